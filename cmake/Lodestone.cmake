@@ -1,0 +1,67 @@
+# How every room of Lodestone is built: one function per kind of target, one place for flags.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+set(THREADS_PREFER_PTHREAD_FLAG ON)
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+
+find_program(LODESTONE_CCACHE ccache)
+if(LODESTONE_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${LODESTONE_CCACHE}")
+endif()
+
+include(GNUInstallDirs)
+
+# Flags of our own code. Contraction of a*b+c is off: the same input gives the same bytes with every compiler.
+add_library(lodestone_flags INTERFACE)
+target_compile_features(lodestone_flags INTERFACE cxx_std_20)
+target_compile_options(lodestone_flags INTERFACE
+  $<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic;-Wshadow;-Wnon-virtual-dtor;-ffp-contract=off>
+  $<BUILD_INTERFACE:$<$<BOOL:${LODESTONE_WERROR}>:-Werror>>)
+if(LODESTONE_SANITIZE)
+  add_compile_options(-fsanitize=${LODESTONE_SANITIZE} -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${LODESTONE_SANITIZE})
+  if(LODESTONE_SANITIZE MATCHES "undefined")
+    add_compile_options(-fno-sanitize-recover=undefined)
+  endif()
+endif()
+set_property(GLOBAL PROPERTY LODESTONE_LIBRARIES lodestone_flags)
+
+# lodestone_library(NAME [PUBLIC lib...] [PRIVATE lib...])
+#   Builds every .cpp of the current folder (not of folders below it) into the static library lodestone_NAME,
+#   known as Lodestone::NAME. PUBLIC libraries appear in its headers, PRIVATE ones only in its .cpp files.
+function(lodestone_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "PUBLIC;PRIVATE")
+  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
+  file(GLOB headers CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.h")
+  add_library(lodestone_${name} STATIC ${sources})
+  add_library(Lodestone::${name} ALIAS lodestone_${name})
+  set_target_properties(lodestone_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(lodestone_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/lodestone>)
+  target_link_libraries(lodestone_${name} PUBLIC lodestone_flags ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
+  file(RELATIVE_PATH room "${PROJECT_SOURCE_DIR}/src" "${CMAKE_CURRENT_SOURCE_DIR}")
+  install(FILES ${headers} DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/lodestone/${room}")
+  set_property(GLOBAL APPEND PROPERTY LODESTONE_LIBRARIES lodestone_${name})
+endfunction()
+
+# lodestone_test(NAME lib...)   builds every .cpp of the current folder into the GoogleTest program test_NAME.
+function(lodestone_test name)
+  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(test_${name} ${sources})
+  target_link_libraries(test_${name} PRIVATE lodestone_flags ${ARGN} GTest::gmock GTest::gtest_main)
+  target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests")
+  target_compile_definitions(test_${name} PRIVATE
+    LODESTONE_SOURCE_DIR="${PROJECT_SOURCE_DIR}" LODESTONE_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 900)
+endfunction()

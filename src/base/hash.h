@@ -1,0 +1,42 @@
+// Content hashes: XXH3, 128 bits (xxHash by Yann Collet). Fast, not cryptographic.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace lodestone {
+
+struct Hash128 {
+    uint64_t low = 0;
+    uint64_t high = 0;
+    bool operator==(const Hash128&) const = default;
+    std::string hex() const;  // 32 lower-case digits, high half first
+};
+
+Hash128 hash_bytes(std::span<const std::byte> bytes);
+
+template <class T>
+Hash128 hash_of(std::span<const T> values) {
+    return hash_bytes(std::as_bytes(values));
+}
+
+// Hash of bytes that arrive in pieces; equal to hash_bytes of the whole.
+class HashStream {
+public:
+    HashStream();
+    ~HashStream();
+    HashStream(const HashStream&) = delete;
+    HashStream& operator=(const HashStream&) = delete;
+    void add(std::span<const std::byte> bytes);
+    Hash128 digest() const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace lodestone

@@ -1,0 +1,55 @@
+// Distance between surfaces, measured on the surfaces themselves (a bounding-volume hierarchy), not on their vertices.
+// Aspert, Santa-Cruz, Ebrahimi, "MESH: measuring errors between surfaces using the Hausdorff distance", 2002.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "mesh/tri_mesh.h"
+
+namespace lodestone {
+
+// Answers closest-point queries on a set of triangles.
+class ClosestSurface {
+public:
+    // indices: three per triangle, into positions. Degenerate triangles count as the segment or point they are.
+    ClosestSurface(std::span<const glm::vec3> positions, std::span<const uint32_t> indices);
+    ~ClosestSurface();
+    ClosestSurface(ClosestSurface&&) noexcept;
+
+    struct Hit {
+        double distance = 0;     // object units
+        uint32_t triangle = 0;   // index of the closest triangle
+        glm::dvec3 point{0};     // closest point on it
+    };
+    // hint: a triangle likely to be near (its distance bounds the search), or no_hint. The mesh must have a triangle.
+    static constexpr uint32_t no_hint = ~0u;
+    Hit closest(const glm::dvec3& point, uint32_t hint = no_hint) const;
+
+private:
+    struct Tree;
+    std::unique_ptr<Tree> tree_;
+};
+
+struct SurfaceDistance {
+    double rms = 0;      // object units; over area-uniform samples
+    double max = 0;      // largest distance found at a sample or a vertex
+};
+struct TwoSidedDistance {
+    SurfaceDistance a_to_b, b_to_a;
+    // The larger of the two sides: the symmetric rms and the (sampled) Hausdorff distance.
+    double rms() const { return a_to_b.rms > b_to_a.rms ? a_to_b.rms : b_to_a.rms; }
+    double max() const { return a_to_b.max > b_to_a.max ? a_to_b.max : b_to_a.max; }
+};
+
+struct DistanceOptions {
+    size_t samples = 200000;   // area-uniform sample points on each surface; every vertex is sampled besides, for max
+    uint64_t seed = 1;
+};
+// Deterministic for any number of threads.
+TwoSidedDistance surface_distance(const TriMesh& a, const TriMesh& b, const DistanceOptions& options = {});
+
+}  // namespace lodestone

@@ -1,0 +1,23 @@
+// Shapes made by code, at any triangle count, the same bytes for the same seed on every machine: with normals and texture
+// coordinates. The count asked for is met within 1% (exactly where the shape allows it), always at least the smallest
+// mesh of its kind.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "base/result.h"
+#include "mesh/tri_mesh.h"
+
+namespace lodestone {
+
+enum class Shape { rock, terrain, grid, sphere, torus };
+Result<Shape> shape_named(std::string_view name);  // Fault::usage names the choices
+
+// rock: a closed sphere-like boulder displaced by ridged fractal noise, radius about 1, genus 0.
+// terrain: a height field over [-1, 1]^2 in x and z, y up, with ridges and valleys; one boundary loop.
+// grid: flat [-1, 1]^2 in x and z, rows of quads cut the same way. sphere: radius 1. torus: radii 1 and 0.4, genus 1.
+// Seams: sphere, rock and torus carry texture-coordinate seams (positions stay welded). triangles: 1 .. 2^31.
+TriMesh generate(Shape shape, uint64_t triangles, uint64_t seed = 1);
+
+}  // namespace lodestone

@@ -1,0 +1,46 @@
+// Reads every mesh format the program takes. One room per format (ply.cpp, obj.cpp, ...); this header is all callers need.
+//
+// Whatever the file holds, the caller gets either a mesh that passes TriMesh::validate() or one clear line (Fault::format:
+// "file: line or place: what is wrong; what to do"). Positions are not welded yet, except where the format itself shares
+// them across attributes (OBJ); `repair` does that. Things that do not stop the reading are warnings.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/progress.h"
+#include "base/result.h"
+#include "mesh/mesh_stream.h"
+#include "mesh/tri_mesh.h"
+
+namespace lodestone {
+
+enum class MeshFormat { ply, obj, stl, off, gltf, png_heights, geotiff };
+
+struct ReadOptions {
+    bool load_images = true;       // decode textures
+    float height_scale = 1;        // height maps: object units per height unit
+    float pixel_size = 0;          // height maps: object units between samples, 0 takes the file's own (1 where it has none)
+};
+
+struct ReadReport {
+    MeshFormat format = MeshFormat::ply;
+    uint64_t polygons = 0;             // faces with more than three corners, cut into triangles
+    std::vector<std::string> warnings;  // one line each
+};
+
+// The format is told by content first, then by the file's extension (".gz" is looked through).
+Result<TriMesh> read_mesh(const std::filesystem::path& path, const ReadOptions& options = {},
+                          ReadReport* report = nullptr);
+
+// The same as batches. Formats that can are read piece by piece (PLY, STL, height maps); the others are read whole and
+// handed out in batches.
+Result<std::unique_ptr<MeshStream>> open_mesh_stream(const std::filesystem::path& path, const ReadOptions& options = {},
+                                                     ReadReport* report = nullptr);
+
+const char* name_of(MeshFormat format);
+
+}  // namespace lodestone

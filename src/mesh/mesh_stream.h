@@ -1,0 +1,48 @@
+// A mesh as bounded batches, for meshes that should not be held in memory twice.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "base/progress.h"
+#include "base/result.h"
+#include "mesh/tri_mesh.h"
+
+namespace lodestone {
+
+// One batch: either vertices or triangles may be empty. Vertices (one wedge each) are numbered on through the stream;
+// a triangle may refer to vertices of its own batch and of earlier ones. Attributes are present in all batches or in none.
+struct MeshBatch {
+    std::vector<glm::vec3> positions;
+    std::vector<glm::vec3> normals;
+    std::vector<glm::vec2> uvs;
+    std::vector<glm::u8vec4> colours;
+    std::vector<uint16_t> materials;
+    std::vector<Triangle> triangles;  // stream-wide vertex numbers
+};
+
+class MeshStream {
+public:
+    virtual ~MeshStream() = default;
+    // Known before the first batch; estimates where the format does not tell (`exact` false).
+    struct Size {
+        uint64_t vertices = 0, triangles = 0;
+        bool exact = false;
+    };
+    virtual Size size() const = 0;
+    // Fills `batch` with at most about max_items vertices and triangles together; false at the end of the stream.
+    virtual Result<bool> next(MeshBatch& batch, size_t max_items) = 0;
+    // Complete once next() returned false.
+    virtual const std::vector<Material>& material_table() const = 0;
+    virtual const std::vector<Image>& images() const = 0;
+};
+
+// The whole stream as one mesh, one wedge per streamed vertex: positions not yet welded (repair does that).
+Result<TriMesh> collect(MeshStream& stream, const Progress& progress = {});
+
+// A mesh in memory as a stream of its wedges; `mesh` must outlive it.
+std::unique_ptr<MeshStream> stream_of(const TriMesh& mesh);
+
+}  // namespace lodestone

@@ -1,0 +1,120 @@
+#include "mesh/tri_mesh.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numeric>
+
+namespace lodestone {
+
+void TriMesh::set_identity_wedges() {
+    wedge_vertex.resize(positions.size());
+    std::iota(wedge_vertex.begin(), wedge_vertex.end(), 0u);
+}
+
+Result<void> TriMesh::validate() const {
+    const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "mesh: " + what); };
+    const size_t vertices = positions.size(), wedges = wedge_vertex.size();
+    const auto wrong_length = [&](size_t length) { return length != 0 && length != wedges; };
+    if (wrong_length(normals.size())) return wrong("normals are not one per wedge");
+    if (wrong_length(uvs.size())) return wrong("texture coordinates are not one per wedge");
+    if (wrong_length(colours.size())) return wrong("colours are not one per wedge");
+    if (wrong_length(materials.size())) return wrong("materials are not one per wedge");
+    for (size_t v = 0; v < vertices; ++v) {
+        const glm::vec3 p = positions[v];
+        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
+            return wrong("vertex " + std::to_string(v) + " has a coordinate that is not finite");
+        }
+    }
+    for (size_t w = 0; w < wedges; ++w) {
+        if (wedge_vertex[w] >= vertices) return wrong("wedge " + std::to_string(w) + " refers to a vertex out of range");
+    }
+    for (size_t t = 0; t < triangles.size(); ++t) {
+        for (const uint32_t w : triangles[t]) {
+            if (w >= wedges) return wrong("triangle " + std::to_string(t) + " refers to a wedge out of range");
+        }
+    }
+    for (const uint16_t m : materials) {
+        if (m >= material_table.size()) return wrong("material " + std::to_string(m) + " is out of range");
+    }
+    for (const Material& m : material_table) {
+        if (m.base_colour_image >= static_cast<int32_t>(images.size())) {
+            return wrong("material '" + m.name + "' refers to an image out of range");
+        }
+    }
+    for (const Image& image : images) {
+        if (image.texels.size() != size_t{image.width} * image.height) return wrong("an image has a wrong number of texels");
+    }
+    return {};
+}
+
+float Box::diagonal() const { return glm::length(high - low); }
+
+Box bounding_box(std::span<const glm::vec3> points) {
+    if (points.empty()) return {};
+    Box box{points[0], points[0]};
+    for (const glm::vec3& p : points) {
+        box.low = glm::min(box.low, p);
+        box.high = glm::max(box.high, p);
+    }
+    return box;
+}
+
+void compute_normals(TriMesh& mesh) {
+    std::vector<glm::dvec3> sums(mesh.vertex_count(), glm::dvec3(0));
+    for (size_t t = 0; t < mesh.triangle_count(); ++t) {
+        const glm::dvec3 a = mesh.position_of(t, 0), b = mesh.position_of(t, 1), c = mesh.position_of(t, 2);
+        const glm::dvec3 normal = glm::cross(b - a, c - a);  // twice the area long
+        for (int k = 0; k < 3; ++k) sums[mesh.vertex_of(t, k)] += normal;
+    }
+    mesh.normals.resize(mesh.wedge_count());
+    for (size_t w = 0; w < mesh.wedge_count(); ++w) {
+        const glm::dvec3 sum = sums[mesh.wedge_vertex[w]];
+        const double length = glm::length(sum);
+        mesh.normals[w] = length > 0 ? glm::vec3(sum / length) : glm::vec3(0, 0, 1);
+    }
+}
+
+size_t drop_unreferenced(TriMesh& mesh) {
+    constexpr uint32_t gone = ~0u;
+    std::vector<uint32_t> new_wedge(mesh.wedge_count(), gone), new_vertex(mesh.vertex_count(), gone);
+    for (const Triangle& t : mesh.triangles) {
+        for (const uint32_t w : t) {
+            new_wedge[w] = 0;
+            new_vertex[mesh.wedge_vertex[w]] = 0;
+        }
+    }
+    uint32_t wedges = 0, vertices = 0;
+    for (size_t v = 0; v < new_vertex.size(); ++v) {
+        if (new_vertex[v] == gone) continue;
+        mesh.positions[vertices] = mesh.positions[v];
+        new_vertex[v] = vertices++;
+    }
+    const size_t old_vertices = mesh.vertex_count();
+    for (size_t w = 0; w < new_wedge.size(); ++w) {
+        if (new_wedge[w] == gone) continue;
+        mesh.wedge_vertex[wedges] = new_vertex[mesh.wedge_vertex[w]];
+        const auto keep = [&](auto& attribute) {
+            if (!attribute.empty()) attribute[wedges] = attribute[w];
+        };
+        keep(mesh.normals);
+        keep(mesh.uvs);
+        keep(mesh.colours);
+        keep(mesh.materials);
+        new_wedge[w] = wedges++;
+    }
+    const auto shorten = [&](auto& attribute) {
+        if (!attribute.empty()) attribute.resize(wedges);
+    };
+    mesh.positions.resize(vertices);
+    mesh.wedge_vertex.resize(wedges);
+    shorten(mesh.normals);
+    shorten(mesh.uvs);
+    shorten(mesh.colours);
+    shorten(mesh.materials);
+    for (Triangle& t : mesh.triangles) {
+        for (uint32_t& w : t) w = new_wedge[w];
+    }
+    return old_vertices - vertices;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,81 @@
+// The indexed triangle mesh every room works on.
+//
+// A *vertex* is a point of the surface. A *wedge* (Hoppe, "Efficient implementation of progressive meshes", 1998) is a
+// vertex together with one set of attributes: where normals, texture coordinates, colours or materials jump, a vertex has
+// several wedges and the edge between is a *seam*. Triangles refer to wedges, wedges to vertices, so topology is read
+// through vertices, what is drawn through wedges, and positions are never torn apart to store an attribute.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace lodestone {
+
+using Triangle = std::array<uint32_t, 3>;  // wedge indices, counter-clockwise seen from outside
+
+// 8-bit sRGB texels, rows top to bottom, no padding.
+struct Image {
+    uint32_t width = 0, height = 0;
+    std::vector<glm::u8vec4> texels;  // width * height
+};
+
+struct Material {
+    std::string name;
+    glm::vec4 base_colour{1, 1, 1, 1};  // linear RGB and alpha, 0 .. 1, multiplies texture and vertex colour
+    int32_t base_colour_image = -1;     // into TriMesh::images, -1 for none
+    bool double_sided = false;
+    bool operator==(const Material&) const = default;
+};
+
+struct TriMesh {
+    std::vector<glm::vec3> positions;    // per vertex, object units, finite
+    std::vector<uint32_t> wedge_vertex;  // per wedge: its vertex, 0 .. positions.size()-1
+    std::vector<Triangle> triangles;     // per triangle: its wedges, 0 .. wedge_vertex.size()-1
+
+    // Attributes: each empty or one per wedge.
+    std::vector<glm::vec3> normals;    // unit length
+    std::vector<glm::vec2> uvs;        // texture coordinates, origin at the top left (glTF's convention), any range
+    std::vector<glm::u8vec4> colours;  // sRGB and alpha
+    std::vector<uint16_t> materials;   // into material_table; empty means material 0 everywhere
+
+    std::vector<Material> material_table;  // empty only where `materials` is
+    std::vector<Image> images;
+
+    size_t vertex_count() const { return positions.size(); }
+    size_t wedge_count() const { return wedge_vertex.size(); }
+    size_t triangle_count() const { return triangles.size(); }
+    bool has_seams() const { return wedge_vertex.size() != positions.size(); }
+
+    uint32_t vertex_of(size_t triangle, int corner) const { return wedge_vertex[triangles[triangle][corner]]; }
+    const glm::vec3& position_of(size_t triangle, int corner) const { return positions[vertex_of(triangle, corner)]; }
+
+    // One wedge per vertex, in vertex order: wedge_vertex becomes 0, 1, 2, ... For meshes without seams.
+    void set_identity_wedges();
+
+    // Every index in range, every array of the right length, coordinates finite. Names the first fault found.
+    Result<void> validate() const;
+};
+
+struct Box {
+    glm::vec3 low{0}, high{0};
+    glm::vec3 centre() const { return (low + high) * 0.5f; }
+    float diagonal() const;
+};
+Box bounding_box(std::span<const glm::vec3> points);  // of no points: a point at the origin
+
+// Area-weighted vertex normals (Gouraud), written to mesh.normals for every wedge; all wedges of a vertex get the same one.
+// A vertex without area around it gets (0, 0, 1).
+void compute_normals(TriMesh& mesh);
+
+// Drops vertices and wedges no triangle refers to, keeping the order of the rest. Returns how many vertices went.
+size_t drop_unreferenced(TriMesh& mesh);
+
+}  // namespace lodestone

@@ -1,0 +1,43 @@
+// Simulators of post-transform vertex caches: what an index order costs on a given piece of hardware.
+//   FIFO and LRU: Hoppe, "Optimization of mesh locality for transparent vertex caching", SIGGRAPH 1999.
+//   Batch models: Kerbl et al., "Revisiting the vertex cache", HPG 2018; parameters as meshoptimizer analyses them.
+// ACMR: transformed vertices per triangle, 0.5 .. 3 on large meshes. ATVR: transforms per distinct vertex used, >= 1.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace lodestone {
+
+struct CacheModel {
+    enum class Kind { fifo, lru, batch };
+    Kind kind = Kind::fifo;
+    uint32_t size = 16;         // fifo, lru: entries, 3 .. 1024
+    // batch: a batch closes when another triangle would pass either limit; nothing is reused across batches.
+    uint32_t batch_vertices = 0;   // distinct vertices a batch holds at most
+    uint32_t batch_triangles = 0;  // triangles a batch holds at most, 0 for no limit
+    bool operator==(const CacheModel&) const = default;
+};
+
+// "fifo16", "fifo24", "lru32", ..., "nvidia", "amd", "intel"; Fault::usage names the choices.
+Result<CacheModel> cache_model_named(std::string_view name);
+std::string name_of(const CacheModel& model);
+
+struct CacheStatistics {
+    uint64_t transforms = 0;     // vertex shader runs
+    uint64_t triangles = 0;      // non-degenerate ones
+    uint64_t vertices = 0;       // distinct vertices used by non-degenerate triangles
+    double acmr() const { return triangles ? static_cast<double>(transforms) / static_cast<double>(triangles) : 0; }
+    double atvr() const { return vertices ? static_cast<double>(transforms) / static_cast<double>(vertices) : 0; }
+};
+// indices: three per triangle, in drawing order. Degenerate triangles cost what their vertices cost, but are not counted.
+// misses, if given: per triangle, how many of its corners missed (0 .. 3); resized to fit.
+CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indices,
+                         std::vector<uint8_t>* misses = nullptr);
+
+}  // namespace lodestone

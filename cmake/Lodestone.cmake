@@ -45,6 +45,7 @@ function(lodestone_library name)
   set_target_properties(lodestone_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(lodestone_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>  # for "shaders/shared/..."
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/lodestone>)
   target_link_libraries(lodestone_${name} PUBLIC lodestone_flags ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
   file(RELATIVE_PATH room "${PROJECT_SOURCE_DIR}/src" "${CMAKE_CURRENT_SOURCE_DIR}")

@@ -1,6 +1,8 @@
 # Installed: the libraries with their headers, the program, and a package for find_package(Lodestone).
 include(CMakePackageConfigHelpers)
 
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/shaders/shared" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/lodestone/shaders"
+  FILES_MATCHING PATTERN "*.h")
 get_property(libraries GLOBAL PROPERTY LODESTONE_LIBRARIES)
 install(TARGETS ${libraries} EXPORT LodestoneTargets
   ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")

@@ -1,0 +1,23 @@
+// Push constants of every pipeline, declared once for C++ and GLSL. 48 bytes.
+#ifndef LODESTONE_DRAW_CONSTANTS_H
+#define LODESTONE_DRAW_CONSTANTS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace lodestone {
+struct DrawConstants {
+    uint32_t view;         // index into the views of the frame
+    uint32_t reserved[3];
+    uint32_t words[8];     // Draw::words, Dispatch::words
+};
+static_assert(sizeof(DrawConstants) == 48);
+}  // namespace lodestone
+#else
+layout(push_constant, std430) uniform DrawConstants {
+    uint view;
+    uint reserved0, reserved1, reserved2;
+    uint words[8];
+} draw_constants;
+#endif
+
+#endif

@@ -1,0 +1,68 @@
+#include "frame/indexed_mesh.h"
+
+#include <cstddef>
+
+#include "base/check.h"
+#include "shaders/shared/mesh_vertex.h"
+
+namespace lodestone {
+
+PipelineSpec indexed_mesh_pipeline() {
+    PipelineSpec spec;
+    spec.name = "indexed mesh";
+    spec.vertex = "mesh/mesh.vert";
+    spec.fragment = "mesh/mesh.frag";
+    spec.layout.stride = sizeof(MeshVertex);
+    spec.layout.attributes = {
+        {LODE_MESH_POSITION, VertexFormat::f32x3, offsetof(MeshVertex, position)},
+        {LODE_MESH_NORMAL, VertexFormat::snorm16x2, offsetof(MeshVertex, normal)},
+        {LODE_MESH_UV, VertexFormat::f32x2, offsetof(MeshVertex, uv)},
+        {LODE_MESH_COLOUR, VertexFormat::unorm8x4, offsetof(MeshVertex, colour)},
+        {LODE_MESH_MATERIAL, VertexFormat::u32, offsetof(MeshVertex, material)},
+    };
+    return spec;
+}
+
+Words indexed_mesh_words(uint32_t level, uint32_t levels) { return {level, levels}; }
+
+void draw_ranges(Plan& plan, const FrameInput& input, uint32_t pipeline, std::span<const IndexedRange> ranges,
+                 std::span<const Sphere> spheres) {
+    LODE_CHECK(spheres.size() == input.instances.size(), spheres.size(), input.instances.size());
+    std::vector<Sphere> world;
+    for (size_t i = 0; i < spheres.size(); ++i)
+        world.push_back(to_world(spheres[i], input.instances[i].object_to_world));
+    for (uint32_t v = 0; v < input.views.size(); ++v) {
+        const View& view = input.views[v];
+        const Frustum frustum = frustum_of(view);
+        for (const IndexedRange& range : ranges) {
+            Draw draw;
+            draw.pipeline = pipeline;
+            draw.view = v;
+            draw.vertex_buffer = range.vertex_buffer;
+            draw.index_buffer = range.index_buffer;
+            draw.vertex_offset = range.vertex_offset;
+            draw.index_offset = range.index_offset;
+            draw.count = range.index_count;
+            draw.first_id = static_cast<uint32_t>(plan.instance_ids.size());
+            draw.words = indexed_mesh_words(range.level, range.levels);
+            for (const uint32_t i : range.instances) {
+                if (frustum.touches(world[i].centre, world[i].radius)) plan.instance_ids.push_back(i);
+            }
+            draw.instances = static_cast<uint32_t>(plan.instance_ids.size()) - draw.first_id;
+            if (v == 0) {
+                plan.stats.instances_drawn += draw.instances;
+                plan.stats.instances_culled += static_cast<uint32_t>(range.instances.size()) - draw.instances;
+            }
+            if (draw.instances == 0 || draw.count == 0) continue;
+            if (view.kind == View::Kind::shadow) {
+                plan.commands.push_back({Stage::shadow, draw});
+                continue;
+            }
+            plan.commands.push_back({Stage::depth, draw});
+            plan.commands.push_back({Stage::colour, draw});
+            plan.stats.triangles += uint64_t{range.triangles} * draw.instances;
+        }
+    }
+}
+
+}  // namespace lodestone

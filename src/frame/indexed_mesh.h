@@ -1,0 +1,37 @@
+// What backends that draw indexed meshes (full, discrete, lod) have in common: one vertex layout, one pipeline, and the
+// commands that draw a range of an index buffer in every view.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "frame/frame_source.h"
+#include "frame/screen_error.h"
+
+namespace lodestone {
+
+// The pipeline over shaders/mesh, drawing MeshVertex (shaders/shared/mesh_vertex.h) vertices.
+PipelineSpec indexed_mesh_pipeline();
+
+// Words of a draw with that pipeline: [0] the level, [1] the levels there are, for the debug view of levels.
+Words indexed_mesh_words(uint32_t level, uint32_t levels);
+
+// One range of indices drawn for some instances.
+struct IndexedRange {
+    uint32_t vertex_buffer = 0, index_buffer = 0;
+    uint64_t vertex_offset = 0, index_offset = 0;  // bytes
+    uint32_t index_count = 0;                      // indices drawn, degenerate triangles included
+    uint32_t triangles = 0;                        // of them not degenerate, for the statistics
+    uint32_t level = 0, levels = 1;
+    std::vector<uint32_t> instances;  // numbers into FrameInput::instances
+};
+
+// Adds draws of `ranges` to the plan: each shadow view in the shadow stage, views[0] and every other camera in depth
+// and colour. Every view culls instances by bounding sphere. spheres[i] is the object-space bounding sphere of instance
+// i. Also counts stats.triangles over camera views, and instances_drawn and instances_culled of views[0].
+void draw_ranges(Plan& plan, const FrameInput& input, uint32_t pipeline, std::span<const IndexedRange> ranges,
+                 std::span<const Sphere> spheres);
+
+}  // namespace lodestone

@@ -1,0 +1,149 @@
+// A frame as a value: what a backend wants done, in order. It can be compared, hashed, dumped, replayed and checked
+// without a GPU.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "base/hash.h"
+
+namespace lodestone {
+
+// Commands run in the order of their stages, and within a stage in the order they are listed.
+enum class Stage : uint8_t { update, shadow, depth, effect, colour, composite };
+inline constexpr int stage_count = 6;
+const char* name_of(Stage stage);
+
+// Bytes shared with the backend; never changed once a plan holds them.
+class Blob {
+public:
+    Blob() = default;
+    explicit Blob(std::vector<std::byte> bytes);
+    // Bytes owned by something else, kept alive by `owner` (a mapped asset, say).
+    Blob(std::shared_ptr<const void> owner, const std::byte* data, size_t size);
+    template <class T>
+    static Blob copy_of(const T* values, size_t count) {
+        const auto* bytes = reinterpret_cast<const std::byte*>(values);
+        return Blob(std::vector<std::byte>(bytes, bytes + count * sizeof(T)));
+    }
+    const std::byte* data() const { return data_; }
+    size_t size() const { return size_; }
+    bool operator==(const Blob& other) const;  // by content
+
+private:
+    std::shared_ptr<const void> owner_;
+    const std::byte* data_ = nullptr;
+    size_t size_ = 0;
+};
+
+// Buffer and pipeline numbers are positions in the recipe. Byte offsets and counts are multiples of 4.
+
+struct Upload {  // stage update only
+    uint32_t buffer = 0;
+    uint64_t offset = 0;  // bytes into the buffer
+    Blob blob;
+    bool operator==(const Upload&) const = default;
+};
+
+struct Copy {  // stage update only; source and destination ranges do not overlap
+    uint32_t source = 0, destination = 0;
+    uint64_t source_offset = 0, destination_offset = 0, bytes = 0;
+    bool operator==(const Copy&) const = default;
+};
+
+// 32-bit words for the pipeline's shaders, after the renderer's own (shaders/shared/draw_constants.h).
+using Words = std::array<uint32_t, 8>;
+
+struct Dispatch {
+    uint32_t pipeline = 0;
+    std::array<uint32_t, 3> groups{1, 1, 1};
+    uint32_t view = 0;  // into FrameInput::views
+    Words words{};
+    bool operator==(const Dispatch&) const = default;
+};
+
+inline constexpr uint32_t no_buffer = ~0u;
+
+struct Draw {
+    uint32_t pipeline = 0;
+    uint32_t view = 0;                   // into FrameInput::views
+    uint32_t vertex_buffer = no_buffer;  // needed iff the pipeline has a vertex layout
+    uint32_t index_buffer = no_buffer;   // no_buffer: not indexed
+    uint64_t vertex_offset = 0;          // bytes to vertex 0
+    uint64_t index_offset = 0;           // bytes to the first index
+    uint32_t count = 0;                  // indices, or vertices where not indexed; 0 draws nothing
+    uint32_t first_id = 0;               // Plan::instance_ids[first_id .. first_id + instances)
+    uint32_t instances = 1;
+    Words words{};
+    bool operator==(const Draw&) const = default;
+};
+
+// As Draw, with count, instances and the rest read from a buffer (VkDrawIndexedIndirectCommand or
+// VkDrawIndirectCommand).
+struct DrawIndirect {
+    Draw draw;                          // count, first_id and instances are taken from the buffer
+    uint32_t arguments = 0;             // buffer
+    uint64_t offset = 0;                // bytes to the first argument record
+    uint32_t draws = 1;                 // records at most
+    uint32_t stride = 20;               // bytes from record to record
+    uint32_t count_buffer = no_buffer;  // holds the number of records, if given
+    uint64_t count_offset = 0;
+    bool operator==(const DrawIndirect&) const = default;
+};
+
+// The bytes come back in FrameInput::readbacks once the frame has completed.
+struct Readback {
+    uint32_t buffer = 0;
+    uint64_t offset = 0, bytes = 0;
+    uint32_t tag = 0;  // the backend's own
+    bool operator==(const Readback&) const = default;
+};
+
+struct Command {
+    Stage stage = Stage::update;
+    std::variant<Upload, Copy, Dispatch, Draw, DrawIndirect, Readback> what;
+    bool operator==(const Command&) const = default;
+};
+
+// Bytes a backend wants read in the background; they come back as an Arrival with the same id.
+struct PageRequest {
+    uint64_t id = 0;
+    uint32_t asset = 0;  // into the assets given to open()
+    std::string chunk;   // of the asset file
+    uint64_t offset = 0, bytes = 0;
+    float priority = 0;  // larger is read sooner
+    bool operator==(const PageRequest&) const = default;
+};
+
+struct PlanStats {
+    uint64_t triangles = 0;        // in camera views, all instances; degenerate slots left out
+    uint64_t uploaded_bytes = 0;   // by this plan
+    uint64_t resident_bytes = 0;   // of all buffers of the recipe
+    uint64_t index_bytes = 0;      // of those, index buffers
+    uint32_t instances_drawn = 0;  // in views[0]
+    uint32_t instances_culled = 0;
+    std::vector<std::pair<std::string, double>> more;  // the backend's own figures, by name
+    bool operator==(const PlanStats&) const = default;
+};
+
+struct Plan {
+    uint64_t generation = 0;  // of the recipe the numbers refer to
+    std::vector<Command> commands;
+    std::vector<uint32_t> instance_ids;  // numbers into FrameInput::instances that draws refer to
+    std::vector<PageRequest> requests;
+    PlanStats stats;
+    bool operator==(const Plan&) const = default;
+};
+
+// Equal plans have equal hashes, also across runs and machines of one byte order.
+Hash128 hash_of_plan(const Plan& plan);
+// One line per command, for eyes and diffs.
+std::string dump(const Plan& plan);
+
+}  // namespace lodestone

@@ -1,0 +1,74 @@
+// What a backend needs before it can answer with plans: buffers, pools of pages, pipelines. A recipe is a value; the
+// renderer builds it once per generation.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace lodestone {
+
+enum BufferUse : uint32_t {
+    use_vertex = 1,    // vertex attributes
+    use_index = 2,     // 32-bit indices
+    use_storage = 4,   // read or written by shaders
+    use_indirect = 8,  // arguments of indirect draws and dispatches
+};
+
+struct BufferSpec {
+    std::string name;    // for messages and the debugger
+    uint64_t bytes = 0;  // > 0, a multiple of 4 and of `stride`
+    uint32_t use = 0;    // BufferUse bits
+    // Storage buffers only: size of one element (a page of a pool). Where the buffer is larger than a device can bind
+    // at once, the renderer splits it between elements into segments, and shaders choose the segment by element number
+    // (shaders/shared/pool.glsl). At most max_pool_segments segments are bound.
+    uint32_t stride = 4;
+    bool operator==(const BufferSpec&) const = default;
+};
+inline constexpr uint32_t max_pool_segments = 8;
+
+enum class VertexFormat : uint8_t { f32x2, f32x3, snorm16x2, unorm8x4, u32 };
+struct VertexAttribute {
+    uint32_t location = 0;
+    VertexFormat format = VertexFormat::f32x3;
+    uint32_t offset = 0;  // bytes from the start of a vertex
+    bool operator==(const VertexAttribute&) const = default;
+};
+struct VertexLayout {
+    uint32_t stride = 0;  // bytes per vertex; 0 for pipelines that pull their vertices from storage buffers
+    std::vector<VertexAttribute> attributes;
+    bool operator==(const VertexLayout&) const = default;
+};
+
+enum class Access : uint8_t { read, write, read_write };
+struct StorageBinding {
+    uint32_t binding = 0;  // in descriptor set 1
+    uint32_t buffer = 0;   // into Recipe::buffers
+    Access access = Access::read;
+    bool operator==(const StorageBinding&) const = default;
+};
+
+enum class PipelineKind : uint8_t { draw, compute };
+
+// Shaders are named "folder/file.stage" as in shaders/, e.g. "mesh/mesh.vert". A draw pipeline serves every stage it is
+// drawn in: depth and shadow stages run its vertex part alone, the colour stage runs `fragment` too.
+struct PipelineSpec {
+    std::string name;
+    PipelineKind kind = PipelineKind::draw;
+    std::string vertex, fragment;                               // draw
+    std::string tessellation_control, tessellation_evaluation;  // draw, both or neither
+    std::string compute;                                        // compute
+    VertexLayout layout;                                        // draw
+    std::vector<StorageBinding> storage;
+    uint32_t patch_vertices = 0;  // tessellation: control points per patch
+    bool operator==(const PipelineSpec&) const = default;
+};
+
+struct Recipe {
+    uint64_t generation = 0;  // raised whenever anything below changes; buffers then start empty
+    std::vector<BufferSpec> buffers;
+    std::vector<PipelineSpec> pipelines;
+    bool operator==(const Recipe&) const = default;
+};
+
+}  // namespace lodestone

@@ -1,0 +1,51 @@
+// A view: where from and how a scene is projected. One per camera, shadow map or half of a split screen.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+namespace lodestone {
+
+// World and view space are right-handed; view space looks down -z with y up. Clip space is Vulkan's: x right, y down,
+// depth reversed, 1 at the near plane and 0 at the far plane.
+struct View {
+    enum class Kind : uint8_t { camera, shadow };
+    Kind kind = Kind::camera;
+    glm::mat4 world_to_view{1};
+    glm::mat4 view_to_clip{1};
+    glm::vec3 eye{0};         // world units; of a shadow view: somewhere on its near plane
+    float near_plane = 0.1f;  // world units, > 0 for a camera
+    float far_plane = 1000;   // world units, > near_plane
+    float focal_px = 0;       // pixels spanned by a length of 1 at distance 1 in the centre; 0 for an orthographic view
+    uint32_t width = 0, height = 0;  // pixels
+
+    glm::mat4 world_to_clip() const { return view_to_clip * world_to_view; }
+    bool operator==(const View&) const = default;
+};
+
+// A perspective camera. fov_y in radians, 0 < fov_y < pi.
+struct Camera {
+    glm::vec3 eye{0, 0, 3};
+    glm::vec3 target{0};
+    glm::vec3 up{0, 1, 0};
+    float fov_y = 0.785f;
+    float near_plane = 0.01f;
+    float far_plane = 100;
+};
+View view_of(const Camera& camera, uint32_t width, uint32_t height);
+
+// An orthographic view along `direction` (from the light towards the scene) that just contains the sphere.
+View shadow_view(const glm::vec3& direction, const glm::vec3& centre, float radius, uint32_t size);
+
+// The six planes of a view's frustum in world space, pointing inwards: inside iff dot(plane.xyz, p) + plane.w >= 0.
+struct Frustum {
+    std::array<glm::vec4, 6> planes;
+    // False only when the sphere is wholly outside; may be true for some spheres that are.
+    bool touches(const glm::vec3& centre, float radius) const;
+};
+Frustum frustum_of(const View& view);
+
+}  // namespace lodestone

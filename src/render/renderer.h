@@ -1,0 +1,103 @@
+// Executes plans with Vulkan 1.3 and gives back pictures and counters. The only room that knows Vulkan; it knows no backend
+// and no mesh. No Vulkan type appears here, so what includes this header builds without Vulkan's.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "frame/frame_source.h"
+#include "frame/materials.h"
+
+namespace lodestone {
+
+struct RendererOptions {
+    std::string device;            // a number from list_devices(), or part of a device's name; empty: the first real GPU, else the first
+    uint32_t width = 1280, height = 720;  // pixels of the camera views, 1 .. 16384
+    uint32_t shadow_size = 2048;   // texels a side; 0 for no shadow map
+    uint32_t frames_in_flight = 2;  // 1 .. 4
+    bool validation = false;       // core and synchronisation validation; messages are collected in validation_messages()
+    uint32_t segment_bytes_limit = 0;  // tests: split storage buffers above this size, 0 takes the device's limit
+};
+
+struct DeviceInfo {
+    std::string name, driver;  // as the driver names them
+    bool software = false;     // a CPU rasteriser
+    uint64_t device_local_bytes = 0;
+};
+Result<std::vector<DeviceInfo>> list_devices();
+
+enum class DebugView : uint32_t { none, level, triangle, normal, uv, material };
+
+// How a frame is lit and shown; the same for every backend.
+struct Look {
+    glm::vec3 light_direction{-0.4f, -0.8f, -0.45f};  // from the light towards the scene, any length
+    glm::vec3 light_colour{2.4f, 2.3f, 2.1f};         // linear
+    glm::vec3 sky_colour{0.55f, 0.65f, 0.8f};         // hemisphere from above, linear
+    glm::vec3 ground_colour{0.22f, 0.2f, 0.18f};      // and from below
+    glm::vec3 background{0.05f, 0.06f, 0.08f};        // linear
+    bool double_sided = false;                        // false culls back faces
+    DebugView debug = DebugView::none;
+};
+
+// What the GPU counted in one frame. Counts are of all passes together and per stage.
+struct FrameCounters {
+    uint64_t frame = 0;  // FrameInput::frame
+    struct Pass {
+        uint64_t vertex_invocations = 0;       // vertex shader runs
+        uint64_t tessellation_evaluations = 0;
+        uint64_t input_primitives = 0;         // degenerate ones included
+        double gpu_ms = 0;                     // between timestamps around the stage, 0 where the device has none
+    };
+    std::array<Pass, stage_count> pass;        // by Stage
+    double gpu_ms = 0;                         // first timestamp to last
+    double total_ms = 0;                       // wall clock, from submit() entered to fence seen signalled
+};
+
+struct Picture {
+    uint32_t width = 0, height = 0;
+    std::vector<uint8_t> colour;  // RGBA, sRGB, rows top to bottom; alpha 255 where a surface was drawn, 0 elsewhere
+    std::vector<float> depth;     // reversed: 1 near plane, 0 far plane or nothing drawn
+};
+
+class Renderer {
+public:
+    // Fault::machine where there is no Vulkan 1.3 device or a needed feature is missing; the message names it.
+    static Result<std::unique_ptr<Renderer>> create(const RendererOptions& options);
+    virtual ~Renderer() = default;
+
+    virtual const DeviceInfo& device() const = 0;
+
+    // Builds buffers and pipelines of a recipe and textures of the scene. Waits for the device. An equal recipe with a new
+    // generation empties the buffers.
+    virtual Result<void> load(const Recipe& recipe, const MaterialSet& materials) = 0;
+
+    // Changes the size of the camera targets.
+    virtual Result<void> resize(uint32_t width, uint32_t height) = 0;
+
+    // Records and submits one frame; waits only when frames_in_flight frames are under way. views[0] is drawn to the
+    // target that read_picture() reads; at most one shadow view is drawn and used for lighting.
+    virtual Result<void> submit(const Plan& plan, const FrameInput& input, const Look& look) = 0;
+
+    // Every frame before this number has left the GPU.
+    virtual uint64_t completed_frame() = 0;
+    // Waits for every submitted frame.
+    virtual Result<void> wait() = 0;
+    // Counters of frames completed since the last call, oldest first.
+    virtual std::vector<FrameCounters> take_counters() = 0;
+    // Readbacks of frames completed since the last call, oldest first.
+    virtual std::vector<ReadbackResult> take_readbacks() = 0;
+    // The last submitted frame's picture of views[0]; waits for it.
+    virtual Result<Picture> read_picture() = 0;
+
+    virtual uint64_t allocated_bytes() const = 0;  // device memory held, all kinds
+    // Everything the validation layers said so far; empty when they are silent or off.
+    virtual std::vector<std::string> validation_messages() const = 0;
+};
+
+}  // namespace lodestone

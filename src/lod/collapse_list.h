@@ -13,8 +13,8 @@
 
 namespace lodestone {
 
-// One half-edge collapse: vertex `removed` moves onto its neighbour `kept`. Each wedge of `removed` that is still in use
-// becomes a wedge of `kept`: `wedge_count` pairs from CollapseList::wedge_pairs, starting at `first_wedge`.
+// One half-edge collapse: vertex `removed` moves onto its neighbour `kept`. Each wedge of `removed` that is still in
+// use becomes a wedge of `kept`: `wedge_count` pairs from CollapseList::wedge_pairs, starting at `first_wedge`.
 struct Collapse {
     uint32_t removed = 0, kept = 0;  // vertices of the input mesh; a removed vertex never appears again
     uint32_t first_wedge = 0;        // into wedge_pairs
@@ -27,28 +27,29 @@ struct WedgePair {
 
 // Why no further collapse was made.
 enum class StopReason {
-    target_reached,   // no more than the wanted triangles are left
-    topology,         // every collapse left would change the topology (link condition) or tear a boundary or seam
-    flips,            // every collapse left that topology allows would turn a triangle over
+    target_reached,  // no more than the wanted triangles are left
+    topology,        // every collapse left would change the topology (link condition) or tear a boundary or seam
+    flips,           // every collapse left that topology allows would turn a triangle over
 };
 std::string describe(StopReason reason);  // a sentence for the user
 
 struct CollapseList {
-    std::vector<Collapse> collapses;      // from full detail downwards
+    std::vector<Collapse> collapses;  // from full detail downwards
     std::vector<WedgePair> wedge_pairs;
     StopReason stop = StopReason::target_reached;
-    uint64_t blocked_by_topology = 0;     // candidate collapses refused in the end, by reason
+    uint64_t blocked_by_topology = 0;  // candidate collapses refused in the end, by reason
     uint64_t blocked_by_flips = 0;
 
-    // Replays the list on the connectivity of `mesh`: indices in range, each removed vertex alive until its collapse and
-    // joined to `kept` by an edge, every wedge in use paired, no triangle made twice, manifold kept. Names the first fault.
+    // Replays the list on the connectivity of `mesh`: indices in range, each removed vertex alive until its collapse
+    // and joined to `kept` by an edge, every wedge in use paired, no triangle made twice, manifold kept. Names the
+    // first fault.
     Result<void> validate(const TriMesh& mesh) const;
 };
 
 struct SimplifyOptions {
-    uint64_t target_triangles = 0;     // stop at or below this count; 0 goes as far as it can
-    // Weights of attributes against position in the error, dimensionless: an attribute difference of 1 (a unit of normal,
-    // a full colour channel, one texture repeat) weighs like `weight` times the bounding-box diagonal / 100.
+    uint64_t target_triangles = 0;  // stop at or below this count; 0 goes as far as it can
+    // Weights of attributes against position in the error, dimensionless: an attribute difference of 1 (a unit of
+    // normal, a full colour channel, one texture repeat) weighs like `weight` times the bounding-box diagonal / 100.
     double normal_weight = 0.1;
     double uv_weight = 0.5;
     double colour_weight = 0.5;

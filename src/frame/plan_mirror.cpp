@@ -1,0 +1,204 @@
+#include "frame/plan_mirror.h"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+#include "base/check.h"
+
+namespace lodestone {
+
+namespace {
+
+tl::unexpected<Error> wrong(const std::string& what) { return fail(Fault::invariant, what); }
+
+}  // namespace
+
+PlanMirror::PlanMirror(Recipe recipe) : recipe_(std::move(recipe)), buffers_(recipe_.buffers.size()) {
+    for (size_t i = 0; i < buffers_.size(); ++i) {
+        const BufferSpec& spec = recipe_.buffers[i];
+        LODE_CHECK(spec.bytes > 0 && spec.bytes % 4 == 0 && spec.stride > 0 && spec.bytes % spec.stride == 0, spec.name,
+                   spec.bytes, spec.stride);
+        buffers_[i].bytes.resize(spec.bytes);
+        buffers_[i].written.assign(spec.bytes / 4, false);
+    }
+}
+
+Result<void> PlanMirror::check_range(uint32_t buffer, uint64_t offset, uint64_t bytes, uint32_t use, bool read) const {
+    if (buffer >= buffers_.size()) return wrong("buffer " + std::to_string(buffer) + " is not in the recipe");
+    const BufferSpec& spec = recipe_.buffers[buffer];
+    if (offset % 4 != 0 || bytes % 4 != 0) return wrong("range of buffer '" + spec.name + "' is not in whole words");
+    if (offset > spec.bytes || bytes > spec.bytes - offset) {
+        return wrong("bytes " + std::to_string(offset) + "+" + std::to_string(bytes) + " lie outside buffer '" +
+                     spec.name + "' of " + std::to_string(spec.bytes));
+    }
+    if ((spec.use & use) != use) return wrong("buffer '" + spec.name + "' is not made for this use");
+    if (!read || buffers_[buffer].gpu_written) return {};
+    const auto& written = buffers_[buffer].written;
+    const auto begin = written.begin() + static_cast<ptrdiff_t>(offset / 4);
+    const auto end = begin + static_cast<ptrdiff_t>(bytes / 4);
+    const auto hole = std::find(begin, end, false);
+    if (hole != end) {
+        return wrong("byte " + std::to_string((hole - written.begin()) * 4) + " of buffer '" + spec.name +
+                     "' is read before anything was written there");
+    }
+    return {};
+}
+
+Result<void> PlanMirror::check_draw(Stage stage, const Draw& draw, bool indirect, const Plan& plan,
+                                    const FrameInput& input) const {
+    if (stage == Stage::update) return wrong("a draw stands in the update stage");
+    if (draw.pipeline >= recipe_.pipelines.size())
+        return wrong("pipeline " + std::to_string(draw.pipeline) + " is not in the recipe");
+    const PipelineSpec& pipeline = recipe_.pipelines[draw.pipeline];
+    if (pipeline.kind != PipelineKind::draw) return wrong("pipeline '" + pipeline.name + "' does not draw");
+    if (draw.view >= input.views.size()) return wrong("view " + std::to_string(draw.view) + " is not in the frame");
+    if ((input.views[draw.view].kind == View::Kind::shadow) != (stage == Stage::shadow))
+        return wrong("a view is drawn in a stage of the other kind");
+    if ((draw.vertex_buffer != no_buffer) != (pipeline.layout.stride > 0))
+        return wrong("vertex buffer and layout of '" + pipeline.name + "' disagree");
+    if (draw.vertex_buffer != no_buffer) {
+        if (auto done = check_range(draw.vertex_buffer, draw.vertex_offset, 0, use_vertex, false); !done) return done;
+    }
+    if (indirect) return {};
+    if (uint64_t{draw.first_id} + draw.instances > plan.instance_ids.size())
+        return wrong("instances lie outside instance_ids");
+    for (uint32_t i = 0; i < draw.instances; ++i) {
+        if (plan.instance_ids[draw.first_id + i] >= input.instances.size())
+            return wrong("an instance is not in the frame");
+    }
+    if (draw.index_buffer == no_buffer) return {};
+    return check_range(draw.index_buffer, draw.index_offset, uint64_t{draw.count} * 4, use_index, true);
+}
+
+Result<void> PlanMirror::check(const Command& command, const Plan& plan, const FrameInput& input) const {
+    if (const auto* upload = std::get_if<Upload>(&command.what)) {
+        if (command.stage != Stage::update) return wrong("an upload stands outside the update stage");
+        return check_range(upload->buffer, upload->offset, upload->blob.size(), 0, false);
+    }
+    if (const auto* copy = std::get_if<Copy>(&command.what)) {
+        if (command.stage != Stage::update) return wrong("a copy stands outside the update stage");
+        if (auto done = check_range(copy->source, copy->source_offset, copy->bytes, 0, true); !done) return done;
+        const uint64_t distance = std::max(copy->source_offset, copy->destination_offset) -
+                                  std::min(copy->source_offset, copy->destination_offset);
+        if (copy->source == copy->destination && distance < copy->bytes) return wrong("a copy overlaps itself");
+        return check_range(copy->destination, copy->destination_offset, copy->bytes, 0, false);
+    }
+    if (const auto* dispatch = std::get_if<Dispatch>(&command.what)) {
+        if (dispatch->pipeline >= recipe_.pipelines.size() ||
+            recipe_.pipelines[dispatch->pipeline].kind != PipelineKind::compute) {
+            return wrong("pipeline " + std::to_string(dispatch->pipeline) + " does not compute");
+        }
+        return dispatch->view < input.views.size()
+                   ? Result<void>{}
+                   : wrong("view " + std::to_string(dispatch->view) + " is not in the frame");
+    }
+    if (const auto* draw = std::get_if<Draw>(&command.what))
+        return check_draw(command.stage, *draw, false, plan, input);
+    if (const auto* draw = std::get_if<DrawIndirect>(&command.what)) {
+        if (auto done = check_draw(command.stage, draw->draw, true, plan, input); !done) return done;
+        if (draw->count_buffer != no_buffer) {
+            if (auto done = check_range(draw->count_buffer, draw->count_offset, 4, use_indirect, true); !done)
+                return done;
+        }
+        return check_range(draw->arguments, draw->offset, uint64_t{draw->stride} * draw->draws, use_indirect, true);
+    }
+    const auto& readback = std::get<Readback>(command.what);
+    return check_range(readback.buffer, readback.offset, readback.bytes, 0, true);
+}
+
+void PlanMirror::apply(const Command& command) {
+    const auto mark = [&](Buffer& buffer, uint64_t offset, uint64_t bytes) {
+        const auto begin = buffer.written.begin() + static_cast<ptrdiff_t>(offset / 4);
+        std::fill(begin, begin + static_cast<ptrdiff_t>(bytes / 4), true);
+    };
+    if (const auto* upload = std::get_if<Upload>(&command.what)) {
+        Buffer& buffer = buffers_[upload->buffer];
+        std::memcpy(buffer.bytes.data() + upload->offset, upload->blob.data(), upload->blob.size());
+        mark(buffer, upload->offset, upload->blob.size());
+    } else if (const auto* copy = std::get_if<Copy>(&command.what)) {
+        Buffer& to = buffers_[copy->destination];
+        std::memcpy(to.bytes.data() + copy->destination_offset,
+                    buffers_[copy->source].bytes.data() + copy->source_offset, copy->bytes);
+        mark(to, copy->destination_offset, copy->bytes);
+        to.gpu_written |= buffers_[copy->source].gpu_written;
+    } else if (const auto* dispatch = std::get_if<Dispatch>(&command.what)) {
+        for (const StorageBinding& binding : recipe_.pipelines[dispatch->pipeline].storage) {
+            if (binding.access != Access::read) buffers_[binding.buffer].gpu_written = true;
+        }
+    }
+}
+
+void PlanMirror::mirror_draws(const Plan& plan) {
+    draws_.clear();
+    instance_ids_ = plan.instance_ids;
+    for (const Command& command : plan.commands) {
+        const auto* draw = std::get_if<Draw>(&command.what);
+        if (draw == nullptr) continue;
+        MirroredDraw mirrored{
+            command.stage, *draw, {}, {}, std::span(instance_ids_).subspan(draw->first_id, draw->instances)};
+        if (draw->index_buffer != no_buffer) {
+            const std::byte* bytes = buffers_[draw->index_buffer].bytes.data() + draw->index_offset;
+            mirrored.indices = {reinterpret_cast<const uint32_t*>(bytes), draw->count};
+        }
+        if (draw->vertex_buffer != no_buffer)
+            mirrored.vertices = std::span(buffers_[draw->vertex_buffer].bytes).subspan(draw->vertex_offset);
+        draws_.push_back(mirrored);
+    }
+}
+
+Result<void> PlanMirror::execute(const Plan& plan, const FrameInput& input) {
+    if (plan.generation != recipe_.generation) return wrong("the plan belongs to another generation of the recipe");
+    for (int stage = 0; stage < stage_count; ++stage) {
+        for (size_t i = 0; i < plan.commands.size(); ++i) {
+            const Command& command = plan.commands[i];
+            if (static_cast<int>(command.stage) != stage) continue;
+            const auto at = [&] { return "command " + std::to_string(i) + " (" + name_of(command.stage) + ")"; };
+            if (auto done = check(command, plan, input); !done) return fail_at(at(), done.error());
+            apply(command);
+        }
+    }
+    mirror_draws(plan);
+    for (const MirroredDraw& draw : draws_) {
+        if (draw.indices.empty() || draw.vertices.empty() || buffers_[draw.draw.index_buffer].gpu_written) continue;
+        const uint32_t stride = recipe_.pipelines[draw.draw.pipeline].layout.stride;
+        const uint32_t largest = *std::max_element(draw.indices.begin(), draw.indices.end());
+        if ((uint64_t{largest} + 1) * stride > draw.vertices.size()) {
+            return wrong("index " + std::to_string(largest) + " lies past the vertices of '" +
+                         recipe_.buffers[draw.draw.vertex_buffer].name + "'");
+        }
+        // Every vertex used must have been written.
+        const auto& written = buffers_[draw.draw.vertex_buffer].written;
+        for (const uint32_t index : draw.indices) {
+            if (!written[(draw.draw.vertex_offset + uint64_t{index} * stride) / 4]) {
+                return wrong("vertex " + std::to_string(index) + " of '" +
+                             recipe_.buffers[draw.draw.vertex_buffer].name + "' is drawn before it was written");
+            }
+        }
+    }
+    return {};
+}
+
+std::vector<std::array<glm::vec3, 3>> PlanMirror::triangles_of(uint32_t instance) const {
+    std::vector<std::array<glm::vec3, 3>> triangles;
+    for (const MirroredDraw& draw : draws_) {
+        if (draw.stage != Stage::colour || draw.draw.view != 0 || draw.vertices.empty()) continue;
+        if (std::find(draw.instances.begin(), draw.instances.end(), instance) == draw.instances.end()) continue;
+        const VertexLayout& layout = recipe_.pipelines[draw.draw.pipeline].layout;
+        const auto position = std::find_if(layout.attributes.begin(), layout.attributes.end(),
+                                           [](const VertexAttribute& a) { return a.location == 0; });
+        if (position == layout.attributes.end() || position->format != VertexFormat::f32x3) continue;
+        const auto corner = [&](uint32_t index) {
+            glm::vec3 p;
+            std::memcpy(&p, draw.vertices.data() + uint64_t{index} * layout.stride + position->offset, sizeof p);
+            return p;
+        };
+        for (size_t i = 0; i + 2 < draw.indices.size(); i += 3) {
+            const uint32_t a = draw.indices[i], b = draw.indices[i + 1], c = draw.indices[i + 2];
+            if (a != b && b != c && c != a) triangles.push_back({corner(a), corner(b), corner(c)});
+        }
+    }
+    return triangles;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,61 @@
+// The null renderer: carries out plans on the CPU as far as a CPU can. It keeps a copy of every buffer, checks every
+// command against the recipe and the contract, and tells what each draw would read. Tests, image metrics and cache
+// simulations look at frames through it, with no GPU and no trust in what a backend says about itself.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "frame/frame_source.h"
+
+namespace lodestone {
+
+class PlanMirror {
+public:
+    explicit PlanMirror(Recipe recipe);
+
+    // Checks the plan, then applies its uploads and copies. Fault::invariant names the command and what is wrong with
+    // it: ranges outside buffers, wrong stages or uses, indices past the vertex buffer, bytes drawn that nothing has
+    // written. Buffers that a compute pipeline may write are not followed past that point.
+    Result<void> execute(const Plan& plan, const FrameInput& input);
+
+    struct MirroredDraw {
+        Stage stage = Stage::colour;
+        Draw draw;
+        std::span<const uint32_t> indices;    // empty where not indexed
+        std::span<const std::byte> vertices;  // from vertex 0 on; empty for pipelines that pull
+        std::span<const uint32_t> instances;  // numbers into FrameInput::instances
+    };
+    // Direct draws of the last plan, valid until the next execute().
+    const std::vector<MirroredDraw>& draws() const { return draws_; }
+    std::span<const std::byte> buffer(uint32_t number) const { return buffers_[number].bytes; }
+    const Recipe& recipe() const { return recipe_; }
+
+    // Object-space triangles that instance `instance` shows in views[0]'s colour stage, from draws whose pipeline has
+    // its position (three floats) at location 0. Three corners per triangle, degenerate ones left out.
+    std::vector<std::array<glm::vec3, 3>> triangles_of(uint32_t instance) const;
+
+private:
+    struct Buffer {
+        std::vector<std::byte> bytes;
+        std::vector<bool> written;  // per 4 bytes
+        bool gpu_written = false;   // contents unknown
+    };
+    Result<void> check(const Command& command, const Plan& plan, const FrameInput& input) const;
+    Result<void> check_draw(Stage stage, const Draw& draw, bool indirect, const Plan& plan,
+                            const FrameInput& input) const;
+    Result<void> check_range(uint32_t buffer, uint64_t offset, uint64_t bytes, uint32_t use, bool read) const;
+    void apply(const Command& command);
+    void mirror_draws(const Plan& plan);
+
+    Recipe recipe_;
+    std::vector<Buffer> buffers_;
+    std::vector<MirroredDraw> draws_;
+    std::vector<uint32_t> instance_ids_;
+};
+
+}  // namespace lodestone

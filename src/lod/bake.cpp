@@ -1,0 +1,312 @@
+#include "lod/bake.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+
+#include "base/check.h"
+#include "lod/face_order.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr uint32_t none = ~0u;
+
+// What all orders share; the spans of a ProgressiveMesh refer to it.
+struct Store {
+    std::vector<MeshVertex> vertices;
+    std::vector<uint32_t> wedge_vertex;
+    std::vector<Ecol> ecols;
+    std::vector<uint32_t> parents;
+    std::vector<float> errors;
+    struct Order {
+        std::vector<uint32_t> indices, first_corner, corners;
+        std::vector<Keyframe> keyframes;
+        std::vector<uint32_t> cycle_lengths, cycle_slots;
+    };
+    std::vector<Order> orders;
+};
+
+// The collapses replayed on faces, with the corners of every wedge in a linked list.
+class Replay {
+public:
+    Replay(std::vector<uint32_t> indices, std::span<const uint32_t> wedge_vertex)
+        : indices_(std::move(indices)),
+          wedge_vertex_(wedge_vertex),
+          first_(wedge_vertex.size(), none),
+          last_(wedge_vertex.size(), none),
+          next_(indices_.size(), none),
+          dead_(indices_.size() / 3, 0) {
+        for (uint32_t corner = 0; corner < indices_.size(); ++corner) append(indices_[corner], corner);
+    }
+
+    // Corners (3 * face + k) of faces still in range that hold the wedge.
+    template <class Visit>
+    void for_corners(uint32_t wedge, Visit&& visit) const {
+        for (uint32_t c = first_[wedge]; c != none; c = next_[c]) {
+            if (dead_[c / 3] < 2) visit(c);
+        }
+    }
+    // The wedge becomes its parent in every corner; faces that thereby lose their area die. Calls died(face) for each.
+    template <class Died>
+    void rewrite(uint32_t wedge, uint32_t parent, Died&& died) {
+        const uint32_t parent_vertex = wedge_vertex_[parent];
+        for (uint32_t c = first_[wedge]; c != none;) {
+            const uint32_t following = next_[c], face = c / 3;
+            if (dead_[face] < 2) {
+                if (dead_[face] == 0) {
+                    const uint32_t a = indices_[face * 3 + (c + 1 - face * 3) % 3],
+                                   b = indices_[face * 3 + (c + 2 - face * 3) % 3];
+                    if (wedge_vertex_[a] == parent_vertex || wedge_vertex_[b] == parent_vertex) {
+                        dead_[face] = 1;
+                        died(face);
+                    }
+                }
+                indices_[c] = parent;
+                append(parent, c);
+            }
+            c = following;
+        }
+        first_[wedge] = last_[wedge] = none;
+    }
+    bool alive(uint32_t face) const { return dead_[face] == 0; }
+    void leave_range(uint32_t face) { dead_[face] = 2; }
+    std::span<const uint32_t> indices() const { return indices_; }
+
+private:
+    void append(uint32_t wedge, uint32_t corner) {
+        next_[corner] = none;
+        if (first_[wedge] == none) {
+            first_[wedge] = corner;
+        } else {
+            next_[last_[wedge]] = corner;
+        }
+        last_[wedge] = corner;
+    }
+
+    std::vector<uint32_t> indices_;
+    std::span<const uint32_t> wedge_vertex_;
+    std::vector<uint32_t> first_, last_, next_;
+    std::vector<uint8_t> dead_;  // 0 alive, 1 dead within the drawn range, 2 out of range
+};
+
+// Slot s receives the face of slot from[s]: as cycles f with f[i] receiving what f[i + 1] held.
+void append_cycles(std::span<const uint32_t> from, Store::Order& order) {
+    std::vector<bool> seen(from.size(), false);
+    for (uint32_t start = 0; start < from.size(); ++start) {
+        if (seen[start] || from[start] == start) continue;
+        uint32_t length = 0;
+        for (uint32_t s = start; !seen[s]; s = from[s]) {
+            seen[s] = true;
+            order.cycle_slots.push_back(s);
+            ++length;
+        }
+        order.cycle_lengths.push_back(length);
+    }
+}
+
+class OrderBake {
+public:
+    OrderBake(const Store& store, const std::vector<uint32_t>& face_indices, std::span<const uint32_t> death,
+              FaceOrderer& orderer)
+        : store_(store), orderer_(orderer), replay_(face_indices, store.wedge_vertex) {
+        const auto levels = static_cast<uint32_t>(store.ecols.size()) + 1;
+        face_at_ = orderer.first_order({face_indices, death, static_cast<uint32_t>(store.vertices.size()), levels});
+        slot_of_.resize(face_at_.size());
+        for (uint32_t s = 0; s < face_at_.size(); ++s) slot_of_[face_at_[s]] = s;
+        alive_ = static_cast<uint32_t>(face_at_.size());
+    }
+
+    Result<Store::Order> run(const Progress& progress) {
+        for (const uint32_t face : face_at_) {
+            for (uint32_t k = 0; k < 3; ++k) order_.indices.push_back(replay_.indices()[face * 3 + k]);
+        }
+        order_.first_corner.push_back(0);
+        uint32_t r = 0;
+        const auto wedges = static_cast<uint32_t>(store_.vertices.size());
+        for (uint32_t i = 0; i < store_.ecols.size(); ++i) {
+            if (i % 65536 == 0) {
+                progress.at("order " + orderer_.name(),
+                            static_cast<double>(i) / static_cast<double>(store_.ecols.size()));
+                if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
+            }
+            ecol(i, r, wedges);
+            r += store_.ecols[i].wedges;
+            const auto slots = static_cast<uint32_t>(face_at_.size());
+            if (!orderer_.drops_dead() && orderer_.wants_keyframe(i + 1, alive_, slots)) keyframe(i + 1);
+        }
+        return std::move(order_);
+    }
+
+private:
+    void ecol(uint32_t i, uint32_t first_removed, uint32_t wedges) {
+        const Ecol step = store_.ecols[i];
+        dying_.clear();
+        corner_lists_.clear();
+        for (uint32_t r = first_removed; r < first_removed + step.wedges; ++r) {
+            corner_lists_.emplace_back();
+            replay_.for_corners(wedges - 1 - r, [&](uint32_t c) { corner_lists_.back().push_back(c); });
+        }
+        for (uint32_t r = first_removed; r < first_removed + step.wedges; ++r) {
+            replay_.rewrite(wedges - 1 - r, store_.parents[r], [&](uint32_t face) { dying_.push_back(face); });
+        }
+        alive_ -= static_cast<uint32_t>(dying_.size());
+        for (auto& corners : corner_lists_) {
+            const size_t begin = order_.corners.size();
+            for (const uint32_t c : corners) {
+                if (orderer_.drops_dead() && !replay_.alive(c / 3)) continue;
+                order_.corners.push_back(slot_of_[c / 3] * 3 + c % 3);
+            }
+            std::sort(order_.corners.begin() + static_cast<ptrdiff_t>(begin), order_.corners.end());
+            order_.first_corner.push_back(static_cast<uint32_t>(order_.corners.size()));
+        }
+        if (orderer_.drops_dead()) {
+            for (const uint32_t face : dying_) replay_.leave_range(face);
+        }
+    }
+
+    void keyframe(uint32_t level) {
+        std::vector<uint32_t> alive, dead;
+        for (const uint32_t face : face_at_) (replay_.alive(face) ? alive : dead).push_back(face);
+        orderer_.reorder(level, replay_.indices(), alive);
+        const auto after = static_cast<uint32_t>(alive.size()), before = static_cast<uint32_t>(face_at_.size());
+        order_.keyframes.push_back({level, before, after, static_cast<uint32_t>(order_.cycle_lengths.size()),
+                                    static_cast<uint32_t>(order_.cycle_slots.size())});
+        // The dead keep their own slots where those lie behind the new range, so that as few as possible are written.
+        std::vector<uint32_t> from(before, none);
+        for (uint32_t s = 0; s < after; ++s) from[s] = slot_of_[alive[s]];
+        std::vector<uint32_t> homeless;
+        for (const uint32_t face : dead) {
+            if (slot_of_[face] >= after) {
+                from[slot_of_[face]] = slot_of_[face];
+            } else {
+                homeless.push_back(slot_of_[face]);
+            }
+        }
+        size_t next = 0;
+        for (uint32_t s = after; s < before; ++s) {
+            if (from[s] == none) from[s] = homeless[next++];
+        }
+        append_cycles(from, order_);
+        for (const uint32_t face : dead) replay_.leave_range(face);
+        for (uint32_t s = 0; s < after; ++s) slot_of_[alive[s]] = s;
+        face_at_ = std::move(alive);
+    }
+
+    const Store& store_;
+    FaceOrderer& orderer_;
+    Replay replay_;
+    std::vector<uint32_t> face_at_, slot_of_;  // drawn range: face of slot; slot of face
+    uint32_t alive_ = 0;
+    std::vector<uint32_t> dying_;
+    std::vector<std::vector<uint32_t>> corner_lists_;
+    Store::Order order_;
+};
+
+}  // namespace
+
+Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const CollapseList& list,
+                                              const std::vector<std::string>& orders, const Progress& progress) {
+    LODE_CHECK(!orders.empty());
+    if (mesh.triangle_count() > std::numeric_limits<uint32_t>::max() / 3) {
+        return fail(Fault::machine,
+                    "the mesh has more triangles than a 32-bit index buffer can hold; cut it into pieces");
+    }
+    const auto store = std::make_shared<Store>();
+
+    // Vertices by removal: those that stay first, in source order, then the removed ones, last removed first.
+    std::vector<uint32_t> vertex_order;
+    {
+        std::vector<bool> removed(mesh.vertex_count(), false);
+        for (const Collapse& c : list.collapses) removed[c.removed] = true;
+        for (uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+            if (!removed[v]) vertex_order.push_back(v);
+        }
+        for (size_t i = list.collapses.size(); i-- > 0;) vertex_order.push_back(list.collapses[i].removed);
+        LODE_CHECK(vertex_order.size() == mesh.vertex_count(), vertex_order.size(), mesh.vertex_count());
+    }
+    std::vector<uint32_t> first_wedge(mesh.vertex_count() + 1, 0), wedges_of(mesh.wedge_count());
+    for (const uint32_t v : mesh.wedge_vertex) ++first_wedge[v + 1];
+    std::partial_sum(first_wedge.begin(), first_wedge.end(), first_wedge.begin());
+    {
+        std::vector<uint32_t> fill(first_wedge.begin(), first_wedge.end() - 1);
+        for (uint32_t w = 0; w < mesh.wedge_count(); ++w) wedges_of[fill[mesh.wedge_vertex[w]]++] = w;
+    }
+    std::vector<uint32_t> new_wedge(mesh.wedge_count());
+    uint32_t next_wedge = 0;
+    for (uint32_t v = 0; v < vertex_order.size(); ++v) {
+        for (uint32_t k = first_wedge[vertex_order[v]]; k < first_wedge[vertex_order[v] + 1]; ++k) {
+            new_wedge[wedges_of[k]] = next_wedge++;
+            store->wedge_vertex.push_back(v);
+        }
+    }
+    const std::vector<MeshVertex> packed = pack_vertices(mesh);
+    store->vertices.resize(packed.size());
+    for (size_t w = 0; w < packed.size(); ++w) store->vertices[new_wedge[w]] = packed[w];
+
+    std::vector<uint32_t> face_indices;
+    face_indices.reserve(mesh.triangle_count() * 3);
+    for (const Triangle& t : mesh.triangles) {
+        for (const uint32_t w : t) face_indices.push_back(new_wedge[w]);
+    }
+
+    // Ecols and parents. A wedge no face uses any more at its removal becomes the first wedge of the kept vertex.
+    std::vector<uint32_t> death(mesh.triangle_count(), static_cast<uint32_t>(list.collapses.size()) + 1);
+    {
+        Replay replay(face_indices, store->wedge_vertex);
+        std::vector<uint32_t> parent_of(mesh.wedge_count(), none);
+        for (uint32_t i = 0; i < list.collapses.size(); ++i) {
+            const Collapse& c = list.collapses[i];
+            for (uint32_t p = c.first_wedge; p < c.first_wedge + c.wedge_count; ++p) {
+                parent_of[new_wedge[list.wedge_pairs[p].removed]] = new_wedge[list.wedge_pairs[p].kept];
+            }
+            const uint32_t count = first_wedge[c.removed + 1] - first_wedge[c.removed];
+            if (count > std::numeric_limits<uint16_t>::max()) {
+                return fail(Fault::machine, "vertex " + std::to_string(c.removed) + " has more than 65535 wedges");
+            }
+            uint32_t faces = 0;
+            for (uint32_t k = first_wedge[c.removed + 1]; k-- > first_wedge[c.removed];) {
+                const uint32_t wedge = new_wedge[wedges_of[k]];
+                const uint32_t parent =
+                    parent_of[wedge] != none ? parent_of[wedge] : new_wedge[wedges_of[first_wedge[c.kept]]];
+                store->parents.push_back(parent);
+                replay.rewrite(wedge, parent, [&](uint32_t face) {
+                    death[face] = i + 1;
+                    replay.leave_range(face);
+                    ++faces;
+                });
+            }
+            LODE_CHECK(faces <= std::numeric_limits<uint16_t>::max(), faces);
+            store->ecols.push_back({static_cast<uint16_t>(count), static_cast<uint16_t>(faces)});
+        }
+    }
+    store->errors.assign(store->ecols.size() + 1, 0.0f);
+
+    ProgressiveMesh pm;
+    pm.vertices = store->vertices;
+    pm.wedge_vertex = store->wedge_vertex;
+    pm.ecols = store->ecols;
+    pm.parents = store->parents;
+    pm.errors = store->errors;
+    pm.attributes = attributes_of(mesh);
+    pm.material_table = mesh.material_table;
+    pm.images = mesh.images;
+    store->orders.reserve(orders.size());
+    for (const std::string& name : orders) {
+        auto orderer = face_orderer_named(name);
+        if (!orderer) return tl::unexpected(orderer.error());
+        auto baked = OrderBake(*store, face_indices, death, **orderer).run(progress);
+        if (!baked) return tl::unexpected(baked.error());
+        store->orders.push_back(std::move(*baked));
+        const Store::Order& o = store->orders.back();
+        pm.orders.push_back({name, (*orderer)->drops_dead(), o.indices, o.first_corner, o.corners, o.keyframes,
+                             o.cycle_lengths, o.cycle_slots});
+    }
+    pm.owner = store;
+    if (auto counted = pm.count_levels(); !counted) return tl::unexpected(counted.error());
+    return pm;
+}
+
+}  // namespace lodestone

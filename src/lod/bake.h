@@ -1,0 +1,20 @@
+// From a mesh and a collapse list to a progressive mesh: numbers the vertices by removal, replays the collapses once
+// per order, and writes down what each ecol rewrites and each keyframe permutes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/progress.h"
+#include "lod/collapse_list.h"
+#include "lod/progressive_mesh.h"
+
+namespace lodestone {
+
+// mesh: manifold, as `repair` leaves it. list: valid for it (CollapseList::validate). orders: names face_orderer_named
+// knows, at least one, none twice. Errors of levels are left 0; measure_errors (error_curve.h) fills them.
+// Fault::machine where the mesh needs more than 2^32 index positions.
+Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const CollapseList& list,
+                                              const std::vector<std::string>& orders, const Progress& progress = {});
+
+}  // namespace lodestone

@@ -1,0 +1,44 @@
+// The order of faces in the index buffer, and how it changes as faces die: what an order is made of, apart from how it
+// is stored (progressive_mesh.h) and played (cursor.h).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace lodestone {
+
+// The mesh as an order sees it, in the numbers of the progressive mesh.
+struct OrderInput {
+    std::span<const uint32_t> indices;  // level 0, three wedges per face, faces in the order of the source mesh
+    std::span<const uint32_t> death;    // per face: the level from which on it is dead; levels if it outlives all
+    uint32_t wedges = 0;
+    uint32_t levels = 0;
+};
+
+class FaceOrderer {
+public:
+    virtual ~FaceOrderer() = default;
+    virtual std::string name() const = 0;
+    // Faces leave the drawn range the moment they die; then the first order must be by falling death.
+    virtual bool drops_dead() const { return false; }
+    // Faces (positions in input.indices / 3) by slot at level 0: a permutation.
+    virtual std::vector<uint32_t> first_order(const OrderInput& input) = 0;
+    // Asked at every level > 0 of an order that does not drop its dead. `alive` faces of `slots` drawn ones are alive.
+    virtual bool wants_keyframe(uint32_t level, uint32_t alive, uint32_t slots) = 0;
+    // The faces alive at a keyframe, given in the order they have, in the order they shall have.
+    // indices: three wedges per face of input.indices, as they are at this level.
+    virtual void reorder(uint32_t level, std::span<const uint32_t> indices, std::vector<uint32_t>& alive_faces) = 0;
+};
+
+// "classic": faces by falling death, so that the faces of every level are a prefix (Forsyth 2001).
+// "static": meshoptimizer's cache order of full detail, kept; a keyframe closes the gaps whenever half of the slots are
+// dead.
+Result<std::unique_ptr<FaceOrderer>> face_orderer_named(const std::string& name);
+
+}  // namespace lodestone

@@ -1,0 +1,143 @@
+#include "frame/plan_mirror.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "frame/indexed_mesh.h"
+#include "shaders/shared/mesh_vertex.h"
+
+namespace lodestone {
+namespace {
+
+using testing::HasSubstr;
+
+// One triangle in a vertex and an index buffer, drawn in one camera view.
+struct OneTriangle {
+    Recipe recipe;
+    Plan plan;
+    FrameInput input;
+
+    OneTriangle() {
+        recipe.buffers = {{"vertices", 3 * sizeof(MeshVertex), use_vertex, 4}, {"indices", 24, use_index, 4}};
+        recipe.pipelines = {indexed_mesh_pipeline()};
+        std::vector<MeshVertex> vertices(3);
+        vertices[1].position[0] = vertices[2].position[1] = 1;
+        const std::vector<uint32_t> indices = {0, 1, 2, 0, 0, 1};
+        input.views = {view_of(Camera{}, 64, 64)};
+        input.instances.resize(1);
+        plan.commands.push_back({Stage::update, Upload{0, 0, Blob::copy_of(vertices.data(), vertices.size())}});
+        plan.commands.push_back({Stage::update, Upload{1, 0, Blob::copy_of(indices.data(), indices.size())}});
+        IndexedRange range;
+        range.index_buffer = 1;
+        range.index_count = 6;
+        range.triangles = 1;
+        range.instances = {0};
+        const Sphere sphere{{0, 0, 0}, 2};
+        draw_ranges(plan, input, 0, {&range, 1}, {&sphere, 1});
+    }
+    Draw& draw(size_t command) { return std::get<Draw>(plan.commands[command].what); }
+    std::string fault() const {
+        const auto done = PlanMirror(recipe).execute(plan, input);
+        return done ? "" : done.error().message;
+    }
+};
+
+TEST(PlanMirror, AcceptsAGoodPlanAndTellsWhatIsDrawn) {
+    OneTriangle one;
+    PlanMirror mirror(one.recipe);
+    const auto done = mirror.execute(one.plan, one.input);
+    ASSERT_TRUE(done) << done.error().message;
+    ASSERT_EQ(mirror.draws().size(), 2u);  // depth and colour
+    EXPECT_THAT(mirror.draws()[0].indices, testing::ElementsAre(0, 1, 2, 0, 0, 1));
+    ASSERT_EQ(mirror.triangles_of(0).size(), 1u);
+    EXPECT_EQ(mirror.triangles_of(0)[0][1], glm::vec3(1, 0, 0));
+    EXPECT_EQ(one.plan.stats.triangles, 1u);
+    EXPECT_EQ(one.plan.stats.instances_drawn, 1u);
+}
+
+TEST(PlanMirror, NamesAnUploadOutsideItsBuffer) {
+    OneTriangle one;
+    std::get<Upload>(one.plan.commands[1].what).offset = 4;
+    EXPECT_THAT(one.fault(), HasSubstr("outside buffer 'indices'"));
+}
+
+TEST(PlanMirror, NamesAnUploadOutsideTheUpdateStage) {
+    OneTriangle one;
+    one.plan.commands[1].stage = Stage::colour;
+    EXPECT_THAT(one.fault(), HasSubstr("outside the update stage"));
+}
+
+TEST(PlanMirror, NamesIndicesThatNothingHasWritten) {
+    OneTriangle one;
+    one.plan.commands.erase(one.plan.commands.begin() + 1);
+    EXPECT_THAT(one.fault(), HasSubstr("before anything was written"));
+}
+
+TEST(PlanMirror, NamesAnIndexPastTheVertices) {
+    OneTriangle one;
+    const std::vector<uint32_t> indices = {0, 1, 3, 0, 0, 1};
+    one.plan.commands[1].what = Upload{1, 0, Blob::copy_of(indices.data(), indices.size())};
+    EXPECT_THAT(one.fault(), HasSubstr("index 3 lies past"));
+}
+
+TEST(PlanMirror, NamesADrawOfAViewThatIsNotThere) {
+    OneTriangle one;
+    one.draw(2).view = 1;
+    EXPECT_THAT(one.fault(), HasSubstr("view 1"));
+}
+
+TEST(PlanMirror, NamesACameraViewDrawnInTheShadowStage) {
+    OneTriangle one;
+    one.plan.commands[2].stage = Stage::shadow;
+    EXPECT_THAT(one.fault(), HasSubstr("other kind"));
+}
+
+TEST(PlanMirror, NamesABufferUsedForWhatItIsNotMadeFor) {
+    OneTriangle one;
+    one.draw(2).index_buffer = 0;
+    EXPECT_THAT(one.fault(), HasSubstr("not made for this use"));
+}
+
+TEST(PlanMirror, NamesAPlanOfAnotherGeneration) {
+    OneTriangle one;
+    one.plan.generation = 1;
+    EXPECT_THAT(one.fault(), HasSubstr("generation"));
+}
+
+TEST(PlanMirror, FollowsCopies) {
+    OneTriangle one;
+    one.recipe.buffers.push_back({"spare", 24, use_index, 4});
+    one.plan.commands.insert(one.plan.commands.begin() + 2, {Stage::update, Copy{1, 2, 0, 12, 12}});
+    PlanMirror mirror(one.recipe);
+    ASSERT_TRUE(mirror.execute(one.plan, one.input));
+    EXPECT_EQ(mirror.buffer(2)[16], std::byte{1});
+}
+
+TEST(Plan, EqualPlansHaveEqualHashesAndDifferentOnesDiffer) {
+    const OneTriangle a, b;
+    EXPECT_EQ(a.plan, b.plan);
+    EXPECT_EQ(hash_of_plan(a.plan), hash_of_plan(b.plan));
+    OneTriangle c;
+    c.draw(3).words[5] = 1;
+    EXPECT_NE(hash_of_plan(a.plan), hash_of_plan(c.plan));
+}
+
+TEST(DrawRanges, CullsPerViewAndDrawsShadowsOfWhatTheCameraDoesNotSee) {
+    OneTriangle one;
+    FrameInput input = one.input;
+    input.instances[0].object_to_world[3] = {0, 0, 50, 1};  // behind the camera
+    input.views.push_back(shadow_view({0, -1, 0}, {0, 0, 0}, 100, 64));
+    IndexedRange range;
+    range.index_buffer = 1;
+    range.index_count = 6;
+    range.instances = {0};
+    const Sphere sphere{{0, 0, 0}, 2};
+    Plan plan;
+    draw_ranges(plan, input, 0, {&range, 1}, {&sphere, 1});
+    ASSERT_EQ(plan.commands.size(), 1u);
+    EXPECT_EQ(plan.commands[0].stage, Stage::shadow);
+    EXPECT_EQ(plan.stats.instances_culled, 1u);
+}
+
+}  // namespace
+}  // namespace lodestone

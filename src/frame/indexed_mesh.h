@@ -9,6 +9,7 @@
 
 #include "frame/frame_source.h"
 #include "frame/screen_error.h"
+#include "shaders/shared/mesh_vertex.h"
 
 namespace lodestone {
 
@@ -17,6 +18,9 @@ PipelineSpec indexed_mesh_pipeline();
 
 // Words of a draw with that pipeline: [0] the level, [1] the levels there are, for the debug view of levels.
 Words indexed_mesh_words(uint32_t level, uint32_t levels);
+
+// A sphere around all vertices, centred in their box; of no vertices: a point at the origin.
+Sphere bounding_sphere(std::span<const MeshVertex> vertices);
 
 // One range of indices drawn for some instances.
 struct IndexedRange {

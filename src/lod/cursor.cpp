@@ -37,6 +37,18 @@ PmCursor::PmCursor(const ProgressiveMesh& pm, uint32_t order) : pm_(&pm), order_
     const FaceOrder& o = pm.orders[order];
     indices_.assign(o.indices.begin(), o.indices.end());
     slots_ = static_cast<uint32_t>(indices_.size() / 3);
+    touch_all();
+}
+
+PmCursor::PmCursor(const PmCursor& other, uint32_t finest) : PmCursor(other) {
+    LODE_CHECK(finest <= level_, finest, level_);
+    finest_ = finest;
+    indices_.resize(size_t{pm_->orders[order_].slots_at(finest, pm_->triangles_at(finest))} * 3);
+    indices_.shrink_to_fit();
+    touch_all();
+}
+
+void PmCursor::touch_all() {
     const size_t blocks = indices_.size() / dirty_block + 1;
     dirty_.assign(blocks / 64 + 1, 0);
     for (size_t b = 0; b < blocks; ++b) touch(static_cast<uint32_t>(b * dirty_block));
@@ -93,7 +105,7 @@ bool PmCursor::ecol() {
 }
 
 bool PmCursor::vsplit() {
-    if (level_ == 0) return false;
+    if (level_ <= finest_) return false;
     const FaceOrder& order = pm_->orders[order_];
     if (next_keyframe_ > 0 && order.keyframes[next_keyframe_ - 1].level == level_) {
         apply(order.keyframes[--next_keyframe_], false);
@@ -114,7 +126,7 @@ bool PmCursor::vsplit() {
 }
 
 void PmCursor::goto_level(uint32_t level) {
-    LODE_CHECK(level < pm_->levels(), level, pm_->levels());
+    LODE_CHECK(level >= finest_ && level < pm_->levels(), level, finest_, pm_->levels());
     while (level_ < level) ecol();
     while (level_ > level) vsplit();
 }

@@ -27,7 +27,13 @@ public:
     // Starts at full detail. `pm` must outlive the cursor; order is a position in pm.orders.
     explicit PmCursor(const ProgressiveMesh& pm, uint32_t order = 0);
 
+    // A copy of `other` that never goes finer than `finest` (other must not be finer) and keeps only the slots that
+    // needs.
+    PmCursor(const PmCursor& other, uint32_t finest);
+
     uint32_t level() const { return level_; }
+    uint32_t finest_level() const { return finest_; }
+    uint64_t cpu_bytes() const { return indices_.size() * 4 + dirty_.size() * 8; }
     uint32_t vertex_count() const { return pm_->wedges_at(level_); }       // CurNumVerts
     uint32_t triangle_count() const { return pm_->triangles_at(level_); }  // CurNumTris: alive ones
     uint32_t slot_count() const { return slots_; }                         // drawn ones, degenerate included
@@ -38,8 +44,8 @@ public:
     uint32_t order() const { return order_; }
 
     bool ecol();    // one level coarser; false at the base
-    bool vsplit();  // one level finer; false at full detail
-    // Cost linear in the distance; nothing when the level stays. level: 0 .. pm.levels() - 1.
+    bool vsplit();  // one level finer; false at finest_level()
+    // Cost linear in the distance; nothing when the level stays. level: finest_level() .. pm.levels() - 1.
     void goto_level(uint32_t level);
 
     // Pieces of the index buffer written since the last call (whole blocks of dirty_block indices), merged where they
@@ -52,11 +58,12 @@ public:
 
 private:
     void touch(uint32_t position);
+    void touch_all();
     void apply(const Keyframe& keyframe, bool forward);
 
     const ProgressiveMesh* pm_;
     uint32_t order_;
-    uint32_t level_ = 0;
+    uint32_t level_ = 0, finest_ = 0;
     uint32_t slots_ = 0;
     uint32_t next_keyframe_ = 0;  // the first whose level is > level_
     std::vector<uint32_t> indices_;

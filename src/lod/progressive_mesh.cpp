@@ -105,6 +105,25 @@ uint32_t ProgressiveMesh::level_for_triangles(uint64_t triangles) const {
     return std::min(static_cast<uint32_t>(found - triangles_at_.begin()), levels() - 1);
 }
 
+uint32_t FaceOrder::slots_at(uint32_t level, uint32_t alive) const {
+    if (drops_dead) return alive;
+    const auto next = std::upper_bound(keyframes.begin(), keyframes.end(), level,
+                                       [](uint32_t l, const Keyframe& key) { return l < key.level; });
+    return next == keyframes.begin() ? static_cast<uint32_t>(indices.size() / 3) : (next - 1)->slots_after;
+}
+
+void ProgressiveMesh::set_errors(std::vector<float> level_errors) {
+    LODE_CHECK(level_errors.size() == levels() && level_errors[0] == 0, level_errors.size());
+    LODE_CHECK(std::is_sorted(level_errors.begin(), level_errors.end()));
+    struct Owners {
+        std::shared_ptr<const void> before;
+        std::vector<float> errors;
+    };
+    const auto owners = std::make_shared<Owners>(Owners{owner, std::move(level_errors)});
+    errors = owners->errors;
+    owner = owners;
+}
+
 Result<void> ProgressiveMesh::count_levels() {
     if (orders.empty()) return wrong("lod/mesh", "no face order");
     wedges_at_.assign(1, static_cast<uint32_t>(vertices.size()));

@@ -58,6 +58,9 @@ struct FaceOrder {
     std::span<const uint32_t> cycle_lengths;  // >= 2 each
     std::span<const uint32_t> cycle_slots;  // tswap arguments, cycle after cycle: slot f[i] receives what f[i + 1] held
 
+    // Drawn slots at a level with `alive` faces; never rises with the level.
+    uint32_t slots_at(uint32_t level, uint32_t alive) const;
+
     uint64_t permutation_bytes() const {
         return cycle_lengths.size_bytes() + cycle_slots.size_bytes() + keyframes.size_bytes();
     }
@@ -100,6 +103,9 @@ struct ProgressiveMesh {
     // buffers.
     static Result<ProgressiveMesh> open(const ChunkFile& file);
     Result<void> write_chunks(ChunkWriter& writer) const;
+
+    // Replaces the errors: one per level, never decreasing, the first 0.
+    void set_errors(std::vector<float> level_errors);
 
     // Sets the per-level counts from ecols, vertices and orders; called once by whoever fills the spans.
     Result<void> count_levels();

@@ -63,7 +63,7 @@ TEST(PlanMirror, NamesAnUploadOutsideItsBuffer) {
 
 TEST(PlanMirror, NamesAnUploadOutsideTheUpdateStage) {
     OneTriangle one;
-    one.plan.commands[1].stage = Stage::colour;
+    one.plan.commands[1].stage = Stage::shadow;
     EXPECT_THAT(one.fault(), HasSubstr("outside the update stage"));
 }
 

@@ -1,0 +1,34 @@
+// The backend `lod`: progressive meshes at run time. Each instance asks for the coarsest level whose error stays under
+// the pixel error; a limited number of cursors per asset, each with its own part of one index buffer, serves all
+// instances.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "frame/frame_source.h"
+#include "lod/progressive_mesh.h"
+
+namespace lodestone {
+
+struct LodOptions {
+    std::string order;                            // face order to draw; empty: the asset's first
+    uint64_t resident_bytes = uint64_t{1} << 30;  // for vertex and index buffers of all assets together
+    uint32_t instances = 1;  // most instances of one asset in the scene: more cursors than that are never made
+};
+
+// Cursors. Where memory allows, every instance has its own. Otherwise an asset's cursors are of falling size: the
+// finest serves every level, the next only levels of at most 1/2^(1/m) of its slots, and so on, m as large as the
+// budget allows; all together stay below a fixed multiple of one index buffer however many instances there are. An
+// instance uses the smallest cursor that can hold what it asks for, at the finest level any of that cursor's instances
+// asks for: never coarser than asked, and at most 2^(1/m) times the slots. Where not even one full index buffer fits,
+// the finest levels are out of reach, and stats "levels_out_of_reach" counts the instances that had to be coarser.
+//
+// Fault::machine where the vertices alone exceed the budget; Fault::usage where an asset lacks the order.
+Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const ProgressiveMesh>> assets,
+                                              const LodOptions& options);
+
+}  // namespace lodestone

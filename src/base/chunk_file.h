@@ -90,6 +90,7 @@ public:
     Result<void> add_text(std::string_view name, std::string_view text) {
         return add(name, std::as_bytes(std::span(text.data(), text.size())));
     }
+    uint64_t bytes() const { return file_.size(); }  // written so far
     // Writes the table of contents, renames. Returns the file's size in bytes.
     Result<uint64_t> commit();
 

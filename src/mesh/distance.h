@@ -21,9 +21,9 @@ public:
     ClosestSurface(ClosestSurface&&) noexcept;
 
     struct Hit {
-        double distance = 0;     // object units
-        uint32_t triangle = 0;   // index of the closest triangle
-        glm::dvec3 point{0};     // closest point on it
+        double distance = 0;    // object units
+        uint32_t triangle = 0;  // index of the closest triangle
+        glm::dvec3 point{0};    // closest point on it
     };
     // hint: a triangle likely to be near (its distance bounds the search), or no_hint. The mesh must have a triangle.
     static constexpr uint32_t no_hint = ~0u;
@@ -35,8 +35,8 @@ private:
 };
 
 struct SurfaceDistance {
-    double rms = 0;      // object units; over area-uniform samples
-    double max = 0;      // largest distance found at a sample or a vertex
+    double rms = 0;  // object units; over area-uniform samples
+    double max = 0;  // largest distance found at a sample or a vertex
 };
 struct TwoSidedDistance {
     SurfaceDistance a_to_b, b_to_a;
@@ -46,7 +46,7 @@ struct TwoSidedDistance {
 };
 
 struct DistanceOptions {
-    size_t samples = 200000;   // area-uniform sample points on each surface; every vertex is sampled besides, for max
+    size_t samples = 200000;  // area-uniform sample points on each surface; every vertex is sampled besides, for max
     uint64_t seed = 1;
 };
 // Deterministic for any number of threads.

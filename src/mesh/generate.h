@@ -1,6 +1,6 @@
-// Shapes made by code, at any triangle count, the same bytes for the same seed on every machine: with normals and texture
-// coordinates. The count asked for is met within 1% (exactly where the shape allows it), always at least the smallest
-// mesh of its kind.
+// Shapes made by code, at any triangle count, the same bytes for the same seed on every machine: with normals and
+// texture coordinates. The count asked for is met within 1% (exactly where the shape allows it), always at least the
+// smallest mesh of its kind.
 #pragma once
 
 #include <cstdint>

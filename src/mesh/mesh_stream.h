@@ -13,7 +13,8 @@
 namespace lodestone {
 
 // One batch: either vertices or triangles may be empty. Vertices (one wedge each) are numbered on through the stream;
-// a triangle may refer to vertices of its own batch and of earlier ones. Attributes are present in all batches or in none.
+// a triangle may refer to vertices of its own batch and of earlier ones. Attributes are present in all batches or in
+// none.
 struct MeshBatch {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;

@@ -11,21 +11,21 @@
 namespace lodestone {
 
 struct RepairOptions {
-    bool weld = true;               // vertices with bitwise equal positions (-0 counts as 0) become one
-    float weld_distance = 0;        // object units; > 0 also welds vertices closer than this
-    bool orient = true;             // make neighbouring triangles agree, outside out where a component is closed
+    bool weld = true;         // vertices with bitwise equal positions (-0 counts as 0) become one
+    float weld_distance = 0;  // object units; > 0 also welds vertices closer than this
+    bool orient = true;       // make neighbouring triangles agree, outside out where a component is closed
 };
 
 // Counts of what was changed; all zero for a mesh that was clean. Field names are the JSON names of cli.md's `repair`.
 struct RepairReport {
-    uint64_t welded_vertices = 0;           // vertices merged into another
-    uint64_t degenerate_triangles = 0;      // dropped: a repeated vertex or zero area
-    uint64_t duplicate_triangles = 0;       // dropped: same three vertices as an earlier one, either way round
-    uint64_t flipped_triangles = 0;         // turned round to agree with their neighbours or to face outwards
-    uint64_t non_manifold_edges = 0;        // edges with more than two triangles, cut apart
-    uint64_t non_orientable_edges = 0;      // edges cut because no orientation agrees across them (a Moebius strip)
-    uint64_t non_manifold_vertices = 0;     // vertices whose triangles formed several fans, split
-    uint64_t unreferenced_vertices = 0;     // dropped
+    uint64_t welded_vertices = 0;        // vertices merged into another
+    uint64_t degenerate_triangles = 0;   // dropped: a repeated vertex or zero area
+    uint64_t duplicate_triangles = 0;    // dropped: same three vertices as an earlier one, either way round
+    uint64_t flipped_triangles = 0;      // turned round to agree with their neighbours or to face outwards
+    uint64_t non_manifold_edges = 0;     // edges with more than two triangles, cut apart
+    uint64_t non_orientable_edges = 0;   // edges cut because no orientation agrees across them (a Moebius strip)
+    uint64_t non_manifold_vertices = 0;  // vertices whose triangles formed several fans, split
+    uint64_t unreferenced_vertices = 0;  // dropped
     bool changed() const;
 };
 

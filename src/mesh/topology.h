@@ -14,14 +14,15 @@ namespace lodestone {
 struct Topology {
     uint64_t triangles = 0, vertices = 0;
     uint64_t edges = 0;
-    uint64_t components = 0;           // connected through shared vertices
-    uint64_t boundary_edges = 0;       // edges with one triangle
-    uint64_t boundary_loops = 0;       // closed chains of boundary edges; where the boundary touches itself, by connected pieces
-    uint64_t non_manifold_edges = 0;   // edges with more than two triangles
+    uint64_t components = 0;      // connected through shared vertices
+    uint64_t boundary_edges = 0;  // edges with one triangle
+    uint64_t boundary_loops =
+        0;  // closed chains of boundary edges; where the boundary touches itself, by connected pieces
+    uint64_t non_manifold_edges = 0;  // edges with more than two triangles
     uint64_t non_manifold_vertices = 0;
-    uint64_t inconsistent_edges = 0;   // two triangles that run the same way along the edge
-    int64_t genus = 0;                 // sum over components with holes filled; -1 where not an oriented manifold
-    uint64_t seam_edges = 0;           // inner edges whose two triangles use different wedges
+    uint64_t inconsistent_edges = 0;  // two triangles that run the same way along the edge
+    int64_t genus = 0;                // sum over components with holes filled; -1 where not an oriented manifold
+    uint64_t seam_edges = 0;          // inner edges whose two triangles use different wedges
     bool manifold() const { return non_manifold_edges == 0 && non_manifold_vertices == 0; }
     bool closed() const { return boundary_edges == 0; }
 };

@@ -26,7 +26,8 @@ Result<void> TriMesh::validate() const {
         }
     }
     for (size_t w = 0; w < wedges; ++w) {
-        if (wedge_vertex[w] >= vertices) return wrong("wedge " + std::to_string(w) + " refers to a vertex out of range");
+        if (wedge_vertex[w] >= vertices)
+            return wrong("wedge " + std::to_string(w) + " refers to a vertex out of range");
     }
     for (size_t t = 0; t < triangles.size(); ++t) {
         for (const uint32_t w : triangles[t]) {
@@ -42,7 +43,8 @@ Result<void> TriMesh::validate() const {
         }
     }
     for (const Image& image : images) {
-        if (image.texels.size() != size_t{image.width} * image.height) return wrong("an image has a wrong number of texels");
+        if (image.texels.size() != size_t{image.width} * image.height)
+            return wrong("an image has a wrong number of texels");
     }
     return {};
 }

@@ -1,9 +1,9 @@
 // The indexed triangle mesh every room works on.
 //
 // A *vertex* is a point of the surface. A *wedge* (Hoppe, "Efficient implementation of progressive meshes", 1998) is a
-// vertex together with one set of attributes: where normals, texture coordinates, colours or materials jump, a vertex has
-// several wedges and the edge between is a *seam*. Triangles refer to wedges, wedges to vertices, so topology is read
-// through vertices, what is drawn through wedges, and positions are never torn apart to store an attribute.
+// vertex together with one set of attributes: where normals, texture coordinates, colours or materials jump, a vertex
+// has several wedges and the edge between is a *seam*. Triangles refer to wedges, wedges to vertices, so topology is
+// read through vertices, what is drawn through wedges, and positions are never torn apart to store an attribute.
 #pragma once
 
 #include <array>
@@ -71,8 +71,8 @@ struct Box {
 };
 Box bounding_box(std::span<const glm::vec3> points);  // of no points: a point at the origin
 
-// Area-weighted vertex normals (Gouraud), written to mesh.normals for every wedge; all wedges of a vertex get the same one.
-// A vertex without area around it gets (0, 0, 1).
+// Area-weighted vertex normals (Gouraud), written to mesh.normals for every wedge; all wedges of a vertex get the same
+// one. A vertex without area around it gets (0, 0, 1).
 void compute_normals(TriMesh& mesh);
 
 // Drops vertices and wedges no triangle refers to, keeping the order of the rest. Returns how many vertices went.

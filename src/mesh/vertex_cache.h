@@ -17,10 +17,11 @@ namespace lodestone {
 struct CacheModel {
     enum class Kind { fifo, lru, batch };
     Kind kind = Kind::fifo;
-    uint32_t size = 16;         // fifo, lru: entries, 3 .. 1024
-    // batch: a batch closes when another triangle would pass either limit; nothing is reused across batches.
-    uint32_t batch_vertices = 0;   // distinct vertices a batch holds at most
-    uint32_t batch_triangles = 0;  // triangles a batch holds at most, 0 for no limit
+    uint32_t size = 16;  // entries of the cache (fifo, lru) or of the FIFO inside each batch, 3 .. 1024
+    // batch: a batch closes when another triangle would pass either limit; nothing is reused across batches. These are
+    // the cache_size, warp_size and primgroup_size of meshoptimizer's analysis.
+    uint32_t batch_vertices = 0;   // transforms of a batch at most, 0 for no limit
+    uint32_t batch_triangles = 0;  // triangles of a batch at most, 0 for no limit
     bool operator==(const CacheModel&) const = default;
 };
 
@@ -29,14 +30,14 @@ Result<CacheModel> cache_model_named(std::string_view name);
 std::string name_of(const CacheModel& model);
 
 struct CacheStatistics {
-    uint64_t transforms = 0;     // vertex shader runs
-    uint64_t triangles = 0;      // non-degenerate ones
-    uint64_t vertices = 0;       // distinct vertices used by non-degenerate triangles
+    uint64_t transforms = 0;  // vertex shader runs
+    uint64_t triangles = 0;   // non-degenerate ones
+    uint64_t vertices = 0;    // distinct vertices used by non-degenerate triangles
     double acmr() const { return triangles ? static_cast<double>(transforms) / static_cast<double>(triangles) : 0; }
     double atvr() const { return vertices ? static_cast<double>(transforms) / static_cast<double>(vertices) : 0; }
 };
-// indices: three per triangle, in drawing order. Degenerate triangles cost what their vertices cost, but are not counted.
-// misses, if given: per triangle, how many of its corners missed (0 .. 3); resized to fit.
+// indices: three per triangle, in drawing order. Degenerate triangles cost what their vertices cost, but are not
+// counted. misses, if given: per triangle, how many of its corners missed (0 .. 3); resized to fit.
 CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indices,
                          std::vector<uint8_t>* misses = nullptr);
 

@@ -11,6 +11,9 @@ namespace lodestone {
 
 namespace {
 
+// Sampling finds almost the largest distance, and a level between two measured ones may be slightly worse than both.
+constexpr double sampling_margin = 1.05;
+
 // Levels to measure, ascending, full detail left out and the base among them: evenly spread over log(triangles).
 std::vector<uint32_t> levels_to_measure(const ProgressiveMesh& pm, uint32_t count) {
     const uint32_t last = pm.levels() - 1;
@@ -39,7 +42,8 @@ Result<std::vector<float>> measure_errors(const ProgressiveMesh& pm, const Error
     if (levels.empty()) return errors;
     const TriMesh source = extract_level(pm, 0);
     DistanceOptions distance;
-    distance.samples = options.samples;
+    // More points than a few per triangle would find nothing new on a small mesh.
+    distance.samples = std::min<uint64_t>(options.samples, 2000 + 8 * source.triangle_count());
     distance.seed = options.seed;
     double largest = 0;
     uint32_t done = 0;  // levels up to here have their error
@@ -47,7 +51,7 @@ Result<std::vector<float>> measure_errors(const ProgressiveMesh& pm, const Error
         progress.at("measure errors", static_cast<double>(i) / static_cast<double>(levels.size()));
         if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
         largest = std::max(largest, surface_distance(source, extract_level(pm, levels[i]), distance).max());
-        const float error = std::nextafter(static_cast<float>(largest), INFINITY);
+        const auto error = static_cast<float>(largest * sampling_margin);
         while (done < levels[i]) errors[++done] = error;
     }
     return errors;

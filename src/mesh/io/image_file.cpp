@@ -1,0 +1,136 @@
+#include "mesh/io/image_file.h"
+
+#include <cstdio>
+// jpeglib.h needs <cstdio> before it.
+#include <jpeglib.h>
+#include <png.h>
+
+#include <csetjmp>
+#include <cstring>
+
+#include "base/file.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr uint32_t largest_side = 16384;
+
+tl::unexpected<Error> wrong(const std::string& name, const std::string& what) {
+    return fail(Fault::format, name + ": " + what + "; give a PNG or JPEG image of at most 16384 texels a side");
+}
+
+Result<Image> decode_png(std::span<const std::byte> bytes, const std::string& name) {
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    if (png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) == 0)
+        return wrong(name, std::string("PNG: ") + png.message);
+    if (png.width == 0 || png.height == 0 || png.width > largest_side || png.height > largest_side) {
+        png_image_free(&png);
+        return wrong(name, "has a side of no or too many texels");
+    }
+    png.format = PNG_FORMAT_RGBA;
+    Image image{png.width, png.height, {}};
+    image.texels.resize(size_t{png.width} * png.height);
+    if (png_image_finish_read(&png, nullptr, image.texels.data(), 0, nullptr) == 0)
+        return wrong(name, std::string("PNG: ") + png.message);
+    return image;
+}
+
+struct JpegError {
+    jpeg_error_mgr base;
+    std::jmp_buf jump;
+    char message[JMSG_LENGTH_MAX];
+};
+
+void on_jpeg_error(j_common_ptr info) {
+    auto* error = reinterpret_cast<JpegError*>(info->err);
+    error->base.format_message(info, error->message);
+    std::longjmp(error->jump, 1);
+}
+void on_jpeg_message(j_common_ptr) {}
+
+// Everything with a destructor lives in the caller, outside the reach of longjmp.
+bool decode_jpeg_into(std::span<const std::byte> bytes, Image& image, std::vector<uint8_t>& row, JpegError& error) {
+    jpeg_decompress_struct info{};
+    info.err = jpeg_std_error(&error.base);
+    error.base.error_exit = on_jpeg_error;
+    error.base.output_message = on_jpeg_message;
+    if (setjmp(error.jump) != 0) {
+        jpeg_destroy_decompress(&info);
+        return false;
+    }
+    jpeg_create_decompress(&info);
+    jpeg_mem_src(&info, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+    jpeg_read_header(&info, TRUE);
+    if (info.image_width == 0 || info.image_height == 0 || info.image_width > largest_side ||
+        info.image_height > largest_side) {
+        std::strcpy(error.message, "has a side of no or too many texels");
+        jpeg_destroy_decompress(&info);
+        return false;
+    }
+    info.out_color_space = JCS_RGB;
+    jpeg_start_decompress(&info);
+    image.width = info.output_width;
+    image.height = info.output_height;
+    image.texels.resize(size_t{image.width} * image.height);
+    row.resize(size_t{image.width} * 3);
+    while (info.output_scanline < info.output_height) {
+        const size_t y = info.output_scanline;
+        JSAMPROW pointer = row.data();
+        jpeg_read_scanlines(&info, &pointer, 1);
+        for (size_t x = 0; x < image.width; ++x)
+            image.texels[y * image.width + x] = {row[x * 3], row[x * 3 + 1], row[x * 3 + 2], 255};
+    }
+    jpeg_finish_decompress(&info);
+    jpeg_destroy_decompress(&info);
+    return true;
+}
+
+}  // namespace
+
+Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name) {
+    if (bytes.size() >= 8 && png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, 8) == 0)
+        return decode_png(bytes, name);
+    if (bytes.size() >= 3 && bytes[0] == std::byte{0xff} && bytes[1] == std::byte{0xd8} &&
+        bytes[2] == std::byte{0xff}) {
+        Image image;
+        std::vector<uint8_t> row;
+        JpegError error{};
+        if (!decode_jpeg_into(bytes, image, row, error)) return wrong(name, std::string("JPEG: ") + error.message);
+        return image;
+    }
+    return wrong(name, "is neither PNG nor JPEG");
+}
+
+Result<Image> read_image(const std::filesystem::path& path) {
+    auto bytes = read_file(path);
+    if (!bytes) return tl::unexpected(bytes.error());
+    return decode_image(bytes->bytes, path.string());
+}
+
+Result<std::vector<std::byte>> encode_png(const Image& image) {
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    png.width = image.width;
+    png.height = image.height;
+    png.format = PNG_FORMAT_RGBA;
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+    std::vector<std::byte> bytes(size);
+    if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.texels.data(), 0, nullptr) == 0) {
+        return fail(Fault::machine, std::string("PNG: ") + png.message);
+    }
+    bytes.resize(size);
+    return bytes;
+}
+
+Result<void> write_png(const Image& image, const std::filesystem::path& path) {
+    auto bytes = encode_png(image);
+    if (!bytes) return fail_at(path.string(), bytes.error());
+    auto file = OutputFile::create(path);
+    if (!file) return tl::unexpected(file.error());
+    if (auto done = file->write(*bytes); !done) return done;
+    return file->commit();
+}
+
+}  // namespace lodestone

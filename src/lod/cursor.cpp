@@ -177,9 +177,8 @@ Result<void> PmCursor::validate() const {
     return {};
 }
 
-TriMesh extract_level(const ProgressiveMesh& pm, uint32_t level, uint32_t order) {
-    PmCursor cursor(pm, order);
-    cursor.goto_level(level);
+TriMesh mesh_of(const PmCursor& cursor) {
+    const ProgressiveMesh& pm = cursor.mesh();
     const size_t wedges = cursor.vertex_count();
     TriMesh mesh = unpack_vertices(pm.vertices.first(wedges), pm.wedge_vertex.first(wedges), pm.attributes);
     mesh.material_table = pm.material_table;
@@ -191,6 +190,12 @@ TriMesh extract_level(const ProgressiveMesh& pm, uint32_t level, uint32_t order)
     }
     drop_unreferenced(mesh);
     return mesh;
+}
+
+TriMesh extract_level(const ProgressiveMesh& pm, uint32_t level, uint32_t order) {
+    PmCursor cursor(pm, order);
+    cursor.goto_level(level);
+    return mesh_of(cursor);
 }
 
 }  // namespace lodestone

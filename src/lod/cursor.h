@@ -71,7 +71,9 @@ private:
     uint32_t dirty_low_ = ~0u, dirty_high_ = 0;  // blocks, so that a short walk costs no long scan
 };
 
-// A level as a mesh: the faces of the drawn range in drawing order, degenerate ones left out, wedges and vertices kept.
+// The level a cursor is at as a mesh: the faces of the drawn range in drawing order, degenerate ones left out, wedges
+// and vertices kept.
+TriMesh mesh_of(const PmCursor& cursor);
 TriMesh extract_level(const ProgressiveMesh& pm, uint32_t level, uint32_t order = 0);
 
 }  // namespace lodestone

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/check.h"
+#include "base/random.h"
 #include "lod/cursor.h"
 #include "mesh/distance.h"
 
@@ -12,7 +13,11 @@ namespace lodestone {
 namespace {
 
 // Sampling finds almost the largest distance, and a level between two measured ones may be slightly worse than both.
-constexpr double sampling_margin = 1.05;
+constexpr double sampling_margin = 1.1;
+
+// Small meshes are measured at more levels: as many as this many sample points in all allow.
+constexpr uint64_t points_in_all = 4'000'000;
+constexpr uint32_t most_levels = 400;
 
 // Levels to measure, ascending, full detail left out and the base among them: evenly spread over log(triangles).
 std::vector<uint32_t> levels_to_measure(const ProgressiveMesh& pm, uint32_t count) {
@@ -38,19 +43,25 @@ Result<std::vector<float>> measure_errors(const ProgressiveMesh& pm, const Error
                                           const Progress& progress) {
     LODE_CHECK(options.measured_levels >= 2, options.measured_levels);
     std::vector<float> errors(pm.levels(), 0.0f);
-    const std::vector<uint32_t> levels = levels_to_measure(pm, options.measured_levels);
-    if (levels.empty()) return errors;
-    const TriMesh source = extract_level(pm, 0);
     DistanceOptions distance;
     // More points than a few per triangle would find nothing new on a small mesh.
-    distance.samples = std::min<uint64_t>(options.samples, 2000 + 8 * source.triangle_count());
+    distance.samples = std::min<uint64_t>(options.samples, 2000 + 8 * uint64_t{pm.full_triangles()});
+    distance.vertices = 2 * options.samples;
     distance.seed = options.seed;
+    const auto affordable = static_cast<uint32_t>(std::min<uint64_t>(points_in_all / distance.samples, most_levels));
+    const std::vector<uint32_t> levels = levels_to_measure(pm, std::max(options.measured_levels, affordable));
+    if (levels.empty()) return errors;
+    const MeasuredSurface source(extract_level(pm, 0), distance);
+    PmCursor cursor(pm);
     double largest = 0;
     uint32_t done = 0;  // levels up to here have their error
     for (size_t i = 0; i < levels.size(); ++i) {
         progress.at("measure errors", static_cast<double>(i) / static_cast<double>(levels.size()));
         if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-        largest = std::max(largest, surface_distance(source, extract_level(pm, levels[i]), distance).max());
+        cursor.goto_level(levels[i]);
+        distance.seed = mix64(options.seed + i);
+        const MeasuredSurface level(mesh_of(cursor), distance);
+        largest = std::max({largest, source.to(level).max, level.to(source).max});
         const auto error = static_cast<float>(largest * sampling_margin);
         while (done < levels[i]) errors[++done] = error;
     }

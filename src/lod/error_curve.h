@@ -18,7 +18,8 @@ struct ErrorCurveOptions {
 
 // One error per level, object units, never decreasing, the first 0: the two-sided (Hausdorff) distance between the
 // level and the source. At measured levels it is the largest distance found up to there; a level between two measured
-// ones gets the coarser one's. All are raised by 5% for what sampling misses, so that the promise errs towards safety. Fault::interrupted when progress says stop.
+// ones gets the coarser one's. All are raised by 10% for what sampling misses, so that the promise errs towards safety.
+// Fault::interrupted when progress says stop.
 Result<std::vector<float>> measure_errors(const ProgressiveMesh& pm, const ErrorCurveOptions& options = {},
                                           const Progress& progress = {});
 

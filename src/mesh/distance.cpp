@@ -54,15 +54,15 @@ struct Sums {
 };
 
 // Distances of the points to the surface; chunks are summed in order, so that the number of threads changes nothing.
-template <class Point>
-Sums distances(size_t count, const ClosestSurface& surface, const Point& point) {
+Sums distances(const std::vector<glm::dvec3>& points, const ClosestSurface& surface) {
     constexpr size_t chunk = 2048;
+    const size_t count = points.size();
     std::vector<Sums> chunks((count + chunk - 1) / chunk);
     parallel_for(count, chunk, [&](size_t begin, size_t end) {
         Sums sums;
         uint32_t hint = ClosestSurface::no_hint;
         for (size_t i = begin; i < end; ++i) {
-            const auto hit = surface.closest(point(i), hint);
+            const auto hit = surface.closest(points[i], hint);
             hint = hit.triangle;
             sums.squares += hit.distance * hit.distance;
             sums.largest = std::max(sums.largest, hit.distance);
@@ -77,33 +77,45 @@ Sums distances(size_t count, const ClosestSurface& surface, const Point& point) 
     return all;
 }
 
-SurfaceDistance one_sided(const TriMesh& from, const ClosestSurface& to, const DistanceOptions& options,
-                          uint64_t seed) {
-    const auto samples = area_samples(from, options.samples, seed);
-    const Sums area = distances(samples.size(), to, [&](size_t i) { return samples[i]; });
-    // Vertices are visited along the triangles, so that one is near the next.
+// Vertices along the triangles, so that one is near the next; every n-th where there are more than `most`.
+std::vector<glm::dvec3> some_vertices(const TriMesh& mesh, size_t most) {
     std::vector<uint32_t> order;
-    std::vector<bool> seen(from.vertex_count(), false);
-    for (const Triangle& t : from.triangles) {
+    std::vector<bool> seen(mesh.vertex_count(), false);
+    for (const Triangle& t : mesh.triangles) {
         for (const uint32_t w : t) {
-            const uint32_t v = from.wedge_vertex[w];
+            const uint32_t v = mesh.wedge_vertex[w];
             if (!seen[v]) order.push_back(v);
             seen[v] = true;
         }
     }
-    const Sums vertices = distances(order.size(), to, [&](size_t i) { return glm::dvec3(from.positions[order[i]]); });
-    SurfaceDistance result;
-    result.rms = samples.empty() ? 0 : std::sqrt(area.squares / static_cast<double>(samples.size()));
-    result.max = std::max(area.largest, vertices.largest);
-    return result;
+    std::vector<glm::dvec3> points(std::min(most, order.size()));
+    for (size_t i = 0; i < points.size(); ++i) points[i] = mesh.positions[order[i * order.size() / points.size()]];
+    return points;
 }
 
 }  // namespace
 
+MeasuredSurface::MeasuredSurface(const TriMesh& mesh, const DistanceOptions& options)
+    : samples_(area_samples(mesh, options.samples, options.seed)),
+      vertices_(some_vertices(mesh, options.vertices)),
+      surface_(mesh.positions, vertex_indices(mesh)) {}
+MeasuredSurface::~MeasuredSurface() = default;
+MeasuredSurface::MeasuredSurface(MeasuredSurface&&) noexcept = default;
+
+SurfaceDistance MeasuredSurface::to(const MeasuredSurface& other) const {
+    const Sums area = distances(samples_, other.surface_), corners = distances(vertices_, other.surface_);
+    SurfaceDistance result;
+    result.rms = samples_.empty() ? 0 : std::sqrt(area.squares / static_cast<double>(samples_.size()));
+    result.max = std::max(area.largest, corners.largest);
+    return result;
+}
+
 TwoSidedDistance surface_distance(const TriMesh& a, const TriMesh& b, const DistanceOptions& options) {
     LODE_CHECK(a.triangle_count() > 0 && b.triangle_count() > 0);
-    const ClosestSurface surface_a(a.positions, vertex_indices(a)), surface_b(b.positions, vertex_indices(b));
-    return {one_sided(a, surface_b, options, options.seed * 2), one_sided(b, surface_a, options, options.seed * 2 + 1)};
+    DistanceOptions other = options;
+    other.seed = mix64(options.seed);
+    const MeasuredSurface surface_a(a, options), surface_b(b, other);
+    return {surface_a.to(surface_b), surface_b.to(surface_a)};
 }
 
 }  // namespace lodestone

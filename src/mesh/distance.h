@@ -46,10 +46,25 @@ struct TwoSidedDistance {
 };
 
 struct DistanceOptions {
-    size_t samples = 200000;  // area-uniform sample points on each surface; every vertex is sampled besides, for max
+    size_t samples = 200000;            // area-uniform sample points on each surface
+    size_t vertices = size_t{1} << 22;  // vertices looked at besides, for max; evenly chosen where there are more
     uint64_t seed = 1;
 };
-// Deterministic for any number of threads.
+
+// A surface made ready to be measured against others: its samples and its search tree.
+class MeasuredSurface {
+public:
+    MeasuredSurface(const TriMesh& mesh, const DistanceOptions& options = {});  // the mesh must have a triangle
+    ~MeasuredSurface();
+    MeasuredSurface(MeasuredSurface&&) noexcept;
+    // Distances of this surface's points to the other surface. Deterministic for any number of threads.
+    SurfaceDistance to(const MeasuredSurface& other) const;
+
+private:
+    std::vector<glm::dvec3> samples_, vertices_;
+    ClosestSurface surface_;
+};
+
 TwoSidedDistance surface_distance(const TriMesh& a, const TriMesh& b, const DistanceOptions& options = {});
 
 }  // namespace lodestone

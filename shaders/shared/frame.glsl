@@ -1,0 +1,16 @@
+// Descriptor set 0 as GLSL sees it.
+#ifndef LODESTONE_FRAME_GLSL
+#define LODESTONE_FRAME_GLSL
+
+#include "shared/draw_constants.h"
+#include "shared/frame_constants.h"
+
+layout(set = 0, binding = LODE_FRAME_CONSTANTS, std140) uniform FrameBlock { FrameConstants frame; };
+layout(set = 0, binding = LODE_INSTANCES, std430) readonly buffer InstanceBlock { InstanceConstants instances[]; };
+layout(set = 0, binding = LODE_INSTANCE_IDS, std430) readonly buffer InstanceIdBlock { uint instance_ids[]; };
+layout(set = 0, binding = LODE_MATERIALS, std430) readonly buffer MaterialBlock { MaterialConstants materials[]; };
+layout(set = 0, binding = LODE_TEXTURES) uniform sampler2DArray textures;
+layout(set = 0, binding = LODE_SHADOW_DEPTH) uniform sampler2D shadow_depth;
+layout(set = 0, binding = LODE_SHADOW_TRANSMITTANCE) uniform sampler2D shadow_transmittance;
+
+#endif

@@ -1,0 +1,77 @@
+// What every shader of a frame can see (descriptor set 0), declared once for C++ and GLSL. std140 / std430.
+#ifndef LODESTONE_FRAME_CONSTANTS_H
+#define LODESTONE_FRAME_CONSTANTS_H
+
+#define LODE_MOST_VIEWS 8
+
+// Bindings of set 0.
+#define LODE_FRAME_CONSTANTS 0
+#define LODE_INSTANCES 1
+#define LODE_INSTANCE_IDS 2
+#define LODE_MATERIALS 3
+#define LODE_TEXTURES 4
+#define LODE_SHADOW_DEPTH 5
+#define LODE_SHADOW_TRANSMITTANCE 6
+
+// FrameConstants::debug_view.
+#define LODE_DEBUG_NONE 0
+#define LODE_DEBUG_LEVEL 1
+#define LODE_DEBUG_TRIANGLE 2
+#define LODE_DEBUG_NORMAL 3
+#define LODE_DEBUG_UV 4
+#define LODE_DEBUG_MATERIAL 5
+
+#ifdef __cplusplus
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <glm/vec4.hpp>
+namespace lodestone {
+namespace gpu {
+using mat4 = glm::mat4;
+using vec4 = glm::vec4;
+using uint = uint32_t;
+#define LODE_STRUCT(name) struct name
+#else
+#define LODE_STRUCT(name) struct name
+#endif
+
+LODE_STRUCT(ViewConstants) {
+    mat4 world_to_clip;
+    vec4 eye;  // world space; w: 1 for a camera, 0 for a shadow view
+};
+
+LODE_STRUCT(FrameConstants) {
+    ViewConstants views[LODE_MOST_VIEWS];
+    vec4 to_light;         // unit vector, world space
+    vec4 light_colour;     // linear
+    vec4 sky_colour;       // linear, from above
+    vec4 ground_colour;    // linear, from below
+    uint shadow_view;      // into views, LODE_MOST_VIEWS where there is none
+    uint debug_view;
+    uint double_sided;     // 1: normals turn towards the eye
+    float shadow_texel;    // world units a texel of the shadow map spans
+};
+
+LODE_STRUCT(InstanceConstants) {
+    mat4 object_to_world;
+    mat4 normal_to_world;  // its upper 3x3: inverse transpose
+    uint first_material;
+    uint padding0, padding1, padding2;
+};
+
+LODE_STRUCT(MaterialConstants) {
+    vec4 base_colour;  // linear
+    int layer;         // of the textures, -1 for none
+    int padding0, padding1, padding2;
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(ViewConstants) == 80);
+static_assert(sizeof(FrameConstants) == 80 * LODE_MOST_VIEWS + 80);
+static_assert(sizeof(InstanceConstants) == 144);
+static_assert(sizeof(MaterialConstants) == 32);
+}  // namespace gpu
+}  // namespace lodestone
+#endif
+
+#endif

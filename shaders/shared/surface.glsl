@@ -1,0 +1,26 @@
+// What a backend's fragment shader says about the point it covers; lighting.glsl lights it, the same for every backend.
+#ifndef LODESTONE_SURFACE_GLSL
+#define LODESTONE_SURFACE_GLSL
+
+struct Surface {
+    vec3 position;  // world space
+    vec3 normal;    // world space, unit length
+    vec2 uv;
+    vec4 colour;    // sRGB as stored with the vertex, and alpha
+    uint material;  // into the scene's materials
+    float level;    // 0 full detail .. 1 coarsest
+    uint chart;     // a number that differs between neighbouring charts, 0 where there are none
+    uint page;
+    float error;    // object units
+    uint triangle;  // a number that differs between neighbouring triangles
+};
+
+// Octahedral decoding: Cigolle et al., "A survey of efficient representations for independent unit vectors", JCGT 2014.
+vec3 unpack_normal(vec2 packed_normal) {
+    vec3 n = vec3(packed_normal, 1.0 - abs(packed_normal.x) - abs(packed_normal.y));
+    float fold = max(-n.z, 0.0);
+    n.xy -= vec2(n.x < 0.0 ? -fold : fold, n.y < 0.0 ? -fold : fold);
+    return normalize(n);
+}
+
+#endif

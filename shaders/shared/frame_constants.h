@@ -30,17 +30,14 @@ namespace gpu {
 using mat4 = glm::mat4;
 using vec4 = glm::vec4;
 using uint = uint32_t;
-#define LODE_STRUCT(name) struct name
-#else
-#define LODE_STRUCT(name) struct name
 #endif
 
-LODE_STRUCT(ViewConstants) {
+struct ViewConstants {
     mat4 world_to_clip;
     vec4 eye;  // world space; w: 1 for a camera, 0 for a shadow view
 };
 
-LODE_STRUCT(FrameConstants) {
+struct FrameConstants {
     ViewConstants views[LODE_MOST_VIEWS];
     vec4 to_light;         // unit vector, world space
     vec4 light_colour;     // linear
@@ -52,14 +49,14 @@ LODE_STRUCT(FrameConstants) {
     float shadow_texel;    // world units a texel of the shadow map spans
 };
 
-LODE_STRUCT(InstanceConstants) {
+struct InstanceConstants {
     mat4 object_to_world;
     mat4 normal_to_world;  // its upper 3x3: inverse transpose
     uint first_material;
     uint padding0, padding1, padding2;
 };
 
-LODE_STRUCT(MaterialConstants) {
+struct MaterialConstants {
     vec4 base_colour;  // linear
     int layer;         // of the textures, -1 for none
     int padding0, padding1, padding2;

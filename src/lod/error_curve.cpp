@@ -12,9 +12,6 @@ namespace lodestone {
 
 namespace {
 
-// Sampling finds almost the largest distance, and a level between two measured ones may be slightly worse than both.
-constexpr double sampling_margin = 1.1;
-
 // Small meshes are measured at more levels: as many as this many sample points in all allow.
 constexpr uint64_t points_in_all = 4'000'000;
 constexpr uint32_t most_levels = 400;

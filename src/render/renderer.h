@@ -13,6 +13,7 @@
 #include "base/result.h"
 #include "frame/frame_source.h"
 #include "frame/materials.h"
+#include "frame/picture.h"
 
 namespace lodestone {
 
@@ -59,12 +60,6 @@ struct FrameCounters {
     double total_ms = 0;                       // wall clock, from submit() entered to fence seen signalled
 };
 
-struct Picture {
-    uint32_t width = 0, height = 0;
-    std::vector<uint8_t> colour;  // RGBA, sRGB, rows top to bottom; alpha 255 where a surface was drawn, 0 elsewhere
-    std::vector<float> depth;     // reversed: 1 near plane, 0 far plane or nothing drawn
-};
-
 class Renderer {
 public:
     // Fault::machine where there is no Vulkan 1.3 device or a needed feature is missing; the message names it.
@@ -80,8 +75,10 @@ public:
     // Changes the size of the camera targets.
     virtual Result<void> resize(uint32_t width, uint32_t height) = 0;
 
-    // Records and submits one frame; waits only when frames_in_flight frames are under way. views[0] is drawn to the
-    // target that read_picture() reads; at most one shadow view is drawn and used for lighting.
+    // Records and submits one frame; waits only when frames_in_flight frames are under way, or when more bytes are uploaded
+    // than are staged at once. views[0] is drawn to the target that read_picture() reads; at most one shadow view is drawn and
+    // used for lighting. Other cameras have no target yet: draws of them are an error. Where an instance is mirrored, back
+    // faces are not culled in that frame.
     virtual Result<void> submit(const Plan& plan, const FrameInput& input, const Look& look) = 0;
 
     // Every frame before this number has left the GPU.

@@ -36,8 +36,8 @@ struct ReadReport {
 Result<TriMesh> read_mesh(const std::filesystem::path& path, const ReadOptions& options = {},
                           ReadReport* report = nullptr);
 
-// The same as batches. Formats that can are read piece by piece (PLY, STL, height maps); the others are read whole and
-// handed out in batches.
+// The same as batches. PLY and STL are read piece by piece; the others are read whole and
+// handed out in batches. `report`, if given, must outlive the stream.
 Result<std::unique_ptr<MeshStream>> open_mesh_stream(const std::filesystem::path& path, const ReadOptions& options = {},
                                                      ReadReport* report = nullptr);
 

@@ -1,0 +1,27 @@
+#include "apps/asset.h"
+
+namespace lodestone {
+
+Result<Asset> open_asset(const std::filesystem::path& path) {
+    auto file = ChunkFile::open(path);
+    if (!file) return tl::unexpected(file.error());
+    Asset asset{std::move(*file), {}, nullptr, nullptr};
+    auto about = asset.file.text("about");
+    if (!about) return tl::unexpected(about.error());
+    asset.about = nlohmann::json::parse(*about, nullptr, false);
+    if (asset.about.is_discarded())
+        return fail(Fault::format, path.string() + ": chunk 'about': is not JSON; bake the asset again");
+    if (asset.file.contains("lod/mesh")) {
+        auto lod = ProgressiveMesh::open(asset.file);
+        if (!lod) return tl::unexpected(lod.error());
+        asset.lod = std::make_shared<const ProgressiveMesh>(std::move(*lod));
+    }
+    if (asset.file.contains("discrete/levels")) {
+        auto chain = DiscreteChain::open(asset.file);
+        if (!chain) return tl::unexpected(chain.error());
+        asset.discrete = std::make_shared<const DiscreteChain>(std::move(*chain));
+    }
+    return asset;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,25 @@
+// An asset file opened for use.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/chunk_file.h"
+#include "baseline/discrete.h"
+#include "lod/progressive_mesh.h"
+
+namespace lodestone {
+
+struct Asset {
+    ChunkFile file;
+    nlohmann::json about;                           // chunk "about": name, options, input, repair
+    std::shared_ptr<const ProgressiveMesh> lod;     // null where it was baked without
+    std::shared_ptr<const DiscreteChain> discrete;  // null where it was baked without
+};
+
+// Every error names the file; Fault::format.
+Result<Asset> open_asset(const std::filesystem::path& path);
+
+}  // namespace lodestone

@@ -1,0 +1,44 @@
+// From a mesh to an asset file: reading, repair, simplification, orders, measured errors, one file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "base/hash.h"
+#include "base/progress.h"
+#include "base/result.h"
+#include "mesh/io/read.h"
+#include "mesh/tri_mesh.h"
+
+namespace lodestone {
+
+struct BakeOptions {
+    std::vector<std::string> backends = {"lod"};                    // lod, discrete
+    std::vector<std::string> orders = {"static", "classic"};        // the first is what is drawn unless asked otherwise
+    std::string simplifier = "quadric";                             // quadric, openmesh
+    double normal_weight = -1, uv_weight = -1, colour_weight = -1;  // < 0: the simplifier's default
+    uint64_t error_samples = 100000;                                // points on each surface when errors are measured
+    ReadOptions read;
+
+    // Everything the asset's bytes depend on besides the source.
+    nlohmann::json to_json() const;
+};
+
+// The mesh a bake starts from, and where it came from.
+struct BakeInput {
+    TriMesh mesh;
+    Hash128 source;    // of the file's content or of the recipe
+    std::string name;  // for people: file name without folders, or the recipe in words
+    ReadReport read;
+};
+Result<BakeInput> read_bake_input(const std::filesystem::path& path, const BakeOptions& options,
+                                  const Progress& progress);
+
+// Writes the asset and returns the bake report of docs/cli.md. Outputs appear whole or not at all.
+Result<nlohmann::json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
+                                  const Progress& progress);
+
+}  // namespace lodestone

@@ -1,0 +1,125 @@
+#include <cstdio>
+
+#include "apps/bake.h"
+#include "apps/commands.h"
+#include "apps/terminal.h"
+#include "base/threads.h"
+#include "lod/face_order.h"
+
+namespace lodestone {
+
+namespace {
+
+struct Options {
+    std::string mesh, out, backends = "lod", orders = "static,classic", report;
+    unsigned threads = 0;
+    bool json = false;
+    BakeOptions bake;
+};
+
+Result<void> check_backends(const std::vector<std::string>& backends) {
+    for (const std::string& b : backends) {
+        if (b == "vgi")
+            return fail(
+                Fault::usage,
+                "--backends vgi: virtual geometry images are not part of this version; choose from lod, discrete");
+        if (b != "lod" && b != "discrete")
+            return fail(Fault::usage, "--backends " + b + ": there is no such backend; choose from lod, discrete");
+    }
+    return {};
+}
+
+void print_summary(const nlohmann::json& report) {
+    const auto& input = report["input"];
+    std::printf("%s: %llu triangles, %llu vertices, %llu components, %llu boundary loops\n",
+                report["name"].get<std::string>().c_str(), input["triangles"].get<unsigned long long>(),
+                input["vertices"].get<unsigned long long>(), input["components"].get<unsigned long long>(),
+                input["boundary_loops"].get<unsigned long long>());
+    for (const auto& [what, count] : report["repair"].items()) {
+        if (count.get<uint64_t>() > 0)
+            std::printf("  repaired: %s %llu\n", what.c_str(), count.get<unsigned long long>());
+    }
+    if (report.contains("lod")) {
+        const auto& lod = report["lod"];
+        std::printf(
+            "  lod: %u levels down to %u triangles (%s); simplified in %.2f s of CPU, errors measured in %.2f s\n",
+            lod["levels"].get<unsigned>(), lod["base_triangles"].get<unsigned>(),
+            lod["stopped_because"].get<std::string>().c_str(), lod["simplify_cpu_seconds"].get<double>(),
+            lod["error_seconds"].get<double>());
+    }
+    std::printf("  %llu bytes in %.2f s\n", report["out_bytes"].get<unsigned long long>(),
+                report["seconds"].get<double>());
+}
+
+Result<int> bake(const Options& given) {
+    BakeOptions options = given.bake;
+    auto backends = parse_list("--backends", given.backends);
+    auto orders = parse_list("--order", given.orders);
+    if (!backends) return tl::unexpected(backends.error());
+    if (!orders) return tl::unexpected(orders.error());
+    if (auto good = check_backends(*backends); !good) return tl::unexpected(good.error());
+    for (size_t i = 0; i < orders->size(); ++i) {
+        if (auto orderer = face_orderer_named((*orders)[i]); !orderer) return fail_at("--order", orderer.error());
+        if (std::find(orders->begin(), orders->begin() + static_cast<ptrdiff_t>(i), (*orders)[i]) !=
+            orders->begin() + static_cast<ptrdiff_t>(i)) {
+            return fail(Fault::usage, "--order " + given.orders + ": names " + (*orders)[i] + " twice");
+        }
+    }
+    options.backends = *backends;
+    options.orders = *orders;
+    set_thread_count(given.threads);
+    const Progress progress = terminal_progress();
+    auto input = read_bake_input(given.mesh, options, progress);
+    if (!input) return tl::unexpected(input.error());
+    auto report = bake_asset(std::move(*input), options, given.out, progress);
+    if (!report) return tl::unexpected(report.error());
+    end_progress();
+    if (!given.report.empty()) {
+        if (auto done = write_json(given.report, report->dump(2)); !done) return tl::unexpected(done.error());
+    }
+    if (given.json) {
+        print_line(report->dump(2));
+    } else if (verbosity() != Verbosity::quiet) {
+        print_summary(*report);
+    }
+    return 0;
+}
+
+}  // namespace
+
+void add_bake(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command =
+        app.add_subcommand("bake", "Make an asset from a mesh (PLY, OBJ, STL, OFF, glTF, height map; also .gz)");
+    command->add_option("mesh", o->mesh, "Mesh file")->required();
+    command->add_option("-o,--out", o->out, "Asset to write, .lode")->required();
+    command->add_option("--backends", o->backends, "What to bake for: lod, discrete")->capture_default_str();
+    command->add_option("--order", o->orders, "Face orders, the first drawn by default: static, classic")
+        ->capture_default_str();
+    command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
+    command->add_option("--report", o->report, "Also write the bake report to this JSON file");
+    command->add_flag("--json", o->json, "Print the bake report as JSON");
+    command->add_option("--simplifier", o->bake.simplifier, "quadric (ours) or openmesh")
+        ->check(CLI::IsMember({"quadric", "openmesh"}))
+        ->capture_default_str();
+    command->add_option("--normal-weight", o->bake.normal_weight, "Weight of normals in the error")
+        ->check(CLI::Range(0.0, 1e6));
+    command->add_option("--uv-weight", o->bake.uv_weight, "Weight of texture coordinates in the error")
+        ->check(CLI::Range(0.0, 1e6));
+    command->add_option("--colour-weight", o->bake.colour_weight, "Weight of colours in the error")
+        ->check(CLI::Range(0.0, 1e6));
+    command
+        ->add_option("--error-samples", o->bake.error_samples,
+                     "Points on each surface when a level's error is measured")
+        ->check(CLI::Range(1000, 100000000))
+        ->capture_default_str();
+    command->add_option("--height-scale", o->bake.read.height_scale, "Height maps: object units per height unit")
+        ->capture_default_str();
+    command
+        ->add_option("--pixel-size", o->bake.read.pixel_size,
+                     "Height maps: object units between samples; 0 takes the file's")
+        ->capture_default_str();
+    command->callback([o, &run] { run = [o] { return bake(*o); }; });
+}
+
+}  // namespace lodestone

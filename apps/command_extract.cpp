@@ -1,0 +1,79 @@
+#include <cstdio>
+#include <optional>
+
+#include "apps/asset.h"
+#include "apps/commands.h"
+#include "apps/terminal.h"
+#include "lod/cursor.h"
+#include "mesh/io/write.h"
+
+namespace lodestone {
+
+namespace {
+
+struct Options {
+    std::string asset, backend = "lod", order, out;
+    std::optional<uint64_t> triangles;
+    std::optional<double> error;
+    std::optional<uint32_t> level;
+};
+
+Result<int> extract(const Options& o) {
+    if (o.backend == "vgi")
+        return fail(Fault::usage, "--backend vgi: virtual geometry images are not part of this version; choose lod");
+    if (o.backend != "lod")
+        return fail(Fault::usage, "--backend " + o.backend + ": there is nothing to extract from it; choose lod");
+    const int given = o.triangles.has_value() + o.error.has_value() + o.level.has_value();
+    if (given != 1) return fail(Fault::usage, "extract: give exactly one of --triangles, --error, --level");
+    auto asset = open_asset(o.asset);
+    if (!asset) return tl::unexpected(asset.error());
+    if (asset->lod == nullptr)
+        return fail(Fault::format, o.asset + ": holds no progressive mesh; bake it with --backends lod");
+    const ProgressiveMesh& pm = *asset->lod;
+    const FaceOrder* order = o.order.empty() ? pm.orders.data() : pm.order_named(o.order);
+    if (order == nullptr)
+        return fail(Fault::usage,
+                    "--order " + o.order + ": the asset does not hold it; bake it with --order " + o.order);
+    uint32_t level = 0;
+    if (o.triangles) {
+        level = pm.level_for_triangles(*o.triangles);
+        if (pm.triangles_at(level) > *o.triangles) {
+            terminal_progress().warning("the coarsest level has " + std::to_string(pm.triangles_at(level)) +
+                                        " triangles");
+        }
+    } else if (o.error) {
+        level = pm.level_for_error(*o.error);
+    } else {
+        level = *o.level;
+        if (level >= pm.levels()) {
+            return fail(Fault::usage, "--level " + std::to_string(level) +
+                                          ": the asset's levels are 0 (full detail) to " +
+                                          std::to_string(pm.levels() - 1));
+        }
+    }
+    const TriMesh mesh = extract_level(pm, level, static_cast<uint32_t>(order - pm.orders.data()));
+    if (auto done = write_mesh(mesh, o.out); !done) return tl::unexpected(done.error());
+    if (verbosity() != Verbosity::quiet) {
+        std::printf("level %u of %u: %zu triangles, error %g\n", level, pm.levels(), mesh.triangle_count(),
+                    static_cast<double>(pm.errors[level]));
+    }
+    return 0;
+}
+
+}  // namespace
+
+void add_extract(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("extract", "Write one level of an asset as a mesh, faces in drawing order");
+    command->add_option("asset", o->asset, "Asset file, .lode")->required();
+    command->add_option("--backend", o->backend, "lod")->capture_default_str();
+    command->add_option("--order", o->order, "Face order; the asset's first unless given");
+    command->add_option("--triangles", o->triangles, "The finest level of at most this many triangles");
+    command->add_option("--error", o->error, "The coarsest level of at most this error, in object units")
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--level", o->level, "This level; 0 is full detail");
+    command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
+    command->callback([o, &run] { run = [o] { return extract(*o); }; });
+}
+
+}  // namespace lodestone

@@ -1,0 +1,33 @@
+// The subcommands of the program. Each adds itself to the command line and, when chosen, leaves in `run` what to do.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "base/result.h"
+
+namespace lodestone {
+
+// Returns the exit code, or the error that ends the program.
+using Run = std::function<Result<int>()>;
+
+void add_bake(CLI::App& app, Run& run);
+void add_info(CLI::App& app, Run& run);
+void add_verify(CLI::App& app, Run& run);
+void add_acmr(CLI::App& app, Run& run);
+void add_extract(CLI::App& app, Run& run);
+void add_generate(CLI::App& app, Run& run);
+void add_render(CLI::App& app, Run& run);
+void add_bench(CLI::App& app, Run& run);
+
+// "1280x720" to two numbers of 1 .. 16384; Fault::usage otherwise.
+Result<std::pair<uint32_t, uint32_t>> parse_size(const std::string& text);
+// Comma-separated words; Fault::usage names `option` for an empty one.
+Result<std::vector<std::string>> parse_list(const std::string& option, const std::string& text);
+
+// Prints to stdout, with a newline.
+void print_line(const std::string& text);
+// A JSON document written whole or not at all.
+Result<void> write_json(const std::string& path, const std::string& text);
+
+}  // namespace lodestone

@@ -1,0 +1,316 @@
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "apps/commands.h"
+#include "apps/draw_session.h"
+#include "apps/machine.h"
+#include "apps/terminal.h"
+#include "base/statistics.h"
+#include "base/threads.h"
+#include "mesh/distance.h"
+#include "mesh/io/image_file.h"
+#include "mesh/vertex_cache.h"
+#include "report/image_metrics.h"
+#include "report/rows.h"
+
+namespace lodestone {
+
+namespace {
+
+struct Options {
+    std::string scene, backends = "full,discrete,lod", orders, pixel_errors = "1", size = "1280x720", device, out;
+    uint32_t frames = 120, quality_frames = 5, rounds = 1;
+    unsigned threads = 0;
+    bool validation = false, json = false;
+};
+
+constexpr uint32_t supersampling = 4;
+constexpr size_t colour_stage = static_cast<size_t>(Stage::colour);
+
+// A picture to compare with, kept with what is needed to compare.
+struct Reference {
+    Camera camera;
+    View view;
+    Picture supersampled;       // at the small size: colour averaged over 4x4, alpha the covered share
+    Picture full;               // `full` at the small size
+    std::unique_ptr<ClosestSurface> surface;  // of `full` as drawn, world space
+};
+
+// The triangles the last frame drew, in world space.
+std::unique_ptr<ClosestSurface> drawn_surface(const PlanMirror& mirror, const ReadyScene& scene) {
+    std::vector<glm::vec3> corners;
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+        const glm::mat4& to_world = scene.instances[i].object_to_world;
+        for (const auto& triangle : mirror.triangles_of(i)) {
+            for (const glm::vec3& p : triangle) corners.emplace_back(to_world * glm::vec4(p, 1));
+        }
+    }
+    if (corners.empty()) return nullptr;
+    std::vector<uint32_t> indices(corners.size());
+    for (uint32_t i = 0; i < indices.size(); ++i) indices[i] = i;
+    return std::make_unique<ClosestSurface>(corners, indices);
+}
+
+// Transforms per triangle of the colour stage by a simulated FIFO-16.
+double simulated_acmr(const PlanMirror& mirror) {
+    const CacheModel fifo16;
+    uint64_t transforms = 0, triangles = 0;
+    for (const auto& draw : mirror.draws()) {
+        if (draw.stage != Stage::colour || draw.draw.view != 0) continue;
+        const CacheStatistics s = simulate(fifo16, draw.indices);
+        transforms += s.transforms * draw.draw.instances;
+        triangles += s.triangles * draw.draw.instances;
+    }
+    return triangles ? static_cast<double>(transforms) / static_cast<double>(triangles) : 0;
+}
+
+class Bench {
+public:
+    Bench(const Options& options, ReadyScene& scene, Renderer& renderer, uint32_t width, uint32_t height, const Progress& progress)
+        : options_(options), scene_(scene), renderer_(renderer), width_(width), height_(height), progress_(progress) {}
+
+    // Pictures of `full` for the frames at which quality is measured.
+    Result<void> make_references() {
+        auto session = DrawSession::open(scene_, renderer_, "full", "", true, progress_);
+        if (!session) return tl::unexpected(session.error());
+        for (uint32_t i = 0; i < options_.quality_frames; ++i) {
+            progress_.at("reference pictures", static_cast<double>(i) / options_.quality_frames);
+            Reference reference;
+            reference.camera = quality_camera(i);
+            if (auto done = draw_at(**session, reference.camera, width_ * supersampling, height_ * supersampling, reference.supersampled); !done) return done;
+            reference.supersampled = downsampled(reference.supersampled, supersampling);
+            if (auto done = draw_at(**session, reference.camera, width_, height_, reference.full); !done) return done;
+            reference.view = (*session)->view();
+            reference.surface = drawn_surface(*(*session)->mirror(), scene_);
+            references_.push_back(std::move(reference));
+        }
+        return {};
+    }
+
+    Result<Row> measure(const std::string& backend, const std::string& order, double pixel_error) {
+        Row row;
+        row.backend = backend;
+        row.order = order;
+        row.pixel_error = pixel_error;
+        row.frames = options_.frames;
+        row.bake_seconds = scene_.bake_seconds;
+        row.asset_bytes = scene_.asset_bytes;
+        Budget budget;
+        budget.pixel_error = pixel_error;
+        budget.resident_bytes = scene_.scene.resident_bytes;
+        if (auto done = measure_times(backend, order, budget, row); !done) return tl::unexpected(done.error());
+        if (auto done = measure_quality(backend, order, budget, row); !done) return tl::unexpected(done.error());
+        return row;
+    }
+
+private:
+    Camera quality_camera(uint32_t i) const { return scene_.camera.at((i + 0.5) / options_.quality_frames); }
+
+    Result<void> draw_at(DrawSession& session, const Camera& camera, uint32_t width, uint32_t height, Picture& picture) {
+        if (auto done = renderer_.resize(width, height); !done) return done;
+        Budget budget;
+        budget.resident_bytes = scene_.scene.resident_bytes;
+        auto drawn = session.draw(camera, budget, width, height);
+        if (!drawn) return tl::unexpected(drawn.error());
+        auto read = renderer_.read_picture();
+        if (!read) return tl::unexpected(read.error());
+        picture = std::move(*read);
+        return {};
+    }
+
+    Result<void> measure_times(const std::string& backend, const std::string& order, const Budget& budget, Row& row) {
+        const std::string label = backend + (order.empty() ? "" : " " + order);
+        if (auto done = renderer_.resize(width_, height_); !done) return done;
+        auto session = DrawSession::open(scene_, renderer_, backend, order, false, progress_);
+        if (!session) return tl::unexpected(session.error());
+        std::vector<double> ms, floor_ms, plan_ms, gpu_ms, triangles, invocations, uploaded, acmr;
+        for (uint32_t round = 0; round < options_.rounds; ++round) {
+            // The first frame uploads what every frame needs; it is not timed.
+            if (auto warm = (*session)->draw(scene_.camera.frame(0, options_.frames), budget, width_, height_); !warm) return tl::unexpected(warm.error());
+            for (uint32_t f = 0; f < options_.frames; ++f) {
+                if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+                progress_.at(label, static_cast<double>(f) / options_.frames);
+                auto drawn = (*session)->draw(scene_.camera.frame(f, options_.frames), budget, width_, height_);
+                if (!drawn) return tl::unexpected(drawn.error());
+                uint64_t all = 0;
+                for (const auto& pass : drawn->counters.pass) all += pass.vertex_invocations;
+                ms.push_back(drawn->ms);
+                plan_ms.push_back(drawn->plan_cpu_ms);
+                gpu_ms.push_back(drawn->counters.gpu_ms);
+                triangles.push_back(static_cast<double>(drawn->stats.triangles));
+                invocations.push_back(static_cast<double>(all));
+                uploaded.push_back(static_cast<double>(drawn->stats.uploaded_bytes));
+                if (drawn->stats.triangles > 0) {
+                    acmr.push_back(static_cast<double>(drawn->counters.pass[colour_stage].vertex_invocations) / static_cast<double>(drawn->stats.triangles));
+                }
+                row.resident_bytes = drawn->stats.resident_bytes;
+            }
+        }
+        for (uint32_t f = 0; f < std::max(3u, options_.frames / 10); ++f) {
+            auto drawn = (*session)->draw(scene_.camera.frame(0, options_.frames), budget, width_, height_, true);
+            if (!drawn) return tl::unexpected(drawn.error());
+            floor_ms.push_back(drawn->ms);
+        }
+        row.ms_median = median(ms);
+        row.ms_p95 = percentile(ms, 0.95);
+        row.ms_p99 = percentile(ms, 0.99);
+        row.ms_max = percentile(ms, 1);
+        row.ms_floor = median(floor_ms);
+        row.fps_mean = 1000 / mean(ms);
+        row.fps_min = 1000 / percentile(ms, 1);
+        row.fps_max = 1000 / percentile(ms, 0);
+        row.cpu_plan_ms = mean(plan_ms);
+        row.gpu_ms = median(gpu_ms);
+        row.triangles = mean(triangles);
+        row.vertex_invocations = mean(invocations);
+        row.uploaded_bytes = mean(uploaded);
+        row.acmr = mean(acmr);
+        return {};
+    }
+
+    Result<void> measure_quality(const std::string& backend, const std::string& order, const Budget& budget, Row& row) {
+        auto session = DrawSession::open(scene_, renderer_, backend, order, true, progress_);
+        if (!session) return tl::unexpected(session.error());
+        std::vector<double> psnrs, ssims, acmrs;
+        for (size_t i = 0; i < references_.size(); ++i) {
+            progress_.at(backend + " quality", static_cast<double>(i) / static_cast<double>(references_.size()));
+            const Reference& reference = references_[i];
+            if (auto drawn = (*session)->draw(reference.camera, budget, width_, height_); !drawn) return tl::unexpected(drawn.error());
+            auto picture = renderer_.read_picture();
+            if (!picture) return tl::unexpected(picture.error());
+            if (auto done = save(*picture, backend, order, budget.pixel_error, i); !done) return done;
+            const auto mask = covered_union(*picture, reference.supersampled);
+            psnrs.push_back(psnr_db(*picture, reference.supersampled, mask));
+            ssims.push_back(ssim(*picture, reference.supersampled, mask));
+            row.background_leaks += background_leaks(*picture, reference.full);
+            acmrs.push_back(simulated_acmr(*(*session)->mirror()));
+            const auto surface = drawn_surface(*(*session)->mirror(), scene_);
+            if (surface != nullptr && reference.surface != nullptr) {
+                row.max_pixel_deviation = std::max(row.max_pixel_deviation, max_pixel_deviation(*picture, *surface, reference.full, *reference.surface, reference.view));
+            }
+        }
+        row.psnr_db = mean(psnrs);
+        row.ssim = mean(ssims);
+        row.acmr_fifo16 = mean(acmrs);
+        return {};
+    }
+
+    Result<void> save(const Picture& picture, const std::string& backend, const std::string& order, double pixel_error, size_t frame) const {
+        Image image{picture.width, picture.height, {}};
+        image.texels.resize(size_t{image.width} * image.height);
+        for (size_t i = 0; i < image.texels.size(); ++i) {
+            image.texels[i] = {picture.colour[i * 4], picture.colour[i * 4 + 1], picture.colour[i * 4 + 2], 255};
+        }
+        char error_text[32];
+        std::snprintf(error_text, sizeof error_text, "%gpx", pixel_error);
+        const std::string name = backend + (order.empty() ? "" : "-" + order) + "-" + error_text + "-" + std::to_string(frame) + ".png";
+        return write_png(image, std::filesystem::path(options_.out) / name);
+    }
+
+    const Options& options_;
+    ReadyScene& scene_;
+    Renderer& renderer_;
+    uint32_t width_, height_;
+    const Progress& progress_;
+    std::vector<Reference> references_;
+};
+
+Result<int> bench(const Options& o) {
+    const auto size = parse_size(o.size);
+    if (!size) return tl::unexpected(size.error());
+    const auto backends = parse_list("--backends", o.backends);
+    if (!backends) return tl::unexpected(backends.error());
+    const auto known = backend_names();
+    for (const std::string& backend : *backends) {
+        if (std::find(known.begin(), known.end(), backend) == known.end()) return fail(Fault::usage, "--backends " + backend + ": choose from full, discrete, lod");
+    }
+    const auto error_words = parse_list("--pixel-error", o.pixel_errors);
+    if (!error_words) return tl::unexpected(error_words.error());
+    std::vector<double> pixel_errors;
+    for (const std::string& word : *error_words) {
+        double value = 0;
+        if (std::from_chars(word.data(), word.data() + word.size(), value).ptr != word.data() + word.size() || !(value > 0)) {
+            return fail(Fault::usage, "--pixel-error " + word + ": must be pixels above 0, separated by commas");
+        }
+        pixel_errors.push_back(value);
+    }
+    std::vector<std::string> wanted_orders;
+    if (!o.orders.empty()) {
+        auto words = parse_list("--orders", o.orders);
+        if (!words) return tl::unexpected(words.error());
+        wanted_orders = std::move(*words);
+    }
+    set_thread_count(o.threads);
+    const Progress progress = terminal_progress();
+    auto scene = read_scene(o.scene);
+    if (!scene) return tl::unexpected(scene.error());
+    auto ready = ready_scene(std::move(*scene), progress);
+    if (!ready) return tl::unexpected(ready.error());
+    std::error_code error;
+    std::filesystem::create_directories(o.out, error);
+    if (error) return fail(Fault::machine, o.out + ": cannot be made: " + error.message());
+
+    RendererOptions renderer_options;
+    renderer_options.device = o.device;
+    renderer_options.width = size->first;
+    renderer_options.height = size->second;
+    renderer_options.validation = o.validation;
+    auto renderer = Renderer::create(renderer_options);
+    if (!renderer) return tl::unexpected(renderer.error());
+    Bench bench(o, *ready, **renderer, size->first, size->second, progress);
+    if (auto done = bench.make_references(); !done) return tl::unexpected(done.error());
+    std::vector<Row> rows;
+    for (const std::string& backend : *backends) {
+        for (const std::string& order : orders_of(backend, *ready)) {
+            const bool wanted = wanted_orders.empty() || order.empty() || std::find(wanted_orders.begin(), wanted_orders.end(), order) != wanted_orders.end();
+            // Unless asked for more, `lod` is drawn in its first order.
+            const bool first = order == orders_of(backend, *ready).front();
+            if (!wanted || (wanted_orders.empty() && !first)) continue;
+            for (const double pixel_error : pixel_errors) {
+                auto row = bench.measure(backend, order, pixel_error);
+                if (!row) return tl::unexpected(row.error());
+                rows.push_back(std::move(*row));
+                if (backend == "full") break;  // it has one level
+            }
+        }
+    }
+    const DeviceInfo& device = (*renderer)->device();
+    const Machine machine{cpu_name(), device.name, device.driver, source_commit(), device.software};
+    if (auto done = write_json((std::filesystem::path(o.out) / "report.json").string(), report_json(machine, rows)); !done) return tl::unexpected(done.error());
+    end_progress();
+    if (o.json) {
+        print_line(report_json(machine, rows));
+    } else {
+        print_line(device.name + (device.software ? " (software rasteriser)" : "") + ", " + o.size + ", " + std::to_string(o.frames) + " frames");
+        print_line(report_table(rows));
+    }
+    const auto messages = (*renderer)->validation_messages();
+    for (const std::string& message : messages) std::fprintf(stderr, "%s\n", message.c_str());
+    return messages.empty() ? 0 : static_cast<int>(Fault::invariant);
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("bench", "Fly through a scene with every backend; figures side by side");
+    command->add_option("scene", o->scene, "Scene (.json), asset (.lode) or mesh")->required();
+    command->add_option("--backends", o->backends, "Which backends, separated by commas")->capture_default_str();
+    command->add_option("--orders", o->orders, "lod: face orders to draw, separated by commas; the first of the asset unless given");
+    command->add_option("--pixel-error", o->pixel_errors, "Largest errors on screen, pixels, separated by commas")->capture_default_str();
+    command->add_option("--frames", o->frames, "Frames of the flight")->check(CLI::Range(1u, 1000000u))->capture_default_str();
+    command->add_option("--quality-frames", o->quality_frames, "Pictures compared along the flight")->check(CLI::Range(1u, 1000u))->capture_default_str();
+    command->add_option("--rounds", o->rounds, "Times the flight is flown; figures are over all of them")->check(CLI::Range(1u, 1000u))->capture_default_str();
+    command->add_option("--size", o->size, "Picture size")->capture_default_str();
+    command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
+    command->add_option("--threads", o->threads, "Threads for baking and metrics; 0 takes one per core");
+    command->add_option("-o,--out", o->out, "Folder for report.json and pictures")->required();
+    command->add_flag("--json", o->json, "Print the report as JSON");
+    command->add_flag("--validation", o->validation, "Run under Vulkan validation; exit 1 if it says anything");
+    command->callback([o, &run] { run = [o] { return bench(*o); }; });
+}
+
+}  // namespace lodestone

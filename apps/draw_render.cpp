@@ -1,0 +1,152 @@
+#include <charconv>
+#include <cstdio>
+#include <optional>
+
+#include "apps/commands.h"
+#include "apps/draw_session.h"
+#include "apps/machine.h"
+#include "apps/terminal.h"
+#include "base/threads.h"
+#include "mesh/io/image_file.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::json;
+
+struct Options {
+    std::string scene, backend = "lod", order, size = "1280x720", camera, device, out, stats, debug = "none", raster;
+    double pixel_error = 1;
+    std::optional<int64_t> level;
+    unsigned threads = 0;
+    bool validation = false;
+};
+
+// "PATH", "PATH@T" or "@T": the flight to take, and where on it (0 .. 1).
+Result<Camera> choose_camera(const ReadyScene& scene, const std::string& text) {
+    CameraPath path = scene.camera;
+    double t = 0.5;
+    const size_t at = text.rfind('@');
+    const std::string file = text.substr(0, at);
+    if (at != std::string::npos) {
+        const char* end = text.data() + text.size();
+        if (std::from_chars(text.data() + at + 1, end, t).ptr != end || t < 0 || t > 1) {
+            return fail(Fault::usage, "--camera " + text + ": what follows @ must be a number from 0 to 1");
+        }
+    }
+    if (!file.empty()) {
+        auto read = read_camera_path(file);
+        if (!read) return tl::unexpected(read.error());
+        path = *read;
+    }
+    return path.at(t);
+}
+
+Result<DebugView> debug_named(const std::string& name) {
+    static constexpr std::pair<const char*, DebugView> names[] = {{"none", DebugView::none},     {"level", DebugView::level}, {"triangle", DebugView::triangle},
+                                                                  {"normal", DebugView::normal}, {"uv", DebugView::uv},       {"material", DebugView::material}};
+    for (const auto& [known, view] : names) {
+        if (name == known) return view;
+    }
+    return fail(Fault::usage, "--debug " + name + ": choose from none, level, triangle, normal, uv, material");
+}
+
+Result<int> render(const Options& o) {
+    const auto size = parse_size(o.size);
+    if (!size) return tl::unexpected(size.error());
+    const auto debug = debug_named(o.debug);
+    if (!debug) return tl::unexpected(debug.error());
+    if (!o.raster.empty()) return fail(Fault::usage, "--raster " + o.raster + ": is for the vgi backend, which is not part of this version");
+    set_thread_count(o.threads);
+    const Progress progress = terminal_progress();
+    auto scene = read_scene(o.scene);
+    if (!scene) return tl::unexpected(scene.error());
+    auto ready = ready_scene(std::move(*scene), progress);
+    if (!ready) return tl::unexpected(ready.error());
+    auto camera = choose_camera(*ready, o.camera);
+    if (!camera) return tl::unexpected(camera.error());
+
+    RendererOptions renderer_options;
+    renderer_options.device = o.device;
+    renderer_options.width = size->first;
+    renderer_options.height = size->second;
+    renderer_options.validation = o.validation;
+    auto renderer = Renderer::create(renderer_options);
+    if (!renderer) return tl::unexpected(renderer.error());
+    progress.at("draw on " + (*renderer)->device().name, 0);
+    auto session = DrawSession::open(*ready, **renderer, o.backend, o.order, false, progress);
+    if (!session) return tl::unexpected(session.error());
+    (*session)->look.debug = *debug;
+    Budget budget;
+    budget.pixel_error = o.pixel_error;
+    budget.forced_level = o.level.value_or(-1);
+    budget.resident_bytes = ready->scene.resident_bytes;
+    auto drawn = (*session)->draw(*camera, budget, size->first, size->second);
+    if (!drawn) return tl::unexpected(drawn.error());
+    auto picture = (*renderer)->read_picture();
+    if (!picture) return tl::unexpected(picture.error());
+    Image image{picture->width, picture->height, {}};
+    image.texels.resize(size_t{image.width} * image.height);
+    for (size_t i = 0; i < image.texels.size(); ++i) {
+        image.texels[i] = {picture->colour[i * 4], picture->colour[i * 4 + 1], picture->colour[i * 4 + 2], 255};  // alpha only marked coverage
+    }
+    if (auto done = write_png(image, o.out); !done) return tl::unexpected(done.error());
+    end_progress();
+
+    const DeviceInfo& device = (*renderer)->device();
+    uint64_t invocations = 0;
+    for (const auto& pass : drawn->counters.pass) invocations += pass.vertex_invocations;
+    const auto& colour = drawn->counters.pass[static_cast<size_t>(Stage::colour)];
+    Json stats;
+    stats["machine"] = {{"cpu", cpu_name()}, {"device", device.name}, {"driver", device.driver}, {"software", device.software}, {"commit", source_commit()}};
+    stats["rows"] = {{{"backend", o.backend},
+                      {"order", o.order},
+                      {"pixel_error", o.pixel_error},
+                      {"frames", 1},
+                      {"ms_median", drawn->ms},
+                      {"cpu_plan_ms", drawn->plan_cpu_ms},
+                      {"gpu_ms", drawn->counters.gpu_ms},
+                      {"uploaded_bytes", drawn->stats.uploaded_bytes},
+                      {"resident_bytes", drawn->stats.resident_bytes},
+                      {"index_bytes", drawn->stats.index_bytes},
+                      {"triangles", drawn->stats.triangles},
+                      {"vertex_invocations", invocations},
+                      {"acmr", drawn->stats.triangles ? static_cast<double>(colour.vertex_invocations) / static_cast<double>(drawn->stats.triangles) : 0},
+                      {"instances_drawn", drawn->stats.instances_drawn},
+                      {"asset_bytes", ready->asset_bytes}}};
+    if (!o.stats.empty()) {
+        if (auto done = write_json(o.stats, stats.dump(2)); !done) return tl::unexpected(done.error());
+    }
+    if (verbosity() != Verbosity::quiet) {
+        std::printf("%s: %llu triangles, %llu vertex invocations, on %s%s\n", o.out.c_str(), static_cast<unsigned long long>(drawn->stats.triangles),
+                    static_cast<unsigned long long>(invocations), device.name.c_str(), device.software ? " (software rasteriser)" : "");
+    }
+    const auto messages = (*renderer)->validation_messages();
+    for (const std::string& message : messages) std::fprintf(stderr, "%s\n", message.c_str());
+    return messages.empty() ? 0 : static_cast<int>(Fault::invariant);
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("render", "Draw one picture of a scene, an asset or a mesh");
+    command->add_option("scene", o->scene, "Scene (.json), asset (.lode) or mesh")->required();
+    command->add_option("--backend", o->backend, "full, discrete or lod")->capture_default_str();
+    command->add_option("--order", o->order, "lod: face order to draw");
+    command->add_option("--raster", o->raster, "vgi: grid or tess");
+    auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, pixels")->check(CLI::Range(1e-6, 1e6))->capture_default_str();
+    command->add_option("--level", o->level, "Draw this level instead; 0 is full detail")->check(CLI::NonNegativeNumber)->excludes(error);
+    command->add_option("--size", o->size, "Picture size")->capture_default_str();
+    command->add_option("--camera", o->camera, "Camera path, PATH[@T] or @T with T from 0 to 1; the scene's own unless given");
+    command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
+    command->add_option("--debug", o->debug, "none, level, triangle, normal, uv or material")->capture_default_str();
+    command->add_option("--threads", o->threads, "Threads for baking; 0 takes one per core");
+    command->add_option("-o,--out", o->out, "PNG to write")->required();
+    command->add_option("--stats", o->stats, "Also write counts and times to this JSON file");
+    command->add_flag("--validation", o->validation, "Run under Vulkan validation; exit 1 if it says anything");
+    command->callback([o, &run] { run = [o] { return render(*o); }; });
+}
+
+}  // namespace lodestone

@@ -1,0 +1,61 @@
+#include "apps/draw_session.h"
+
+#include <chrono>
+#include <ctime>
+
+namespace lodestone {
+
+namespace {
+
+double thread_cpu_ms() {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
+}
+
+constexpr uint32_t shadow_texels = 2048;
+
+}  // namespace
+
+Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer, const std::string& backend, const std::string& order,
+                                                       bool mirrored, const Progress& progress) {
+    std::unique_ptr<DrawSession> session(new DrawSession(scene, renderer));
+    auto source = open_backend(backend, order, scene, progress);
+    if (!source) return tl::unexpected(source.error());
+    session->source_ = std::move(*source);
+    if (auto done = renderer.load(session->source_->recipe(), scene.materials); !done) return tl::unexpected(done.error());
+    if (mirrored) session->mirror_.emplace(session->source_->recipe());
+    if (scene.scene.light_direction) session->look.light_direction = *scene.scene.light_direction;
+    return session;
+}
+
+Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height, bool empty) {
+    FrameInput input;
+    input.views = {view_of(camera, width, height), shadow_view(look.light_direction, scene_->bounds.centre, std::max(scene_->bounds.radius, 1e-6f), shadow_texels)};
+    if (!empty) input.instances = scene_->instances;
+    input.budget = budget;
+    input.readbacks = std::move(readbacks_);
+    input.frame = frame_++;
+    input.completed_frame = renderer_->completed_frame();
+    view_ = input.views[0];
+
+    DrawnFrame drawn;
+    const auto start = std::chrono::steady_clock::now();
+    const double cpu_start = thread_cpu_ms();
+    const Plan plan = source_->plan(input);
+    drawn.plan_cpu_ms = thread_cpu_ms() - cpu_start;
+    if (auto done = renderer_->submit(plan, input, look); !done) return tl::unexpected(done.error());
+    if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
+    drawn.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    drawn.stats = plan.stats;
+    for (const FrameCounters& counters : renderer_->take_counters()) {
+        if (counters.frame == input.frame) drawn.counters = counters;
+    }
+    readbacks_ = renderer_->take_readbacks();
+    if (mirror_) {
+        if (auto done = mirror_->execute(plan, input); !done) return tl::unexpected(done.error());
+    }
+    return drawn;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,49 @@
+// One backend drawing one scene on one renderer, frame after frame.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "apps/backends.h"
+#include "apps/workplace.h"
+#include "frame/plan_mirror.h"
+#include "render/renderer.h"
+
+namespace lodestone {
+
+struct DrawnFrame {
+    FrameCounters counters;
+    PlanStats stats;
+    double plan_cpu_ms = 0;  // CPU of the calling thread inside FrameSource::plan
+    double ms = 0;           // wall clock, from plan() entered to the fence seen signalled
+};
+
+class DrawSession {
+public:
+    // Opens the backend and loads its recipe. scene and renderer must outlive the session.
+    // mirrored: also carry every plan out on the CPU, for mirror().
+    static Result<std::unique_ptr<DrawSession>> open(const ReadyScene& scene, Renderer& renderer, const std::string& backend,
+                                                     const std::string& order, bool mirrored, const Progress& progress);
+
+    // Plans, submits and waits for one frame. empty: the same frame with no instance in it.
+    Result<DrawnFrame> draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height, bool empty = false);
+
+    // What the last frame looked like to a CPU; null unless mirrored.
+    const PlanMirror* mirror() const { return mirror_ ? &*mirror_ : nullptr; }
+    const View& view() const { return view_; }  // views[0] of the last frame
+    FrameSource& source() { return *source_; }
+    Look look;
+
+private:
+    DrawSession(const ReadyScene& scene, Renderer& renderer) : scene_(&scene), renderer_(&renderer) {}
+
+    const ReadyScene* scene_;
+    Renderer* renderer_;
+    std::unique_ptr<FrameSource> source_;
+    std::optional<PlanMirror> mirror_;
+    std::vector<ReadbackResult> readbacks_;
+    View view_;
+    uint64_t frame_ = 0;
+};
+
+}  // namespace lodestone

@@ -1,0 +1,19 @@
+#include "apps/machine.h"
+
+#include <fstream>
+
+namespace lodestone {
+
+std::string cpu_name() {
+    std::ifstream info("/proc/cpuinfo");
+    for (std::string line; std::getline(info, line);) {
+        if (line.rfind("model name", 0) != 0) continue;
+        const size_t colon = line.find(": ");
+        if (colon != std::string::npos) return line.substr(colon + 2);
+    }
+    return "unknown";
+}
+
+std::string source_commit() { return LODESTONE_COMMIT; }
+
+}  // namespace lodestone

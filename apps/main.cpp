@@ -1,0 +1,54 @@
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "apps/commands.h"
+#include "apps/machine.h"
+#include "apps/terminal.h"
+
+using namespace lodestone;
+
+namespace {
+
+int run_program(int argc, char** argv) {
+    CLI::App app("Lodestone, a continuous level-of-detail engine: progressive meshes and baselines on one renderer.",
+                 "lodestone");
+    app.set_version_flag("--version", "lodestone " LODESTONE_VERSION " (" + source_commit() + ")");
+    bool verbose = false, quiet = false;
+    app.add_flag("-v,--verbose", verbose, "Say more on stderr");
+    app.add_flag("-q,--quiet", quiet, "No progress and no warnings");
+    app.require_subcommand(1);
+    app.fallthrough();
+    Run run;
+    add_bake(app, run);
+    add_info(app, run);
+    add_verify(app, run);
+    add_acmr(app, run);
+    add_extract(app, run);
+    add_generate(app, run);
+    add_render(app, run);
+    add_bench(app, run);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& e) {
+        return app.exit(e);  // --help, --version
+    } catch (const CLI::ParseError& e) {
+        std::fprintf(stderr, "lodestone: %s; see lodestone --help\n", e.what());
+        return static_cast<int>(Fault::usage);
+    }
+    set_verbosity(quiet ? Verbosity::quiet : verbose ? Verbosity::verbose : Verbosity::normal);
+    catch_interrupts();
+    const Result<int> code = run();
+    end_progress();
+    return code ? *code : report_error(code.error());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run_program(argc, argv);
+    } catch (const std::bad_alloc&) {
+        return report_error({Fault::machine, "out of memory; use a smaller mesh or a machine with more"});
+    } catch (const std::exception& e) { return report_error({Fault::machine, e.what()}); }
+}

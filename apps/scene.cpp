@@ -1,0 +1,275 @@
+#include "apps/scene.h"
+
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "base/file.h"
+
+namespace lodestone {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::json;
+
+// A place in a JSON document that knows its name, so that every error can say where it is.
+struct Node {
+    const Json& json;
+    std::string place;
+
+    tl::unexpected<Error> wrong(const std::string& what) const { return fail(Fault::format, place + ": " + what); }
+};
+
+Result<Json> parse_file(const fs::path& path) {
+    auto bytes = read_file(path, uint64_t{1} << 30);
+    if (!bytes) return tl::unexpected(bytes.error());
+    const auto* text = reinterpret_cast<const char*>(bytes->bytes.data());
+    try {
+        return Json::parse(text, text + bytes->bytes.size(), nullptr, true, true);
+    } catch (const Json::parse_error& e) {
+        return fail(Fault::format,
+                    path.string() + ": byte " + std::to_string(e.byte) + ": is not JSON; see docs/scenes.md");
+    }
+}
+
+Result<void> only_members(const Node& node, const std::set<std::string>& known) {
+    if (!node.json.is_object()) return node.wrong("must be an object; see docs/scenes.md");
+    for (const auto& [key, value] : node.json.items()) {
+        if (known.count(key) > 0) continue;
+        std::string choices;
+        for (const std::string& k : known) choices += (choices.empty() ? "" : ", ") + k;
+        return node.wrong("has no member '" + key + "'; known are " + choices);
+    }
+    return {};
+}
+
+// Reads an optional member into `into`; a wrong type or value is an error.
+Result<void> number(const Node& node, const char* key, float& into, float low, float high) {
+    const auto found = node.json.find(key);
+    if (found == node.json.end()) return {};
+    if (!found->is_number() || found->get<double>() < static_cast<double>(low) ||
+        found->get<double>() > static_cast<double>(high)) {
+        return node.wrong(std::string(key) + " must be a number from " + std::to_string(low) + " to " +
+                          std::to_string(high));
+    }
+    into = found->get<float>();
+    return {};
+}
+
+Result<void> whole(const Node& node, const char* key, uint64_t& into, uint64_t low, uint64_t high) {
+    const auto found = node.json.find(key);
+    if (found == node.json.end()) return {};
+    if (!found->is_number_unsigned() || found->get<uint64_t>() < low || found->get<uint64_t>() > high) {
+        return node.wrong(std::string(key) + " must be a whole number from " + std::to_string(low) + " to " +
+                          std::to_string(high));
+    }
+    into = found->get<uint64_t>();
+    return {};
+}
+
+Result<void> vector(const Node& node, const char* key, glm::vec3& into, bool required = false) {
+    const auto found = node.json.find(key);
+    if (found == node.json.end()) return required ? node.wrong(std::string(key) + " is missing") : Result<void>{};
+    if (!found->is_array() || found->size() != 3) return node.wrong(std::string(key) + " must be three numbers");
+    for (size_t k = 0; k < 3; ++k) {
+        if (!(*found)[k].is_number() || !std::isfinite((*found)[k].get<float>()))
+            return node.wrong(std::string(key) + " must be three numbers");
+        into[static_cast<int>(k)] = (*found)[k].get<float>();
+    }
+    return {};
+}
+
+Result<void> text(const Node& node, const char* key, std::string& into) {
+    const auto found = node.json.find(key);
+    if (found == node.json.end()) return {};
+    if (!found->is_string()) return node.wrong(std::string(key) + " must be a string");
+    into = found->get<std::string>();
+    return {};
+}
+
+// Runs steps until one fails.
+template <class... Steps>
+Result<void> all(Steps&&... steps) {
+    Result<void> done;
+    ((done = done ? steps() : done), ...);
+    return done;
+}
+
+Result<CameraPath> camera_from(const Node& node) {
+    CameraPath path;
+    if (auto done = only_members(
+            node, {"lodestone", "version", "keys", "up", "fov_y_degrees", "near", "far", "frames", "comment"});
+        !done) {
+        return tl::unexpected(done.error());
+    }
+    float degrees = 45;
+    uint64_t frames = path.frames;
+    auto done =
+        all([&] { return vector(node, "up", path.up); }, [&] { return number(node, "fov_y_degrees", degrees, 1, 170); },
+            [&] { return number(node, "near", path.near_plane, 1e-9f, 1e9f); },
+            [&] { return number(node, "far", path.far_plane, 1e-9f, 1e12f); },
+            [&] { return whole(node, "frames", frames, 1, 100000); });
+    if (!done) return tl::unexpected(done.error());
+    if (path.far_plane <= path.near_plane) return node.wrong("far must be larger than near");
+    path.fov_y = glm::radians(degrees);
+    path.frames = static_cast<uint32_t>(frames);
+    const auto keys = node.json.find("keys");
+    if (keys == node.json.end() || !keys->is_array() || keys->empty())
+        return node.wrong("keys must be an array of at least one {eye, target}");
+    for (size_t i = 0; i < keys->size(); ++i) {
+        const Node key{(*keys)[i], node.place + ".keys[" + std::to_string(i) + "]"};
+        if (auto known = only_members(key, {"eye", "target"}); !known) return tl::unexpected(known.error());
+        CameraKey k;
+        done =
+            all([&] { return vector(key, "eye", k.eye, true); }, [&] { return vector(key, "target", k.target, true); });
+        if (!done) return tl::unexpected(done.error());
+        path.keys.push_back(k);
+    }
+    return path;
+}
+
+Result<SceneAsset> asset_from(const Node& node, const fs::path& folder) {
+    if (auto done = only_members(node, {"name", "file", "generate"}); !done) return tl::unexpected(done.error());
+    SceneAsset asset;
+    std::string file;
+    if (auto done = all([&] { return text(node, "name", asset.name); }, [&] { return text(node, "file", file); });
+        !done) {
+        return tl::unexpected(done.error());
+    }
+    const auto generate = node.json.find("generate");
+    if (file.empty() == (generate == node.json.end())) return node.wrong("needs either file or generate");
+    if (asset.name.empty()) return node.wrong("needs a name");
+    if (!file.empty()) {
+        asset.file = folder / file;
+        return asset;
+    }
+    const Node recipe{*generate, node.place + ".generate"};
+    if (auto done = only_members(recipe, {"shape", "triangles", "seed"}); !done) return tl::unexpected(done.error());
+    GeneratedSource source;
+    source.triangles = 100000;
+    auto done = all([&] { return text(recipe, "shape", source.shape_name); },
+                    [&] { return whole(recipe, "triangles", source.triangles, 1, uint64_t{1} << 31); },
+                    [&] { return whole(recipe, "seed", source.seed, 0, ~uint64_t{0}); });
+    if (!done) return tl::unexpected(done.error());
+    auto shape = shape_named(source.shape_name);
+    if (!shape) return recipe.wrong(shape.error().message);
+    source.shape = *shape;
+    asset.generated = source;
+    return asset;
+}
+
+Result<SceneInstance> instance_from(const Node& node, const std::vector<SceneAsset>& assets) {
+    if (auto done = only_members(node, {"asset", "position", "axis", "angle_degrees", "scale"}); !done)
+        return tl::unexpected(done.error());
+    std::string name;
+    glm::vec3 position(0), axis(0, 1, 0);
+    float angle = 0, scale = 1;
+    auto done = all([&] { return text(node, "asset", name); }, [&] { return vector(node, "position", position); },
+                    [&] { return vector(node, "axis", axis); },
+                    [&] { return number(node, "angle_degrees", angle, -36000, 36000); },
+                    [&] { return number(node, "scale", scale, 1e-6f, 1e6f); });
+    if (!done) return tl::unexpected(done.error());
+    SceneInstance instance;
+    while (instance.asset < assets.size() && assets[instance.asset].name != name) ++instance.asset;
+    if (instance.asset == assets.size()) return node.wrong("there is no asset named '" + name + "'");
+    if (glm::length(axis) == 0) return node.wrong("axis must not be zero");
+    instance.object_to_world = glm::translate(glm::mat4(1), position);
+    if (angle != 0) instance.object_to_world = glm::rotate(instance.object_to_world, glm::radians(angle), axis);
+    instance.object_to_world = glm::scale(instance.object_to_world, glm::vec3(scale));
+    return instance;
+}
+
+Result<Scene> scene_from(const Node& root, const fs::path& path) {
+    if (auto done = only_members(
+            root, {"lodestone", "version", "comment", "assets", "instances", "light", "camera", "resident_mib"});
+        !done) {
+        return tl::unexpected(done.error());
+    }
+    if (root.json.value("lodestone", "") != std::string("scene"))
+        return root.wrong("lodestone must be \"scene\"; see docs/scenes.md");
+    uint64_t version = 0, resident_mib = 1024;
+    auto done = all([&] { return whole(root, "version", version, 0, 1000); },
+                    [&] { return whole(root, "resident_mib", resident_mib, 1, 1 << 20); });
+    if (!done) return tl::unexpected(done.error());
+    if (version != 1) return root.wrong("version must be 1; this program reads no other");
+    Scene scene;
+    scene.name = path.stem().stem().string();
+    scene.resident_bytes = resident_mib << 20;
+    const auto assets = root.json.find("assets"), instances = root.json.find("instances");
+    if (assets == root.json.end() || !assets->is_array() || assets->empty())
+        return root.wrong("assets must be an array of at least one");
+    for (size_t i = 0; i < assets->size(); ++i) {
+        auto asset = asset_from({(*assets)[i], root.place + ": assets[" + std::to_string(i) + "]"}, path.parent_path());
+        if (!asset) return tl::unexpected(asset.error());
+        scene.assets.push_back(std::move(*asset));
+    }
+    if (instances == root.json.end()) {
+        for (uint32_t a = 0; a < scene.assets.size(); ++a) scene.instances.push_back({a, glm::mat4(1)});
+    } else {
+        if (!instances->is_array()) return root.wrong("instances must be an array");
+        for (size_t i = 0; i < instances->size(); ++i) {
+            auto instance =
+                instance_from({(*instances)[i], root.place + ": instances[" + std::to_string(i) + "]"}, scene.assets);
+            if (!instance) return tl::unexpected(instance.error());
+            scene.instances.push_back(*instance);
+        }
+    }
+    if (const auto light = root.json.find("light"); light != root.json.end()) {
+        const Node node{*light, root.place + ": light"};
+        glm::vec3 direction(0);
+        done = all([&] { return only_members(node, {"direction"}); },
+                   [&] { return vector(node, "direction", direction, true); });
+        if (!done) return tl::unexpected(done.error());
+        if (glm::length(direction) == 0) return node.wrong("direction must not be zero");
+        scene.light_direction = direction;
+    }
+    if (const auto camera = root.json.find("camera"); camera != root.json.end()) {
+        auto read = camera->is_string() ? read_camera_path(path.parent_path() / camera->get<std::string>())
+                                        : camera_from({*camera, root.place + ": camera"});
+        if (!read) return tl::unexpected(read.error());
+        scene.camera = *read;
+    }
+    return scene;
+}
+
+}  // namespace
+
+Result<CameraPath> read_camera_path(const fs::path& path) {
+    auto json = parse_file(path);
+    if (!json) return tl::unexpected(json.error());
+    return camera_from({*json, path.string()});
+}
+
+Result<Scene> read_scene(const fs::path& path) {
+    if (path.extension() == ".json") {
+        auto json = parse_file(path);
+        if (!json) return tl::unexpected(json.error());
+        return scene_from({*json, path.string()}, path);
+    }
+    Scene scene;
+    scene.name = path.stem().string();
+    SceneAsset asset;
+    asset.name = scene.name;
+    asset.file = path;
+    scene.assets.push_back(std::move(asset));
+    scene.instances.push_back({});
+    return scene;
+}
+
+CameraPath default_camera_path(const glm::vec3& centre, float radius) {
+    CameraPath path;
+    const float r = radius > 0 ? radius : 1;
+    const auto eye = [&](float distance, float degrees) {
+        const float a = glm::radians(degrees);
+        return centre + r * distance * glm::vec3(std::sin(a) * 0.92f, 0.39f, std::cos(a) * 0.92f);
+    };
+    path.keys = {{eye(8, 0), centre}, {eye(4, 40), centre}, {eye(2.2f, 80), centre}, {eye(1.5f, 120), centre}};
+    path.near_plane = r * 0.005f;
+    path.far_plane = r * 40;
+    return path;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,53 @@
+// Scenes: which assets stand where, how they are lit, how the camera flies. docs/scenes.md describes the JSON,
+// docs/scene.schema.json is its schema.
+#pragma once
+
+#include <filesystem>
+#include <glm/mat4x4.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "frame/camera_path.h"
+#include "mesh/generate.h"
+
+namespace lodestone {
+
+struct GeneratedSource {
+    Shape shape = Shape::rock;
+    std::string shape_name;
+    uint64_t triangles = 0;
+    uint64_t seed = 1;
+};
+
+struct SceneAsset {
+    std::string name;
+    std::filesystem::path file;  // a mesh or a .lode; empty where generated
+    std::optional<GeneratedSource> generated;
+    bool is_lode() const { return file.extension() == ".lode"; }
+};
+
+struct SceneInstance {
+    uint32_t asset = 0;  // into Scene::assets
+    glm::mat4 object_to_world{1};
+};
+
+struct Scene {
+    std::string name;
+    std::vector<SceneAsset> assets;
+    std::vector<SceneInstance> instances;
+    std::optional<glm::vec3> light_direction;  // from the light towards the scene
+    std::optional<CameraPath> camera;          // absent: chosen from the bounds of what stands there
+    uint64_t resident_bytes = uint64_t{1} << 30;
+};
+
+// A scene file, or a single mesh or asset, which then stands alone at the origin. Paths are relative to the file that
+// names them. Fault::format with file and place.
+Result<Scene> read_scene(const std::filesystem::path& path);
+Result<CameraPath> read_camera_path(const std::filesystem::path& path);
+
+// A flight for a scene that brings none: from eight radii away to near the surface, a third of the way round.
+CameraPath default_camera_path(const glm::vec3& centre, float radius);
+
+}  // namespace lodestone

@@ -1,0 +1,182 @@
+#include "apps/workplace.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+
+#include "apps/bake.h"
+#include "apps/terminal.h"
+#include "base/clock.h"
+#include "base/hash.h"
+#include "frame/indexed_mesh.h"
+
+namespace lodestone {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+BakeOptions cache_options() {
+    BakeOptions options;
+    options.backends = {"lod", "discrete"};
+    return options;
+}
+
+// Bilinear resampling of `image` to size x size texels.
+std::vector<glm::u8vec4> resampled(const Image& image, uint32_t size) {
+    if (image.width == size && image.height == size) return image.texels;
+    std::vector<glm::u8vec4> texels;
+    texels.reserve(size_t{size} * size);
+    const auto place = [&](uint32_t i, uint32_t extent, uint32_t& low, uint32_t& high) {
+        const float x =
+            std::clamp((static_cast<float>(i) + 0.5f) * static_cast<float>(extent) / static_cast<float>(size) - 0.5f,
+                       0.0f, static_cast<float>(extent - 1));
+        low = static_cast<uint32_t>(x);
+        high = std::min(low + 1, extent - 1);
+        return x - static_cast<float>(low);
+    };
+    for (uint32_t y = 0; y < size; ++y) {
+        uint32_t y0 = 0, y1 = 0;
+        const float fy = place(y, image.height, y0, y1);
+        for (uint32_t x = 0; x < size; ++x) {
+            uint32_t x0 = 0, x1 = 0;
+            const float fx = place(x, image.width, x0, x1);
+            const auto at = [&](uint32_t tx, uint32_t ty) {
+                return glm::vec4(image.texels[size_t{ty} * image.width + tx]);
+            };
+            const glm::vec4 top = at(x0, y0) * (1 - fx) + at(x1, y0) * fx,
+                            bottom = at(x0, y1) * (1 - fx) + at(x1, y1) * fx;
+            texels.emplace_back(top * (1 - fy) + bottom * fy + 0.5f);
+        }
+    }
+    return texels;
+}
+
+// The cached asset for a key; baked by `input` where it is not there or cannot be opened.
+template <class MakeInput>
+Result<Asset> cached(const std::string& name, const Hash128& key, const MakeInput& make_input, const Progress& progress,
+                     double& bake_seconds) {
+    const fs::path folder = cache_folder();
+    const fs::path path = folder / (name + "-" + key.hex().substr(0, 16) + ".lode");
+    std::error_code error;
+    if (fs::exists(path, error)) {
+        auto asset = open_asset(path);
+        if (asset) return asset;
+        progress.warning(asset.error().message + " (baking it anew)");
+    }
+    fs::create_directories(folder, error);
+    if (error)
+        return fail(Fault::machine, folder.string() + ": cannot be made: " + error.message() + "; set XDG_CACHE_HOME");
+    note("baking " + name + " into " + path.string());
+    const Stopwatch watch;
+    Result<BakeInput> input = make_input();
+    if (!input) return tl::unexpected(input.error());
+    auto report = bake_asset(std::move(*input), cache_options(), path, progress);
+    if (!report) return tl::unexpected(report.error());
+    bake_seconds += watch.wall();
+    return open_asset(path);
+}
+
+Hash128 key_of(const Hash128& source) {
+    const std::string text = source.hex() + cache_options().to_json().dump() + LODESTONE_VERSION;
+    return hash_of(std::span(text.data(), text.size()));
+}
+
+Result<Asset> ready_asset(const SceneAsset& asset, const Progress& progress, double& bake_seconds) {
+    if (asset.generated) {
+        const GeneratedSource& recipe = *asset.generated;
+        const std::string words =
+            recipe.shape_name + "-" + std::to_string(recipe.triangles) + "-" + std::to_string(recipe.seed);
+        const Hash128 source = hash_of(std::span(words.data(), words.size()));
+        const auto make = [&]() -> Result<BakeInput> {
+            progress.at("generate " + words, 0);
+            BakeInput input;
+            input.mesh = generate(recipe.shape, recipe.triangles, recipe.seed);
+            input.source = source;
+            input.name = words;
+            return input;
+        };
+        return cached(words, key_of(source), make, progress, bake_seconds);
+    }
+    if (asset.is_lode()) return open_asset(asset.file);
+    auto content = MappedFile::open(asset.file);
+    if (!content) return tl::unexpected(content.error());
+    const Hash128 source = hash_bytes((*content)->bytes());
+    return cached(
+        asset.file.stem().string(), key_of(source),
+        [&] { return read_bake_input(asset.file, cache_options(), progress); }, progress, bake_seconds);
+}
+
+}  // namespace
+
+fs::path cache_folder() {
+    if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != 0)
+        return fs::path(cache) / "lodestone";
+    const char* home = std::getenv("HOME");
+    return (home != nullptr ? fs::path(home) / ".cache" : fs::temp_directory_path()) / "lodestone";
+}
+
+MaterialSet gather_materials(const std::vector<Asset>& assets, std::vector<uint32_t>* first_material) {
+    MaterialSet set;
+    first_material->clear();
+    std::vector<const Image*> images;
+    for (const Asset& asset : assets) {
+        first_material->push_back(static_cast<uint32_t>(set.materials.size()));
+        if (asset.lod == nullptr || asset.lod->material_table.empty()) {
+            set.materials.emplace_back();
+            continue;
+        }
+        const auto first_image = static_cast<int32_t>(images.size());
+        for (const Image& image : asset.lod->images) images.push_back(&image);
+        for (const Material& m : asset.lod->material_table) {
+            set.materials.push_back({m.base_colour, m.base_colour_image < 0 ? -1 : first_image + m.base_colour_image});
+        }
+    }
+    for (const Image* image : images) {
+        set.texture_size = std::max({set.texture_size, std::bit_ceil(image->width), std::bit_ceil(image->height)});
+    }
+    set.texture_size = std::min(set.texture_size, 2048u);
+    set.layers = static_cast<uint32_t>(images.size());
+    for (const Image* image : images) {
+        const auto texels = resampled(*image, set.texture_size);
+        set.texels.insert(set.texels.end(), texels.begin(), texels.end());
+    }
+    return set;
+}
+
+Result<ReadyScene> ready_scene(Scene scene, const Progress& progress) {
+    ReadyScene ready;
+    ready.scene = std::move(scene);
+    for (const SceneAsset& wanted : ready.scene.assets) {
+        auto asset = ready_asset(wanted, progress, ready.bake_seconds);
+        if (!asset) return tl::unexpected(asset.error());
+        if (asset->lod == nullptr)
+            return fail(Fault::format,
+                        wanted.file.string() + ": holds no progressive mesh; bake it with --backends lod");
+        ready.asset_bytes += asset->file.file_bytes();
+        ready.assets.push_back(std::move(*asset));
+    }
+    std::vector<uint32_t> first_material;
+    ready.materials = gather_materials(ready.assets, &first_material);
+    std::vector<uint32_t> used(ready.assets.size(), 0);
+    std::vector<Sphere> spheres;
+    for (const Asset& asset : ready.assets) spheres.push_back(bounding_sphere(asset.lod->vertices));
+    glm::vec3 low(0), high(0);
+    for (size_t i = 0; i < ready.scene.instances.size(); ++i) {
+        const SceneInstance& instance = ready.scene.instances[i];
+        ready.instances.push_back({instance.asset, first_material[instance.asset], instance.object_to_world});
+        ready.most_instances = std::max(ready.most_instances, ++used[instance.asset]);
+        const Sphere s = to_world(spheres[instance.asset], instance.object_to_world);
+        low = i == 0 ? s.centre - s.radius : glm::min(low, s.centre - s.radius);
+        high = i == 0 ? s.centre + s.radius : glm::max(high, s.centre + s.radius);
+    }
+    ready.bounds.centre = (low + high) * 0.5f;
+    for (const Instance& instance : ready.instances) {
+        const Sphere s = to_world(spheres[instance.asset], instance.object_to_world);
+        ready.bounds.radius = std::max(ready.bounds.radius, glm::distance(s.centre, ready.bounds.centre) + s.radius);
+    }
+    ready.camera = ready.scene.camera.value_or(default_camera_path(ready.bounds.centre, ready.bounds.radius));
+    return ready;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,27 @@
+# lodestone_shaders(TARGET FOLDER FUNCTION)
+#   Compiles every .vert .frag .comp .tesc .tese below FOLDER to SPIR-V and embeds them in TARGET, as the function
+#   `void lodestone::FUNCTION()` that adds each under "folder/file.stage" (render/shader_library.h). What a shader includes is
+#   tracked.
+function(lodestone_shaders target folder function)
+  file(GLOB_RECURSE shaders CONFIGURE_DEPENDS RELATIVE "${folder}"
+    "${folder}/*.vert" "${folder}/*.frag" "${folder}/*.comp" "${folder}/*.tesc" "${folder}/*.tese")
+  set(out "${CMAKE_CURRENT_BINARY_DIR}/shaders")
+  set(compiled)
+  foreach(shader IN LISTS shaders)
+    string(MAKE_C_IDENTIFIER "${shader}" symbol)
+    set(spirv "${out}/${symbol}.spv.h")
+    add_custom_command(OUTPUT "${spirv}"
+      COMMAND "${CMAKE_COMMAND}" -E make_directory "${out}"
+      COMMAND Vulkan::glslangValidator --target-env vulkan1.3 -g0 --quiet "-I${PROJECT_SOURCE_DIR}/shaders"
+        --depfile "${spirv}.d" --vn "${symbol}" -o "${spirv}" "${folder}/${shader}"
+      DEPENDS "${folder}/${shader}"
+      DEPFILE "${spirv}.d"
+      COMMENT "Shader ${shader}" VERBATIM)
+    list(APPEND compiled "${spirv}")
+  endforeach()
+  set(source "${out}/${function}.cpp")
+  add_custom_command(OUTPUT "${source}"
+    COMMAND "${CMAKE_COMMAND}" "-DOUT=${source}" "-DSHADERS=${shaders}" "-DFUNCTION=${function}" -P "${PROJECT_SOURCE_DIR}/cmake/EmbedShaders.cmake"
+    DEPENDS ${compiled} "${PROJECT_SOURCE_DIR}/cmake/EmbedShaders.cmake" VERBATIM)
+  target_sources(${target} PRIVATE "${source}")
+endfunction()

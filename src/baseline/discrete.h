@@ -1,0 +1,39 @@
+// The baseline `discrete`: what a user would pick instead of a continuous mesh. A chain of meshes, each half of the one before
+// it, simplified and cache-ordered by meshoptimizer over one vertex buffer. meshoptimizer 0.18 knows no attribute metric: only
+// positions count, and attributes follow their vertices.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/chunk_file.h"
+#include "base/progress.h"
+#include "baseline/fixed_levels.h"
+#include "mesh/tri_mesh.h"
+
+namespace lodestone {
+
+struct DiscreteLevel {
+    std::span<const uint32_t> indices;  // three per triangle, into DiscreteChain::vertices
+    double max_error = 0;               // object units, two-sided against the source, raised by sampling_margin; never decreases
+    double rms_error = 0;               // object units, two-sided
+};
+
+struct DiscreteChain {
+    std::span<const MeshVertex> vertices;
+    std::vector<DiscreteLevel> levels;  // finest first: the source mesh itself, error 0
+    std::shared_ptr<const void> owner;
+
+    Result<void> write_chunks(ChunkWriter& writer) const;
+    static Result<DiscreteChain> open(const ChunkFile& file);
+    Result<void> validate() const;
+};
+
+// Halves until 64 triangles are reached or meshoptimizer gets less than 10% further. Errors are measured as those of progressive
+// meshes are (mesh/distance.h). Fault::interrupted when progress says stop.
+Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& progress = {});
+
+FixedLevels fixed_levels_of(std::shared_ptr<const DiscreteChain> chain);
+
+}  // namespace lodestone

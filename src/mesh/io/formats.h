@@ -1,0 +1,44 @@
+// The rooms of the reader: one function per format. What they share: a file's bytes, where a fault is, and cutting polygons.
+#pragma once
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "base/file.h"
+#include "mesh/io/read.h"
+
+namespace lodestone {
+
+struct SourceFile {
+    std::filesystem::path path;  // for files it refers to
+    FileBytes content;           // gunzipped
+    std::string_view text() const { return {reinterpret_cast<const char*>(content.bytes.data()), content.bytes.size()}; }
+    size_t size() const { return content.bytes.size(); }
+    // "path: place: what"; what says what is wrong and what to do. An empty place is left out.
+    tl::unexpected<Error> wrong(const std::string& place, const std::string& what) const {
+        return fail(Fault::format, path.string() + ": " + (place.empty() ? "" : place + ": ") + what);
+    }
+    tl::unexpected<Error> wrong_line(uint64_t line, const std::string& what) const { return wrong("line " + std::to_string(line), what); }
+};
+
+Result<std::unique_ptr<MeshStream>> open_ply(const SourceFile& file, ReadReport& report);
+Result<std::unique_ptr<MeshStream>> open_stl(const SourceFile& file, ReadReport& report);
+Result<TriMesh> read_obj(const SourceFile& file, const ReadOptions& options, ReadReport& report);
+Result<TriMesh> read_off(const SourceFile& file, ReadReport& report);
+Result<TriMesh> read_gltf(const SourceFile& file, const ReadOptions& options, ReadReport& report);
+Result<TriMesh> read_png_heights(const SourceFile& file, const ReadOptions& options, ReadReport& report);
+Result<TriMesh> read_geotiff(const SourceFile& file, const ReadOptions& options, ReadReport& report);
+
+// Adds a polygon's fan from its first corner: right for convex polygons, as scanners and modellers export them.
+inline void add_fan(std::vector<Triangle>& triangles, const std::vector<uint32_t>& corners, ReadReport& report) {
+    if (corners.size() > 3) ++report.polygons;
+    for (size_t k = 2; k < corners.size(); ++k) triangles.push_back({corners[0], corners[k - 1], corners[k]});
+}
+
+// A texture the mesh refers to; a missing or unreadable one is a warning and -1.
+int32_t load_texture(const SourceFile& file, const std::string& name, TriMesh& mesh, ReadReport& report);
+
+inline bool finite(const glm::vec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+}  // namespace lodestone

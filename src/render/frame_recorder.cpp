@@ -1,0 +1,355 @@
+#include "render/frame_recorder.h"
+
+#include <algorithm>
+
+#include "base/check.h"
+#include "render/frame_set.h"
+#include "shaders/shared/draw_constants.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr VkPipelineStageFlags2 shader_stages = VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_TESSELLATION_CONTROL_SHADER_BIT |
+                                                VK_PIPELINE_STAGE_2_TESSELLATION_EVALUATION_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT |
+                                                VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT;
+
+VkPipelineStageFlags2 stages_of(const PipelineSpec& spec) {
+    if (spec.kind == PipelineKind::compute) return VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT;
+    VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
+    if (!spec.tessellation_control.empty()) {
+        stages |= VK_PIPELINE_STAGE_2_TESSELLATION_CONTROL_SHADER_BIT | VK_PIPELINE_STAGE_2_TESSELLATION_EVALUATION_SHADER_BIT;
+    }
+    return stages;
+}
+
+const Draw* direct_draw(const Command& command) { return std::get_if<Draw>(&command.what); }
+const DrawIndirect* indirect_draw(const Command& command) { return std::get_if<DrawIndirect>(&command.what); }
+bool draws(const Command& command) { return direct_draw(command) != nullptr || indirect_draw(command) != nullptr; }
+
+}  // namespace
+
+FrameRecorder::FrameRecorder(const FrameContext& context, const Plan& plan, const FrameInput& input, const Look& look)
+    : c_(context), plan_(plan), input_(input), look_(look), commands_(context.slot.commands) {
+    LODE_CHECK(plan.generation == c_.recipe.generation, plan.generation, c_.recipe.generation);
+    has_shadow_ = c_.shadow_size > 0 && std::any_of(input.views.begin(), input.views.end(), [](const View& v) { return v.kind == View::Kind::shadow; });
+    cull_back_ = !look.double_sided && !any_mirrored(input.instances);
+}
+
+void FrameRecorder::record() {
+    if (c_.device.has_statistics()) vkCmdResetQueryPool(commands_, c_.slot.statistics.get(), 0, stage_count);
+    if (c_.device.has_timestamps()) {
+        vkCmdResetQueryPool(commands_, c_.slot.timestamps.get(), 0, stage_count + 1);
+        vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, c_.slot.timestamps.get(), 0);
+    }
+    upload_frame_data();
+    for (uint32_t s = 0; s < stage_count; ++s) {
+        c_.device.begin_label(commands_, name_of(static_cast<Stage>(s)));
+        record_stage(static_cast<Stage>(s));
+        c_.device.end_label(commands_);
+        if (c_.device.has_timestamps()) vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, c_.slot.timestamps.get(), s + 1);
+    }
+    if (!c_.slot.readbacks.empty()) {
+        memory_barrier(commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
+    }
+}
+
+template <class Place>
+void FrameRecorder::stage_bytes(const std::byte* data, uint64_t bytes, Place&& place) {
+    Staging& staging = c_.slot.staging;
+    for (uint64_t done = 0; done < bytes;) {
+        if (staging.free_bytes() < 16) {
+            flush_uploads();
+            c_.pool.submit(commands_, VK_NULL_HANDLE);
+            LODE_VK(vkQueueWaitIdle(c_.device.queue()));
+            staging.reset();
+            CommandPool::begin(commands_);
+        }
+        const uint64_t length = std::min<uint64_t>(bytes - done, staging.free_bytes());
+        place(staging.put(data + done, length), done, length);
+        done += length;
+    }
+}
+
+void FrameRecorder::upload_frame_data() {
+    const gpu::FrameConstants constants = frame_constants(input_, look_, c_.shadow_size);
+    const auto instances = instance_constants(input_.instances);
+    const auto put = [&](const Buffer& buffer, const void* data, uint64_t bytes) {
+        stage_bytes(static_cast<const std::byte*>(data), bytes, [&](VkDeviceSize staged, uint64_t done, uint64_t length) {
+            const VkBufferCopy region{staged, done, length};
+            vkCmdCopyBuffer(commands_, c_.slot.staging.get(), buffer.get(), 1, &region);
+        });
+    };
+    put(c_.slot.constants, &constants, sizeof constants);
+    put(c_.slot.instances, instances.data(), instances.size() * sizeof instances[0]);
+    put(c_.slot.instance_ids, plan_.instance_ids.data(), plan_.instance_ids.size() * sizeof plan_.instance_ids[0]);
+    memory_barrier(commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, shader_stages, VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
+}
+
+void FrameRecorder::upload(const Upload& command) {
+    LODE_CHECK(command.buffer < c_.built.buffers.size(), command.buffer);
+    const uint64_t end = command.offset + command.blob.size();
+    LODE_CHECK(end <= c_.recipe.buffers[command.buffer].bytes, end, c_.recipe.buffers[command.buffer].bytes);
+    // Copies of one batch run in any order, so ranges that overlap go into batches of their own.
+    const auto after = pending_ranges_.lower_bound({command.buffer, command.offset});
+    bool overlaps = after != pending_ranges_.end() && after->first.first == command.buffer && after->first.second < end;
+    if (after != pending_ranges_.begin()) {
+        const auto before = std::prev(after);
+        overlaps = overlaps || (before->first.first == command.buffer && before->second > command.offset);
+    }
+    if (overlaps) flush_uploads();
+    pending_ranges_[{command.buffer, command.offset}] = end;
+    stage_bytes(command.blob.data(), command.blob.size(), [&](VkDeviceSize staged, uint64_t done, uint64_t length) {
+        for (const SplitBuffer::Part& part : c_.built.buffers[command.buffer].parts(command.offset + done, length)) {
+            pending_.push_back({command.buffer, part.buffer, {staged + part.done, part.offset, part.bytes}});
+        }
+    });
+}
+
+void FrameRecorder::flush_uploads() {
+    if (pending_.empty()) return;
+    std::stable_sort(pending_.begin(), pending_.end(), [](const PendingUpload& a, const PendingUpload& b) { return a.buffer < b.buffer; });
+    for (size_t i = 0; i < pending_.size(); ++i) {
+        if (i == 0 || pending_[i].buffer != pending_[i - 1].buffer) c_.hazards.use(pending_[i].buffer, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
+    }
+    c_.hazards.flush(commands_);
+    std::vector<VkBufferCopy> regions;
+    for (size_t i = 0; i < pending_.size(); ++i) {
+        regions.push_back(pending_[i].region);
+        if (i + 1 < pending_.size() && pending_[i + 1].destination == pending_[i].destination) continue;
+        vkCmdCopyBuffer(commands_, c_.slot.staging.get(), pending_[i].destination, static_cast<uint32_t>(regions.size()), regions.data());
+        regions.clear();
+    }
+    pending_.clear();
+    pending_ranges_.clear();
+}
+
+void FrameRecorder::copy(const Copy& command) {
+    LODE_CHECK(command.source < c_.built.buffers.size() && command.destination < c_.built.buffers.size(), command.source, command.destination);
+    c_.hazards.use(command.source, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT, false});
+    c_.hazards.use(command.destination, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
+    c_.hazards.flush(commands_);
+    for (const auto& from : c_.built.buffers[command.source].parts(command.source_offset, command.bytes)) {
+        for (const auto& to : c_.built.buffers[command.destination].parts(command.destination_offset + from.done, from.bytes)) {
+            const VkBufferCopy region{from.offset + to.done, to.offset, to.bytes};
+            vkCmdCopyBuffer(commands_, from.buffer, to.buffer, 1, &region);
+        }
+    }
+}
+
+void FrameRecorder::read_back(const Readback& command) {
+    LODE_CHECK(command.buffer < c_.built.buffers.size() && command.bytes > 0, command.buffer, command.bytes);
+    c_.hazards.use(command.buffer, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT, false});
+    c_.hazards.flush(commands_);
+    Buffer landing(c_.allocator, command.bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::readback, "readback");
+    for (const auto& from : c_.built.buffers[command.buffer].parts(command.offset, command.bytes)) {
+        const VkBufferCopy region{from.offset, from.done, from.bytes};
+        vkCmdCopyBuffer(commands_, from.buffer, landing.get(), 1, &region);
+    }
+    c_.slot.readbacks.push_back({command.tag, std::move(landing)});
+}
+
+void FrameRecorder::use_storage(const PipelineSpec& spec, VkPipelineStageFlags2 stages) {
+    // A buffer bound twice is used once, with all its accesses.
+    for (size_t i = 0; i < spec.storage.size(); ++i) {
+        const uint32_t buffer = spec.storage[i].buffer;
+        bool reads = false, writes = false, seen = false;
+        for (size_t k = 0; k < spec.storage.size(); ++k) {
+            if (spec.storage[k].buffer != buffer) continue;
+            seen = seen || k < i;
+            reads = reads || spec.storage[k].access != Access::write;
+            writes = writes || spec.storage[k].access != Access::read;
+        }
+        if (seen) continue;
+        VkAccessFlags2 access = 0;
+        if (reads) access |= VK_ACCESS_2_SHADER_STORAGE_READ_BIT;
+        if (writes) access |= VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT;
+        c_.hazards.use(buffer, {stages, access, writes});
+    }
+}
+
+void FrameRecorder::bind(const BuiltPipeline& pipeline, VkPipeline variant, uint32_t view, const Words& words) {
+    if (bound_pipeline_ != variant) {
+        vkCmdBindPipeline(commands_, pipeline.bind_point, variant);
+        const VkDescriptorSet sets[] = {c_.slot.frame_set, pipeline.storage_set};
+        vkCmdBindDescriptorSets(commands_, pipeline.bind_point, pipeline.layout.get(), 0, 2, sets, 0, nullptr);
+        bound_pipeline_ = variant;
+    }
+    DrawConstants constants{};
+    constants.view = view;
+    std::copy(words.begin(), words.end(), constants.words);
+    vkCmdPushConstants(commands_, pipeline.layout.get(), pipeline.stages, 0, sizeof constants, &constants);
+}
+
+void FrameRecorder::dispatch(const Dispatch& command) {
+    LODE_CHECK(command.pipeline < c_.built.pipelines.size(), command.pipeline);
+    const PipelineSpec& spec = c_.recipe.pipelines[command.pipeline];
+    LODE_CHECK(spec.kind == PipelineKind::compute, spec.name);
+    use_storage(spec, stages_of(spec));
+    c_.hazards.flush(commands_);
+    const BuiltPipeline& pipeline = c_.built.pipelines[command.pipeline];
+    bind(pipeline, pipeline.compute.get(), command.view, command.words);
+    vkCmdDispatch(commands_, command.groups[0], command.groups[1], command.groups[2]);
+}
+
+void FrameRecorder::begin_rendering(Stage stage, bool clear) {
+    const Targets& targets = c_.targets;
+    const TargetImage& depth = stage == Stage::shadow ? targets.shadow_depth : targets.depth;
+    const VkExtent2D extent{depth.spec().width, depth.spec().height};
+    VkRenderingAttachmentInfo depth_attachment{};
+    depth_attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
+    depth_attachment.imageView = depth.view();
+    depth_attachment.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+    depth_attachment.loadOp = clear && stage != Stage::colour ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+    depth_attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+    depth_attachment.clearValue.depthStencil = {0, 0};
+    VkRenderingAttachmentInfo colour_attachment{};
+    colour_attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
+    colour_attachment.imageView = targets.colour.view();
+    colour_attachment.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+    colour_attachment.loadOp = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+    colour_attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+    colour_attachment.clearValue.color = {{look_.background.r, look_.background.g, look_.background.b, 0}};
+    VkRenderingInfo rendering{};
+    rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
+    rendering.renderArea = {{0, 0}, extent};
+    rendering.layerCount = 1;
+    rendering.colorAttachmentCount = stage == Stage::colour ? 1 : 0;
+    rendering.pColorAttachments = &colour_attachment;
+    rendering.pDepthAttachment = &depth_attachment;
+    vkCmdBeginRendering(commands_, &rendering);
+    const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
+    const VkRect2D scissor{{0, 0}, extent};
+    vkCmdSetViewport(commands_, 0, 1, &viewport);
+    vkCmdSetScissor(commands_, 0, 1, &scissor);
+    vkCmdSetCullMode(commands_, cull_back_ && stage != Stage::shadow ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE);
+}
+
+void FrameRecorder::use_draw_buffers(const Draw& draw, const DrawIndirect* indirect) {
+    LODE_CHECK(draw.pipeline < c_.built.pipelines.size(), draw.pipeline);
+    const PipelineSpec& spec = c_.recipe.pipelines[draw.pipeline];
+    LODE_CHECK(spec.kind == PipelineKind::draw, spec.name);
+    if (spec.layout.stride > 0) c_.hazards.use(draw.vertex_buffer, {VK_PIPELINE_STAGE_2_VERTEX_ATTRIBUTE_INPUT_BIT, VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT, false});
+    if (draw.index_buffer != no_buffer) c_.hazards.use(draw.index_buffer, {VK_PIPELINE_STAGE_2_INDEX_INPUT_BIT, VK_ACCESS_2_INDEX_READ_BIT, false});
+    use_storage(spec, stages_of(spec));
+    if (indirect == nullptr) return;
+    c_.hazards.use(indirect->arguments, {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
+    if (indirect->count_buffer != no_buffer) c_.hazards.use(indirect->count_buffer, {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
+}
+
+void FrameRecorder::draw(Stage stage, const Draw& d, const DrawIndirect* indirect) {
+    LODE_CHECK(d.view < input_.views.size(), d.view);
+    LODE_CHECK(stage == Stage::shadow ? input_.views[d.view].kind == View::Kind::shadow : d.view == 0, d.view);
+    if (indirect == nullptr && (d.count == 0 || d.instances == 0)) return;
+    const BuiltPipeline& pipeline = c_.built.pipelines[d.pipeline];
+    const Variant variant = stage == Stage::shadow ? Variant::shadow : stage == Stage::depth ? Variant::depth : Variant::colour;
+    bind(pipeline, pipeline.draw[static_cast<int>(variant)].get(), d.view, d.words);
+    if (c_.recipe.pipelines[d.pipeline].layout.stride > 0) {
+        const VkBuffer vertices = c_.built.buffers[d.vertex_buffer].whole();
+        if (vertices != bound_vertices_ || d.vertex_offset != bound_vertex_offset_) vkCmdBindVertexBuffers(commands_, 0, 1, &vertices, &d.vertex_offset);
+        bound_vertices_ = vertices;
+        bound_vertex_offset_ = d.vertex_offset;
+    }
+    const bool indexed = d.index_buffer != no_buffer;
+    if (indexed) {
+        const VkBuffer indices = c_.built.buffers[d.index_buffer].whole();
+        if (indices != bound_indices_ || d.index_offset != bound_index_offset_) vkCmdBindIndexBuffer(commands_, indices, d.index_offset, VK_INDEX_TYPE_UINT32);
+        bound_indices_ = indices;
+        bound_index_offset_ = d.index_offset;
+    }
+    if (indirect == nullptr) {
+        if (indexed) {
+            vkCmdDrawIndexed(commands_, d.count, d.instances, 0, 0, d.first_id);
+        } else {
+            vkCmdDraw(commands_, d.count, d.instances, 0, d.first_id);
+        }
+        return;
+    }
+    const VkBuffer arguments = c_.built.buffers[indirect->arguments].whole();
+    if (indirect->count_buffer != no_buffer) {
+        LODE_CHECK(c_.device.has_draw_indirect_count());
+        const VkBuffer count = c_.built.buffers[indirect->count_buffer].whole();
+        const auto call = indexed ? vkCmdDrawIndexedIndirectCount : vkCmdDrawIndirectCount;
+        call(commands_, arguments, indirect->offset, count, indirect->count_offset, indirect->draws, indirect->stride);
+    } else {
+        // One record a call: not every device takes more.
+        const auto call = indexed ? vkCmdDrawIndexedIndirect : vkCmdDrawIndirect;
+        for (uint32_t i = 0; i < indirect->draws; ++i) call(commands_, arguments, indirect->offset + uint64_t{i} * indirect->stride, 1, indirect->stride);
+    }
+}
+
+void FrameRecorder::record_stage(Stage stage) {
+    std::vector<const Command*> commands;
+    for (const Command& c : plan_.commands) {
+        if (c.stage == stage) commands.push_back(&c);
+    }
+    const bool renders = (stage == Stage::shadow && has_shadow_) || stage == Stage::depth || stage == Stage::colour;
+    const Targets& targets = c_.targets;
+    constexpr ImageUse dropped_depth = {VK_IMAGE_LAYOUT_UNDEFINED, as_depth_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+                                        VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
+    constexpr ImageUse dropped_colour = {VK_IMAGE_LAYOUT_UNDEFINED, as_colour_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
+    if (stage == Stage::shadow) change_use(commands_, targets.shadow_depth, dropped_depth, has_shadow_ ? as_depth_target : as_sampled);
+    if (stage == Stage::depth) change_use(commands_, targets.depth, dropped_depth, as_depth_target);
+    if (stage == Stage::colour) {
+        change_use(commands_, targets.depth, as_depth_target, as_depth_target);
+        change_use(commands_, targets.colour, dropped_colour, as_colour_target);
+    }
+    // A query cannot span command buffers, and uploads may submit: statistics of the update stage count nothing.
+    const bool counts = c_.device.has_statistics();
+    if (counts && stage != Stage::update) vkCmdBeginQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage), 0);
+
+    bool rendering = false, clear = true;
+    bound_pipeline_ = VK_NULL_HANDLE;
+    bound_vertices_ = bound_indices_ = VK_NULL_HANDLE;
+    const auto stop_rendering = [&] {
+        if (rendering) vkCmdEndRendering(commands_);
+        rendering = false;
+    };
+    for (size_t i = 0; i < commands.size(); ++i) {
+        const Command& command = *commands[i];
+        if (draws(command)) {
+            LODE_CHECK(renders || stage == Stage::shadow, name_of(stage));
+            if (!renders) continue;  // shadows are off
+            if (!rendering) {
+                // Barriers come before rendering begins, for all the draws up to the next command of another kind.
+                for (size_t k = i; k < commands.size() && draws(*commands[k]); ++k) {
+                    const DrawIndirect* indirect = indirect_draw(*commands[k]);
+                    use_draw_buffers(indirect != nullptr ? indirect->draw : *direct_draw(*commands[k]), indirect);
+                }
+                c_.hazards.flush(commands_);
+                begin_rendering(stage, clear);
+                rendering = true;
+                clear = false;
+            }
+            const DrawIndirect* indirect = indirect_draw(command);
+            draw(stage, indirect != nullptr ? indirect->draw : *direct_draw(command), indirect);
+            continue;
+        }
+        stop_rendering();
+        if (const auto* u = std::get_if<Upload>(&command.what)) {
+            LODE_CHECK(stage == Stage::update, name_of(stage));
+            upload(*u);
+            continue;
+        }
+        flush_uploads();
+        if (const auto* copied = std::get_if<Copy>(&command.what)) {
+            LODE_CHECK(stage == Stage::update, name_of(stage));
+            copy(*copied);
+        } else if (const auto* dispatched = std::get_if<Dispatch>(&command.what)) {
+            dispatch(*dispatched);
+        } else if (const auto* back = std::get_if<Readback>(&command.what)) {
+            read_back(*back);
+        }
+    }
+    flush_uploads();
+    stop_rendering();
+    if (renders && clear) {
+        begin_rendering(stage, true);
+        vkCmdEndRendering(commands_);
+    }
+    if (counts && stage == Stage::update) vkCmdBeginQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage), 0);
+    if (counts) vkCmdEndQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage));
+    if (stage == Stage::shadow && has_shadow_) change_use(commands_, targets.shadow_depth, as_depth_target, as_sampled);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,75 @@
+// Records one plan into the commands of a frame slot: uploads, barriers, passes, draws, readbacks, queries.
+#pragma once
+
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "render/commands.h"
+#include "render/frame_slot.h"
+#include "render/hazards.h"
+#include "render/recipe_build.h"
+#include "render/targets.h"
+
+namespace lodestone {
+
+// What a frame is recorded with. The slot is the frame's own; the rest is shared by all frames.
+struct FrameContext {
+    const Device& device;
+    const CommandPool& pool;
+    BlockAllocator& allocator;
+    const Recipe& recipe;
+    const BuiltRecipe& built;
+    BufferHazards& hazards;
+    const Targets& targets;
+    uint32_t shadow_size;
+    FrameSlot& slot;
+};
+
+class FrameRecorder {
+public:
+    FrameRecorder(const FrameContext& context, const Plan& plan, const FrameInput& input, const Look& look);
+    // Records everything; the slot's commands have begun and are left for the caller to submit. Commands that break the
+    // contract fail a CHECK.
+    void record();
+
+private:
+    void upload_frame_data();
+    void upload(const Upload& command);
+    void copy(const Copy& command);
+    void dispatch(const Dispatch& command);
+    void read_back(const Readback& command);
+    void flush_uploads();
+    // Stages bytes for a buffer, submitting what is recorded so far whenever the staging memory is full.
+    template <class Place>
+    void stage_bytes(const std::byte* data, uint64_t bytes, Place&& place);
+
+    void record_stage(Stage stage);
+    void begin_rendering(Stage stage, bool clear);
+    void use_draw_buffers(const Draw& draw, const DrawIndirect* indirect);
+    void draw(Stage stage, const Draw& draw, const DrawIndirect* indirect);
+    void use_storage(const PipelineSpec& spec, VkPipelineStageFlags2 stages);
+    void bind(const BuiltPipeline& pipeline, VkPipeline variant, uint32_t view, const Words& words);
+
+    FrameContext c_;
+    const Plan& plan_;
+    const FrameInput& input_;
+    const Look& look_;
+    VkCommandBuffer commands_;
+    bool has_shadow_ = false;
+    bool cull_back_ = true;
+
+    struct PendingUpload {
+        uint32_t buffer;
+        VkBuffer destination;
+        VkBufferCopy region;
+    };
+    std::vector<PendingUpload> pending_;
+    std::map<std::pair<uint32_t, uint64_t>, uint64_t> pending_ranges_;  // buffer and first byte to end
+
+    VkPipeline bound_pipeline_ = VK_NULL_HANDLE;
+    VkBuffer bound_vertices_ = VK_NULL_HANDLE, bound_indices_ = VK_NULL_HANDLE;
+    uint64_t bound_vertex_offset_ = 0, bound_index_offset_ = 0;
+};
+
+}  // namespace lodestone

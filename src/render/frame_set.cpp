@@ -1,0 +1,137 @@
+#include "render/frame_set.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include "base/check.h"
+
+namespace lodestone {
+
+namespace {
+
+OwnedSampler make_sampler(const Device& device, bool filtered) {
+    VkSamplerCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO;
+    info.magFilter = info.minFilter = filtered ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
+    info.mipmapMode = filtered ? VK_SAMPLER_MIPMAP_MODE_LINEAR : VK_SAMPLER_MIPMAP_MODE_NEAREST;
+    info.addressModeU = info.addressModeV = info.addressModeW = filtered ? VK_SAMPLER_ADDRESS_MODE_REPEAT : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+    info.maxLod = VK_LOD_CLAMP_NONE;
+    VkSampler sampler = VK_NULL_HANDLE;
+    LODE_VK(vkCreateSampler(device.handle(), &info, nullptr, &sampler));
+    return {device.handle(), sampler};
+}
+
+}  // namespace
+
+FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
+    constexpr VkShaderStageFlags all = VK_SHADER_STAGE_ALL_GRAPHICS | VK_SHADER_STAGE_COMPUTE_BIT;
+    const VkDescriptorSetLayoutBinding bindings[] = {
+        {LODE_FRAME_CONSTANTS, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, all, nullptr},
+        {LODE_INSTANCES, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
+        {LODE_INSTANCE_IDS, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
+        {LODE_MATERIALS, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
+        {LODE_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+        {LODE_SHADOW_DEPTH, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+        {LODE_SHADOW_TRANSMITTANCE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+    };
+    VkDescriptorSetLayoutCreateInfo layout_info{};
+    layout_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+    layout_info.bindingCount = std::size(bindings);
+    layout_info.pBindings = bindings;
+    VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+    LODE_VK(vkCreateDescriptorSetLayout(device.handle(), &layout_info, nullptr, &layout));
+    layout_ = OwnedSetLayout(device.handle(), layout);
+
+    const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, slots},
+                                          {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 3 * slots},
+                                          {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * slots}};
+    VkDescriptorPoolCreateInfo pool_info{};
+    pool_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+    pool_info.maxSets = slots;
+    pool_info.poolSizeCount = std::size(sizes);
+    pool_info.pPoolSizes = sizes;
+    VkDescriptorPool pool = VK_NULL_HANDLE;
+    LODE_VK(vkCreateDescriptorPool(device.handle(), &pool_info, nullptr, &pool));
+    pool_ = OwnedDescriptorPool(device.handle(), pool);
+    texture_sampler_ = make_sampler(device, true);
+    texel_sampler_ = make_sampler(device, false);
+}
+
+VkDescriptorSet FrameSets::allocate() const {
+    const VkDescriptorSetLayout layout = layout_.get();
+    VkDescriptorSetAllocateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+    info.descriptorPool = pool_.get();
+    info.descriptorSetCount = 1;
+    info.pSetLayouts = &layout;
+    VkDescriptorSet set = VK_NULL_HANDLE;
+    LODE_VK(vkAllocateDescriptorSets(device_.handle(), &info, &set));
+    return set;
+}
+
+void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, const Targets& targets) const {
+    const VkDescriptorBufferInfo buffers[] = {{slot.constants.get(), 0, VK_WHOLE_SIZE},
+                                              {slot.instances.get(), 0, VK_WHOLE_SIZE},
+                                              {slot.instance_ids.get(), 0, VK_WHOLE_SIZE},
+                                              {materials.table.get(), 0, VK_WHOLE_SIZE}};
+    const VkDescriptorImageInfo images[] = {
+        {texture_sampler_.get(), materials.textures.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
+        {texel_sampler_.get(), targets.shadow_depth.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
+        {texel_sampler_.get(), targets.shadow_transmittance.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
+    };
+    VkWriteDescriptorSet writes[7] = {};
+    for (uint32_t b = 0; b < 7; ++b) {
+        writes[b].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+        writes[b].dstSet = slot.frame_set;
+        writes[b].dstBinding = b;
+        writes[b].descriptorCount = 1;
+        if (b < 4) {
+            writes[b].descriptorType = b == 0 ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+            writes[b].pBufferInfo = &buffers[b];
+        } else {
+            writes[b].descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+            writes[b].pImageInfo = &images[b - 4];
+        }
+    }
+    vkUpdateDescriptorSets(device_.handle(), std::size(writes), writes, 0, nullptr);
+}
+
+gpu::FrameConstants frame_constants(const FrameInput& input, const Look& look, uint32_t shadow_size) {
+    LODE_CHECK(input.views.size() <= LODE_MOST_VIEWS, input.views.size());
+    gpu::FrameConstants c{};
+    c.shadow_view = LODE_MOST_VIEWS;
+    for (uint32_t v = 0; v < input.views.size(); ++v) {
+        const View& view = input.views[v];
+        const bool camera = view.kind == View::Kind::camera;
+        c.views[v].world_to_clip = view.world_to_clip();
+        c.views[v].eye = glm::vec4(view.eye, camera ? 1.0f : 0.0f);
+        if (camera || shadow_size == 0) continue;
+        c.shadow_view = v;
+        const glm::mat3 rows = glm::transpose(glm::mat3(c.views[v].world_to_clip));
+        c.shadow_texel = 2.0f / (glm::length(rows[0]) * static_cast<float>(shadow_size));
+    }
+    c.to_light = glm::vec4(glm::normalize(-look.light_direction), 0);
+    c.light_colour = glm::vec4(look.light_colour, 0);
+    c.sky_colour = glm::vec4(look.sky_colour, 0);
+    c.ground_colour = glm::vec4(look.ground_colour, 0);
+    c.debug_view = static_cast<uint32_t>(look.debug);
+    c.double_sided = look.double_sided ? 1 : 0;
+    return c;
+}
+
+std::vector<gpu::InstanceConstants> instance_constants(std::span<const Instance> instances) {
+    std::vector<gpu::InstanceConstants> all;
+    all.reserve(instances.size());
+    for (const Instance& i : instances) {
+        const glm::mat3 normal = glm::transpose(glm::inverse(glm::mat3(i.object_to_world)));
+        all.push_back({i.object_to_world, glm::mat4(normal), i.first_material, 0, 0, 0});
+    }
+    return all;
+}
+
+bool any_mirrored(std::span<const Instance> instances) {
+    return std::any_of(instances.begin(), instances.end(), [](const Instance& i) { return glm::determinant(glm::mat3(i.object_to_world)) < 0; });
+}
+
+}  // namespace lodestone

@@ -1,0 +1,35 @@
+// Descriptor set 0: what every shader of a frame can see (shaders/shared/frame.glsl).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "render/frame_slot.h"
+#include "render/material_images.h"
+#include "render/targets.h"
+#include "shaders/shared/frame_constants.h"
+
+namespace lodestone {
+
+// Frames' set layout, pool and samplers.
+class FrameSets {
+public:
+    FrameSets(const Device& device, uint32_t slots);
+    VkDescriptorSetLayout layout() const { return layout_.get(); }
+    VkDescriptorSet allocate() const;
+    // Points the slot's set at its buffers and the shared images. The device must be done with the set.
+    void write(const FrameSlot& slot, const MaterialImages& materials, const Targets& targets) const;
+
+private:
+    const Device& device_;
+    OwnedSetLayout layout_;
+    OwnedDescriptorPool pool_;
+    OwnedSampler texture_sampler_, texel_sampler_;
+};
+
+// shadow_size: texels a side of the shadow map; 0 turns shadows off.
+gpu::FrameConstants frame_constants(const FrameInput& input, const Look& look, uint32_t shadow_size);
+std::vector<gpu::InstanceConstants> instance_constants(std::span<const Instance> instances);
+bool any_mirrored(std::span<const Instance> instances);
+
+}  // namespace lodestone

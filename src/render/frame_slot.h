@@ -1,0 +1,54 @@
+// What one frame in flight needs of its own: commands, a fence, staging memory, the frame's constants, queries.
+#pragma once
+
+#include <chrono>
+#include <span>
+#include <vector>
+
+#include "render/memory.h"
+#include "render/renderer.h"
+
+namespace lodestone {
+
+inline constexpr VkDeviceSize staging_bytes = VkDeviceSize{16} << 20;
+
+// Host-visible memory handed out front to back until reset.
+class Staging {
+public:
+    Staging() = default;
+    Staging(BlockAllocator& allocator, VkDeviceSize bytes) : buffer_(allocator, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging, "staging") {}
+    VkDeviceSize free_bytes() const { return buffer_.bytes() - used_; }
+    // Copies the bytes in; returns their offset. They must fit free_bytes().
+    VkDeviceSize put(const void* data, VkDeviceSize bytes);
+    VkBuffer get() const { return buffer_.get(); }
+    void reset() { used_ = 0; }
+
+private:
+    Buffer buffer_;
+    VkDeviceSize used_ = 0;
+};
+
+struct FrameSlot {
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    OwnedFence fence;
+    bool busy = false;
+    uint64_t frame = 0;
+    std::chrono::steady_clock::time_point submitted_at;
+    Staging staging;
+    Buffer constants, instances, instance_ids;  // device-local
+    VkDescriptorSet frame_set = VK_NULL_HANDLE;
+    OwnedQueryPool statistics, timestamps;
+    struct PendingReadback {
+        uint32_t tag;
+        Buffer buffer;
+    };
+    std::vector<PendingReadback> readbacks;
+};
+
+// Makes sure the buffer holds at least `bytes`; true if it was made anew.
+bool ensure_buffer(BlockAllocator& allocator, Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage, const char* name);
+
+// Counters of a finished slot.
+FrameCounters read_counters(const Device& device, const FrameSlot& slot);
+
+}  // namespace lodestone

@@ -1,0 +1,292 @@
+#include "render/recipe_build.h"
+
+#include <algorithm>
+
+#include "base/check.h"
+#include "render/shader_library.h"
+#include "render/targets.h"
+#include "shaders/shared/draw_constants.h"
+
+namespace lodestone {
+
+std::vector<SplitBuffer::Part> SplitBuffer::parts(uint64_t offset, uint64_t bytes) const {
+    std::vector<Part> all;
+    for (uint64_t done = 0; done < bytes;) {
+        const uint64_t at = offset + done, segment = at / segment_bytes, place = at % segment_bytes;
+        const uint64_t length = std::min(bytes - done, segment_bytes - place);
+        LODE_CHECK(segment < segments.size(), offset, bytes);
+        all.push_back({segments[segment].get(), place, length, done});
+        done += length;
+    }
+    return all;
+}
+
+namespace {
+
+SplitBuffer make_buffer(BlockAllocator& allocator, const BufferSpec& spec, uint64_t segment_limit) {
+    VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    if (spec.use & use_vertex) usage |= VK_BUFFER_USAGE_VERTEX_BUFFER_BIT;
+    if (spec.use & use_index) usage |= VK_BUFFER_USAGE_INDEX_BUFFER_BIT;
+    if (spec.use & use_storage) usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+    if (spec.use & use_indirect) usage |= VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+    SplitBuffer buffer;
+    buffer.segment_bytes = spec.bytes;
+    const bool only_storage = (spec.use & ~use_storage) == 0;
+    if ((spec.use & use_storage) && spec.bytes > segment_limit) {
+        if (!only_storage) throw VulkanFailure("buffer '" + spec.name + "' is too large to be bound as storage and is put to other uses, so it cannot be split");
+        buffer.segment_bytes = segment_limit / spec.stride * spec.stride;
+        if (buffer.segment_bytes == 0 || spec.bytes > buffer.segment_bytes * max_pool_segments) {
+            throw VulkanFailure("buffer '" + spec.name + "' of " + std::to_string(spec.bytes) + " bytes does not fit " + std::to_string(max_pool_segments) +
+                                " bindings of " + std::to_string(segment_limit) + " bytes; lower the budget");
+        }
+    }
+    for (uint64_t done = 0; done < spec.bytes; done += buffer.segment_bytes) {
+        const uint64_t bytes = std::min(buffer.segment_bytes, spec.bytes - done);
+        buffer.segments.emplace_back(allocator, bytes, usage, MemoryKind::device_local, spec.name + "[" + std::to_string(buffer.segments.size()) + "]");
+    }
+    return buffer;
+}
+
+OwnedShader make_shader(const Device& device, const std::string& name) {
+    const auto words = shader_words(name);
+    if (words.empty()) throw VulkanFailure("shader '" + name + "' is not part of this program");
+    VkShaderModuleCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+    info.codeSize = words.size_bytes();
+    info.pCode = words.data();
+    VkShaderModule module = VK_NULL_HANDLE;
+    LODE_VK(vkCreateShaderModule(device.handle(), &info, nullptr, &module));
+    return {device.handle(), module};
+}
+
+VkFormat format_of(VertexFormat format) {
+    switch (format) {
+        case VertexFormat::f32x2: return VK_FORMAT_R32G32_SFLOAT;
+        case VertexFormat::f32x3: return VK_FORMAT_R32G32B32_SFLOAT;
+        case VertexFormat::snorm16x2: return VK_FORMAT_R16G16_SNORM;
+        case VertexFormat::unorm8x4: return VK_FORMAT_R8G8B8A8_UNORM;
+        case VertexFormat::u32: return VK_FORMAT_R32_UINT;
+    }
+    return VK_FORMAT_UNDEFINED;
+}
+
+// Constants that tell shaders how a split buffer is laid out (shaders/shared/pool.glsl).
+class SegmentConstants {
+public:
+    SegmentConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers) {
+        constexpr uint32_t first_constant = 16;  // LODE_FIRST_SEGMENT_CONSTANT
+        for (const StorageBinding& s : spec.storage) {
+            entries_.push_back({first_constant + s.binding, static_cast<uint32_t>(words_.size() * sizeof(uint32_t)), sizeof(uint32_t)});
+            words_.push_back(static_cast<uint32_t>(buffers[s.buffer].segment_bytes / sizeof(uint32_t)));
+        }
+        info_ = {static_cast<uint32_t>(entries_.size()), entries_.data(), words_.size() * sizeof(uint32_t), words_.data()};
+    }
+    SegmentConstants(const SegmentConstants&) = delete;
+    SegmentConstants& operator=(const SegmentConstants&) = delete;
+    const VkSpecializationInfo* get() const { return &info_; }
+
+private:
+    std::vector<VkSpecializationMapEntry> entries_;
+    std::vector<uint32_t> words_;
+    VkSpecializationInfo info_{};
+};
+
+struct ShaderStages {
+    const VkSpecializationInfo* constants;
+    std::vector<OwnedShader> modules;
+    std::vector<VkPipelineShaderStageCreateInfo> infos;
+    void add(const Device& device, VkShaderStageFlagBits stage, const std::string& name) {
+        if (name.empty()) return;
+        modules.push_back(make_shader(device, name));
+        VkPipelineShaderStageCreateInfo info{};
+        info.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+        info.stage = stage;
+        info.module = modules.back().get();
+        info.pName = "main";
+        info.pSpecializationInfo = constants;
+        infos.push_back(info);
+    }
+};
+
+OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout, const VkSpecializationInfo* constants, Variant variant) {
+    ShaderStages stages{constants, {}, {}};
+    stages.add(device, VK_SHADER_STAGE_VERTEX_BIT, spec.vertex);
+    stages.add(device, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, spec.tessellation_control);
+    stages.add(device, VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, spec.tessellation_evaluation);
+    if (variant == Variant::colour) stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, spec.fragment);
+
+    std::vector<VkVertexInputAttributeDescription> attributes;
+    for (const VertexAttribute& a : spec.layout.attributes) attributes.push_back({a.location, 0, format_of(a.format), a.offset});
+    const VkVertexInputBindingDescription binding{0, spec.layout.stride, VK_VERTEX_INPUT_RATE_VERTEX};
+    VkPipelineVertexInputStateCreateInfo input{};
+    input.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;
+    input.vertexBindingDescriptionCount = spec.layout.stride > 0 ? 1 : 0;
+    input.pVertexBindingDescriptions = &binding;
+    input.vertexAttributeDescriptionCount = static_cast<uint32_t>(attributes.size());
+    input.pVertexAttributeDescriptions = attributes.data();
+    const bool patches = !spec.tessellation_control.empty();
+    VkPipelineInputAssemblyStateCreateInfo assembly{};
+    assembly.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO;
+    assembly.topology = patches ? VK_PRIMITIVE_TOPOLOGY_PATCH_LIST : VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+    VkPipelineTessellationStateCreateInfo tessellation{};
+    tessellation.sType = VK_STRUCTURE_TYPE_PIPELINE_TESSELLATION_STATE_CREATE_INFO;
+    tessellation.patchControlPoints = spec.patch_vertices;
+    VkPipelineViewportStateCreateInfo viewport{};
+    viewport.sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO;
+    viewport.viewportCount = viewport.scissorCount = 1;
+    VkPipelineRasterizationStateCreateInfo raster{};
+    raster.sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO;
+    raster.polygonMode = VK_POLYGON_MODE_FILL;
+    raster.frontFace = VK_FRONT_FACE_COUNTER_CLOCKWISE;
+    raster.lineWidth = 1;
+    VkPipelineMultisampleStateCreateInfo multisample{};
+    multisample.sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO;
+    multisample.rasterizationSamples = VK_SAMPLE_COUNT_1_BIT;
+    VkPipelineDepthStencilStateCreateInfo depth{};
+    depth.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO;
+    depth.depthTestEnable = VK_TRUE;
+    depth.depthWriteEnable = variant != Variant::colour;
+    // Reversed depth; what the pre-pass left is drawn once.
+    depth.depthCompareOp = variant == Variant::colour ? VK_COMPARE_OP_EQUAL : VK_COMPARE_OP_GREATER_OR_EQUAL;
+    VkPipelineColorBlendAttachmentState blend_attachment{};
+    blend_attachment.colorWriteMask = 0xf;
+    VkPipelineColorBlendStateCreateInfo blend{};
+    blend.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
+    blend.attachmentCount = variant == Variant::colour ? 1 : 0;
+    blend.pAttachments = &blend_attachment;
+    const VkDynamicState dynamic_states[] = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR, VK_DYNAMIC_STATE_CULL_MODE};
+    VkPipelineDynamicStateCreateInfo dynamic{};
+    dynamic.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO;
+    dynamic.dynamicStateCount = 3;
+    dynamic.pDynamicStates = dynamic_states;
+    VkPipelineRenderingCreateInfo rendering{};
+    rendering.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO;
+    rendering.colorAttachmentCount = variant == Variant::colour ? 1 : 0;
+    rendering.pColorAttachmentFormats = &colour_format;
+    rendering.depthAttachmentFormat = depth_format;
+
+    VkGraphicsPipelineCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO;
+    info.pNext = &rendering;
+    info.stageCount = static_cast<uint32_t>(stages.infos.size());
+    info.pStages = stages.infos.data();
+    info.pVertexInputState = &input;
+    info.pInputAssemblyState = &assembly;
+    info.pTessellationState = patches ? &tessellation : nullptr;
+    info.pViewportState = &viewport;
+    info.pRasterizationState = &raster;
+    info.pMultisampleState = &multisample;
+    info.pDepthStencilState = &depth;
+    info.pColorBlendState = &blend;
+    info.pDynamicState = &dynamic;
+    info.layout = layout;
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    LODE_VK(vkCreateGraphicsPipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
+    device.name(VK_OBJECT_TYPE_PIPELINE, reinterpret_cast<uint64_t>(pipeline), spec.name);
+    return {device.handle(), pipeline};
+}
+
+OwnedPipeline make_compute_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout, const VkSpecializationInfo* constants) {
+    ShaderStages stages{constants, {}, {}};
+    stages.add(device, VK_SHADER_STAGE_COMPUTE_BIT, spec.compute);
+    LODE_CHECK(stages.infos.size() == 1, spec.name);
+    VkComputePipelineCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+    info.stage = stages.infos[0];
+    info.layout = layout;
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    LODE_VK(vkCreateComputePipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
+    device.name(VK_OBJECT_TYPE_PIPELINE, reinterpret_cast<uint64_t>(pipeline), spec.name);
+    return {device.handle(), pipeline};
+}
+
+BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers, VkDescriptorSetLayout frame_layout) {
+    for (const StorageBinding& s : spec.storage) LODE_CHECK(s.buffer < buffers.size(), s.buffer);
+    const SegmentConstants constants(spec, buffers);
+    BuiltPipeline built;
+    const bool compute = spec.kind == PipelineKind::compute;
+    built.bind_point = compute ? VK_PIPELINE_BIND_POINT_COMPUTE : VK_PIPELINE_BIND_POINT_GRAPHICS;
+    built.stages = compute ? VK_SHADER_STAGE_COMPUTE_BIT : VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+    if (!spec.tessellation_control.empty()) built.stages |= VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT | VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT;
+
+    std::vector<VkDescriptorSetLayoutBinding> bindings;
+    for (const StorageBinding& s : spec.storage) bindings.push_back({s.binding, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, max_pool_segments, built.stages, nullptr});
+    VkDescriptorSetLayoutCreateInfo set_info{};
+    set_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+    set_info.bindingCount = static_cast<uint32_t>(bindings.size());
+    set_info.pBindings = bindings.data();
+    VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
+    LODE_VK(vkCreateDescriptorSetLayout(device.handle(), &set_info, nullptr, &set_layout));
+    built.storage_layout = OwnedSetLayout(device.handle(), set_layout);
+
+    const VkPushConstantRange push_range{built.stages, 0, sizeof(DrawConstants)};
+    const VkDescriptorSetLayout sets[] = {frame_layout, set_layout};
+    VkPipelineLayoutCreateInfo layout_info{};
+    layout_info.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+    layout_info.setLayoutCount = 2;
+    layout_info.pSetLayouts = sets;
+    layout_info.pushConstantRangeCount = 1;
+    layout_info.pPushConstantRanges = &push_range;
+    VkPipelineLayout layout = VK_NULL_HANDLE;
+    LODE_VK(vkCreatePipelineLayout(device.handle(), &layout_info, nullptr, &layout));
+    built.layout = OwnedPipelineLayout(device.handle(), layout);
+    if (compute) {
+        built.compute = make_compute_pipeline(device, spec, layout, constants.get());
+    } else {
+        for (int v = 0; v < variant_count; ++v) built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), static_cast<Variant>(v));
+    }
+    return built;
+}
+
+void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& built) {
+    uint32_t sets = 0, descriptors = 0;
+    for (const PipelineSpec& spec : recipe.pipelines) {
+        ++sets;
+        descriptors += static_cast<uint32_t>(spec.storage.size()) * max_pool_segments;
+    }
+    if (sets == 0) return;
+    const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, std::max(descriptors, 1u)};
+    VkDescriptorPoolCreateInfo pool_info{};
+    pool_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+    pool_info.maxSets = sets;
+    pool_info.poolSizeCount = 1;
+    pool_info.pPoolSizes = &size;
+    VkDescriptorPool pool = VK_NULL_HANDLE;
+    LODE_VK(vkCreateDescriptorPool(device.handle(), &pool_info, nullptr, &pool));
+    built.pool = OwnedDescriptorPool(device.handle(), pool);
+    for (size_t p = 0; p < recipe.pipelines.size(); ++p) {
+        const VkDescriptorSetLayout layout = built.pipelines[p].storage_layout.get();
+        VkDescriptorSetAllocateInfo allocate{};
+        allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+        allocate.descriptorPool = pool;
+        allocate.descriptorSetCount = 1;
+        allocate.pSetLayouts = &layout;
+        LODE_VK(vkAllocateDescriptorSets(device.handle(), &allocate, &built.pipelines[p].storage_set));
+        for (const StorageBinding& storage : recipe.pipelines[p].storage) {
+            const auto& segments = built.buffers[storage.buffer].segments;
+            // Segments past the last are bound to the first, so that every descriptor is valid.
+            std::vector<VkDescriptorBufferInfo> infos;
+            for (uint32_t s = 0; s < max_pool_segments; ++s) infos.push_back({segments[s < segments.size() ? s : 0].get(), 0, VK_WHOLE_SIZE});
+            VkWriteDescriptorSet write{};
+            write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+            write.dstSet = built.pipelines[p].storage_set;
+            write.dstBinding = storage.binding;
+            write.descriptorCount = max_pool_segments;
+            write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+            write.pBufferInfo = infos.data();
+            vkUpdateDescriptorSets(device.handle(), 1, &write, 0, nullptr);
+        }
+    }
+}
+
+}  // namespace
+
+BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout, uint64_t segment_limit) {
+    BuiltRecipe built;
+    for (const BufferSpec& spec : recipe.buffers) built.buffers.push_back(make_buffer(allocator, spec, segment_limit));
+    for (const PipelineSpec& spec : recipe.pipelines) built.pipelines.push_back(make_pipeline(allocator.device(), spec, built.buffers, frame_layout));
+    make_storage_sets(allocator.device(), recipe, built);
+    return built;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,50 @@
+// A recipe made real: its buffers (split into segments where they must be), pipelines and descriptor sets.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "frame/recipe.h"
+#include "render/memory.h"
+
+namespace lodestone {
+
+// A buffer of the recipe. Segment i holds bytes i * segment_bytes .. of it; all but the last are full.
+struct SplitBuffer {
+    std::vector<Buffer> segments;
+    uint64_t segment_bytes = 0;
+
+    struct Part {  // of a range: within one segment
+        VkBuffer buffer;
+        uint64_t offset, bytes;
+        uint64_t done;  // bytes of the range before this part
+    };
+    std::vector<Part> parts(uint64_t offset, uint64_t bytes) const;
+    VkBuffer whole() const { return segments[0].get(); }  // of a buffer that is not split
+};
+
+// Where a draw pipeline is used decides what of it runs.
+enum class Variant { shadow, depth, colour };
+inline constexpr int variant_count = 3;
+
+struct BuiltPipeline {
+    OwnedPipelineLayout layout;
+    OwnedSetLayout storage_layout;
+    VkDescriptorSet storage_set = VK_NULL_HANDLE;
+    OwnedPipeline draw[variant_count];  // empty for compute pipelines
+    OwnedPipeline compute;
+    VkPipelineBindPoint bind_point = VK_PIPELINE_BIND_POINT_GRAPHICS;
+    VkShaderStageFlags stages = 0;  // that see the push constants
+};
+
+struct BuiltRecipe {
+    std::vector<SplitBuffer> buffers;
+    std::vector<BuiltPipeline> pipelines;
+    OwnedDescriptorPool pool;
+};
+
+// frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split.
+// Throws VulkanFailure; a shader that is not in the library is named.
+BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout, uint64_t segment_limit);
+
+}  // namespace lodestone

@@ -1,0 +1,242 @@
+#include "render/renderer.h"
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+
+#include "base/check.h"
+#include "render/frame_recorder.h"
+#include "render/frame_set.h"
+
+namespace lodestone {
+
+namespace {
+
+// Failures of Vulkan stop here and become errors.
+template <class F>
+auto guarded(F&& f) -> Result<decltype(f())> {
+    try {
+        if constexpr (std::is_void_v<decltype(f())>) {
+            f();
+            return {};
+        } else {
+            return f();
+        }
+    } catch (const VulkanFailure& failure) {
+        return fail(Fault::machine, failure.what());
+    }
+}
+
+class VulkanRenderer final : public Renderer {
+public:
+    explicit VulkanRenderer(const RendererOptions& options)
+        : options_(options),
+          device_(options.device, options.validation),
+          allocator_(device_),
+          pool_(device_),
+          sets_(device_, options.frames_in_flight) {
+        slots_.resize(options.frames_in_flight);
+        for (FrameSlot& slot : slots_) make_slot(slot);
+        remake_targets(options.width, options.height);
+        materials_ = make_material_images(allocator_, pool_, MaterialSet{{SurfaceMaterial{}}, 0, 0, {}});
+    }
+    ~VulkanRenderer() override { vkDeviceWaitIdle(device_.handle()); }
+
+    const DeviceInfo& device() const override { return device_.info(); }
+
+    Result<void> load(const Recipe& recipe, const MaterialSet& materials) override {
+        return guarded([&] {
+            finish_all();
+            built_ = {};
+            const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit : device_.limits().maxStorageBufferRange;
+            recipe_ = recipe;
+            built_ = build_recipe(allocator_, recipe, sets_.layout(), limit);
+            hazards_.reset(recipe.buffers.size());
+            materials_ = {};
+            materials_ = make_material_images(allocator_, pool_, materials);
+        });
+    }
+
+    Result<void> resize(uint32_t width, uint32_t height) override {
+        return guarded([&] {
+            finish_all();
+            remake_targets(width, height);
+        });
+    }
+
+    Result<void> submit(const Plan& plan, const FrameInput& input, const Look& look) override {
+        return guarded([&] {
+            const auto entered = std::chrono::steady_clock::now();
+            LODE_CHECK(!input.views.empty() && input.views[0].kind == View::Kind::camera, input.views.size());
+            FrameSlot& slot = slots_[next_slot_];
+            if (slot.busy) finish(slot);
+            next_slot_ = (next_slot_ + 1) % slots_.size();
+            slot.frame = input.frame;
+            slot.submitted_at = entered;
+            slot.staging.reset();
+            ensure_buffer(allocator_, slot.instances, std::max<size_t>(input.instances.size(), 1) * sizeof(gpu::InstanceConstants), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, "instances");
+            ensure_buffer(allocator_, slot.instance_ids, std::max<size_t>(plan.instance_ids.size(), 1) * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, "instance ids");
+            sets_.write(slot, materials_, targets_);
+            CommandPool::begin(slot.commands);
+            FrameRecorder({device_, pool_, allocator_, recipe_, built_, hazards_, targets_, options_.shadow_size, slot}, plan, input, look).record();
+            const VkFence fence = slot.fence.get();
+            LODE_VK(vkResetFences(device_.handle(), 1, &fence));
+            pool_.submit(slot.commands, fence);
+            slot.busy = true;
+            newest_ = slot.frame;
+            colour_use_ = as_colour_target;
+            depth_use_ = as_depth_target;
+        });
+    }
+
+    uint64_t completed_frame() override {
+        uint64_t completed = newest_ ? *newest_ + 1 : 0;
+        for (size_t i = 0; i < slots_.size(); ++i) {
+            FrameSlot& slot = slots_[(next_slot_ + i) % slots_.size()];  // oldest first
+            if (!slot.busy) continue;
+            if (vkGetFenceStatus(device_.handle(), slot.fence.get()) == VK_SUCCESS) {
+                finish(slot);
+            } else {
+                completed = std::min(completed, slot.frame);
+                break;
+            }
+        }
+        return completed;
+    }
+
+    Result<void> wait() override {
+        return guarded([&] { finish_all(); });
+    }
+
+    std::vector<FrameCounters> take_counters() override { return std::exchange(counters_, {}); }
+    std::vector<ReadbackResult> take_readbacks() override { return std::exchange(readbacks_, {}); }
+
+    Result<Picture> read_picture() override {
+        return guarded([&] { return copy_picture(); });
+    }
+
+    uint64_t allocated_bytes() const override { return allocator_.allocated_bytes(); }
+    std::vector<std::string> validation_messages() const override { return device_.messages(); }
+
+private:
+    void make_slot(FrameSlot& slot) {
+        slot.commands = pool_.allocate();
+        VkFenceCreateInfo fence_info{};
+        fence_info.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+        VkFence fence = VK_NULL_HANDLE;
+        LODE_VK(vkCreateFence(device_.handle(), &fence_info, nullptr, &fence));
+        slot.fence = OwnedFence(device_.handle(), fence);
+        slot.staging = Staging(allocator_, staging_bytes);
+        slot.constants = Buffer(allocator_, sizeof(gpu::FrameConstants), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::device_local, "frame constants");
+        slot.frame_set = sets_.allocate();
+        const auto make_queries = [&](VkQueryType type, uint32_t count, VkQueryPipelineStatisticFlags statistics) {
+            VkQueryPoolCreateInfo info{};
+            info.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
+            info.queryType = type;
+            info.queryCount = count;
+            info.pipelineStatistics = statistics;
+            VkQueryPool queries = VK_NULL_HANDLE;
+            LODE_VK(vkCreateQueryPool(device_.handle(), &info, nullptr, &queries));
+            return OwnedQueryPool(device_.handle(), queries);
+        };
+        if (device_.has_statistics()) {
+            slot.statistics = make_queries(VK_QUERY_TYPE_PIPELINE_STATISTICS, stage_count,
+                                           VK_QUERY_PIPELINE_STATISTIC_INPUT_ASSEMBLY_PRIMITIVES_BIT | VK_QUERY_PIPELINE_STATISTIC_VERTEX_SHADER_INVOCATIONS_BIT |
+                                               VK_QUERY_PIPELINE_STATISTIC_TESSELLATION_EVALUATION_SHADER_INVOCATIONS_BIT);
+        }
+        if (device_.has_timestamps()) slot.timestamps = make_queries(VK_QUERY_TYPE_TIMESTAMP, stage_count + 1, 0);
+    }
+
+    void remake_targets(uint32_t width, uint32_t height) {
+        const uint32_t most = device_.limits().maxImageDimension2D;
+        if (width == 0 || height == 0 || width > most || height > most) {
+            throw VulkanFailure("a picture of " + std::to_string(width) + "x" + std::to_string(height) + " pixels; the device draws 1 to " + std::to_string(most) + " a side");
+        }
+        targets_ = {};
+        targets_ = make_targets(allocator_, width, height, options_.shadow_size);
+        pool_.run([&](VkCommandBuffer commands) {
+            const VkClearColorValue one{{1, 1, 1, 1}};
+            const VkImageSubresourceRange range{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+            change_use(commands, targets_.shadow_transmittance, {}, as_copy_destination);
+            vkCmdClearColorImage(commands, targets_.shadow_transmittance.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &one, 1, &range);
+            change_use(commands, targets_.shadow_transmittance, as_copy_destination, as_sampled);
+        });
+        colour_use_ = depth_use_ = {};
+    }
+
+    void finish(FrameSlot& slot) {
+        const VkFence fence = slot.fence.get();
+        LODE_VK(vkWaitForFences(device_.handle(), 1, &fence, VK_TRUE, UINT64_MAX));
+        slot.busy = false;
+        counters_.push_back(read_counters(device_, slot));
+        for (const FrameSlot::PendingReadback& r : slot.readbacks) readbacks_.push_back({r.tag, slot.frame, Blob::copy_of(r.buffer.mapped(), r.buffer.bytes())});
+        slot.readbacks.clear();
+    }
+
+    void finish_all() {
+        for (size_t i = 0; i < slots_.size(); ++i) {
+            FrameSlot& slot = slots_[(next_slot_ + i) % slots_.size()];
+            if (slot.busy) finish(slot);
+        }
+    }
+
+    Picture copy_picture() {
+        LODE_CHECK(newest_.has_value());
+        finish_all();
+        Picture picture;
+        picture.width = targets_.colour.spec().width;
+        picture.height = targets_.colour.spec().height;
+        if (colour_use_.layout == VK_IMAGE_LAYOUT_UNDEFINED) throw VulkanFailure("no frame was drawn since the picture's size changed");
+        const VkDeviceSize bytes = VkDeviceSize{4} * picture.width * picture.height;
+        const Buffer colour(allocator_, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::readback, "picture colour");
+        const Buffer depth(allocator_, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::readback, "picture depth");
+        pool_.run([&](VkCommandBuffer commands) {
+            const auto copy = [&](const TargetImage& image, ImageUse& use, const Buffer& to) {
+                change_use(commands, image, use, as_copy_source);
+                use = as_copy_source;
+                VkBufferImageCopy region{};
+                region.imageSubresource = {image.aspect(), 0, 0, 1};
+                region.imageExtent = {picture.width, picture.height, 1};
+                vkCmdCopyImageToBuffer(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.get(), 1, &region);
+            };
+            copy(targets_.colour, colour_use_, colour);
+            copy(targets_.depth, depth_use_, depth);
+            memory_barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
+        });
+        picture.colour.resize(bytes);
+        picture.depth.resize(bytes / 4);
+        std::memcpy(picture.colour.data(), colour.mapped(), bytes);
+        std::memcpy(picture.depth.data(), depth.mapped(), bytes);
+        return picture;
+    }
+
+    RendererOptions options_;
+    Device device_;
+    BlockAllocator allocator_;
+    CommandPool pool_;
+    FrameSets sets_;
+    Targets targets_;
+    MaterialImages materials_;
+    Recipe recipe_;
+    BuiltRecipe built_;
+    BufferHazards hazards_;
+    std::vector<FrameSlot> slots_;
+    size_t next_slot_ = 0;
+    std::optional<uint64_t> newest_;  // the last frame submitted
+    ImageUse colour_use_, depth_use_;
+    std::vector<FrameCounters> counters_;
+    std::vector<ReadbackResult> readbacks_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Renderer>> Renderer::create(const RendererOptions& options) {
+    LODE_CHECK(options.frames_in_flight >= 1 && options.frames_in_flight <= 4, options.frames_in_flight);
+    return guarded([&]() -> std::unique_ptr<Renderer> { return std::make_unique<VulkanRenderer>(options); });
+}
+
+Result<std::vector<DeviceInfo>> list_devices() {
+    return guarded([] { return Device::list(); });
+}
+
+}  // namespace lodestone

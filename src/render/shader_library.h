@@ -1,0 +1,17 @@
+// SPIR-V embedded in the program, by name. cmake/LodestoneShaders.cmake writes the functions that add shaders; tests add theirs
+// the same way.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace lodestone {
+
+// name: "folder/file.stage". The words must live as long as the program.
+void add_shader(const std::string& name, std::span<const uint32_t> words);
+
+// Empty where there is no such shader.
+std::span<const uint32_t> shader_words(const std::string& name);
+
+}  // namespace lodestone

@@ -1,0 +1,37 @@
+#include "render/targets.h"
+
+#include <algorithm>
+
+namespace lodestone {
+
+Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height, uint32_t shadow_size) {
+    Targets targets;
+    targets.colour = TargetImage(allocator, {colour_format, width, height, 1, 1, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}, "colour");
+    targets.depth = TargetImage(allocator, {depth_format, width, height, 1, 1, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}, "depth");
+    const uint32_t side = std::max(shadow_size, 1u);
+    targets.shadow_depth = TargetImage(allocator, {depth_format, side, side, 1, 1, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT}, "shadow_depth");
+    targets.shadow_transmittance =
+        TargetImage(allocator, {VK_FORMAT_R8_UNORM, 1, 1, 1, 1, VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT}, "shadow_transmittance");
+    return targets;
+}
+
+void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageUse& from, const ImageUse& to) {
+    VkImageMemoryBarrier2 barrier{};
+    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+    barrier.srcStageMask = from.stages;
+    barrier.srcAccessMask = from.access;
+    barrier.dstStageMask = to.stages;
+    barrier.dstAccessMask = to.access;
+    barrier.oldLayout = from.layout;
+    barrier.newLayout = to.layout;
+    barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = image.get();
+    barrier.subresourceRange = {image.aspect(), 0, VK_REMAINING_MIP_LEVELS, 0, VK_REMAINING_ARRAY_LAYERS};
+    VkDependencyInfo dependency{};
+    dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
+    dependency.imageMemoryBarrierCount = 1;
+    dependency.pImageMemoryBarriers = &barrier;
+    vkCmdPipelineBarrier2(commands, &dependency);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,58 @@
+// Vulkan inside this room: failed calls, owned handles. Failures travel as VulkanFailure up to the functions of Renderer,
+// which turn them into Errors.
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace lodestone {
+
+// what(): one line that names the call and what it answered.
+class VulkanFailure : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+const char* name_of(VkResult result);
+void vulkan_check(VkResult result, const char* call);
+
+// Runs a Vulkan call that returns a VkResult; anything but success is a VulkanFailure that names it.
+#define LODE_VK(call) ::lodestone::vulkan_check(call, #call)
+
+// A handle destroyed with its owner.
+template <class T, auto Destroy>
+class Owned {
+public:
+    Owned() = default;
+    Owned(VkDevice device, T handle) : device_(device), handle_(handle) {}
+    Owned(Owned&& o) noexcept : device_(o.device_), handle_(std::exchange(o.handle_, T{})) {}
+    Owned& operator=(Owned&& o) noexcept {
+        std::swap(device_, o.device_);
+        std::swap(handle_, o.handle_);
+        return *this;
+    }
+    ~Owned() {
+        if (handle_ != T{}) Destroy(device_, handle_, nullptr);
+    }
+    T get() const { return handle_; }
+
+private:
+    VkDevice device_ = VK_NULL_HANDLE;
+    T handle_{};
+};
+
+using OwnedSampler = Owned<VkSampler, vkDestroySampler>;
+using OwnedImageView = Owned<VkImageView, vkDestroyImageView>;
+using OwnedShader = Owned<VkShaderModule, vkDestroyShaderModule>;
+using OwnedPipeline = Owned<VkPipeline, vkDestroyPipeline>;
+using OwnedPipelineLayout = Owned<VkPipelineLayout, vkDestroyPipelineLayout>;
+using OwnedSetLayout = Owned<VkDescriptorSetLayout, vkDestroyDescriptorSetLayout>;
+using OwnedDescriptorPool = Owned<VkDescriptorPool, vkDestroyDescriptorPool>;
+using OwnedCommandPool = Owned<VkCommandPool, vkDestroyCommandPool>;
+using OwnedFence = Owned<VkFence, vkDestroyFence>;
+using OwnedQueryPool = Owned<VkQueryPool, vkDestroyQueryPool>;
+
+}  // namespace lodestone

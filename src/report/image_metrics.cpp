@@ -1,0 +1,169 @@
+#include "report/image_metrics.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/matrix.hpp>
+
+#include "base/check.h"
+#include "base/threads.h"
+
+namespace lodestone {
+
+namespace {
+
+double linear_from_srgb(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
+double srgb_from_linear(double c) { return c <= 0.0031308 ? c * 12.92 : 1.055 * std::pow(c, 1 / 2.4) - 0.055; }
+
+std::vector<double> luminance(const Picture& picture) {
+    std::vector<double> y(size_t{picture.width} * picture.height);
+    for (size_t i = 0; i < y.size(); ++i) {
+        const uint8_t* c = &picture.colour[i * 4];
+        y[i] = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+    }
+    return y;
+}
+
+// Gaussian of 11 taps, sigma 1.5, along rows and columns; windows are cut at the border and weighted anew.
+std::vector<double> blurred(const std::vector<double>& values, uint32_t width, uint32_t height) {
+    std::array<double, 11> weight{};
+    for (int k = 0; k < 11; ++k) weight[static_cast<size_t>(k)] = std::exp(-(k - 5) * (k - 5) / (2 * 1.5 * 1.5));
+    const auto pass = [&](const std::vector<double>& in, bool rows) {
+        std::vector<double> out(in.size());
+        parallel_for(height, 16, [&](size_t begin, size_t end) {
+            for (size_t y = begin; y < end; ++y) {
+                for (size_t x = 0; x < width; ++x) {
+                    double sum = 0, total = 0;
+                    for (int k = -5; k <= 5; ++k) {
+                        const ptrdiff_t px = static_cast<ptrdiff_t>(x) + (rows ? k : 0), py = static_cast<ptrdiff_t>(y) + (rows ? 0 : k);
+                        if (px < 0 || py < 0 || px >= static_cast<ptrdiff_t>(width) || py >= static_cast<ptrdiff_t>(height)) continue;
+                        const double w = weight[static_cast<size_t>(k + 5)];
+                        sum += w * in[static_cast<size_t>(py) * width + static_cast<size_t>(px)];
+                        total += w;
+                    }
+                    out[y * width + x] = sum / total;
+                }
+            }
+        });
+        return out;
+    };
+    return pass(pass(values, true), false);
+}
+
+bool covered(const Picture& picture, size_t i) { return picture.colour[i * 4 + 3] > 0; }
+bool same_size(const Picture& a, const Picture& b) { return a.width == b.width && a.height == b.height; }
+
+double one_way_deviation(const Picture& from, const ClosestSurface& to, const View& view) {
+    const glm::dmat4 clip_to_world = glm::inverse(glm::dmat4(view.view_to_clip) * glm::dmat4(view.world_to_view));
+    std::vector<double> row_largest(from.height, 0);
+    parallel_for(from.height, 4, [&](size_t begin, size_t end) {
+        for (size_t y = begin; y < end; ++y) {
+            uint32_t hint = ClosestSurface::no_hint;
+            for (size_t x = 0; x < from.width; ++x) {
+                const size_t i = y * from.width + x;
+                if (!covered(from, i)) continue;
+                const glm::dvec4 clip((static_cast<double>(x) + 0.5) / from.width * 2 - 1, (static_cast<double>(y) + 0.5) / from.height * 2 - 1, static_cast<double>(from.depth[i]), 1);
+                const glm::dvec4 world4 = clip_to_world * clip;
+                const glm::dvec3 world = glm::dvec3(world4) / world4.w;
+                const double depth = -(glm::dmat4(view.world_to_view) * glm::dvec4(world, 1)).z;
+                const ClosestSurface::Hit hit = to.closest(world, hint);
+                hint = hit.triangle;
+                row_largest[y] = std::max(row_largest[y], hit.distance * static_cast<double>(view.focal_px) / std::max(depth, static_cast<double>(view.near_plane)));
+            }
+        }
+    });
+    return *std::max_element(row_largest.begin(), row_largest.end());
+}
+
+}  // namespace
+
+Picture downsampled(const Picture& picture, uint32_t factor) {
+    LODE_CHECK(factor > 0 && picture.width % factor == 0 && picture.height % factor == 0, factor, picture.width, picture.height);
+    std::array<double, 256> linear{};
+    for (size_t i = 0; i < 256; ++i) linear[i] = linear_from_srgb(static_cast<double>(i) / 255);
+    Picture small;
+    small.width = picture.width / factor;
+    small.height = picture.height / factor;
+    small.colour.resize(size_t{4} * small.width * small.height);
+    small.depth.resize(size_t{small.width} * small.height);
+    const double count = double{1} * factor * factor;
+    for (size_t y = 0; y < small.height; ++y) {
+        for (size_t x = 0; x < small.width; ++x) {
+            std::array<double, 4> sum{};
+            float nearest = 0;
+            for (size_t k = 0; k < size_t{factor} * factor; ++k) {
+                const size_t i = (y * factor + k / factor) * picture.width + x * factor + k % factor;
+                for (size_t c = 0; c < 3; ++c) sum[c] += linear[picture.colour[i * 4 + c]];
+                sum[3] += picture.colour[i * 4 + 3];
+                nearest = std::max(nearest, picture.depth[i]);
+            }
+            const size_t o = y * small.width + x;
+            for (size_t c = 0; c < 3; ++c) small.colour[o * 4 + c] = static_cast<uint8_t>(std::lround(255 * srgb_from_linear(sum[c] / count)));
+            small.colour[o * 4 + 3] = static_cast<uint8_t>(std::ceil(sum[3] / count));
+            small.depth[o] = nearest;
+        }
+    }
+    return small;
+}
+
+std::vector<uint8_t> covered_union(const Picture& a, const Picture& b) {
+    LODE_CHECK(same_size(a, b), a.width, b.width);
+    std::vector<uint8_t> mask(size_t{a.width} * a.height);
+    for (size_t i = 0; i < mask.size(); ++i) mask[i] = covered(a, i) || covered(b, i) ? 1 : 0;
+    return mask;
+}
+
+double psnr_db(const Picture& a, const Picture& b, const std::vector<uint8_t>& mask) {
+    LODE_CHECK(same_size(a, b), a.width, b.width);
+    const std::vector<double> ya = luminance(a), yb = luminance(b);
+    double sum = 0, count = 0;
+    for (size_t i = 0; i < mask.size(); ++i) {
+        if (mask[i] == 0) continue;
+        sum += (ya[i] - yb[i]) * (ya[i] - yb[i]);
+        ++count;
+    }
+    if (sum <= 0) return most_psnr_db;
+    return std::min(most_psnr_db, 10 * std::log10(255 * 255 / (sum / count)));
+}
+
+double ssim(const Picture& a, const Picture& b, const std::vector<uint8_t>& mask) {
+    LODE_CHECK(same_size(a, b), a.width, b.width);
+    const std::vector<double> ya = luminance(a), yb = luminance(b);
+    const auto product = [](const std::vector<double>& p, const std::vector<double>& q) {
+        std::vector<double> out(p.size());
+        for (size_t i = 0; i < p.size(); ++i) out[i] = p[i] * q[i];
+        return out;
+    };
+    const auto mean_of = [&](const std::vector<double>& values) { return blurred(values, a.width, a.height); };
+    const auto ma = mean_of(ya), mb = mean_of(yb), maa = mean_of(product(ya, ya)), mbb = mean_of(product(yb, yb)), mab = mean_of(product(ya, yb));
+    constexpr double c1 = (0.01 * 255) * (0.01 * 255), c2 = (0.03 * 255) * (0.03 * 255);
+    double sum = 0, count = 0;
+    for (size_t i = 0; i < mask.size(); ++i) {
+        if (mask[i] == 0) continue;
+        const double va = maa[i] - ma[i] * ma[i], vb = mbb[i] - mb[i] * mb[i], cov = mab[i] - ma[i] * mb[i];
+        sum += (2 * ma[i] * mb[i] + c1) * (2 * cov + c2) / ((ma[i] * ma[i] + mb[i] * mb[i] + c1) * (va + vb + c2));
+        ++count;
+    }
+    return count > 0 ? sum / count : 1;
+}
+
+uint64_t background_leaks(const Picture& picture, const Picture& full) {
+    LODE_CHECK(same_size(picture, full), picture.width, full.width);
+    uint64_t leaks = 0;
+    for (size_t y = 2; y + 2 < full.height; ++y) {
+        for (size_t x = 2; x + 2 < full.width; ++x) {
+            if (covered(picture, y * full.width + x)) continue;
+            bool inside = true;
+            for (size_t k = 0; k < 25 && inside; ++k) inside = covered(full, (y + k / 5 - 2) * full.width + x + k % 5 - 2);
+            leaks += inside ? 1 : 0;
+        }
+    }
+    return leaks;
+}
+
+double max_pixel_deviation(const Picture& picture, const ClosestSurface& surface, const Picture& full, const ClosestSurface& full_surface, const View& view) {
+    LODE_CHECK(same_size(picture, full) && view.width == full.width && view.height == full.height, picture.width, full.width, view.width);
+    return std::max(one_way_deviation(picture, full_surface, view), one_way_deviation(full, surface, view));
+}
+
+}  // namespace lodestone

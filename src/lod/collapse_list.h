@@ -50,9 +50,9 @@ struct SimplifyOptions {
     uint64_t target_triangles = 0;  // stop at or below this count; 0 goes as far as it can
     // Weights of attributes against position in the error, dimensionless: an attribute difference of 1 (a unit of
     // normal, a full colour channel, one texture repeat) weighs like `weight` times the bounding-box diagonal / 100.
-    double normal_weight = 0.1;
-    double uv_weight = 0.5;
-    double colour_weight = 0.5;
+    double normal_weight = 0.04;
+    double uv_weight = 0.15;
+    double colour_weight = 0.12;
     // Extra weight of quadrics that hold boundaries and seams in place.
     double boundary_weight = 10;
     uint64_t seed = 1;

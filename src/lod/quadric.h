@@ -41,6 +41,8 @@ struct Quadric {
         c += o.c;
         return *this;
     }
+    // Of unit-normal planes alone: the sum of their weights.
+    double weight() const { return xx + yy + zz; }
     double at(const glm::dvec3& p) const {
         const double x = xx * p.x + 2 * (xy * p.y + xz * p.z + bx);
         const double y = yy * p.y + 2 * (yz * p.z + by);

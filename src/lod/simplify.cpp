@@ -110,6 +110,7 @@ struct Ring {
     std::vector<uint8_t> faces;                       // shared with it: 1 on the boundary, 2 inside
     std::vector<std::array<WedgePair, 2>> pairs;      // its wedges and theirs in those faces; only where attributes count
     std::vector<double> costs;
+    std::vector<WedgePair> resolved;                  // of the collapse judged last
     double own_error = 0;                             // of the vertex's quadric at its own place
     uint32_t own_wedge = none;                        // the last wedge whose attribute error at its own place was asked for,
     double own_attribute_error = 0;                   // and that
@@ -133,6 +134,7 @@ public:
         normalise();
         link_corners();
         gather_attributes();
+        group_wedges();
         make_quadrics();
     }
 
@@ -227,6 +229,27 @@ private:
         attribute_quadrics_.resize(attributes_.empty() ? 0 : mesh_.wedge_count());
         attribute_areas_.resize(attribute_quadrics_.size(), 0);
         fields_.resize(attributes_.size());
+    }
+
+    // Wedges of a vertex that agree in texture coordinate and material form a group, named by its first wedge.
+    void group_wedges() {
+        if (!seams_) return;
+        group_.resize(mesh_.wedge_count());
+        std::vector<uint32_t> newest(mesh_.vertex_count(), none), before(mesh_.wedge_count(), none);
+        for (uint32_t w = 0; w < group_.size(); ++w) {
+            const uint32_t v = mesh_.wedge_vertex[w];
+            group_[w] = w;
+            for (uint32_t other = newest[v]; other != none; other = before[other]) {
+                const bool same = (mesh_.uvs.empty() || mesh_.uvs[other] == mesh_.uvs[w]) && (mesh_.materials.empty() || mesh_.materials[other] == mesh_.materials[w]);
+                if (same) {
+                    group_[w] = group_[other];
+                    soft_seams_ = true;
+                    break;
+                }
+            }
+            before[w] = newest[v];
+            newest[v] = w;
+        }
     }
 
     void make_quadrics() {
@@ -366,7 +389,10 @@ private:
         const uint32_t v = ring.neighbours[i];
         const glm::dvec3 &from = positions_[u], &to = positions_[v];
         double error = std::max(quadrics_[u].at(to) - ring.own_error, 0.0);
-        if (attribute_count_ > 0) {
+        if (soft_seams_) {
+            if (!pair_wedges(u, v, ring.resolved)) return infinite;
+            for (const WedgePair& pair : ring.resolved) error += attribute_cost(ring, pair, from, to);
+        } else if (attribute_count_ > 0) {
             const auto& pairs = ring.pairs[i];
             error += attribute_cost(ring, pairs[0], from, to);
             if (ring.faces[i] > 1 && pairs[1].removed != pairs[0].removed) error += attribute_cost(ring, pairs[1], from, to);
@@ -426,13 +452,14 @@ private:
     }
 
     // ring: of u, gathered.
-    Verdict judge(uint32_t u, uint32_t v, const Ring& ring) const {
+    Verdict judge(uint32_t u, uint32_t v, Ring& ring) const {
         const auto at = std::find(ring.neighbours.begin(), ring.neighbours.end(), v) - ring.neighbours.begin();
         if (at == static_cast<ptrdiff_t>(ring.neighbours.size())) return Verdict::topology;
         const uint32_t shared = ring.faces[static_cast<size_t>(at)];
         if (shared != (boundary_[u] ? 1u : 2u)) return Verdict::topology;
         if (count_[u] + count_[v] <= 2 * shared) return Verdict::topology;  // nothing would be left
-        if (!link_condition(u, v, shared, ring) || !wedges_pair(u, v)) return Verdict::topology;
+        if (!link_condition(u, v, shared, ring)) return Verdict::topology;
+        if (seams_ && !pair_wedges(u, v, ring.resolved)) return Verdict::topology;
         return turns_a_face(u, v) ? Verdict::flip : Verdict::legal;
     }
 
@@ -464,23 +491,52 @@ private:
         return true;
     }
 
-    // Every wedge of u in use has one partner at v across the faces of the edge.
-    bool wedges_pair(uint32_t u, uint32_t v) const {
-        std::array<WedgePair, 2> pairs;
-        size_t count = 0;
+    // Pairs every wedge of u in use with one of v; false where that would tear. Across the faces of the edge the pairs are given.
+    // A wedge elsewhere follows a pair of its own group (same texture coordinate and material, so the seam between is one of
+    // normals or colours) to the wedge of v it differs least from: such seams may close, at the price of their error.
+    bool pair_wedges(uint32_t u, uint32_t v, std::vector<WedgePair>& pairs) const {
+        pairs.clear();
+        const auto known = [&](uint32_t wedge) { return std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) { return p.removed == wedge; }); };
         for (const uint32_t c : corners(u)) {
             const uint32_t to = vertex(next(c)) == v       ? wedges_[next(c)]
                                 : vertex(previous(c)) == v ? wedges_[previous(c)]
                                                            : none;
-            if (to != none && count < 2) pairs[count++] = {wedges_[c], to};
+            if (to == none) continue;
+            const auto pair = known(wedges_[c]);
+            if (pair == pairs.end()) {
+                pairs.push_back({wedges_[c], to});
+            } else if (pair->kept != to) {
+                return false;  // one of the dying faces would keep three distinct wedges
+            }
         }
-        if (count == 2 && pairs[0].removed == pairs[1].removed && pairs[0].kept != pairs[1].kept) return false;
         for (const uint32_t c : corners(u)) {
-            bool paired = false;
-            for (size_t i = 0; i < count; ++i) paired |= pairs[i].removed == wedges_[c];
-            if (!paired) return false;
+            const uint32_t w = wedges_[c];
+            if (known(w) != pairs.end()) continue;
+            const auto like = std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) { return group_[p.removed] == group_[w]; });
+            if (like == pairs.end()) return false;
+            uint32_t best = none;
+            double least = infinite;
+            for (const uint32_t d : corners(v)) {
+                const uint32_t to = wedges_[d];
+                if (group_[to] != group_[like->kept]) continue;
+                const double difference = attribute_difference(w, to);
+                if (difference < least || (difference == least && to < best)) {
+                    least = difference;
+                    best = to;
+                }
+            }
+            pairs.push_back({w, best});
         }
         return true;
+    }
+
+    double attribute_difference(uint32_t a, uint32_t b) const {
+        double sum = 0;
+        for (size_t j = 0; j < attribute_count_; ++j) {
+            const double d = attributes_[a * attribute_count_ + j] - attributes_[b * attribute_count_ + j];
+            sum += d * d;
+        }
+        return sum;
     }
 
     bool turns_a_face(uint32_t u, uint32_t v) const {
@@ -510,16 +566,13 @@ private:
 
     void collapse(uint32_t u, uint32_t v) {
         Collapse record{u, v, static_cast<uint32_t>(list_.wedge_pairs.size()), 0};
-        for (const uint32_t c : corners(u)) {
-            const uint32_t to = vertex(next(c)) == v       ? wedges_[next(c)]
-                                : vertex(previous(c)) == v ? wedges_[previous(c)]
-                                                           : none;
-            if (to == none) continue;
-            const bool known = record.wedge_count > 0 && list_.wedge_pairs.back().removed == wedges_[c];
-            if (known) continue;
-            list_.wedge_pairs.push_back({wedges_[c], to});
-            ++record.wedge_count;
+        if (seams_) {
+            LODE_CHECK(pair_wedges(u, v, ring_.resolved), u, v);
+            list_.wedge_pairs.insert(list_.wedge_pairs.end(), ring_.resolved.begin(), ring_.resolved.end());
+        } else {
+            list_.wedge_pairs.push_back({wedges_[corners(u)[0]], wedges_[corners(v)[0]]});
         }
+        record.wedge_count = static_cast<uint32_t>(list_.wedge_pairs.size()) - record.first_wedge;
         list_.collapses.push_back(record);
         const std::span<const WedgePair> pairs(list_.wedge_pairs.data() + record.first_wedge, record.wedge_count);
 
@@ -639,6 +692,8 @@ private:
     std::vector<uint8_t> boundary_;
     std::vector<Quadric> quadrics_;                // per vertex
     const bool seams_;
+    bool soft_seams_ = false;                      // some vertex has several wedges of one group
+    std::vector<uint32_t> group_;                  // per wedge, where there are seams
     size_t attribute_count_ = 0;
     std::vector<double> attributes_;               // per wedge and attribute, weighted
     std::vector<Quadric> attribute_quadrics_;      // per wedge

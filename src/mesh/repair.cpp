@@ -125,7 +125,7 @@ void weld(TriMesh& mesh, const RepairOptions& options, RepairReport& report) {
     std::vector<uint32_t> to = weld_equal(mesh.positions);
     if (options.weld_distance > 0) weld_near(mesh.positions, options.weld_distance, to);
     for (uint32_t v = 0; v < to.size(); ++v) report.welded_vertices += to[v] != v ? 1 : 0;
-    if (report.welded_vertices == 0) return;
+    if (report.welded_vertices == 0 && !mesh.has_seams()) return;
     for (uint32_t& v : mesh.wedge_vertex) v = to[v];
     // Wedges of one vertex that say the same are one wedge.
     const Grouped wedges = group(mesh.wedge_vertex, mesh.positions.size());

@@ -38,8 +38,8 @@ enum class DebugView : uint32_t { none, level, triangle, normal, uv, material };
 // How a frame is lit and shown; the same for every backend.
 struct Look {
     glm::vec3 light_direction{-0.4f, -0.8f, -0.45f};  // from the light towards the scene, any length
-    glm::vec3 light_colour{2.4f, 2.3f, 2.1f};         // linear
-    glm::vec3 sky_colour{0.55f, 0.65f, 0.8f};         // hemisphere from above, linear
+    glm::vec3 light_colour{2.1f, 2.0f, 1.85f};         // linear
+    glm::vec3 sky_colour{0.5f, 0.56f, 0.65f};         // hemisphere from above, linear
     glm::vec3 ground_colour{0.22f, 0.2f, 0.18f};      // and from below
     glm::vec3 background{0.05f, 0.06f, 0.08f};        // linear
     bool double_sided = false;                        // false culls back faces

@@ -1,4 +1,5 @@
 // Wavefront OBJ and its MTL: vertices (with colours), texture coordinates, normals, polygons, materials; the rest is stepped over.
+#include <algorithm>
 #include <map>
 #include <unordered_map>
 
@@ -93,6 +94,16 @@ private:
         return static_cast<uint32_t>(at);
     }
 
+    // As index, but what is not there is left out: a mesh is worth reading without.
+    Result<uint32_t> attribute_index(std::string_view text, size_t count, const char* kind) {
+        int64_t value = 0;
+        if (!TextCursor::parse(text, value)) return file_.wrong_line(cursor_.line(), "'" + std::string(text.substr(0, 40)) + "' is no index");
+        const int64_t at = value < 0 ? static_cast<int64_t>(count) + value : value - 1;
+        if (at >= 0 && at < static_cast<int64_t>(count)) return static_cast<uint32_t>(at);
+        note_once("some faces refer to " + std::string(kind) + " that are not there; they go without");
+        return absent;
+    }
+
     Result<void> read_face() {
         fan_.clear();
         for (std::string_view word = cursor_.word(); !word.empty(); word = cursor_.word()) {
@@ -106,12 +117,12 @@ private:
                 const size_t second = word.find('/', slash + 1);
                 const std::string_view uv = word.substr(slash + 1, second == std::string_view::npos ? second : second - slash - 1);
                 if (!uv.empty()) {
-                    auto at = index(uv, uvs_.size(), "texture coordinate");
+                    auto at = attribute_index(uv, uvs_.size(), "texture coordinates");
                     if (!at) return tl::unexpected(at.error());
                     corner.uv = *at;
                 }
                 if (second != std::string_view::npos && second + 1 < word.size()) {
-                    auto at = index(word.substr(second + 1), normals_.size(), "normal");
+                    auto at = attribute_index(word.substr(second + 1), normals_.size(), "normals");
                     if (!at) return tl::unexpected(at.error());
                     corner.normal = *at;
                 }
@@ -208,7 +219,7 @@ private:
     }
 
     void note_once(const std::string& line) {
-        if (report_.warnings.empty() || report_.warnings.back() != line) report_.warnings.push_back(line);
+        if (std::find(report_.warnings.begin(), report_.warnings.end(), line) == report_.warnings.end()) report_.warnings.push_back(line);
     }
 
     const SourceFile& file_;

@@ -43,6 +43,28 @@ std::optional<MeshFormat> format_of(const SourceFile& file) {
     return std::nullopt;
 }
 
+// Names in older files are in whatever encoding their author used: bytes that are no UTF-8 are taken as Latin-1.
+std::string as_utf8(const std::string& text) {
+    std::string out;
+    for (size_t i = 0; i < text.size();) {
+        const auto lead = static_cast<unsigned char>(text[i]);
+        const size_t length = lead < 0x80 ? 1 : lead >= 0xc2 && lead < 0xe0 ? 2 : lead >= 0xe0 && lead < 0xf0 ? 3 : lead >= 0xf0 && lead < 0xf5 ? 4 : 0;
+        bool good = length > 0 && i + length <= text.size();
+        for (size_t k = 1; good && k < length; ++k) good = (static_cast<unsigned char>(text[i + k]) & 0xc0) == 0x80;
+        if (good && length == 3) good = !(lead == 0xe0 && static_cast<unsigned char>(text[i + 1]) < 0xa0) && !(lead == 0xed && static_cast<unsigned char>(text[i + 1]) >= 0xa0);
+        if (good && length == 4) good = !(lead == 0xf0 && static_cast<unsigned char>(text[i + 1]) < 0x90) && !(lead == 0xf4 && static_cast<unsigned char>(text[i + 1]) >= 0x90);
+        if (good) {
+            out.append(text, i, length);
+            i += length;
+        } else {
+            out += static_cast<char>(0xc0 | lead >> 6);
+            out += static_cast<char>(0x80 | (lead & 0x3f));
+            ++i;
+        }
+    }
+    return out;
+}
+
 Result<SourceFile> open_source(const fs::path& path) {
     auto content = read_file(path);
     if (!content) return tl::unexpected(content.error());
@@ -123,6 +145,7 @@ Result<TriMesh> read_mesh(const fs::path& path, const ReadOptions& options, Read
     into.format = *format;
     auto mesh = read_whole(*file, *format, options, into);
     if (!mesh) return mesh;
+    for (Material& material : mesh->material_table) material.name = as_utf8(material.name);
     if (mesh->triangles.empty()) return file->wrong("", "has no triangles; there is nothing to read");
     if (auto valid = mesh->validate(); !valid) return file->wrong("", valid.error().message);
     return mesh;

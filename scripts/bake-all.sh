@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Bakes every mesh below a folder with --backends lod and prints a table: read, repaired how, or refused why.
+#   scripts/bake-all.sh FOLDER [PROGRAM]
+# Fails where a file ends the program in any way but 0 or 3, or where 3 comes without exactly one line.
+set -uo pipefail
+folder="${1:?folder with meshes}"
+program="${2:-build/release/bin/lodestone}"
+work="$(mktemp -d)"
+trap 'rm -rf "$work"' EXIT
+failed=0
+while IFS= read -r file; do
+  name="${file#"$folder"/}"
+  "$program" -q bake "$file" -o "$work/out.lode" --backends lod --report "$work/report.json" ${BAKE_OPTIONS:-} >"$work/out" 2>"$work/err"
+  code=$?
+  lines=$(wc -l <"$work/err")
+  if [ $code -eq 0 ]; then
+    summary=$(python3 - "$work/report.json" <<'PY'
+import json, sys
+r = json.load(open(sys.argv[1]))
+changes = ", ".join(f"{k} {v}" for k, v in r["repair"].items() if v) or "nothing to repair"
+i, l = r["input"], r["lod"]
+notes = f"; {len(r['warnings'])} warnings" if r["warnings"] else ""
+print(f"{i['triangles']} triangles, base {l['base_triangles']}: {changes}{notes}")
+PY
+)
+    "$program" -q verify "$work/out.lode" >/dev/null 2>"$work/err" || { failed=1; summary="VERIFY FAILED: $(tail -1 "$work/err")"; }
+    printf '%-48s read     %s\n' "$name" "$summary"
+  elif [ $code -eq 3 ] && [ "$lines" -eq 1 ]; then
+    printf '%-48s refused  %s\n' "$name" "$(sed "s|$folder/||" "$work/err")"
+  else
+    failed=1
+    printf '%-48s CODE %s  %s lines: %s\n' "$name" "$code" "$lines" "$(tail -1 "$work/err")"
+  fi
+  rm -f "$work/out.lode"
+done < <(find "$folder" -type f | grep -iE '\.(ply|obj|stl|off|gltf|glb|png|tiff?)(\.gz)?$' | grep -viE '(normal|albedo|occlusion|metallic|rough|emissive|basecolor|texture).*\.png$' | sort)
+exit $failed

@@ -192,8 +192,10 @@ class Surface {
 public:
     explicit Surface(const TriMesh& mesh) : mesh_(mesh), twin_(3 * mesh.triangle_count(), no_neighbour), flipped_(mesh.triangle_count(), false) {}
 
-    // Pairs half-edges across each edge; more than two are paired where they enclose a piece of the inside.
-    void pair(RepairReport& report) {
+    // Pairs half-edges across each edge; more than two are paired where they enclose a piece of the inside, or not at all. Returns how
+    // many edges had more than two.
+    uint64_t pair(bool pair_crowded) {
+        uint64_t crowded = 0;
         std::vector<uint32_t> low(twin_.size());
         for (uint32_t h = 0; h < low.size(); ++h) low[h] = std::min(from(h), to(h));
         Grouped edges = group(low, mesh_.positions.size());
@@ -208,12 +210,13 @@ public:
                     twin_[*i] = *std::next(i);
                     twin_[*std::next(i)] = *i;
                 } else if (j - i > 2) {
-                    ++report.non_manifold_edges;
-                    pair_around(std::span<const uint32_t>(&*i, static_cast<size_t>(j - i)));
+                    ++crowded;
+                    if (pair_crowded) pair_around(std::span<const uint32_t>(&*i, static_cast<size_t>(j - i)));
                 }
                 i = j;
             }
         }
+        return crowded;
     }
 
     // Chooses which triangles to turn round. Without `may_flip`, cuts every edge whose triangles disagree.
@@ -385,8 +388,14 @@ Result<RepairReport> repair(TriMesh& mesh, const RepairOptions& options) {
     if (mesh.triangles.size() > (~0u - 1) / 3) return fail(Fault::machine, "more triangles than 32-bit half-edges can number");
     {
         Surface surface(mesh);
-        surface.pair(report);
+        report.non_manifold_edges = surface.pair(true);
         surface.orient(options.orient, report);
+        surface.split_fans(mesh, report);
+    }
+    // One fan may pass the same edge twice, around a handle. Such edges are cut wholly.
+    for (;;) {
+        Surface surface(mesh);
+        if (surface.pair(false) == 0) break;
         surface.split_fans(mesh, report);
     }
     // Welding leaves the vertices it merged behind; they were counted already.

@@ -193,6 +193,7 @@ void Device::make_device() {
     };
     need(have13.dynamicRendering, "dynamicRendering");
     need(have13.synchronization2, "synchronization2");
+    need(have13.maintenance4, "maintenance4");
     need(have.features.geometryShader, "geometryShader (for gl_PrimitiveID)");
     need(have.features.fullDrawIndexUint32, "fullDrawIndexUint32");
     statistics_ = have.features.pipelineStatisticsQuery;
@@ -202,6 +203,7 @@ void Device::make_device() {
     use13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
     use13.dynamicRendering = VK_TRUE;
     use13.synchronization2 = VK_TRUE;
+    use13.maintenance4 = VK_TRUE;  // compute shaders say their local size by it
     VkPhysicalDeviceVulkan12Features use12{};
     use12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
     use12.pNext = &use13;

@@ -44,9 +44,11 @@ void FrameRecorder::record() {
     }
     upload_frame_data();
     for (uint32_t s = 0; s < stage_count; ++s) {
-        c_.device.begin_label(commands_, name_of(static_cast<Stage>(s)));
+        // The update stage may submit and begin anew, and a label must end in the commands it began in.
+        const bool labelled = static_cast<Stage>(s) != Stage::update;
+        if (labelled) c_.device.begin_label(commands_, name_of(static_cast<Stage>(s)));
         record_stage(static_cast<Stage>(s));
-        c_.device.end_label(commands_);
+        if (labelled) c_.device.end_label(commands_);
         if (c_.device.has_timestamps()) vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, c_.slot.timestamps.get(), s + 1);
     }
     if (!c_.slot.readbacks.empty()) {

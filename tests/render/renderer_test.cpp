@@ -1,0 +1,386 @@
+// The renderer on whatever device is there; Mesa's software rasteriser will do. Validation must stay silent throughout.
+#include "render/renderer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <deque>
+#include <filesystem>
+
+#include "baseline/discrete.h"
+#include "baseline/fixed_levels.h"
+#include "baseline/full.h"
+#include "fixtures/meshes.h"
+#include "frame/indexed_mesh.h"
+#include "lod/bake.h"
+#include "lod/lod_source.h"
+#include "mesh/generate.h"
+#include "mesh/io/image_file.h"
+#include "mesh/packed_vertices.h"
+#include "mesh/repair.h"
+
+namespace lodestone {
+
+void add_test_shaders();  // generated from tests/render/shaders
+
+namespace {
+
+constexpr uint32_t width = 160, height = 120;
+
+class RendererTest : public testing::Test {
+protected:
+    void SetUp() override {
+        static const bool added = (add_test_shaders(), true);
+        static_cast<void>(added);
+        const auto devices = list_devices();
+        if (!devices || devices->empty()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    }
+    void TearDown() override {
+        if (renderer_ == nullptr) return;
+        EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty());
+    }
+    Renderer& make(RendererOptions options = {}) {
+        options.width = width;
+        options.height = height;
+        options.shadow_size = 512;
+        options.validation = true;
+        auto made = Renderer::create(options);
+        EXPECT_TRUE(made) << made.error().message;
+        renderer_ = std::move(*made);
+        return *renderer_;
+    }
+    std::unique_ptr<Renderer> renderer_;
+};
+
+FrameInput look_at(const glm::vec3& eye, uint64_t frame, std::vector<Instance> instances = {Instance{}}) {
+    Camera camera;
+    camera.eye = eye;
+    camera.near_plane = 0.05f;
+    FrameInput input;
+    input.views = {view_of(camera, width, height), shadow_view(Look{}.light_direction, {0, 0, 0}, 3, 512)};
+    input.instances = std::move(instances);
+    input.frame = frame;
+    return input;
+}
+
+std::shared_ptr<const ProgressiveMesh> baked(const TriMesh& mesh) {
+    auto list = make_quadric_simplifier()->simplify(mesh, {});
+    auto pm = bake_progressive_mesh(mesh, *list, {"static"});
+    std::vector<float> errors(pm->levels());
+    for (size_t l = 0; l < errors.size(); ++l) errors[l] = 0.1f * static_cast<float>(l) / static_cast<float>(errors.size());
+    pm->set_errors(errors);
+    return std::make_shared<const ProgressiveMesh>(std::move(*pm));
+}
+
+TriMesh rock(size_t triangles) {
+    TriMesh mesh = generate(Shape::rock, triangles, 1);
+    EXPECT_TRUE(repair(mesh));
+    return mesh;
+}
+
+std::unique_ptr<FrameSource> lod_of(const TriMesh& mesh, uint32_t instances = 1) {
+    auto source = open_lod({baked(mesh)}, {"static", uint64_t{1} << 30, instances});
+    EXPECT_TRUE(source);
+    return std::move(*source);
+}
+
+std::unique_ptr<FrameSource> full_of(const TriMesh& mesh) {
+    std::vector<uint32_t> indices;
+    for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
+    auto source = open_fixed_levels({full_level(pack_vertices(mesh), indices)}, uint64_t{1} << 30);
+    EXPECT_TRUE(source);
+    return std::move(*source);
+}
+
+MaterialSet plain_materials() { return {{SurfaceMaterial{}}, 0, 0, {}}; }
+
+Picture drawn(Renderer& renderer, FrameSource& source, const FrameInput& input, const Look& look = {}) {
+    const auto submitted = renderer.submit(source.plan(input), input, look);
+    EXPECT_TRUE(submitted) << submitted.error().message;
+    auto picture = renderer.read_picture();
+    EXPECT_TRUE(picture) << picture.error().message;
+    return std::move(*picture);
+}
+
+size_t covered(const Picture& picture) {
+    size_t count = 0;
+    for (size_t i = 3; i < picture.colour.size(); i += 4) count += picture.colour[i] > 0 ? 1 : 0;
+    return count;
+}
+
+double psnr(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
+    double sum = 0;
+    for (size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return sum > 0 ? 10 * std::log10(255.0 * 255.0 * static_cast<double>(a.size()) / sum) : 100;
+}
+
+// Compares with tests/render/golden/NAME.png; LODESTONE_UPDATE_GOLDEN=1 writes it. Devices may differ in a few pixels of edges.
+void expect_golden(const Picture& picture, const std::string& name) {
+    const std::filesystem::path path = std::filesystem::path(LODESTONE_SOURCE_DIR) / "tests/render/golden" / (name + ".png");
+    Image image{picture.width, picture.height, {}};
+    for (size_t i = 0; i < picture.colour.size(); i += 4) image.texels.emplace_back(picture.colour[i], picture.colour[i + 1], picture.colour[i + 2], picture.colour[i + 3]);
+    if (std::getenv("LODESTONE_UPDATE_GOLDEN") != nullptr) {
+        ASSERT_TRUE(write_png(image, path));
+    }
+    const auto golden = read_image(path);
+    ASSERT_TRUE(golden) << golden.error().message;
+    ASSERT_EQ(golden->texels.size(), image.texels.size());
+    std::vector<uint8_t> expected;
+    for (const auto& t : golden->texels) expected.insert(expected.end(), {t.x, t.y, t.z, t.w});
+    EXPECT_GT(psnr(picture.colour, expected), 38) << name;
+}
+
+TEST_F(RendererTest, DrawsTheGoldenPictures) {
+    Renderer& renderer = make();
+    const TriMesh mesh = rock(3000);
+    auto full = full_of(mesh);
+    ASSERT_TRUE(renderer.load(full->recipe(), plain_materials()));
+    expect_golden(drawn(renderer, *full, look_at({0, 0.6f, 3}, 0)), "rock");
+    Look look;
+    look.debug = DebugView::normal;
+    expect_golden(drawn(renderer, *full, look_at({0, 0.6f, 3}, 1), look), "rock-normals");
+
+    // A quarter of the texture on each side of a cube, vertex colours over it, and a shadow.
+    TriMesh cube = fixtures::cube_with_seams();
+    for (uint32_t w = 0; w < cube.wedge_count(); ++w) cube.colours.emplace_back(255, w % 2 != 0 ? 255 : 128, 255, 255);
+    auto textured = full_of(cube);
+    MaterialSet materials{{SurfaceMaterial{{1, 1, 1, 1}, 0}}, 4, 1, {}};
+    for (uint32_t i = 0; i < 16; ++i) materials.texels.emplace_back((i % 4 + i / 4) % 2 != 0 ? glm::u8vec4(230, 60, 40, 255) : glm::u8vec4(240, 240, 240, 255));
+    ASSERT_TRUE(renderer.load(textured->recipe(), materials));
+    Instance small;
+    small.object_to_world = glm::mat4(0.5f);
+    small.object_to_world[3] = glm::vec4(-0.7f, 1.2f, 0, 1);
+    expect_golden(drawn(renderer, *textured, look_at({2, 1.6f, 3}, 2, {Instance{}, small})), "cubes");
+}
+
+TEST_F(RendererTest, ADepthBufferHoldsReversedDepth) {
+    Renderer& renderer = make();
+    auto full = full_of(rock(1000));
+    ASSERT_TRUE(renderer.load(full->recipe(), plain_materials()));
+    const FrameInput input = look_at({0, 0, 4}, 0);
+    const Picture picture = drawn(renderer, *full, input);
+    ASSERT_GT(covered(picture), 1000u);
+    for (size_t i = 0; i < picture.depth.size(); ++i) {
+        if (picture.colour[4 * i + 3] == 0) {
+            EXPECT_EQ(picture.depth[i], 0);
+            continue;
+        }
+        const glm::vec4 p = glm::inverse(input.views[0].view_to_clip) * glm::vec4(0, 0, picture.depth[i], 1);
+        EXPECT_NEAR(-p.z / p.w, 4, 1.8);
+    }
+}
+
+TEST_F(RendererTest, CountsVertexRunsAndPrimitives) {
+    Renderer& renderer = make();
+    const TriMesh mesh = rock(2000);
+    auto full = full_of(mesh);
+    ASSERT_TRUE(renderer.load(full->recipe(), plain_materials()));
+    drawn(renderer, *full, look_at({0, 0, 4}, 7));
+    const auto counters = renderer.take_counters();
+    ASSERT_EQ(counters.size(), 1u);
+    EXPECT_EQ(counters[0].frame, 7u);
+    for (const Stage stage : {Stage::shadow, Stage::depth, Stage::colour}) {
+        const auto& pass = counters[0].pass[static_cast<size_t>(stage)];
+        EXPECT_EQ(pass.input_primitives, mesh.triangle_count());
+        EXPECT_GE(pass.vertex_invocations, mesh.vertex_count());
+        EXPECT_LE(pass.vertex_invocations, 3 * mesh.triangle_count());
+    }
+    EXPECT_EQ(counters[0].pass[static_cast<size_t>(Stage::effect)].input_primitives, 0u);
+}
+
+TEST_F(RendererTest, ASlowZoomWithFramesInFlightDrawsWhatSingleFramesDraw) {
+    const TriMesh mesh = rock(4000);
+    constexpr uint64_t frames = 40;
+    const auto input_of = [](uint64_t frame) {
+        FrameInput input = look_at({0, 0, 12 - 0.25f * static_cast<float>(frame)}, frame);
+        input.budget.pixel_error = 1.5;
+        return input;
+    };
+    std::vector<size_t> coverage;
+    std::vector<std::vector<uint8_t>> pictures;
+    for (const uint32_t in_flight : {1u, 3u}) {
+        RendererOptions options;
+        options.frames_in_flight = in_flight;
+        Renderer& renderer = make(options);
+        auto source = lod_of(mesh);
+        ASSERT_TRUE(renderer.load(source->recipe(), plain_materials()));
+        uint64_t uploaded = 0;
+        for (uint64_t f = 0; f < frames; ++f) {
+            FrameInput input = input_of(f);
+            input.completed_frame = renderer.completed_frame();
+            const Plan plan = source->plan(input);
+            if (f > 0) uploaded += plan.stats.uploaded_bytes;
+            ASSERT_TRUE(renderer.submit(plan, input, {}));
+            // Only looked at now and then, so that frames do overlap.
+            if (f % 13 == 12) pictures.push_back(renderer.read_picture()->colour);
+        }
+        EXPECT_GT(uploaded, 0u);
+        ASSERT_TRUE(renderer.wait());
+        EXPECT_EQ(renderer.completed_frame(), frames);
+        EXPECT_EQ(renderer.take_counters().size(), frames);
+        EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
+    }
+    ASSERT_EQ(pictures.size(), 6u);
+    for (size_t i = 0; i < 3; ++i) EXPECT_EQ(pictures[i], pictures[i + 3]);
+}
+
+TEST_F(RendererTest, ThreeHundredInstancesInMotion) {
+    Renderer& renderer = make();
+    auto source = lod_of(rock(1500), 300);
+    ASSERT_TRUE(renderer.load(source->recipe(), plain_materials()));
+    for (uint64_t f = 0; f < 8; ++f) {
+        std::vector<Instance> instances(300);
+        for (size_t i = 0; i < instances.size(); ++i) {
+            const auto t = static_cast<float>(i) + 0.2f * static_cast<float>(f);
+            instances[i].object_to_world = glm::mat4(0.2f);
+            instances[i].object_to_world[3] = glm::vec4(4 * std::sin(t), 2 * std::cos(1.7f * t), -6 + 4 * std::cos(t), 1);
+        }
+        FrameInput input = look_at({0, 0, 3}, f, std::move(instances));
+        input.completed_frame = renderer.completed_frame();
+        ASSERT_TRUE(renderer.submit(source->plan(input), input, {}));
+    }
+    EXPECT_GT(covered(*renderer.read_picture()), 500u);
+}
+
+TEST_F(RendererTest, UploadsLargerThanTheStagingMemoryArriveWhole) {
+    Renderer& renderer = make();
+    Recipe recipe;
+    constexpr uint64_t bytes = uint64_t{40} << 20;
+    recipe.buffers = {{"large", bytes, use_storage, 4}};
+    ASSERT_TRUE(renderer.load(recipe, plain_materials()));
+    std::vector<uint32_t> words(bytes / 4);
+    for (size_t i = 0; i < words.size(); ++i) words[i] = static_cast<uint32_t>(i * 2654435761u);
+    FrameInput input = look_at({0, 0, 3}, 0, {});
+    Plan plan;
+    plan.commands = {{Stage::update, Upload{0, 0, Blob::copy_of(words.data(), words.size())}},
+                     {Stage::update, Upload{0, 8, Blob::copy_of(words.data(), 2)}},  // over the first, so after it
+                     {Stage::update, Readback{0, 0, 64, 1}},
+                     {Stage::colour, Readback{0, bytes - 64, 64, 2}}};
+    ASSERT_TRUE(renderer.submit(plan, input, {}));
+    ASSERT_TRUE(renderer.wait());
+    const auto back = renderer.take_readbacks();
+    ASSERT_EQ(back.size(), 2u);
+    const auto word = [&](size_t r, size_t i) { return reinterpret_cast<const uint32_t*>(back[r].blob.data())[i]; };
+    EXPECT_EQ(back[0].tag, 1u);
+    EXPECT_EQ(word(0, 1), words[1]);
+    EXPECT_EQ(word(0, 2), words[0]);
+    EXPECT_EQ(word(0, 4), words[4]);
+    EXPECT_EQ(word(1, 15), words.back());
+}
+
+TEST_F(RendererTest, AComputedIndirectDrawReadsASplitPool) {
+    RendererOptions options;
+    options.segment_bytes_limit = 4096;
+    Renderer& renderer = make(options);
+    constexpr uint32_t numbers = 5000;  // five segments
+    Recipe recipe;
+    recipe.buffers = {{"numbers", numbers * 4, use_storage, 4}, {"sums", 8, use_storage, 4}, {"arguments", 16, use_storage | use_indirect, 4}};
+    PipelineSpec count;
+    count.name = "count";
+    count.kind = PipelineKind::compute;
+    count.compute = "test/count.comp";
+    count.storage = {{0, 0, Access::read}, {1, 1, Access::read_write}, {2, 2, Access::write}};
+    PipelineSpec pull;
+    pull.name = "pull";
+    pull.vertex = "test/pull.vert";
+    pull.fragment = "test/plain.frag";
+    recipe.pipelines = {count, pull};
+    ASSERT_TRUE(renderer.load(recipe, plain_materials()));
+    std::vector<uint32_t> values(numbers);
+    uint32_t sum = 0;
+    for (uint32_t i = 0; i < numbers; ++i) sum += values[i] = i * i % 1000;
+    const uint32_t zeros[2] = {};
+    for (uint64_t frame = 0; frame < 3; ++frame) {
+        const auto triangles = static_cast<uint32_t>(frame + 1);
+        FrameInput input = look_at({0, 0, 3}, frame, {});
+        Plan plan;
+        Draw draw;
+        draw.pipeline = 1;
+        plan.commands = {{Stage::update, Upload{0, 0, Blob::copy_of(values.data(), values.size())}},
+                         {Stage::update, Upload{1, 0, Blob::copy_of(zeros, 2)}},
+                         {Stage::update, Dispatch{0, {(numbers + 63) / 64, 1, 1}, 0, {numbers, 3 * triangles}}},
+                         {Stage::depth, DrawIndirect{draw, 2, 0, 1, 16, no_buffer, 0}},
+                         {Stage::colour, DrawIndirect{draw, 2, 0, 1, 16, no_buffer, 0}},
+                         {Stage::composite, Readback{1, 0, 8, 9}}};
+        ASSERT_TRUE(renderer.submit(plan, input, {}));
+        const auto picture = renderer.read_picture();
+        ASSERT_TRUE(picture);
+        EXPECT_NEAR(static_cast<double>(covered(*picture)), 0.25 * 0.5 * 0.3 * 0.3 * width * height * triangles, 60);
+        const auto back = renderer.take_readbacks();
+        ASSERT_EQ(back.size(), 1u);
+        EXPECT_EQ(back[0].frame, frame);
+        EXPECT_EQ(reinterpret_cast<const uint32_t*>(back[0].blob.data())[0], sum);
+        EXPECT_EQ(reinterpret_cast<const uint32_t*>(back[0].blob.data())[1], values.back());
+    }
+}
+
+TEST_F(RendererTest, CopiesBetweenBuffersAcrossSegments) {
+    RendererOptions options;
+    options.segment_bytes_limit = 256;
+    Renderer& renderer = make(options);
+    Recipe recipe;
+    recipe.buffers = {{"from", 1024, use_storage, 4}, {"to", 1024, use_storage, 4}};
+    ASSERT_TRUE(renderer.load(recipe, plain_materials()));
+    std::vector<uint32_t> words(256);
+    for (uint32_t i = 0; i < 256; ++i) words[i] = i;
+    FrameInput input = look_at({0, 0, 3}, 0, {});
+    Plan plan;
+    plan.commands = {{Stage::update, Upload{0, 0, Blob::copy_of(words.data(), 256)}}, {Stage::update, Copy{0, 1, 100, 300, 600}}, {Stage::update, Readback{1, 300, 600, 0}}};
+    ASSERT_TRUE(renderer.submit(plan, input, {}));
+    ASSERT_TRUE(renderer.wait());
+    const auto back = renderer.take_readbacks();
+    ASSERT_EQ(back.size(), 1u);
+    for (uint32_t i = 0; i < 150; ++i) EXPECT_EQ(reinterpret_cast<const uint32_t*>(back[0].blob.data())[i], 25 + i);
+}
+
+TEST_F(RendererTest, ResizesAndReloads) {
+    Renderer& renderer = make();
+    auto full = full_of(rock(500));
+    ASSERT_TRUE(renderer.load(full->recipe(), plain_materials()));
+    drawn(renderer, *full, look_at({0, 0, 4}, 0));
+    ASSERT_TRUE(renderer.resize(64, 48));
+    EXPECT_FALSE(renderer.read_picture());  // nothing was drawn at this size
+    FrameInput input = look_at({0, 0, 4}, 1);
+    input.views[0] = view_of(Camera{{0, 0, 4}}, 64, 48);
+    const Picture picture = drawn(renderer, *full, input);
+    EXPECT_EQ(picture.width, 64u);
+    EXPECT_GT(covered(picture), 200u);
+    ASSERT_FALSE(renderer.resize(0, 10));
+    auto again = full_of(fixtures::octahedron());
+    ASSERT_TRUE(renderer.load(again->recipe(), plain_materials()));
+}
+
+TEST_F(RendererTest, NamesWhatItLacks) {
+    RendererOptions options;
+    options.device = "no such device";
+    const auto none = Renderer::create(options);
+    ASSERT_FALSE(none);
+    EXPECT_EQ(none.error().fault, Fault::machine);
+    EXPECT_THAT(none.error().message, testing::HasSubstr("no device 'no such device'; there are 0: "));
+    Renderer& renderer = make();
+    Recipe recipe;
+    recipe.buffers = {{"b", 16, use_storage, 4}};
+    PipelineSpec spec;
+    spec.name = "missing";
+    spec.kind = PipelineKind::compute;
+    spec.compute = "test/missing.comp";
+    recipe.pipelines = {spec};
+    const auto loaded = renderer.load(recipe, plain_materials());
+    ASSERT_FALSE(loaded);
+    EXPECT_THAT(loaded.error().message, testing::HasSubstr("test/missing.comp"));
+}
+
+TEST_F(RendererTest, MirroredInstancesAreWhole) {
+    Renderer& renderer = make();
+    auto full = full_of(fixtures::octahedron());
+    ASSERT_TRUE(renderer.load(full->recipe(), plain_materials()));
+    const size_t plain = covered(drawn(renderer, *full, look_at({0, 0, 4}, 0)));
+    Instance mirrored;
+    mirrored.object_to_world[0][0] = -1;
+    EXPECT_EQ(covered(drawn(renderer, *full, look_at({0, 0, 4}, 1, {mirrored}))), plain);
+}
+
+}  // namespace
+}  // namespace lodestone

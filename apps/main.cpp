@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -28,6 +29,12 @@ int run_program(int argc, char** argv) {
     add_generate(app, run);
     add_render(app, run);
     add_bench(app, run);
+    const char* const* named = std::find_if(argv + 1, argv + argc, [](const char* word) { return word[0] != '-'; });
+    const auto is_named = [&](const CLI::App* command) { return command->get_name() == *named; };
+    if (named != argv + argc && app.get_subcommands(is_named).empty()) {
+        std::fprintf(stderr, "lodestone: there is no subcommand '%s'; see lodestone --help\n", *named);
+        return static_cast<int>(Fault::usage);
+    }
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& e) {

@@ -32,7 +32,7 @@ TEST(ErrorCurve, BeginsAtZeroAndNeverFalls) {
 // At levels that were not measured, with samples that were not used.
 TEST(ErrorCurve, BoundsWhatExtractShows) {
     for (const Shape shape : {Shape::rock, Shape::terrain, Shape::torus}) {
-        const TriMesh mesh = generate(shape, 4000, 11);
+        const TriMesh mesh = generate(shape, 1500, 11);
         const ProgressiveMesh pm = measured(mesh);
         for (uint32_t level = 7; level < pm.levels(); level += pm.levels() / 23 + 1) {
             DistanceOptions options;

@@ -1,0 +1,201 @@
+// The program as scripts see it: exit codes, one-line errors, JSON, files that appear whole or not at all.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+namespace lodestone {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+std::string content_of(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class ProgramTest : public testing::Test {
+protected:
+    struct Ended {
+        int code;
+        std::string out, err;
+    };
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / ("lodestone_program_" + std::to_string(getpid()));
+        fs::create_directories(folder_);
+        setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    // Arguments as a shell would take them, run in the test's folder.
+    Ended run(const std::string& arguments) const {
+        const std::string command = "cd '" + folder_.string() + "' && " LODESTONE_PROGRAM " " + arguments + " >out.txt 2>err.txt";
+        const int status = std::system(command.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder_ / "out.txt"), content_of(folder_ / "err.txt")};
+    }
+    void succeeds(const std::string& arguments) const {
+        const Ended e = run(arguments);
+        EXPECT_EQ(e.code, 0) << arguments << "\n" << e.err;
+    }
+    // Ends with this code and exactly one line, which says `what`.
+    void fails(const std::string& arguments, int code, const std::string& what) const {
+        SCOPED_TRACE(arguments);
+        const Ended e = run(arguments);
+        EXPECT_EQ(e.code, code);
+        EXPECT_EQ(std::count(e.err.begin(), e.err.end(), '\n'), 1) << e.err;
+        EXPECT_THAT(e.err, HasSubstr(what));
+        EXPECT_EQ(e.out, "");
+    }
+    json printed(const std::string& arguments) const {
+        const Ended e = run(arguments);
+        EXPECT_EQ(e.code, 0) << e.err;
+        const json j = json::parse(e.out, nullptr, false);
+        EXPECT_FALSE(j.is_discarded()) << e.out;
+        return j;
+    }
+    void bake_rock(const std::string& options = "") const {
+        succeeds("generate rock --triangles 3000 --seed 2 -o rock.ply");
+        succeeds("bake rock.ply -o rock.lode --report report.json " + options);
+    }
+    bool has_device() const { return run("render rock.lode --backend lod --size 32x32 -o probe.png").code == 0; }
+    fs::path folder_;
+};
+
+TEST_F(ProgramTest, FromAMeshToLevels) {
+    bake_rock("--backends lod,discrete");
+    const json report = json::parse(content_of(folder_ / "report.json"));
+    for (const char* field : {"triangles", "vertices", "components", "boundary_loops", "genus"}) EXPECT_TRUE(report["input"].contains(field)) << field;
+    for (const char* field : {"levels", "base_triangles", "simplify_cpu_seconds", "order_seconds", "error_seconds", "bytes", "permutation_bytes", "moved_per_ecol"}) {
+        EXPECT_TRUE(report["lod"].contains(field)) << field;
+    }
+    for (const char* field : {"seconds", "peak_rss_bytes", "out_bytes", "repair"}) EXPECT_TRUE(report.contains(field)) << field;
+    EXPECT_EQ(report["out_bytes"], fs::file_size(folder_ / "rock.lode"));
+
+    const json info = printed("info rock.lode --json");
+    EXPECT_EQ(info["lod"]["levels"], report["lod"]["levels"]);
+    EXPECT_FALSE(content_of(folder_ / "rock.lode").find(folder_.string()) != std::string::npos) << "an absolute path in the asset";
+    succeeds("verify rock.lode");
+    EXPECT_TRUE(printed("verify rock.lode --json").contains("checks"));
+
+    for (const char* order : {"static", "classic"}) {
+        const json acmr = printed(std::string("acmr rock.lode --cache fifo16 --levels 20 --json --order ") + order);
+        ASSERT_EQ(acmr["levels"].size(), 20u);
+        EXPECT_GT(acmr["acmr_mean"], 0.5);
+        EXPECT_LT(acmr["acmr_mean"], 3);
+        EXPECT_GE(acmr["atvr_mean"], 1);
+        EXPECT_EQ(acmr["levels"].back()["triangles"], report["input"]["triangles"]);
+    }
+    succeeds("extract rock.lode --backend lod --triangles 500 -o level.ply");
+    succeeds("extract rock.lode --backend lod --error 0.01 -o level.obj");
+    succeeds("extract rock.lode --backend lod --level 0 -o level.glb");
+    succeeds("bake level.ply -o again.lode --report again.json");
+    const json again = json::parse(content_of(folder_ / "again.json"));
+    EXPECT_LE(again["input"]["triangles"], 500);
+    EXPECT_GE(again["input"]["triangles"], 490);
+    EXPECT_EQ(again["input"]["components"], 1);
+    EXPECT_EQ(again["repair"]["flipped_triangles"], 0);
+}
+
+TEST_F(ProgramTest, BakesTheSameBytesWithAnyNumberOfThreads) {
+    succeeds("generate terrain --triangles 6000 -o t.ply");
+    for (const int threads : {1, 2, 8}) succeeds("bake t.ply -o t" + std::to_string(threads) + ".lode --backends lod,discrete --threads " + std::to_string(threads));
+    EXPECT_EQ(content_of(folder_ / "t1.lode"), content_of(folder_ / "t2.lode"));
+    EXPECT_EQ(content_of(folder_ / "t1.lode"), content_of(folder_ / "t8.lode"));
+}
+
+TEST_F(ProgramTest, EndsWithTheCodesScriptsRelyOn) {
+    fails("", 2, "subcommand");
+    fails("bake", 2, "required");
+    fails("nonsense", 2, "nonsense");
+    fails("bake nothing.ply -o x.lode", 3, "nothing.ply");
+    fails("generate cube --triangles 5 -o x.ply", 2, "rock, terrain, grid, sphere, torus");
+    fails("generate grid --triangles 50 -o x.xyz", 2, ".ply, .obj or .glb");
+    fails("generate grid --triangles 50 -o /no/such/folder/x.ply", 4, "/no/such/folder");
+    std::ofstream(folder_ / "bad.ply") << "ply\nformat ascii 1.0\nelement vertex 3\n";
+    fails("bake bad.ply -o x.lode", 3, "bad.ply");
+    EXPECT_FALSE(fs::exists(folder_ / "x.lode"));
+    EXPECT_EQ(run("--version").code, 0);
+    EXPECT_THAT(run("--help").out, HasSubstr("bake"));
+}
+
+TEST_F(ProgramTest, ADamagedAssetIsOneClearLine) {
+    bake_rock();
+    const std::string good = content_of(folder_ / "rock.lode");
+    std::string flipped = good;
+    flipped[flipped.size() / 2] ^= 1;
+    std::ofstream(folder_ / "flipped.lode", std::ios::binary) << flipped;
+    fails("extract flipped.lode --backend lod --level 0 -o x.ply", 3, "flipped.lode");
+    std::ofstream(folder_ / "cut.lode", std::ios::binary) << good.substr(0, good.size() / 3);
+    fails("info cut.lode", 3, "cut.lode");
+    std::ofstream(folder_ / "other.lode", std::ios::binary) << "something else altogether, and long enough to hold a header, if it were one, which it is not";
+    fails("info other.lode", 3, "other.lode");
+}
+
+TEST_F(ProgramTest, AnInterruptedBakeLeavesNothing) {
+    succeeds("generate rock --triangles 300000 -o large.ply");
+    const pid_t child = fork();
+    if (child == 0) {
+        if (chdir(folder_.c_str()) != 0) _exit(99);
+        if (freopen("/dev/null", "w", stderr) == nullptr) _exit(99);
+        execl(LODESTONE_PROGRAM, LODESTONE_PROGRAM, "bake", "large.ply", "-o", "large.lode", static_cast<char*>(nullptr));
+        _exit(98);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    kill(child, SIGINT);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+    for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_EQ(entry.path().string().find("large.lode"), std::string::npos) << entry.path();
+}
+
+TEST_F(ProgramTest, ScenesAreCheckedMemberByMember) {
+    const auto scene = [&](const std::string& text) { std::ofstream(folder_ / "s.scene.json") << text; };
+    scene("{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [{\"name\": \"a\", \"generate\": {\"shape\": \"rock\", \"triangles\": 500}}], \"instances\": [{\"asset\": \"b\"}]}");
+    fails("render s.scene.json -o x.png", 3, "instances[0]");
+    scene("{\"lodestone\": \"scene\", \"version\": 2}");
+    fails("render s.scene.json -o x.png", 3, "version");
+    scene("{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [], \"colour\": 3}");
+    fails("render s.scene.json -o x.png", 3, "colour");
+    scene("{");
+    fails("render s.scene.json -o x.png", 3, "s.scene.json");
+}
+
+TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
+    bake_rock();
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    std::ofstream(folder_ / "s.scene.json")
+        << "{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [{\"name\": \"a\", \"generate\": {\"shape\": \"rock\", \"triangles\": 4000}}, {\"name\": \"b\", \"file\": \"rock.ply\"}],"
+           "\"instances\": [{\"asset\": \"a\"}, {\"asset\": \"b\", \"position\": [2, 0, -1], \"scale\": 0.7}]}";
+    for (const char* backend : {"full", "discrete", "lod"}) {
+        succeeds(std::string("render s.scene.json --size 160x120 --validation --stats s.json -o ") + backend + ".png --backend " + backend);
+        EXPECT_GT(fs::file_size(folder_ / (std::string(backend) + ".png")), 2000u);
+    }
+    const json stats = json::parse(content_of(folder_ / "s.json"));
+    EXPECT_GT(stats["rows"][0]["triangles"], 100);
+    EXPECT_TRUE(fs::exists(folder_ / "cache/lodestone"));
+    succeeds("bench s.scene.json --size 160x120 --frames 6 --quality-frames 2 --validation --pixel-error 1,4 -o bench");
+    const json report = json::parse(content_of(folder_ / "bench/report.json"));
+    ASSERT_EQ(report["rows"].size(), 5u);  // full once, the others at two pixel errors
+    for (const json& row : report["rows"]) {
+        EXPECT_EQ(row["background_leaks"], 0);
+        EXPECT_GT(row["psnr_db"], 15);
+        // Within the pixel error asked for: what is promised is a bound on the surface.
+        EXPECT_LE(row["max_pixel_deviation"], 1.05 * row["pixel_error"].get<double>()) << row;
+    }
+    fails("render s.scene.json --backend vgi -o x.png", 2, "full, discrete, lod");
+    fails("render s.scene.json --device nosuch -o x.png", 4, "nosuch");
+}
+
+}  // namespace
+}  // namespace lodestone

@@ -1,0 +1,125 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "baseline/discrete.h"
+#include "baseline/full.h"
+#include "fixtures/meshes.h"
+#include "frame/plan_mirror.h"
+#include "mesh/distance.h"
+#include "mesh/generate.h"
+#include "mesh/packed_vertices.h"
+#include "mesh/repair.h"
+
+namespace lodestone {
+namespace {
+
+TriMesh rock(size_t triangles) {
+    TriMesh mesh = generate(Shape::rock, triangles, 1);
+    EXPECT_TRUE(repair(mesh));
+    return mesh;
+}
+
+std::shared_ptr<const DiscreteChain> chain_of(const TriMesh& mesh) {
+    auto chain = make_discrete_chain(mesh);
+    EXPECT_TRUE(chain);
+    return std::make_shared<const DiscreteChain>(std::move(*chain));
+}
+
+FrameInput seen_from(float distance) {
+    Camera camera;
+    camera.eye = {0, 0, distance};
+    camera.far_plane = 2000;
+    FrameInput input;
+    input.views = {view_of(camera, 640, 480)};
+    input.instances = {Instance{}};
+    return input;
+}
+
+TEST(DiscreteChain, HalvesDownToSixtyFourTriangles) {
+    const auto chain = chain_of(rock(10000));
+    EXPECT_TRUE(chain->validate());
+    ASSERT_GE(chain->levels.size(), 7u);
+    EXPECT_EQ(chain->levels.front().max_error, 0);
+    for (size_t i = 1; i + 1 < chain->levels.size(); ++i) {
+        const double ratio = static_cast<double>(chain->levels[i].indices.size()) / static_cast<double>(chain->levels[i - 1].indices.size());
+        EXPECT_NEAR(ratio, 0.5, 0.05);
+    }
+    EXPECT_LE(chain->levels.back().indices.size() / 3, 64u);
+}
+
+TEST(DiscreteChain, ItsErrorsBoundADenserMeasurement) {
+    const TriMesh mesh = rock(4000);
+    const auto chain = chain_of(mesh);
+    for (const DiscreteLevel& level : chain->levels) {
+        TriMesh shown;
+        for (const MeshVertex& v : chain->vertices) shown.positions.emplace_back(v.position[0], v.position[1], v.position[2]);
+        shown.set_identity_wedges();
+        for (size_t i = 0; i < level.indices.size(); i += 3) shown.triangles.push_back({level.indices[i], level.indices[i + 1], level.indices[i + 2]});
+        drop_unreferenced(shown);
+        DistanceOptions options;
+        options.seed = 99;
+        EXPECT_LE(surface_distance(mesh, shown, options).max(), level.max_error + 1e-6);
+    }
+}
+
+TEST(DiscreteChain, SurvivesTheAssetFile) {
+    const auto path = std::filesystem::temp_directory_path() / ("lodestone_chain_" + std::to_string(getpid()) + ".lode");
+    const auto chain = chain_of(rock(2000));
+    {
+        auto writer = ChunkWriter::create(path, {});
+        ASSERT_TRUE(writer);
+        ASSERT_TRUE(chain->write_chunks(*writer));
+        ASSERT_TRUE(writer->commit());
+    }
+    auto file = ChunkFile::open(path);
+    ASSERT_TRUE(file);
+    const auto read = DiscreteChain::open(*file);
+    ASSERT_TRUE(read) << read.error().message;
+    ASSERT_EQ(read->levels.size(), chain->levels.size());
+    for (size_t i = 0; i < read->levels.size(); ++i) {
+        EXPECT_TRUE(std::equal(read->levels[i].indices.begin(), read->levels[i].indices.end(), chain->levels[i].indices.begin(), chain->levels[i].indices.end()));
+        EXPECT_EQ(read->levels[i].max_error, chain->levels[i].max_error);
+    }
+    std::filesystem::remove(path);
+}
+
+TEST(FixedLevels, ChooseTheCoarsestLevelWithinThePixelError) {
+    const auto chain = chain_of(rock(8000));
+    auto source = open_fixed_levels({fixed_levels_of(chain)}, uint64_t{1} << 30);
+    ASSERT_TRUE(source);
+    PlanMirror mirror((*source)->recipe());
+    uint64_t before = ~uint64_t{0};
+    uint64_t frame = 0;
+    for (const float distance : {2.0f, 5.0f, 20.0f, 100.0f, 900.0f}) {
+        FrameInput input = seen_from(distance);
+        input.frame = frame++;
+        const Plan plan = (*source)->plan(input);
+        const auto executed = mirror.execute(plan, input);
+        ASSERT_TRUE(executed) << executed.error().message;
+        EXPECT_LE(plan.stats.triangles, before);
+        before = plan.stats.triangles;
+    }
+    EXPECT_LT(before, 200u);
+    EXPECT_TRUE((*source)->validate());
+}
+
+TEST(FullLevel, DrawsEveryTriangleOnceWithoutDegenerateOnes) {
+    TriMesh mesh = rock(1000);
+    std::vector<uint32_t> indices;
+    for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
+    indices.insert(indices.end(), {1, 1, 2});
+    const FixedLevels full = full_level(pack_vertices(mesh), indices);
+    EXPECT_EQ(full.levels.size(), 1u);
+    EXPECT_EQ(full.levels[0].indices.size(), 3 * mesh.triangle_count());
+}
+
+TEST(FixedLevels, ABudgetThatIsTooSmallIsRefused) {
+    const auto source = open_fixed_levels({fixed_levels_of(chain_of(rock(1000)))}, 1000);
+    ASSERT_FALSE(source);
+    EXPECT_EQ(source.error().fault, Fault::machine);
+}
+
+}  // namespace
+}  // namespace lodestone

@@ -1,0 +1,126 @@
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <glm/geometric.hpp>
+
+#include "fixtures/meshes.h"
+#include "fixtures/real_data.h"
+#include "lod/bake.h"
+#include "lod/collapse_list.h"
+#include "lod/cursor.h"
+#include "mesh/distance.h"
+#include "mesh/generate.h"
+#include "mesh/io/read.h"
+#include "mesh/repair.h"
+#include "mesh/topology.h"
+
+namespace lodestone {
+namespace {
+
+TEST(OpenMeshSimplifier, MakesValidListsForEveryMesh) {
+    for (const auto& f : fixtures::manifold_meshes()) {
+        SCOPED_TRACE(f.name);
+        const auto list = make_openmesh_simplifier()->simplify(f.mesh, {});
+        ASSERT_TRUE(list) << list.error().message;
+        if (f.mesh.triangle_count() > 12) {
+            EXPECT_FALSE(list->collapses.empty());
+        }
+        const auto valid = list->validate(f.mesh);
+        EXPECT_TRUE(valid) << valid.error().message;
+    }
+}
+
+// Faces of a cube with a normal per face: every edge is a seam of normals, and yet it must simplify.
+TEST(QuadricSimplifier, ClosesSeamsOfNormalsButNotOfTextures) {
+    const auto faceted = [](bool textured) {
+        TriMesh mesh = generate(Shape::sphere, 2000, 1);
+        EXPECT_TRUE(repair(mesh));
+        TriMesh out;
+        out.positions = mesh.positions;
+        for (size_t t = 0; t < mesh.triangle_count(); ++t) {
+            const glm::vec3 a = mesh.position_of(t, 0), n = glm::normalize(glm::cross(mesh.position_of(t, 1) - a, mesh.position_of(t, 2) - a));
+            Triangle corners{};
+            for (int k = 0; k < 3; ++k) {
+                corners[static_cast<size_t>(k)] = static_cast<uint32_t>(out.wedge_vertex.size());
+                out.wedge_vertex.push_back(mesh.vertex_of(t, k));
+                out.normals.push_back(n);
+                if (textured) out.uvs.emplace_back(static_cast<float>(t), static_cast<float>(k));
+            }
+            out.triangles.push_back(corners);
+        }
+        return out;
+    };
+    const TriMesh soft = faceted(false), hard = faceted(true);
+    const auto closing = make_quadric_simplifier()->simplify(soft, {});
+    ASSERT_TRUE(closing);
+    EXPECT_TRUE(closing->validate(soft)) << closing->validate(soft).error().message;
+    EXPECT_GT(closing->collapses.size(), soft.vertex_count() / 2);
+    const auto kept = make_quadric_simplifier()->simplify(hard, {});
+    ASSERT_TRUE(kept);
+    EXPECT_EQ(kept->collapses.size(), 0u);
+}
+
+TEST(QuadricSimplifier, IsTheSameAtEveryScaleAndPlace) {
+    TriMesh mesh = generate(Shape::rock, 2000, 3);
+    ASSERT_TRUE(repair(mesh));
+    TriMesh large = mesh;
+    for (glm::vec3& p : large.positions) p *= 1024.0f;
+    const auto a = make_quadric_simplifier()->simplify(mesh, {}), b = make_quadric_simplifier()->simplify(large, {});
+    ASSERT_TRUE(a && b);
+    ASSERT_EQ(a->collapses.size(), b->collapses.size());
+    for (size_t i = 0; i < a->collapses.size(); ++i) ASSERT_EQ(a->collapses[i].removed, b->collapses[i].removed);
+}
+
+TEST(QuadricSimplifier, StopsAtTheTarget) {
+    const TriMesh mesh = fixtures::torus(24, 12);
+    SimplifyOptions options;
+    options.target_triangles = 200;
+    const auto list = make_quadric_simplifier()->simplify(mesh, options);
+    ASSERT_TRUE(list);
+    EXPECT_EQ(list->stop, StopReason::target_reached);
+    EXPECT_LE(mesh.triangle_count() - 2 * list->collapses.size(), 200u);
+}
+
+// The seed's demand on real meshes: a bake whose orders play down and up to the same slots, and whose levels stay the
+// surface they were.
+class RealMesh : public testing::TestWithParam<const char*> {};
+
+TEST_P(RealMesh, PlaysDownAndUpSlotForSlotAndKeepsItsSurface) {
+    const auto path = fixtures::real_data(GetParam());
+    if (!path) GTEST_SKIP() << fixtures::missing_data_note(GetParam());
+    auto mesh = read_mesh(*path);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_TRUE(repair(*mesh));
+    const Topology before = topology_of(*mesh);
+    const auto list = make_quadric_simplifier()->simplify(*mesh, {});
+    ASSERT_TRUE(list);
+    const auto valid = list->validate(*mesh);
+    EXPECT_TRUE(valid) << valid.error().message;
+    auto pm = bake_progressive_mesh(*mesh, *list, {"static", "classic"});
+    ASSERT_TRUE(pm) << pm.error().message;
+    const auto sound = pm->validate();  // plays every order down and up
+    EXPECT_TRUE(sound) << sound.error().message;
+    for (uint32_t step = 0; step <= 10; ++step) {
+        const TriMesh level = extract_level(*pm, (pm->levels() - 1) * step / 10);
+        const Topology after = topology_of(level);
+        EXPECT_EQ(after.components, before.components);
+        EXPECT_EQ(after.boundary_loops, before.boundary_loops);
+        EXPECT_EQ(after.non_manifold_edges + after.non_manifold_vertices + after.inconsistent_edges, 0u);
+        EXPECT_EQ(after.genus, before.genus);
+    }
+}
+
+std::string test_name(const testing::TestParamInfo<const char*>& info) {
+    std::string name = info.param;
+    for (char& c : name) {
+        if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+    }
+    return name;
+}
+INSTANTIATE_TEST_SUITE_P(Scans, RealMesh,
+                         testing::Values("scans/stanford-bunny.obj", "scans/horse.ply", "scans/rockerArm.ply", "scans/laurana.ply", "scans/falconstatue_boundary.obj", "nasty/cow.off",
+                                         "nasty/cheese.off", "nasty/moebius.obj", "nasty/mite.obj", "nasty/pig.stl", "nasty/camel_b.obj", "gltf/DamagedHelmet/DamagedHelmet.glb"),
+                         test_name);
+
+}  // namespace
+}  // namespace lodestone

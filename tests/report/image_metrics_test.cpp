@@ -1,0 +1,99 @@
+#include "report/image_metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/rows.h"
+
+namespace lodestone {
+namespace {
+
+Picture flat(uint32_t width, uint32_t height, uint8_t grey, uint8_t alpha = 255) {
+    Picture p{width, height, {}, {}};
+    for (uint32_t i = 0; i < width * height; ++i) p.colour.insert(p.colour.end(), {grey, grey, grey, alpha});
+    p.depth.assign(width * height, 0.5f);
+    return p;
+}
+
+TEST(Psnr, OfAUniformDifferenceIsItsFormula) {
+    const Picture a = flat(20, 10, 100), b = flat(20, 10, 110);
+    const auto mask = covered_union(a, b);
+    EXPECT_NEAR(psnr_db(a, b, mask), 20 * std::log10(255.0 / 10), 1e-9);
+    EXPECT_EQ(psnr_db(a, a, mask), most_psnr_db);
+}
+
+TEST(Psnr, LooksOnlyAtWhatIsCovered) {
+    Picture a = flat(20, 10, 100), b = flat(20, 10, 100);
+    for (size_t i = 0; i < 100; ++i) a.colour[4 * i + 3] = b.colour[4 * i + 3] = 0;
+    b.colour[0] = 255;  // not covered
+    EXPECT_EQ(psnr_db(a, b, covered_union(a, b)), most_psnr_db);
+    b.colour[3] = 1;
+    EXPECT_LT(psnr_db(a, b, covered_union(a, b)), 60);
+}
+
+TEST(Ssim, IsOneForEqualPicturesAndFallsWithNoise) {
+    Picture a = flat(32, 32, 128);
+    for (size_t i = 0; i < a.colour.size(); i += 4) a.colour[i] = a.colour[i + 1] = a.colour[i + 2] = static_cast<uint8_t>(i * 7 % 200);
+    Picture slightly = a, strongly = a;
+    for (size_t i = 0; i < a.colour.size(); i += 8) {
+        slightly.colour[i + 1] ^= 4;
+        strongly.colour[i + 1] ^= 127;
+    }
+    const auto mask = covered_union(a, a);
+    EXPECT_NEAR(ssim(a, a, mask), 1, 1e-12);
+    EXPECT_GT(ssim(a, slightly, mask), ssim(a, strongly, mask));
+    EXPECT_LT(ssim(a, strongly, mask), 0.9);
+}
+
+TEST(BackgroundLeaks, CountsHolesAndNotTheOutline) {
+    Picture full = flat(20, 20, 10, 0), shown = full;
+    for (uint32_t y = 4; y < 16; ++y) {
+        for (uint32_t x = 4; x < 16; ++x) full.colour[4 * (y * 20 + x) + 3] = shown.colour[4 * (y * 20 + x) + 3] = 255;
+    }
+    EXPECT_EQ(background_leaks(shown, full), 0u);
+    shown.colour[4 * (10 * 20 + 10) + 3] = 0;  // a hole
+    shown.colour[4 * (4 * 20 + 4) + 3] = 0;    // a corner of the outline
+    EXPECT_EQ(background_leaks(shown, full), 1u);
+}
+
+TEST(Downsampled, AveragesInLinearLight) {
+    Picture p = flat(4, 4, 0);
+    for (size_t i = 0; i < 8; ++i) p.colour[4 * i] = p.colour[4 * i + 1] = p.colour[4 * i + 2] = 255;
+    const Picture small = downsampled(p, 4);
+    EXPECT_EQ(small.width, 1u);
+    EXPECT_NEAR(small.colour[0], 188, 1);  // half the light
+    EXPECT_EQ(small.colour[3], 255);
+}
+
+// A square facing the camera at distance 5, and one further back by `gap`.
+TEST(MaxPixelDeviation, OfAMovedSquareIsTheMoveInPixels) {
+    Camera camera;
+    camera.eye = {0, 0, 5};
+    const View view = view_of(camera, 64, 64);
+    const auto square = [](float z) { return std::vector<glm::vec3>{{-9, -9, z}, {9, -9, z}, {9, 9, z}, {-9, 9, z}}; };
+    const std::vector<uint32_t> indices = {0, 1, 2, 0, 2, 3};
+    const auto picture_at = [&](float z) {
+        Picture p = flat(64, 64, 100);
+        const glm::vec4 clip = view.world_to_clip() * glm::vec4(0, 0, z, 1);
+        p.depth.assign(64 * 64, clip.z / clip.w);
+        return p;
+    };
+    const ClosestSurface near(square(0), indices), far(square(-0.1f), indices);
+    const double deviation = max_pixel_deviation(picture_at(-0.1f), far, picture_at(0), near, view);
+    EXPECT_NEAR(deviation, 0.1 * static_cast<double>(view.focal_px) / 5, 0.02);
+}
+
+TEST(Rows, TheTableHasALinePerRow) {
+    Row row;
+    row.backend = "lod";
+    row.order = "static";
+    const std::vector<Row> rows(3, row);
+    const std::string table = report_table(rows);
+    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 3);
+    EXPECT_NE(report_json({}, rows).find("\"max_pixel_deviation\""), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lodestone

@@ -6,6 +6,7 @@
 #include "base/chunk_file.h"
 #include "base/clock.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "baseline/discrete.h"
 #include "lod/bake.h"
 #include "lod/collapse_list.h"
@@ -106,13 +107,24 @@ Result<BakeInput> read_bake_input(const std::filesystem::path& path, const BakeO
                                   const Progress& progress) {
     progress.at("read", 0);
     BakeInput input;
-    input.name = path.filename().string();
+    input.name = as_utf8(path.filename().string());
     auto content = MappedFile::open(path);
     if (!content) return tl::unexpected(content.error());
     input.source = hash_bytes((*content)->bytes());
     auto mesh = read_mesh(path, options.read, &input.read);
     if (!mesh) return tl::unexpected(mesh.error());
     for (const std::string& line : input.read.warnings) progress.warning(line);
+    input.mesh = std::move(*mesh);
+    return input;
+}
+
+Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const Hash128& source,
+                                     const Progress& progress) {
+    auto mesh = collect(stream, progress);
+    if (!mesh) return tl::unexpected(mesh.error());
+    BakeInput input;
+    input.name = std::move(name);
+    input.source = source;
     input.mesh = std::move(*mesh);
     return input;
 }

@@ -37,6 +37,10 @@ struct BakeInput {
 Result<BakeInput> read_bake_input(const std::filesystem::path& path, const BakeOptions& options,
                                   const Progress& progress);
 
+// The same from batches. source: a hash of what the stream was made from.
+Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const Hash128& source,
+                                     const Progress& progress);
+
 // Writes the asset and returns the bake report of docs/cli.md. Outputs appear whole or not at all.
 Result<nlohmann::json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
                                   const Progress& progress);

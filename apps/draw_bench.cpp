@@ -34,8 +34,8 @@ constexpr size_t colour_stage = static_cast<size_t>(Stage::colour);
 struct Reference {
     Camera camera;
     View view;
-    Picture supersampled;       // at the small size: colour averaged over 4x4, alpha the covered share
-    Picture full;               // `full` at the small size
+    Picture supersampled;                     // at the small size: colour averaged over 4x4, alpha the covered share
+    Picture full;                             // `full` at the small size
     std::unique_ptr<ClosestSurface> surface;  // of `full` as drawn, world space
 };
 
@@ -69,7 +69,8 @@ double simulated_acmr(const PlanMirror& mirror) {
 
 class Bench {
 public:
-    Bench(const Options& options, ReadyScene& scene, Renderer& renderer, uint32_t width, uint32_t height, const Progress& progress)
+    Bench(const Options& options, ReadyScene& scene, Renderer& renderer, uint32_t width, uint32_t height,
+          const Progress& progress)
         : options_(options), scene_(scene), renderer_(renderer), width_(width), height_(height), progress_(progress) {}
 
     // Pictures of `full` for the frames at which quality is measured.
@@ -80,7 +81,10 @@ public:
             progress_.at("reference pictures", static_cast<double>(i) / options_.quality_frames);
             Reference reference;
             reference.camera = quality_camera(i);
-            if (auto done = draw_at(**session, reference.camera, width_ * supersampling, height_ * supersampling, reference.supersampled); !done) return done;
+            if (auto done = draw_at(**session, reference.camera, width_ * supersampling, height_ * supersampling,
+                                    reference.supersampled);
+                !done)
+                return done;
             reference.supersampled = downsampled(reference.supersampled, supersampling);
             if (auto done = draw_at(**session, reference.camera, width_, height_, reference.full); !done) return done;
             reference.view = (*session)->view();
@@ -109,7 +113,8 @@ public:
 private:
     Camera quality_camera(uint32_t i) const { return scene_.camera.at((i + 0.5) / options_.quality_frames); }
 
-    Result<void> draw_at(DrawSession& session, const Camera& camera, uint32_t width, uint32_t height, Picture& picture) {
+    Result<void> draw_at(DrawSession& session, const Camera& camera, uint32_t width, uint32_t height,
+                         Picture& picture) {
         if (auto done = renderer_.resize(width, height); !done) return done;
         Budget budget;
         budget.resident_bytes = scene_.scene.resident_bytes;
@@ -129,7 +134,8 @@ private:
         std::vector<double> ms, floor_ms, plan_ms, gpu_ms, triangles, invocations, uploaded, acmr;
         for (uint32_t round = 0; round < options_.rounds; ++round) {
             // The first frame uploads what every frame needs; it is not timed.
-            if (auto warm = (*session)->draw(scene_.camera.frame(0, options_.frames), budget, width_, height_); !warm) return tl::unexpected(warm.error());
+            if (auto warm = (*session)->draw(scene_.camera.frame(0, options_.frames), budget, width_, height_); !warm)
+                return tl::unexpected(warm.error());
             for (uint32_t f = 0; f < options_.frames; ++f) {
                 if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
                 progress_.at(label, static_cast<double>(f) / options_.frames);
@@ -144,7 +150,8 @@ private:
                 invocations.push_back(static_cast<double>(all));
                 uploaded.push_back(static_cast<double>(drawn->stats.uploaded_bytes));
                 if (drawn->stats.triangles > 0) {
-                    acmr.push_back(static_cast<double>(drawn->counters.pass[colour_stage].vertex_invocations) / static_cast<double>(drawn->stats.triangles));
+                    acmr.push_back(static_cast<double>(drawn->counters.pass[colour_stage].vertex_invocations) /
+                                   static_cast<double>(drawn->stats.triangles));
                 }
                 row.resident_bytes = drawn->stats.resident_bytes;
             }
@@ -178,7 +185,8 @@ private:
         for (size_t i = 0; i < references_.size(); ++i) {
             progress_.at(backend + " quality", static_cast<double>(i) / static_cast<double>(references_.size()));
             const Reference& reference = references_[i];
-            if (auto drawn = (*session)->draw(reference.camera, budget, width_, height_); !drawn) return tl::unexpected(drawn.error());
+            if (auto drawn = (*session)->draw(reference.camera, budget, width_, height_); !drawn)
+                return tl::unexpected(drawn.error());
             auto picture = renderer_.read_picture();
             if (!picture) return tl::unexpected(picture.error());
             if (auto done = save(*picture, backend, order, budget.pixel_error, i); !done) return done;
@@ -189,7 +197,9 @@ private:
             acmrs.push_back(simulated_acmr(*(*session)->mirror()));
             const auto surface = drawn_surface(*(*session)->mirror(), scene_);
             if (surface != nullptr && reference.surface != nullptr) {
-                row.max_pixel_deviation = std::max(row.max_pixel_deviation, max_pixel_deviation(*picture, *surface, reference.full, *reference.surface, reference.view));
+                row.max_pixel_deviation = std::max(
+                    row.max_pixel_deviation,
+                    max_pixel_deviation(*picture, *surface, reference.full, *reference.surface, reference.view));
             }
         }
         row.psnr_db = mean(psnrs);
@@ -198,7 +208,8 @@ private:
         return {};
     }
 
-    Result<void> save(const Picture& picture, const std::string& backend, const std::string& order, double pixel_error, size_t frame) const {
+    Result<void> save(const Picture& picture, const std::string& backend, const std::string& order, double pixel_error,
+                      size_t frame) const {
         Image image{picture.width, picture.height, {}};
         image.texels.resize(size_t{image.width} * image.height);
         for (size_t i = 0; i < image.texels.size(); ++i) {
@@ -206,7 +217,8 @@ private:
         }
         char error_text[32];
         std::snprintf(error_text, sizeof error_text, "%gpx", pixel_error);
-        const std::string name = backend + (order.empty() ? "" : "-" + order) + "-" + error_text + "-" + std::to_string(frame) + ".png";
+        const std::string name =
+            backend + (order.empty() ? "" : "-" + order) + "-" + error_text + "-" + std::to_string(frame) + ".png";
         return write_png(image, std::filesystem::path(options_.out) / name);
     }
 
@@ -225,14 +237,16 @@ Result<int> bench(const Options& o) {
     if (!backends) return tl::unexpected(backends.error());
     const auto known = backend_names();
     for (const std::string& backend : *backends) {
-        if (std::find(known.begin(), known.end(), backend) == known.end()) return fail(Fault::usage, "--backends " + backend + ": choose from full, discrete, lod");
+        if (std::find(known.begin(), known.end(), backend) == known.end())
+            return fail(Fault::usage, "--backends " + backend + ": choose from full, discrete, lod");
     }
     const auto error_words = parse_list("--pixel-error", o.pixel_errors);
     if (!error_words) return tl::unexpected(error_words.error());
     std::vector<double> pixel_errors;
     for (const std::string& word : *error_words) {
         double value = 0;
-        if (std::from_chars(word.data(), word.data() + word.size(), value).ptr != word.data() + word.size() || !(value > 0)) {
+        if (std::from_chars(word.data(), word.data() + word.size(), value).ptr != word.data() + word.size() ||
+            !(value > 0)) {
             return fail(Fault::usage, "--pixel-error " + word + ": must be pixels above 0, separated by commas");
         }
         pixel_errors.push_back(value);
@@ -265,7 +279,8 @@ Result<int> bench(const Options& o) {
     std::vector<Row> rows;
     for (const std::string& backend : *backends) {
         for (const std::string& order : orders_of(backend, *ready)) {
-            const bool wanted = wanted_orders.empty() || order.empty() || std::find(wanted_orders.begin(), wanted_orders.end(), order) != wanted_orders.end();
+            const bool wanted = wanted_orders.empty() || order.empty() ||
+                                std::find(wanted_orders.begin(), wanted_orders.end(), order) != wanted_orders.end();
             // Unless asked for more, `lod` is drawn in its first order.
             const bool first = order == orders_of(backend, *ready).front();
             if (!wanted || (wanted_orders.empty() && !first)) continue;
@@ -279,12 +294,15 @@ Result<int> bench(const Options& o) {
     }
     const DeviceInfo& device = (*renderer)->device();
     const Machine machine{cpu_name(), device.name, device.driver, source_commit(), device.software};
-    if (auto done = write_json((std::filesystem::path(o.out) / "report.json").string(), report_json(machine, rows)); !done) return tl::unexpected(done.error());
+    if (auto done = write_json((std::filesystem::path(o.out) / "report.json").string(), report_json(machine, rows));
+        !done)
+        return tl::unexpected(done.error());
     end_progress();
     if (o.json) {
         print_line(report_json(machine, rows));
     } else {
-        print_line(device.name + (device.software ? " (software rasteriser)" : "") + ", " + o.size + ", " + std::to_string(o.frames) + " frames");
+        print_line(device.name + (device.software ? " (software rasteriser)" : "") + ", " + o.size + ", " +
+                   std::to_string(o.frames) + " frames");
         print_line(report_table(rows));
     }
     const auto messages = (*renderer)->validation_messages();
@@ -299,11 +317,19 @@ void add_bench(CLI::App& app, Run& run) {
     CLI::App* command = app.add_subcommand("bench", "Fly through a scene with every backend; figures side by side");
     command->add_option("scene", o->scene, "Scene (.json), asset (.lode) or mesh")->required();
     command->add_option("--backends", o->backends, "Which backends, separated by commas")->capture_default_str();
-    command->add_option("--orders", o->orders, "lod: face orders to draw, separated by commas; the first of the asset unless given");
-    command->add_option("--pixel-error", o->pixel_errors, "Largest errors on screen, pixels, separated by commas")->capture_default_str();
-    command->add_option("--frames", o->frames, "Frames of the flight")->check(CLI::Range(1u, 1000000u))->capture_default_str();
-    command->add_option("--quality-frames", o->quality_frames, "Pictures compared along the flight")->check(CLI::Range(1u, 1000u))->capture_default_str();
-    command->add_option("--rounds", o->rounds, "Times the flight is flown; figures are over all of them")->check(CLI::Range(1u, 1000u))->capture_default_str();
+    command->add_option("--orders", o->orders,
+                        "lod: face orders to draw, separated by commas; the first of the asset unless given");
+    command->add_option("--pixel-error", o->pixel_errors, "Largest errors on screen, pixels, separated by commas")
+        ->capture_default_str();
+    command->add_option("--frames", o->frames, "Frames of the flight")
+        ->check(CLI::Range(1u, 1000000u))
+        ->capture_default_str();
+    command->add_option("--quality-frames", o->quality_frames, "Pictures compared along the flight")
+        ->check(CLI::Range(1u, 1000u))
+        ->capture_default_str();
+    command->add_option("--rounds", o->rounds, "Times the flight is flown; figures are over all of them")
+        ->check(CLI::Range(1u, 1000u))
+        ->capture_default_str();
     command->add_option("--size", o->size, "Picture size")->capture_default_str();
     command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
     command->add_option("--threads", o->threads, "Threads for baking and metrics; 0 takes one per core");

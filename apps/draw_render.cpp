@@ -44,8 +44,9 @@ Result<Camera> choose_camera(const ReadyScene& scene, const std::string& text) {
 }
 
 Result<DebugView> debug_named(const std::string& name) {
-    static constexpr std::pair<const char*, DebugView> names[] = {{"none", DebugView::none},     {"level", DebugView::level}, {"triangle", DebugView::triangle},
-                                                                  {"normal", DebugView::normal}, {"uv", DebugView::uv},       {"material", DebugView::material}};
+    static constexpr std::pair<const char*, DebugView> names[] = {
+        {"none", DebugView::none},     {"level", DebugView::level}, {"triangle", DebugView::triangle},
+        {"normal", DebugView::normal}, {"uv", DebugView::uv},       {"material", DebugView::material}};
     for (const auto& [known, view] : names) {
         if (name == known) return view;
     }
@@ -57,7 +58,9 @@ Result<int> render(const Options& o) {
     if (!size) return tl::unexpected(size.error());
     const auto debug = debug_named(o.debug);
     if (!debug) return tl::unexpected(debug.error());
-    if (!o.raster.empty()) return fail(Fault::usage, "--raster " + o.raster + ": is for the vgi backend, which is not part of this version");
+    if (!o.raster.empty())
+        return fail(Fault::usage,
+                    "--raster " + o.raster + ": is for the vgi backend, which is not part of this version");
     set_thread_count(o.threads);
     const Progress progress = terminal_progress();
     auto scene = read_scene(o.scene);
@@ -89,7 +92,8 @@ Result<int> render(const Options& o) {
     Image image{picture->width, picture->height, {}};
     image.texels.resize(size_t{image.width} * image.height);
     for (size_t i = 0; i < image.texels.size(); ++i) {
-        image.texels[i] = {picture->colour[i * 4], picture->colour[i * 4 + 1], picture->colour[i * 4 + 2], 255};  // alpha only marked coverage
+        image.texels[i] = {picture->colour[i * 4], picture->colour[i * 4 + 1], picture->colour[i * 4 + 2],
+                           255};  // alpha only marked coverage
     }
     if (auto done = write_png(image, o.out); !done) return tl::unexpected(done.error());
     end_progress();
@@ -99,7 +103,11 @@ Result<int> render(const Options& o) {
     for (const auto& pass : drawn->counters.pass) invocations += pass.vertex_invocations;
     const auto& colour = drawn->counters.pass[static_cast<size_t>(Stage::colour)];
     Json stats;
-    stats["machine"] = {{"cpu", cpu_name()}, {"device", device.name}, {"driver", device.driver}, {"software", device.software}, {"commit", source_commit()}};
+    stats["machine"] = {{"cpu", cpu_name()},
+                        {"device", device.name},
+                        {"driver", device.driver},
+                        {"software", device.software},
+                        {"commit", source_commit()}};
     stats["rows"] = {{{"backend", o.backend},
                       {"order", o.order},
                       {"pixel_error", o.pixel_error},
@@ -112,15 +120,19 @@ Result<int> render(const Options& o) {
                       {"index_bytes", drawn->stats.index_bytes},
                       {"triangles", drawn->stats.triangles},
                       {"vertex_invocations", invocations},
-                      {"acmr", drawn->stats.triangles ? static_cast<double>(colour.vertex_invocations) / static_cast<double>(drawn->stats.triangles) : 0},
+                      {"acmr", drawn->stats.triangles ? static_cast<double>(colour.vertex_invocations) /
+                                                            static_cast<double>(drawn->stats.triangles)
+                                                      : 0},
                       {"instances_drawn", drawn->stats.instances_drawn},
                       {"asset_bytes", ready->asset_bytes}}};
     if (!o.stats.empty()) {
         if (auto done = write_json(o.stats, stats.dump(2)); !done) return tl::unexpected(done.error());
     }
     if (verbosity() != Verbosity::quiet) {
-        std::printf("%s: %llu triangles, %llu vertex invocations, on %s%s\n", o.out.c_str(), static_cast<unsigned long long>(drawn->stats.triangles),
-                    static_cast<unsigned long long>(invocations), device.name.c_str(), device.software ? " (software rasteriser)" : "");
+        std::printf("%s: %llu triangles, %llu vertex invocations, on %s%s\n", o.out.c_str(),
+                    static_cast<unsigned long long>(drawn->stats.triangles),
+                    static_cast<unsigned long long>(invocations), device.name.c_str(),
+                    device.software ? " (software rasteriser)" : "");
     }
     const auto messages = (*renderer)->validation_messages();
     for (const std::string& message : messages) std::fprintf(stderr, "%s\n", message.c_str());
@@ -136,10 +148,15 @@ void add_render(CLI::App& app, Run& run) {
     command->add_option("--backend", o->backend, "full, discrete or lod")->capture_default_str();
     command->add_option("--order", o->order, "lod: face order to draw");
     command->add_option("--raster", o->raster, "vgi: grid or tess");
-    auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, pixels")->check(CLI::Range(1e-6, 1e6))->capture_default_str();
-    command->add_option("--level", o->level, "Draw this level instead; 0 is full detail")->check(CLI::NonNegativeNumber)->excludes(error);
+    auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, pixels")
+                      ->check(CLI::Range(1e-6, 1e6))
+                      ->capture_default_str();
+    command->add_option("--level", o->level, "Draw this level instead; 0 is full detail")
+        ->check(CLI::NonNegativeNumber)
+        ->excludes(error);
     command->add_option("--size", o->size, "Picture size")->capture_default_str();
-    command->add_option("--camera", o->camera, "Camera path, PATH[@T] or @T with T from 0 to 1; the scene's own unless given");
+    command->add_option("--camera", o->camera,
+                        "Camera path, PATH[@T] or @T with T from 0 to 1; the scene's own unless given");
     command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
     command->add_option("--debug", o->debug, "none, level, triangle, normal, uv or material")->capture_default_str();
     command->add_option("--threads", o->threads, "Threads for baking; 0 takes one per core");

@@ -17,21 +17,25 @@ constexpr uint32_t shadow_texels = 2048;
 
 }  // namespace
 
-Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer, const std::string& backend, const std::string& order,
+Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer,
+                                                       const std::string& backend, const std::string& order,
                                                        bool mirrored, const Progress& progress) {
     std::unique_ptr<DrawSession> session(new DrawSession(scene, renderer));
     auto source = open_backend(backend, order, scene, progress);
     if (!source) return tl::unexpected(source.error());
     session->source_ = std::move(*source);
-    if (auto done = renderer.load(session->source_->recipe(), scene.materials); !done) return tl::unexpected(done.error());
+    if (auto done = renderer.load(session->source_->recipe(), scene.materials); !done)
+        return tl::unexpected(done.error());
     if (mirrored) session->mirror_.emplace(session->source_->recipe());
     if (scene.scene.light_direction) session->look.light_direction = *scene.scene.light_direction;
     return session;
 }
 
-Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height, bool empty) {
+Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
+                                     bool empty) {
     FrameInput input;
-    input.views = {view_of(camera, width, height), shadow_view(look.light_direction, scene_->bounds.centre, std::max(scene_->bounds.radius, 1e-6f), shadow_texels)};
+    input.views = {view_of(camera, width, height), shadow_view(look.light_direction, scene_->bounds.centre,
+                                                               std::max(scene_->bounds.radius, 1e-6f), shadow_texels)};
     if (!empty) input.instances = scene_->instances;
     input.budget = budget;
     input.readbacks = std::move(readbacks_);

@@ -22,11 +22,13 @@ class DrawSession {
 public:
     // Opens the backend and loads its recipe. scene and renderer must outlive the session.
     // mirrored: also carry every plan out on the CPU, for mirror().
-    static Result<std::unique_ptr<DrawSession>> open(const ReadyScene& scene, Renderer& renderer, const std::string& backend,
-                                                     const std::string& order, bool mirrored, const Progress& progress);
+    static Result<std::unique_ptr<DrawSession>> open(const ReadyScene& scene, Renderer& renderer,
+                                                     const std::string& backend, const std::string& order,
+                                                     bool mirrored, const Progress& progress);
 
     // Plans, submits and waits for one frame. empty: the same frame with no instance in it.
-    Result<DrawnFrame> draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height, bool empty = false);
+    Result<DrawnFrame> draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
+                            bool empty = false);
 
     // What the last frame looked like to a CPU; null unless mirrored.
     const PlanMirror* mirror() const { return mirror_ ? &*mirror_ : nullptr; }

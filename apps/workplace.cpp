@@ -82,6 +82,22 @@ Hash128 key_of(const Hash128& source) {
     return hash_of(std::span(text.data(), text.size()));
 }
 
+// A named asset is used as it is; where its source lies beside it and has changed, that is said.
+Result<Asset> named_asset(const fs::path& path, const Progress& progress) {
+    auto asset = open_asset(path);
+    if (!asset) return asset;
+    const fs::path source = path.parent_path() / asset->about.value("name", "");
+    std::error_code error;
+    if (fs::is_regular_file(source, error)) {
+        const auto content = MappedFile::open(source);
+        if (content && !(hash_bytes((*content)->bytes()) == asset->file.provenance().source)) {
+            progress.warning(path.string() + ": " + source.filename().string() +
+                             " has changed since it was baked; bake it again");
+        }
+    }
+    return asset;
+}
+
 Result<Asset> ready_asset(const SceneAsset& asset, const Progress& progress, double& bake_seconds) {
     if (asset.generated) {
         const GeneratedSource& recipe = *asset.generated;
@@ -98,7 +114,7 @@ Result<Asset> ready_asset(const SceneAsset& asset, const Progress& progress, dou
         };
         return cached(words, key_of(source), make, progress, bake_seconds);
     }
-    if (asset.is_lode()) return open_asset(asset.file);
+    if (asset.is_lode()) return named_asset(asset.file, progress);
     auto content = MappedFile::open(asset.file);
     if (!content) return tl::unexpected(content.error());
     const Hash128 source = hash_bytes((*content)->bytes());

@@ -2,10 +2,10 @@
 
 #include <meshoptimizer.h>
 
+#include <cstdio>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
-#include <cstdio>
 
 #include "base/check.h"
 #include "base/clock.h"
@@ -37,7 +37,8 @@ TriMesh bare(std::vector<glm::vec3> positions, std::vector<Triangle> triangles) 
 
 std::vector<Subject> simplification_subjects() {
     std::vector<Subject> subjects;
-    for (const char* name : {"stanford-bunny.obj", "armadillo.obj", "horse.ply", "lucy.ply", "igea.ply", "turbineblade.ply", "rockerArm.ply", "laurana.ply", "falconstatue_boundary.obj"}) {
+    for (const char* name : {"stanford-bunny.obj", "armadillo.obj", "horse.ply", "lucy.ply", "igea.ply",
+                             "turbineblade.ply", "rockerArm.ply", "laurana.ply", "falconstatue_boundary.obj"}) {
         const std::string file = std::string("scans/") + name;
         const auto path = fixtures::real_data(file);
         if (!path) {
@@ -126,7 +127,8 @@ TriMesh meshoptimizer_simplified(const TriMesh& mesh, size_t triangles, double* 
     }
     std::vector<uint32_t> out(indices.size());
     const Stopwatch watch;
-    out.resize(meshopt_simplify(out.data(), indices.data(), indices.size(), &mesh.positions[0].x, mesh.positions.size(), sizeof(glm::vec3), triangles * 3, 1e9f, 0, nullptr));
+    out.resize(meshopt_simplify(out.data(), indices.data(), indices.size(), &mesh.positions[0].x, mesh.positions.size(),
+                                sizeof(glm::vec3), triangles * 3, 1e9f, 0, nullptr));
     if (cpu_seconds != nullptr) *cpu_seconds = watch.cpu();
     std::vector<Triangle> left;
     for (size_t i = 0; i + 2 < out.size(); i += 3) left.push_back({out[i], out[i + 1], out[i + 2]});

@@ -19,8 +19,8 @@ std::vector<Subject> simplification_subjects();
 // The mesh after the first collapses of a list, as many as leave at most `triangles`. Positions alone.
 TriMesh shape_after(const TriMesh& mesh, const CollapseList& list, size_t triangles);
 
-// OpenMesh's decimater with ModQuadric alone, half-edge collapses; positions alone. cpu_seconds, if given: of decimation without
-// building the mesh.
+// OpenMesh's decimater with ModQuadric alone, half-edge collapses; positions alone. cpu_seconds, if given: of
+// decimation without building the mesh.
 TriMesh openmesh_decimated(const TriMesh& mesh, size_t triangles, double* cpu_seconds = nullptr);
 
 // meshoptimizer's simplifier; positions alone.

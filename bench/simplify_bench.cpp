@@ -9,15 +9,20 @@ namespace {
 
 void register_subject(const Subject& subject) {
     const auto add = [&](const char* who, auto run) {
-        benchmark::RegisterBenchmark((std::string(who) + "/" + subject.name).c_str(), [&subject, run](benchmark::State& state) {
-            double total = 0;
-            for (auto _ : state) {
-                const double cpu = run(subject.mesh);
-                state.SetIterationTime(cpu);
-                total += cpu;
-            }
-            state.counters["s_per_100k"] = total / static_cast<double>(state.iterations()) * 1e5 / static_cast<double>(subject.mesh.triangle_count());
-        })->UseManualTime()->Unit(benchmark::kMillisecond);
+        benchmark::RegisterBenchmark((std::string(who) + "/" + subject.name).c_str(),
+                                     [&subject, run](benchmark::State& state) {
+                                         double total = 0;
+                                         for (auto _ : state) {
+                                             const double cpu = run(subject.mesh);
+                                             state.SetIterationTime(cpu);
+                                             total += cpu;
+                                         }
+                                         state.counters["s_per_100k"] =
+                                             total / static_cast<double>(state.iterations()) * 1e5 /
+                                             static_cast<double>(subject.mesh.triangle_count());
+                                     })
+            ->UseManualTime()
+            ->Unit(benchmark::kMillisecond);
     };
     add("lodestone", [](const TriMesh& mesh) {
         const Stopwatch watch;

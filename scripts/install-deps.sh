@@ -7,11 +7,11 @@ packages=(
   # to build
   g++ cmake ninja-build ccache pkg-config git
   libopenmesh-dev libeigen3-dev libglm-dev libmeshoptimizer-dev
-  libtinygltf-dev libdraco-dev nlohmann-json3-dev libcli11-dev libexpected-dev libxxhash-dev
+  libtinygltf-dev nlohmann-json3-dev libcli11-dev libexpected-dev libxxhash-dev
   libpng-dev libjpeg-dev libtiff-dev zlib1g-dev
   libvulkan-dev glslang-dev glslang-tools libglfw3-dev
   # to test and measure
-  libgtest-dev libgmock-dev libbenchmark-dev
+  libgtest-dev libgmock-dev libbenchmark-dev python3
   # to draw without a GPU, and to check what is drawn
   mesa-vulkan-drivers vulkan-validationlayers
 )

@@ -38,7 +38,9 @@ struct TableEntry {
 };
 static_assert(sizeof(TableEntry) == 72 && std::is_trivially_copyable_v<TableEntry>);
 
-constexpr uint64_t aligned(uint64_t offset) { return (offset + chunk_alignment - 1) / chunk_alignment * chunk_alignment; }
+constexpr uint64_t aligned(uint64_t offset) {
+    return (offset + chunk_alignment - 1) / chunk_alignment * chunk_alignment;
+}
 constexpr uint64_t first_chunk_offset = aligned(sizeof(Header));
 
 Hash128 hash_of_header(const Header& header) {
@@ -48,13 +50,13 @@ Hash128 hash_of_header(const Header& header) {
 }  // namespace
 
 tl::unexpected<Error> ChunkFile::damaged(std::string_view place, std::string_view what) const {
-    return fail(Fault::format, path_.string() + ": " + std::string(place) + ": " + std::string(what) +
-                                   "; bake the asset again");
+    return fail(Fault::format,
+                path_.string() + ": " + std::string(place) + ": " + std::string(what) + "; bake the asset again");
 }
 
 tl::unexpected<Error> ChunkFile::wrong_size(std::string_view name, uint64_t bytes, size_t element) const {
-    return damaged("chunk '" + std::string(name) + "'",
-                   std::to_string(bytes) + " bytes are no whole number of " + std::to_string(element) + "-byte records");
+    return damaged("chunk '" + std::string(name) + "'", std::to_string(bytes) + " bytes are no whole number of " +
+                                                            std::to_string(element) + "-byte records");
 }
 
 Result<ChunkFile> ChunkFile::open(const fs::path& path) {
@@ -66,13 +68,12 @@ Result<ChunkFile> ChunkFile::open(const fs::path& path) {
     const auto bytes = file.mapped_->bytes();
     Header header{};
     if (bytes.size() < sizeof header.magic || std::memcmp(bytes.data(), file_magic.data(), file_magic.size()) != 0) {
-        return fail(Fault::format, path.string() + ": header: not a Lodestone asset; give a .lode file made by `lodestone bake`");
+        return fail(Fault::format,
+                    path.string() + ": header: not a Lodestone asset; give a .lode file made by `lodestone bake`");
     }
     if (bytes.size() < sizeof header) return file.damaged("header", "the file is cut short");
     std::memcpy(&header, bytes.data(), sizeof header);
-    if (header.endian != endian_mark) {
-        return file.damaged("header", "written on a machine with another byte order");
-    }
+    if (header.endian != endian_mark) { return file.damaged("header", "written on a machine with another byte order"); }
     if (header.version > chunk_file_version) {
         return fail(Fault::format, path.string() + ": header: format version " + std::to_string(header.version) +
                                        " is newer than this program's " + std::to_string(chunk_file_version) +
@@ -100,7 +101,8 @@ Result<ChunkFile> ChunkFile::open(const fs::path& path) {
         std::memcpy(&entry, table.data() + i * sizeof entry, sizeof entry);
         entry.name.back() = 0;
         ChunkInfo info{entry.name.data(), entry.offset, entry.bytes, entry.hash};
-        if (info.offset % chunk_alignment != 0 || info.offset > bytes.size() || info.bytes > bytes.size() - info.offset) {
+        if (info.offset % chunk_alignment != 0 || info.offset > bytes.size() ||
+            info.bytes > bytes.size() - info.offset) {
             return file.damaged("chunk '" + info.name + "'", "lies outside the file");
         }
         file.chunks_.push_back(std::move(info));

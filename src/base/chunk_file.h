@@ -1,5 +1,5 @@
-// The asset file: named chunks of bytes, mapped into memory, each with its own hash. docs/file-format.md gives the layout.
-// The file knows nothing of what the chunks mean.
+// The asset file: named chunks of bytes, mapped into memory, each with its own hash. docs/file-format.md gives the
+// layout. The file knows nothing of what the chunks mean.
 #pragma once
 
 #include <filesystem>
@@ -36,8 +36,8 @@ struct ChunkInfo {
 
 class ChunkFile {
 public:
-    // Maps and checks header and table of contents; chunks are checked when first asked for. Every error names the file,
-    // the place, what is wrong and what to do; Fault::format.
+    // Maps and checks header and table of contents; chunks are checked when first asked for. Every error names the
+    // file, the place, what is wrong and what to do; Fault::format.
     static Result<ChunkFile> open(const std::filesystem::path& path);
 
     const std::filesystem::path& path() const { return path_; }

@@ -46,7 +46,8 @@ Result<FileBytes> gunzip(const fs::path& path, std::span<const std::byte> packed
         }
         unpacked->insert(unpacked->end(), block.begin(), block.end() - stream.avail_out);
         if (unpacked->size() > max_bytes) {
-            return fail(Fault::machine, path.string() + ": unpacks to more than " + std::to_string(max_bytes) + " bytes");
+            return fail(Fault::machine,
+                        path.string() + ": unpacks to more than " + std::to_string(max_bytes) + " bytes");
         }
         if (code == Z_STREAM_END) {
             if (stream.avail_in == 0 && read == packed.size()) break;
@@ -141,8 +142,8 @@ Result<void> OutputFile::write_at(uint64_t offset, std::span<const std::byte> by
     if (auto done = flush(); !done) return done;
     size_t written = 0;
     while (written < bytes.size()) {
-        const ssize_t n = ::pwrite(descriptor_, bytes.data() + written, bytes.size() - written,
-                                   static_cast<off_t>(offset + written));
+        const ssize_t n =
+            ::pwrite(descriptor_, bytes.data() + written, bytes.size() - written, static_cast<off_t>(offset + written));
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) return fail(Fault::machine, path_.string() + ": cannot be written: " + reason());
         written += static_cast<size_t>(n);

@@ -36,8 +36,8 @@ struct FileBytes {
 };
 Result<FileBytes> read_file(const std::filesystem::path& path, uint64_t max_bytes = uint64_t{1} << 36);
 
-// An output file that appears whole or not at all: written beside `path` as a temporary, flushed and renamed by commit().
-// Without commit() the temporary is removed by the destructor.
+// An output file that appears whole or not at all: written beside `path` as a temporary, flushed and renamed by
+// commit(). Without commit() the temporary is removed by the destructor.
 class OutputFile {
 public:
     static Result<OutputFile> create(const std::filesystem::path& path);

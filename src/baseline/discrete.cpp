@@ -31,7 +31,8 @@ TriMesh bare_mesh(std::span<const MeshVertex> vertices, std::span<const uint32_t
     TriMesh mesh;
     for (const MeshVertex& v : vertices) mesh.positions.emplace_back(v.position[0], v.position[1], v.position[2]);
     mesh.set_identity_wedges();
-    for (size_t i = 0; i + 2 < indices.size(); i += 3) mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+    for (size_t i = 0; i + 2 < indices.size(); i += 3)
+        mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
     drop_unreferenced(mesh);
     return mesh;
 }
@@ -51,13 +52,16 @@ Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& p
     store->indices.emplace_back(full.levels[0].indices.begin(), full.levels[0].indices.end());
     const size_t source_triangles = store->indices[0].size() / 3;
     while (store->indices.back().size() / 3 > least_triangles) {
-        progress.at("discrete chain", 1 - static_cast<double>(store->indices.back().size() / 3) / static_cast<double>(source_triangles));
+        progress.at("discrete chain",
+                    1 - static_cast<double>(store->indices.back().size() / 3) / static_cast<double>(source_triangles));
         if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
         const std::vector<uint32_t>& finer = store->indices.back();
         const size_t wanted = std::max(finer.size() / 6, least_triangles) * 3;
         std::vector<uint32_t> coarser(finer.size());
-        coarser.resize(meshopt_simplify(coarser.data(), finer.data(), finer.size(), chain.vertices[0].position, chain.vertices.size(), sizeof(MeshVertex), wanted, 1e9f, 0, nullptr));
-        if (coarser.empty() || static_cast<double>(coarser.size()) > least_shrink * static_cast<double>(finer.size())) break;
+        coarser.resize(meshopt_simplify(coarser.data(), finer.data(), finer.size(), chain.vertices[0].position,
+                                        chain.vertices.size(), sizeof(MeshVertex), wanted, 1e9f, 0, nullptr));
+        if (coarser.empty() || static_cast<double>(coarser.size()) > least_shrink * static_cast<double>(finer.size()))
+            break;
         meshopt_optimizeVertexCache(coarser.data(), coarser.data(), coarser.size(), chain.vertices.size());
         store->indices.push_back(std::move(coarser));
     }
@@ -93,7 +97,9 @@ Result<void> DiscreteChain::write_chunks(ChunkWriter& writer) const {
 }
 
 Result<DiscreteChain> DiscreteChain::open(const ChunkFile& file) {
-    const auto wrong = [&](const char* what) { return fail(Fault::format, file.path().string() + ": discrete/levels: " + what + "; bake the asset again"); };
+    const auto wrong = [&](const char* what) {
+        return fail(Fault::format, file.path().string() + ": discrete/levels: " + what + "; bake the asset again");
+    };
     auto vertices = file.array<MeshVertex>("discrete/vertices");
     if (!vertices) return tl::unexpected(vertices.error());
     auto indices = file.array<uint32_t>("discrete/indices");
@@ -104,7 +110,8 @@ Result<DiscreteChain> DiscreteChain::open(const ChunkFile& file) {
     chain.vertices = *vertices;
     chain.owner = std::make_shared<ChunkFile>(file);
     for (const LevelRecord& r : *records) {
-        if (r.first_index > indices->size() || r.index_count > indices->size() - r.first_index) return wrong("a level lies outside the indices");
+        if (r.first_index > indices->size() || r.index_count > indices->size() - r.first_index)
+            return wrong("a level lies outside the indices");
         chain.levels.push_back({indices->subspan(r.first_index, r.index_count), r.max_error, r.rms_error});
     }
     if (auto valid = chain.validate(); !valid) return wrong(valid.error().message.c_str());
@@ -115,13 +122,19 @@ Result<void> DiscreteChain::validate() const {
     if (levels.empty()) return fail(Fault::invariant, "the chain has no level");
     for (size_t i = 0; i < levels.size(); ++i) {
         const DiscreteLevel& level = levels[i];
-        if (level.indices.size() % 3 != 0) return fail(Fault::invariant, "level " + std::to_string(i) + " has an index count that is no multiple of 3");
+        if (level.indices.size() % 3 != 0)
+            return fail(Fault::invariant,
+                        "level " + std::to_string(i) + " has an index count that is no multiple of 3");
         for (const uint32_t index : level.indices) {
-            if (index >= vertices.size()) return fail(Fault::invariant, "level " + std::to_string(i) + " has an index out of range");
+            if (index >= vertices.size())
+                return fail(Fault::invariant, "level " + std::to_string(i) + " has an index out of range");
         }
         if (i == 0) continue;
-        if (!(level.max_error >= levels[i - 1].max_error)) return fail(Fault::invariant, "the error of level " + std::to_string(i) + " is below that of the one before");
-        if (level.indices.size() >= levels[i - 1].indices.size()) return fail(Fault::invariant, "level " + std::to_string(i) + " is no smaller than the one before");
+        if (!(level.max_error >= levels[i - 1].max_error))
+            return fail(Fault::invariant,
+                        "the error of level " + std::to_string(i) + " is below that of the one before");
+        if (level.indices.size() >= levels[i - 1].indices.size())
+            return fail(Fault::invariant, "level " + std::to_string(i) + " is no smaller than the one before");
     }
     return {};
 }

@@ -1,6 +1,6 @@
-// The baseline `discrete`: what a user would pick instead of a continuous mesh. A chain of meshes, each half of the one before
-// it, simplified and cache-ordered by meshoptimizer over one vertex buffer. meshoptimizer 0.18 knows no attribute metric: only
-// positions count, and attributes follow their vertices.
+// The baseline `discrete`: what a user would pick instead of a continuous mesh. A chain of meshes, each half of the one
+// before it, simplified and cache-ordered by meshoptimizer over one vertex buffer. meshoptimizer 0.18 knows no
+// attribute metric: only positions count, and attributes follow their vertices.
 #pragma once
 
 #include <memory>
@@ -16,8 +16,8 @@ namespace lodestone {
 
 struct DiscreteLevel {
     std::span<const uint32_t> indices;  // three per triangle, into DiscreteChain::vertices
-    double max_error = 0;               // object units, two-sided against the source, raised by sampling_margin; never decreases
-    double rms_error = 0;               // object units, two-sided
+    double max_error = 0;  // object units, two-sided against the source, raised by sampling_margin; never decreases
+    double rms_error = 0;  // object units, two-sided
 };
 
 struct DiscreteChain {
@@ -30,8 +30,8 @@ struct DiscreteChain {
     Result<void> validate() const;
 };
 
-// Halves until 64 triangles are reached or meshoptimizer gets less than 10% further. Errors are measured as those of progressive
-// meshes are (mesh/distance.h). Fault::interrupted when progress says stop.
+// Halves until 64 triangles are reached or meshoptimizer gets less than 10% further. Errors are measured as those of
+// progressive meshes are (mesh/distance.h). Fault::interrupted when progress says stop.
 Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& progress = {});
 
 FixedLevels fixed_levels_of(std::shared_ptr<const DiscreteChain> chain);

@@ -1,9 +1,9 @@
 // OpenMesh's decimater with ModQuadric (Garland and Heckbert 1997, positions alone) as a producer of collapse lists.
+#include <algorithm>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 #include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
-#include <algorithm>
 
 #include "base/check.h"
 #include "lod/collapse_list.h"
@@ -28,7 +28,9 @@ public:
     explicit Recorder(MeshT& mesh) : Base(mesh, true) {}
 
     float collapse_priority(const CollapseInfo& info) override {
-        return wedges->can_collapse(static_cast<uint32_t>(info.v0.idx()), static_cast<uint32_t>(info.v1.idx())) ? Base::LEGAL_COLLAPSE : Base::ILLEGAL_COLLAPSE;
+        return wedges->can_collapse(static_cast<uint32_t>(info.v0.idx()), static_cast<uint32_t>(info.v1.idx()))
+                   ? Base::LEGAL_COLLAPSE
+                   : Base::ILLEGAL_COLLAPSE;
     }
     void preprocess_collapse(const CollapseInfo& info) override {
         wedges->collapse(static_cast<uint32_t>(info.v0.idx()), static_cast<uint32_t>(info.v1.idx()), *list);
@@ -42,13 +44,16 @@ class OpenMeshSimplifier final : public Simplifier {
 public:
     std::string name() const override { return "openmesh"; }
 
-    Result<CollapseList> simplify(const TriMesh& mesh, const SimplifyOptions& options, const Progress& progress) const override {
+    Result<CollapseList> simplify(const TriMesh& mesh, const SimplifyOptions& options,
+                                  const Progress& progress) const override {
         progress.at("simplify (OpenMesh)", 0);
         DecimatedMesh decimated;
         for (const glm::vec3& p : mesh.positions) decimated.add_vertex({p.x, p.y, p.z});
         for (size_t t = 0; t < mesh.triangle_count(); ++t) {
             const auto v = [&](int k) { return decimated.vertex_handle(mesh.vertex_of(t, k)); };
-            if (!decimated.add_face(v(0), v(1), v(2)).is_valid()) return fail(Fault::format, "OpenMesh refuses triangle " + std::to_string(t) + "; simplify with --simplifier quadric");
+            if (!decimated.add_face(v(0), v(1), v(2)).is_valid())
+                return fail(Fault::format,
+                            "OpenMesh refuses triangle " + std::to_string(t) + "; simplify with --simplifier quadric");
         }
         decimated.request_face_normals();
         decimated.update_face_normals();
@@ -70,7 +75,8 @@ public:
         decimater.decimate_to_faces(0, options.target_triangles);
         if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
         // OpenMesh does not tell which of its rules refused what was left.
-        list.stop = wedges.triangles_left() <= options.target_triangles ? StopReason::target_reached : StopReason::topology;
+        list.stop =
+            wedges.triangles_left() <= options.target_triangles ? StopReason::target_reached : StopReason::topology;
         return list;
     }
 };

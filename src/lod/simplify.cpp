@@ -29,8 +29,9 @@ constexpr double sliver = 0.02;
 // Where the surface is flat every collapse is free; this share of the squared length, over the area, then decides.
 constexpr double length_weight = 1e-7;
 
-// Weight of the distance a removed vertex ends up from the surface, against the quadrics'. At 1 the two-sided RMS distance of scans
-// is 5 to 10% below that of quadrics alone (bench/simplify_quality); more helps coarse levels and harms fine ones.
+// Weight of the distance a removed vertex ends up from the surface, against the quadrics'. At 1 the two-sided RMS
+// distance of scans is 5 to 10% below that of quadrics alone (bench/simplify_quality); more helps coarse levels and
+// harms fine ones.
 constexpr double lift_weight = 1;
 
 // A binary heap of vertices by cost, smallest first, equal costs by vertex number; it knows where each vertex is.
@@ -106,14 +107,14 @@ enum class Verdict { legal, topology, flip };
 
 // Scratch of one evaluation, one per thread.
 struct Ring {
-    std::vector<uint32_t> neighbours;                 // of the vertex looked at, each once
-    std::vector<uint8_t> faces;                       // shared with it: 1 on the boundary, 2 inside
-    std::vector<std::array<WedgePair, 2>> pairs;      // its wedges and theirs in those faces; only where attributes count
+    std::vector<uint32_t> neighbours;             // of the vertex looked at, each once
+    std::vector<uint8_t> faces;                   // shared with it: 1 on the boundary, 2 inside
+    std::vector<std::array<WedgePair, 2>> pairs;  // its wedges and theirs in those faces; only where attributes count
     std::vector<double> costs;
-    std::vector<WedgePair> resolved;                  // of the collapse judged last
-    double own_error = 0;                             // of the vertex's quadric at its own place
-    uint32_t own_wedge = none;                        // the last wedge whose attribute error at its own place was asked for,
-    double own_attribute_error = 0;                   // and that
+    std::vector<WedgePair> resolved;  // of the collapse judged last
+    double own_error = 0;             // of the vertex's quadric at its own place
+    uint32_t own_wedge = none;        // the last wedge whose attribute error at its own place was asked for,
+    double own_attribute_error = 0;   // and that
 };
 
 class QuadricSimplification {
@@ -213,7 +214,8 @@ private:
             const double scale = weight * diagonal_ / 100;
             for (size_t k = 0; k < count; ++k) {
                 columns.emplace_back(mesh_.wedge_count());
-                for (size_t w = 0; w < mesh_.wedge_count(); ++w) columns.back()[w] = scale * value(w, static_cast<int>(k));
+                for (size_t w = 0; w < mesh_.wedge_count(); ++w)
+                    columns.back()[w] = scale * value(w, static_cast<int>(k));
             }
         };
         if (!mesh_.normals.empty())
@@ -240,7 +242,8 @@ private:
             const uint32_t v = mesh_.wedge_vertex[w];
             group_[w] = w;
             for (uint32_t other = newest[v]; other != none; other = before[other]) {
-                const bool same = (mesh_.uvs.empty() || mesh_.uvs[other] == mesh_.uvs[w]) && (mesh_.materials.empty() || mesh_.materials[other] == mesh_.materials[w]);
+                const bool same = (mesh_.uvs.empty() || mesh_.uvs[other] == mesh_.uvs[w]) &&
+                                  (mesh_.materials.empty() || mesh_.materials[other] == mesh_.materials[w]);
                 if (same) {
                     group_[w] = group_[other];
                     soft_seams_ = true;
@@ -382,9 +385,8 @@ private:
         }
     }
 
-    // What the collapse adds to the sum of all errors: those of u's quadrics at v's place instead of its own. What v's quadrics
-    // say of v's place was added before.
-    // ring: of u, gathered; i: which neighbour.
+    // What the collapse adds to the sum of all errors: those of u's quadrics at v's place instead of its own. What v's
+    // quadrics say of v's place was added before. ring: of u, gathered; i: which neighbour.
     double cost(uint32_t u, Ring& ring, size_t i) const {
         const uint32_t v = ring.neighbours[i];
         const glm::dvec3 &from = positions_[u], &to = positions_[v];
@@ -395,7 +397,8 @@ private:
         } else if (attribute_count_ > 0) {
             const auto& pairs = ring.pairs[i];
             error += attribute_cost(ring, pairs[0], from, to);
-            if (ring.faces[i] > 1 && pairs[1].removed != pairs[0].removed) error += attribute_cost(ring, pairs[1], from, to);
+            if (ring.faces[i] > 1 && pairs[1].removed != pairs[0].removed)
+                error += attribute_cost(ring, pairs[1], from, to);
         }
         const glm::dvec3 edge = to - from;
         const double length2 = glm::dot(edge, edge);
@@ -437,8 +440,8 @@ private:
         return infinite;
     }
 
-    // The squared distance from u's place to the surface that u's collapse to v leaves, over u's area. Planes alone do not see how
-    // far a surface retreats along itself: at tips, at rims, where a sheet is thin.
+    // The squared distance from u's place to the surface that u's collapse to v leaves, over u's area. Planes alone do
+    // not see how far a surface retreats along itself: at tips, at rims, where a sheet is thin.
     double lift(uint32_t u, uint32_t v) const {
         const glm::dvec3 &from = positions_[u], &to = positions_[v];
         double nearest = infinite;
@@ -491,12 +494,15 @@ private:
         return true;
     }
 
-    // Pairs every wedge of u in use with one of v; false where that would tear. Across the faces of the edge the pairs are given.
-    // A wedge elsewhere follows a pair of its own group (same texture coordinate and material, so the seam between is one of
-    // normals or colours) to the wedge of v it differs least from: such seams may close, at the price of their error.
+    // Pairs every wedge of u in use with one of v; false where that would tear. Across the faces of the edge the pairs
+    // are given. A wedge elsewhere follows a pair of its own group (same texture coordinate and material, so the seam
+    // between is one of normals or colours) to the wedge of v it differs least from: such seams may close, at the price
+    // of their error.
     bool pair_wedges(uint32_t u, uint32_t v, std::vector<WedgePair>& pairs) const {
         pairs.clear();
-        const auto known = [&](uint32_t wedge) { return std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) { return p.removed == wedge; }); };
+        const auto known = [&](uint32_t wedge) {
+            return std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) { return p.removed == wedge; });
+        };
         for (const uint32_t c : corners(u)) {
             const uint32_t to = vertex(next(c)) == v       ? wedges_[next(c)]
                                 : vertex(previous(c)) == v ? wedges_[previous(c)]
@@ -512,7 +518,8 @@ private:
         for (const uint32_t c : corners(u)) {
             const uint32_t w = wedges_[c];
             if (known(w) != pairs.end()) continue;
-            const auto like = std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) { return group_[p.removed] == group_[w]; });
+            const auto like = std::find_if(pairs.begin(), pairs.end(),
+                                           [&](const WedgePair& p) { return group_[p.removed] == group_[w]; });
             if (like == pairs.end()) return false;
             uint32_t best = none;
             double least = infinite;
@@ -623,8 +630,8 @@ private:
         queue_.set(v, evaluate(v, ring_));
     }
 
-    // After u went to v: what w would add elsewhere is as it was, for only w's own quadric counts; v may be a new neighbour.
-    // On seams the wedges that meet across an edge may have changed, and with them the attribute errors.
+    // After u went to v: what w would add elsewhere is as it was, for only w's own quadric counts; v may be a new
+    // neighbour. On seams the wedges that meet across an edge may have changed, and with them the attribute errors.
     void update(uint32_t w, uint32_t u, uint32_t v) {
         const uint32_t target = target_[w];
         if (target == none || target == u || (target == v && seams_)) {
@@ -690,13 +697,13 @@ private:
     std::vector<uint32_t> wedges_, vertices_;     // per corner 3 * face + k
     std::vector<uint32_t> pool_, first_, count_;  // per vertex: its corners, pool_[first_ .. first_ + count_)
     std::vector<uint8_t> boundary_;
-    std::vector<Quadric> quadrics_;                // per vertex
+    std::vector<Quadric> quadrics_;  // per vertex
     const bool seams_;
-    bool soft_seams_ = false;                      // some vertex has several wedges of one group
-    std::vector<uint32_t> group_;                  // per wedge, where there are seams
+    bool soft_seams_ = false;      // some vertex has several wedges of one group
+    std::vector<uint32_t> group_;  // per wedge, where there are seams
     size_t attribute_count_ = 0;
-    std::vector<double> attributes_;               // per wedge and attribute, weighted
-    std::vector<Quadric> attribute_quadrics_;      // per wedge
+    std::vector<double> attributes_;           // per wedge and attribute, weighted
+    std::vector<Quadric> attribute_quadrics_;  // per wedge
     std::vector<double> attribute_areas_;
     std::vector<AttributeField> fields_;  // per wedge and attribute
     std::vector<uint32_t> target_;

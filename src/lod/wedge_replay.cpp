@@ -11,7 +11,8 @@ uint32_t next(uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 
 uint32_t previous(uint32_t corner) { return corner % 3 == 0 ? corner + 2 : corner - 1; }
 }  // namespace
 
-WedgeReplay::WedgeReplay(const TriMesh& mesh) : mesh_(mesh), corners_(mesh.vertex_count()), triangles_(mesh.triangle_count()) {
+WedgeReplay::WedgeReplay(const TriMesh& mesh)
+    : mesh_(mesh), corners_(mesh.vertex_count()), triangles_(mesh.triangle_count()) {
     wedges_.reserve(mesh.triangle_count() * 3);
     for (const Triangle& t : mesh.triangles) {
         for (const uint32_t w : t) {
@@ -23,7 +24,9 @@ WedgeReplay::WedgeReplay(const TriMesh& mesh) : mesh_(mesh), corners_(mesh.verte
 
 std::pair<bool, std::vector<WedgePair>> WedgeReplay::pairs(uint32_t u, uint32_t v) const {
     std::vector<WedgePair> found;
-    const auto partner = [&](uint32_t wedge) { return std::find_if(found.begin(), found.end(), [&](const WedgePair& p) { return p.removed == wedge; }); };
+    const auto partner = [&](uint32_t wedge) {
+        return std::find_if(found.begin(), found.end(), [&](const WedgePair& p) { return p.removed == wedge; });
+    };
     bool consistent = true;
     for (const uint32_t c : corners_[u]) {
         if (vertex(next(c)) != v && vertex(previous(c)) != v) continue;
@@ -42,7 +45,8 @@ std::pair<bool, std::vector<WedgePair>> WedgeReplay::pairs(uint32_t u, uint32_t 
 void WedgeReplay::collapse(uint32_t u, uint32_t v, CollapseList& list) {
     const auto [possible, found] = pairs(u, v);
     LODE_CHECK(possible, u, v);
-    list.collapses.push_back({u, v, static_cast<uint32_t>(list.wedge_pairs.size()), static_cast<uint32_t>(found.size())});
+    list.collapses.push_back(
+        {u, v, static_cast<uint32_t>(list.wedge_pairs.size()), static_cast<uint32_t>(found.size())});
     list.wedge_pairs.insert(list.wedge_pairs.end(), found.begin(), found.end());
     for (const uint32_t c : corners_[u]) {
         const uint32_t a = vertex(next(c)), b = vertex(previous(c));
@@ -52,7 +56,9 @@ void WedgeReplay::collapse(uint32_t u, uint32_t v, CollapseList& list) {
             --triangles_;
             continue;
         }
-        wedges_[c] = std::find_if(found.begin(), found.end(), [&, w = wedges_[c]](const WedgePair& p) { return p.removed == w; })->kept;
+        wedges_[c] = std::find_if(found.begin(), found.end(), [&, w = wedges_[c]](const WedgePair& p) {
+                         return p.removed == w;
+                     })->kept;
         corners_[v].push_back(c);
     }
     corners_[u].clear();

@@ -1,5 +1,5 @@
-// Plays half-edge collapses on the wedges of a mesh and writes them down as a collapse list; for simplifiers that know vertices
-// only.
+// Plays half-edge collapses on the wedges of a mesh and writes them down as a collapse list; for simplifiers that know
+// vertices only.
 #pragma once
 
 #include <vector>
@@ -22,7 +22,7 @@ private:
     uint32_t vertex(uint32_t corner) const { return mesh_.wedge_vertex[wedges_[corner]]; }
 
     const TriMesh& mesh_;
-    std::vector<uint32_t> wedges_;                 // per corner, 3 * triangle + k
+    std::vector<uint32_t> wedges_;                // per corner, 3 * triangle + k
     std::vector<std::vector<uint32_t>> corners_;  // per vertex
     size_t triangles_;
 };

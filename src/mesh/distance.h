@@ -51,8 +51,8 @@ struct DistanceOptions {
     uint64_t seed = 1;
 };
 
-// What a largest distance found at samples is multiplied with before it is promised as a bound: sampling finds almost the
-// largest, never more.
+// What a largest distance found at samples is multiplied with before it is promised as a bound: sampling finds almost
+// the largest, never more.
 inline constexpr double sampling_margin = 1.1;
 
 // A surface made ready to be measured against others: its samples and its search tree.

@@ -21,16 +21,20 @@ public:
         batch = {};
         const size_t wedges = std::min(max_items, mesh_.wedge_count() - wedge_);
         const auto take = [&](auto& to, const auto& from) {
-            if (!from.empty()) to.assign(from.begin() + static_cast<ptrdiff_t>(wedge_), from.begin() + static_cast<ptrdiff_t>(wedge_ + wedges));
+            if (!from.empty())
+                to.assign(from.begin() + static_cast<ptrdiff_t>(wedge_),
+                          from.begin() + static_cast<ptrdiff_t>(wedge_ + wedges));
         };
-        for (size_t w = wedge_; w < wedge_ + wedges; ++w) batch.positions.push_back(mesh_.positions[mesh_.wedge_vertex[w]]);
+        for (size_t w = wedge_; w < wedge_ + wedges; ++w)
+            batch.positions.push_back(mesh_.positions[mesh_.wedge_vertex[w]]);
         take(batch.normals, mesh_.normals);
         take(batch.uvs, mesh_.uvs);
         take(batch.colours, mesh_.colours);
         take(batch.materials, mesh_.materials);
         wedge_ += wedges;
         const size_t triangles = std::min(max_items - wedges, mesh_.triangle_count() - triangle_);
-        batch.triangles.assign(mesh_.triangles.begin() + static_cast<ptrdiff_t>(triangle_), mesh_.triangles.begin() + static_cast<ptrdiff_t>(triangle_ + triangles));
+        batch.triangles.assign(mesh_.triangles.begin() + static_cast<ptrdiff_t>(triangle_),
+                               mesh_.triangles.begin() + static_cast<ptrdiff_t>(triangle_ + triangles));
         triangle_ += triangles;
         return wedges + triangles > 0;
     }
@@ -49,7 +53,8 @@ Result<TriMesh> collect(MeshStream& stream, const Progress& progress) {
     constexpr size_t batch_items = size_t{1} << 16;
     TriMesh mesh;
     const MeshStream::Size size = stream.size();
-    // What the header promises was checked against the bytes that are there; still, an estimate is not trusted with memory.
+    // What the header promises was checked against the bytes that are there; still, an estimate is not trusted with
+    // memory.
     if (size.exact) {
         mesh.positions.reserve(size.vertices);
         mesh.triangles.reserve(size.triangles);

@@ -1,4 +1,5 @@
-// Gueziec, Taubin, Lazarus, Horn, "Cutting and stitching: converting sets of polygons to manifold surfaces", IEEE TVCG 2001.
+// Gueziec, Taubin, Lazarus, Horn, "Cutting and stitching: converting sets of polygons to manifold surfaces", IEEE TVCG
+// 2001.
 #include "mesh/repair.h"
 
 #include <algorithm>
@@ -28,7 +29,8 @@ struct PositionHash {
 };
 PositionKey key_of(const glm::vec3& p) {
     // Adding 0 turns -0 into 0.
-    return {std::bit_cast<uint32_t>(p.x + 0.0f), std::bit_cast<uint32_t>(p.y + 0.0f), std::bit_cast<uint32_t>(p.z + 0.0f)};
+    return {std::bit_cast<uint32_t>(p.x + 0.0f), std::bit_cast<uint32_t>(p.y + 0.0f),
+            std::bit_cast<uint32_t>(p.z + 0.0f)};
 }
 
 class DisjointSets {
@@ -73,12 +75,15 @@ void weld_near(const std::vector<glm::vec3>& positions, float distance, std::vec
     };
     struct CellHash {
         size_t operator()(const Cell& c) const {
-            return static_cast<size_t>(static_cast<uint64_t>(c.x) * 0x9e3779b97f4a7c15ull ^ static_cast<uint64_t>(c.y) * 0xbf58476d1ce4e5b9ull ^
+            return static_cast<size_t>(static_cast<uint64_t>(c.x) * 0x9e3779b97f4a7c15ull ^
+                                       static_cast<uint64_t>(c.y) * 0xbf58476d1ce4e5b9ull ^
                                        static_cast<uint64_t>(c.z) * 0x94d049bb133111ebull);
         }
     };
     const auto cell_of = [&](const glm::vec3& p) {
-        const auto i = [&](float x) { return static_cast<int64_t>(std::floor(static_cast<double>(x) / static_cast<double>(distance))); };
+        const auto i = [&](float x) {
+            return static_cast<int64_t>(std::floor(static_cast<double>(x) / static_cast<double>(distance)));
+        };
         return Cell{i(p.x), i(p.y), i(p.z)};
     };
     std::unordered_map<Cell, std::vector<uint32_t>, CellHash> cells;
@@ -102,11 +107,14 @@ void weld_near(const std::vector<glm::vec3>& positions, float distance, std::vec
 }
 
 bool same_attributes(const TriMesh& mesh, uint32_t a, uint32_t b) {
-    return (mesh.normals.empty() || mesh.normals[a] == mesh.normals[b]) && (mesh.uvs.empty() || mesh.uvs[a] == mesh.uvs[b]) &&
-           (mesh.colours.empty() || mesh.colours[a] == mesh.colours[b]) && (mesh.materials.empty() || mesh.materials[a] == mesh.materials[b]);
+    return (mesh.normals.empty() || mesh.normals[a] == mesh.normals[b]) &&
+           (mesh.uvs.empty() || mesh.uvs[a] == mesh.uvs[b]) &&
+           (mesh.colours.empty() || mesh.colours[a] == mesh.colours[b]) &&
+           (mesh.materials.empty() || mesh.materials[a] == mesh.materials[b]);
 }
 
-// Items 0 .. keys.size()-1 grouped by key: items of key k are item[first[k]] .. item[first[k + 1] - 1], in rising order.
+// Items 0 .. keys.size()-1 grouped by key: items of key k are item[first[k]] .. item[first[k + 1] - 1], in rising
+// order.
 struct Grouped {
     std::vector<uint32_t> first, item;
 };
@@ -172,7 +180,8 @@ void drop_duplicates(TriMesh& mesh, RepairReport& report) {
     std::vector<bool> drop(sorted.size(), false);
     for (size_t v = 0; v < mesh.positions.size(); ++v) {
         const auto begin = groups.item.begin() + groups.first[v], end = groups.item.begin() + groups.first[v + 1];
-        std::sort(begin, end, [&](uint32_t a, uint32_t b) { return sorted[a] != sorted[b] ? sorted[a] < sorted[b] : a < b; });
+        std::sort(begin, end,
+                  [&](uint32_t a, uint32_t b) { return sorted[a] != sorted[b] ? sorted[a] < sorted[b] : a < b; });
         for (auto i = begin; i != end; ++i) {
             if (i != begin && sorted[*i] == sorted[*std::prev(i)]) drop[*i] = true;
         }
@@ -190,10 +199,11 @@ uint32_t next_of(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
 class Surface {
 public:
-    explicit Surface(const TriMesh& mesh) : mesh_(mesh), twin_(3 * mesh.triangle_count(), no_neighbour), flipped_(mesh.triangle_count(), false) {}
+    explicit Surface(const TriMesh& mesh)
+        : mesh_(mesh), twin_(3 * mesh.triangle_count(), no_neighbour), flipped_(mesh.triangle_count(), false) {}
 
-    // Pairs half-edges across each edge; more than two are paired where they enclose a piece of the inside, or not at all. Returns how
-    // many edges had more than two.
+    // Pairs half-edges across each edge; more than two are paired where they enclose a piece of the inside, or not at
+    // all. Returns how many edges had more than two.
     uint64_t pair(bool pair_crowded) {
         uint64_t crowded = 0;
         std::vector<uint32_t> low(twin_.size());
@@ -202,7 +212,8 @@ public:
         const auto high = [&](uint32_t h) { return std::max(from(h), to(h)); };
         for (size_t v = 0; v < mesh_.positions.size(); ++v) {
             const auto begin = edges.item.begin() + edges.first[v], end = edges.item.begin() + edges.first[v + 1];
-            std::sort(begin, end, [&](uint32_t a, uint32_t b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
+            std::sort(begin, end,
+                      [&](uint32_t a, uint32_t b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
             for (auto i = begin; i != end;) {
                 auto j = i;
                 while (j != end && high(*j) == high(*i)) ++j;
@@ -268,14 +279,15 @@ public:
         for (uint32_t c = 0; c < vertex.size(); ++c) vertex[c] = from(c);
         const Grouped corners = group(vertex, mesh.positions.size());
         const size_t vertices = mesh.positions.size();
-        std::vector<std::pair<uint32_t, uint32_t>> fan_vertex;                // of this vertex: fan to its vertex
-        std::vector<std::array<uint32_t, 3>> copies;                          // of this vertex: wedge, new vertex, new wedge
+        std::vector<std::pair<uint32_t, uint32_t>> fan_vertex;  // of this vertex: fan to its vertex
+        std::vector<std::array<uint32_t, 3>> copies;            // of this vertex: wedge, new vertex, new wedge
         for (size_t v = 0; v < vertices; ++v) {
             fan_vertex.clear();
             copies.clear();
             for (uint32_t i = corners.first[v]; i < corners.first[v + 1]; ++i) {
                 const uint32_t corner = corners.item[i], fan = fans.find(corner);
-                auto found = std::find_if(fan_vertex.begin(), fan_vertex.end(), [&](const auto& f) { return f.first == fan; });
+                auto found =
+                    std::find_if(fan_vertex.begin(), fan_vertex.end(), [&](const auto& f) { return f.first == fan; });
                 if (found == fan_vertex.end()) {
                     uint32_t own = static_cast<uint32_t>(v);
                     if (!fan_vertex.empty()) {
@@ -289,7 +301,8 @@ public:
                 }
                 if (found->second == v) continue;
                 uint32_t& wedge = mesh.triangles[corner / 3][corner % 3];
-                auto copy = std::find_if(copies.begin(), copies.end(), [&](const auto& c) { return c[0] == wedge && c[1] == found->second; });
+                auto copy = std::find_if(copies.begin(), copies.end(),
+                                         [&](const auto& c) { return c[0] == wedge && c[1] == found->second; });
                 if (copy == copies.end()) {
                     copies.push_back({wedge, found->second, copy_wedge(mesh, wedge, found->second)});
                     copy = std::prev(copies.end());
@@ -320,15 +333,16 @@ private:
         return static_cast<uint32_t>(mesh.wedge_vertex.size() - 1);
     }
 
-    // Around the edge from its lower to its higher vertex, by angle: a triangle that runs downwards has the inside ahead of it,
-    // one that runs upwards has it behind. The two that enclose a piece of the inside belong together.
+    // Around the edge from its lower to its higher vertex, by angle: a triangle that runs downwards has the inside
+    // ahead of it, one that runs upwards has it behind. The two that enclose a piece of the inside belong together.
     void pair_around(std::span<const uint32_t> edges) {
         const uint32_t low = std::min(from(edges[0]), to(edges[0])), high = std::max(from(edges[0]), to(edges[0]));
         const glm::dvec3 a(mesh_.positions[low]), axis = glm::dvec3(mesh_.positions[high]) - a;
         const double length = glm::length(axis);
         if (!(length > 0)) return;
         const glm::dvec3 unit = axis / length;
-        const glm::dvec3 side = glm::normalize(std::abs(unit.x) < 0.6 ? glm::cross(unit, glm::dvec3(1, 0, 0)) : glm::cross(unit, glm::dvec3(0, 1, 0)));
+        const glm::dvec3 side = glm::normalize(std::abs(unit.x) < 0.6 ? glm::cross(unit, glm::dvec3(1, 0, 0))
+                                                                      : glm::cross(unit, glm::dvec3(0, 1, 0)));
         const glm::dvec3 up = glm::cross(unit, side);
         std::vector<std::pair<double, uint32_t>> around;
         for (const uint32_t h : edges) {
@@ -338,7 +352,8 @@ private:
         std::sort(around.begin(), around.end());
         for (size_t i = 0; i < around.size(); ++i) {
             const uint32_t down = around[i].second, upward = around[(i + 1) % around.size()].second;
-            if (from(down) == high && from(upward) == low && twin_[upward] == no_neighbour && twin_[down] == no_neighbour) {
+            if (from(down) == high && from(upward) == low && twin_[upward] == no_neighbour &&
+                twin_[down] == no_neighbour) {
                 twin_[down] = upward;
                 twin_[upward] = down;
             }
@@ -353,7 +368,8 @@ private:
             const glm::dvec3 origin(mesh_.position_of(piece[0], 0));
             double volume = 0;
             for (const uint32_t t : piece) {
-                const glm::dvec3 a = glm::dvec3(mesh_.position_of(t, 0)) - origin, b = glm::dvec3(mesh_.position_of(t, 1)) - origin,
+                const glm::dvec3 a = glm::dvec3(mesh_.position_of(t, 0)) - origin,
+                                 b = glm::dvec3(mesh_.position_of(t, 1)) - origin,
                                  c = glm::dvec3(mesh_.position_of(t, 2)) - origin;
                 volume += (flipped_[t] ? -1 : 1) * glm::dot(a, glm::cross(b, c));
             }
@@ -374,8 +390,8 @@ private:
 }  // namespace
 
 bool RepairReport::changed() const {
-    return welded_vertices + degenerate_triangles + duplicate_triangles + flipped_triangles + non_manifold_edges + non_orientable_edges +
-               non_manifold_vertices + unreferenced_vertices >
+    return welded_vertices + degenerate_triangles + duplicate_triangles + flipped_triangles + non_manifold_edges +
+               non_orientable_edges + non_manifold_vertices + unreferenced_vertices >
            0;
 }
 
@@ -384,8 +400,10 @@ Result<RepairReport> repair(TriMesh& mesh, const RepairOptions& options) {
     if (options.weld) weld(mesh, options, report);
     drop_degenerate(mesh, report);
     drop_duplicates(mesh, report);
-    if (mesh.triangles.empty()) return fail(Fault::format, "no triangle is left after repair; every face was degenerate");
-    if (mesh.triangles.size() > (~0u - 1) / 3) return fail(Fault::machine, "more triangles than 32-bit half-edges can number");
+    if (mesh.triangles.empty())
+        return fail(Fault::format, "no triangle is left after repair; every face was degenerate");
+    if (mesh.triangles.size() > (~0u - 1) / 3)
+        return fail(Fault::machine, "more triangles than 32-bit half-edges can number");
     {
         Surface surface(mesh);
         report.non_manifold_edges = surface.pair(true);

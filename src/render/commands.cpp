@@ -51,8 +51,8 @@ void CommandPool::run(const std::function<void(VkCommandBuffer)>& record) const 
     vkFreeCommandBuffers(device_.handle(), pool_.get(), 1, &commands);
 }
 
-void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stages, VkAccessFlags2 from_access, VkPipelineStageFlags2 to_stages,
-                    VkAccessFlags2 to_access) {
+void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stages, VkAccessFlags2 from_access,
+                    VkPipelineStageFlags2 to_stages, VkAccessFlags2 to_access) {
     VkMemoryBarrier2 barrier{};
     barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;
     barrier.srcStageMask = from_stages;

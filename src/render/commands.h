@@ -23,7 +23,7 @@ private:
     OwnedCommandPool pool_;
 };
 
-void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stages, VkAccessFlags2 from_access, VkPipelineStageFlags2 to_stages,
-                    VkAccessFlags2 to_access);
+void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stages, VkAccessFlags2 from_access,
+                    VkPipelineStageFlags2 to_stages, VkAccessFlags2 to_access);
 
 }  // namespace lodestone

@@ -21,7 +21,8 @@ std::vector<T> enumerate(Enumerate&& call) {
 }
 
 bool has_extension(const std::vector<VkExtensionProperties>& extensions, const char* name) {
-    return std::any_of(extensions.begin(), extensions.end(), [&](const auto& e) { return std::strcmp(e.extensionName, name) == 0; });
+    return std::any_of(extensions.begin(), extensions.end(),
+                       [&](const auto& e) { return std::strcmp(e.extensionName, name) == 0; });
 }
 
 DeviceInfo describe(VkPhysicalDevice physical) {
@@ -38,12 +39,14 @@ DeviceInfo describe(VkPhysicalDevice physical) {
     info.driver = std::string(driver.driverName) + " " + driver.driverInfo;
     info.software = properties.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
     for (uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
-        if (memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) info.device_local_bytes += memory.memoryHeaps[i].size;
+        if (memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT)
+            info.device_local_bytes += memory.memoryHeaps[i].size;
     }
     return info;
 }
 
-VkInstance bare_instance(const std::vector<const char*>& layers, const std::vector<const char*>& extensions, const void* next) {
+VkInstance bare_instance(const std::vector<const char*>& layers, const std::vector<const char*>& extensions,
+                         const void* next) {
     VkApplicationInfo application{};
     application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
     application.pApplicationName = "lodestone";
@@ -62,7 +65,9 @@ VkInstance bare_instance(const std::vector<const char*>& layers, const std::vect
 }
 
 std::vector<VkPhysicalDevice> physical_devices(VkInstance instance) {
-    return enumerate<VkPhysicalDevice>([&](uint32_t* count, VkPhysicalDevice* devices) { return vkEnumeratePhysicalDevices(instance, count, devices); });
+    return enumerate<VkPhysicalDevice>([&](uint32_t* count, VkPhysicalDevice* devices) {
+        return vkEnumeratePhysicalDevices(instance, count, devices);
+    });
 }
 
 }  // namespace
@@ -83,7 +88,8 @@ Device::Device(const std::string& wanted, bool validation) {
     } catch (...) {
         // The destructor does not run for a half-made object.
         if (messenger_ != VK_NULL_HANDLE) {
-            reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"))(instance_, messenger_, nullptr);
+            reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
+                vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"))(instance_, messenger_, nullptr);
         }
         if (instance_ != VK_NULL_HANDLE) vkDestroyInstance(instance_, nullptr);
         throw;
@@ -93,12 +99,14 @@ Device::Device(const std::string& wanted, bool validation) {
 Device::~Device() {
     vkDestroyDevice(device_, nullptr);
     if (messenger_ != VK_NULL_HANDLE) {
-        reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"))(instance_, messenger_, nullptr);
+        reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
+            vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"))(instance_, messenger_, nullptr);
     }
     vkDestroyInstance(instance_, nullptr);
 }
 
-VkBool32 Device::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT, const VkDebugUtilsMessengerCallbackDataEXT* data, void* self) {
+VkBool32 Device::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
+                            const VkDebugUtilsMessengerCallbackDataEXT* data, void* self) {
     auto* device = static_cast<Device*>(self);
     const std::lock_guard lock(device->messages_mutex_);
     device->messages_.emplace_back(data->pMessage);
@@ -107,20 +115,27 @@ VkBool32 Device::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtils
 
 void Device::make_instance(bool validation) {
     std::vector<const char*> layers, extensions;
-    const auto known = enumerate<VkExtensionProperties>([](uint32_t* n, VkExtensionProperties* e) { return vkEnumerateInstanceExtensionProperties(nullptr, n, e); });
+    const auto known = enumerate<VkExtensionProperties>(
+        [](uint32_t* n, VkExtensionProperties* e) { return vkEnumerateInstanceExtensionProperties(nullptr, n, e); });
     debug_utils_ = has_extension(known, VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
     if (validation) {
-        const auto present = enumerate<VkLayerProperties>([](uint32_t* n, VkLayerProperties* l) { return vkEnumerateInstanceLayerProperties(n, l); });
-        const bool found = std::any_of(present.begin(), present.end(), [](const auto& l) { return std::strcmp(l.layerName, validation_layer) == 0; });
-        if (!found) throw VulkanFailure("validation was asked for and " + std::string(validation_layer) + " is not installed; install vulkan-validationlayers");
+        const auto present = enumerate<VkLayerProperties>(
+            [](uint32_t* n, VkLayerProperties* l) { return vkEnumerateInstanceLayerProperties(n, l); });
+        const bool found = std::any_of(present.begin(), present.end(),
+                                       [](const auto& l) { return std::strcmp(l.layerName, validation_layer) == 0; });
+        if (!found)
+            throw VulkanFailure("validation was asked for and " + std::string(validation_layer) +
+                                " is not installed; install vulkan-validationlayers");
         layers.push_back(validation_layer);
         debug_utils_ = true;  // the layer brings it
     }
     if (debug_utils_) extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
     VkDebugUtilsMessengerCreateInfoEXT messenger{};
     messenger.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT;
-    messenger.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
-    messenger.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+    messenger.messageSeverity =
+        VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    messenger.messageType =
+        VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
     messenger.pfnUserCallback = on_message;
     messenger.pUserData = this;
     const VkValidationFeatureEnableEXT enabled[] = {VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT};
@@ -131,26 +146,33 @@ void Device::make_instance(bool validation) {
     features.pEnabledValidationFeatures = enabled;
     instance_ = bare_instance(layers, extensions, validation ? &features : nullptr);
     if (validation) {
-        const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
+        const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
+            vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
         LODE_VK(create(instance_, &messenger, nullptr, &messenger_));
     }
 }
 
 void Device::choose(const std::string& wanted) {
     const auto devices = physical_devices(instance_);
-    if (devices.empty()) throw VulkanFailure("no Vulkan device found; install a driver, or mesa-vulkan-drivers for the software rasteriser");
+    if (devices.empty())
+        throw VulkanFailure(
+            "no Vulkan device found; install a driver, or mesa-vulkan-drivers for the software rasteriser");
     std::vector<DeviceInfo> infos;
     for (VkPhysicalDevice d : devices) infos.push_back(describe(d));
     size_t chosen = devices.size();
     size_t number = 0;
     const char* end = wanted.data() + wanted.size();
     if (wanted.empty()) {
-        chosen = static_cast<size_t>(std::find_if(infos.begin(), infos.end(), [](const DeviceInfo& i) { return !i.software; }) - infos.begin());
+        chosen = static_cast<size_t>(
+            std::find_if(infos.begin(), infos.end(), [](const DeviceInfo& i) { return !i.software; }) - infos.begin());
         if (chosen == devices.size()) chosen = 0;
     } else if (std::from_chars(wanted.data(), end, number).ptr == end) {
         chosen = number;
     } else {
-        chosen = static_cast<size_t>(std::find_if(infos.begin(), infos.end(), [&](const DeviceInfo& i) { return i.name.find(wanted) != std::string::npos; }) - infos.begin());
+        chosen = static_cast<size_t>(
+            std::find_if(infos.begin(), infos.end(),
+                         [&](const DeviceInfo& i) { return i.name.find(wanted) != std::string::npos; }) -
+            infos.begin());
     }
     if (chosen >= devices.size()) {
         std::string names;
@@ -164,7 +186,8 @@ void Device::choose(const std::string& wanted) {
 void Device::make_device() {
     VkPhysicalDeviceProperties properties{};
     vkGetPhysicalDeviceProperties(physical_, &properties);
-    if (properties.apiVersion < VK_API_VERSION_1_3) throw VulkanFailure(info_.name + " has no Vulkan 1.3; update its driver or choose another with --device");
+    if (properties.apiVersion < VK_API_VERSION_1_3)
+        throw VulkanFailure(info_.name + " has no Vulkan 1.3; update its driver or choose another with --device");
     limits_ = properties.limits;
     vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
     const auto families = enumerate<VkQueueFamilyProperties>([&](uint32_t* n, VkQueueFamilyProperties* q) {
@@ -189,7 +212,8 @@ void Device::make_device() {
     have.pNext = &have12;
     vkGetPhysicalDeviceFeatures2(physical_, &have);
     const auto need = [&](VkBool32 present, const char* feature) {
-        if (present == VK_FALSE) throw VulkanFailure(info_.name + " lacks the feature " + feature + "; choose another with --device");
+        if (present == VK_FALSE)
+            throw VulkanFailure(info_.name + " lacks the feature " + feature + "; choose another with --device");
     };
     need(have13.dynamicRendering, "dynamicRendering");
     need(have13.synchronization2, "synchronization2");
@@ -232,9 +256,12 @@ void Device::make_device() {
     LODE_VK(vkCreateDevice(physical_, &create, nullptr, &device_));
     vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
     if (debug_utils_) {
-        set_name_ = reinterpret_cast<PFN_vkSetDebugUtilsObjectNameEXT>(vkGetInstanceProcAddr(instance_, "vkSetDebugUtilsObjectNameEXT"));
-        begin_label_ = reinterpret_cast<PFN_vkCmdBeginDebugUtilsLabelEXT>(vkGetInstanceProcAddr(instance_, "vkCmdBeginDebugUtilsLabelEXT"));
-        end_label_ = reinterpret_cast<PFN_vkCmdEndDebugUtilsLabelEXT>(vkGetInstanceProcAddr(instance_, "vkCmdEndDebugUtilsLabelEXT"));
+        set_name_ = reinterpret_cast<PFN_vkSetDebugUtilsObjectNameEXT>(
+            vkGetInstanceProcAddr(instance_, "vkSetDebugUtilsObjectNameEXT"));
+        begin_label_ = reinterpret_cast<PFN_vkCmdBeginDebugUtilsLabelEXT>(
+            vkGetInstanceProcAddr(instance_, "vkCmdBeginDebugUtilsLabelEXT"));
+        end_label_ = reinterpret_cast<PFN_vkCmdEndDebugUtilsLabelEXT>(
+            vkGetInstanceProcAddr(instance_, "vkCmdEndDebugUtilsLabelEXT"));
     }
 }
 

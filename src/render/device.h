@@ -42,7 +42,8 @@ private:
     void make_instance(bool validation);
     void choose(const std::string& wanted);
     void make_device();
-    static VkBool32 VKAPI_PTR on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT type,
+    static VkBool32 VKAPI_PTR on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                         VkDebugUtilsMessageTypeFlagsEXT type,
                                          const VkDebugUtilsMessengerCallbackDataEXT* data, void* self);
 
     VkInstance instance_ = VK_NULL_HANDLE;

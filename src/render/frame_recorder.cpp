@@ -10,15 +10,17 @@ namespace lodestone {
 
 namespace {
 
-constexpr VkPipelineStageFlags2 shader_stages = VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_TESSELLATION_CONTROL_SHADER_BIT |
-                                                VK_PIPELINE_STAGE_2_TESSELLATION_EVALUATION_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT |
-                                                VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT;
+constexpr VkPipelineStageFlags2 shader_stages =
+    VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_TESSELLATION_CONTROL_SHADER_BIT |
+    VK_PIPELINE_STAGE_2_TESSELLATION_EVALUATION_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT |
+    VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT;
 
 VkPipelineStageFlags2 stages_of(const PipelineSpec& spec) {
     if (spec.kind == PipelineKind::compute) return VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT;
     VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
     if (!spec.tessellation_control.empty()) {
-        stages |= VK_PIPELINE_STAGE_2_TESSELLATION_CONTROL_SHADER_BIT | VK_PIPELINE_STAGE_2_TESSELLATION_EVALUATION_SHADER_BIT;
+        stages |= VK_PIPELINE_STAGE_2_TESSELLATION_CONTROL_SHADER_BIT |
+                  VK_PIPELINE_STAGE_2_TESSELLATION_EVALUATION_SHADER_BIT;
     }
     return stages;
 }
@@ -32,7 +34,8 @@ bool draws(const Command& command) { return direct_draw(command) != nullptr || i
 FrameRecorder::FrameRecorder(const FrameContext& context, const Plan& plan, const FrameInput& input, const Look& look)
     : c_(context), plan_(plan), input_(input), look_(look), commands_(context.slot.commands) {
     LODE_CHECK(plan.generation == c_.recipe.generation, plan.generation, c_.recipe.generation);
-    has_shadow_ = c_.shadow_size > 0 && std::any_of(input.views.begin(), input.views.end(), [](const View& v) { return v.kind == View::Kind::shadow; });
+    has_shadow_ = c_.shadow_size > 0 && std::any_of(input.views.begin(), input.views.end(),
+                                                    [](const View& v) { return v.kind == View::Kind::shadow; });
     cull_back_ = !look.double_sided && !any_mirrored(input.instances);
 }
 
@@ -49,10 +52,12 @@ void FrameRecorder::record() {
         if (labelled) c_.device.begin_label(commands_, name_of(static_cast<Stage>(s)));
         record_stage(static_cast<Stage>(s));
         if (labelled) c_.device.end_label(commands_);
-        if (c_.device.has_timestamps()) vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, c_.slot.timestamps.get(), s + 1);
+        if (c_.device.has_timestamps())
+            vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, c_.slot.timestamps.get(), s + 1);
     }
     if (!c_.slot.readbacks.empty()) {
-        memory_barrier(commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
+        memory_barrier(commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                       VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
     }
 }
 
@@ -77,15 +82,17 @@ void FrameRecorder::upload_frame_data() {
     const gpu::FrameConstants constants = frame_constants(input_, look_, c_.shadow_size);
     const auto instances = instance_constants(input_.instances);
     const auto put = [&](const Buffer& buffer, const void* data, uint64_t bytes) {
-        stage_bytes(static_cast<const std::byte*>(data), bytes, [&](VkDeviceSize staged, uint64_t done, uint64_t length) {
-            const VkBufferCopy region{staged, done, length};
-            vkCmdCopyBuffer(commands_, c_.slot.staging.get(), buffer.get(), 1, &region);
-        });
+        stage_bytes(static_cast<const std::byte*>(data), bytes,
+                    [&](VkDeviceSize staged, uint64_t done, uint64_t length) {
+                        const VkBufferCopy region{staged, done, length};
+                        vkCmdCopyBuffer(commands_, c_.slot.staging.get(), buffer.get(), 1, &region);
+                    });
     };
     put(c_.slot.constants, &constants, sizeof constants);
     put(c_.slot.instances, instances.data(), instances.size() * sizeof instances[0]);
     put(c_.slot.instance_ids, plan_.instance_ids.data(), plan_.instance_ids.size() * sizeof plan_.instance_ids[0]);
-    memory_barrier(commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, shader_stages, VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
+    memory_barrier(commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, shader_stages,
+                   VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
 }
 
 void FrameRecorder::upload(const Upload& command) {
@@ -110,16 +117,19 @@ void FrameRecorder::upload(const Upload& command) {
 
 void FrameRecorder::flush_uploads() {
     if (pending_.empty()) return;
-    std::stable_sort(pending_.begin(), pending_.end(), [](const PendingUpload& a, const PendingUpload& b) { return a.buffer < b.buffer; });
+    std::stable_sort(pending_.begin(), pending_.end(),
+                     [](const PendingUpload& a, const PendingUpload& b) { return a.buffer < b.buffer; });
     for (size_t i = 0; i < pending_.size(); ++i) {
-        if (i == 0 || pending_[i].buffer != pending_[i - 1].buffer) c_.hazards.use(pending_[i].buffer, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
+        if (i == 0 || pending_[i].buffer != pending_[i - 1].buffer)
+            c_.hazards.use(pending_[i].buffer, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
     }
     c_.hazards.flush(commands_);
     std::vector<VkBufferCopy> regions;
     for (size_t i = 0; i < pending_.size(); ++i) {
         regions.push_back(pending_[i].region);
         if (i + 1 < pending_.size() && pending_[i + 1].destination == pending_[i].destination) continue;
-        vkCmdCopyBuffer(commands_, c_.slot.staging.get(), pending_[i].destination, static_cast<uint32_t>(regions.size()), regions.data());
+        vkCmdCopyBuffer(commands_, c_.slot.staging.get(), pending_[i].destination,
+                        static_cast<uint32_t>(regions.size()), regions.data());
         regions.clear();
     }
     pending_.clear();
@@ -127,12 +137,15 @@ void FrameRecorder::flush_uploads() {
 }
 
 void FrameRecorder::copy(const Copy& command) {
-    LODE_CHECK(command.source < c_.built.buffers.size() && command.destination < c_.built.buffers.size(), command.source, command.destination);
+    LODE_CHECK(command.source < c_.built.buffers.size() && command.destination < c_.built.buffers.size(),
+               command.source, command.destination);
     c_.hazards.use(command.source, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT, false});
-    c_.hazards.use(command.destination, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
+    c_.hazards.use(command.destination, {VK_PIPELINE_STAGE_2_COPY_BIT,
+                                         VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
     c_.hazards.flush(commands_);
     for (const auto& from : c_.built.buffers[command.source].parts(command.source_offset, command.bytes)) {
-        for (const auto& to : c_.built.buffers[command.destination].parts(command.destination_offset + from.done, from.bytes)) {
+        for (const auto& to :
+             c_.built.buffers[command.destination].parts(command.destination_offset + from.done, from.bytes)) {
             const VkBufferCopy region{from.offset + to.done, to.offset, to.bytes};
             vkCmdCopyBuffer(commands_, from.buffer, to.buffer, 1, &region);
         }
@@ -202,7 +215,8 @@ void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     depth_attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
     depth_attachment.imageView = depth.view();
     depth_attachment.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
-    depth_attachment.loadOp = clear && stage != Stage::colour ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+    depth_attachment.loadOp =
+        clear && stage != Stage::colour ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
     depth_attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
     depth_attachment.clearValue.depthStencil = {0, 0};
     VkRenderingAttachmentInfo colour_attachment{};
@@ -231,12 +245,18 @@ void FrameRecorder::use_draw_buffers(const Draw& draw, const DrawIndirect* indir
     LODE_CHECK(draw.pipeline < c_.built.pipelines.size(), draw.pipeline);
     const PipelineSpec& spec = c_.recipe.pipelines[draw.pipeline];
     LODE_CHECK(spec.kind == PipelineKind::draw, spec.name);
-    if (spec.layout.stride > 0) c_.hazards.use(draw.vertex_buffer, {VK_PIPELINE_STAGE_2_VERTEX_ATTRIBUTE_INPUT_BIT, VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT, false});
-    if (draw.index_buffer != no_buffer) c_.hazards.use(draw.index_buffer, {VK_PIPELINE_STAGE_2_INDEX_INPUT_BIT, VK_ACCESS_2_INDEX_READ_BIT, false});
+    if (spec.layout.stride > 0)
+        c_.hazards.use(draw.vertex_buffer,
+                       {VK_PIPELINE_STAGE_2_VERTEX_ATTRIBUTE_INPUT_BIT, VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT, false});
+    if (draw.index_buffer != no_buffer)
+        c_.hazards.use(draw.index_buffer, {VK_PIPELINE_STAGE_2_INDEX_INPUT_BIT, VK_ACCESS_2_INDEX_READ_BIT, false});
     use_storage(spec, stages_of(spec));
     if (indirect == nullptr) return;
-    c_.hazards.use(indirect->arguments, {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
-    if (indirect->count_buffer != no_buffer) c_.hazards.use(indirect->count_buffer, {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
+    c_.hazards.use(indirect->arguments,
+                   {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
+    if (indirect->count_buffer != no_buffer)
+        c_.hazards.use(indirect->count_buffer,
+                       {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
 }
 
 void FrameRecorder::draw(Stage stage, const Draw& d, const DrawIndirect* indirect) {
@@ -244,18 +264,22 @@ void FrameRecorder::draw(Stage stage, const Draw& d, const DrawIndirect* indirec
     LODE_CHECK(stage == Stage::shadow ? input_.views[d.view].kind == View::Kind::shadow : d.view == 0, d.view);
     if (indirect == nullptr && (d.count == 0 || d.instances == 0)) return;
     const BuiltPipeline& pipeline = c_.built.pipelines[d.pipeline];
-    const Variant variant = stage == Stage::shadow ? Variant::shadow : stage == Stage::depth ? Variant::depth : Variant::colour;
+    const Variant variant = stage == Stage::shadow  ? Variant::shadow
+                            : stage == Stage::depth ? Variant::depth
+                                                    : Variant::colour;
     bind(pipeline, pipeline.draw[static_cast<int>(variant)].get(), d.view, d.words);
     if (c_.recipe.pipelines[d.pipeline].layout.stride > 0) {
         const VkBuffer vertices = c_.built.buffers[d.vertex_buffer].whole();
-        if (vertices != bound_vertices_ || d.vertex_offset != bound_vertex_offset_) vkCmdBindVertexBuffers(commands_, 0, 1, &vertices, &d.vertex_offset);
+        if (vertices != bound_vertices_ || d.vertex_offset != bound_vertex_offset_)
+            vkCmdBindVertexBuffers(commands_, 0, 1, &vertices, &d.vertex_offset);
         bound_vertices_ = vertices;
         bound_vertex_offset_ = d.vertex_offset;
     }
     const bool indexed = d.index_buffer != no_buffer;
     if (indexed) {
         const VkBuffer indices = c_.built.buffers[d.index_buffer].whole();
-        if (indices != bound_indices_ || d.index_offset != bound_index_offset_) vkCmdBindIndexBuffer(commands_, indices, d.index_offset, VK_INDEX_TYPE_UINT32);
+        if (indices != bound_indices_ || d.index_offset != bound_index_offset_)
+            vkCmdBindIndexBuffer(commands_, indices, d.index_offset, VK_INDEX_TYPE_UINT32);
         bound_indices_ = indices;
         bound_index_offset_ = d.index_offset;
     }
@@ -276,7 +300,8 @@ void FrameRecorder::draw(Stage stage, const Draw& d, const DrawIndirect* indirec
     } else {
         // One record a call: not every device takes more.
         const auto call = indexed ? vkCmdDrawIndexedIndirect : vkCmdDrawIndirect;
-        for (uint32_t i = 0; i < indirect->draws; ++i) call(commands_, arguments, indirect->offset + uint64_t{i} * indirect->stride, 1, indirect->stride);
+        for (uint32_t i = 0; i < indirect->draws; ++i)
+            call(commands_, arguments, indirect->offset + uint64_t{i} * indirect->stride, 1, indirect->stride);
     }
 }
 
@@ -287,10 +312,15 @@ void FrameRecorder::record_stage(Stage stage) {
     }
     const bool renders = (stage == Stage::shadow && has_shadow_) || stage == Stage::depth || stage == Stage::colour;
     const Targets& targets = c_.targets;
-    constexpr ImageUse dropped_depth = {VK_IMAGE_LAYOUT_UNDEFINED, as_depth_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
-                                        VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
-    constexpr ImageUse dropped_colour = {VK_IMAGE_LAYOUT_UNDEFINED, as_colour_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
-    if (stage == Stage::shadow) change_use(commands_, targets.shadow_depth, dropped_depth, has_shadow_ ? as_depth_target : as_sampled);
+    constexpr ImageUse dropped_depth = {
+        VK_IMAGE_LAYOUT_UNDEFINED,
+        as_depth_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+        VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
+    constexpr ImageUse dropped_colour = {VK_IMAGE_LAYOUT_UNDEFINED,
+                                         as_colour_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT,
+                                         VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
+    if (stage == Stage::shadow)
+        change_use(commands_, targets.shadow_depth, dropped_depth, has_shadow_ ? as_depth_target : as_sampled);
     if (stage == Stage::depth) change_use(commands_, targets.depth, dropped_depth, as_depth_target);
     if (stage == Stage::colour) {
         change_use(commands_, targets.depth, as_depth_target, as_depth_target);
@@ -298,7 +328,8 @@ void FrameRecorder::record_stage(Stage stage) {
     }
     // A query cannot span command buffers, and uploads may submit: statistics of the update stage count nothing.
     const bool counts = c_.device.has_statistics();
-    if (counts && stage != Stage::update) vkCmdBeginQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage), 0);
+    if (counts && stage != Stage::update)
+        vkCmdBeginQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage), 0);
 
     bool rendering = false, clear = true;
     bound_pipeline_ = VK_NULL_HANDLE;
@@ -349,7 +380,8 @@ void FrameRecorder::record_stage(Stage stage) {
         begin_rendering(stage, true);
         vkCmdEndRendering(commands_);
     }
-    if (counts && stage == Stage::update) vkCmdBeginQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage), 0);
+    if (counts && stage == Stage::update)
+        vkCmdBeginQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage), 0);
     if (counts) vkCmdEndQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage));
     if (stage == Stage::shadow && has_shadow_) change_use(commands_, targets.shadow_depth, as_depth_target, as_sampled);
 }

@@ -15,7 +15,8 @@ OwnedSampler make_sampler(const Device& device, bool filtered) {
     info.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO;
     info.magFilter = info.minFilter = filtered ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
     info.mipmapMode = filtered ? VK_SAMPLER_MIPMAP_MODE_LINEAR : VK_SAMPLER_MIPMAP_MODE_NEAREST;
-    info.addressModeU = info.addressModeV = info.addressModeW = filtered ? VK_SAMPLER_ADDRESS_MODE_REPEAT : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+    info.addressModeU = info.addressModeV = info.addressModeW =
+        filtered ? VK_SAMPLER_ADDRESS_MODE_REPEAT : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
     info.maxLod = VK_LOD_CLAMP_NONE;
     VkSampler sampler = VK_NULL_HANDLE;
     LODE_VK(vkCreateSampler(device.handle(), &info, nullptr, &sampler));
@@ -131,7 +132,8 @@ std::vector<gpu::InstanceConstants> instance_constants(std::span<const Instance>
 }
 
 bool any_mirrored(std::span<const Instance> instances) {
-    return std::any_of(instances.begin(), instances.end(), [](const Instance& i) { return glm::determinant(glm::mat3(i.object_to_world)) < 0; });
+    return std::any_of(instances.begin(), instances.end(),
+                       [](const Instance& i) { return glm::determinant(glm::mat3(i.object_to_world)) < 0; });
 }
 
 }  // namespace lodestone

@@ -15,20 +15,23 @@ VkDeviceSize Staging::put(const void* data, VkDeviceSize bytes) {
     return offset;
 }
 
-bool ensure_buffer(BlockAllocator& allocator, Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage, const char* name) {
+bool ensure_buffer(BlockAllocator& allocator, Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage,
+                   const char* name) {
     if (buffer.bytes() >= bytes && buffer.get() != VK_NULL_HANDLE) return false;
-    buffer = Buffer(allocator, std::max<VkDeviceSize>(bytes, 2 * buffer.bytes()), usage | VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::device_local, name);
+    buffer = Buffer(allocator, std::max<VkDeviceSize>(bytes, 2 * buffer.bytes()),
+                    usage | VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::device_local, name);
     return true;
 }
 
 FrameCounters read_counters(const Device& device, const FrameSlot& slot) {
     FrameCounters counters;
     counters.frame = slot.frame;
-    counters.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - slot.submitted_at).count();
+    counters.total_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - slot.submitted_at).count();
     if (device.has_statistics()) {
         uint64_t values[stage_count][3] = {};
-        LODE_VK(vkGetQueryPoolResults(device.handle(), slot.statistics.get(), 0, stage_count, sizeof values, values, sizeof values[0],
-                                      VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+        LODE_VK(vkGetQueryPoolResults(device.handle(), slot.statistics.get(), 0, stage_count, sizeof values, values,
+                                      sizeof values[0], VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
         for (size_t s = 0; s < stage_count; ++s) {
             // In the order of the bits in VkQueryPipelineStatisticFlags.
             counters.pass[s].input_primitives = values[s][0];
@@ -38,10 +41,11 @@ FrameCounters read_counters(const Device& device, const FrameSlot& slot) {
     }
     if (device.has_timestamps()) {
         uint64_t ticks[stage_count + 1] = {};
-        LODE_VK(vkGetQueryPoolResults(device.handle(), slot.timestamps.get(), 0, stage_count + 1, sizeof ticks, ticks, sizeof ticks[0],
-                                      VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+        LODE_VK(vkGetQueryPoolResults(device.handle(), slot.timestamps.get(), 0, stage_count + 1, sizeof ticks, ticks,
+                                      sizeof ticks[0], VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
         const double ms_per_tick = static_cast<double>(device.limits().timestampPeriod) * 1e-6;
-        for (size_t s = 0; s < stage_count; ++s) counters.pass[s].gpu_ms = static_cast<double>(ticks[s + 1] - ticks[s]) * ms_per_tick;
+        for (size_t s = 0; s < stage_count; ++s)
+            counters.pass[s].gpu_ms = static_cast<double>(ticks[s + 1] - ticks[s]) * ms_per_tick;
         counters.gpu_ms = static_cast<double>(ticks[stage_count] - ticks[0]) * ms_per_tick;
     }
     return counters;

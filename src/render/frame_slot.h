@@ -16,7 +16,8 @@ inline constexpr VkDeviceSize staging_bytes = VkDeviceSize{16} << 20;
 class Staging {
 public:
     Staging() = default;
-    Staging(BlockAllocator& allocator, VkDeviceSize bytes) : buffer_(allocator, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging, "staging") {}
+    Staging(BlockAllocator& allocator, VkDeviceSize bytes)
+        : buffer_(allocator, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging, "staging") {}
     VkDeviceSize free_bytes() const { return buffer_.bytes() - used_; }
     // Copies the bytes in; returns their offset. They must fit free_bytes().
     VkDeviceSize put(const void* data, VkDeviceSize bytes);
@@ -46,7 +47,8 @@ struct FrameSlot {
 };
 
 // Makes sure the buffer holds at least `bytes`; true if it was made anew.
-bool ensure_buffer(BlockAllocator& allocator, Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage, const char* name);
+bool ensure_buffer(BlockAllocator& allocator, Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage,
+                   const char* name);
 
 // Counters of a finished slot.
 FrameCounters read_counters(const Device& device, const FrameSlot& slot);

@@ -1,5 +1,5 @@
-// Derives the barriers between uses of buffers from what each use reads and writes. One instance follows all buffers of a recipe
-// through all frames of a queue, so frames in flight need no other care.
+// Derives the barriers between uses of buffers from what each use reads and writes. One instance follows all buffers of
+// a recipe through all frames of a queue, so frames in flight need no other care.
 #pragma once
 
 #include <vector>
@@ -24,7 +24,8 @@ public:
 
 private:
     struct State {
-        VkPipelineStageFlags2 write_stages = 0, read_stages = 0;  // since the last write: the write itself, the reads after it
+        VkPipelineStageFlags2 write_stages = 0,
+                              read_stages = 0;  // since the last write: the write itself, the reads after it
         VkAccessFlags2 write_access = 0;
         VkPipelineStageFlags2 visible_stages = 0;  // reads the last write was made visible to
         VkAccessFlags2 visible_access = 0;

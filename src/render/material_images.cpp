@@ -60,8 +60,9 @@ MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool
     const uint32_t mips = static_cast<uint32_t>(std::countr_zero(size)) + 1;
     const VkPhysicalDeviceLimits& limits = allocator.device().limits();
     if (layers > limits.maxImageArrayLayers || size > limits.maxImageDimension2D) {
-        throw VulkanFailure("the scene has " + std::to_string(layers) + " textures of " + std::to_string(size) + " texels a side; the device takes " +
-                            std::to_string(limits.maxImageArrayLayers) + " of " + std::to_string(limits.maxImageDimension2D));
+        throw VulkanFailure("the scene has " + std::to_string(layers) + " textures of " + std::to_string(size) +
+                            " texels a side; the device takes " + std::to_string(limits.maxImageArrayLayers) + " of " +
+                            std::to_string(limits.maxImageDimension2D));
     }
 
     // Levels one after the other, all layers of a level together.
@@ -71,7 +72,8 @@ MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool
     for (uint32_t l = 0; l < layers; ++l) {
         const size_t count = size_t{size} * size;
         if (textured) {
-            level[l].assign(set.texels.begin() + static_cast<ptrdiff_t>(l * count), set.texels.begin() + static_cast<ptrdiff_t>((l + 1) * count));
+            level[l].assign(set.texels.begin() + static_cast<ptrdiff_t>(l * count),
+                            set.texels.begin() + static_cast<ptrdiff_t>((l + 1) * count));
         } else {
             level[l].assign(count, glm::u8vec4(255));
         }
@@ -89,19 +91,26 @@ MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool
     }
 
     const VkDeviceSize table_bytes = table.size() * sizeof table[0], texel_bytes = all.size() * sizeof all[0];
-    made.table = Buffer(allocator, table_bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::device_local, "materials");
-    made.textures = TargetImage(
-        allocator, {VK_FORMAT_R8G8B8A8_SRGB, size, size, layers, mips, VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT, true}, "textures");
-    const Buffer staged_table(allocator, table_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging, "staged materials");
-    const Buffer staged_texels(allocator, texel_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging, "staged textures");
+    made.table = Buffer(allocator, table_bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                        MemoryKind::device_local, "materials");
+    made.textures = TargetImage(allocator,
+                                {VK_FORMAT_R8G8B8A8_SRGB, size, size, layers, mips,
+                                 VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT, true},
+                                "textures");
+    const Buffer staged_table(allocator, table_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging,
+                              "staged materials");
+    const Buffer staged_texels(allocator, texel_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging,
+                               "staged textures");
     std::memcpy(staged_table.mapped(), table.data(), table_bytes);
     std::memcpy(staged_texels.mapped(), all.data(), texel_bytes);
     pool.run([&](VkCommandBuffer commands) {
         const VkBufferCopy copy{0, 0, table_bytes};
         vkCmdCopyBuffer(commands, staged_table.get(), made.table.get(), 1, &copy);
-        memory_barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
+        memory_barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                       VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
         change_use(commands, made.textures, {}, as_copy_destination);
-        vkCmdCopyBufferToImage(commands, staged_texels.get(), made.textures.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, static_cast<uint32_t>(regions.size()), regions.data());
+        vkCmdCopyBufferToImage(commands, staged_texels.get(), made.textures.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                               static_cast<uint32_t>(regions.size()), regions.data());
         change_use(commands, made.textures, as_copy_destination, as_sampled);
     });
     return made;

@@ -8,11 +8,12 @@
 namespace lodestone {
 
 struct MaterialImages {
-    Buffer table;         // gpu::MaterialConstants
+    Buffer table;          // gpu::MaterialConstants
     TargetImage textures;  // sRGB array, one white texel where the scene has none; left as_sampled
 };
 
 // Uploads and waits. Mip levels are averaged in linear light.
-MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool& commands, const MaterialSet& materials);
+MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool& commands,
+                                    const MaterialSet& materials);
 
 }  // namespace lodestone

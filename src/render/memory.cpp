@@ -8,7 +8,9 @@ namespace lodestone {
 
 namespace {
 constexpr VkDeviceSize block_bytes = VkDeviceSize{64} << 20;
-constexpr VkDeviceSize aligned(VkDeviceSize offset, VkDeviceSize alignment) { return (offset + alignment - 1) / alignment * alignment; }
+constexpr VkDeviceSize aligned(VkDeviceSize offset, VkDeviceSize alignment) {
+    return (offset + alignment - 1) / alignment * alignment;
+}
 }  // namespace
 
 BlockAllocator::~BlockAllocator() {
@@ -22,7 +24,9 @@ uint32_t BlockAllocator::memory_type(uint32_t allowed, MemoryKind kind) const {
     constexpr VkMemoryPropertyFlags host = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
     const auto find = [&](VkMemoryPropertyFlags needed) {
         uint32_t type = 0;
-        while (type < memory.memoryTypeCount && ((allowed >> type & 1) == 0 || (memory.memoryTypes[type].propertyFlags & needed) != needed)) ++type;
+        while (type < memory.memoryTypeCount &&
+               ((allowed >> type & 1) == 0 || (memory.memoryTypes[type].propertyFlags & needed) != needed))
+            ++type;
         return type;
     };
     uint32_t type = kind == MemoryKind::device_local ? find(VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT)
@@ -33,7 +37,8 @@ uint32_t BlockAllocator::memory_type(uint32_t allowed, MemoryKind kind) const {
     return type;
 }
 
-BlockAllocator::Block& BlockAllocator::add_block(uint32_t type, VkDeviceSize bytes, bool mapped, bool linear, bool dedicated) {
+BlockAllocator::Block& BlockAllocator::add_block(uint32_t type, VkDeviceSize bytes, bool mapped, bool linear,
+                                                 bool dedicated) {
     VkMemoryAllocateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
     info.allocationSize = bytes;
@@ -58,14 +63,16 @@ BlockAllocator::Piece BlockAllocator::allocate(const VkMemoryRequirements& requi
         block.holes.erase(hole);
         if (begin > hole) block.holes[hole] = begin - hole;
         if (end < hole + size) block.holes[end] = hole + size - end;
-        return Piece{block.memory, begin, requirements.size, block.mapped != nullptr ? block.mapped + begin : nullptr, type};
+        return Piece{block.memory, begin, requirements.size, block.mapped != nullptr ? block.mapped + begin : nullptr,
+                     type};
     };
     const bool dedicated = requirements.size >= block_bytes / 2;
     if (!dedicated) {
         for (const auto& block : blocks_[type]) {
             if (block->linear != linear || block->dedicated || (block->mapped != nullptr) != mapped) continue;
             for (const auto& [hole, size] : block->holes) {
-                if (aligned(hole, requirements.alignment) + requirements.size <= hole + size) return take(*block, hole, size);
+                if (aligned(hole, requirements.alignment) + requirements.size <= hole + size)
+                    return take(*block, hole, size);
             }
         }
     }
@@ -75,7 +82,8 @@ BlockAllocator::Piece BlockAllocator::allocate(const VkMemoryRequirements& requi
 
 void BlockAllocator::free(const Piece& piece) {
     auto& blocks = blocks_[piece.type];
-    const auto found = std::find_if(blocks.begin(), blocks.end(), [&](const auto& b) { return b->memory == piece.memory; });
+    const auto found =
+        std::find_if(blocks.begin(), blocks.end(), [&](const auto& b) { return b->memory == piece.memory; });
     LODE_CHECK(found != blocks.end());
     auto& holes = (*found)->holes;
     auto hole = holes.emplace(piece.offset, piece.bytes).first;
@@ -98,7 +106,8 @@ void BlockAllocator::free(const Piece& piece) {
     }
 }
 
-Buffer::Buffer(BlockAllocator& allocator, VkDeviceSize bytes, VkBufferUsageFlags usage, MemoryKind kind, const std::string& name)
+Buffer::Buffer(BlockAllocator& allocator, VkDeviceSize bytes, VkBufferUsageFlags usage, MemoryKind kind,
+               const std::string& name)
     : allocator_(&allocator), bytes_(bytes) {
     const Device& device = allocator.device();
     VkBufferCreateInfo info{};
@@ -134,7 +143,8 @@ Buffer::~Buffer() {
     allocator_->free(piece_);
 }
 
-TargetImage::TargetImage(BlockAllocator& allocator, const ImageSpec& spec, const std::string& name) : allocator_(&allocator), spec_(spec) {
+TargetImage::TargetImage(BlockAllocator& allocator, const ImageSpec& spec, const std::string& name)
+    : allocator_(&allocator), spec_(spec) {
     const Device& device = allocator.device();
     aspect_ = spec.format == VK_FORMAT_D32_SFLOAT ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
     VkImageCreateInfo info{};
@@ -171,7 +181,12 @@ TargetImage::TargetImage(BlockAllocator& allocator, const ImageSpec& spec, const
     }
 }
 TargetImage::TargetImage(TargetImage&& o) noexcept
-    : allocator_(o.allocator_), image_(std::exchange(o.image_, VK_NULL_HANDLE)), spec_(o.spec_), aspect_(o.aspect_), view_(std::move(o.view_)), piece_(o.piece_) {}
+    : allocator_(o.allocator_),
+      image_(std::exchange(o.image_, VK_NULL_HANDLE)),
+      spec_(o.spec_),
+      aspect_(o.aspect_),
+      view_(std::move(o.view_)),
+      piece_(o.piece_) {}
 TargetImage& TargetImage::operator=(TargetImage&& o) noexcept {
     std::swap(allocator_, o.allocator_);
     std::swap(image_, o.image_);

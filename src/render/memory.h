@@ -52,7 +52,8 @@ private:
 class Buffer {
 public:
     Buffer() = default;
-    Buffer(BlockAllocator& allocator, VkDeviceSize bytes, VkBufferUsageFlags usage, MemoryKind kind, const std::string& name);
+    Buffer(BlockAllocator& allocator, VkDeviceSize bytes, VkBufferUsageFlags usage, MemoryKind kind,
+           const std::string& name);
     Buffer(Buffer&& o) noexcept;
     Buffer& operator=(Buffer&& o) noexcept;
     ~Buffer();

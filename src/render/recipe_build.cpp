@@ -33,16 +33,21 @@ SplitBuffer make_buffer(BlockAllocator& allocator, const BufferSpec& spec, uint6
     buffer.segment_bytes = spec.bytes;
     const bool only_storage = (spec.use & ~use_storage) == 0;
     if ((spec.use & use_storage) && spec.bytes > segment_limit) {
-        if (!only_storage) throw VulkanFailure("buffer '" + spec.name + "' is too large to be bound as storage and is put to other uses, so it cannot be split");
+        if (!only_storage)
+            throw VulkanFailure(
+                "buffer '" + spec.name +
+                "' is too large to be bound as storage and is put to other uses, so it cannot be split");
         buffer.segment_bytes = segment_limit / spec.stride * spec.stride;
         if (buffer.segment_bytes == 0 || spec.bytes > buffer.segment_bytes * max_pool_segments) {
-            throw VulkanFailure("buffer '" + spec.name + "' of " + std::to_string(spec.bytes) + " bytes does not fit " + std::to_string(max_pool_segments) +
-                                " bindings of " + std::to_string(segment_limit) + " bytes; lower the budget");
+            throw VulkanFailure("buffer '" + spec.name + "' of " + std::to_string(spec.bytes) + " bytes does not fit " +
+                                std::to_string(max_pool_segments) + " bindings of " + std::to_string(segment_limit) +
+                                " bytes; lower the budget");
         }
     }
     for (uint64_t done = 0; done < spec.bytes; done += buffer.segment_bytes) {
         const uint64_t bytes = std::min(buffer.segment_bytes, spec.bytes - done);
-        buffer.segments.emplace_back(allocator, bytes, usage, MemoryKind::device_local, spec.name + "[" + std::to_string(buffer.segments.size()) + "]");
+        buffer.segments.emplace_back(allocator, bytes, usage, MemoryKind::device_local,
+                                     spec.name + "[" + std::to_string(buffer.segments.size()) + "]");
     }
     return buffer;
 }
@@ -61,11 +66,16 @@ OwnedShader make_shader(const Device& device, const std::string& name) {
 
 VkFormat format_of(VertexFormat format) {
     switch (format) {
-        case VertexFormat::f32x2: return VK_FORMAT_R32G32_SFLOAT;
-        case VertexFormat::f32x3: return VK_FORMAT_R32G32B32_SFLOAT;
-        case VertexFormat::snorm16x2: return VK_FORMAT_R16G16_SNORM;
-        case VertexFormat::unorm8x4: return VK_FORMAT_R8G8B8A8_UNORM;
-        case VertexFormat::u32: return VK_FORMAT_R32_UINT;
+        case VertexFormat::f32x2:
+            return VK_FORMAT_R32G32_SFLOAT;
+        case VertexFormat::f32x3:
+            return VK_FORMAT_R32G32B32_SFLOAT;
+        case VertexFormat::snorm16x2:
+            return VK_FORMAT_R16G16_SNORM;
+        case VertexFormat::unorm8x4:
+            return VK_FORMAT_R8G8B8A8_UNORM;
+        case VertexFormat::u32:
+            return VK_FORMAT_R32_UINT;
     }
     return VK_FORMAT_UNDEFINED;
 }
@@ -76,10 +86,12 @@ public:
     SegmentConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers) {
         constexpr uint32_t first_constant = 16;  // LODE_FIRST_SEGMENT_CONSTANT
         for (const StorageBinding& s : spec.storage) {
-            entries_.push_back({first_constant + s.binding, static_cast<uint32_t>(words_.size() * sizeof(uint32_t)), sizeof(uint32_t)});
+            entries_.push_back({first_constant + s.binding, static_cast<uint32_t>(words_.size() * sizeof(uint32_t)),
+                                sizeof(uint32_t)});
             words_.push_back(static_cast<uint32_t>(buffers[s.buffer].segment_bytes / sizeof(uint32_t)));
         }
-        info_ = {static_cast<uint32_t>(entries_.size()), entries_.data(), words_.size() * sizeof(uint32_t), words_.data()};
+        info_ = {static_cast<uint32_t>(entries_.size()), entries_.data(), words_.size() * sizeof(uint32_t),
+                 words_.data()};
     }
     SegmentConstants(const SegmentConstants&) = delete;
     SegmentConstants& operator=(const SegmentConstants&) = delete;
@@ -108,7 +120,8 @@ struct ShaderStages {
     }
 };
 
-OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout, const VkSpecializationInfo* constants, Variant variant) {
+OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout,
+                                 const VkSpecializationInfo* constants, Variant variant) {
     ShaderStages stages{constants, {}, {}};
     stages.add(device, VK_SHADER_STAGE_VERTEX_BIT, spec.vertex);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, spec.tessellation_control);
@@ -116,7 +129,8 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     if (variant == Variant::colour) stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, spec.fragment);
 
     std::vector<VkVertexInputAttributeDescription> attributes;
-    for (const VertexAttribute& a : spec.layout.attributes) attributes.push_back({a.location, 0, format_of(a.format), a.offset});
+    for (const VertexAttribute& a : spec.layout.attributes)
+        attributes.push_back({a.location, 0, format_of(a.format), a.offset});
     const VkVertexInputBindingDescription binding{0, spec.layout.stride, VK_VERTEX_INPUT_RATE_VERTEX};
     VkPipelineVertexInputStateCreateInfo input{};
     input.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;
@@ -154,7 +168,8 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     blend.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
     blend.attachmentCount = variant == Variant::colour ? 1 : 0;
     blend.pAttachments = &blend_attachment;
-    const VkDynamicState dynamic_states[] = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR, VK_DYNAMIC_STATE_CULL_MODE};
+    const VkDynamicState dynamic_states[] = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR,
+                                             VK_DYNAMIC_STATE_CULL_MODE};
     VkPipelineDynamicStateCreateInfo dynamic{};
     dynamic.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO;
     dynamic.dynamicStateCount = 3;
@@ -186,7 +201,8 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     return {device.handle(), pipeline};
 }
 
-OwnedPipeline make_compute_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout, const VkSpecializationInfo* constants) {
+OwnedPipeline make_compute_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout,
+                                    const VkSpecializationInfo* constants) {
     ShaderStages stages{constants, {}, {}};
     stages.add(device, VK_SHADER_STAGE_COMPUTE_BIT, spec.compute);
     LODE_CHECK(stages.infos.size() == 1, spec.name);
@@ -200,17 +216,20 @@ OwnedPipeline make_compute_pipeline(const Device& device, const PipelineSpec& sp
     return {device.handle(), pipeline};
 }
 
-BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers, VkDescriptorSetLayout frame_layout) {
+BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers,
+                            VkDescriptorSetLayout frame_layout) {
     for (const StorageBinding& s : spec.storage) LODE_CHECK(s.buffer < buffers.size(), s.buffer);
     const SegmentConstants constants(spec, buffers);
     BuiltPipeline built;
     const bool compute = spec.kind == PipelineKind::compute;
     built.bind_point = compute ? VK_PIPELINE_BIND_POINT_COMPUTE : VK_PIPELINE_BIND_POINT_GRAPHICS;
     built.stages = compute ? VK_SHADER_STAGE_COMPUTE_BIT : VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-    if (!spec.tessellation_control.empty()) built.stages |= VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT | VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT;
+    if (!spec.tessellation_control.empty())
+        built.stages |= VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT | VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT;
 
     std::vector<VkDescriptorSetLayoutBinding> bindings;
-    for (const StorageBinding& s : spec.storage) bindings.push_back({s.binding, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, max_pool_segments, built.stages, nullptr});
+    for (const StorageBinding& s : spec.storage)
+        bindings.push_back({s.binding, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, max_pool_segments, built.stages, nullptr});
     VkDescriptorSetLayoutCreateInfo set_info{};
     set_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
     set_info.bindingCount = static_cast<uint32_t>(bindings.size());
@@ -233,7 +252,8 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
     if (compute) {
         built.compute = make_compute_pipeline(device, spec, layout, constants.get());
     } else {
-        for (int v = 0; v < variant_count; ++v) built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), static_cast<Variant>(v));
+        for (int v = 0; v < variant_count; ++v)
+            built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), static_cast<Variant>(v));
     }
     return built;
 }
@@ -266,7 +286,8 @@ void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& 
             const auto& segments = built.buffers[storage.buffer].segments;
             // Segments past the last are bound to the first, so that every descriptor is valid.
             std::vector<VkDescriptorBufferInfo> infos;
-            for (uint32_t s = 0; s < max_pool_segments; ++s) infos.push_back({segments[s < segments.size() ? s : 0].get(), 0, VK_WHOLE_SIZE});
+            for (uint32_t s = 0; s < max_pool_segments; ++s)
+                infos.push_back({segments[s < segments.size() ? s : 0].get(), 0, VK_WHOLE_SIZE});
             VkWriteDescriptorSet write{};
             write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
             write.dstSet = built.pipelines[p].storage_set;
@@ -281,10 +302,12 @@ void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& 
 
 }  // namespace
 
-BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout, uint64_t segment_limit) {
+BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
+                         uint64_t segment_limit) {
     BuiltRecipe built;
     for (const BufferSpec& spec : recipe.buffers) built.buffers.push_back(make_buffer(allocator, spec, segment_limit));
-    for (const PipelineSpec& spec : recipe.pipelines) built.pipelines.push_back(make_pipeline(allocator.device(), spec, built.buffers, frame_layout));
+    for (const PipelineSpec& spec : recipe.pipelines)
+        built.pipelines.push_back(make_pipeline(allocator.device(), spec, built.buffers, frame_layout));
     make_storage_sets(allocator.device(), recipe, built);
     return built;
 }

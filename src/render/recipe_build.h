@@ -45,6 +45,7 @@ struct BuiltRecipe {
 
 // frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split.
 // Throws VulkanFailure; a shader that is not in the library is named.
-BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout, uint64_t segment_limit);
+BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
+                         uint64_t segment_limit);
 
 }  // namespace lodestone

@@ -22,9 +22,7 @@ auto guarded(F&& f) -> Result<decltype(f())> {
         } else {
             return f();
         }
-    } catch (const VulkanFailure& failure) {
-        return fail(Fault::machine, failure.what());
-    }
+    } catch (const VulkanFailure& failure) { return fail(Fault::machine, failure.what()); }
 }
 
 class VulkanRenderer final : public Renderer {
@@ -48,7 +46,8 @@ public:
         return guarded([&] {
             finish_all();
             built_ = {};
-            const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit : device_.limits().maxStorageBufferRange;
+            const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit
+                                                                    : device_.limits().maxStorageBufferRange;
             recipe_ = recipe;
             built_ = build_recipe(allocator_, recipe, sets_.layout(), limit);
             hazards_.reset(recipe.buffers.size());
@@ -74,11 +73,17 @@ public:
             slot.frame = input.frame;
             slot.submitted_at = entered;
             slot.staging.reset();
-            ensure_buffer(allocator_, slot.instances, std::max<size_t>(input.instances.size(), 1) * sizeof(gpu::InstanceConstants), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, "instances");
-            ensure_buffer(allocator_, slot.instance_ids, std::max<size_t>(plan.instance_ids.size(), 1) * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, "instance ids");
+            ensure_buffer(allocator_, slot.instances,
+                          std::max<size_t>(input.instances.size(), 1) * sizeof(gpu::InstanceConstants),
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, "instances");
+            ensure_buffer(allocator_, slot.instance_ids,
+                          std::max<size_t>(plan.instance_ids.size(), 1) * sizeof(uint32_t),
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, "instance ids");
             sets_.write(slot, materials_, targets_);
             CommandPool::begin(slot.commands);
-            FrameRecorder({device_, pool_, allocator_, recipe_, built_, hazards_, targets_, options_.shadow_size, slot}, plan, input, look).record();
+            FrameRecorder({device_, pool_, allocator_, recipe_, built_, hazards_, targets_, options_.shadow_size, slot},
+                          plan, input, look)
+                .record();
             const VkFence fence = slot.fence.get();
             LODE_VK(vkResetFences(device_.handle(), 1, &fence));
             pool_.submit(slot.commands, fence);
@@ -127,7 +132,9 @@ private:
         LODE_VK(vkCreateFence(device_.handle(), &fence_info, nullptr, &fence));
         slot.fence = OwnedFence(device_.handle(), fence);
         slot.staging = Staging(allocator_, staging_bytes);
-        slot.constants = Buffer(allocator_, sizeof(gpu::FrameConstants), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::device_local, "frame constants");
+        slot.constants = Buffer(allocator_, sizeof(gpu::FrameConstants),
+                                VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                MemoryKind::device_local, "frame constants");
         slot.frame_set = sets_.allocate();
         const auto make_queries = [&](VkQueryType type, uint32_t count, VkQueryPipelineStatisticFlags statistics) {
             VkQueryPoolCreateInfo info{};
@@ -140,9 +147,11 @@ private:
             return OwnedQueryPool(device_.handle(), queries);
         };
         if (device_.has_statistics()) {
-            slot.statistics = make_queries(VK_QUERY_TYPE_PIPELINE_STATISTICS, stage_count,
-                                           VK_QUERY_PIPELINE_STATISTIC_INPUT_ASSEMBLY_PRIMITIVES_BIT | VK_QUERY_PIPELINE_STATISTIC_VERTEX_SHADER_INVOCATIONS_BIT |
-                                               VK_QUERY_PIPELINE_STATISTIC_TESSELLATION_EVALUATION_SHADER_INVOCATIONS_BIT);
+            slot.statistics =
+                make_queries(VK_QUERY_TYPE_PIPELINE_STATISTICS, stage_count,
+                             VK_QUERY_PIPELINE_STATISTIC_INPUT_ASSEMBLY_PRIMITIVES_BIT |
+                                 VK_QUERY_PIPELINE_STATISTIC_VERTEX_SHADER_INVOCATIONS_BIT |
+                                 VK_QUERY_PIPELINE_STATISTIC_TESSELLATION_EVALUATION_SHADER_INVOCATIONS_BIT);
         }
         if (device_.has_timestamps()) slot.timestamps = make_queries(VK_QUERY_TYPE_TIMESTAMP, stage_count + 1, 0);
     }
@@ -150,7 +159,8 @@ private:
     void remake_targets(uint32_t width, uint32_t height) {
         const uint32_t most = device_.limits().maxImageDimension2D;
         if (width == 0 || height == 0 || width > most || height > most) {
-            throw VulkanFailure("a picture of " + std::to_string(width) + "x" + std::to_string(height) + " pixels; the device draws 1 to " + std::to_string(most) + " a side");
+            throw VulkanFailure("a picture of " + std::to_string(width) + "x" + std::to_string(height) +
+                                " pixels; the device draws 1 to " + std::to_string(most) + " a side");
         }
         targets_ = {};
         targets_ = make_targets(allocator_, width, height, options_.shadow_size);
@@ -158,7 +168,8 @@ private:
             const VkClearColorValue one{{1, 1, 1, 1}};
             const VkImageSubresourceRange range{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
             change_use(commands, targets_.shadow_transmittance, {}, as_copy_destination);
-            vkCmdClearColorImage(commands, targets_.shadow_transmittance.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &one, 1, &range);
+            vkCmdClearColorImage(commands, targets_.shadow_transmittance.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                                 &one, 1, &range);
             change_use(commands, targets_.shadow_transmittance, as_copy_destination, as_sampled);
         });
         colour_use_ = depth_use_ = {};
@@ -169,7 +180,8 @@ private:
         LODE_VK(vkWaitForFences(device_.handle(), 1, &fence, VK_TRUE, UINT64_MAX));
         slot.busy = false;
         counters_.push_back(read_counters(device_, slot));
-        for (const FrameSlot::PendingReadback& r : slot.readbacks) readbacks_.push_back({r.tag, slot.frame, Blob::copy_of(r.buffer.mapped(), r.buffer.bytes())});
+        for (const FrameSlot::PendingReadback& r : slot.readbacks)
+            readbacks_.push_back({r.tag, slot.frame, Blob::copy_of(r.buffer.mapped(), r.buffer.bytes())});
         slot.readbacks.clear();
     }
 
@@ -186,9 +198,11 @@ private:
         Picture picture;
         picture.width = targets_.colour.spec().width;
         picture.height = targets_.colour.spec().height;
-        if (colour_use_.layout == VK_IMAGE_LAYOUT_UNDEFINED) throw VulkanFailure("no frame was drawn since the picture's size changed");
+        if (colour_use_.layout == VK_IMAGE_LAYOUT_UNDEFINED)
+            throw VulkanFailure("no frame was drawn since the picture's size changed");
         const VkDeviceSize bytes = VkDeviceSize{4} * picture.width * picture.height;
-        const Buffer colour(allocator_, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::readback, "picture colour");
+        const Buffer colour(allocator_, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::readback,
+                            "picture colour");
         const Buffer depth(allocator_, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::readback, "picture depth");
         pool_.run([&](VkCommandBuffer commands) {
             const auto copy = [&](const TargetImage& image, ImageUse& use, const Buffer& to) {
@@ -197,11 +211,13 @@ private:
                 VkBufferImageCopy region{};
                 region.imageSubresource = {image.aspect(), 0, 0, 1};
                 region.imageExtent = {picture.width, picture.height, 1};
-                vkCmdCopyImageToBuffer(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.get(), 1, &region);
+                vkCmdCopyImageToBuffer(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.get(), 1,
+                                       &region);
             };
             copy(targets_.colour, colour_use_, colour);
             copy(targets_.depth, depth_use_, depth);
-            memory_barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
+            memory_barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
         });
         picture.colour.resize(bytes);
         picture.depth.resize(bytes / 4);

@@ -1,5 +1,5 @@
-// Executes plans with Vulkan 1.3 and gives back pictures and counters. The only room that knows Vulkan; it knows no backend
-// and no mesh. No Vulkan type appears here, so what includes this header builds without Vulkan's.
+// Executes plans with Vulkan 1.3 and gives back pictures and counters. The only room that knows Vulkan; it knows no
+// backend and no mesh. No Vulkan type appears here, so what includes this header builds without Vulkan's.
 #pragma once
 
 #include <array>
@@ -18,11 +18,12 @@
 namespace lodestone {
 
 struct RendererOptions {
-    std::string device;            // a number from list_devices(), or part of a device's name; empty: the first real GPU, else the first
+    std::string
+        device;  // a number from list_devices(), or part of a device's name; empty: the first real GPU, else the first
     uint32_t width = 1280, height = 720;  // pixels of the camera views, 1 .. 16384
-    uint32_t shadow_size = 2048;   // texels a side; 0 for no shadow map
-    uint32_t frames_in_flight = 2;  // 1 .. 4
-    bool validation = false;       // core and synchronisation validation; messages are collected in validation_messages()
+    uint32_t shadow_size = 2048;          // texels a side; 0 for no shadow map
+    uint32_t frames_in_flight = 2;        // 1 .. 4
+    bool validation = false;  // core and synchronisation validation; messages are collected in validation_messages()
     uint32_t segment_bytes_limit = 0;  // tests: split storage buffers above this size, 0 takes the device's limit
 };
 
@@ -38,7 +39,7 @@ enum class DebugView : uint32_t { none, level, triangle, normal, uv, material };
 // How a frame is lit and shown; the same for every backend.
 struct Look {
     glm::vec3 light_direction{-0.4f, -0.8f, -0.45f};  // from the light towards the scene, any length
-    glm::vec3 light_colour{2.1f, 2.0f, 1.85f};         // linear
+    glm::vec3 light_colour{2.1f, 2.0f, 1.85f};        // linear
     glm::vec3 sky_colour{0.5f, 0.56f, 0.65f};         // hemisphere from above, linear
     glm::vec3 ground_colour{0.22f, 0.2f, 0.18f};      // and from below
     glm::vec3 background{0.05f, 0.06f, 0.08f};        // linear
@@ -50,14 +51,14 @@ struct Look {
 struct FrameCounters {
     uint64_t frame = 0;  // FrameInput::frame
     struct Pass {
-        uint64_t vertex_invocations = 0;       // vertex shader runs
+        uint64_t vertex_invocations = 0;  // vertex shader runs
         uint64_t tessellation_evaluations = 0;
-        uint64_t input_primitives = 0;         // degenerate ones included
-        double gpu_ms = 0;                     // between timestamps around the stage, 0 where the device has none
+        uint64_t input_primitives = 0;  // degenerate ones included
+        double gpu_ms = 0;              // between timestamps around the stage, 0 where the device has none
     };
-    std::array<Pass, stage_count> pass;        // by Stage
-    double gpu_ms = 0;                         // first timestamp to last
-    double total_ms = 0;                       // wall clock, from submit() entered to fence seen signalled
+    std::array<Pass, stage_count> pass;  // by Stage
+    double gpu_ms = 0;                   // first timestamp to last
+    double total_ms = 0;                 // wall clock, from submit() entered to fence seen signalled
 };
 
 class Renderer {
@@ -68,17 +69,17 @@ public:
 
     virtual const DeviceInfo& device() const = 0;
 
-    // Builds buffers and pipelines of a recipe and textures of the scene. Waits for the device. An equal recipe with a new
-    // generation empties the buffers.
+    // Builds buffers and pipelines of a recipe and textures of the scene. Waits for the device. An equal recipe with a
+    // new generation empties the buffers.
     virtual Result<void> load(const Recipe& recipe, const MaterialSet& materials) = 0;
 
     // Changes the size of the camera targets.
     virtual Result<void> resize(uint32_t width, uint32_t height) = 0;
 
-    // Records and submits one frame; waits only when frames_in_flight frames are under way, or when more bytes are uploaded
-    // than are staged at once. views[0] is drawn to the target that read_picture() reads; at most one shadow view is drawn and
-    // used for lighting. Other cameras have no target yet: draws of them are an error. Where an instance is mirrored, back
-    // faces are not culled in that frame.
+    // Records and submits one frame; waits only when frames_in_flight frames are under way, or when more bytes are
+    // uploaded than are staged at once. views[0] is drawn to the target that read_picture() reads; at most one shadow
+    // view is drawn and used for lighting. Other cameras have no target yet: draws of them are an error. Where an
+    // instance is mirrored, back faces are not culled in that frame.
     virtual Result<void> submit(const Plan& plan, const FrameInput& input, const Look& look) = 0;
 
     // Every frame before this number has left the GPU.

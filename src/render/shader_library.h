@@ -1,5 +1,5 @@
-// SPIR-V embedded in the program, by name. cmake/LodestoneShaders.cmake writes the functions that add shaders; tests add theirs
-// the same way.
+// SPIR-V embedded in the program, by name. cmake/LodestoneShaders.cmake writes the functions that add shaders; tests
+// add theirs the same way.
 #pragma once
 
 #include <cstdint>

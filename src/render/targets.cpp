@@ -6,12 +6,22 @@ namespace lodestone {
 
 Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height, uint32_t shadow_size) {
     Targets targets;
-    targets.colour = TargetImage(allocator, {colour_format, width, height, 1, 1, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}, "colour");
-    targets.depth = TargetImage(allocator, {depth_format, width, height, 1, 1, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}, "depth");
+    targets.colour = TargetImage(
+        allocator,
+        {colour_format, width, height, 1, 1, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT},
+        "colour");
+    targets.depth = TargetImage(allocator,
+                                {depth_format, width, height, 1, 1,
+                                 VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT},
+                                "depth");
     const uint32_t side = std::max(shadow_size, 1u);
-    targets.shadow_depth = TargetImage(allocator, {depth_format, side, side, 1, 1, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT}, "shadow_depth");
-    targets.shadow_transmittance =
-        TargetImage(allocator, {VK_FORMAT_R8_UNORM, 1, 1, 1, 1, VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT}, "shadow_transmittance");
+    targets.shadow_depth = TargetImage(
+        allocator,
+        {depth_format, side, side, 1, 1, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT},
+        "shadow_depth");
+    targets.shadow_transmittance = TargetImage(
+        allocator, {VK_FORMAT_R8_UNORM, 1, 1, 1, 1, VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT},
+        "shadow_transmittance");
     return targets;
 }
 

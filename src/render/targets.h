@@ -9,9 +9,9 @@ inline constexpr VkFormat depth_format = VK_FORMAT_D32_SFLOAT;
 inline constexpr VkFormat colour_format = VK_FORMAT_R8G8B8A8_SRGB;
 
 struct Targets {
-    TargetImage colour, depth;          // of the camera views
-    TargetImage shadow_depth;           // 1x1 where there is no shadow map
-    TargetImage shadow_transmittance;   // 1x1, always 1, until something writes it
+    TargetImage colour, depth;         // of the camera views
+    TargetImage shadow_depth;          // 1x1 where there is no shadow map
+    TargetImage shadow_transmittance;  // 1x1, always 1, until something writes it
 };
 
 Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height, uint32_t shadow_size);
@@ -25,13 +25,18 @@ struct ImageUse {
 void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageUse& from, const ImageUse& to);
 
 // The uses images are put to.
-inline constexpr ImageUse as_depth_target = {VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                                             VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT,
-                                             VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
-inline constexpr ImageUse as_colour_target = {VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
-                                              VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
-inline constexpr ImageUse as_sampled = {VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT};
-inline constexpr ImageUse as_copy_source = {VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT};
-inline constexpr ImageUse as_copy_destination = {VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT};
+inline constexpr ImageUse as_depth_target = {
+    VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+    VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT,
+    VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
+inline constexpr ImageUse as_colour_target = {
+    VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
+    VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
+inline constexpr ImageUse as_sampled = {VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+                                        VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT};
+inline constexpr ImageUse as_copy_source = {VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_PIPELINE_STAGE_2_COPY_BIT,
+                                            VK_ACCESS_2_TRANSFER_READ_BIT};
+inline constexpr ImageUse as_copy_destination = {VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                                                 VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT};
 
 }  // namespace lodestone

@@ -1,5 +1,5 @@
-// Vulkan inside this room: failed calls, owned handles. Failures travel as VulkanFailure up to the functions of Renderer,
-// which turn them into Errors.
+// Vulkan inside this room: failed calls, owned handles. Failures travel as VulkanFailure up to the functions of
+// Renderer, which turn them into Errors.
 #pragma once
 
 #include <vulkan/vulkan.h>

@@ -35,8 +35,11 @@ std::vector<double> blurred(const std::vector<double>& values, uint32_t width, u
                 for (size_t x = 0; x < width; ++x) {
                     double sum = 0, total = 0;
                     for (int k = -5; k <= 5; ++k) {
-                        const ptrdiff_t px = static_cast<ptrdiff_t>(x) + (rows ? k : 0), py = static_cast<ptrdiff_t>(y) + (rows ? 0 : k);
-                        if (px < 0 || py < 0 || px >= static_cast<ptrdiff_t>(width) || py >= static_cast<ptrdiff_t>(height)) continue;
+                        const ptrdiff_t px = static_cast<ptrdiff_t>(x) + (rows ? k : 0),
+                                        py = static_cast<ptrdiff_t>(y) + (rows ? 0 : k);
+                        if (px < 0 || py < 0 || px >= static_cast<ptrdiff_t>(width) ||
+                            py >= static_cast<ptrdiff_t>(height))
+                            continue;
                         const double w = weight[static_cast<size_t>(k + 5)];
                         sum += w * in[static_cast<size_t>(py) * width + static_cast<size_t>(px)];
                         total += w;
@@ -62,13 +65,16 @@ double one_way_deviation(const Picture& from, const ClosestSurface& to, const Vi
             for (size_t x = 0; x < from.width; ++x) {
                 const size_t i = y * from.width + x;
                 if (!covered(from, i)) continue;
-                const glm::dvec4 clip((static_cast<double>(x) + 0.5) / from.width * 2 - 1, (static_cast<double>(y) + 0.5) / from.height * 2 - 1, static_cast<double>(from.depth[i]), 1);
+                const glm::dvec4 clip((static_cast<double>(x) + 0.5) / from.width * 2 - 1,
+                                      (static_cast<double>(y) + 0.5) / from.height * 2 - 1,
+                                      static_cast<double>(from.depth[i]), 1);
                 const glm::dvec4 world4 = clip_to_world * clip;
                 const glm::dvec3 world = glm::dvec3(world4) / world4.w;
                 const double depth = -(glm::dmat4(view.world_to_view) * glm::dvec4(world, 1)).z;
                 const ClosestSurface::Hit hit = to.closest(world, hint);
                 hint = hit.triangle;
-                row_largest[y] = std::max(row_largest[y], hit.distance * static_cast<double>(view.focal_px) / std::max(depth, static_cast<double>(view.near_plane)));
+                row_largest[y] = std::max(row_largest[y], hit.distance * static_cast<double>(view.focal_px) /
+                                                              std::max(depth, static_cast<double>(view.near_plane)));
             }
         }
     });
@@ -78,7 +84,8 @@ double one_way_deviation(const Picture& from, const ClosestSurface& to, const Vi
 }  // namespace
 
 Picture downsampled(const Picture& picture, uint32_t factor) {
-    LODE_CHECK(factor > 0 && picture.width % factor == 0 && picture.height % factor == 0, factor, picture.width, picture.height);
+    LODE_CHECK(factor > 0 && picture.width % factor == 0 && picture.height % factor == 0, factor, picture.width,
+               picture.height);
     std::array<double, 256> linear{};
     for (size_t i = 0; i < 256; ++i) linear[i] = linear_from_srgb(static_cast<double>(i) / 255);
     Picture small;
@@ -98,7 +105,8 @@ Picture downsampled(const Picture& picture, uint32_t factor) {
                 nearest = std::max(nearest, picture.depth[i]);
             }
             const size_t o = y * small.width + x;
-            for (size_t c = 0; c < 3; ++c) small.colour[o * 4 + c] = static_cast<uint8_t>(std::lround(255 * srgb_from_linear(sum[c] / count)));
+            for (size_t c = 0; c < 3; ++c)
+                small.colour[o * 4 + c] = static_cast<uint8_t>(std::lround(255 * srgb_from_linear(sum[c] / count)));
             small.colour[o * 4 + 3] = static_cast<uint8_t>(std::ceil(sum[3] / count));
             small.depth[o] = nearest;
         }
@@ -135,7 +143,8 @@ double ssim(const Picture& a, const Picture& b, const std::vector<uint8_t>& mask
         return out;
     };
     const auto mean_of = [&](const std::vector<double>& values) { return blurred(values, a.width, a.height); };
-    const auto ma = mean_of(ya), mb = mean_of(yb), maa = mean_of(product(ya, ya)), mbb = mean_of(product(yb, yb)), mab = mean_of(product(ya, yb));
+    const auto ma = mean_of(ya), mb = mean_of(yb), maa = mean_of(product(ya, ya)), mbb = mean_of(product(yb, yb)),
+               mab = mean_of(product(ya, yb));
     constexpr double c1 = (0.01 * 255) * (0.01 * 255), c2 = (0.03 * 255) * (0.03 * 255);
     double sum = 0, count = 0;
     for (size_t i = 0; i < mask.size(); ++i) {
@@ -154,15 +163,18 @@ uint64_t background_leaks(const Picture& picture, const Picture& full) {
         for (size_t x = 2; x + 2 < full.width; ++x) {
             if (covered(picture, y * full.width + x)) continue;
             bool inside = true;
-            for (size_t k = 0; k < 25 && inside; ++k) inside = covered(full, (y + k / 5 - 2) * full.width + x + k % 5 - 2);
+            for (size_t k = 0; k < 25 && inside; ++k)
+                inside = covered(full, (y + k / 5 - 2) * full.width + x + k % 5 - 2);
             leaks += inside ? 1 : 0;
         }
     }
     return leaks;
 }
 
-double max_pixel_deviation(const Picture& picture, const ClosestSurface& surface, const Picture& full, const ClosestSurface& full_surface, const View& view) {
-    LODE_CHECK(same_size(picture, full) && view.width == full.width && view.height == full.height, picture.width, full.width, view.width);
+double max_pixel_deviation(const Picture& picture, const ClosestSurface& surface, const Picture& full,
+                           const ClosestSurface& full_surface, const View& view) {
+    LODE_CHECK(same_size(picture, full) && view.width == full.width && view.height == full.height, picture.width,
+               full.width, view.width);
     return std::max(one_way_deviation(picture, full_surface, view), one_way_deviation(full, surface, view));
 }
 

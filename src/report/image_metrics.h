@@ -11,27 +11,29 @@
 
 namespace lodestone {
 
-// Means of factor x factor pixels in linear light; alpha becomes the covered share, depth the nearest. Width and height are
-// multiples of the factor.
+// Means of factor x factor pixels in linear light; alpha becomes the covered share, depth the nearest. Width and height
+// are multiples of the factor.
 Picture downsampled(const Picture& picture, uint32_t factor);
 
 // 1 per pixel that either picture covers. Equal sizes, here and below.
 std::vector<uint8_t> covered_union(const Picture& a, const Picture& b);
 
-// Peak signal-to-noise ratio of luminance (Rec. 709 weights) over the pixels of the mask, decibels; most_psnr_db where nothing
-// differs or the mask is empty.
+// Peak signal-to-noise ratio of luminance (Rec. 709 weights) over the pixels of the mask, decibels; most_psnr_db where
+// nothing differs or the mask is empty.
 inline constexpr double most_psnr_db = 100;
 double psnr_db(const Picture& a, const Picture& b, const std::vector<uint8_t>& mask);
 
-// Structural similarity, mean over the pixels of the mask, -1 .. 1; 1 for equal pictures. Windows are Gaussian, 11 pixels wide.
-// Wang, Bovik, Sheikh, Simoncelli, "Image quality assessment: from error visibility to structural similarity", IEEE TIP 2004.
+// Structural similarity, mean over the pixels of the mask, -1 .. 1; 1 for equal pictures. Windows are Gaussian, 11
+// pixels wide. Wang, Bovik, Sheikh, Simoncelli, "Image quality assessment: from error visibility to structural
+// similarity", IEEE TIP 2004.
 double ssim(const Picture& a, const Picture& b, const std::vector<uint8_t>& mask);
 
 // Pixels `picture` leaves uncovered though `full` covers their whole 5x5 neighbourhood: cracks and holes.
 uint64_t background_leaks(const Picture& picture, const Picture& full);
 
-// The largest distance, in pixels at its depth, from the surface one picture shows to the surface drawn in the other, both ways.
-// Surfaces in world space; both pictures drawn from `view`.
-double max_pixel_deviation(const Picture& picture, const ClosestSurface& surface, const Picture& full, const ClosestSurface& full_surface, const View& view);
+// The largest distance, in pixels at its depth, from the surface one picture shows to the surface drawn in the other,
+// both ways. Surfaces in world space; both pictures drawn from `view`.
+double max_pixel_deviation(const Picture& picture, const ClosestSurface& surface, const Picture& full,
+                           const ClosestSurface& full_surface, const View& view);
 
 }  // namespace lodestone

@@ -8,7 +8,11 @@ namespace lodestone {
 std::string report_json(const Machine& machine, std::span<const Row> rows) {
     using Json = nlohmann::ordered_json;
     Json json;
-    json["machine"] = {{"cpu", machine.cpu}, {"device", machine.device}, {"driver", machine.driver}, {"software", machine.software}, {"commit", machine.commit}};
+    json["machine"] = {{"cpu", machine.cpu},
+                       {"device", machine.device},
+                       {"driver", machine.driver},
+                       {"software", machine.software},
+                       {"commit", machine.commit}};
     json["rows"] = Json::array();
     for (const Row& r : rows) {
         json["rows"].push_back({{"backend", r.backend},
@@ -44,12 +48,14 @@ std::string report_json(const Machine& machine, std::span<const Row> rows) {
 
 std::string report_table(std::span<const Row> rows) {
     char line[256];
-    std::snprintf(line, sizeof line, "%-9s %-8s %6s %10s %9s %9s %12s %6s %8s %7s %9s %6s", "backend", "order", "px err", "triangles", "ms", "floor ms", "vertex runs", "ACMR",
-                  "PSNR dB", "SSIM", "deviation", "leaks");
+    std::snprintf(line, sizeof line, "%-9s %-8s %6s %10s %9s %9s %12s %6s %8s %7s %9s %6s", "backend", "order",
+                  "px err", "triangles", "ms", "floor ms", "vertex runs", "ACMR", "PSNR dB", "SSIM", "deviation",
+                  "leaks");
     std::string table = line;
     for (const Row& r : rows) {
-        std::snprintf(line, sizeof line, "\n%-9s %-8s %6g %10.0f %9.2f %9.2f %12.0f %6.3f %8.2f %7.4f %6.2f px %6llu", r.backend.c_str(), r.order.empty() ? "-" : r.order.c_str(),
-                      r.pixel_error, r.triangles, r.ms_median, r.ms_floor, r.vertex_invocations, r.acmr, r.psnr_db, r.ssim, r.max_pixel_deviation,
+        std::snprintf(line, sizeof line, "\n%-9s %-8s %6g %10.0f %9.2f %9.2f %12.0f %6.3f %8.2f %7.4f %6.2f px %6llu",
+                      r.backend.c_str(), r.order.empty() ? "-" : r.order.c_str(), r.pixel_error, r.triangles,
+                      r.ms_median, r.ms_floor, r.vertex_invocations, r.acmr, r.psnr_db, r.ssim, r.max_pixel_deviation,
                       static_cast<unsigned long long>(r.background_leaks));
         table += line;
     }

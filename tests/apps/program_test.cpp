@@ -12,6 +12,11 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "apps/bake.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "mesh/mesh_stream.h"
+
 namespace lodestone {
 namespace {
 
@@ -39,9 +44,11 @@ protected:
 
     // Arguments as a shell would take them, run in the test's folder.
     Ended run(const std::string& arguments) const {
-        const std::string command = "cd '" + folder_.string() + "' && " LODESTONE_PROGRAM " " + arguments + " >out.txt 2>err.txt";
+        const std::string command =
+            "cd '" + folder_.string() + "' && " LODESTONE_PROGRAM " " + arguments + " >out.txt 2>err.txt";
         const int status = std::system(command.c_str());
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder_ / "out.txt"), content_of(folder_ / "err.txt")};
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder_ / "out.txt"),
+                content_of(folder_ / "err.txt")};
     }
     void succeeds(const std::string& arguments) const {
         const Ended e = run(arguments);
@@ -74,16 +81,20 @@ protected:
 TEST_F(ProgramTest, FromAMeshToLevels) {
     bake_rock("--backends lod,discrete");
     const json report = json::parse(content_of(folder_ / "report.json"));
-    for (const char* field : {"triangles", "vertices", "components", "boundary_loops", "genus"}) EXPECT_TRUE(report["input"].contains(field)) << field;
-    for (const char* field : {"levels", "base_triangles", "simplify_cpu_seconds", "order_seconds", "error_seconds", "bytes", "permutation_bytes", "moved_per_ecol"}) {
+    for (const char* field : {"triangles", "vertices", "components", "boundary_loops", "genus"})
+        EXPECT_TRUE(report["input"].contains(field)) << field;
+    for (const char* field : {"levels", "base_triangles", "simplify_cpu_seconds", "order_seconds", "error_seconds",
+                              "bytes", "permutation_bytes", "moved_per_ecol"}) {
         EXPECT_TRUE(report["lod"].contains(field)) << field;
     }
-    for (const char* field : {"seconds", "peak_rss_bytes", "out_bytes", "repair"}) EXPECT_TRUE(report.contains(field)) << field;
+    for (const char* field : {"seconds", "peak_rss_bytes", "out_bytes", "repair"})
+        EXPECT_TRUE(report.contains(field)) << field;
     EXPECT_EQ(report["out_bytes"], fs::file_size(folder_ / "rock.lode"));
 
     const json info = printed("info rock.lode --json");
     EXPECT_EQ(info["lod"]["levels"], report["lod"]["levels"]);
-    EXPECT_FALSE(content_of(folder_ / "rock.lode").find(folder_.string()) != std::string::npos) << "an absolute path in the asset";
+    EXPECT_FALSE(content_of(folder_ / "rock.lode").find(folder_.string()) != std::string::npos)
+        << "an absolute path in the asset";
     succeeds("verify rock.lode");
     EXPECT_TRUE(printed("verify rock.lode --json").contains("checks"));
 
@@ -108,9 +119,33 @@ TEST_F(ProgramTest, FromAMeshToLevels) {
 
 TEST_F(ProgramTest, BakesTheSameBytesWithAnyNumberOfThreads) {
     succeeds("generate terrain --triangles 6000 -o t.ply");
-    for (const int threads : {1, 2, 8}) succeeds("bake t.ply -o t" + std::to_string(threads) + ".lode --backends lod,discrete --threads " + std::to_string(threads));
+    for (const int threads : {1, 2, 8})
+        succeeds("bake t.ply -o t" + std::to_string(threads) + ".lode --backends lod,discrete --threads " +
+                 std::to_string(threads));
     EXPECT_EQ(content_of(folder_ / "t1.lode"), content_of(folder_ / "t2.lode"));
     EXPECT_EQ(content_of(folder_ / "t1.lode"), content_of(folder_ / "t8.lode"));
+}
+
+TEST_F(ProgramTest, ANamedAssetWhoseSourceChangedIsUsedWithAWarning) {
+    bake_rock();
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    EXPECT_EQ(run("render rock.lode --size 32x32 -o x.png").err, "");
+    succeeds("generate rock --triangles 3000 --seed 9 -o rock.ply");
+    const Ended e = run("render rock.lode --size 32x32 -o x.png");
+    EXPECT_EQ(e.code, 0);
+    EXPECT_THAT(e.err, HasSubstr("rock.ply has changed"));
+}
+
+TEST_F(ProgramTest, BakesFromBatchesWhatItBakesFromTheFile) {
+    bake_rock();
+    BakeOptions options;
+    auto stream = open_mesh_stream(folder_ / "rock.ply");
+    ASSERT_TRUE(stream);
+    auto content = MappedFile::open(folder_ / "rock.ply");
+    auto input = collect_bake_input(**stream, "rock.ply", hash_bytes((*content)->bytes()), {});
+    ASSERT_TRUE(input);
+    ASSERT_TRUE(bake_asset(std::move(*input), options, folder_ / "streamed.lode", {}));
+    EXPECT_EQ(content_of(folder_ / "streamed.lode"), content_of(folder_ / "rock.lode"));
 }
 
 TEST_F(ProgramTest, EndsWithTheCodesScriptsRelyOn) {
@@ -137,7 +172,8 @@ TEST_F(ProgramTest, ADamagedAssetIsOneClearLine) {
     fails("extract flipped.lode --backend lod --level 0 -o x.ply", 3, "flipped.lode");
     std::ofstream(folder_ / "cut.lode", std::ios::binary) << good.substr(0, good.size() / 3);
     fails("info cut.lode", 3, "cut.lode");
-    std::ofstream(folder_ / "other.lode", std::ios::binary) << "something else altogether, and long enough to hold a header, if it were one, which it is not";
+    std::ofstream(folder_ / "other.lode", std::ios::binary)
+        << "something else altogether, and long enough to hold a header, if it were one, which it is not";
     fails("info other.lode", 3, "other.lode");
 }
 
@@ -147,7 +183,8 @@ TEST_F(ProgramTest, AnInterruptedBakeLeavesNothing) {
     if (child == 0) {
         if (chdir(folder_.c_str()) != 0) _exit(99);
         if (freopen("/dev/null", "w", stderr) == nullptr) _exit(99);
-        execl(LODESTONE_PROGRAM, LODESTONE_PROGRAM, "bake", "large.ply", "-o", "large.lode", static_cast<char*>(nullptr));
+        execl(LODESTONE_PROGRAM, LODESTONE_PROGRAM, "bake", "large.ply", "-o", "large.lode",
+              static_cast<char*>(nullptr));
         _exit(98);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1500));
@@ -156,12 +193,15 @@ TEST_F(ProgramTest, AnInterruptedBakeLeavesNothing) {
     waitpid(child, &status, 0);
     ASSERT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 130);
-    for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_EQ(entry.path().string().find("large.lode"), std::string::npos) << entry.path();
+    for (const auto& entry : fs::directory_iterator(folder_))
+        EXPECT_EQ(entry.path().string().find("large.lode"), std::string::npos) << entry.path();
 }
 
 TEST_F(ProgramTest, ScenesAreCheckedMemberByMember) {
     const auto scene = [&](const std::string& text) { std::ofstream(folder_ / "s.scene.json") << text; };
-    scene("{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [{\"name\": \"a\", \"generate\": {\"shape\": \"rock\", \"triangles\": 500}}], \"instances\": [{\"asset\": \"b\"}]}");
+    scene(
+        "{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [{\"name\": \"a\", \"generate\": {\"shape\": \"rock\", "
+        "\"triangles\": 500}}], \"instances\": [{\"asset\": \"b\"}]}");
     fails("render s.scene.json -o x.png", 3, "instances[0]");
     scene("{\"lodestone\": \"scene\", \"version\": 2}");
     fails("render s.scene.json -o x.png", 3, "version");
@@ -175,10 +215,12 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     bake_rock();
     if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
     std::ofstream(folder_ / "s.scene.json")
-        << "{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [{\"name\": \"a\", \"generate\": {\"shape\": \"rock\", \"triangles\": 4000}}, {\"name\": \"b\", \"file\": \"rock.ply\"}],"
+        << "{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [{\"name\": \"a\", \"generate\": {\"shape\": "
+           "\"rock\", \"triangles\": 4000}}, {\"name\": \"b\", \"file\": \"rock.ply\"}],"
            "\"instances\": [{\"asset\": \"a\"}, {\"asset\": \"b\", \"position\": [2, 0, -1], \"scale\": 0.7}]}";
     for (const char* backend : {"full", "discrete", "lod"}) {
-        succeeds(std::string("render s.scene.json --size 160x120 --validation --stats s.json -o ") + backend + ".png --backend " + backend);
+        succeeds(std::string("render s.scene.json --size 160x120 --validation --stats s.json -o ") + backend +
+                 ".png --backend " + backend);
         EXPECT_GT(fs::file_size(folder_ / (std::string(backend) + ".png")), 2000u);
     }
     const json stats = json::parse(content_of(folder_ / "s.json"));

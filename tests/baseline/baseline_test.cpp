@@ -43,7 +43,8 @@ TEST(DiscreteChain, HalvesDownToSixtyFourTriangles) {
     ASSERT_GE(chain->levels.size(), 7u);
     EXPECT_EQ(chain->levels.front().max_error, 0);
     for (size_t i = 1; i + 1 < chain->levels.size(); ++i) {
-        const double ratio = static_cast<double>(chain->levels[i].indices.size()) / static_cast<double>(chain->levels[i - 1].indices.size());
+        const double ratio = static_cast<double>(chain->levels[i].indices.size()) /
+                             static_cast<double>(chain->levels[i - 1].indices.size());
         EXPECT_NEAR(ratio, 0.5, 0.05);
     }
     EXPECT_LE(chain->levels.back().indices.size() / 3, 64u);
@@ -54,9 +55,11 @@ TEST(DiscreteChain, ItsErrorsBoundADenserMeasurement) {
     const auto chain = chain_of(mesh);
     for (const DiscreteLevel& level : chain->levels) {
         TriMesh shown;
-        for (const MeshVertex& v : chain->vertices) shown.positions.emplace_back(v.position[0], v.position[1], v.position[2]);
+        for (const MeshVertex& v : chain->vertices)
+            shown.positions.emplace_back(v.position[0], v.position[1], v.position[2]);
         shown.set_identity_wedges();
-        for (size_t i = 0; i < level.indices.size(); i += 3) shown.triangles.push_back({level.indices[i], level.indices[i + 1], level.indices[i + 2]});
+        for (size_t i = 0; i < level.indices.size(); i += 3)
+            shown.triangles.push_back({level.indices[i], level.indices[i + 1], level.indices[i + 2]});
         drop_unreferenced(shown);
         DistanceOptions options;
         options.seed = 99;
@@ -65,7 +68,8 @@ TEST(DiscreteChain, ItsErrorsBoundADenserMeasurement) {
 }
 
 TEST(DiscreteChain, SurvivesTheAssetFile) {
-    const auto path = std::filesystem::temp_directory_path() / ("lodestone_chain_" + std::to_string(getpid()) + ".lode");
+    const auto path =
+        std::filesystem::temp_directory_path() / ("lodestone_chain_" + std::to_string(getpid()) + ".lode");
     const auto chain = chain_of(rock(2000));
     {
         auto writer = ChunkWriter::create(path, {});
@@ -79,7 +83,8 @@ TEST(DiscreteChain, SurvivesTheAssetFile) {
     ASSERT_TRUE(read) << read.error().message;
     ASSERT_EQ(read->levels.size(), chain->levels.size());
     for (size_t i = 0; i < read->levels.size(); ++i) {
-        EXPECT_TRUE(std::equal(read->levels[i].indices.begin(), read->levels[i].indices.end(), chain->levels[i].indices.begin(), chain->levels[i].indices.end()));
+        EXPECT_TRUE(std::equal(read->levels[i].indices.begin(), read->levels[i].indices.end(),
+                               chain->levels[i].indices.begin(), chain->levels[i].indices.end()));
         EXPECT_EQ(read->levels[i].max_error, chain->levels[i].max_error);
     }
     std::filesystem::remove(path);

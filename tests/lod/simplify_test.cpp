@@ -22,9 +22,7 @@ TEST(OpenMeshSimplifier, MakesValidListsForEveryMesh) {
         SCOPED_TRACE(f.name);
         const auto list = make_openmesh_simplifier()->simplify(f.mesh, {});
         ASSERT_TRUE(list) << list.error().message;
-        if (f.mesh.triangle_count() > 12) {
-            EXPECT_FALSE(list->collapses.empty());
-        }
+        if (f.mesh.triangle_count() > 12) { EXPECT_FALSE(list->collapses.empty()); }
         const auto valid = list->validate(f.mesh);
         EXPECT_TRUE(valid) << valid.error().message;
     }
@@ -38,7 +36,8 @@ TEST(QuadricSimplifier, ClosesSeamsOfNormalsButNotOfTextures) {
         TriMesh out;
         out.positions = mesh.positions;
         for (size_t t = 0; t < mesh.triangle_count(); ++t) {
-            const glm::vec3 a = mesh.position_of(t, 0), n = glm::normalize(glm::cross(mesh.position_of(t, 1) - a, mesh.position_of(t, 2) - a));
+            const glm::vec3 a = mesh.position_of(t, 0),
+                            n = glm::normalize(glm::cross(mesh.position_of(t, 1) - a, mesh.position_of(t, 2) - a));
             Triangle corners{};
             for (int k = 0; k < 3; ++k) {
                 corners[static_cast<size_t>(k)] = static_cast<uint32_t>(out.wedge_vertex.size());
@@ -118,8 +117,10 @@ std::string test_name(const testing::TestParamInfo<const char*>& info) {
     return name;
 }
 INSTANTIATE_TEST_SUITE_P(Scans, RealMesh,
-                         testing::Values("scans/stanford-bunny.obj", "scans/horse.ply", "scans/rockerArm.ply", "scans/laurana.ply", "scans/falconstatue_boundary.obj", "nasty/cow.off",
-                                         "nasty/cheese.off", "nasty/moebius.obj", "nasty/mite.obj", "nasty/pig.stl", "nasty/camel_b.obj", "gltf/DamagedHelmet/DamagedHelmet.glb"),
+                         testing::Values("scans/stanford-bunny.obj", "scans/horse.ply", "scans/rockerArm.ply",
+                                         "scans/laurana.ply", "scans/falconstatue_boundary.obj", "nasty/cow.off",
+                                         "nasty/cheese.off", "nasty/moebius.obj", "nasty/mite.obj", "nasty/pig.stl",
+                                         "nasty/camel_b.obj", "gltf/DamagedHelmet/DamagedHelmet.glb"),
                          test_name);
 
 }  // namespace

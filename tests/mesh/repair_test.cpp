@@ -89,9 +89,11 @@ TEST(Repair, KeepsSeamsWhereAttributesDiffer) {
 }
 
 TEST(Repair, TreatsMinusZeroAsZeroAndWeldsNearVerticesWhenAsked) {
-    TriMesh mesh = soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-0.0f, 0, 0}, {0, 1, 0}, {-1, 0, 0}}, {{0, 1, 2}, {3, 4, 5}});
+    TriMesh mesh =
+        soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-0.0f, 0, 0}, {0, 1, 0}, {-1, 0, 0}}, {{0, 1, 2}, {3, 4, 5}});
     EXPECT_EQ(repaired(mesh).welded_vertices, 2u);
-    TriMesh near = soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.0005f, 0, 0}, {0, 1.0004f, 0}, {-1, 0, 0}}, {{0, 1, 2}, {3, 4, 5}});
+    TriMesh near =
+        soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.0005f, 0, 0}, {0, 1.0004f, 0}, {-1, 0, 0}}, {{0, 1, 2}, {3, 4, 5}});
     RepairOptions options;
     EXPECT_EQ(repaired(near, options).welded_vertices, 0u);
     options.weld_distance = 0.001f;
@@ -99,7 +101,8 @@ TEST(Repair, TreatsMinusZeroAsZeroAndWeldsNearVerticesWhenAsked) {
 }
 
 TEST(Repair, DropsDegenerateAndDuplicateTriangles) {
-    TriMesh mesh = soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}, {1, 1, 2}, {2, 1, 0}, {2, 0, 1}, {2, 1, 3}});
+    TriMesh mesh =
+        soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}, {1, 1, 2}, {2, 1, 0}, {2, 0, 1}, {2, 1, 3}});
     const RepairReport report = repaired(mesh);
     EXPECT_EQ(report.degenerate_triangles, 1u);
     EXPECT_EQ(report.duplicate_triangles, 2u);
@@ -126,7 +129,9 @@ TEST(Repair, CutsAMoebiusStripOnce) {
     constexpr uint32_t n = 20;
     for (uint32_t i = 0; i < n; ++i) {
         const float a = 6.2831853f * static_cast<float>(i) / n, half = a / 2;
-        for (const float s : {-0.3f, 0.3f}) positions.emplace_back((1 + s * std::cos(half)) * std::cos(a), (1 + s * std::cos(half)) * std::sin(a), s * std::sin(half));
+        for (const float s : {-0.3f, 0.3f})
+            positions.emplace_back((1 + s * std::cos(half)) * std::cos(a), (1 + s * std::cos(half)) * std::sin(a),
+                                   s * std::sin(half));
     }
     for (uint32_t i = 0; i < n; ++i) {
         const uint32_t a = 2 * i, b = a + 1;
@@ -151,7 +156,8 @@ TEST(Repair, CutsAFanOfThreeTrianglesOnAnEdge) {
 
 TEST(Repair, LeavesTwoSolidsThatTouchAlongAnEdgeClosed) {
     // Two tetrahedra on both sides of the edge 0-1.
-    TriMesh mesh = soup({{0, 0, 0}, {0, 0, 1}, {1, 0.2f, 0.5f}, {1, -0.2f, 0.5f}, {-1, 0.2f, 0.5f}, {-1, -0.2f, 0.5f}}, {});
+    TriMesh mesh =
+        soup({{0, 0, 0}, {0, 0, 1}, {1, 0.2f, 0.5f}, {1, -0.2f, 0.5f}, {-1, 0.2f, 0.5f}, {-1, -0.2f, 0.5f}}, {});
     const auto add_outwards = [&](std::array<uint32_t, 4> v) {
         glm::vec3 centre(0);
         for (const uint32_t i : v) centre += mesh.positions[i] * 0.25f;
@@ -161,7 +167,8 @@ TEST(Repair, LeavesTwoSolidsThatTouchAlongAnEdgeClosed) {
             for (size_t i = 0; i < 4; ++i) {
                 if (i != skip) t[k++] = v[i];
             }
-            const glm::vec3 a = mesh.positions[t[0]], n = glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
+            const glm::vec3 a = mesh.positions[t[0]],
+                            n = glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
             if (glm::dot(n, a - centre) < 0) std::swap(t[1], t[2]);
             mesh.triangles.push_back(t);
         }
@@ -195,7 +202,9 @@ TEST(Repair, MakesAManifoldOfRandomSoup) {
         std::vector<glm::vec3> positions;
         for (int i = 0; i < 12; ++i) positions.emplace_back(random.unit(), random.unit(), random.unit());
         std::vector<Triangle> triangles;
-        for (int i = 0; i < 40; ++i) triangles.push_back({static_cast<uint32_t>(random.below(12)), static_cast<uint32_t>(random.below(12)), static_cast<uint32_t>(random.below(12))});
+        for (int i = 0; i < 40; ++i)
+            triangles.push_back({static_cast<uint32_t>(random.below(12)), static_cast<uint32_t>(random.below(12)),
+                                 static_cast<uint32_t>(random.below(12))});
         TriMesh mesh = soup(positions, triangles);
         repaired(mesh);
         TriMesh again = mesh;

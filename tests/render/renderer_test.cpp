@@ -35,7 +35,8 @@ protected:
         static const bool added = (add_test_shaders(), true);
         static_cast<void>(added);
         const auto devices = list_devices();
-        if (!devices || devices->empty()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+        if (!devices || devices->empty())
+            GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
     }
     void TearDown() override {
         if (renderer_ == nullptr) return;
@@ -69,7 +70,8 @@ std::shared_ptr<const ProgressiveMesh> baked(const TriMesh& mesh) {
     auto list = make_quadric_simplifier()->simplify(mesh, {});
     auto pm = bake_progressive_mesh(mesh, *list, {"static"});
     std::vector<float> errors(pm->levels());
-    for (size_t l = 0; l < errors.size(); ++l) errors[l] = 0.1f * static_cast<float>(l) / static_cast<float>(errors.size());
+    for (size_t l = 0; l < errors.size(); ++l)
+        errors[l] = 0.1f * static_cast<float>(l) / static_cast<float>(errors.size());
     pm->set_errors(errors);
     return std::make_shared<const ProgressiveMesh>(std::move(*pm));
 }
@@ -116,14 +118,16 @@ double psnr(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
     return sum > 0 ? 10 * std::log10(255.0 * 255.0 * static_cast<double>(a.size()) / sum) : 100;
 }
 
-// Compares with tests/render/golden/NAME.png; LODESTONE_UPDATE_GOLDEN=1 writes it. Devices may differ in a few pixels of edges.
+// Compares with tests/render/golden/NAME.png; LODESTONE_UPDATE_GOLDEN=1 writes it. Devices may differ in a few pixels
+// of edges.
 void expect_golden(const Picture& picture, const std::string& name) {
-    const std::filesystem::path path = std::filesystem::path(LODESTONE_SOURCE_DIR) / "tests/render/golden" / (name + ".png");
+    const std::filesystem::path path =
+        std::filesystem::path(LODESTONE_SOURCE_DIR) / "tests/render/golden" / (name + ".png");
     Image image{picture.width, picture.height, {}};
-    for (size_t i = 0; i < picture.colour.size(); i += 4) image.texels.emplace_back(picture.colour[i], picture.colour[i + 1], picture.colour[i + 2], picture.colour[i + 3]);
-    if (std::getenv("LODESTONE_UPDATE_GOLDEN") != nullptr) {
-        ASSERT_TRUE(write_png(image, path));
-    }
+    for (size_t i = 0; i < picture.colour.size(); i += 4)
+        image.texels.emplace_back(picture.colour[i], picture.colour[i + 1], picture.colour[i + 2],
+                                  picture.colour[i + 3]);
+    if (std::getenv("LODESTONE_UPDATE_GOLDEN") != nullptr) { ASSERT_TRUE(write_png(image, path)); }
     const auto golden = read_image(path);
     ASSERT_TRUE(golden) << golden.error().message;
     ASSERT_EQ(golden->texels.size(), image.texels.size());
@@ -147,7 +151,9 @@ TEST_F(RendererTest, DrawsTheGoldenPictures) {
     for (uint32_t w = 0; w < cube.wedge_count(); ++w) cube.colours.emplace_back(255, w % 2 != 0 ? 255 : 128, 255, 255);
     auto textured = full_of(cube);
     MaterialSet materials{{SurfaceMaterial{{1, 1, 1, 1}, 0}}, 4, 1, {}};
-    for (uint32_t i = 0; i < 16; ++i) materials.texels.emplace_back((i % 4 + i / 4) % 2 != 0 ? glm::u8vec4(230, 60, 40, 255) : glm::u8vec4(240, 240, 240, 255));
+    for (uint32_t i = 0; i < 16; ++i)
+        materials.texels.emplace_back((i % 4 + i / 4) % 2 != 0 ? glm::u8vec4(230, 60, 40, 255)
+                                                               : glm::u8vec4(240, 240, 240, 255));
     ASSERT_TRUE(renderer.load(textured->recipe(), materials));
     Instance small;
     small.object_to_world = glm::mat4(0.5f);
@@ -235,7 +241,8 @@ TEST_F(RendererTest, ThreeHundredInstancesInMotion) {
         for (size_t i = 0; i < instances.size(); ++i) {
             const auto t = static_cast<float>(i) + 0.2f * static_cast<float>(f);
             instances[i].object_to_world = glm::mat4(0.2f);
-            instances[i].object_to_world[3] = glm::vec4(4 * std::sin(t), 2 * std::cos(1.7f * t), -6 + 4 * std::cos(t), 1);
+            instances[i].object_to_world[3] =
+                glm::vec4(4 * std::sin(t), 2 * std::cos(1.7f * t), -6 + 4 * std::cos(t), 1);
         }
         FrameInput input = look_at({0, 0, 3}, f, std::move(instances));
         input.completed_frame = renderer.completed_frame();
@@ -276,7 +283,9 @@ TEST_F(RendererTest, AComputedIndirectDrawReadsASplitPool) {
     Renderer& renderer = make(options);
     constexpr uint32_t numbers = 5000;  // five segments
     Recipe recipe;
-    recipe.buffers = {{"numbers", numbers * 4, use_storage, 4}, {"sums", 8, use_storage, 4}, {"arguments", 16, use_storage | use_indirect, 4}};
+    recipe.buffers = {{"numbers", numbers * 4, use_storage, 4},
+                      {"sums", 8, use_storage, 4},
+                      {"arguments", 16, use_storage | use_indirect, 4}};
     PipelineSpec count;
     count.name = "count";
     count.kind = PipelineKind::compute;
@@ -327,7 +336,9 @@ TEST_F(RendererTest, CopiesBetweenBuffersAcrossSegments) {
     for (uint32_t i = 0; i < 256; ++i) words[i] = i;
     FrameInput input = look_at({0, 0, 3}, 0, {});
     Plan plan;
-    plan.commands = {{Stage::update, Upload{0, 0, Blob::copy_of(words.data(), 256)}}, {Stage::update, Copy{0, 1, 100, 300, 600}}, {Stage::update, Readback{1, 300, 600, 0}}};
+    plan.commands = {{Stage::update, Upload{0, 0, Blob::copy_of(words.data(), 256)}},
+                     {Stage::update, Copy{0, 1, 100, 300, 600}},
+                     {Stage::update, Readback{1, 300, 600, 0}}};
     ASSERT_TRUE(renderer.submit(plan, input, {}));
     ASSERT_TRUE(renderer.wait());
     const auto back = renderer.take_readbacks();

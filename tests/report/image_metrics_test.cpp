@@ -35,7 +35,8 @@ TEST(Psnr, LooksOnlyAtWhatIsCovered) {
 
 TEST(Ssim, IsOneForEqualPicturesAndFallsWithNoise) {
     Picture a = flat(32, 32, 128);
-    for (size_t i = 0; i < a.colour.size(); i += 4) a.colour[i] = a.colour[i + 1] = a.colour[i + 2] = static_cast<uint8_t>(i * 7 % 200);
+    for (size_t i = 0; i < a.colour.size(); i += 4)
+        a.colour[i] = a.colour[i + 1] = a.colour[i + 2] = static_cast<uint8_t>(i * 7 % 200);
     Picture slightly = a, strongly = a;
     for (size_t i = 0; i < a.colour.size(); i += 8) {
         slightly.colour[i + 1] ^= 4;

@@ -1,4 +1,5 @@
-// The rooms of the reader: one function per format. What they share: a file's bytes, where a fault is, and cutting polygons.
+// The rooms of the reader: one function per format. What they share: a file's bytes, where a fault is, and cutting
+// polygons.
 #pragma once
 
 #include <cmath>
@@ -13,13 +14,17 @@ namespace lodestone {
 struct SourceFile {
     std::filesystem::path path;  // for files it refers to
     FileBytes content;           // gunzipped
-    std::string_view text() const { return {reinterpret_cast<const char*>(content.bytes.data()), content.bytes.size()}; }
+    std::string_view text() const {
+        return {reinterpret_cast<const char*>(content.bytes.data()), content.bytes.size()};
+    }
     size_t size() const { return content.bytes.size(); }
     // "path: place: what"; what says what is wrong and what to do. An empty place is left out.
     tl::unexpected<Error> wrong(const std::string& place, const std::string& what) const {
         return fail(Fault::format, path.string() + ": " + (place.empty() ? "" : place + ": ") + what);
     }
-    tl::unexpected<Error> wrong_line(uint64_t line, const std::string& what) const { return wrong("line " + std::to_string(line), what); }
+    tl::unexpected<Error> wrong_line(uint64_t line, const std::string& what) const {
+        return wrong("line " + std::to_string(line), what);
+    }
 };
 
 Result<std::unique_ptr<MeshStream>> open_ply(const SourceFile& file, ReadReport& report);

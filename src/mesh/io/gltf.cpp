@@ -1,5 +1,5 @@
-// glTF 2.0 and GLB, parsed by tinygltf: nodes and their transforms, primitives, normals, texture coordinates, colours, materials.
-// Quantised attributes are decoded; compressed ones are refused by the extension's name.
+// glTF 2.0 and GLB, parsed by tinygltf: nodes and their transforms, primitives, normals, texture coordinates, colours,
+// materials. Quantised attributes are decoded; compressed ones are refused by the extension's name.
 #include <tiny_gltf.h>
 
 #include <algorithm>
@@ -31,18 +31,23 @@ double srgb_from_linear(double c) { return c <= 0.0031308 ? c * 12.92 : 1.055 * 
 // The numbers of an accessor, checked against its buffer: `width` of them per element.
 class Values {
 public:
-    Values(const tinygltf::Model& model, int accessor_number, const std::string& name, int width) : width_(width), name_(name) {
-        if (accessor_number < 0 || static_cast<size_t>(accessor_number) >= model.accessors.size()) throw WrongFile{name, "refers to an accessor that is not there"};
+    Values(const tinygltf::Model& model, int accessor_number, const std::string& name, int width)
+        : width_(width), name_(name) {
+        if (accessor_number < 0 || static_cast<size_t>(accessor_number) >= model.accessors.size())
+            throw WrongFile{name, "refers to an accessor that is not there"};
         const tinygltf::Accessor& accessor = model.accessors[static_cast<size_t>(accessor_number)];
         count_ = accessor.count;
         const int components = tinygltf::GetNumComponentsInType(static_cast<uint32_t>(accessor.type));
-        if (components < width) throw WrongFile{name, "has " + std::to_string(components) + " numbers per element; " + std::to_string(width) + " are needed"};
+        if (components < width)
+            throw WrongFile{name, "has " + std::to_string(components) + " numbers per element; " +
+                                      std::to_string(width) + " are needed"};
         if (count_ > most_corners) throw WrongFile{name, "has too many elements"};
         scale_ = accessor.normalized ? scale_of(accessor.componentType) : 1;
         const size_t size = component_size(accessor.componentType);
         if (accessor.bufferView >= 0) {
-            load(model, accessor.bufferView, accessor.byteOffset, accessor.componentType, accessor.ByteStride(view_of(model, accessor.bufferView)), size * static_cast<size_t>(components), count_,
-                 [&](size_t i, size_t k, double value) { at(i, k) = value * scale_; });
+            load(model, accessor.bufferView, accessor.byteOffset, accessor.componentType,
+                 accessor.ByteStride(view_of(model, accessor.bufferView)), size * static_cast<size_t>(components),
+                 count_, [&](size_t i, size_t k, double value) { at(i, k) = value * scale_; });
         } else {
             // Without a view an accessor is zeros (and a sparse part); only believable counts are.
             if (!accessor.sparse.isSparse) throw WrongFile{name, "has no data; its compression is not read"};
@@ -64,11 +69,16 @@ private:
     }
     static double scale_of(int type) {
         switch (type) {
-            case TINYGLTF_COMPONENT_TYPE_BYTE: return 1.0 / 127;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return 1.0 / 255;
-            case TINYGLTF_COMPONENT_TYPE_SHORT: return 1.0 / 32767;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return 1.0 / 65535;
-            default: return 1;
+            case TINYGLTF_COMPONENT_TYPE_BYTE:
+                return 1.0 / 127;
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+                return 1.0 / 255;
+            case TINYGLTF_COMPONENT_TYPE_SHORT:
+                return 1.0 / 32767;
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+                return 1.0 / 65535;
+            default:
+                return 1;
         }
     }
     static double number(const unsigned char* from, int type) {
@@ -77,36 +87,50 @@ private:
             return static_cast<double>(value);
         };
         switch (type) {
-            case TINYGLTF_COMPONENT_TYPE_BYTE: return as(int8_t{});
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return as(uint8_t{});
-            case TINYGLTF_COMPONENT_TYPE_SHORT: return as(int16_t{});
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return as(uint16_t{});
-            case TINYGLTF_COMPONENT_TYPE_INT: return as(int32_t{});
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: return as(uint32_t{});
-            case TINYGLTF_COMPONENT_TYPE_DOUBLE: return as(double{});
-            default: return as(float{});
+            case TINYGLTF_COMPONENT_TYPE_BYTE:
+                return as(int8_t{});
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+                return as(uint8_t{});
+            case TINYGLTF_COMPONENT_TYPE_SHORT:
+                return as(int16_t{});
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+                return as(uint16_t{});
+            case TINYGLTF_COMPONENT_TYPE_INT:
+                return as(int32_t{});
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+                return as(uint32_t{});
+            case TINYGLTF_COMPONENT_TYPE_DOUBLE:
+                return as(double{});
+            default:
+                return as(float{});
         }
     }
     double& at(size_t i, size_t k) { return values_[i * static_cast<size_t>(width_) + k]; }
     const tinygltf::BufferView& view_of(const tinygltf::Model& model, int number) const {
-        if (number < 0 || static_cast<size_t>(number) >= model.bufferViews.size()) throw WrongFile{name_, "refers to a buffer view that is not there"};
+        if (number < 0 || static_cast<size_t>(number) >= model.bufferViews.size())
+            throw WrongFile{name_, "refers to a buffer view that is not there"};
         return model.bufferViews[static_cast<size_t>(number)];
     }
 
     template <class Put>
-    void load(const tinygltf::Model& model, int view_number, size_t offset, int type, int stride, size_t element_bytes, size_t count, Put&& put) {
+    void load(const tinygltf::Model& model, int view_number, size_t offset, int type, int stride, size_t element_bytes,
+              size_t count, Put&& put) {
         const tinygltf::BufferView& view = view_of(model, view_number);
-        if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= model.buffers.size()) throw WrongFile{name_, "refers to a buffer that is not there"};
+        if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= model.buffers.size())
+            throw WrongFile{name_, "refers to a buffer that is not there"};
         const auto& bytes = model.buffers[static_cast<size_t>(view.buffer)].data;
         const size_t step = stride > 0 ? static_cast<size_t>(stride) : element_bytes;
         const bool view_fits = view.byteOffset <= bytes.size() && view.byteLength <= bytes.size() - view.byteOffset;
-        const bool fits = view_fits && (count == 0 || (offset <= view.byteLength && element_bytes <= view.byteLength - offset && (count - 1) <= (view.byteLength - offset - element_bytes) / step));
+        const bool fits =
+            view_fits && (count == 0 || (offset <= view.byteLength && element_bytes <= view.byteLength - offset &&
+                                         (count - 1) <= (view.byteLength - offset - element_bytes) / step));
         if (!fits) throw WrongFile{name_, "reaches past the end of its buffer; the file is cut or its header is wrong"};
         if (values_.empty()) values_.assign(count_ * static_cast<size_t>(width_), 0);
         const unsigned char* base = bytes.data() + view.byteOffset + offset;
         const size_t size = component_size(type);
         for (size_t i = 0; i < count; ++i) {
-            for (size_t k = 0; k < static_cast<size_t>(width_) && k * size < element_bytes; ++k) put(i, k, number(base + i * step + k * size, type));
+            for (size_t k = 0; k < static_cast<size_t>(width_) && k * size < element_bytes; ++k)
+                put(i, k, number(base + i * step + k * size, type));
         }
     }
 
@@ -114,13 +138,15 @@ private:
         const auto count = static_cast<size_t>(std::max(accessor.sparse.count, 0));
         std::vector<size_t> places(count);
         const int width = std::exchange(width_, 1);
-        load(model, accessor.sparse.indices.bufferView, static_cast<size_t>(accessor.sparse.indices.byteOffset), accessor.sparse.indices.componentType, 0,
-             component_size(accessor.sparse.indices.componentType), count, [&](size_t i, size_t, double value) {
+        load(model, accessor.sparse.indices.bufferView, static_cast<size_t>(accessor.sparse.indices.byteOffset),
+             accessor.sparse.indices.componentType, 0, component_size(accessor.sparse.indices.componentType), count,
+             [&](size_t i, size_t, double value) {
                  places[i] = static_cast<size_t>(value);
                  if (places[i] >= count_) throw WrongFile{name_, "has a sparse index out of range"};
              });
         width_ = width;
-        load(model, accessor.sparse.values.bufferView, static_cast<size_t>(accessor.sparse.values.byteOffset), accessor.componentType, 0, element_bytes, count,
+        load(model, accessor.sparse.values.bufferView, static_cast<size_t>(accessor.sparse.values.byteOffset),
+             accessor.componentType, 0, element_bytes, count,
              [&](size_t i, size_t k, double value) { at(places[i], k) = value * scale_; });
     }
 
@@ -133,7 +159,8 @@ private:
 
 class GltfReader {
 public:
-    GltfReader(const SourceFile& file, const ReadOptions& options, ReadReport& report) : file_(file), options_(options), report_(report) {}
+    GltfReader(const SourceFile& file, const ReadOptions& options, ReadReport& report)
+        : file_(file), options_(options), report_(report) {}
 
     TriMesh read() {
         parse();
@@ -141,7 +168,10 @@ public:
         read_materials();
         const bool scenes = !model_.scenes.empty();
         if (scenes) {
-            const size_t scene = model_.defaultScene >= 0 && static_cast<size_t>(model_.defaultScene) < model_.scenes.size() ? static_cast<size_t>(model_.defaultScene) : 0;
+            const size_t scene =
+                model_.defaultScene >= 0 && static_cast<size_t>(model_.defaultScene) < model_.scenes.size()
+                    ? static_cast<size_t>(model_.defaultScene)
+                    : 0;
             for (const int node : model_.scenes[scene].nodes) visit(node, glm::dmat4(1), 0);
         } else {
             for (size_t m = 0; m < model_.meshes.size(); ++m) add_mesh(static_cast<int>(m), glm::dmat4(1));
@@ -149,7 +179,8 @@ public:
         if (!model_.skins.empty()) warn("has a skin; the mesh is taken in its bind pose");
         if (!model_.animations.empty()) warn("has animations; they are left out");
         if (mesh_.triangles.empty()) {
-            throw WrongFile{"", skipped_points_ ? "has points or lines and no triangles; point clouds are not read" : "has no triangles; there is nothing to read"};
+            throw WrongFile{"", skipped_points_ ? "has points or lines and no triangles; point clouds are not read"
+                                                : "has no triangles; there is nothing to read"};
         }
         finish();
         return std::move(mesh_);
@@ -157,7 +188,8 @@ public:
 
 private:
     void warn(const std::string& line) {
-        if (std::find(report_.warnings.begin(), report_.warnings.end(), line) == report_.warnings.end()) report_.warnings.push_back(line);
+        if (std::find(report_.warnings.begin(), report_.warnings.end(), line) == report_.warnings.end())
+            report_.warnings.push_back(line);
     }
 
     void parse() {
@@ -165,7 +197,8 @@ private:
         std::string error, warning;
         // Images are kept as they are in the file and decoded later, those that materials use.
         loader.SetImageLoader(
-            [](tinygltf::Image* image, const int, std::string*, std::string*, int, int, const unsigned char* bytes, int size, void*) {
+            [](tinygltf::Image* image, const int, std::string*, std::string*, int, int, const unsigned char* bytes,
+               int size, void*) {
                 image->image.assign(bytes, bytes + size);
                 image->as_is = true;
                 return true;
@@ -179,8 +212,11 @@ private:
         bool good = false;
         try {
             good = binary ? loader.LoadBinaryFromMemory(&model_, &error, &warning, bytes, size, folder)
-                          : loader.LoadASCIIFromString(&model_, &error, &warning, reinterpret_cast<const char*>(bytes), size, folder);
-        } catch (const std::exception& e) { throw WrongFile{"", std::string("is no glTF that can be read: ") + e.what()}; }
+                          : loader.LoadASCIIFromString(&model_, &error, &warning, reinterpret_cast<const char*>(bytes),
+                                                       size, folder);
+        } catch (const std::exception& e) {
+            throw WrongFile{"", std::string("is no glTF that can be read: ") + e.what()};
+        }
         if (!good) throw WrongFile{"", "is no glTF that can be read: " + one_line(error)};
     }
 
@@ -191,10 +227,14 @@ private:
     }
 
     void check_extensions() {
-        static constexpr std::array<std::string_view, 3> geometry_we_read = {"KHR_mesh_quantization", "KHR_texture_transform", "KHR_lights_punctual"};
+        static constexpr std::array<std::string_view, 3> geometry_we_read = {
+            "KHR_mesh_quantization", "KHR_texture_transform", "KHR_lights_punctual"};
         for (const std::string& extension : model_.extensionsRequired) {
-            const bool known = std::find(geometry_we_read.begin(), geometry_we_read.end(), extension) != geometry_we_read.end() || extension.rfind("KHR_materials_", 0) == 0;
-            if (!known) throw WrongFile{"", "requires the extension " + extension + ", which is not read; export without it"};
+            const bool known =
+                std::find(geometry_we_read.begin(), geometry_we_read.end(), extension) != geometry_we_read.end() ||
+                extension.rfind("KHR_materials_", 0) == 0;
+            if (!known)
+                throw WrongFile{"", "requires the extension " + extension + ", which is not read; export without it"};
         }
     }
 
@@ -208,8 +248,10 @@ private:
             material.name = from.name;
             material.double_sided = from.doubleSided;
             const auto& pbr = from.pbrMetallicRoughness;
-            for (size_t k = 0; k < 4 && k < pbr.baseColorFactor.size(); ++k) material.base_colour[static_cast<int>(k)] = static_cast<float>(pbr.baseColorFactor[k]);
-            if (pbr.baseColorTexture.index >= 0 && options_.load_images) material.base_colour_image = texture(pbr.baseColorTexture.index);
+            for (size_t k = 0; k < 4 && k < pbr.baseColorFactor.size(); ++k)
+                material.base_colour[static_cast<int>(k)] = static_cast<float>(pbr.baseColorFactor[k]);
+            if (pbr.baseColorTexture.index >= 0 && options_.load_images)
+                material.base_colour_image = texture(pbr.baseColorTexture.index);
             mesh_.material_table.push_back(material);
         }
     }
@@ -221,10 +263,13 @@ private:
         const auto [found, fresh] = images_.try_emplace(source, -1);
         if (!fresh) return found->second;
         const tinygltf::Image& image = model_.images[static_cast<size_t>(source)];
-        const std::string name = !image.uri.empty() ? image.uri : !image.name.empty() ? image.name : "image " + std::to_string(source);
+        const std::string name = !image.uri.empty()    ? image.uri
+                                 : !image.name.empty() ? image.name
+                                                       : "image " + std::to_string(source);
         auto decoded = decode_image(std::as_bytes(std::span(image.image)), name);
         if (!decoded) {
-            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded; its material keeps its plain colour");
+            warn("texture '" + name.substr(0, 80) +
+                 "' is missing or cannot be decoded; its material keeps its plain colour");
             return -1;
         }
         mesh_.images.push_back(std::move(*decoded));
@@ -232,7 +277,8 @@ private:
     }
 
     void visit(int number, const glm::dmat4& parent, int depth) {
-        if (number < 0 || static_cast<size_t>(number) >= model_.nodes.size()) throw WrongFile{"nodes", "one refers to a node that is not there"};
+        if (number < 0 || static_cast<size_t>(number) >= model_.nodes.size())
+            throw WrongFile{"nodes", "one refers to a node that is not there"};
         if (depth > deepest_node) throw WrongFile{"nodes", "are nested more than 256 deep or in a circle"};
         const tinygltf::Node& node = model_.nodes[static_cast<size_t>(number)];
         glm::dmat4 local(1);
@@ -242,7 +288,8 @@ private:
             glm::dvec3 t(0), s(1);
             glm::dquat r(1, 0, 0, 0);
             if (node.translation.size() == 3) t = glm::make_vec3(node.translation.data());
-            if (node.rotation.size() == 4) r = glm::dquat(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
+            if (node.rotation.size() == 4)
+                r = glm::dquat(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
             if (node.scale.size() == 3) s = glm::make_vec3(node.scale.data());
             local = glm::mat4_cast(r);
             for (int k = 0; k < 3; ++k) local[k] *= s[k];
@@ -255,16 +302,19 @@ private:
     }
 
     void add_mesh(int number, const glm::dmat4& world) {
-        if (static_cast<size_t>(number) >= model_.meshes.size()) throw WrongFile{"nodes", "one refers to a mesh that is not there"};
+        if (static_cast<size_t>(number) >= model_.meshes.size())
+            throw WrongFile{"nodes", "one refers to a mesh that is not there"};
         const tinygltf::Mesh& mesh = model_.meshes[static_cast<size_t>(number)];
         for (size_t p = 0; p < mesh.primitives.size(); ++p) {
-            add_primitive(mesh.primitives[p], "mesh " + std::to_string(number) + " primitive " + std::to_string(p), world);
+            add_primitive(mesh.primitives[p], "mesh " + std::to_string(number) + " primitive " + std::to_string(p),
+                          world);
         }
     }
 
     void add_primitive(const tinygltf::Primitive& primitive, const std::string& name, const glm::dmat4& world) {
         const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
-        if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP && mode != TINYGLTF_MODE_TRIANGLE_FAN) {
+        if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
+            mode != TINYGLTF_MODE_TRIANGLE_FAN) {
             skipped_points_ = true;
             warn("has points or lines; they are left out");
             return;
@@ -279,15 +329,19 @@ private:
         if (first + count > most_corners) throw WrongFile{name, "brings more vertices than 32-bit indices can name"};
         for (size_t i = 0; i < count; ++i) {
             const glm::vec3 p(world * glm::dvec4(positions(i, 0), positions(i, 1), positions(i, 2), 1));
-            if (!finite(p)) throw WrongFile{name, "vertex " + std::to_string(i) + " has a coordinate that is not finite; mend or remove it"};
+            if (!finite(p))
+                throw WrongFile{
+                    name, "vertex " + std::to_string(i) + " has a coordinate that is not finite; mend or remove it"};
             mesh_.positions.push_back(p);
         }
         add_normals(attribute("NORMAL"), name, world, count);
         add_uvs(attribute("TEXCOORD_0"), name, count);
         add_colours(attribute("COLOR_0"), name, count);
-        const bool has_material = primitive.material >= 0 && static_cast<size_t>(primitive.material) < model_.materials.size();
+        const bool has_material =
+            primitive.material >= 0 && static_cast<size_t>(primitive.material) < model_.materials.size();
         mesh_.materials.resize(first + count, static_cast<uint16_t>(has_material ? primitive.material + 1 : 0));
-        add_triangles(primitive, mode, name, static_cast<uint32_t>(first), static_cast<uint32_t>(count), glm::determinant(glm::dmat3(world)) < 0);
+        add_triangles(primitive, mode, name, static_cast<uint32_t>(first), static_cast<uint32_t>(count),
+                      glm::determinant(glm::dmat3(world)) < 0);
     }
 
     void add_normals(int accessor, const std::string& name, const glm::dmat4& world, size_t count) {
@@ -299,7 +353,8 @@ private:
         const Values normals(model_, accessor, name + " NORMAL", 3);
         if (normals.size() != count) throw WrongFile{name, "has another number of normals than of positions"};
         const glm::dmat3 linear(world);
-        const glm::dmat3 to_world = std::abs(glm::determinant(linear)) > 0 ? glm::transpose(glm::inverse(linear)) : glm::dmat3(1);
+        const glm::dmat3 to_world =
+            std::abs(glm::determinant(linear)) > 0 ? glm::transpose(glm::inverse(linear)) : glm::dmat3(1);
         for (size_t i = 0; i < count; ++i) {
             const glm::dvec3 n = to_world * glm::dvec3(normals(i, 0), normals(i, 1), normals(i, 2));
             const double length = glm::length(n);
@@ -327,7 +382,8 @@ private:
             return;
         }
         has_colours_ = true;
-        const bool alpha = static_cast<size_t>(accessor) < model_.accessors.size() && model_.accessors[static_cast<size_t>(accessor)].type == TINYGLTF_TYPE_VEC4;
+        const bool alpha = static_cast<size_t>(accessor) < model_.accessors.size() &&
+                           model_.accessors[static_cast<size_t>(accessor)].type == TINYGLTF_TYPE_VEC4;
         const Values colours(model_, accessor, name + " COLOR_0", alpha ? 4 : 3);
         if (colours.size() != count) throw WrongFile{name, "has another number of colours than of positions"};
         // glTF's are linear, ours are sRGB.
@@ -338,26 +394,36 @@ private:
         }
     }
 
-    void add_triangles(const tinygltf::Primitive& primitive, int mode, const std::string& name, uint32_t first, uint32_t vertices, bool mirrored) {
+    void add_triangles(const tinygltf::Primitive& primitive, int mode, const std::string& name, uint32_t first,
+                       uint32_t vertices, bool mirrored) {
         std::vector<uint32_t> indices;
         if (primitive.indices >= 0) {
             const Values values(model_, primitive.indices, name + " indices", 1);
             for (size_t i = 0; i < values.size(); ++i) {
                 const double value = values(i, 0);
-                if (!(value >= 0 && value < vertices)) throw WrongFile{name, "index " + std::to_string(i) + " refers to vertex " + std::to_string(static_cast<int64_t>(value)) + "; there are " + std::to_string(vertices)};
+                if (!(value >= 0 && value < vertices))
+                    throw WrongFile{name, "index " + std::to_string(i) + " refers to vertex " +
+                                              std::to_string(static_cast<int64_t>(value)) + "; there are " +
+                                              std::to_string(vertices)};
                 indices.push_back(static_cast<uint32_t>(value));
             }
         } else {
             for (uint32_t i = 0; i < vertices; ++i) indices.push_back(i);
         }
-        const auto add = [&](uint32_t a, uint32_t b, uint32_t c) { mesh_.triangles.push_back(mirrored ? Triangle{first + a, first + c, first + b} : Triangle{first + a, first + b, first + c}); };
+        const auto add = [&](uint32_t a, uint32_t b, uint32_t c) {
+            mesh_.triangles.push_back(mirrored ? Triangle{first + a, first + c, first + b}
+                                               : Triangle{first + a, first + b, first + c});
+        };
         if (mode == TINYGLTF_MODE_TRIANGLES) {
             for (size_t i = 0; i + 2 < indices.size(); i += 3) add(indices[i], indices[i + 1], indices[i + 2]);
         } else {
             for (size_t i = 0; i + 2 < indices.size(); ++i) {
-                if (mode == TINYGLTF_MODE_TRIANGLE_FAN) add(indices[0], indices[i + 1], indices[i + 2]);
-                else if (i % 2 == 0) add(indices[i], indices[i + 1], indices[i + 2]);
-                else add(indices[i + 1], indices[i], indices[i + 2]);
+                if (mode == TINYGLTF_MODE_TRIANGLE_FAN)
+                    add(indices[0], indices[i + 1], indices[i + 2]);
+                else if (i % 2 == 0)
+                    add(indices[i], indices[i + 1], indices[i + 2]);
+                else
+                    add(indices[i + 1], indices[i], indices[i + 2]);
             }
         }
     }

@@ -31,7 +31,8 @@ Result<TriMesh> finished(const SourceFile& file, HeightMap& map, const ReadOptio
     if (options.pixel_size > 0) map.spacing_x = map.spacing_y = static_cast<double>(options.pixel_size);
     if (holes > 0) report.warnings.push_back(std::to_string(holes) + " samples hold no data; they are holes");
     TriMesh mesh = terrain_of(map);
-    if (mesh.triangles.empty()) return file.wrong("", "has no three neighbouring samples with data; there is nothing to read");
+    if (mesh.triangles.empty())
+        return file.wrong("", "has no three neighbouring samples with data; there is nothing to read");
     return mesh;
 }
 
@@ -42,9 +43,11 @@ struct PngInput {
 };
 
 // Plain data only: libpng leaves it by longjmp.
-bool read_png_samples(PngInput& input, uint32_t& width, uint32_t& height, int& depth, int& colour_type, std::vector<uint8_t>& rows) {
+bool read_png_samples(PngInput& input, uint32_t& width, uint32_t& height, int& depth, int& colour_type,
+                      std::vector<uint8_t>& rows) {
     const auto on_error = [](png_structp png, png_const_charp message) {
-        std::snprintf(static_cast<PngInput*>(png_get_error_ptr(png))->message, sizeof(PngInput::message), "%s", message);
+        std::snprintf(static_cast<PngInput*>(png_get_error_ptr(png))->message, sizeof(PngInput::message), "%s",
+                      message);
         png_longjmp(png, 1);
     };
     const auto on_read = [](png_structp png, png_bytep to, size_t count) {
@@ -53,7 +56,8 @@ bool read_png_samples(PngInput& input, uint32_t& width, uint32_t& height, int& d
         std::memcpy(to, from->bytes.data() + from->at, count);
         from->at += count;
     };
-    png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &input, on_error, [](png_structp, png_const_charp) {});
+    png_structp png =
+        png_create_read_struct(PNG_LIBPNG_VER_STRING, &input, on_error, [](png_structp, png_const_charp) {});
     png_infop info = png_create_info_struct(png);
     if (setjmp(png_jmpbuf(png)) != 0) {
         png_destroy_read_struct(&png, &info, nullptr);
@@ -88,11 +92,14 @@ int on_tiff_error(thandle_t handle, const char* module, const char* format, va_l
     char text[256];
     std::vsnprintf(text, sizeof text, format, arguments);
     auto* input = static_cast<TiffInput*>(handle);
-    if (input != nullptr && input->message.empty()) input->message = std::string(module != nullptr ? module : "") + ": " + text;
+    if (input != nullptr && input->message.empty())
+        input->message = std::string(module != nullptr ? module : "") + ": " + text;
     return 1;
 }
 thread_local TiffInput* g_tiff = nullptr;
-void on_tiff_error_plain(const char* module, const char* format, va_list arguments) { on_tiff_error(g_tiff, module, format, arguments); }
+void on_tiff_error_plain(const char* module, const char* format, va_list arguments) {
+    on_tiff_error(g_tiff, module, format, arguments);
+}
 
 TIFF* open_tiff(TiffInput& input) {
     // Debian 12's libtiff 4.5 has per-file handlers only for newer calls; the global ones are set once.
@@ -107,7 +114,8 @@ TIFF* open_tiff(TiffInput& input) {
         "heights", "rm", &input,
         [](thandle_t h, void* to, tmsize_t count) -> tmsize_t {
             auto* in = static_cast<TiffInput*>(h);
-            const auto length = std::min<uint64_t>(static_cast<uint64_t>(count), in->at < in->bytes.size() ? in->bytes.size() - in->at : 0);
+            const auto length = std::min<uint64_t>(static_cast<uint64_t>(count),
+                                                   in->at < in->bytes.size() ? in->bytes.size() - in->at : 0);
             std::memcpy(to, in->bytes.data() + in->at, length);
             in->at += length;
             return static_cast<tmsize_t>(length);
@@ -118,13 +126,15 @@ TIFF* open_tiff(TiffInput& input) {
             in->at = offset + (whence == SEEK_CUR ? in->at : whence == SEEK_END ? in->bytes.size() : 0);
             return in->at;
         },
-        [](thandle_t) { return 0; }, [](thandle_t h) -> toff_t { return static_cast<TiffInput*>(h)->bytes.size(); }, nullptr, nullptr);
+        [](thandle_t) { return 0; }, [](thandle_t h) -> toff_t { return static_cast<TiffInput*>(h)->bytes.size(); },
+        nullptr, nullptr);
 }
 
 // GeoTIFF's tags, which libtiff does not know by itself.
 constexpr ttag_t tag_pixel_scale = 33550, tag_tie_points = 33922, tag_geo_keys = 34735, tag_no_data = 42113;
 void add_geo_tags(TIFF* tiff) {
-    static char scale_name[] = "ModelPixelScaleTag", tie_name[] = "ModelTiepointTag", keys_name[] = "GeoKeyDirectoryTag", no_data_name[] = "GDAL_NODATA";
+    static char scale_name[] = "ModelPixelScaleTag", tie_name[] = "ModelTiepointTag",
+                keys_name[] = "GeoKeyDirectoryTag", no_data_name[] = "GDAL_NODATA";
     static const TIFFFieldInfo fields[] = {{tag_pixel_scale, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, scale_name},
                                            {tag_tie_points, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, tie_name},
                                            {tag_geo_keys, -1, -1, TIFF_SHORT, FIELD_CUSTOM, 1, 1, keys_name},
@@ -142,23 +152,26 @@ float sample_value(const uint8_t* at, uint16_t bits, uint16_t format) {
     return bits == 8 ? as(uint8_t{}) : bits == 16 ? as(uint16_t{}) : as(uint32_t{});
 }
 
-// Metres a sample spans, from the file's own georeference. Degrees become metres at the map's middle latitude (a sphere of
-// 6371 km, within 0.6% of the ellipsoid).
+// Metres a sample spans, from the file's own georeference. Degrees become metres at the map's middle latitude (a sphere
+// of 6371 km, within 0.6% of the ellipsoid).
 void read_spacing(TIFF* tiff, HeightMap& map) {
     uint16_t count = 0;
     double* scale = nullptr;
-    if (TIFFGetField(tiff, tag_pixel_scale, &count, &scale) != 1 || count < 2 || !(scale[0] > 0) || !(scale[1] > 0)) return;
+    if (TIFFGetField(tiff, tag_pixel_scale, &count, &scale) != 1 || count < 2 || !(scale[0] > 0) || !(scale[1] > 0))
+        return;
     map.spacing_x = scale[0];
     map.spacing_y = scale[1];
     uint16_t* keys = nullptr;
     bool degrees = false;
     if (TIFFGetField(tiff, tag_geo_keys, &count, &keys) == 1) {
-        for (uint16_t k = 4; k + 3 < count; k = static_cast<uint16_t>(k + 4)) degrees = degrees || (keys[k] == 1024 && keys[k + 3] == 2);
+        for (uint16_t k = 4; k + 3 < count; k = static_cast<uint16_t>(k + 4))
+            degrees = degrees || (keys[k] == 1024 && keys[k + 3] == 2);
     }
     if (!degrees) return;
     double* tie = nullptr;
     double latitude = 0;
-    if (TIFFGetField(tiff, tag_tie_points, &count, &tie) == 1 && count >= 6) latitude = tie[4] - (map.height / 2.0 - tie[1]) * scale[1];
+    if (TIFFGetField(tiff, tag_tie_points, &count, &tie) == 1 && count >= 6)
+        latitude = tie[4] - (map.height / 2.0 - tie[1]) * scale[1];
     constexpr double radians = 3.14159265358979323846 / 180, metres_per_degree = 6371000.0 * radians;
     map.spacing_x *= metres_per_degree * std::cos(latitude * radians);
     map.spacing_y *= metres_per_degree;
@@ -174,9 +187,11 @@ TriMesh terrain_of(const HeightMap& map) {
         uint32_t& v = vertex[size_t{y} * map.width + x];
         if (v == ~0u) {
             v = static_cast<uint32_t>(mesh.positions.size());
-            mesh.positions.emplace_back(static_cast<float>((x - (map.width - 1) / 2.0) * map.spacing_x), map.samples[size_t{y} * map.width + x],
+            mesh.positions.emplace_back(static_cast<float>((x - (map.width - 1) / 2.0) * map.spacing_x),
+                                        map.samples[size_t{y} * map.width + x],
                                         static_cast<float>((y - (map.height - 1) / 2.0) * map.spacing_y));
-            mesh.uvs.emplace_back(static_cast<float>(x) / static_cast<float>(std::max(map.width - 1, 1u)), static_cast<float>(y) / static_cast<float>(std::max(map.height - 1, 1u)));
+            mesh.uvs.emplace_back(static_cast<float>(x) / static_cast<float>(std::max(map.width - 1, 1u)),
+                                  static_cast<float>(y) / static_cast<float>(std::max(map.height - 1, 1u)));
         }
         return v;
     };
@@ -212,8 +227,11 @@ Result<TriMesh> read_png_heights(const SourceFile& file, const ReadOptions& opti
     HeightMap map;
     int depth = 0, colour_type = 0;
     std::vector<uint8_t> rows;
-    if (!read_png_samples(input, map.width, map.height, depth, colour_type, rows)) return file.wrong("", std::string("cannot be decoded: ") + input.message);
-    if (rows.empty()) return file.wrong("", "is no height map: it must be a grey PNG of 16 bits, and has " + std::to_string(depth) + " bits of colour type " + std::to_string(colour_type));
+    if (!read_png_samples(input, map.width, map.height, depth, colour_type, rows))
+        return file.wrong("", std::string("cannot be decoded: ") + input.message);
+    if (rows.empty())
+        return file.wrong("", "is no height map: it must be a grey PNG of 16 bits, and has " + std::to_string(depth) +
+                                  " bits of colour type " + std::to_string(colour_type));
     for (size_t i = 0; i + 1 < rows.size(); i += 2) {
         const auto bits = static_cast<uint16_t>(rows[i] << 8 | rows[i + 1]);
         // A signed raster's voids, stored as they are or shifted to unsigned, are holes.
@@ -225,7 +243,9 @@ Result<TriMesh> read_png_heights(const SourceFile& file, const ReadOptions& opti
 Result<TriMesh> read_geotiff(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
     TiffInput input{file.content.bytes, 0, {}};
     TIFF* tiff = open_tiff(input);
-    const auto wrong = [&](const std::string& what) { return file.wrong("", input.message.empty() ? what : what + " (" + input.message + ")"); };
+    const auto wrong = [&](const std::string& what) {
+        return file.wrong("", input.message.empty() ? what : what + " (" + input.message + ")");
+    };
     if (tiff == nullptr) return wrong("is no TIFF that can be read");
     const std::unique_ptr<TIFF, decltype(&TIFFClose)> closer(tiff, TIFFClose);
     add_geo_tags(tiff);
@@ -237,10 +257,14 @@ Result<TriMesh> read_geotiff(const SourceFile& file, const ReadOptions& options,
     TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &bits);
     TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &format);
     TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
-    const bool number = (format == SAMPLEFORMAT_IEEEFP && (bits == 32 || bits == 64)) || ((format == SAMPLEFORMAT_UINT || format == SAMPLEFORMAT_INT) && (bits == 8 || bits == 16 || bits == 32));
-    if (samples != 1 || !number) return wrong("is no height map: it must have one sample of 8, 16 or 32 bits or a float per pixel");
+    const bool number =
+        (format == SAMPLEFORMAT_IEEEFP && (bits == 32 || bits == 64)) ||
+        ((format == SAMPLEFORMAT_UINT || format == SAMPLEFORMAT_INT) && (bits == 8 || bits == 16 || bits == 32));
+    if (samples != 1 || !number)
+        return wrong("is no height map: it must have one sample of 8, 16 or 32 bits or a float per pixel");
     if (map.width < 2 || map.height < 2 || map.width > most_side || map.height > most_side) {
-        return wrong("is " + std::to_string(map.width) + "x" + std::to_string(map.height) + " samples; 2 to 32768 a side are read");
+        return wrong("is " + std::to_string(map.width) + "x" + std::to_string(map.height) +
+                     " samples; 2 to 32768 a side are read");
     }
     const size_t sample_bytes = bits / 8u;
     map.samples.assign(size_t{map.width} * map.height, hole);
@@ -249,23 +273,29 @@ Result<TriMesh> read_geotiff(const SourceFile& file, const ReadOptions& options,
         TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &tile_width);
         TIFFGetField(tiff, TIFFTAG_TILELENGTH, &tile_height);
         const auto tile_bytes = static_cast<size_t>(TIFFTileSize(tiff));
-        if (tile_width == 0 || tile_height == 0 || tile_bytes < size_t{tile_width} * tile_height * sample_bytes || tile_bytes > (size_t{1} << 30)) return wrong("has tiles of a wrong size");
+        if (tile_width == 0 || tile_height == 0 || tile_bytes < size_t{tile_width} * tile_height * sample_bytes ||
+            tile_bytes > (size_t{1} << 30))
+            return wrong("has tiles of a wrong size");
         std::vector<uint8_t> tile(tile_bytes);
         for (uint32_t y0 = 0; y0 < map.height; y0 += tile_height) {
             for (uint32_t x0 = 0; x0 < map.width; x0 += tile_width) {
                 if (TIFFReadTile(tiff, tile.data(), x0, y0, 0, 0) < 0) return wrong("a tile cannot be decoded");
                 for (uint32_t y = y0; y < std::min(y0 + tile_height, map.height); ++y) {
                     for (uint32_t x = x0; x < std::min(x0 + tile_width, map.width); ++x) {
-                        map.samples[size_t{y} * map.width + x] = sample_value(&tile[(size_t{y - y0} * tile_width + x - x0) * sample_bytes], bits, format);
+                        map.samples[size_t{y} * map.width + x] =
+                            sample_value(&tile[(size_t{y - y0} * tile_width + x - x0) * sample_bytes], bits, format);
                     }
                 }
             }
         }
     } else {
-        std::vector<uint8_t> line(std::max<size_t>(static_cast<size_t>(TIFFScanlineSize(tiff)), map.width * sample_bytes));
+        std::vector<uint8_t> line(
+            std::max<size_t>(static_cast<size_t>(TIFFScanlineSize(tiff)), map.width * sample_bytes));
         for (uint32_t y = 0; y < map.height; ++y) {
-            if (TIFFReadScanline(tiff, line.data(), y, 0) < 0) return wrong("row " + std::to_string(y) + " cannot be decoded");
-            for (uint32_t x = 0; x < map.width; ++x) map.samples[size_t{y} * map.width + x] = sample_value(&line[x * sample_bytes], bits, format);
+            if (TIFFReadScanline(tiff, line.data(), y, 0) < 0)
+                return wrong("row " + std::to_string(y) + " cannot be decoded");
+            for (uint32_t x = 0; x < map.width; ++x)
+                map.samples[size_t{y} * map.width + x] = sample_value(&line[x * sample_bytes], bits, format);
         }
     }
     read_spacing(tiff, map);

@@ -9,8 +9,8 @@
 namespace lodestone {
 
 struct HeightMap {
-    uint32_t width = 0, height = 0;   // samples
-    std::vector<float> samples;       // rows north to south; a hole is not finite
+    uint32_t width = 0, height = 0;       // samples
+    std::vector<float> samples;           // rows north to south; a hole is not finite
     double spacing_x = 1, spacing_y = 1;  // object units from sample to sample
 };
 

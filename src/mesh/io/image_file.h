@@ -9,8 +9,8 @@
 
 namespace lodestone {
 
-// Decodes PNG (any kind, to 8 bits) or JPEG, told by content. `name` is only for messages. Images past 16384 texels a side
-// are refused.
+// Decodes PNG (any kind, to 8 bits) or JPEG, told by content. `name` is only for messages. Images past 16384 texels a
+// side are refused.
 Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name);
 Result<Image> read_image(const std::filesystem::path& path);
 

@@ -1,4 +1,5 @@
-// Wavefront OBJ and its MTL: vertices (with colours), texture coordinates, normals, polygons, materials; the rest is stepped over.
+// Wavefront OBJ and its MTL: vertices (with colours), texture coordinates, normals, polygons, materials; the rest is
+// stepped over.
 #include <algorithm>
 #include <map>
 #include <unordered_map>
@@ -35,13 +36,20 @@ public:
         for (; !cursor_.at_end(); cursor_.next_line()) {
             const std::string_view key = cursor_.word();
             Result<void> done;
-            if (key == "v") done = read_position();
-            else if (key == "vt") done = read_uv();
-            else if (key == "vn") done = read_normal();
-            else if (key == "f") done = read_face();
-            else if (key == "usemtl") use_material(std::string(cursor_.rest()));
-            else if (key == "mtllib") read_library(std::string(cursor_.rest()));
-            else if (key == "curv" || key == "surf") note_once("curves and surfaces are left out; export triangles");
+            if (key == "v")
+                done = read_position();
+            else if (key == "vt")
+                done = read_uv();
+            else if (key == "vn")
+                done = read_normal();
+            else if (key == "f")
+                done = read_face();
+            else if (key == "usemtl")
+                use_material(std::string(cursor_.rest()));
+            else if (key == "mtllib")
+                read_library(std::string(cursor_.rest()));
+            else if (key == "curv" || key == "surf")
+                note_once("curves and surfaces are left out; export triangles");
             if (!done) return tl::unexpected(done.error());
         }
         if (mesh_.triangles.empty()) return file_.wrong("", "has no faces; there is nothing to read");
@@ -52,15 +60,19 @@ public:
 private:
     Result<void> read_position() {
         glm::vec3 p;
-        if (!cursor_.number(p.x) || !cursor_.number(p.y) || !cursor_.number(p.z)) return file_.wrong_line(cursor_.line(), "a vertex needs three numbers");
+        if (!cursor_.number(p.x) || !cursor_.number(p.y) || !cursor_.number(p.z))
+            return file_.wrong_line(cursor_.line(), "a vertex needs three numbers");
         if (!finite(p)) return file_.wrong_line(cursor_.line(), "a coordinate is not finite; mend or remove it");
         float more[4] = {};
         int count = 0;
         while (count < 4 && cursor_.number(more[count])) ++count;
         // "x y z r g b"; a single number more is a weight.
         if (count == 3) {
-            const auto byte = [](float c) { return static_cast<uint8_t>(c >= 0 ? std::min(c, 1.0f) * 255 + 0.5f : 0.0f); };
-            if (colours_.size() == mesh_.positions.size()) colours_.emplace_back(byte(more[0]), byte(more[1]), byte(more[2]), 255);
+            const auto byte = [](float c) {
+                return static_cast<uint8_t>(c >= 0 ? std::min(c, 1.0f) * 255 + 0.5f : 0.0f);
+            };
+            if (colours_.size() == mesh_.positions.size())
+                colours_.emplace_back(byte(more[0]), byte(more[1]), byte(more[2]), 255);
         }
         mesh_.positions.push_back(p);
         return {};
@@ -77,7 +89,8 @@ private:
 
     Result<void> read_normal() {
         glm::vec3 n;
-        if (!cursor_.number(n.x) || !cursor_.number(n.y) || !cursor_.number(n.z)) return file_.wrong_line(cursor_.line(), "a normal needs three numbers");
+        if (!cursor_.number(n.x) || !cursor_.number(n.y) || !cursor_.number(n.z))
+            return file_.wrong_line(cursor_.line(), "a normal needs three numbers");
         const float length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
         normals_.push_back(length > 0 && std::isfinite(length) ? n / length : glm::vec3(0, 0, 1));
         return {};
@@ -86,10 +99,12 @@ private:
     // One of "17", "-3": counted from 1, or back from the newest.
     Result<uint32_t> index(std::string_view text, size_t count, const char* kind) {
         int64_t value = 0;
-        if (!TextCursor::parse(text, value)) return file_.wrong_line(cursor_.line(), "'" + std::string(text.substr(0, 40)) + "' is no index");
+        if (!TextCursor::parse(text, value))
+            return file_.wrong_line(cursor_.line(), "'" + std::string(text.substr(0, 40)) + "' is no index");
         const int64_t at = value < 0 ? static_cast<int64_t>(count) + value : value - 1;
         if (at < 0 || at >= static_cast<int64_t>(count)) {
-            return file_.wrong_line(cursor_.line(), "refers to " + std::string(kind) + " " + std::to_string(value) + "; the file has " + std::to_string(count) + " up to here");
+            return file_.wrong_line(cursor_.line(), "refers to " + std::string(kind) + " " + std::to_string(value) +
+                                                        "; the file has " + std::to_string(count) + " up to here");
         }
         return static_cast<uint32_t>(at);
     }
@@ -97,7 +112,8 @@ private:
     // As index, but what is not there is left out: a mesh is worth reading without.
     Result<uint32_t> attribute_index(std::string_view text, size_t count, const char* kind) {
         int64_t value = 0;
-        if (!TextCursor::parse(text, value)) return file_.wrong_line(cursor_.line(), "'" + std::string(text.substr(0, 40)) + "' is no index");
+        if (!TextCursor::parse(text, value))
+            return file_.wrong_line(cursor_.line(), "'" + std::string(text.substr(0, 40)) + "' is no index");
         const int64_t at = value < 0 ? static_cast<int64_t>(count) + value : value - 1;
         if (at >= 0 && at < static_cast<int64_t>(count)) return static_cast<uint32_t>(at);
         note_once("some faces refer to " + std::string(kind) + " that are not there; they go without");
@@ -115,7 +131,8 @@ private:
             corner.position = *position;
             if (slash != std::string_view::npos) {
                 const size_t second = word.find('/', slash + 1);
-                const std::string_view uv = word.substr(slash + 1, second == std::string_view::npos ? second : second - slash - 1);
+                const std::string_view uv =
+                    word.substr(slash + 1, second == std::string_view::npos ? second : second - slash - 1);
                 if (!uv.empty()) {
                     auto at = attribute_index(uv, uvs_.size(), "texture coordinates");
                     if (!at) return tl::unexpected(at.error());
@@ -129,7 +146,9 @@ private:
             }
             fan_.push_back(wedge_of(corner));
         }
-        if (fan_.size() < 3) return file_.wrong_line(cursor_.line(), "a face has " + std::to_string(fan_.size()) + " corners; it needs three or more");
+        if (fan_.size() < 3)
+            return file_.wrong_line(cursor_.line(),
+                                    "a face has " + std::to_string(fan_.size()) + " corners; it needs three or more");
         add_fan(mesh_.triangles, fan_, report_);
         return {};
     }
@@ -141,7 +160,8 @@ private:
     }
 
     void use_material(const std::string& name) {
-        const auto [found, fresh] = material_numbers_.try_emplace(name, static_cast<uint32_t>(mesh_.material_table.size()));
+        const auto [found, fresh] =
+            material_numbers_.try_emplace(name, static_cast<uint32_t>(mesh_.material_table.size()));
         if (fresh) {
             if (mesh_.material_table.size() > 65535) {
                 material_numbers_.erase(found);
@@ -184,7 +204,8 @@ private:
                 if (line.number(d) && std::isfinite(d)) material->base_colour.w = d;
             } else if (key == "map_Kd" && options_.load_images) {
                 std::string texture(line.rest());
-                if (!texture.empty() && texture[0] == '-') texture.erase(0, texture.rfind(' ') + 1);  // options come before the name
+                if (!texture.empty() && texture[0] == '-')
+                    texture.erase(0, texture.rfind(' ') + 1);  // options come before the name
                 const auto [found, fresh] = textures_.try_emplace(texture, -1);
                 if (fresh) found->second = load_texture(file_, texture, mesh_, report_);
                 material->base_colour_image = found->second;
@@ -203,10 +224,13 @@ private:
             some_normal = some_normal || c.normal != absent;
             all_normals = all_normals && c.normal != absent;
         }
-        if (some_normal && !all_normals) report_.warnings.emplace_back("some faces have no normals; all are computed from the shape");
+        if (some_normal && !all_normals)
+            report_.warnings.emplace_back("some faces have no normals; all are computed from the shape");
         const bool coloured = !colours_.empty() && colours_.size() == mesh_.positions.size();
-        if (!colours_.empty() && !coloured) report_.warnings.emplace_back("some vertices have no colour; colours are left out");
-        // Faces before the first usemtl refer to material 0, whichever that is by now; without any usemtl materials do not matter.
+        if (!colours_.empty() && !coloured)
+            report_.warnings.emplace_back("some vertices have no colour; colours are left out");
+        // Faces before the first usemtl refer to material 0, whichever that is by now; without any usemtl materials do
+        // not matter.
         if (!used_material_) mesh_.material_table.clear();
         for (const Corner& c : corners_) {
             mesh_.wedge_vertex.push_back(c.position);
@@ -219,7 +243,8 @@ private:
     }
 
     void note_once(const std::string& line) {
-        if (std::find(report_.warnings.begin(), report_.warnings.end(), line) == report_.warnings.end()) report_.warnings.push_back(line);
+        if (std::find(report_.warnings.begin(), report_.warnings.end(), line) == report_.warnings.end())
+            report_.warnings.push_back(line);
     }
 
     const SourceFile& file_;
@@ -241,6 +266,8 @@ private:
 
 }  // namespace
 
-Result<TriMesh> read_obj(const SourceFile& file, const ReadOptions& options, ReadReport& report) { return ObjReader(file, options, report).read(); }
+Result<TriMesh> read_obj(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
+    return ObjReader(file, options, report).read();
+}
 
 }  // namespace lodestone

@@ -1,4 +1,5 @@
-// PLY: Turk, "The PLY polygon file format", 1994. ascii, binary of both byte orders, tristrips, any further elements and properties.
+// PLY: Turk, "The PLY polygon file format", 1994. ascii, binary of both byte orders, tristrips, any further elements
+// and properties.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -19,9 +20,10 @@ constexpr std::array<size_t, 8> number_bytes = {1, 1, 2, 2, 4, 4, 4, 8};
 
 std::optional<Number> number_named(std::string_view name) {
     static constexpr std::pair<std::string_view, Number> names[] = {
-        {"char", Number::i8},    {"int8", Number::i8},   {"uchar", Number::u8},  {"uint8", Number::u8},    {"short", Number::i16},   {"int16", Number::i16},
-        {"ushort", Number::u16}, {"uint16", Number::u16}, {"int", Number::i32},   {"int32", Number::i32},   {"uint", Number::u32},    {"uint32", Number::u32},
-        {"float", Number::f32},  {"float32", Number::f32}, {"double", Number::f64}, {"float64", Number::f64}};
+        {"char", Number::i8},   {"int8", Number::i8},     {"uchar", Number::u8},   {"uint8", Number::u8},
+        {"short", Number::i16}, {"int16", Number::i16},   {"ushort", Number::u16}, {"uint16", Number::u16},
+        {"int", Number::i32},   {"int32", Number::i32},   {"uint", Number::u32},   {"uint32", Number::u32},
+        {"float", Number::f32}, {"float32", Number::f32}, {"double", Number::f64}, {"float64", Number::f64}};
     for (const auto& [known, number] : names) {
         if (name == known) return number;
     }
@@ -46,7 +48,8 @@ struct Element {
     size_t least_bytes = 0;  // of one item, in binary
     // Nothing in it matters, and it can be stepped over.
     bool role_free() const {
-        return fixed_bytes > 0 && std::all_of(properties.begin(), properties.end(), [](const Property& p) { return p.role == Role::none; });
+        return fixed_bytes > 0 && std::all_of(properties.begin(), properties.end(),
+                                              [](const Property& p) { return p.role == Role::none; });
     }
     bool has(Role role) const {
         return std::any_of(properties.begin(), properties.end(), [&](const Property& p) { return p.role == role; });
@@ -54,11 +57,26 @@ struct Element {
 };
 
 Role vertex_role(std::string_view name) {
-    static constexpr std::pair<std::string_view, Role> roles[] = {
-        {"x", Role::x},         {"y", Role::y},         {"z", Role::z},         {"nx", Role::nx},       {"ny", Role::ny},           {"nz", Role::nz},
-        {"u", Role::u},         {"v", Role::v},         {"s", Role::u},         {"t", Role::v},         {"texture_u", Role::u},     {"texture_v", Role::v},
-        {"red", Role::red},     {"green", Role::green}, {"blue", Role::blue},   {"alpha", Role::alpha}, {"diffuse_red", Role::red}, {"diffuse_green", Role::green},
-        {"diffuse_blue", Role::blue}, {"material_index", Role::material}};
+    static constexpr std::pair<std::string_view, Role> roles[] = {{"x", Role::x},
+                                                                  {"y", Role::y},
+                                                                  {"z", Role::z},
+                                                                  {"nx", Role::nx},
+                                                                  {"ny", Role::ny},
+                                                                  {"nz", Role::nz},
+                                                                  {"u", Role::u},
+                                                                  {"v", Role::v},
+                                                                  {"s", Role::u},
+                                                                  {"t", Role::v},
+                                                                  {"texture_u", Role::u},
+                                                                  {"texture_v", Role::v},
+                                                                  {"red", Role::red},
+                                                                  {"green", Role::green},
+                                                                  {"blue", Role::blue},
+                                                                  {"alpha", Role::alpha},
+                                                                  {"diffuse_red", Role::red},
+                                                                  {"diffuse_green", Role::green},
+                                                                  {"diffuse_blue", Role::blue},
+                                                                  {"material_index", Role::material}};
     for (const auto& [known, role] : roles) {
         if (name == known) return role;
     }
@@ -75,14 +93,22 @@ double load(const std::byte* at, bool swap) {
 
 double load(Number type, const std::byte* at, bool swap) {
     switch (type) {
-        case Number::i8: return load<int8_t>(at, false);
-        case Number::u8: return load<uint8_t>(at, false);
-        case Number::i16: return load<int16_t>(at, swap);
-        case Number::u16: return load<uint16_t>(at, swap);
-        case Number::i32: return load<int32_t>(at, swap);
-        case Number::u32: return load<uint32_t>(at, swap);
-        case Number::f32: return load<float>(at, swap);
-        case Number::f64: return load<double>(at, swap);
+        case Number::i8:
+            return load<int8_t>(at, false);
+        case Number::u8:
+            return load<uint8_t>(at, false);
+        case Number::i16:
+            return load<int16_t>(at, swap);
+        case Number::u16:
+            return load<uint16_t>(at, swap);
+        case Number::i32:
+            return load<int32_t>(at, swap);
+        case Number::u32:
+            return load<uint32_t>(at, swap);
+        case Number::f32:
+            return load<float>(at, swap);
+        case Number::f64:
+            return load<double>(at, swap);
     }
     return 0;
 }
@@ -91,10 +117,13 @@ double load(Number type, const std::byte* at, bool swap) {
 double colour_scale(Number type) {
     switch (type) {
         case Number::f32:
-        case Number::f64: return 255;
+        case Number::f64:
+            return 255;
         case Number::u16:
-        case Number::i16: return 255.0 / 65535;
-        default: return 1;
+        case Number::i16:
+            return 255.0 / 65535;
+        default:
+            return 1;
     }
 }
 
@@ -108,20 +137,23 @@ public:
         cursor.next_line();
         bool format_known = false;
         for (;;) {
-            if (cursor.at_end()) return file_.wrong_line(cursor.line(), "the header has no end_header; the file is cut or is no PLY");
+            if (cursor.at_end())
+                return file_.wrong_line(cursor.line(), "the header has no end_header; the file is cut or is no PLY");
             const std::string_view key = cursor.word();
             if (key == "end_header") break;
             if (key == "format") {
                 const std::string_view kind = cursor.word();
                 ascii_ = kind == "ascii";
                 swap_ = kind == "binary_big_endian";
-                if (!ascii_ && !swap_ && kind != "binary_little_endian") return file_.wrong_line(cursor.line(), "unknown format '" + std::string(kind) + "'");
+                if (!ascii_ && !swap_ && kind != "binary_little_endian")
+                    return file_.wrong_line(cursor.line(), "unknown format '" + std::string(kind) + "'");
                 format_known = true;
             } else if (key == "element") {
                 Element element;
                 element.name = cursor.word();
                 int64_t count = 0;
-                if (!cursor.number(count) || count < 0) return file_.wrong_line(cursor.line(), "element '" + element.name + "' has no count");
+                if (!cursor.number(count) || count < 0)
+                    return file_.wrong_line(cursor.line(), "element '" + element.name + "' has no count");
                 element.count = static_cast<uint64_t>(count);
                 elements_.push_back(std::move(element));
             } else if (key == "property") {
@@ -175,7 +207,8 @@ private:
         std::string_view type = cursor.word();
         if (type == "list") {
             property.count_type = number_named(cursor.word());
-            if (!property.count_type || *property.count_type >= Number::f32) return file_.wrong_line(cursor.line(), "a list's count must be an integer type");
+            if (!property.count_type || *property.count_type >= Number::f32)
+                return file_.wrong_line(cursor.line(), "a list's count must be an integer type");
             type = cursor.word();
         }
         const auto number = number_named(type);
@@ -185,7 +218,8 @@ private:
         if (property.name.empty()) return file_.wrong_line(cursor.line(), "a property has no name");
         Element& element = elements_.back();
         if (element.name == "vertex" && !property.count_type) property.role = vertex_role(property.name);
-        if ((element.name == "face" || element.name == "tristrips") && property.count_type && (property.name == "vertex_indices" || property.name == "vertex_index")) {
+        if ((element.name == "face" || element.name == "tristrips") && property.count_type &&
+            (property.name == "vertex_indices" || property.name == "vertex_index")) {
             property.role = Role::indices;
         }
         if (property.role != Role::none && element.has(property.role)) property.role = Role::none;
@@ -205,7 +239,8 @@ private:
             if (!lists) element.fixed_bytes = element.least_bytes;
             const size_t left = file_.size() - at_ + 1;  // the last number of a text needs no blank after it
             if (element.least_bytes > 0 && element.count > (left - std::min(left, least)) / element.least_bytes) {
-                return file_.wrong("header", "promises " + std::to_string(element.count) + " of element '" + element.name + "', and only " + std::to_string(left - 1) +
+                return file_.wrong("header", "promises " + std::to_string(element.count) + " of element '" +
+                                                 element.name + "', and only " + std::to_string(left - 1) +
                                                  " bytes follow; the file is cut or its header is wrong");
             }
             if (element.least_bytes == 0) element.count = 0;
@@ -214,7 +249,8 @@ private:
                 if (vertex_element_ != nullptr) return file_.wrong("header", "has two vertex elements");
                 vertex_element_ = &element;
                 vertices_ = element.count;
-                if (!element.has(Role::x) || !element.has(Role::y) || !element.has(Role::z)) return file_.wrong("header", "vertices have no x, y and z");
+                if (!element.has(Role::x) || !element.has(Role::y) || !element.has(Role::z))
+                    return file_.wrong("header", "vertices have no x, y and z");
                 has_normals_ = element.has(Role::nx) && element.has(Role::ny) && element.has(Role::nz);
                 has_uvs_ = element.has(Role::u) && element.has(Role::v);
                 has_colours_ = element.has(Role::red) && element.has(Role::green) && element.has(Role::blue);
@@ -223,10 +259,13 @@ private:
                 faces_ += element.count;
             }
             for (const Property& p : element.properties) {
-                if (element.name == "face" && p.name == "texcoord") report_.warnings.emplace_back("texture coordinates stored with faces are left out; export them with vertices");
+                if (element.name == "face" && p.name == "texcoord")
+                    report_.warnings.emplace_back(
+                        "texture coordinates stored with faces are left out; export them with vertices");
             }
         }
-        if (vertex_element_ == nullptr || vertices_ == 0) return file_.wrong("header", "has no vertices; there is nothing to read");
+        if (vertex_element_ == nullptr || vertices_ == 0)
+            return file_.wrong("header", "has no vertices; there is nothing to read");
         if (faces_ == 0) return file_.wrong("header", "has no faces; point clouds are not read");
         if (vertices_ > 0xfffffff0u) return file_.wrong("header", "has more vertices than 32-bit indices can name");
         if (has_materials_) materials_.resize(1);
@@ -244,33 +283,64 @@ private:
             const auto f = static_cast<float>(value);
             const auto channel = [&] { return static_cast<float>(value * colour_scale(p.type)); };
             switch (p.role) {
-                case Role::x: position.x = f; break;
-                case Role::y: position.y = f; break;
-                case Role::z: position.z = f; break;
-                case Role::nx: normal.x = f; break;
-                case Role::ny: normal.y = f; break;
-                case Role::nz: normal.z = f; break;
-                case Role::u: uv.x = f; break;
-                case Role::v: uv.y = f; break;
-                case Role::red: colour.x = channel(); break;
-                case Role::green: colour.y = channel(); break;
-                case Role::blue: colour.z = channel(); break;
-                case Role::alpha: colour.w = channel(); break;
-                case Role::material: material = value >= 0 && value <= 65535 ? static_cast<uint32_t>(value) : 0; break;
-                default: break;
+                case Role::x:
+                    position.x = f;
+                    break;
+                case Role::y:
+                    position.y = f;
+                    break;
+                case Role::z:
+                    position.z = f;
+                    break;
+                case Role::nx:
+                    normal.x = f;
+                    break;
+                case Role::ny:
+                    normal.y = f;
+                    break;
+                case Role::nz:
+                    normal.z = f;
+                    break;
+                case Role::u:
+                    uv.x = f;
+                    break;
+                case Role::v:
+                    uv.y = f;
+                    break;
+                case Role::red:
+                    colour.x = channel();
+                    break;
+                case Role::green:
+                    colour.y = channel();
+                    break;
+                case Role::blue:
+                    colour.z = channel();
+                    break;
+                case Role::alpha:
+                    colour.w = channel();
+                    break;
+                case Role::material:
+                    material = value >= 0 && value <= 65535 ? static_cast<uint32_t>(value) : 0;
+                    break;
+                default:
+                    break;
             }
         }
     };
 
     Result<void> add(const Vertex& v) {
-        if (!finite(v.position)) return file_.wrong("vertex " + std::to_string(vertices_done_), "has a coordinate that is not finite; mend or remove it");
+        if (!finite(v.position))
+            return file_.wrong("vertex " + std::to_string(vertices_done_),
+                               "has a coordinate that is not finite; mend or remove it");
         batch_->positions.push_back(v.position);
         if (has_normals_) {
             const float length = std::sqrt(v.normal.x * v.normal.x + v.normal.y * v.normal.y + v.normal.z * v.normal.z);
             batch_->normals.push_back(length > 0 && std::isfinite(length) ? v.normal / length : glm::vec3(0, 0, 1));
         }
         // PLY's texture origin is at the bottom, ours at the top.
-        if (has_uvs_) batch_->uvs.push_back(std::isfinite(v.uv.x) && std::isfinite(v.uv.y) ? glm::vec2(v.uv.x, 1 - v.uv.y) : glm::vec2(0));
+        if (has_uvs_)
+            batch_->uvs.push_back(std::isfinite(v.uv.x) && std::isfinite(v.uv.y) ? glm::vec2(v.uv.x, 1 - v.uv.y)
+                                                                                 : glm::vec2(0));
         if (has_colours_) {
             const auto byte = [](float c) { return static_cast<uint8_t>(c >= 0 ? std::min(c, 255.0f) + 0.5f : 0.0f); };
             batch_->colours.emplace_back(byte(v.colour.x), byte(v.colour.y), byte(v.colour.z), byte(v.colour.w));
@@ -287,7 +357,8 @@ private:
     Result<void> add_face(const Element& element, uint64_t item) {
         std::vector<Triangle>& to = vertices_done_ == vertices_ ? batch_->triangles : early_faces_;
         const auto outside = [&](int64_t index) {
-            return file_.wrong(place(element, item), "refers to vertex " + std::to_string(index) + "; the file has " + std::to_string(vertices_));
+            return file_.wrong(place(element, item), "refers to vertex " + std::to_string(index) + "; the file has " +
+                                                         std::to_string(vertices_));
         };
         if (element.name == "tristrips") {
             size_t run = 0;  // corners of this strip so far
@@ -298,7 +369,8 @@ private:
                 }
                 if (corners_[i] < 0 || static_cast<uint64_t>(corners_[i]) >= vertices_) return outside(corners_[i]);
                 if (++run < 3) continue;
-                const auto a = static_cast<uint32_t>(corners_[i - 2]), b = static_cast<uint32_t>(corners_[i - 1]), c = static_cast<uint32_t>(corners_[i]);
+                const auto a = static_cast<uint32_t>(corners_[i - 2]), b = static_cast<uint32_t>(corners_[i - 1]),
+                           c = static_cast<uint32_t>(corners_[i]);
                 if (a == b || b == c || c == a) continue;  // a strip's stitches
                 to.push_back(run % 2 == 1 ? Triangle{a, b, c} : Triangle{b, a, c});
             }
@@ -315,11 +387,15 @@ private:
 
     // The usual face: a byte, then three 32-bit indices.
     bool plain_triangles(const Element& element) const {
-        return element.properties.size() == 1 && element.properties[0].role == Role::indices && number_bytes[static_cast<size_t>(*element.properties[0].count_type)] == 1 &&
-               number_bytes[static_cast<size_t>(element.properties[0].type)] == 4 && element.properties[0].type < Number::f32 && element.name == "face" && !swap_;
+        return element.properties.size() == 1 && element.properties[0].role == Role::indices &&
+               number_bytes[static_cast<size_t>(*element.properties[0].count_type)] == 1 &&
+               number_bytes[static_cast<size_t>(element.properties[0].type)] == 4 &&
+               element.properties[0].type < Number::f32 && element.name == "face" && !swap_;
     }
 
-    tl::unexpected<Error> cut(const Element& element, uint64_t item) const { return file_.wrong(place(element, item), "the file ends inside it; the file is cut"); }
+    tl::unexpected<Error> cut(const Element& element, uint64_t item) const {
+        return file_.wrong(place(element, item), "the file ends inside it; the file is cut");
+    }
 
     Result<void> read_binary(const Element& element, size_t items) {
         const std::byte* data = file_.content.bytes.data();
@@ -355,12 +431,14 @@ private:
                 if (end - at_ < count_bytes) return cut(element, item);
                 const double count = load(*p.count_type, data + at_, swap_);
                 at_ += count_bytes;
-                if (count < 0 || count * static_cast<double>(bytes) > static_cast<double>(end - at_)) return cut(element, item);
+                if (count < 0 || count * static_cast<double>(bytes) > static_cast<double>(end - at_))
+                    return cut(element, item);
                 const auto length = static_cast<size_t>(count);
                 if (p.role == Role::indices) {
                     has_indices = true;
                     corners_.clear();
-                    for (size_t k = 0; k < length; ++k) corners_.push_back(static_cast<int64_t>(load(p.type, data + at_ + k * bytes, swap_)));
+                    for (size_t k = 0; k < length; ++k)
+                        corners_.push_back(static_cast<int64_t>(load(p.type, data + at_ + k * bytes, swap_)));
                 }
                 at_ += length * bytes;
             }
@@ -384,7 +462,8 @@ private:
             if (p.role == Role::x) place_of_x = offset;
             if (p.role == Role::y) plain_position = plain_position && offset == place_of_x + 4;
             if (p.role == Role::z) plain_position = plain_position && offset == place_of_x + 8;
-            if (p.role == Role::x || p.role == Role::y || p.role == Role::z) plain_position = plain_position && p.type == Number::f32;
+            if (p.role == Role::x || p.role == Role::y || p.role == Role::z)
+                plain_position = plain_position && p.type == Number::f32;
             if (p.role != Role::none) wanted.emplace_back(offset, &p);
             offset += number_bytes[static_cast<size_t>(p.type)];
         }
@@ -393,7 +472,8 @@ private:
             Vertex vertex;
             if (plain_position) std::memcpy(&vertex.position, data + at_ + place_of_x, 12);
             if (!only_position) {
-                for (const auto& [where, property] : wanted) vertex.set(*property, load(property->type, data + at_ + where, swap_));
+                for (const auto& [where, property] : wanted)
+                    vertex.set(*property, load(property->type, data + at_ + where, swap_));
             }
             if (auto done = add(vertex); !done) return done;
         }
@@ -446,7 +526,8 @@ private:
 
     tl::unexpected<Error> bad_word(uint64_t line, std::string_view word, const Element& element, uint64_t item) const {
         if (word.empty()) return cut(element, item);
-        return file_.wrong_line(line, "'" + std::string(word.substr(0, 40)) + "' is no number of " + place(element, item));
+        return file_.wrong_line(line,
+                                "'" + std::string(word.substr(0, 40)) + "' is no number of " + place(element, item));
     }
 
     SourceFile file_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/text.h"
 #include "mesh/io/formats.h"
 #include "mesh/io/image_file.h"
 
@@ -14,7 +15,8 @@ namespace {
 
 std::string lower_extension(fs::path path) {
     auto lower = [](std::string s) {
-        std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        std::transform(s.begin(), s.end(), s.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
         return s;
     };
     if (lower(path.extension().string()) == ".gz") path = path.stem();
@@ -28,10 +30,13 @@ std::optional<MeshFormat> format_of(const SourceFile& file) {
     if (begins("ply\n") || begins("ply\r")) return MeshFormat::ply;
     if (begins("glTF")) return MeshFormat::gltf;
     if (begins("\x89PNG")) return MeshFormat::png_heights;
-    if (begins(std::string_view("II*\0", 4)) || begins(std::string_view("MM\0*", 4)) || begins(std::string_view("II+\0", 4)) || begins(std::string_view("MM\0+", 4))) return MeshFormat::geotiff;
-    static constexpr std::pair<const char*, MeshFormat> extensions[] = {{".ply", MeshFormat::ply},   {".obj", MeshFormat::obj},  {".stl", MeshFormat::stl},
-                                                                        {".off", MeshFormat::off},   {".gltf", MeshFormat::gltf}, {".glb", MeshFormat::gltf},
-                                                                        {".png", MeshFormat::png_heights}, {".tif", MeshFormat::geotiff}, {".tiff", MeshFormat::geotiff}};
+    if (begins(std::string_view("II*\0", 4)) || begins(std::string_view("MM\0*", 4)) ||
+        begins(std::string_view("II+\0", 4)) || begins(std::string_view("MM\0+", 4)))
+        return MeshFormat::geotiff;
+    static constexpr std::pair<const char*, MeshFormat> extensions[] = {
+        {".ply", MeshFormat::ply},         {".obj", MeshFormat::obj},     {".stl", MeshFormat::stl},
+        {".off", MeshFormat::off},         {".gltf", MeshFormat::gltf},   {".glb", MeshFormat::gltf},
+        {".png", MeshFormat::png_heights}, {".tif", MeshFormat::geotiff}, {".tiff", MeshFormat::geotiff}};
     const std::string extension = lower_extension(file.path);
     for (const auto& [known, format] : extensions) {
         if (extension == known) return format;
@@ -41,28 +46,6 @@ std::optional<MeshFormat> format_of(const SourceFile& file) {
     if (text.substr(0, 5) == "solid") return MeshFormat::stl;
     if (const size_t off = text.substr(0, 8).find("OFF"); off != std::string_view::npos) return MeshFormat::off;
     return std::nullopt;
-}
-
-// Names in older files are in whatever encoding their author used: bytes that are no UTF-8 are taken as Latin-1.
-std::string as_utf8(const std::string& text) {
-    std::string out;
-    for (size_t i = 0; i < text.size();) {
-        const auto lead = static_cast<unsigned char>(text[i]);
-        const size_t length = lead < 0x80 ? 1 : lead >= 0xc2 && lead < 0xe0 ? 2 : lead >= 0xe0 && lead < 0xf0 ? 3 : lead >= 0xf0 && lead < 0xf5 ? 4 : 0;
-        bool good = length > 0 && i + length <= text.size();
-        for (size_t k = 1; good && k < length; ++k) good = (static_cast<unsigned char>(text[i + k]) & 0xc0) == 0x80;
-        if (good && length == 3) good = !(lead == 0xe0 && static_cast<unsigned char>(text[i + 1]) < 0xa0) && !(lead == 0xed && static_cast<unsigned char>(text[i + 1]) >= 0xa0);
-        if (good && length == 4) good = !(lead == 0xf0 && static_cast<unsigned char>(text[i + 1]) < 0x90) && !(lead == 0xf4 && static_cast<unsigned char>(text[i + 1]) >= 0x90);
-        if (good) {
-            out.append(text, i, length);
-            i += length;
-        } else {
-            out += static_cast<char>(0xc0 | lead >> 6);
-            out += static_cast<char>(0x80 | (lead & 0x3f));
-            ++i;
-        }
-    }
-    return out;
 }
 
 Result<SourceFile> open_source(const fs::path& path) {
@@ -79,13 +62,20 @@ Result<TriMesh> read_whole(const SourceFile& file, MeshFormat format, const Read
         return collect(**stream);
     };
     switch (format) {
-        case MeshFormat::ply: return collected(open_ply(file, report));
-        case MeshFormat::stl: return collected(open_stl(file, report));
-        case MeshFormat::obj: return read_obj(file, options, report);
-        case MeshFormat::off: return read_off(file, report);
-        case MeshFormat::gltf: return read_gltf(file, options, report);
-        case MeshFormat::png_heights: return read_png_heights(file, options, report);
-        case MeshFormat::geotiff: return read_geotiff(file, options, report);
+        case MeshFormat::ply:
+            return collected(open_ply(file, report));
+        case MeshFormat::stl:
+            return collected(open_stl(file, report));
+        case MeshFormat::obj:
+            return read_obj(file, options, report);
+        case MeshFormat::off:
+            return read_off(file, report);
+        case MeshFormat::gltf:
+            return read_gltf(file, options, report);
+        case MeshFormat::png_heights:
+            return read_png_heights(file, options, report);
+        case MeshFormat::geotiff:
+            return read_geotiff(file, options, report);
     }
     return file.wrong("", "is of no known format");
 }
@@ -112,13 +102,20 @@ tl::unexpected<Error> unknown_format(const SourceFile& file) {
 
 const char* name_of(MeshFormat format) {
     switch (format) {
-        case MeshFormat::ply: return "PLY";
-        case MeshFormat::obj: return "OBJ";
-        case MeshFormat::stl: return "STL";
-        case MeshFormat::off: return "OFF";
-        case MeshFormat::gltf: return "glTF";
-        case MeshFormat::png_heights: return "PNG height map";
-        case MeshFormat::geotiff: return "GeoTIFF height map";
+        case MeshFormat::ply:
+            return "PLY";
+        case MeshFormat::obj:
+            return "OBJ";
+        case MeshFormat::stl:
+            return "STL";
+        case MeshFormat::off:
+            return "OFF";
+        case MeshFormat::gltf:
+            return "glTF";
+        case MeshFormat::png_heights:
+            return "PNG height map";
+        case MeshFormat::geotiff:
+            return "GeoTIFF height map";
     }
     return "?";
 }
@@ -151,7 +148,8 @@ Result<TriMesh> read_mesh(const fs::path& path, const ReadOptions& options, Read
     return mesh;
 }
 
-Result<std::unique_ptr<MeshStream>> open_mesh_stream(const fs::path& path, const ReadOptions& options, ReadReport* report) {
+Result<std::unique_ptr<MeshStream>> open_mesh_stream(const fs::path& path, const ReadOptions& options,
+                                                     ReadReport* report) {
     auto file = open_source(path);
     if (!file) return tl::unexpected(file.error());
     const auto format = format_of(*file);

@@ -1,8 +1,10 @@
-// Reads every mesh format the program takes. One room per format (ply.cpp, obj.cpp, ...); this header is all callers need.
+// Reads every mesh format the program takes. One room per format (ply.cpp, obj.cpp, ...); this header is all callers
+// need.
 //
-// Whatever the file holds, the caller gets either a mesh that passes TriMesh::validate() or one clear line (Fault::format:
-// "file: line or place: what is wrong; what to do"). Positions are not welded yet, except where the format itself shares
-// them across attributes (OBJ); `repair` does that. Things that do not stop the reading are warnings.
+// Whatever the file holds, the caller gets either a mesh that passes TriMesh::validate() or one clear line
+// (Fault::format: "file: line or place: what is wrong; what to do"). Positions are not welded yet, except where the
+// format itself shares them across attributes (OBJ); `repair` does that. Things that do not stop the reading are
+// warnings.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +23,14 @@ namespace lodestone {
 enum class MeshFormat { ply, obj, stl, off, gltf, png_heights, geotiff };
 
 struct ReadOptions {
-    bool load_images = true;       // decode textures
-    float height_scale = 1;        // height maps: object units per height unit
-    float pixel_size = 0;          // height maps: object units between samples, 0 takes the file's own (1 where it has none)
+    bool load_images = true;  // decode textures
+    float height_scale = 1;   // height maps: object units per height unit
+    float pixel_size = 0;     // height maps: object units between samples, 0 takes the file's own (1 where it has none)
 };
 
 struct ReadReport {
     MeshFormat format = MeshFormat::ply;
-    uint64_t polygons = 0;             // faces with more than three corners, cut into triangles
+    uint64_t polygons = 0;              // faces with more than three corners, cut into triangles
     std::vector<std::string> warnings;  // one line each
 };
 

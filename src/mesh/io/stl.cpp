@@ -20,10 +20,13 @@ public:
         const auto facets = static_cast<uint32_t>(std::min<size_t>(std::max<size_t>(max_items / 4, 1), count_ - done_));
         for (uint32_t i = 0; i < facets; ++i, ++done_) {
             float corner[9];
-            std::memcpy(corner, file_.content.bytes.data() + header_bytes + size_t{done_} * facet_bytes + 12, sizeof corner);
+            std::memcpy(corner, file_.content.bytes.data() + header_bytes + size_t{done_} * facet_bytes + 12,
+                        sizeof corner);
             for (int k = 0; k < 3; ++k) {
                 const glm::vec3 p(corner[3 * k], corner[3 * k + 1], corner[3 * k + 2]);
-                if (!finite(p)) return file_.wrong("facet " + std::to_string(done_), "has a coordinate that is not finite; mend or remove it");
+                if (!finite(p))
+                    return file_.wrong("facet " + std::to_string(done_),
+                                       "has a coordinate that is not finite; mend or remove it");
                 batch.positions.push_back(p);
             }
             batch.triangles.push_back({done_ * 3, done_ * 3 + 1, done_ * 3 + 2});
@@ -66,19 +69,24 @@ private:
         const uint64_t first_line = cursor_.line() - 1;
         int corners = 0;
         for (;;) {
-            if (cursor_.at_end()) return file_.wrong_line(first_line, "the file ends inside this facet; the file is cut");
+            if (cursor_.at_end())
+                return file_.wrong_line(first_line, "the file ends inside this facet; the file is cut");
             const std::string_view key = cursor_.word();
             if (key == "endfacet" || key == "ENDFACET") break;
             if (key == "vertex" || key == "VERTEX") {
                 glm::vec3 p;
-                if (!cursor_.number(p.x) || !cursor_.number(p.y) || !cursor_.number(p.z)) return file_.wrong_line(cursor_.line(), "a vertex needs three numbers");
-                if (!finite(p)) return file_.wrong_line(cursor_.line(), "a coordinate is not finite; mend or remove it");
+                if (!cursor_.number(p.x) || !cursor_.number(p.y) || !cursor_.number(p.z))
+                    return file_.wrong_line(cursor_.line(), "a vertex needs three numbers");
+                if (!finite(p))
+                    return file_.wrong_line(cursor_.line(), "a coordinate is not finite; mend or remove it");
                 if (++corners > 3) return file_.wrong_line(cursor_.line(), "a facet has more than three vertices");
                 batch.positions.push_back(p);
             }
             cursor_.next_line();
         }
-        if (corners != 3) return file_.wrong_line(cursor_.line(), "a facet has " + std::to_string(corners) + " vertices; it needs three");
+        if (corners != 3)
+            return file_.wrong_line(cursor_.line(),
+                                    "a facet has " + std::to_string(corners) + " vertices; it needs three");
         batch.triangles.push_back({vertices_, vertices_ + 1, vertices_ + 2});
         vertices_ += 3;
         return {};
@@ -100,11 +108,13 @@ Result<std::unique_ptr<MeshStream>> open_stl(const SourceFile& file, ReadReport&
     const bool fits = size >= header_bytes && size == header_bytes + uint64_t{count} * facet_bytes;
     const std::string_view text = file.text();
     // Binary files may begin with "solid" too: what fits its count is binary; what says facet early on is text.
-    const bool says_facet = text.substr(0, 1024).find("facet") != std::string_view::npos || text.substr(0, 1024).find("FACET") != std::string_view::npos;
+    const bool says_facet = text.substr(0, 1024).find("facet") != std::string_view::npos ||
+                            text.substr(0, 1024).find("FACET") != std::string_view::npos;
     if (!fits && says_facet) return std::make_unique<AsciiStl>(file);
     if (size < header_bytes) return file.wrong("", "is too short for an STL file");
     if (size < header_bytes + uint64_t{count} * facet_bytes) {
-        return file.wrong("header", "promises " + std::to_string(count) + " facets and holds bytes for " + std::to_string((size - header_bytes) / facet_bytes) +
+        return file.wrong("header", "promises " + std::to_string(count) + " facets and holds bytes for " +
+                                        std::to_string((size - header_bytes) / facet_bytes) +
                                         "; the file is cut or its header is wrong");
     }
     if (count == 0) return file.wrong("header", "promises no facets; there is nothing to read");

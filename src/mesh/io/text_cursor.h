@@ -13,8 +13,8 @@ namespace lodestone {
 
 class TextCursor {
 public:
-    // comment: a character that hides the rest of its line, 0 for none. continuation: a backslash at the end of a line joins it to
-    // the next.
+    // comment: a character that hides the rest of its line, 0 for none. continuation: a backslash at the end of a line
+    // joins it to the next.
     explicit TextCursor(std::string_view text, char comment = 0, bool continuation = false)
         : at_(text.data()), end_(at_ + text.size()), comment_(comment), continuation_(continuation) {}
 
@@ -27,7 +27,8 @@ public:
     std::string_view word() {
         skip_blanks();
         const char* begin = at_;
-        while (at_ != end_ && !is_blank(*at_) && *at_ != '\n' && (comment_ == 0 || *at_ != comment_) && !joins_line()) ++at_;
+        while (at_ != end_ && !is_blank(*at_) && *at_ != '\n' && (comment_ == 0 || *at_ != comment_) && !joins_line())
+            ++at_;
         return {begin, static_cast<size_t>(at_ - begin)};
     }
     // The next word on this line or any line after it; empty at the end of the text.
@@ -49,8 +50,10 @@ public:
     }
     void next_line() {
         while (at_ != end_ && *at_ != '\n') {
-            if (joins_line()) ++line_, at_ = after_join();
-            else ++at_;
+            if (joins_line())
+                ++line_, at_ = after_join();
+            else
+                ++at_;
         }
         if (at_ != end_) {
             ++at_;
@@ -58,8 +61,8 @@ public:
         }
     }
 
-    // False where the next word (on this line) is not a number; `value` is then unchanged. Words like "nan" are numbers here and
-    // the caller's to refuse.
+    // False where the next word (on this line) is not a number; `value` is then unchanged. Words like "nan" are numbers
+    // here and the caller's to refuse.
     bool number(float& value) { return parse(word(), value); }
     bool number(int64_t& value) { return parse(word(), value); }
 

@@ -26,12 +26,15 @@ void append(std::vector<std::byte>& to, const T* values, size_t count) {
 Result<void> write_ply(const TriMesh& mesh, const fs::path& path) {
     auto file = OutputFile::create(path);
     if (!file) return tl::unexpected(file.error());
-    std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.wedge_count()) + "\nproperty float x\nproperty float y\nproperty float z\n";
+    std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.wedge_count()) +
+                         "\nproperty float x\nproperty float y\nproperty float z\n";
     if (!mesh.normals.empty()) header += "property float nx\nproperty float ny\nproperty float nz\n";
     if (!mesh.uvs.empty()) header += "property float s\nproperty float t\n";
-    if (!mesh.colours.empty()) header += "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n";
+    if (!mesh.colours.empty())
+        header += "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n";
     if (!mesh.materials.empty()) header += "property ushort material_index\n";
-    header += "element face " + std::to_string(mesh.triangle_count()) + "\nproperty list uchar int vertex_indices\nend_header\n";
+    header += "element face " + std::to_string(mesh.triangle_count()) +
+              "\nproperty list uchar int vertex_indices\nend_header\n";
     if (auto done = file->write(header); !done) return done;
     std::vector<std::byte> block;
     const auto flush = [&](bool last) -> Result<void> {
@@ -70,7 +73,8 @@ void add_number(std::string& text, float value) {
 }
 
 std::string material_name(const TriMesh& mesh, size_t m) {
-    std::string name = mesh.material_table[m].name.empty() ? "material" + std::to_string(m) : mesh.material_table[m].name;
+    std::string name =
+        mesh.material_table[m].name.empty() ? "material" + std::to_string(m) : mesh.material_table[m].name;
     for (char& c : name) {
         if (c == ' ' || c == '\t' || c == '\n') c = '_';
     }
@@ -99,8 +103,12 @@ Result<void> write_obj(const TriMesh& mesh, const fs::path& path) {
             add_number(mtl, material.base_colour.w);
             mtl += '\n';
             if (material.base_colour_image >= 0) {
-                const std::string image = path.stem().string() + "-" + std::to_string(material.base_colour_image) + ".png";
-                if (auto done = write_png(mesh.images[static_cast<size_t>(material.base_colour_image)], path.parent_path() / image); !done) return done;
+                const std::string image =
+                    path.stem().string() + "-" + std::to_string(material.base_colour_image) + ".png";
+                if (auto done = write_png(mesh.images[static_cast<size_t>(material.base_colour_image)],
+                                          path.parent_path() / image);
+                    !done)
+                    return done;
                 mtl += "map_Kd " + image + "\n";
             }
         }
@@ -108,7 +116,8 @@ Result<void> write_obj(const TriMesh& mesh, const fs::path& path) {
         text += "mtllib " + library.filename().string() + "\n";
     }
     std::vector<uint32_t> first_wedge(mesh.vertex_count(), ~0u);
-    for (uint32_t w = 0; w < mesh.wedge_count(); ++w) first_wedge[mesh.wedge_vertex[w]] = std::min(first_wedge[mesh.wedge_vertex[w]], w);
+    for (uint32_t w = 0; w < mesh.wedge_count(); ++w)
+        first_wedge[mesh.wedge_vertex[w]] = std::min(first_wedge[mesh.wedge_vertex[w]], w);
     for (size_t v = 0; v < mesh.vertex_count(); ++v) {
         text += 'v';
         for (int k = 0; k < 3; ++k) add_number(text, mesh.positions[v][k]);
@@ -169,10 +178,12 @@ public:
         text.resize((text.size() + 3) / 4 * 4, ' ');
         bin_.resize((bin_.size() + 3) / 4 * 4);
         const uint64_t total = 12 + 8 + text.size() + 8 + bin_.size();
-        if (total > 0xffffffffu) return fail(Fault::machine, path.string() + ": the mesh is too large for GLB; write PLY");
+        if (total > 0xffffffffu)
+            return fail(Fault::machine, path.string() + ": the mesh is too large for GLB; write PLY");
         auto file = OutputFile::create(path);
         if (!file) return tl::unexpected(file.error());
-        const uint32_t head[] = {0x46546c67, 2, static_cast<uint32_t>(total), static_cast<uint32_t>(text.size()), 0x4e4f534a};
+        const uint32_t head[] = {0x46546c67, 2, static_cast<uint32_t>(total), static_cast<uint32_t>(text.size()),
+                                 0x4e4f534a};
         const uint32_t bin_head[] = {static_cast<uint32_t>(bin_.size()), 0x004e4942};
         if (auto done = file->write(std::as_bytes(std::span(head))); !done) return done;
         if (auto done = file->write(text); !done) return done;
@@ -192,8 +203,12 @@ private:
         return json_["bufferViews"].size() - 1;
     }
     template <class T>
-    size_t add_accessor(const std::vector<T>& values, int component, const char* type, int target, bool normalized = false) {
-        nlohmann::json accessor = {{"bufferView", add_view(values.data(), values.size(), target)}, {"componentType", component}, {"count", values.size()}, {"type", type}};
+    size_t add_accessor(const std::vector<T>& values, int component, const char* type, int target,
+                        bool normalized = false) {
+        nlohmann::json accessor = {{"bufferView", add_view(values.data(), values.size(), target)},
+                                   {"componentType", component},
+                                   {"count", values.size()},
+                                   {"type", type}};
         if (normalized) accessor["normalized"] = true;
         json_["accessors"].push_back(accessor);
         return json_["accessors"].size() - 1;
@@ -214,7 +229,8 @@ private:
         std::vector<glm::u16vec4> colours;
         for (const glm::u8vec4& c : mesh_.colours) {
             glm::u16vec4 linear;
-            for (int k = 0; k < 3; ++k) linear[k] = static_cast<uint16_t>(std::lround(65535 * linear_from_srgb(c[k] / 255.0)));
+            for (int k = 0; k < 3; ++k)
+                linear[k] = static_cast<uint16_t>(std::lround(65535 * linear_from_srgb(c[k] / 255.0)));
             linear.w = static_cast<uint16_t>(c.w * 257);
             colours.push_back(linear);
         }
@@ -225,13 +241,17 @@ private:
         for (const Image& image : mesh_.images) {
             auto png = encode_png(image);
             if (!png) return tl::unexpected(png.error());
-            json_["images"].push_back({{"bufferView", add_view(png->data(), png->size(), 0)}, {"mimeType", "image/png"}});
+            json_["images"].push_back(
+                {{"bufferView", add_view(png->data(), png->size(), 0)}, {"mimeType", "image/png"}});
             json_["textures"].push_back({{"source", json_["images"].size() - 1}});
         }
         for (const Material& m : mesh_.material_table) {
-            nlohmann::json pbr = {{"baseColorFactor", {m.base_colour.x, m.base_colour.y, m.base_colour.z, m.base_colour.w}}, {"metallicFactor", 0}};
+            nlohmann::json pbr = {
+                {"baseColorFactor", {m.base_colour.x, m.base_colour.y, m.base_colour.z, m.base_colour.w}},
+                {"metallicFactor", 0}};
             if (m.base_colour_image >= 0) pbr["baseColorTexture"] = {{"index", m.base_colour_image}};
-            json_["materials"].push_back({{"name", m.name}, {"pbrMetallicRoughness", pbr}, {"doubleSided", m.double_sided}});
+            json_["materials"].push_back(
+                {{"name", m.name}, {"pbrMetallicRoughness", pbr}, {"doubleSided", m.double_sided}});
         }
         return {};
     }
@@ -242,10 +262,12 @@ private:
         for (size_t m = 0; m < materials; ++m) {
             std::vector<uint32_t> indices;
             for (const Triangle& t : mesh_.triangles) {
-                if (mesh_.materials.empty() || mesh_.materials[t[0]] == m) indices.insert(indices.end(), t.begin(), t.end());
+                if (mesh_.materials.empty() || mesh_.materials[t[0]] == m)
+                    indices.insert(indices.end(), t.begin(), t.end());
             }
             if (indices.empty()) continue;
-            nlohmann::json primitive = {{"attributes", attributes_}, {"indices", add_accessor(indices, 5125, "SCALAR", 34963)}};
+            nlohmann::json primitive = {{"attributes", attributes_},
+                                        {"indices", add_accessor(indices, 5125, "SCALAR", 34963)}};
             if (!mesh_.materials.empty()) primitive["material"] = m;
             primitives.push_back(primitive);
         }

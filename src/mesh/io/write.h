@@ -8,9 +8,9 @@
 
 namespace lodestone {
 
-// Chooses the format by extension: .ply, .obj, .glb; anything else is Fault::usage. Triangles and vertices keep their order.
-// PLY writes one vertex per wedge (seams become duplicated positions, bit for bit equal); OBJ keeps positions shared;
-// GLB writes one primitive per material with images embedded as PNG.
+// Chooses the format by extension: .ply, .obj, .glb; anything else is Fault::usage. Triangles and vertices keep their
+// order. PLY writes one vertex per wedge (seams become duplicated positions, bit for bit equal); OBJ keeps positions
+// shared; GLB writes one primitive per material with images embedded as PNG.
 Result<void> write_mesh(const TriMesh& mesh, const std::filesystem::path& path);
 
 }  // namespace lodestone

@@ -62,8 +62,10 @@ protected:
 };
 
 const std::string ascii_ply =
-    "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty double y\nproperty float z\nproperty uchar red\nproperty uchar green\n"
-    "property uchar blue\nproperty float quality\nelement face 1\nproperty list uchar int vertex_indices\nproperty int flags\nelement edge 1\nproperty int a\nproperty int b\nend_header\n"
+    "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty double y\nproperty "
+    "float z\nproperty uchar red\nproperty uchar green\n"
+    "property uchar blue\nproperty float quality\nelement face 1\nproperty list uchar int vertex_indices\nproperty int "
+    "flags\nelement edge 1\nproperty int a\nproperty int b\nend_header\n"
     "0 0 0 255 0 0 0.5\n1 0 0 0 255 0 1\n1 1 0 0 0 255 1\n0 1 0 9 9 9 1\n4 0 1 2 3 7\n0 1\n";
 
 TEST_F(ReadTest, PlyAsciiWithFurtherPropertiesAndAQuad) {
@@ -87,7 +89,8 @@ TEST_F(ReadTest, PlyBinaryOfBothByteOrdersWithStrips) {
     for (const bool big : {false, true}) {
         SCOPED_TRACE(big);
         std::string ply = std::string("ply\nformat binary_") + (big ? "big" : "little") +
-                          "_endian 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty short z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n";
+                          "_endian 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty short "
+                          "z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n";
         for (int i = 0; i < 5; ++i) {
             put_number(ply, static_cast<float>(i / 2), big);
             put_number(ply, static_cast<float>(i % 2), big);
@@ -101,7 +104,10 @@ TEST_F(ReadTest, PlyBinaryOfBothByteOrdersWithStrips) {
 }
 
 TEST_F(ReadTest, PlyRefusesLies) {
-    EXPECT_THAT(refused("a.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n"), HasSubstr("promises 4000000000"));
+    EXPECT_THAT(refused("a.ply",
+                        "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float "
+                        "y\nproperty float z\nend_header\n0 0 0\n"),
+                HasSubstr("promises 4000000000"));
     std::string cut = ascii_ply;
     cut.resize(cut.size() - 16);
     EXPECT_THAT(refused("b.ply", cut), HasSubstr("cut"));
@@ -115,16 +121,20 @@ TEST_F(ReadTest, PlyRefusesLies) {
     word.replace(word.find("1 1 0 0 0 255"), 1, "one");
     EXPECT_THAT(refused("e.ply", word), HasSubstr("line 21: 'one' is no number"));
     EXPECT_THAT(refused("f.ply", ""), HasSubstr("is empty"));
-    EXPECT_THAT(refused("g.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n"), HasSubstr("no faces"));
+    EXPECT_THAT(refused("g.ply",
+                        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float "
+                        "z\nend_header\n0 0 0\n"),
+                HasSubstr("no faces"));
 }
 
 TEST_F(ReadTest, ObjWithEverything) {
     put("m.mtl", "newmtl red\nKd 1 0 0\nmap_Kd missing.png\nnewmtl blue\nKd 0 0 1\nd 0.5\n");
     ReadReport report;
-    const TriMesh mesh = good("a.obj",
-                              "# a comment\nmtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\nvt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n"
-                              "g group one\nusemtl red\nf 1/1/1 2/2/1 \\\n 3/3/1 4//1\nusemtl blue\nf -5//-1 -4//-1 -1//-1\n",
-                              &report);
+    const TriMesh mesh = good(
+        "a.obj",
+        "# a comment\nmtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\nvt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n"
+        "g group one\nusemtl red\nf 1/1/1 2/2/1 \\\n 3/3/1 4//1\nusemtl blue\nf -5//-1 -4//-1 -1//-1\n",
+        &report);
     EXPECT_EQ(mesh.triangle_count(), 3u);
     EXPECT_EQ(mesh.vertex_count(), 5u);
     ASSERT_EQ(mesh.material_table.size(), 2u);
@@ -137,7 +147,8 @@ TEST_F(ReadTest, ObjWithEverything) {
 }
 
 TEST_F(ReadTest, ObjRefusesByLine) {
-    EXPECT_THAT(refused("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"), HasSubstr("line 4: refers to vertex 4; the file has 3"));
+    EXPECT_THAT(refused("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
+                HasSubstr("line 4: refers to vertex 4; the file has 3"));
     EXPECT_THAT(refused("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n"), HasSubstr("line 4"));
     EXPECT_THAT(refused("c.obj", "v 0 0 inf\n"), HasSubstr("line 1: a coordinate is not finite"));
     EXPECT_THAT(refused("d.obj", "v 0 0\n"), HasSubstr("three numbers"));
@@ -152,23 +163,30 @@ TEST_F(ReadTest, ObjGoesWithoutNormalsThatAreNotThere) {
 }
 
 TEST_F(ReadTest, StlAsciiAndBinary) {
-    const TriMesh text = good("a.stl", "solid a facet of life\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n");
+    const TriMesh text = good("a.stl",
+                              "solid a facet of life\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 "
+                              "0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n");
     EXPECT_EQ(text.triangle_count(), 1u);
     std::string binary = "solid but binary";
     binary.resize(80);
     put_number(binary, uint32_t{2}, false);
     for (int t = 0; t < 2; ++t) {
-        for (const float x : {0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, static_cast<float>(t)}) put_number(binary, x, false);
+        for (const float x : {0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, static_cast<float>(t)})
+            put_number(binary, x, false);
         put_number(binary, uint16_t{0}, false);
     }
     EXPECT_EQ(good("b.stl", binary).triangle_count(), 2u);
     EXPECT_THAT(refused("c.stl", binary.substr(0, binary.size() - 1)), HasSubstr("promises 2 facets"));
-    EXPECT_THAT(refused("d.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\n"), HasSubstr("2 vertices"));
+    EXPECT_THAT(
+        refused("d.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\n"),
+        HasSubstr("2 vertices"));
     EXPECT_THAT(refused("e.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"), HasSubstr("cut"));
 }
 
 TEST_F(ReadTest, OffWithColoursAndComments) {
-    const TriMesh mesh = good("a.off", "COFF # colours\n4 2 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n1 1 0 0 0 255 255\n\n0 1 0 1 2 3 4\n3 0 1 2 255 0 0\n3 0 2 3\n");
+    const TriMesh mesh = good("a.off",
+                              "COFF # colours\n4 2 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n1 1 0 0 0 255 255\n\n0 1 0 "
+                              "1 2 3 4\n3 0 1 2 255 0 0\n3 0 2 3\n");
     EXPECT_EQ(mesh.triangle_count(), 2u);
     EXPECT_EQ(mesh.colours[3], glm::u8vec4(1, 2, 3, 4));
     EXPECT_THAT(refused("b.off", "OFF\n353535235358 6 0\n0 0 0\n"), HasSubstr("promises 353535235358"));
@@ -223,8 +241,10 @@ TEST_F(ReadTest, MaterialsTexturesAndColoursSurviveGlbAndObj) {
                 for (int k = 0; k < 3; ++k) {
                     const uint32_t w = m.triangles[t][static_cast<size_t>(k)];
                     const glm::vec3 p = m.position_of(t, k);
-                    std::string text = std::to_string(p.x) + std::to_string(p.y) + std::to_string(p.z) + m.material_table[m.materials[w]].name;
-                    if (!m.colours.empty()) text += std::to_string(m.colours[w].x) + "," + std::to_string(m.colours[w].z);
+                    std::string text = std::to_string(p.x) + std::to_string(p.y) + std::to_string(p.z) +
+                                       m.material_table[m.materials[w]].name;
+                    if (!m.colours.empty())
+                        text += std::to_string(m.colours[w].x) + "," + std::to_string(m.colours[w].z);
                     all.insert(text);
                 }
             }
@@ -246,7 +266,9 @@ TEST_F(ReadTest, GzipIsLookedThrough) {
     refused("b.ply.gz", packed.substr(0, packed.size() / 2));
 }
 
-TEST_F(ReadTest, UnknownContentIsRefusedByNamingTheFormats) { EXPECT_THAT(refused("a.xyz", "hello"), HasSubstr("PLY, OBJ, STL, OFF")); }
+TEST_F(ReadTest, UnknownContentIsRefusedByNamingTheFormats) {
+    EXPECT_THAT(refused("a.xyz", "hello"), HasSubstr("PLY, OBJ, STL, OFF"));
+}
 
 TEST_F(ReadTest, GltfNodesInstancesAndMirroring) {
     ASSERT_TRUE(write_mesh(fixtures::tetrahedron(), folder_ / "t.glb"));
@@ -255,7 +277,8 @@ TEST_F(ReadTest, GltfNodesInstancesAndMirroring) {
     const std::string from = "\"nodes\":[{\"mesh\":0}]";
     std::string json = glb.substr(20, *reinterpret_cast<const uint32_t*>(glb.data() + 12));
     ASSERT_NE(json.find(from), std::string::npos);
-    json.replace(json.find(from), from.size(), "\"nodes\":[{\"mesh\":0,\"children\":[1]},{\"mesh\":0,\"scale\":[-1,1,1],\"translation\":[5,0,0]}]");
+    json.replace(json.find(from), from.size(),
+                 "\"nodes\":[{\"mesh\":0,\"children\":[1]},{\"mesh\":0,\"scale\":[-1,1,1],\"translation\":[5,0,0]}]");
     json.resize((json.size() + 3) / 4 * 4, ' ');
     const std::string bin = glb.substr(20 + *reinterpret_cast<const uint32_t*>(glb.data() + 12));
     std::string two = glb.substr(0, 8);
@@ -272,14 +295,22 @@ TEST_F(ReadTest, GltfNodesInstancesAndMirroring) {
 
 TEST_F(ReadTest, GltfRefusesWhatItCannotDecode) {
     const auto with = [](const std::string& more) { return "{\"asset\":{\"version\":\"2.0\"}" + more + "}"; };
-    EXPECT_THAT(refused("a.gltf", with(",\"extensionsUsed\":[\"KHR_draco_mesh_compression\"],\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]")), HasSubstr("KHR_draco_mesh_compression"));
+    EXPECT_THAT(refused("a.gltf", with(",\"extensionsUsed\":[\"KHR_draco_mesh_compression\"],\"extensionsRequired\":["
+                                       "\"KHR_draco_mesh_compression\"]")),
+                HasSubstr("KHR_draco_mesh_compression"));
     EXPECT_THAT(refused("b.gltf", "{\"asset\":"), HasSubstr("no glTF"));
     EXPECT_THAT(refused("c.gltf", with("")), HasSubstr("no triangles"));
-    EXPECT_THAT(refused("d.gltf", with(",\"buffers\":[{\"byteLength\":12,\"uri\":\"data:application/octet-stream;base64,AAAAAAAAAAAAAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":12}],"
-                                       "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":1000000,\"type\":\"VEC3\"}],"
-                                       "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],\"nodes\":[{\"mesh\":0}],\"scenes\":[{\"nodes\":[0]}]")),
-                HasSubstr("past the end"));
-    EXPECT_THAT(refused("e.gltf", with(",\"nodes\":[{\"children\":[1]},{\"children\":[0]}],\"scenes\":[{\"nodes\":[0]}]")), HasSubstr("circle"));
+    EXPECT_THAT(
+        refused("d.gltf",
+                with(",\"buffers\":[{\"byteLength\":12,\"uri\":\"data:application/"
+                     "octet-stream;base64,AAAAAAAAAAAAAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":12}],"
+                     "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":1000000,\"type\":\"VEC3\"}],"
+                     "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],\"nodes\":[{\"mesh\":0}],"
+                     "\"scenes\":[{\"nodes\":[0]}]")),
+        HasSubstr("past the end"));
+    EXPECT_THAT(
+        refused("e.gltf", with(",\"nodes\":[{\"children\":[1]},{\"children\":[0]}],\"scenes\":[{\"nodes\":[0]}]")),
+        HasSubstr("circle"));
 }
 
 fs::path write_heights(const fs::path& path, const std::vector<uint16_t>& samples, uint32_t width, uint32_t height) {
@@ -287,10 +318,12 @@ fs::path write_heights(const fs::path& path, const std::vector<uint16_t>& sample
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
     png_infop info = png_create_info_struct(png);
     png_init_io(png, file);
-    png_set_IHDR(png, info, width, height, 16, PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_IHDR(png, info, width, height, 16, PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                 PNG_FILTER_TYPE_DEFAULT);
     png_write_info(png, info);
     png_set_swap(png);
-    for (uint32_t y = 0; y < height; ++y) png_write_row(png, reinterpret_cast<png_const_bytep>(samples.data() + size_t{y} * width));
+    for (uint32_t y = 0; y < height; ++y)
+        png_write_row(png, reinterpret_cast<png_const_bytep>(samples.data() + size_t{y} * width));
     png_write_end(png, nullptr);
     png_destroy_write_struct(&png, &info);
     std::fclose(file);
@@ -322,8 +355,9 @@ TEST_F(ReadTest, HeightMapsBecomeTerrainWithHoles) {
 
 TEST_F(ReadTest, GeoTiffBringsItsOwnSpacingAndNoData) {
     const fs::path path = folder_ / "h.tif";
-    static const TIFFFieldInfo fields[] = {{33550, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, const_cast<char*>("ModelPixelScaleTag")},
-                                           {42113, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, const_cast<char*>("GDAL_NODATA")}};
+    static const TIFFFieldInfo fields[] = {
+        {33550, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, const_cast<char*>("ModelPixelScaleTag")},
+        {42113, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, const_cast<char*>("GDAL_NODATA")}};
     TIFF* tiff = TIFFOpen(path.c_str(), "w");
     TIFFMergeFieldInfo(tiff, fields, 2);
     TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 4u);
@@ -388,7 +422,9 @@ TEST_F(ReadTest, DamagedFilesAreReadOrRefused) {
         sources.emplace_back(name, content_of(folder_ / name));
     }
     sources.emplace_back("e.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n");
-    sources.emplace_back("f.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n");
+    sources.emplace_back("f.stl",
+                         "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+                         "0\nendloop\nendfacet\nendsolid\n");
     write_heights(folder_ / "g.png", std::vector<uint16_t>(64, 7), 8, 8);
     sources.emplace_back("g.png", content_of(folder_ / "g.png"));
     Random random(1);
@@ -403,7 +439,8 @@ TEST_F(ReadTest, DamagedFilesAreReadOrRefused) {
             } else if (kind == 1) {
                 damaged.erase(at, 1 + random.below(8));
             } else {
-                for (int k = 0; k < (kind == 2 ? 1 : 6); ++k) damaged[random.below(static_cast<uint32_t>(damaged.size()))] = static_cast<char>(random.below(256));
+                for (int k = 0; k < (kind == 2 ? 1 : 6); ++k)
+                    damaged[random.below(static_cast<uint32_t>(damaged.size()))] = static_cast<char>(random.below(256));
             }
             const fs::path path = put(name, damaged);
             const auto read = read_mesh(path);

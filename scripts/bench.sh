@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# Every benchmark, in one run: times side by side, quality of simplification.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+bin=build/release/bin
+"$bin/bench_read"
+"$bin/bench_simplify" --benchmark_min_time=1
+"$bin/simplify_quality"

@@ -27,6 +27,10 @@ target_compile_options(lodestone_flags INTERFACE
   # GCC 12 warns of overlaps that cannot be in "literal" + std::string (its bug 105651).
   $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>>)
 if(LODESTONE_SANITIZE)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    # Sanitizers hide from GCC what is initialised.
+    target_compile_options(lodestone_flags INTERFACE $<BUILD_INTERFACE:-Wno-maybe-uninitialized>)
+  endif()
   add_compile_options(-fsanitize=${LODESTONE_SANITIZE} -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${LODESTONE_SANITIZE})
   if(LODESTONE_SANITIZE MATCHES "undefined")

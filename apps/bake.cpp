@@ -58,7 +58,7 @@ Result<ProgressiveMesh> bake_lod(const TriMesh& mesh, const BakeOptions& options
     if (!list) return tl::unexpected(list.error());
     report["simplify_cpu_seconds"] = simplify_watch.cpu();
     const Stopwatch order_watch;
-    auto pm = bake_progressive_mesh(mesh, *list, options.orders, progress);
+    auto pm = bake_progressive_mesh(mesh, *list, options.orders, options.order, progress);
     if (!pm) return tl::unexpected(pm.error());
     report["order_seconds"] = order_watch.wall();
     const Stopwatch error_watch;
@@ -93,6 +93,9 @@ Result<ProgressiveMesh> bake_lod(const TriMesh& mesh, const BakeOptions& options
 Json BakeOptions::to_json() const {
     return {{"backends", backends},
             {"orders", orders},
+            {"cache", name_of(order.cache)},
+            {"moves_per_ecol", order.moves_per_ecol},
+            {"order_seconds", order.seconds},
             {"simplifier", simplifier},
             {"normal_weight", normal_weight},
             {"uv_weight", uv_weight},

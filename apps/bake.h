@@ -10,14 +10,17 @@
 #include "base/hash.h"
 #include "base/progress.h"
 #include "base/result.h"
+#include "lod/face_order.h"
 #include "mesh/io/read.h"
 #include "mesh/tri_mesh.h"
 
 namespace lodestone {
 
 struct BakeOptions {
-    std::vector<std::string> backends = {"lod"};                    // lod, discrete
-    std::vector<std::string> orders = {"static", "classic"};        // the first is what is drawn unless asked otherwise
+    std::vector<std::string> backends = {"lod"};  // lod, discrete
+    std::vector<std::string> orders = {"keyframe", "static",
+                                       "classic"};                  // the first is what is drawn unless asked otherwise
+    OrderOptions order;                                             // what optimised orders aim at
     std::string simplifier = "quadric";                             // quadric, openmesh
     double normal_weight = -1, uv_weight = -1, colour_weight = -1;  // < 0: the simplifier's default
     uint64_t error_samples = 100000;                                // points on each surface when errors are measured

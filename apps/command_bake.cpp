@@ -11,7 +11,7 @@ namespace lodestone {
 namespace {
 
 struct Options {
-    std::string mesh, out, backends = "lod", orders = "static,classic", report;
+    std::string mesh, out, backends = "lod", orders = "keyframe,static,classic", cache = "auto", report;
     unsigned threads = 0;
     bool json = false;
     BakeOptions bake;
@@ -65,6 +65,11 @@ Result<int> bake(const Options& given) {
             return fail(Fault::usage, "--order " + given.orders + ": names " + (*orders)[i] + " twice");
         }
     }
+    if (given.cache != "auto") {
+        const auto model = cache_model_named(given.cache);
+        if (!model) return fail_at("--cache", model.error());
+        options.order.cache = *model;
+    }
     options.backends = *backends;
     options.orders = *orders;
     set_thread_count(given.threads);
@@ -94,7 +99,21 @@ void add_bake(CLI::App& app, Run& run) {
     command->add_option("mesh", o->mesh, "Mesh file")->required();
     command->add_option("-o,--out", o->out, "Asset to write, .lode")->required();
     command->add_option("--backends", o->backends, "What to bake for: lod, discrete")->capture_default_str();
-    command->add_option("--order", o->orders, "Face orders, the first drawn by default: static, classic")
+    command->add_option("--order", o->orders, "Face orders, the first drawn by default: keyframe, static, classic")
+        ->capture_default_str();
+    command
+        ->add_option("--cache", o->cache,
+                     "What optimised orders aim at: auto (fifo16), fifoN, lruN, nvidia, amd or intel")
+        ->capture_default_str();
+    command
+        ->add_option("--order-seconds", o->bake.order.seconds,
+                     "About how long an optimised order may be searched for, by the size of the mesh")
+        ->check(CLI::Range(0.0, 1e6))
+        ->capture_default_str();
+    command
+        ->add_option("--moves-per-ecol", o->bake.order.moves_per_ecol,
+                     "Faces moved per collapse, about: more moves, fewer transforms")
+        ->check(CLI::Range(0.1, 100.0))
         ->capture_default_str();
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command->add_option("--report", o->report, "Also write the bake report to this JSON file");

@@ -113,7 +113,19 @@ public:
               FaceOrderer& orderer)
         : store_(store), orderer_(orderer), replay_(face_indices, store.wedge_vertex) {
         const auto levels = static_cast<uint32_t>(store.ecols.size()) + 1;
-        face_at_ = orderer.first_order({face_indices, death, static_cast<uint32_t>(store.vertices.size()), levels});
+        const auto wedges = static_cast<uint32_t>(store.vertices.size());
+        gone_at_.assign(wedges, levels);
+        parent_.resize(wedges);
+        std::iota(parent_.begin(), parent_.end(), 0u);
+        uint32_t wedge = wedges;  // removed wedges are the last ones, the first to go the very last
+        for (uint32_t i = 0; i < store.ecols.size(); ++i) {
+            for (uint32_t k = 0; k < store.ecols[i].wedges; ++k) {
+                --wedge;
+                gone_at_[wedge] = i + 1;
+                parent_[wedge] = store.parents[wedges - 1 - wedge];
+            }
+        }
+        face_at_ = orderer.first_order({face_indices, death, gone_at_, parent_, wedges, levels});
         slot_of_.resize(face_at_.size());
         for (uint32_t s = 0; s < face_at_.size(); ++s) slot_of_[face_at_[s]] = s;
         alive_ = static_cast<uint32_t>(face_at_.size());
@@ -198,6 +210,7 @@ private:
     const Store& store_;
     FaceOrderer& orderer_;
     Replay replay_;
+    std::vector<uint32_t> gone_at_, parent_;   // per wedge, as OrderInput
     std::vector<uint32_t> face_at_, slot_of_;  // drawn range: face of slot; slot of face
     uint32_t alive_ = 0;
     std::vector<uint32_t> dying_;
@@ -208,7 +221,8 @@ private:
 }  // namespace
 
 Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const CollapseList& list,
-                                              const std::vector<std::string>& orders, const Progress& progress) {
+                                              const std::vector<std::string>& orders, const OrderOptions& order_options,
+                                              const Progress& progress) {
     LODE_CHECK(!orders.empty());
     if (mesh.triangle_count() > std::numeric_limits<uint32_t>::max() / 3) {
         return fail(Fault::machine,
@@ -295,7 +309,7 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
     pm.images = mesh.images;
     store->orders.reserve(orders.size());
     for (const std::string& name : orders) {
-        auto orderer = face_orderer_named(name);
+        auto orderer = face_orderer_named(name, order_options);
         if (!orderer) return tl::unexpected(orderer.error());
         auto baked = OrderBake(*store, face_indices, death, **orderer).run(progress);
         if (!baked) return tl::unexpected(baked.error());

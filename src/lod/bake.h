@@ -7,6 +7,7 @@
 
 #include "base/progress.h"
 #include "lod/collapse_list.h"
+#include "lod/face_order.h"
 #include "lod/progressive_mesh.h"
 
 namespace lodestone {
@@ -15,6 +16,7 @@ namespace lodestone {
 // knows, at least one, none twice. Errors of levels are left 0; measure_errors (error_curve.h) fills them.
 // Fault::machine where the mesh needs more than 2^32 index positions.
 Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const CollapseList& list,
-                                              const std::vector<std::string>& orders, const Progress& progress = {});
+                                              const std::vector<std::string>& orders,
+                                              const OrderOptions& order_options = {}, const Progress& progress = {});
 
 }  // namespace lodestone

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "base/check.h"
+#include "lod/keyframe_order.h"
 
 namespace lodestone {
 
@@ -60,10 +61,11 @@ public:
 
 }  // namespace
 
-Result<std::unique_ptr<FaceOrderer>> face_orderer_named(const std::string& name) {
+Result<std::unique_ptr<FaceOrderer>> face_orderer_named(const std::string& name, const OrderOptions& options) {
     if (name == "classic") return std::make_unique<Classic>();
     if (name == "static") return std::make_unique<Static>();
-    return fail(Fault::usage, "order '" + name + "': no such face order; choose from classic, static");
+    if (name == "keyframe") return make_keyframe_orderer(options);
+    return fail(Fault::usage, "order '" + name + "': no such face order; choose from classic, static, keyframe");
 }
 
 }  // namespace lodestone

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "mesh/vertex_cache.h"
 
 namespace lodestone {
 
@@ -17,8 +18,17 @@ namespace lodestone {
 struct OrderInput {
     std::span<const uint32_t> indices;  // level 0, three wedges per face, faces in the order of the source mesh
     std::span<const uint32_t> death;    // per face: the level from which on it is dead; levels if it outlives all
+    std::span<const uint32_t> gone_at;  // per wedge: the level from which on it is gone; levels if it outlives all
+    std::span<const uint32_t> parent;   // per wedge: the wedge it becomes then; itself if it outlives all
     uint32_t wedges = 0;
     uint32_t levels = 0;
+};
+
+// What orders that are optimised aim at.
+struct OrderOptions {
+    CacheModel cache;           // FIFO-16 unless said otherwise
+    double moves_per_ecol = 8;  // slots written by tswaps per collapse, about; > 0
+    double seconds = 60;  // an order takes about so long on two cores at most; large keyframes are then searched less
 };
 
 class FaceOrderer {
@@ -39,6 +49,7 @@ public:
 // "classic": faces by falling death, so that the faces of every level are a prefix (Forsyth 2001).
 // "static": meshoptimizer's cache order of full detail, kept; a keyframe closes the gaps whenever half of the slots are
 // dead.
-Result<std::unique_ptr<FaceOrderer>> face_orderer_named(const std::string& name);
+// "keyframe": ordered anew as faces die, each time for the levels until the next time (keyframe_order.h).
+Result<std::unique_ptr<FaceOrderer>> face_orderer_named(const std::string& name, const OrderOptions& options = {});
 
 }  // namespace lodestone

@@ -1,0 +1,35 @@
+// A cache-aware face order made of vertex fans: the whole remaining fan of a cached vertex is emitted at a time.
+// Kin of Lin and Yu, "An improved vertex caching scheme for 3D mesh rendering", IEEE TVCG 2006, and of Sander, Nehab,
+// Barczak, "Fast triangle reordering for vertex locality and reduced overdraw", SIGGRAPH 2007 (tipsify); the cost is
+// ours.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace lodestone {
+
+// The fan of a vertex costs
+//   miss * vertices it brings in - face * its faces - finished * vertices it finishes + evicted * vertices it pushes
+//   out that are still needed, and - age * (how long the vertex has been cached) / cache where it outlives its fan, + 1
+//   where not.
+// The cheapest is next.
+struct FanWeights {
+    double miss = 1.21, face = 0.67, finished = 0.92, age = 0.4, evicted = 1.27;
+};
+
+// Instead of the cheapest fan, the one of several that leads to the fewest vertices brought in per face some way ahead.
+struct Rollouts {
+    uint32_t candidates = 1;  // 1: none are tried out
+    uint32_t faces = 100;     // how far ahead
+    uint32_t fans = 3;        // emitted of the best before looking again
+};
+
+// Faces (positions in indices / 3) in drawing order, made for a FIFO of `cache` entries, 3 .. 1024. indices: three
+// vertices per face, each below `vertices`; degenerate faces come where their vertices are. Time is linear in faces
+// times cache.
+std::vector<uint32_t> fan_order(std::span<const uint32_t> indices, uint32_t vertices, uint32_t cache,
+                                const FanWeights& weights, const Rollouts& rollouts = {});
+
+}  // namespace lodestone

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "base/disjoint_sets.h"
 #include "mesh/topology.h"
 
 namespace lodestone {
@@ -32,24 +33,6 @@ PositionKey key_of(const glm::vec3& p) {
     return {std::bit_cast<uint32_t>(p.x + 0.0f), std::bit_cast<uint32_t>(p.y + 0.0f),
             std::bit_cast<uint32_t>(p.z + 0.0f)};
 }
-
-class DisjointSets {
-public:
-    explicit DisjointSets(size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
-    uint32_t find(uint32_t i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    // The lower number represents both.
-    void join(uint32_t a, uint32_t b) {
-        a = find(a);
-        b = find(b);
-        if (a != b) parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-private:
-    std::vector<uint32_t> parent_;
-};
 
 // Per vertex: the vertex it becomes, the first at its place.
 std::vector<uint32_t> weld_equal(const std::vector<glm::vec3>& positions) {

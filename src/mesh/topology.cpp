@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/disjoint_sets.h"
+
 namespace lodestone {
 
 namespace {
@@ -44,23 +46,6 @@ std::vector<EdgeKey> sorted_edges(const TriMesh& mesh) {
     sort_keys(keys, static_cast<uint32_t>(mesh.vertex_count()));
     return keys;
 }
-
-class DisjointSets {
-public:
-    explicit DisjointSets(size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
-    uint32_t find(uint32_t i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(uint32_t a, uint32_t b) {
-        a = find(a);
-        b = find(b);
-        if (a != b) parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-private:
-    std::vector<uint32_t> parent_;
-};
 
 }  // namespace
 

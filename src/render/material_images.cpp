@@ -6,15 +6,13 @@
 #include <cstring>
 
 #include "base/check.h"
+#include "base/srgb.h"
 #include "render/targets.h"
 #include "shaders/shared/frame_constants.h"
 
 namespace lodestone {
 
 namespace {
-
-double linear_from_srgb(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
-double srgb_from_linear(double c) { return c <= 0.0031308 ? c * 12.92 : 1.055 * std::pow(c, 1 / 2.4) - 0.055; }
 
 const std::array<float, 256>& linear_of_byte() {
     static const auto table = [] {

@@ -6,14 +6,12 @@
 #include <glm/matrix.hpp>
 
 #include "base/check.h"
+#include "base/srgb.h"
 #include "base/threads.h"
 
 namespace lodestone {
 
 namespace {
-
-double linear_from_srgb(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
-double srgb_from_linear(double c) { return c <= 0.0031308 ? c * 12.92 : 1.055 * std::pow(c, 1 / 2.4) - 0.055; }
 
 std::vector<double> luminance(const Picture& picture) {
     std::vector<double> y(size_t{picture.width} * picture.height);

@@ -12,6 +12,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 
+#include "base/srgb.h"
 #include "mesh/io/formats.h"
 #include "mesh/io/image_file.h"
 
@@ -25,8 +26,6 @@ constexpr uint64_t most_corners = 0xfffffff0u;
 struct WrongFile {
     std::string place, what;
 };
-
-double srgb_from_linear(double c) { return c <= 0.0031308 ? c * 12.92 : 1.055 * std::pow(c, 1 / 2.4) - 0.055; }
 
 // The numbers of an accessor, checked against its buffer: `width` of them per element.
 class Values {

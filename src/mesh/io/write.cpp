@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/file.h"
+#include "base/srgb.h"
 #include "mesh/io/image_file.h"
 
 namespace lodestone {
@@ -155,8 +156,6 @@ Result<void> write_obj(const TriMesh& mesh, const fs::path& path) {
     }
     return write_text(path, text);
 }
-
-double linear_from_srgb(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
 
 // Binary glTF 2.0: one buffer, one node, one primitive per material over shared vertices.
 class GlbWriter {

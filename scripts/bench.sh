@@ -4,5 +4,6 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 bin=build/release/bin
 "$bin/bench_read"
+"$bin/bench_cursor"
 "$bin/bench_simplify" --benchmark_min_time=1
 "$bin/simplify_quality"

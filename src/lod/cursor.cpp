@@ -67,6 +67,7 @@ void PmCursor::apply(const Keyframe& keyframe, bool forward) {
     const bool last = next == order.keyframes.data() + order.keyframes.size();
     const size_t end_cycle = last ? order.cycle_lengths.size() : next->first_cycle;
     size_t slot = keyframe.first_slot;
+    uint32_t low = ~0u, high = 0;  // slots: a keyframe moves nearly all faces, so all between is taken as written
     for (size_t c = keyframe.first_cycle; c < end_cycle; ++c) {
         const auto slots = order.cycle_slots.subspan(slot, order.cycle_lengths[c]);
         if (forward) {
@@ -75,10 +76,14 @@ void PmCursor::apply(const Keyframe& keyframe, bool forward) {
             tswap_inverse(indices_, slots);
         }
         for (const uint32_t s : slots) {
-            touch(s * 3);
-            touch(s * 3 + 2);
+            low = std::min(low, s);
+            high = std::max(high, s);
         }
         slot += slots.size();
+    }
+    if (low <= high) {
+        for (uint32_t position = low * 3; position <= high * 3 + 2; position += dirty_block) touch(position);
+        touch(high * 3 + 2);
     }
     slots_ = forward ? keyframe.slots_after : keyframe.slots_before;
 }

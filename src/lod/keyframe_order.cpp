@@ -34,9 +34,8 @@ struct Candidate {
 std::vector<Candidate> candidates_for(const CacheModel& model) {
     std::vector<uint32_t> sizes;
     if (model.kind == CacheModel::Kind::batch) {
-        const uint32_t all = model.batch_vertices > 0 ? model.batch_vertices : model.size;
-        for (const double share : {0.4, 0.5, 0.65, 0.8, 0.95})
-            sizes.push_back(std::max(6u, static_cast<uint32_t>(share * all)));
+        // Whatever is cached is lost when a batch closes, so shorter memories are tried too.
+        for (const double share : {1.0, 0.93, 0.86, 0.75, 0.6, 0.45}) sizes.push_back(std::max(6u, static_cast<uint32_t>(share * model.size)));
     } else {
         for (const uint32_t less : {0u, 1u, 2u, 3u, 5u}) {
             if (model.size >= less + 4) sizes.push_back(model.size - less);

@@ -96,6 +96,7 @@ Json BakeOptions::to_json() const {
             {"cache", name_of(order.cache)},
             {"moves_per_ecol", order.moves_per_ecol},
             {"order_seconds", order.seconds},
+            {"look_ahead", order.greedy_look_ahead},
             {"simplifier", simplifier},
             {"normal_weight", normal_weight},
             {"uv_weight", uv_weight},

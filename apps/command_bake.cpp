@@ -99,7 +99,8 @@ void add_bake(CLI::App& app, Run& run) {
     command->add_option("mesh", o->mesh, "Mesh file")->required();
     command->add_option("-o,--out", o->out, "Asset to write, .lode")->required();
     command->add_option("--backends", o->backends, "What to bake for: lod, discrete")->capture_default_str();
-    command->add_option("--order", o->orders, "Face orders, the first drawn by default: keyframe, static, classic")
+    command
+        ->add_option("--order", o->orders, "Face orders, the first drawn by default: keyframe, greedy, static, classic")
         ->capture_default_str();
     command
         ->add_option("--cache", o->cache,
@@ -110,6 +111,10 @@ void add_bake(CLI::App& app, Run& run) {
                      "About how long an optimised order may be searched for, by the size of the mesh")
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str();
+    command
+        ->add_option("--look-ahead", o->bake.order.greedy_look_ahead,
+                     "Order greedy: faces looked ahead for each choice")
+        ->check(CLI::Range(0, 100));
     command
         ->add_option("--moves-per-ecol", o->bake.order.moves_per_ecol,
                      "Faces moved per collapse, about: more moves, fewer transforms")

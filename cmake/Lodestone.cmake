@@ -60,7 +60,11 @@ function(lodestone_library name)
 endfunction()
 
 # Vulkan drivers and layers leak and race in ways that are theirs. Objects of ours that outlive the device are found by validation.
-set(LODESTONE_DRIVER_ENVIRONMENT "ASAN_OPTIONS=detect_leaks=0;TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/drivers.tsan")
+if(LODESTONE_SANITIZE MATCHES "thread")
+  set(LODESTONE_DRIVER_ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/drivers.tsan")
+else()
+  set(LODESTONE_DRIVER_ENVIRONMENT "ASAN_OPTIONS=detect_leaks=0")
+endif()
 
 # lodestone_test(NAME lib...)   builds every .cpp of the current folder into the GoogleTest program test_NAME.
 function(lodestone_test name)

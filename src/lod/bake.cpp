@@ -182,7 +182,9 @@ private:
     void keyframe(uint32_t level) {
         std::vector<uint32_t> alive, dead;
         for (const uint32_t face : face_at_) (replay_.alive(face) ? alive : dead).push_back(face);
-        orderer_.reorder(level, replay_.indices(), alive);
+        std::vector<uint32_t> slots;
+        for (const uint32_t face : alive) slots.push_back(slot_of_[face]);
+        orderer_.reorder(level, replay_.indices(), slots, alive);
         const auto after = static_cast<uint32_t>(alive.size()), before = static_cast<uint32_t>(face_at_.size());
         order_.keyframes.push_back({level, before, after, static_cast<uint32_t>(order_.cycle_lengths.size()),
                                     static_cast<uint32_t>(order_.cycle_slots.size())});

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "base/check.h"
+#include "lod/greedy_order.h"
 #include "lod/keyframe_order.h"
 
 namespace lodestone {
@@ -25,7 +26,7 @@ public:
         return faces;
     }
     bool wants_keyframe(uint32_t, uint32_t, uint32_t) override { return false; }
-    void reorder(uint32_t, std::span<const uint32_t>, std::vector<uint32_t>&) override {}
+    void reorder(uint32_t, std::span<const uint32_t>, std::span<const uint32_t>, std::vector<uint32_t>&) override {}
 };
 
 class Static final : public FaceOrderer {
@@ -56,7 +57,7 @@ public:
         return faces;
     }
     bool wants_keyframe(uint32_t, uint32_t alive, uint32_t slots) override { return alive <= slots / 2; }
-    void reorder(uint32_t, std::span<const uint32_t>, std::vector<uint32_t>&) override {}
+    void reorder(uint32_t, std::span<const uint32_t>, std::span<const uint32_t>, std::vector<uint32_t>&) override {}
 };
 
 }  // namespace
@@ -64,8 +65,10 @@ public:
 Result<std::unique_ptr<FaceOrderer>> face_orderer_named(const std::string& name, const OrderOptions& options) {
     if (name == "classic") return std::make_unique<Classic>();
     if (name == "static") return std::make_unique<Static>();
+    if (name == "greedy") return make_greedy_orderer(options);
     if (name == "keyframe") return make_keyframe_orderer(options);
-    return fail(Fault::usage, "order '" + name + "': no such face order; choose from classic, static, keyframe");
+    return fail(Fault::usage,
+                "order '" + name + "': no such face order; choose from classic, static, greedy, keyframe");
 }
 
 }  // namespace lodestone

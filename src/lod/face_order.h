@@ -26,8 +26,9 @@ struct OrderInput {
 
 // What orders that are optimised aim at.
 struct OrderOptions {
-    CacheModel cache;           // FIFO-16 unless said otherwise
-    double moves_per_ecol = 8;  // slots written by tswaps per collapse, about; > 0
+    CacheModel cache;                // FIFO-16 unless said otherwise
+    double moves_per_ecol = 8;       // slots written by tswaps per collapse, about; > 0
+    uint32_t greedy_look_ahead = 0;  // "greedy": faces looked ahead for each choice
     double seconds = 60;  // an order takes about so long on two cores at most; large keyframes are then searched less
 };
 
@@ -42,13 +43,15 @@ public:
     // Asked at every level > 0 of an order that does not drop its dead. `alive` faces of `slots` drawn ones are alive.
     virtual bool wants_keyframe(uint32_t level, uint32_t alive, uint32_t slots) = 0;
     // The faces alive at a keyframe, given in the order they have, in the order they shall have.
-    // indices: three wedges per face of input.indices, as they are at this level.
-    virtual void reorder(uint32_t level, std::span<const uint32_t> indices, std::vector<uint32_t>& alive_faces) = 0;
+    // indices: three wedges per face of input.indices, as they are at this level. slots: where each of alive_faces is.
+    virtual void reorder(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,
+                         std::vector<uint32_t>& alive_faces) = 0;
 };
 
 // "classic": faces by falling death, so that the faces of every level are a prefix (Forsyth 2001).
 // "static": meshoptimizer's cache order of full detail, kept; a keyframe closes the gaps whenever half of the slots are
 // dead.
+// "greedy": the seed's own optimiser (greedy_order.h).
 // "keyframe": ordered anew as faces die, each time for the levels until the next time (keyframe_order.h).
 Result<std::unique_ptr<FaceOrderer>> face_orderer_named(const std::string& name, const OrderOptions& options = {});
 

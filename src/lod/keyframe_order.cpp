@@ -35,7 +35,8 @@ std::vector<Candidate> candidates_for(const CacheModel& model) {
     std::vector<uint32_t> sizes;
     if (model.kind == CacheModel::Kind::batch) {
         // Whatever is cached is lost when a batch closes, so shorter memories are tried too.
-        for (const double share : {1.0, 0.93, 0.86, 0.75, 0.6, 0.45}) sizes.push_back(std::max(6u, static_cast<uint32_t>(share * model.size)));
+        for (const double share : {1.0, 0.93, 0.86, 0.75, 0.6, 0.45})
+            sizes.push_back(std::max(6u, static_cast<uint32_t>(share * model.size)));
     } else {
         for (const uint32_t less : {0u, 1u, 2u, 3u, 5u}) {
             if (model.size >= less + 4) sizes.push_back(model.size - less);
@@ -93,7 +94,8 @@ public:
         return alive >= least_faces && alive <= ratio_ * slots;
     }
 
-    void reorder(uint32_t level, std::span<const uint32_t> indices, std::vector<uint32_t>& alive_faces) override {
+    void reorder(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t>,
+                 std::vector<uint32_t>& alive_faces) override {
         order(level, indices, alive_faces);
     }
 

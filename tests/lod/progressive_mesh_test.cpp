@@ -20,7 +20,7 @@ namespace {
 
 using fixtures::Fixture;
 
-const std::vector<std::string> all_orders = {"static", "classic", "keyframe"};
+const std::vector<std::string> all_orders = {"static", "classic", "keyframe", "greedy"};
 
 ProgressiveMesh bake_in_memory(const TriMesh& mesh) {
     const auto list = make_quadric_simplifier()->simplify(mesh, {});

@@ -137,6 +137,7 @@ public:
         gather_attributes();
         group_wedges();
         make_quadrics();
+        merge_quadrics();
     }
 
     Result<CollapseList> run(const Progress& progress) {
@@ -272,6 +273,20 @@ private:
         }
     }
 
+    // Without seams the one wedge of a vertex goes where the vertex goes, and one quadric holds shape and attributes
+    // together.
+    void merge_quadrics() {
+        weights_.resize(quadrics_.size());
+        for (size_t v = 0; v < weights_.size(); ++v) weights_[v] = quadrics_[v].weight();
+        if (seams_ || attribute_count_ == 0) return;
+        wedge_of_.resize(mesh_.vertex_count());
+        for (uint32_t w = 0; w < mesh_.wedge_count(); ++w) {
+            wedge_of_[mesh_.wedge_vertex[w]] = w;
+            quadrics_[mesh_.wedge_vertex[w]] += attribute_quadrics_[w];
+        }
+        attribute_quadrics_ = {};
+    }
+
     // Planes through boundary and seam edges, upright on the face, hold them where they are.
     void add_border_planes(uint32_t c, const std::array<uint32_t, 3>& v, const glm::dvec3& normal) {
         for (uint32_t k = 0; k < 3; ++k) {
@@ -335,23 +350,31 @@ private:
 
     // The attribute error of the faces around wedge `from`, if at p they had the attributes of wedge `to`.
     double attribute_error(uint32_t from, uint32_t to, const glm::dvec3& p) const {
+        return std::max(attribute_quadrics_[from].at(p) + attribute_terms(from, to, p), 0.0);
+    }
+    // The part of it that depends on the attributes of `to`.
+    double attribute_terms(uint32_t from, uint32_t to, const glm::dvec3& p) const {
         const size_t count = attribute_count_;
-        double error = attribute_quadrics_[from].at(p);
+        double error = 0;
         for (size_t j = 0; j < count; ++j) {
             const AttributeField& field = fields_[from * count + j];
             const double s = attributes_[to * count + j];
             error += s * (attribute_areas_[from] * s - 2 * (glm::dot(field.gradient, p) + field.offset));
         }
-        return std::max(error, 0.0);
+        return error;
+    }
+    double own_error(uint32_t u) const {
+        const double error = quadrics_[u].at(positions_[u]);
+        return wedge_of_.empty() ? error : error + attribute_terms(wedge_of_[u], wedge_of_[u], positions_[u]);
     }
 
     void gather_ring(uint32_t u, Ring& ring) const {
         ring.neighbours.clear();
         ring.faces.clear();
         ring.pairs.clear();
-        ring.own_error = quadrics_[u].at(positions_[u]);
+        ring.own_error = own_error(u);
         ring.own_wedge = none;
-        const bool pairs = attribute_count_ > 0;
+        const bool pairs = attribute_count_ > 0 && seams_;
         const auto add = [&](uint32_t corner, uint32_t other) {
             const uint32_t v = vertex(other);
             for (size_t i = 0; i < ring.neighbours.size(); ++i) {
@@ -375,7 +398,7 @@ private:
         ring.neighbours.assign(1, v);
         ring.faces.assign(1, 0);
         ring.pairs.resize(1);
-        ring.own_error = quadrics_[u].at(positions_[u]);
+        ring.own_error = own_error(u);
         ring.own_wedge = none;
         for (const uint32_t c : corners(u)) {
             const uint32_t other = vertex(next(c)) == v ? next(c) : vertex(previous(c)) == v ? previous(c) : none;
@@ -390,11 +413,13 @@ private:
     double cost(uint32_t u, Ring& ring, size_t i) const {
         const uint32_t v = ring.neighbours[i];
         const glm::dvec3 &from = positions_[u], &to = positions_[v];
-        double error = std::max(quadrics_[u].at(to) - ring.own_error, 0.0);
+        double error = quadrics_[u].at(to) - ring.own_error;
+        if (!wedge_of_.empty()) error += attribute_terms(wedge_of_[u], wedge_of_[v], to);
+        error = std::max(error, 0.0);
         if (soft_seams_) {
             if (!pair_wedges(u, v, ring.resolved)) return infinite;
             for (const WedgePair& pair : ring.resolved) error += attribute_cost(ring, pair, from, to);
-        } else if (attribute_count_ > 0) {
+        } else if (attribute_count_ > 0 && seams_) {
             const auto& pairs = ring.pairs[i];
             error += attribute_cost(ring, pairs[0], from, to);
             if (ring.faces[i] > 1 && pairs[1].removed != pairs[0].removed)
@@ -451,7 +476,7 @@ private:
             const glm::dvec3 away = closest_on_triangle(from, positions_[a], positions_[b], to) - from;
             nearest = std::min(nearest, glm::dot(away, away));
         }
-        return nearest == infinite ? 0 : lift_weight * quadrics_[u].weight() * nearest;
+        return nearest == infinite ? 0 : lift_weight * weights_[u] * nearest;
     }
 
     // ring: of u, gathered.
@@ -584,10 +609,11 @@ private:
         const std::span<const WedgePair> pairs(list_.wedge_pairs.data() + record.first_wedge, record.wedge_count);
 
         quadrics_[v] += quadrics_[u];
+        weights_[v] += weights_[u];
         for (const WedgePair& pair : pairs) {
             if (attributes_.empty()) break;
             const size_t count = attribute_count_;
-            attribute_quadrics_[pair.kept] += attribute_quadrics_[pair.removed];
+            if (seams_) attribute_quadrics_[pair.kept] += attribute_quadrics_[pair.removed];
             attribute_areas_[pair.kept] += attribute_areas_[pair.removed];
             for (size_t j = 0; j < count; ++j) {
                 fields_[pair.kept * count + j].gradient += fields_[pair.removed * count + j].gradient;
@@ -697,7 +723,9 @@ private:
     std::vector<uint32_t> wedges_, vertices_;     // per corner 3 * face + k
     std::vector<uint32_t> pool_, first_, count_;  // per vertex: its corners, pool_[first_ .. first_ + count_)
     std::vector<uint8_t> boundary_;
-    std::vector<Quadric> quadrics_;  // per vertex
+    std::vector<Quadric> quadrics_;   // per vertex
+    std::vector<double> weights_;     // per vertex: of its planes
+    std::vector<uint32_t> wedge_of_;  // per vertex, where attributes count and there are no seams
     const bool seams_;
     bool soft_seams_ = false;      // some vertex has several wedges of one group
     std::vector<uint32_t> group_;  // per wedge, where there are seams

@@ -48,6 +48,7 @@ Result<void> write_json(const std::string& path, const std::string& text) {
 namespace {
 void add_missing(CLI::App& app, Run& run, const char* name) {
     CLI::App* command = app.add_subcommand(name, "Not in this build: it was made without Vulkan");
+    command->fallthrough(false);
     command->allow_extras();
     command->callback([&run, name] {
         run = [name]() -> Result<int> {

@@ -22,9 +22,13 @@ struct Store {
     std::vector<uint32_t> parents;
     std::vector<float> errors;
     struct Order {
-        std::vector<uint32_t> indices, first_corner, corners;
-        std::vector<Keyframe> keyframes;
+        std::vector<uint32_t> indices, first_corner;
+        std::vector<Place> corners;
+        std::vector<TswapStep> tswaps;
         std::vector<uint32_t> cycle_lengths, cycle_slots;
+        std::vector<Keyframe> keyframes;
+        std::vector<uint32_t> block_ends;
+        std::vector<uint8_t> block_bytes;
     };
     std::vector<Order> orders;
 };
@@ -132,29 +136,89 @@ public:
     }
 
     Result<Store::Order> run(const Progress& progress) {
+        if (auto planned = plan_keyframes(progress); !planned) return tl::unexpected(planned.error());
         for (const uint32_t face : face_at_) {
             for (uint32_t k = 0; k < 3; ++k) order_.indices.push_back(replay_.indices()[face * 3 + k]);
         }
         order_.first_corner.push_back(0);
         uint32_t r = 0;
+        for (uint32_t i = 0; i < store_.ecols.size(); ++i) {
+            ecol(i, r);
+            r += store_.ecols[i].wedges;
+            if (orderer_.in_place()) {
+                const auto slots = static_cast<uint32_t>(face_at_.size());
+                if (orderer_.wants_order(i + 1, alive_, slots)) tswap_step(i + 1);
+            } else {
+                enter_level(i + 1);
+            }
+        }
+        return std::move(order_);
+    }
+
+private:
+    // A keyframe as planned: the faces alive at its level in their new order.
+    struct Planned {
+        uint32_t level;
+        std::vector<uint32_t> faces;
+    };
+
+    // Plays all collapses once to have every order made before the first corner is noted: a corner is noted in the next
+    // order too as soon as that is being made up.
+    Result<void> plan_keyframes(const Progress& progress) {
+        if (orderer_.drops_dead() || orderer_.in_place()) return {};
+        Replay replay = replay_;
         const auto wedges = static_cast<uint32_t>(store_.vertices.size());
+        std::vector<uint32_t> faces = face_at_;
+        uint32_t alive = alive_, r = 0, last = 0;
         for (uint32_t i = 0; i < store_.ecols.size(); ++i) {
             if (i % 65536 == 0) {
                 progress.at("order " + orderer_.name(),
                             static_cast<double>(i) / static_cast<double>(store_.ecols.size()));
                 if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
             }
-            ecol(i, r, wedges);
-            r += store_.ecols[i].wedges;
-            const auto slots = static_cast<uint32_t>(face_at_.size());
-            if (!orderer_.drops_dead() && orderer_.wants_keyframe(i + 1, alive_, slots)) keyframe(i + 1);
+            for (const uint32_t end = r + store_.ecols[i].wedges; r < end; ++r)
+                replay.rewrite(wedges - 1 - r, store_.parents[r], [&](uint32_t) { --alive; });
+            const uint32_t level = i + 1;
+            if (level < last + 2 || !orderer_.wants_order(level, alive, static_cast<uint32_t>(faces.size()))) continue;
+            std::vector<uint32_t> slots;
+            size_t kept = 0;
+            for (uint32_t s = 0; s < faces.size(); ++s) {
+                if (replay.alive(faces[s])) {
+                    slots.push_back(s);
+                    faces[kept++] = faces[s];
+                } else {
+                    replay.leave_range(faces[s]);
+                }
+            }
+            faces.resize(kept);
+            if (faces.empty()) break;
+            orderer_.reorder(level, replay.indices(), slots, faces);
+            planned_.push_back({level, faces});
+            last = level;
         }
-        return std::move(order_);
+        // Reaches: a share of the shorter of the two intervals, so that a step writes a few blocks at most, and never
+        // so far that two meet.
+        for (size_t k = 0; k < planned_.size(); ++k) {
+            const uint32_t before = planned_[k].level - (k == 0 ? 0 : planned_[k - 1].level);
+            const uint32_t after =
+                (k + 1 < planned_.size() ? planned_[k + 1].level : static_cast<uint32_t>(store_.ecols.size()) + 2) -
+                planned_[k].level;
+            const uint32_t reach = std::max(1u, (std::min(before, after) - 1) / 2);
+            Keyframe key;
+            key.level = planned_[k].level;
+            key.slots = static_cast<uint32_t>(planned_[k].faces.size());
+            key.blocks_per_step = (key.blocks() + reach - 1) / reach;
+            order_.keyframes.push_back(key);
+        }
+        return {};
     }
 
-private:
-    void ecol(uint32_t i, uint32_t first_removed, uint32_t wedges) {
+    // Corners of the removed wedges, in the order that is drawn and in what the other half holds both before and
+    // after; then the collapse.
+    void ecol(uint32_t i, uint32_t first_removed) {
         const Ecol step = store_.ecols[i];
+        const auto wedges = static_cast<uint32_t>(store_.vertices.size());
+        const uint32_t held = std::min(blocks_held(i), blocks_held(i + 1));
         dying_.clear();
         corner_lists_.clear();
         for (uint32_t r = first_removed; r < first_removed + step.wedges; ++r) {
@@ -165,13 +229,20 @@ private:
             replay_.rewrite(wedges - 1 - r, store_.parents[r], [&](uint32_t face) { dying_.push_back(face); });
         }
         alive_ -= static_cast<uint32_t>(dying_.size());
+        const uint32_t half = drawn_ & 1;
         for (auto& corners : corner_lists_) {
             const size_t begin = order_.corners.size();
             for (const uint32_t c : corners) {
                 if (orderer_.drops_dead() && !replay_.alive(c / 3)) continue;
-                order_.corners.push_back(slot_of_[c / 3] * 3 + c % 3);
+                const uint32_t face = c / 3;
+                // A dead face of the order before the one that is drawn is in no slot of the latter.
+                if (slot_of_[face] != none) order_.corners.push_back(Place::of(half, slot_of_[face] * 3 + c % 3));
+                if (held > 0 && other_slot_[face] != none && other_block_[face] < held)
+                    order_.corners.push_back(Place::of(1 - half, other_slot_[face] * 3 + c % 3));
             }
-            std::sort(order_.corners.begin() + static_cast<ptrdiff_t>(begin), order_.corners.end());
+            std::sort(
+                order_.corners.begin() + static_cast<ptrdiff_t>(begin), order_.corners.end(),
+                [](Place a, Place b) { return std::pair(a.half(), a.position()) < std::pair(b.half(), b.position()); });
             order_.first_corner.push_back(static_cast<uint32_t>(order_.corners.size()));
         }
         if (orderer_.drops_dead()) {
@@ -179,15 +250,112 @@ private:
         }
     }
 
-    void keyframe(uint32_t level) {
+    // Blocks the half that is not drawn holds.
+    uint32_t blocks_held(uint32_t level) const {
+        for (const uint32_t k : {drawn_, drawn_ + 1}) {
+            if (k >= 1 && k <= order_.keyframes.size()) {
+                if (const uint32_t held = order_.keyframes[k - 1].blocks_held(level); held > 0) return held;
+            }
+        }
+        return 0;
+    }
+
+    void enter_level(uint32_t level) {
+        if (drawn_ > 0) {
+            const Keyframe& key = order_.keyframes[drawn_ - 1];
+            if (level == key.level + key.reach()) forget_order_before();
+        }
+        if (drawn_ == order_.keyframes.size()) return;
+        const Keyframe& next = order_.keyframes[drawn_];
+        if (level + next.reach() == next.level) {
+            other_slot_.resize(slot_of_.size(), none);
+            other_block_.resize(slot_of_.size(), none);
+            const std::vector<uint32_t>& faces = planned_[drawn_].faces;
+            for (uint32_t s = 0; s < faces.size(); ++s) {
+                other_slot_[faces[s]] = s;
+                other_block_[faces[s]] = s / keyframe_block_slots;
+            }
+        } else if (level == next.level) {
+            change_order();
+        }
+    }
+
+    void forget_order_before() {
+        for (const uint32_t face : face_before_) {
+            other_slot_[face] = other_block_[face] = none;
+            if (slot_of_[face] == none) replay_.leave_range(face);
+        }
+        face_before_.clear();
+    }
+
+    // The keyframe itself: the next order is drawn, and the one before is what the other half holds.
+    void change_order() {
+        Keyframe& key = order_.keyframes[drawn_];
+        std::vector<std::vector<DeadFace>> dead(key.blocks());
+        for (uint32_t slot = 0; slot < face_at_.size(); ++slot) {
+            const uint32_t face = face_at_[slot];
+            if (other_slot_[face] != none) continue;
+            uint32_t neighbour = none;
+            const DeadFace noted = note_dead(face, slot, neighbour);
+            dead[neighbour / keyframe_block_slots].push_back(noted);
+            other_block_[face] = neighbour / keyframe_block_slots;
+            ++key.dead;
+        }
+        std::swap(slot_of_, other_slot_);
+        key.first_block = static_cast<uint32_t>(order_.block_ends.size());
+        std::vector<uint32_t>& faces = planned_[drawn_].faces;
+        std::vector<uint32_t> sources;
+        for (uint32_t first = 0; first < faces.size(); first += keyframe_block_slots) {
+            sources.clear();
+            for (uint32_t s = first; s < std::min<size_t>(faces.size(), first + keyframe_block_slots); ++s)
+                sources.push_back(other_slot_[faces[s]]);
+            std::ranges::stable_sort(dead[first / keyframe_block_slots], {}, &DeadFace::neighbour);
+            write_keyframe_block(sources, dead[first / keyframe_block_slots], order_.block_bytes);
+            order_.block_ends.push_back(static_cast<uint32_t>(order_.block_bytes.size()));
+        }
+        face_before_ = std::move(face_at_);
+        face_at_ = std::move(faces);
+        ++drawn_;
+    }
+
+    // A face that is in the order drawn but not in the next; neighbour: the slot of the next order it is noted with.
+    DeadFace note_dead(uint32_t face, uint32_t slot, uint32_t& neighbour) const {
+        const auto indices = replay_.indices();
+        DeadFace noted;
+        noted.slot = slot;
+        for (uint32_t k = 0; k < 3; ++k) noted.wedges[k] = indices[face * 3 + k];
+        replay_.for_corners(noted.wedges[0], [&](uint32_t c) {
+            const uint32_t other = c / 3, at = other_slot_[other];
+            if (at == none || neighbour != none) return;
+            std::array<uint8_t, 3> corners{};
+            for (uint32_t k = 0; k < 3; ++k) {
+                uint8_t corner = 0;
+                while (corner < 3 && indices[other * 3 + corner] != noted.wedges[k]) ++corner;
+                if (corner == 3) return;
+                corners[k] = corner;
+            }
+            neighbour = at;
+            noted.corners = corners;
+        });
+        noted.literal = neighbour == none;
+        if (noted.literal) {
+            neighbour = 0;
+        } else {
+            noted.wedges = {};
+        }
+        noted.neighbour = static_cast<uint8_t>(neighbour % keyframe_block_slots);
+        return noted;
+    }
+
+    void tswap_step(uint32_t level) {
         std::vector<uint32_t> alive, dead;
         for (const uint32_t face : face_at_) (replay_.alive(face) ? alive : dead).push_back(face);
         std::vector<uint32_t> slots;
         for (const uint32_t face : alive) slots.push_back(slot_of_[face]);
         orderer_.reorder(level, replay_.indices(), slots, alive);
         const auto after = static_cast<uint32_t>(alive.size()), before = static_cast<uint32_t>(face_at_.size());
-        order_.keyframes.push_back({level, before, after, static_cast<uint32_t>(order_.cycle_lengths.size()),
-                                    static_cast<uint32_t>(order_.cycle_slots.size())});
+        order_.tswaps.push_back({level, before, after, static_cast<uint32_t>(order_.cycle_lengths.size()),
+                                 static_cast<uint32_t>(order_.cycle_slots.size())});
         // The dead keep their own slots where those lie behind the new range, so that as few as possible are written.
         std::vector<uint32_t> from(before, none);
         for (uint32_t s = 0; s < after; ++s) from[s] = slot_of_[alive[s]];
@@ -213,7 +381,12 @@ private:
     FaceOrderer& orderer_;
     Replay replay_;
     std::vector<uint32_t> gone_at_, parent_;   // per wedge, as OrderInput
-    std::vector<uint32_t> face_at_, slot_of_;  // drawn range: face of slot; slot of face
+    std::vector<uint32_t> face_at_, slot_of_;  // drawn range: face of slot; slot of face, none where it is in none
+    // Where there are keyframes: how many were passed, the orders of all of them, and the other half: slot and block of
+    // face, while it is coming or going; the faces of the order before, by slot, until they are forgotten.
+    uint32_t drawn_ = 0;
+    std::vector<Planned> planned_;
+    std::vector<uint32_t> other_slot_, other_block_, face_before_;
     uint32_t alive_ = 0;
     std::vector<uint32_t> dying_;
     std::vector<std::vector<uint32_t>> corner_lists_;
@@ -317,8 +490,8 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
         if (!baked) return tl::unexpected(baked.error());
         store->orders.push_back(std::move(*baked));
         const Store::Order& o = store->orders.back();
-        pm.orders.push_back({name, (*orderer)->drops_dead(), o.indices, o.first_corner, o.corners, o.keyframes,
-                             o.cycle_lengths, o.cycle_slots});
+        pm.orders.push_back({name, (*orderer)->drops_dead(), o.indices, o.first_corner, o.corners, o.tswaps,
+                             o.cycle_lengths, o.cycle_slots, o.keyframes, o.block_ends, o.block_bytes});
     }
     pm.owner = store;
     if (auto counted = pm.count_levels(); !counted) return tl::unexpected(counted.error());

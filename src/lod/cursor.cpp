@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 
 #include "base/check.h"
 
@@ -32,19 +31,62 @@ void tswap_inverse(std::span<uint32_t> indices, std::span<const uint32_t> slots)
     put_face(indices, slots.front(), last);
 }
 
+PmSnapshots::PmSnapshots(const ProgressiveMesh& pm, uint32_t order) {
+    const FaceOrder& o = pm.orders[order];
+    PmCursor cursor(pm, order);
+    for (uint32_t k = 0; k <= o.keyframes.size() && !o.keyframes.empty(); ++k) {
+        // Levels at which the half that is not drawn holds nothing.
+        const uint32_t first = k == 0 ? 0 : o.keyframes[k - 1].level + o.keyframes[k - 1].reach();
+        const uint32_t end = k == o.keyframes.size() ? pm.levels() : o.keyframes[k].level - o.keyframes[k].reach();
+        if (first >= end) continue;
+        const uint32_t level = first + (end - first) / 2;
+        cursor.goto_level(level);
+        const auto drawn = cursor.drawn_indices();
+        snapshots_.push_back({level, k, {drawn.begin(), drawn.end()}});
+    }
+}
+
+const PmSnapshots::Snapshot* PmSnapshots::nearest(uint32_t level) const {
+    const auto above =
+        std::ranges::lower_bound(snapshots_, level, {}, [](const Snapshot& snapshot) { return snapshot.level; });
+    if (above == snapshots_.begin()) return snapshots_.empty() ? nullptr : &*above;
+    const auto below = above - 1;
+    return above == snapshots_.end() || level - below->level <= above->level - level ? &*below : &*above;
+}
+
+uint64_t PmSnapshots::cpu_bytes() const {
+    uint64_t bytes = 0;
+    for (const Snapshot& snapshot : snapshots_) bytes += snapshot.indices.size() * 4;
+    return bytes;
+}
+
 PmCursor::PmCursor(const ProgressiveMesh& pm, uint32_t order) : pm_(&pm), order_(order) {
     LODE_CHECK(order < pm.orders.size(), order, pm.orders.size());
     const FaceOrder& o = pm.orders[order];
     indices_.assign(o.indices.begin(), o.indices.end());
-    slots_ = static_cast<uint32_t>(indices_.size() / 3);
+    half_begin_ = {0, static_cast<uint32_t>(indices_.size())};
+    if (!o.keyframes.empty()) indices_.resize(indices_.size() + size_t{o.keyframes[0].slots} * 3);
+    slots_ = o.slots_of(0);
+    look_at_keyframes();
     touch_all();
 }
 
 PmCursor::PmCursor(const PmCursor& other, uint32_t finest) : PmCursor(other) {
-    LODE_CHECK(finest <= level_, finest, level_);
+    LODE_CHECK(finest == level_, finest, level_);
     finest_ = finest;
-    indices_.resize(size_t{pm_->orders[order_].slots_at(finest, pm_->triangles_at(finest))} * 3);
-    indices_.shrink_to_fit();
+    const FaceOrder& o = pm_->orders[order_];
+    std::array<uint32_t, 2> size{};  // of either half, in indices
+    size[half()] = slots_ * 3;
+    if (holds_order_before()) {
+        size[1 - half()] = o.slots_of(keyframe_ - 1) * 3;  // ecols still write to what is left of it
+    } else if (keyframe_ < o.keyframes.size()) {
+        size[1 - half()] = o.slots_of(keyframe_ + 1) * 3;
+    }
+    std::vector<uint32_t> kept(size_t{size[0]} + size[1]);
+    std::copy_n(other.indices_.begin() + other.half_begin_[0], size[0], kept.begin());
+    std::copy_n(other.indices_.begin() + other.half_begin_[1], size[1], kept.begin() + size[0]);
+    indices_ = std::move(kept);
+    half_begin_ = {0, size[0]};
     touch_all();
 }
 
@@ -61,14 +103,19 @@ inline void PmCursor::touch(uint32_t position) {
     dirty_high_ = std::max(dirty_high_, block);
 }
 
-void PmCursor::apply(const Keyframe& keyframe, bool forward) {
+void PmCursor::touch_range(uint32_t first, uint32_t count) {
+    if (count == 0) return;
+    for (uint32_t position = first; position < first + count; position += dirty_block) touch(position);
+    touch(first + count - 1);
+}
+
+void PmCursor::apply(const TswapStep& step, bool forward) {
     const FaceOrder& order = pm_->orders[order_];
-    const auto* next = &keyframe + 1;
-    const bool last = next == order.keyframes.data() + order.keyframes.size();
+    const auto* next = &step + 1;
+    const bool last = next == order.tswaps.data() + order.tswaps.size();
     const size_t end_cycle = last ? order.cycle_lengths.size() : next->first_cycle;
-    size_t slot = keyframe.first_slot;
-    uint32_t low = ~0u, high = 0;  // slots: a keyframe moves nearly all faces, so all between is taken as written
-    for (size_t c = keyframe.first_cycle; c < end_cycle; ++c) {
+    size_t slot = step.first_slot;
+    for (size_t c = step.first_cycle; c < end_cycle; ++c) {
         const auto slots = order.cycle_slots.subspan(slot, order.cycle_lengths[c]);
         if (forward) {
             tswap(indices_, slots);
@@ -76,16 +123,97 @@ void PmCursor::apply(const Keyframe& keyframe, bool forward) {
             tswap_inverse(indices_, slots);
         }
         for (const uint32_t s : slots) {
-            low = std::min(low, s);
-            high = std::max(high, s);
+            touch(s * 3);
+            touch(s * 3 + 2);
         }
         slot += slots.size();
     }
-    if (low <= high) {
-        for (uint32_t position = low * 3; position <= high * 3 + 2; position += dirty_block) touch(position);
-        touch(high * 3 + 2);
+    slots_ = forward ? step.slots_after : step.slots_before;
+}
+
+// After the keyframe that is drawn has changed.
+void PmCursor::look_at_keyframes() {
+    const FaceOrder& order = pm_->orders[order_];
+    const uint32_t past_all = pm_->levels() + 1;
+    next_begin_ = keyframe_ < order.keyframes.size()
+                      ? order.keyframes[keyframe_].level - order.keyframes[keyframe_].reach()
+                      : past_all;
+    last_end_ = keyframe_ > 0 ? order.keyframes[keyframe_ - 1].level + order.keyframes[keyframe_ - 1].reach() : 0;
+}
+
+// Blocks of the order that comes next, from the faces that are drawn.
+void PmCursor::make_up(const Keyframe& next, uint32_t first_block, uint32_t end_block) {
+    const FaceOrder& order = pm_->orders[order_];
+    const uint32_t* from = indices_.data() + half_begin_[half()];
+    const uint32_t begin = half_begin_[1 - half()];
+    for (uint32_t b = first_block; b < end_block; ++b) {
+        const uint32_t first = b * keyframe_block_slots, slots = std::min(keyframe_block_slots, next.slots - first);
+        uint32_t* to = indices_.data() + begin + first * 3;
+        read_keyframe_block(
+            order.block(next.first_block + b).data(), slots,
+            [&](uint32_t i, uint32_t source) { std::copy_n(from + size_t{source} * 3, 3, to + size_t{i} * 3); },
+            [](const DeadFace&) {});
+        touch_range(begin + first * 3, slots * 3);
     }
-    slots_ = forward ? keyframe.slots_after : keyframe.slots_before;
+}
+
+// Blocks of the order before the one that is drawn, the dead faces they hold included.
+void PmCursor::bring_back(const Keyframe& drawn, uint32_t first_block, uint32_t end_block) {
+    const FaceOrder& order = pm_->orders[order_];
+    const uint32_t begin = half_begin_[1 - half()], wedges = vertex_count(), total = pm_->wedges_at(0);
+    uint32_t* to = indices_.data() + begin;
+    const auto put = [&](uint32_t slot, const Slot& face) {
+        std::copy_n(face.begin(), 3, to + size_t{slot} * 3);
+        touch(begin + slot * 3);
+        touch(begin + slot * 3 + 2);
+    };
+    for (uint32_t b = first_block; b < end_block; ++b) {
+        const uint32_t first = b * keyframe_block_slots, slots = std::min(keyframe_block_slots, drawn.slots - first);
+        const uint32_t* from = indices_.data() + half_begin_[half()] + first * 3;
+        read_keyframe_block(
+            order.block(drawn.first_block + b).data(), slots,
+            [&](uint32_t i, uint32_t source) {
+                put(source, {from[i * 3], from[i * 3 + 1], from[i * 3 + 2]});
+            },
+            [&](const DeadFace& dead) {
+                Slot face = dead.wedges;
+                for (uint32_t k = 0; k < 3; ++k) {
+                    if (!dead.literal) face[k] = from[dead.neighbour * 3u + dead.corners[k]];
+                    while (face[k] >= wedges) face[k] = pm_->parents[total - 1 - face[k]];
+                }
+                put(dead.slot, face);
+            });
+    }
+}
+
+// What a keyframe asks for on arriving at level_ from the level above it, its ecol done.
+void PmCursor::enter_level_from_above() {
+    const FaceOrder& order = pm_->orders[order_];
+    if (next_tswap_ < order.tswaps.size() && order.tswaps[next_tswap_].level == level_)
+        apply(order.tswaps[next_tswap_++], true);
+    if (level_ < next_begin_) return;
+    const Keyframe& next = order.keyframes[keyframe_];
+    if (level_ < next.level) {
+        make_up(next, next.blocks_held(level_ - 1), next.blocks_held(level_));
+    } else {
+        ++keyframe_;
+        slots_ = next.slots;
+        look_at_keyframes();
+    }
+}
+
+// On arriving at level_ from below, its vsplit done.
+void PmCursor::enter_level_from_below() {
+    if (level_ + 1 > last_end_ || keyframe_ == 0) return;
+    const FaceOrder& order = pm_->orders[order_];
+    const Keyframe& drawn = order.keyframes[keyframe_ - 1];
+    if (level_ >= drawn.level) {
+        bring_back(drawn, drawn.blocks_held(level_ + 1), drawn.blocks_held(level_));
+    } else {
+        --keyframe_;
+        slots_ = order.slots_of(keyframe_);
+        look_at_keyframes();
+    }
 }
 
 bool PmCursor::ecol() {
@@ -97,24 +225,21 @@ bool PmCursor::ecol() {
     for (uint32_t r = first; r < first + step.wedges; ++r) {
         const uint32_t parent = pm_->parents[r];
         for (uint32_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c) {
-            indices_[order.corners[c]] = parent;
-            touch(order.corners[c]);
+            const uint32_t index = index_of(order.corners[c]);
+            indices_[index] = parent;
+            touch(index);
         }
     }
     if (order.drops_dead) slots_ -= step.faces;
     ++level_;
-    if (next_keyframe_ < order.keyframes.size() && order.keyframes[next_keyframe_].level == level_) {
-        apply(order.keyframes[next_keyframe_++], true);
-    }
+    enter_level_from_above();
     return true;
 }
 
 bool PmCursor::vsplit() {
     if (level_ <= finest_) return false;
     const FaceOrder& order = pm_->orders[order_];
-    if (next_keyframe_ > 0 && order.keyframes[next_keyframe_ - 1].level == level_) {
-        apply(order.keyframes[--next_keyframe_], false);
-    }
+    if (next_tswap_ > 0 && order.tswaps[next_tswap_ - 1].level == level_) apply(order.tswaps[--next_tswap_], false);
     --level_;
     const Ecol step = pm_->ecols[level_];
     if (order.drops_dead) slots_ += step.faces;
@@ -123,15 +248,36 @@ bool PmCursor::vsplit() {
     for (uint32_t r = first; r < first + step.wedges; ++r) {
         const uint32_t wedge = total - 1 - r;
         for (uint32_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c) {
-            indices_[order.corners[c]] = wedge;
-            touch(order.corners[c]);
+            const uint32_t index = index_of(order.corners[c]);
+            indices_[index] = wedge;
+            touch(index);
         }
     }
+    enter_level_from_below();
     return true;
+}
+
+void PmCursor::jump(const PmSnapshots::Snapshot& snapshot) {
+    level_ = snapshot.level;
+    keyframe_ = snapshot.keyframe;
+    slots_ = static_cast<uint32_t>(snapshot.indices.size() / 3);
+    look_at_keyframes();
+    std::ranges::copy(snapshot.indices, indices_.begin() + half_begin_[half()]);
+    touch_range(half_begin_[half()], slots_ * 3);
 }
 
 void PmCursor::goto_level(uint32_t level) {
     LODE_CHECK(level >= finest_ && level < pm_->levels(), level, finest_, pm_->levels());
+    if (snapshots_ != nullptr) {
+        // A step costs about as much as copying a few slots; a jump, the copy and the walk that is left.
+        constexpr uint64_t slots_per_step = 24;
+        const auto walk = [&](uint32_t from) { return slots_per_step * (from < level ? level - from : from - level); };
+        const PmSnapshots::Snapshot* nearest = snapshots_->nearest(level);
+        if (nearest != nullptr && nearest->level >= finest_ &&
+            nearest->indices.size() / 3 + walk(nearest->level) < walk(level_)) {
+            jump(*nearest);
+        }
+    }
     while (level_ < level) ecol();
     while (level_ > level) vsplit();
 }
@@ -169,7 +315,7 @@ Result<void> PmCursor::validate() const {
     uint32_t alive = 0;
     const uint32_t wedges = vertex_count();
     for (uint32_t slot = 0; slot < slots_; ++slot) {
-        const Slot face = face_at(indices_, slot);
+        const Slot face = face_at(drawn_indices(), slot);
         for (const uint32_t wedge : face) {
             if (wedge >= wedges) return wrong("slot " + std::to_string(slot) + " uses a wedge that is not active");
         }

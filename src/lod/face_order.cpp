@@ -25,7 +25,7 @@ public:
                          [&](uint32_t a, uint32_t b) { return input.death[a] > input.death[b]; });
         return faces;
     }
-    bool wants_keyframe(uint32_t, uint32_t, uint32_t) override { return false; }
+    bool wants_order(uint32_t, uint32_t, uint32_t) override { return false; }
     void reorder(uint32_t, std::span<const uint32_t>, std::span<const uint32_t>, std::vector<uint32_t>&) override {}
 };
 
@@ -56,7 +56,7 @@ public:
         }
         return faces;
     }
-    bool wants_keyframe(uint32_t, uint32_t alive, uint32_t slots) override { return alive <= slots / 2; }
+    bool wants_order(uint32_t, uint32_t alive, uint32_t slots) override { return alive <= slots / 2; }
     void reorder(uint32_t, std::span<const uint32_t>, std::span<const uint32_t>, std::vector<uint32_t>&) override {}
 };
 

@@ -38,10 +38,14 @@ public:
     virtual std::string name() const = 0;
     // Faces leave the drawn range the moment they die; then the first order must be by falling death.
     virtual bool drops_dead() const { return false; }
+    // New orders are reached by tswaps in place, at once; otherwise by keyframes. For orders that change a little at a
+    // time.
+    virtual bool in_place() const { return false; }
     // Faces (positions in input.indices / 3) by slot at level 0: a permutation.
     virtual std::vector<uint32_t> first_order(const OrderInput& input) = 0;
-    // Asked at every level > 0 of an order that does not drop its dead. `alive` faces of `slots` drawn ones are alive.
-    virtual bool wants_keyframe(uint32_t level, uint32_t alive, uint32_t slots) = 0;
+    // Asked at every level > 0 of an order that does not drop its dead (keyframes: never at two levels running).
+    // `alive` faces of `slots` drawn ones are alive.
+    virtual bool wants_order(uint32_t level, uint32_t alive, uint32_t slots) = 0;
     // The faces alive at a keyframe, given in the order they have, in the order they shall have.
     // indices: three wedges per face of input.indices, as they are at this level. slots: where each of alive_faces is.
     virtual void reorder(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,

@@ -190,13 +190,14 @@ public:
         : cache_(options.cache.size), look_ahead_(options.greedy_look_ahead) {}
 
     std::string name() const override { return "greedy"; }
+    bool in_place() const override { return true; }
 
     std::vector<uint32_t> first_order(const OrderInput& input) override {
         wedges_ = input.wedges;
         return Greedy(input.indices, wedges_, {}, cache_, look_ahead_).run();
     }
 
-    bool wants_keyframe(uint32_t, uint32_t alive, uint32_t slots) override {
+    bool wants_order(uint32_t, uint32_t alive, uint32_t slots) override {
         return alive > 0 && alive <= (1 - group_share) * slots;
     }
 

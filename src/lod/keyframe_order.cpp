@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 
 #include "base/check.h"
@@ -51,13 +50,9 @@ std::vector<Candidate> candidates_for(const CacheModel& model) {
     return all;
 }
 
-// The share r of faces still alive at which the next keyframe comes. Of n slots, the r n alive faces move, and the dead
-// that lie where they go, r (1 - r) n; (1 - r) n / 2 collapses bring a keyframe about: 2 r (2 - r) / (1 - r) moves
-// each.
-double ratio_for(double moves_per_ecol) {
-    const double b = 4 + moves_per_ecol;
-    return (b - std::sqrt(b * b - 8 * moves_per_ecol)) / 4;
-}
+// The share r of faces still alive at which the next keyframe comes. Of n slots, r n are written anew, and (1 - r) n /
+// 2 collapses bring that about: 2 r / (1 - r) moves each.
+double ratio_for(double moves_per_ecol) { return moves_per_ecol / (2 + moves_per_ecol); }
 
 class KeyframeOrderer final : public FaceOrderer {
 public:
@@ -90,7 +85,7 @@ public:
         return faces;
     }
 
-    bool wants_keyframe(uint32_t, uint32_t alive, uint32_t slots) override {
+    bool wants_order(uint32_t, uint32_t alive, uint32_t slots) override {
         return alive >= least_faces && alive <= ratio_ * slots;
     }
 

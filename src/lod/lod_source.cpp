@@ -27,7 +27,8 @@ std::vector<uint32_t> cursor_capacities(uint32_t full_slots, uint64_t budget, ui
                (capacities.empty() || capacity >= smallest_capacity)) {
             capacities.push_back(static_cast<uint32_t>(capacity));
             sum += capacities.back();
-            capacity /= std::exp2(1 / steps_per_octave);
+            capacity = std::max(capacity / std::exp2(1 / steps_per_octave),
+                                capacity > smallest_capacity ? double{smallest_capacity} : 0);
         }
         if (sum <= budget) return capacities;
     }
@@ -69,7 +70,7 @@ public:
                 range.vertex_buffer = vertex_buffer;
                 range.index_buffer = index_buffer;
                 range.vertex_offset = asset.vertex_offset;
-                range.index_offset = served.first_byte;
+                range.index_offset = served.first_byte + uint64_t{served.cursor.drawn().first} * 4;
                 range.index_count = served.cursor.slot_count() * 3;
                 range.triangles = served.cursor.triangle_count();
                 range.level = served.cursor.level();
@@ -200,9 +201,9 @@ void make_cursors(LodSource::Asset& asset, uint32_t order, const std::vector<uin
     const ProgressiveMesh& pm = *asset.pm;
     PmCursor walker(pm, order);
     for (const uint32_t capacity : capacities) {
-        while (walker.slot_count() > capacity && walker.ecol()) {}
+        while ((walker.slot_count() > capacity || walker.holds_order_before()) && walker.ecol()) {}
         asset.cursors.push_back({PmCursor(walker, walker.level()), index_bytes, {}, 0});
-        index_bytes += uint64_t{walker.slot_count()} * slot_bytes;
+        index_bytes += asset.cursors.back().cursor.all_indices().size_bytes();
     }
 }
 
@@ -236,11 +237,15 @@ Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const 
     uint64_t index_bytes = 0;
     const uint64_t slots = (options.resident_bytes - vertex_bytes) / slot_bytes;
     for (size_t a = 0; a < assets.size(); ++a) {
+        const FaceOrder& order = assets[a].pm->orders[orders[a]];
         const uint32_t own = assets[a].pm->full_triangles();
         // The budget is shared in proportion to size.
         const auto share = static_cast<uint64_t>(static_cast<double>(slots) * own /
                                                  static_cast<double>(std::max<uint64_t>(full_slots, 1)));
-        const auto capacities = cursor_capacities(own, share, options.instances);
+        // Where there are keyframes a cursor has a second half for the order that comes next.
+        const double halves = order.keyframes.empty() ? 1 : 1 + static_cast<double>(order.keyframes[0].slots) / own;
+        const auto capacities =
+            cursor_capacities(own, static_cast<uint64_t>(static_cast<double>(share) / halves), options.instances);
         assets[a].own_cursors = capacities.size() == options.instances && capacities.back() == own;
         make_cursors(assets[a], orders[a], capacities, index_bytes);
     }

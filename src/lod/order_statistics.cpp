@@ -35,25 +35,37 @@ void for_levels(const ProgressiveMesh& pm, uint32_t order, const std::vector<uin
 
 // Distinct 64-byte lines written between full detail and the base, ecol by ecol.
 uint64_t lines_written(const ProgressiveMesh& pm, const FaceOrder& order) {
-    constexpr uint32_t indices_per_line = 16;
-    std::vector<uint32_t> lines;
+    constexpr uint64_t indices_per_line = 16;
+    std::vector<uint64_t> lines;  // one half after the other
+    const uint64_t second_half = order.indices.size() + indices_per_line;
+    const auto add = [&](uint32_t half, uint64_t position) {
+        lines.push_back((half * second_half + position) / indices_per_line);
+    };
     uint64_t total = 0;
-    uint32_t r = 0;
-    size_t next_keyframe = 0, slot = 0;
+    uint32_t r = 0, keyframe = 0;
+    size_t next_tswap = 0, slot = 0;
     for (uint32_t i = 0; i < pm.ecols.size(); ++i) {
         lines.clear();
         for (uint32_t k = 0; k < pm.ecols[i].wedges; ++k, ++r) {
             for (uint32_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c)
-                lines.push_back(order.corners[c] / indices_per_line);
+                add(order.corners[c].half(), order.corners[c].position());
         }
-        if (next_keyframe < order.keyframes.size() && order.keyframes[next_keyframe].level == i + 1) {
-            ++next_keyframe;
-            const size_t end = next_keyframe < order.keyframes.size() ? order.keyframes[next_keyframe].first_slot
-                                                                      : order.cycle_slots.size();
+        if (next_tswap < order.tswaps.size() && order.tswaps[next_tswap].level == i + 1) {
+            ++next_tswap;
+            const size_t end =
+                next_tswap < order.tswaps.size() ? order.tswaps[next_tswap].first_slot : order.cycle_slots.size();
             for (; slot < end; ++slot) {
-                lines.push_back(order.cycle_slots[slot] * 3 / indices_per_line);
-                lines.push_back((order.cycle_slots[slot] * 3 + 2) / indices_per_line);
+                add(0, uint64_t{order.cycle_slots[slot]} * 3);
+                add(0, uint64_t{order.cycle_slots[slot]} * 3 + 2);
             }
+        }
+        if (keyframe < order.keyframes.size()) {
+            const Keyframe& next = order.keyframes[keyframe];
+            const uint64_t begin = next.blocks_held(i);
+            const uint64_t end = i + 1 < next.level ? next.blocks_held(i + 1) : 0;
+            for (uint64_t p = begin * keyframe_block_slots * 3; p < end * keyframe_block_slots * 3; ++p)
+                add((keyframe + 1) & 1, p);
+            keyframe += i + 1 == next.level;
         }
         std::sort(lines.begin(), lines.end());
         total += static_cast<uint64_t>(std::unique(lines.begin(), lines.end()) - lines.begin());

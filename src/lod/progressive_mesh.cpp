@@ -17,6 +17,44 @@ tl::unexpected<Error> wrong(const std::string& chunk, const std::string& what) {
     return fail(Fault::format, chunk + ": " + what + "; bake the asset again");
 }
 
+// Levels, sizes and blocks of the keyframes of one order.
+Result<void> check_keyframes(const ProgressiveMesh& pm, const FaceOrder& order, const std::string& place) {
+    uint32_t level = 0, slots = order.slots_of(0), block = 0, begin = 0;
+    for (size_t k = 0; k < order.keyframes.size(); ++k) {
+        const Keyframe& key = order.keyframes[k];
+        const std::string where = "keyframe " + std::to_string(k);
+        const uint32_t next = k + 1 < order.keyframes.size() ? order.keyframes[k + 1].level : pm.levels() + 1;
+        if (order.drops_dead || key.level < level + 2 || key.level >= pm.levels() || next < key.level + 2)
+            return wrong(place + "/keyframes", where + " is at a wrong level");
+        if (key.slots == 0 || key.slots > slots || key.dead != slots - key.slots)
+            return wrong(place + "/keyframes", where + " does not fit the drawn range");
+        const uint32_t room = k + 1 < order.keyframes.size() ? next - key.level - order.keyframes[k + 1].reach() : ~0u;
+        if (key.blocks_per_step == 0 || key.reach() >= key.level - level || key.reach() > room)
+            return wrong(place + "/keyframes", where + " reaches into another one");
+        if (key.first_block != block || key.blocks() > order.block_ends.size() - block)
+            return wrong(place + "/keyframes", where + " has the wrong blocks");
+        uint32_t dead = 0;
+        for (uint32_t b = 0; b < key.blocks(); ++b, ++block) {
+            const uint32_t end = order.block_ends[block];
+            if (end < begin || end > order.block_bytes.size()) return wrong(place + "/blocks", "a block has no end");
+            uint32_t block_dead = 0;
+            if (!check_keyframe_block(order.block_bytes.subspan(begin, end - begin),
+                                      std::min(keyframe_block_slots, key.slots - b * keyframe_block_slots), slots,
+                                      static_cast<uint32_t>(pm.vertices.size()), block_dead)) {
+                return wrong(place + "/blocks", "block " + std::to_string(block) + " makes no sense");
+            }
+            dead += block_dead;
+            begin = end;
+        }
+        if (dead != key.dead) return wrong(place + "/keyframes", where + " loses faces");
+        slots = key.slots;
+        level = key.level;
+    }
+    if (block != order.block_ends.size() || begin != order.block_bytes.size())
+        return wrong(place + "/blocks", "some belong to no keyframe");
+    return {};
+}
+
 // Ranges and sizes of one order, so that a cursor stays inside its buffers.
 Result<void> check_ranges(const ProgressiveMesh& pm, const FaceOrder& order,
                           const std::vector<uint32_t>& triangles_at) {
@@ -32,24 +70,25 @@ Result<void> check_ranges(const ProgressiveMesh& pm, const FaceOrder& order,
         !std::is_sorted(order.first_corner.begin(), order.first_corner.end())) {
         return wrong(place + "/first_corner", "does not divide the corners among the removed wedges");
     }
-    for (const uint32_t corner : order.corners) {
-        if (corner >= positions) return wrong(place + "/corners", "a position is out of range");
+    const uint32_t other = order.keyframes.empty() ? 0 : order.keyframes[0].slots * 3;  // no later one is longer
+    for (const Place corner : order.corners) {
+        if (corner.position() >= (corner.half() == 0 ? positions : other))
+            return wrong(place + "/corners", "a position is out of range");
     }
     uint32_t slots = positions / 3, level = 0;
     size_t cycle = 0, slot = 0;
-    for (size_t k = 0; k < order.keyframes.size(); ++k) {
-        const Keyframe& key = order.keyframes[k];
-        const std::string where = "keyframe " + std::to_string(k);
+    for (size_t k = 0; k < order.tswaps.size(); ++k) {
+        const TswapStep& key = order.tswaps[k];
+        const std::string where = "step " + std::to_string(k);
         if (key.level <= level || key.level >= pm.levels())
-            return wrong(place + "/keyframes", where + " is at a wrong level");
-        if (key.slots_before != slots || key.slots_after > slots || order.drops_dead) {
-            return wrong(place + "/keyframes", where + " does not fit the drawn range");
+            return wrong(place + "/tswaps", where + " is at a wrong level");
+        if (key.slots_before != slots || key.slots_after > slots || order.drops_dead || !order.keyframes.empty()) {
+            return wrong(place + "/tswaps", where + " does not fit the drawn range");
         }
         if (key.first_cycle != cycle || key.first_slot != slot)
-            return wrong(place + "/keyframes", where + " skips cycles");
-        const size_t end =
-            k + 1 < order.keyframes.size() ? order.keyframes[k + 1].first_cycle : order.cycle_lengths.size();
-        if (end < cycle || end > order.cycle_lengths.size()) return wrong(place + "/keyframes", where + " has no end");
+            return wrong(place + "/tswaps", where + " skips cycles");
+        const size_t end = k + 1 < order.tswaps.size() ? order.tswaps[k + 1].first_cycle : order.cycle_lengths.size();
+        if (end < cycle || end > order.cycle_lengths.size()) return wrong(place + "/tswaps", where + " has no end");
         for (; cycle < end; ++cycle) {
             const uint32_t length = order.cycle_lengths[cycle];
             if (length < 2 || length > order.cycle_slots.size() - slot)
@@ -63,8 +102,8 @@ Result<void> check_ranges(const ProgressiveMesh& pm, const FaceOrder& order,
         level = key.level;
     }
     if (cycle != order.cycle_lengths.size() || slot != order.cycle_slots.size())
-        return wrong(place + "/cycles", "some belong to no keyframe");
-    return {};
+        return wrong(place + "/cycles", "some belong to no step");
+    return check_keyframes(pm, order, place);
 }
 
 Json to_json(const Material& m) {
@@ -105,11 +144,24 @@ uint32_t ProgressiveMesh::level_for_triangles(uint64_t triangles) const {
     return std::min(static_cast<uint32_t>(found - triangles_at_.begin()), levels() - 1);
 }
 
-uint32_t FaceOrder::slots_at(uint32_t level, uint32_t alive) const {
-    if (drops_dead) return alive;
+uint32_t FaceOrder::keyframe_at(uint32_t level) const {
     const auto next = std::upper_bound(keyframes.begin(), keyframes.end(), level,
                                        [](uint32_t l, const Keyframe& key) { return l < key.level; });
-    return next == keyframes.begin() ? static_cast<uint32_t>(indices.size() / 3) : (next - 1)->slots_after;
+    return static_cast<uint32_t>(next - keyframes.begin());
+}
+
+uint32_t FaceOrder::slots_at(uint32_t level, uint32_t alive) const {
+    if (drops_dead) return alive;
+    if (tswaps.empty()) return slots_of(keyframe_at(level));
+    const auto next = std::upper_bound(tswaps.begin(), tswaps.end(), level,
+                                       [](uint32_t l, const TswapStep& step) { return l < step.level; });
+    return next == tswaps.begin() ? slots_of(0) : (next - 1)->slots_after;
+}
+
+double FaceOrder::moved_per_ecol(size_t collapses) const {
+    size_t moved = cycle_slots.size();
+    for (const Keyframe& key : keyframes) moved += key.slots;
+    return collapses ? static_cast<double>(moved) / static_cast<double>(collapses) : 0;
 }
 
 void ProgressiveMesh::set_errors(std::vector<float> level_errors) {
@@ -167,11 +219,10 @@ Result<void> ProgressiveMesh::validate() const {
         };
         for (uint32_t i = 0; i < ecols.size(); ++i) {
             // Every corner an ecol rewrites must hold the wedge that goes, and no other corner may hold it.
-            const auto before = cursor.all_indices();
             for (uint32_t r = wedges_at_[0] - wedges_at_[i]; r < wedges_at_[0] - wedges_at_[i + 1]; ++r) {
                 const uint32_t wedge = wedges_at_[0] - 1 - r;
                 for (uint32_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c) {
-                    if (before[order.corners[c]] != wedge || order.corners[c] >= cursor.slot_count() * 3) {
+                    if (cursor.at(order.corners[c]) != wedge) {
                         return broken(at_level(i) + "ecol rewrites a corner that does not hold wedge " +
                                       std::to_string(wedge));
                     }
@@ -187,7 +238,7 @@ Result<void> ProgressiveMesh::validate() const {
         if (writes != order.corners.size())
             return broken("order " + order.name + " has corners that belong to no ecol");
         cursor.goto_level(0);
-        if (!std::equal(cursor.all_indices().begin(), cursor.all_indices().end(), order.indices.begin())) {
+        if (!std::ranges::equal(cursor.drawn_indices(), order.indices)) {
             return broken(at_level(0) + "the index buffer after going to the base and back differs from before");
         }
         if (auto done = cursor.validate(); !done) return done;
@@ -218,9 +269,12 @@ Result<void> ProgressiveMesh::write_chunks(ChunkWriter& writer) const {
         add(place + "/indices", o.indices);
         add(place + "/first_corner", o.first_corner);
         add(place + "/corners", o.corners);
-        add(place + "/keyframes", o.keyframes);
+        add(place + "/tswaps", o.tswaps);
         add(place + "/cycle_lengths", o.cycle_lengths);
         add(place + "/cycle_slots", o.cycle_slots);
+        add(place + "/keyframes", o.keyframes);
+        add(place + "/block_ends", o.block_ends);
+        add(place + "/block_bytes", o.block_bytes);
     }
     for (size_t i = 0; i < images.size() && done; ++i) {
         auto png = encode_png(images[i]);
@@ -275,9 +329,12 @@ Result<ProgressiveMesh> ProgressiveMesh::open(const ChunkFile& file) {
         take(place + "/indices", o.indices);
         take(place + "/first_corner", o.first_corner);
         take(place + "/corners", o.corners);
-        take(place + "/keyframes", o.keyframes);
+        take(place + "/tswaps", o.tswaps);
         take(place + "/cycle_lengths", o.cycle_lengths);
         take(place + "/cycle_slots", o.cycle_slots);
+        take(place + "/keyframes", o.keyframes);
+        take(place + "/block_ends", o.block_ends);
+        take(place + "/block_bytes", o.block_bytes);
     }
     if (!done) return tl::unexpected(done.error());
     for (size_t i = 0; i < image_count; ++i) {

@@ -85,14 +85,13 @@ TEST(PmCursor, TheIndexBufferIsTheSameSlotForSlotOnTheWayDownAndUp) {
             std::vector<std::vector<uint32_t>> down;
             std::vector<uint32_t> slots;
             do {
-                down.emplace_back(cursor.all_indices().begin(), cursor.all_indices().end());
+                down.emplace_back(cursor.drawn_indices().begin(), cursor.drawn_indices().end());
                 slots.push_back(cursor.slot_count());
             } while (cursor.ecol());
             ASSERT_EQ(down.size(), pm.levels());
             do {
                 const uint32_t level = cursor.level();
-                ASSERT_TRUE(std::equal(down[level].begin(), down[level].end(), cursor.all_indices().begin()))
-                    << "level " << level;
+                ASSERT_TRUE(std::ranges::equal(down[level], cursor.drawn_indices())) << "level " << level;
                 ASSERT_EQ(slots[level], cursor.slot_count()) << "level " << level;
                 ASSERT_EQ(slots[level], pm.orders[order].slots_at(level, pm.triangles_at(level)));
             } while (cursor.vsplit());
@@ -124,9 +123,7 @@ TEST(PmCursor, ARandomWalkOfGotosEndsWhereADirectWalkDoes) {
             walker.goto_level(level);
             PmCursor direct(pm, order);
             direct.goto_level(level);
-            ASSERT_TRUE(
-                std::equal(walker.all_indices().begin(), walker.all_indices().end(), direct.all_indices().begin()))
-                << level;
+            ASSERT_TRUE(std::ranges::equal(walker.drawn_indices(), direct.drawn_indices())) << level;
         }
     }
 }
@@ -262,6 +259,7 @@ TEST_F(AssetFile, GivesBackTheSameProgressiveMesh) {
     for (size_t o = 0; o < pm.orders.size(); ++o) {
         EXPECT_THAT(read->orders[o].indices, testing::ElementsAreArray(pm.orders[o].indices));
         EXPECT_THAT(read->orders[o].cycle_slots, testing::ElementsAreArray(pm.orders[o].cycle_slots));
+        EXPECT_THAT(read->orders[o].block_bytes, testing::ElementsAreArray(pm.orders[o].block_bytes));
     }
     EXPECT_TRUE(read->validate());
 }
@@ -294,19 +292,29 @@ TEST_F(AssetFile, ContentThatWouldLeaveTheBuffersIsRefused) {
         EXPECT_EQ(read.error().fault, Fault::format);
         EXPECT_THAT(read.error().message, testing::HasSubstr(expect));
     };
-    std::vector<uint32_t> corners(good.orders[0].corners.begin(), good.orders[0].corners.end());
-    corners[0] = static_cast<uint32_t>(good.orders[0].indices.size());
+    std::vector<Place> corners(good.orders[0].corners.begin(), good.orders[0].corners.end());
+    corners[0] = Place::of(0, static_cast<uint32_t>(good.orders[0].indices.size()));
     refused("lod/static/corners", [&](ProgressiveMesh& pm) { pm.orders[0].corners = corners; });
     std::vector<uint32_t> parents(good.parents.begin(), good.parents.end());
     parents.back() = static_cast<uint32_t>(good.vertices.size()) - 1;
     refused("lod/parents", [&](ProgressiveMesh& pm) { pm.parents = parents; });
     std::vector<Keyframe> keyframes(good.orders[0].keyframes.begin(), good.orders[0].keyframes.end());
     ASSERT_FALSE(keyframes.empty());
-    keyframes[0].slots_after = keyframes[0].slots_before + 1;
+    keyframes[0].slots += 1;
     refused("lod/static/keyframes", [&](ProgressiveMesh& pm) { pm.orders[0].keyframes = keyframes; });
-    std::vector<uint32_t> slots(good.orders[0].cycle_slots.begin(), good.orders[0].cycle_slots.end());
+    keyframes[0] = good.orders[0].keyframes[0];
+    keyframes[0].blocks_per_step = 0;
+    refused("lod/static/keyframes", [&](ProgressiveMesh& pm) { pm.orders[0].keyframes = keyframes; });
+    std::vector<uint8_t> bytes(good.orders[0].block_bytes.begin(), good.orders[0].block_bytes.end());
+    for (size_t i = 0; i < 4; ++i) bytes[i] = 0xff;
+    refused("lod/static/blocks", [&](ProgressiveMesh& pm) { pm.orders[0].block_bytes = bytes; });
+    const FaceOrder& greedy = *good.order_named("greedy");
+    std::vector<uint32_t> slots(greedy.cycle_slots.begin(), greedy.cycle_slots.end());
     slots[0] = 1u << 30;
-    refused("lod/static/cycles", [&](ProgressiveMesh& pm) { pm.orders[0].cycle_slots = slots; });
+    refused("lod/greedy/cycles", [&](ProgressiveMesh& pm) { pm.orders[3].cycle_slots = slots; });
+    std::vector<TswapStep> steps(greedy.tswaps.begin(), greedy.tswaps.end());
+    steps[0].slots_after = steps[0].slots_before + 1;
+    refused("lod/greedy/tswaps", [&](ProgressiveMesh& pm) { pm.orders[3].tswaps = steps; });
     std::vector<float> errors(good.errors.size(), 1.0f);
     refused("lod/errors", [&](ProgressiveMesh& pm) { pm.errors = errors; });
     refused("lod/wedge_vertex", [&](ProgressiveMesh& pm) { pm.wedge_vertex = pm.wedge_vertex.first(3); });

@@ -14,6 +14,9 @@ namespace {
 
 constexpr uint32_t none = ~0u;
 
+// A keyframe reaches over this part of an interval, before it and behind it; at least 2.
+constexpr uint32_t reach_share = 8;
+
 // What all orders share; the spans of a ProgressiveMesh refer to it.
 struct Store {
     std::vector<MeshVertex> vertices;
@@ -196,14 +199,14 @@ private:
             planned_.push_back({level, faces});
             last = level;
         }
-        // Reaches: a share of the shorter of the two intervals, so that a step writes a few blocks at most, and never
-        // so far that two meet.
+        // Reaches: short, for while two orders are held a collapse is noted in both; but so long that a step writes few
+        // blocks, and never so long that two meet.
         for (size_t k = 0; k < planned_.size(); ++k) {
             const uint32_t before = planned_[k].level - (k == 0 ? 0 : planned_[k - 1].level);
             const uint32_t after =
                 (k + 1 < planned_.size() ? planned_[k + 1].level : static_cast<uint32_t>(store_.ecols.size()) + 2) -
                 planned_[k].level;
-            const uint32_t reach = std::max(1u, (std::min(before, after) - 1) / 2);
+            const uint32_t reach = std::max(1u, (std::min(before, after) - 1) / reach_share);
             Keyframe key;
             key.level = planned_[k].level;
             key.slots = static_cast<uint32_t>(planned_[k].faces.size());

@@ -96,9 +96,14 @@ void PmCursor::touch_all() {
     for (size_t b = 0; b < blocks; ++b) touch(static_cast<uint32_t>(b * dirty_block));
 }
 
-inline void PmCursor::touch(uint32_t position) {
+inline void PmCursor::mark(uint32_t position) {
     const uint32_t block = position / dirty_block;
     dirty_[block / 64] |= uint64_t{1} << (block % 64);
+}
+
+inline void PmCursor::touch(uint32_t position) {
+    mark(position);
+    const uint32_t block = position / dirty_block;
     dirty_low_ = std::min(dirty_low_, block);
     dirty_high_ = std::max(dirty_high_, block);
 }
@@ -151,7 +156,12 @@ void PmCursor::make_up(const Keyframe& next, uint32_t first_block, uint32_t end_
         uint32_t* to = indices_.data() + begin + first * 3;
         read_keyframe_block(
             order.block(next.first_block + b).data(), slots,
-            [&](uint32_t i, uint32_t source) { std::copy_n(from + size_t{source} * 3, 3, to + size_t{i} * 3); },
+            [&](uint32_t, uint32_t source) {
+                const uint32_t* face = from + size_t{source} * 3;
+                *to++ = face[0];
+                *to++ = face[1];
+                *to++ = face[2];
+            },
             [](const DeadFace&) {});
         touch_range(begin + first * 3, slots * 3);
     }
@@ -162,27 +172,43 @@ void PmCursor::bring_back(const Keyframe& drawn, uint32_t first_block, uint32_t 
     const FaceOrder& order = pm_->orders[order_];
     const uint32_t begin = half_begin_[1 - half()], wedges = vertex_count(), total = pm_->wedges_at(0);
     uint32_t* to = indices_.data() + begin;
-    const auto put = [&](uint32_t slot, const Slot& face) {
-        std::copy_n(face.begin(), 3, to + size_t{slot} * 3);
-        touch(begin + slot * 3);
-        touch(begin + slot * 3 + 2);
+    uint32_t low = ~0u, high = 0;
+    const auto put = [&](uint32_t slot, uint32_t x, uint32_t y, uint32_t z) {
+        uint32_t* face = to + size_t{slot} * 3;
+        face[0] = x;
+        face[1] = y;
+        face[2] = z;
+        low = std::min(low, slot);
+        high = std::max(high, slot);
+        mark(begin + slot * 3);
+        mark(begin + slot * 3 + 2);
     };
     for (uint32_t b = first_block; b < end_block; ++b) {
         const uint32_t first = b * keyframe_block_slots, slots = std::min(keyframe_block_slots, drawn.slots - first);
         const uint32_t* from = indices_.data() + half_begin_[half()] + first * 3;
+        const uint32_t* next = from;
         read_keyframe_block(
             order.block(drawn.first_block + b).data(), slots,
-            [&](uint32_t i, uint32_t source) {
-                put(source, {from[i * 3], from[i * 3 + 1], from[i * 3 + 2]});
+            [&](uint32_t, uint32_t source) {
+                put(source, next[0], next[1], next[2]);
+                next += 3;
             },
             [&](const DeadFace& dead) {
-                Slot face = dead.wedges;
-                for (uint32_t k = 0; k < 3; ++k) {
-                    if (!dead.literal) face[k] = from[dead.neighbour * 3u + dead.corners[k]];
-                    while (face[k] >= wedges) face[k] = pm_->parents[total - 1 - face[k]];
+                if (!dead.literal) {
+                    const uint32_t* face = from + dead.neighbour * 3u;
+                    put(dead.slot, face[dead.corners[0]], face[dead.corners[1]], face[dead.corners[2]]);
+                    return;
                 }
-                put(dead.slot, face);
+                Slot face = dead.wedges;
+                for (uint32_t& wedge : face) {
+                    while (wedge >= wedges) wedge = pm_->parents[total - 1 - wedge];
+                }
+                put(dead.slot, face[0], face[1], face[2]);
             });
+    }
+    if (low <= high) {
+        touch(begin + low * 3);
+        touch(begin + high * 3 + 2);
     }
 }
 

@@ -89,7 +89,8 @@ public:
 private:
     uint32_t half() const { return keyframe_ & 1; }
     uint32_t index_of(Place place) const { return half_begin_[place.half()] + place.position(); }
-    void touch(uint32_t position);
+    void mark(uint32_t position);   // its block is dirty
+    void touch(uint32_t position);  // and within the blocks looked at
     void touch_range(uint32_t first, uint32_t count);
     void touch_all();
     void apply(const TswapStep& step, bool forward);

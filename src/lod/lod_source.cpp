@@ -200,9 +200,11 @@ void make_cursors(LodSource::Asset& asset, uint32_t order, const std::vector<uin
                   uint64_t& index_bytes) {
     const ProgressiveMesh& pm = *asset.pm;
     PmCursor walker(pm, order);
+    const auto snapshots = pm.orders[order].keyframes.empty() ? nullptr : std::make_shared<PmSnapshots>(pm, order);
     for (const uint32_t capacity : capacities) {
         while ((walker.slot_count() > capacity || walker.holds_order_before()) && walker.ecol()) {}
         asset.cursors.push_back({PmCursor(walker, walker.level()), index_bytes, {}, 0});
+        asset.cursors.back().cursor.use(snapshots);
         index_bytes += asset.cursors.back().cursor.all_indices().size_bytes();
     }
 }

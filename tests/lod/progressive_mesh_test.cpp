@@ -117,13 +117,16 @@ TEST(PmCursor, ARandomWalkOfGotosEndsWhereADirectWalkDoes) {
     const ProgressiveMesh pm = bake_in_memory(generate(Shape::rock, 2000, 9));
     Random random(3);
     for (uint32_t order = 0; order < pm.orders.size(); ++order) {
-        PmCursor walker(pm, order);
+        PmCursor walker(pm, order), jumper(pm, order);
+        jumper.use(std::make_shared<PmSnapshots>(pm, order));
         for (int step = 0; step < 60; ++step) {
             const uint32_t level = random.below(pm.levels());
             walker.goto_level(level);
+            jumper.goto_level(level);
             PmCursor direct(pm, order);
             direct.goto_level(level);
             ASSERT_TRUE(std::ranges::equal(walker.drawn_indices(), direct.drawn_indices())) << level;
+            ASSERT_TRUE(std::ranges::equal(jumper.drawn_indices(), direct.drawn_indices())) << level;
         }
     }
 }

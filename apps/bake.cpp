@@ -79,6 +79,8 @@ Result<ProgressiveMesh> bake_lod(const TriMesh& mesh, const BakeOptions& options
     for (const FaceOrder& order : pm->orders)
         most_permutation_bytes = std::max(most_permutation_bytes, order.permutation_bytes());
     report["permutation_bytes"] = most_permutation_bytes;
+    report["search_stopped_early"] =
+        std::ranges::any_of(pm->orders, [](const FaceOrder& order) { return order.searched_less; });
     report["moved_per_ecol"] = pm->orders[0].moved_per_ecol(pm->ecols.size());
     if (mesh.triangle_count() >= 64 && base > mesh.triangle_count() / 2) {
         progress.warning("the hierarchy is of little use: the coarsest level still has " + std::to_string(base) +

@@ -2,6 +2,7 @@
 
 #include "apps/bake.h"
 #include "apps/commands.h"
+#include "apps/probed_cache.h"
 #include "apps/terminal.h"
 #include "base/threads.h"
 #include "lod/face_order.h"
@@ -11,7 +12,7 @@ namespace lodestone {
 namespace {
 
 struct Options {
-    std::string mesh, out, backends = "lod", orders = "keyframe,static,classic", cache = "auto", report;
+    std::string mesh, out, backends = "lod", orders = "keyframe,static,classic", cache = "fifo16", report;
     unsigned threads = 0;
     bool json = false;
     BakeOptions bake;
@@ -65,11 +66,9 @@ Result<int> bake(const Options& given) {
             return fail(Fault::usage, "--order " + given.orders + ": names " + (*orders)[i] + " twice");
         }
     }
-    if (given.cache != "auto") {
-        const auto model = cache_model_named(given.cache);
-        if (!model) return fail_at("--cache", model.error());
-        options.order.cache = *model;
-    }
+    const auto model = given.cache == "auto" ? auto_cache_model() : cache_model_named(given.cache);
+    if (!model) return fail_at("--cache", model.error());
+    options.order.cache = *model;
     options.backends = *backends;
     options.orders = *orders;
     set_thread_count(given.threads);
@@ -103,8 +102,10 @@ void add_bake(CLI::App& app, Run& run) {
         ->add_option("--order", o->orders, "Face orders, the first drawn by default: keyframe, greedy, static, classic")
         ->capture_default_str();
     command
-        ->add_option("--cache", o->cache,
-                     "What optimised orders aim at: auto (fifo16), fifoN, lruN, nvidia, amd or intel")
+        ->add_option(
+            "--cache", o->cache,
+            "What optimised orders aim at: fifoN, lruN, nvidia, amd, intel, or auto: the device last probed, else one "
+            "order for nvidia and fifo16 at once")
         ->capture_default_str();
     command
         ->add_option("--order-seconds", o->bake.order.seconds,

@@ -493,8 +493,9 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
         if (!baked) return tl::unexpected(baked.error());
         store->orders.push_back(std::move(*baked));
         const Store::Order& o = store->orders.back();
-        pm.orders.push_back({name, (*orderer)->drops_dead(), o.indices, o.first_corner, o.corners, o.tswaps,
-                             o.cycle_lengths, o.cycle_slots, o.keyframes, o.block_ends, o.block_bytes});
+        pm.orders.push_back({name, (*orderer)->searched_less(), (*orderer)->drops_dead(), o.indices, o.first_corner,
+                             o.corners, o.tswaps, o.cycle_lengths, o.cycle_slots, o.keyframes, o.block_ends,
+                             o.block_bytes});
     }
     pm.owner = store;
     if (auto counted = pm.count_levels(); !counted) return tl::unexpected(counted.error());

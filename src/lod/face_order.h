@@ -41,6 +41,8 @@ public:
     // New orders are reached by tswaps in place, at once; otherwise by keyframes. For orders that change a little at a
     // time.
     virtual bool in_place() const { return false; }
+    // Whether OrderOptions::seconds made it search less than it would; known after first_order.
+    virtual bool searched_less() const { return false; }
     // Faces (positions in input.indices / 3) by slot at level 0: a permutation.
     virtual std::vector<uint32_t> first_order(const OrderInput& input) = 0;
     // Asked at every level > 0 of an order that does not drop its dead (keyframes: never at two levels running).

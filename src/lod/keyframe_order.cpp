@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "base/threads.h"
+#include "lod/cluster_order.h"
 #include "lod/fan_order.h"
 
 namespace lodestone {
@@ -23,6 +24,10 @@ constexpr Rollouts rollouts{4, 60, 2};
 // Seconds per face of one keyframe on two cores, for all candidates and for looking ahead; to keep to
 // OrderOptions::seconds.
 constexpr double plain_seconds = 3e-6, look_ahead_seconds = 14e-6;
+
+// Clusters: annealing, and its seconds per face and sweep and those of drawing the clusters.
+constexpr uint32_t most_sweeps = 400, fewest_sweeps = 12;
+constexpr double sweep_seconds = 0.1e-6, careful_seconds = 10e-6, careless_seconds = 2e-6;
 
 struct Candidate {
     uint32_t cache;
@@ -50,6 +55,11 @@ std::vector<Candidate> candidates_for(const CacheModel& model) {
     return all;
 }
 
+// Batches of so few triangles want clusters; in larger ones fans do better.
+bool in_clusters(const CacheModel& model) {
+    return model.kind == CacheModel::Kind::batch && model.batch_triangles > 0 && model.batch_triangles <= 64;
+}
+
 // The share r of faces still alive at which the next keyframe comes. Of n slots, r n are written anew, and (1 - r) n /
 // 2 collapses bring that about: 2 r / (1 - r) moves each.
 double ratio_for(double moves_per_ecol) { return moves_per_ecol / (2 + moves_per_ecol); }
@@ -66,10 +76,7 @@ public:
 
     std::vector<uint32_t> first_order(const OrderInput& input) override {
         input_ = input;
-        // Keyframes of n, r n, r^2 n, ... faces: n / (1 - r) in all. By size and not by the clock, so that the order is
-        // the same on every machine.
-        const double left = seconds_ - plain_seconds * static_cast<double>(input.death.size()) / (1 - ratio_);
-        look_ahead_below_ = std::max(0.0, left) / look_ahead_seconds * (1 - ratio_);
+        plan_search(input.death.size());
         alive_at_.assign(size_t{input.levels} + 1, 0);
         for (const uint32_t death : input.death) ++alive_at_[death];
         // From deaths at each level to faces alive at it: those that die later.
@@ -81,7 +88,7 @@ public:
         }
         std::vector<uint32_t> faces(input.death.size());
         for (uint32_t f = 0; f < faces.size(); ++f) faces[f] = f;
-        order(0, input.indices, faces);
+        order(0, input.indices, {}, faces);
         return faces;
     }
 
@@ -89,14 +96,35 @@ public:
         return alive >= least_faces && alive <= ratio_ * slots;
     }
 
-    void reorder(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t>,
+    void reorder(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,
                  std::vector<uint32_t>& alive_faces) override {
-        order(level, indices, alive_faces);
+        order(level, indices, slots, alive_faces);
     }
 
+    bool searched_less() const override { return searched_less_; }
+
 private:
+    // How much is searched, so that an order of a mesh of so many faces keeps to its seconds. By size and not by the
+    // clock, so that the order is the same on every machine. Keyframes of n, r n, r^2 n, ... faces: n / (1 - r) in all.
+    void plan_search(size_t faces) {
+        const double all = static_cast<double>(faces) / (1 - ratio_);
+        if (in_clusters(model_)) {
+            const double per_face = seconds_ / std::max(all, 1.0);
+            careful_ = per_face > 2 * careful_seconds;
+            const double left = per_face - (careful_ ? careful_seconds : careless_seconds);
+            sweeps_ = static_cast<uint32_t>(
+                std::clamp(left / sweep_seconds, static_cast<double>(fewest_sweeps), static_cast<double>(most_sweeps)));
+            searched_less_ = !careful_ || sweeps_ < most_sweeps;
+        } else {
+            const double left = seconds_ - plain_seconds * all;
+            look_ahead_below_ = std::max(0.0, left) / look_ahead_seconds * (1 - ratio_);
+            searched_less_ = static_cast<double>(faces) > look_ahead_below_;
+        }
+    }
+
     // Sorts `faces` by the candidate that costs least from `level` to the next keyframe.
-    void order(uint32_t level, std::span<const uint32_t> indices, std::vector<uint32_t>& faces) {
+    void order(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,
+               std::vector<uint32_t>& faces) {
         if (faces.empty()) return;
         uint32_t end = level;
         while (end + 1 < input_.levels && alive_at_[end] > ratio_ * static_cast<double>(faces.size())) ++end;
@@ -105,6 +133,10 @@ private:
         for (size_t s = 0; s < samples; ++s) {
             at[s] = at_level(indices, faces, level + static_cast<uint32_t>((end - level) * s / (samples - 1)));
             vertices[s] = distinct(at[s]);
+        }
+        if (in_clusters(model_)) {
+            order_in_clusters(at, slots, faces);
+            return;
         }
         // First all candidates without looking ahead, then the best of them with.
         std::vector<Trial> trials(candidates_.size());
@@ -124,6 +156,23 @@ private:
         const std::vector<uint32_t>& best = chosen->order;
         std::vector<uint32_t> sorted(faces.size());
         for (size_t i = 0; i < best.size(); ++i) sorted[i] = faces[best[i]];
+        faces = std::move(sorted);
+    }
+
+    // By its first level and a later one: one alone ages twice as fast, more bring little.
+    void order_in_clusters(const std::array<std::vector<uint32_t>, samples>& at, std::span<const uint32_t> slots,
+                           std::vector<uint32_t>& faces) {
+        const std::array<std::vector<uint32_t>, 2> levels{at[0], at[2]};
+        constexpr std::array<double, 2> weights{0.5, 0.5};
+        ClusterOrderOptions options;
+        options.batch_faces = model_.batch_triangles;
+        options.batch_vertices = model_.batch_vertices;
+        options.sweeps = sweeps_;
+        options.careful = careful_;
+        std::vector<uint32_t> sorted;
+        sorted.reserve(faces.size());
+        for (const uint32_t i : cluster_order(levels, weights, input_.wedges, options, slots))
+            sorted.push_back(faces[i]);
         faces = std::move(sorted);
     }
 
@@ -182,7 +231,9 @@ private:
     const double ratio_, seconds_;
     const std::vector<Candidate> candidates_;
     OrderInput input_;
-    double look_ahead_below_ = 0;     // faces
+    double look_ahead_below_ = 0;  // faces
+    uint32_t sweeps_ = 0;
+    bool careful_ = true, searched_less_ = false;
     std::vector<uint32_t> alive_at_;  // per level
     std::vector<bool> seen_;
 };

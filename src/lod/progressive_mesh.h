@@ -86,6 +86,7 @@ static_assert(sizeof(Place) == 4);
 // One face order: a permutation stream over the shared collapses.
 struct FaceOrder {
     std::string name;
+    bool searched_less = false;         // just baked, and OrderOptions::seconds was too little for a whole search
     bool drops_dead = false;            // classic: every ecol shortens the drawn range by the faces that die
     std::span<const uint32_t> indices;  // level 0; three wedges per slot
     std::span<const uint32_t>

@@ -242,5 +242,25 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     fails("render s.scene.json --device nosuch -o x.png", 4, "nosuch");
 }
 
+TEST_F(ProgramTest, ProbesTheDeviceAndBakesForIt) {
+    bake_rock();
+    const auto baked_for = [&] {
+        succeeds("bake rock.ply -o auto.lode --order keyframe --cache auto");
+        return json::parse(run("info auto.lode --json").out)["options"]["cache"].get<std::string>();
+    };
+    EXPECT_EQ(baked_for(), "nvidia");  // good for batches and a FIFO at once
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    const Ended e = run("probe --validation --json");
+    ASSERT_EQ(e.code, 0) << e.err;
+    const json probed = json::parse(e.out);
+    for (const json& pattern : probed["patterns"]) {
+        EXPECT_GT(pattern["vertex_invocations"], 0);
+        EXPECT_LE(pattern["vertex_invocations"], 3 * pattern["triangles"].get<uint64_t>()) << pattern;
+    }
+    EXPECT_EQ(probed["cache"], probed["candidates"][0]["cache"]);
+    EXPECT_EQ(baked_for(), probed["cache"]);
+    fails("probe --device nosuch", 4, "nosuch");
+}
+
 }  // namespace
 }  // namespace lodestone

@@ -34,8 +34,11 @@ Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, 
 Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                                      bool empty) {
     FrameInput input;
-    input.views = {view_of(camera, width, height), shadow_view(look.light_direction, scene_->bounds.centre,
-                                                               std::max(scene_->bounds.radius, 1e-6f), shadow_texels)};
+    input.views = {view_of(camera, width, height)};
+    if (scene_->scene.shadows) {
+        input.views.push_back(shadow_view(look.light_direction, scene_->bounds.centre,
+                                          std::max(scene_->bounds.radius, 1e-6f), shadow_texels));
+    }
     if (!empty) input.instances = scene_->instances;
     input.budget = budget;
     input.readbacks = std::move(readbacks_);

@@ -220,11 +220,17 @@ Result<Scene> scene_from(const Node& root, const fs::path& path) {
     if (const auto light = root.json.find("light"); light != root.json.end()) {
         const Node node{*light, root.place + ": light"};
         glm::vec3 direction(0);
-        done = all([&] { return only_members(node, {"direction"}); },
-                   [&] { return vector(node, "direction", direction, true); });
+        const auto shadows = light->is_object() ? light->find("shadows") : light->end();
+        done = all(
+            [&] {
+                return only_members(node, {"direction", "shadows"});
+            },
+            [&] { return vector(node, "direction", direction, true); });
         if (!done) return tl::unexpected(done.error());
         if (glm::length(direction) == 0) return node.wrong("direction must not be zero");
+        if (shadows != light->end() && !shadows->is_boolean()) return node.wrong("shadows must be true or false");
         scene.light_direction = direction;
+        scene.shadows = shadows == light->end() || shadows->get<bool>();
     }
     if (const auto camera = root.json.find("camera"); camera != root.json.end()) {
         auto read = camera->is_string() ? read_camera_path(path.parent_path() / camera->get<std::string>())

@@ -14,6 +14,8 @@ packages=(
   libgtest-dev libgmock-dev libbenchmark-dev python3
   # to draw without a GPU, and to check what is drawn
   mesa-vulkan-drivers vulkan-validationlayers
+  # to draw the plots of docs/ (scripts/plot-orders.sh)
+  gnuplot-nox
 )
 
 if [ "${1:-}" = --list ]; then

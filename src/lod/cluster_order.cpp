@@ -1,13 +1,14 @@
 #include "lod/cluster_order.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
 #include "base/check.h"
 #include "base/random.h"
 #include "base/threads.h"
+#include "lod/draw_clusters.h"
+#include "lod/faces_around.h"
 
 namespace lodestone {
 
@@ -20,30 +21,6 @@ constexpr double crowding_penalty = 3;      // per vertex over batch_vertices - 
 constexpr uint32_t regions = 4;             // annealed side by side, whatever the number of threads ...
 constexpr uint32_t least_to_cut = 128;      // ... from so many clusters on
 constexpr uint32_t sweeps_per_round = 6;    // between two cuts into strips
-
-// Faces around each vertex.
-struct Around {
-    std::vector<uint32_t> first, faces;
-
-    Around(std::span<const uint32_t> indices, uint32_t vertices) : first(size_t{vertices} + 1, 0) {
-        for (size_t f = 0; f < indices.size(); f += 3) visit(&indices[f], [&](uint32_t v) { ++first[v + 1]; });
-        std::partial_sum(first.begin(), first.end(), first.begin());
-        faces.resize(first.back());
-        std::vector<uint32_t> fill(first.begin(), first.end() - 1);
-        for (size_t f = 0; f < indices.size(); f += 3)
-            visit(&indices[f], [&](uint32_t v) { faces[fill[v]++] = static_cast<uint32_t>(f / 3); });
-    }
-    // The distinct vertices of a face.
-    template <class Visit>
-    static void visit(const uint32_t* face, Visit&& visit) {
-        visit(face[0]);
-        if (face[1] != face[0]) visit(face[1]);
-        if (face[2] != face[0] && face[2] != face[1]) visit(face[2]);
-    }
-    std::span<const uint32_t> of(uint32_t v) const {
-        return std::span(faces).subspan(first[v], first[v + 1] - first[v]);
-    }
-};
 
 class Clusters {
 public:
@@ -75,13 +52,16 @@ public:
         anneal(options_.sweeps, false);
         make_exact();
         anneal(options_.sweeps / 2, true);
-        return drawing_order();
+        std::vector<bool> late(count_);
+        for (uint32_t c = 0; c < count_; ++c)
+            late[c] = size_[c] != options_.batch_faces || crowd_[c] > options_.batch_vertices;
+        return draw_clusters(at_[0], around_[0], label_, late, options_.cache, options_.careful);
     }
 
 private:
     template <class Visit>
     void for_neighbours(uint32_t face, Visit&& visit) const {
-        Around::visit(&at_[0][size_t{face} * 3], [&](uint32_t v) {
+        FacesAround::visit(&at_[0][size_t{face} * 3], [&](uint32_t v) {
             for (const uint32_t g : around_[0].of(v)) {
                 if (g != face) visit(g);
             }
@@ -119,7 +99,7 @@ private:
                     if (label_[f] != none) continue;
                     rim[kept++] = f;
                     uint32_t fresh = 0;
-                    Around::visit(&at_[0][size_t{f} * 3], [&](uint32_t v) { fresh += touched[v] != c; });
+                    FacesAround::visit(&at_[0][size_t{f} * 3], [&](uint32_t v) { fresh += touched[v] != c; });
                     const std::pair<uint32_t, uint32_t> cost{fresh, free_of(f, free_around)};
                     if (cost < least) {
                         least = cost;
@@ -134,7 +114,7 @@ private:
                 }
                 label_[best] = c;
                 ++size_[c];
-                Around::visit(&at_[0][size_t{best} * 3], [&](uint32_t v) {
+                FacesAround::visit(&at_[0][size_t{best} * 3], [&](uint32_t v) {
                     --free_around[v];
                     if (touched[v] == c) return;
                     touched[v] = c;
@@ -235,7 +215,7 @@ private:
         Change result;
         for (size_t s = 0; s < at_.size(); ++s) {
             int lost = 0, gained = 0;
-            Around::visit(&at_[s][size_t{face} * 3], [&](uint32_t v) {
+            FacesAround::visit(&at_[s][size_t{face} * 3], [&](uint32_t v) {
                 bool in_a = false, in_b = false;
                 for (const uint32_t g : around_[s].of(v)) {
                     if (g == face) continue;
@@ -286,7 +266,7 @@ private:
             for (uint32_t f = 0; f < faces_; ++f) {
                 bool inside = true;
                 for (size_t s = 0; s < at_.size() && inside; ++s) {
-                    Around::visit(&at_[s][size_t{f} * 3], [&](uint32_t v) {
+                    FacesAround::visit(&at_[s][size_t{f} * 3], [&](uint32_t v) {
                         for (const uint32_t g : around_[s].of(v))
                             inside = inside && region[label_[g]] == region[label_[f]];
                     });
@@ -402,11 +382,12 @@ private:
         std::vector<std::vector<uint32_t>> members(count_);
         for (uint32_t f = 0; f < faces_; ++f) members[label_[f]].push_back(f);
         std::vector<uint32_t> seen(count_, none), from(count_), queue;
+        uint32_t stamp = 0;
         for (uint32_t start = 0; start < count_; ++start) {
             while (size_[start] > batch) {
                 // Breadth first over clusters that touch, to the nearest with room.
                 queue.assign(1, start);
-                const uint32_t mark = stamp_++;
+                const uint32_t mark = stamp++;
                 seen[start] = mark;
                 uint32_t goal = none;
                 for (size_t q = 0; q < queue.size() && goal == none; ++q) {
@@ -470,197 +451,15 @@ private:
         members[b].push_back(face);
     }
 
-    // Cluster after cluster, each beside the one before. Those that would close a batch early, or are not full, come
-    // last: they move no other one.
-    std::vector<uint32_t> drawing_order() {
-        members_.assign(count_, {});
-        for (uint32_t f = 0; f < faces_; ++f) members_[label_[f]].push_back(f);
-        drawn_.assign(count_, false);
-        seen_.assign(vertices_, none);
-        std::vector<uint32_t> late, sequence;
-        for (uint32_t c = 0; c < count_; ++c) {
-            if (size_[c] == options_.batch_faces && crowd_[c] <= options_.batch_vertices) continue;
-            drawn_[c] = true;
-            late.push_back(c);
-        }
-        uint32_t next = 0;
-        std::vector<uint32_t> trail;  // clusters drawn, to go back to where something was left
-        for (;;) {
-            uint32_t best = none;
-            for (size_t back = trail.size(); best == none && back > 0; --back) {
-                best = beside(trail[back - 1]);
-                if (best == none) trail.resize(back - 1);
-            }
-            while (best == none && next < count_) {
-                if (!drawn_[next]) best = next;
-                ++next;
-            }
-            if (best == none) break;
-            drawn_[best] = true;
-            sequence.push_back(best);
-            trail.push_back(best);
-        }
-        std::ranges::stable_sort(late, {}, [&](uint32_t c) { return size_[c] < options_.batch_faces; });
-        sequence.insert(sequence.end(), late.begin(), late.end());
-        entered_.assign(vertices_, -1'000'000);
-        wanted_.assign(vertices_, none);
-        std::vector<uint32_t> order;
-        for (size_t i = 0; i < sequence.size(); ++i)
-            draw(members_[sequence[i]], i + 1 < sequence.size() ? sequence[i + 1] : none, order);
-        LODE_CHECK(order.size() == faces_, order.size(), faces_);
-        return order;
-    }
-    // Of the clusters around one that are still to be drawn, the one that shares the most vertices with it, and rather
-    // one that few others are left around.
-    uint32_t beside(uint32_t cluster) {
-        std::vector<std::pair<uint32_t, uint32_t>> shared;  // cluster, vertices
-        const auto count_around = [&](uint32_t c, auto& counts) {
-            counts.clear();
-            const uint32_t mark = stamp_++;
-            for (const uint32_t f : members_[c]) {
-                Around::visit(&at_[0][size_t{f} * 3], [&](uint32_t v) {
-                    if (seen_[v] == mark) return;
-                    seen_[v] = mark;
-                    std::array<uint32_t, 8> met{};
-                    size_t count = 0;
-                    for (const uint32_t g : around_[0].of(v)) {
-                        const uint32_t d = label_[g];
-                        if (d == c || drawn_[d]) continue;
-                        if (std::find(met.begin(), met.begin() + static_cast<ptrdiff_t>(count), d) !=
-                            met.begin() + static_cast<ptrdiff_t>(count))
-                            continue;
-                        if (count < met.size()) met[count++] = d;
-                        const auto at = std::ranges::find(counts, d, &std::pair<uint32_t, uint32_t>::first);
-                        if (at == counts.end()) {
-                            counts.push_back({d, 1});
-                        } else {
-                            ++at->second;
-                        }
-                    }
-                });
-            }
-        };
-        count_around(cluster, shared);
-        uint32_t best = none;
-        double most = -1e30;
-        std::vector<std::pair<uint32_t, uint32_t>> left;
-        for (const auto& [c, vertices] : shared) {
-            count_around(c, left);
-            double open = 0;
-            for (const auto& [d, n] : left) open += n;
-            const double score = vertices - 0.25 * open;
-            if (score > most) {
-                most = score;
-                best = c;
-            }
-        }
-        return best;
-    }
-    bool cached(uint32_t v) const { return now_ - entered_[v] <= static_cast<int64_t>(options_.cache); }
-
-    // The faces of a cluster by greed, several times with different leanings; kept is the order with the fewest
-    // vertices brought in, those that the next cluster will miss included.
-    void draw(const std::vector<uint32_t>& faces, uint32_t next, std::vector<uint32_t>& order) {
-        if (next != none) {
-            for (const uint32_t f : members_[next])
-                Around::visit(&at_[0][size_t{f} * 3], [&](uint32_t v) { wanted_[v] = next; });
-        }
-        struct Leaning {
-            double wanted, left, age;
-        };
-        constexpr Leaning leanings[] = {{0.3, 0.1, 0.05}, {0, 0.1, 0.05},  {0.6, 0.1, 0.05}, {0.3, 0.2, 0.2},
-                                        {0.6, 0.2, 0.2},  {1.2, 0.1, 0.1}, {0.3, 0.05, 0.4}, {0.6, 0.05, 0.4}};
-        std::vector<uint32_t> best, tried;
-        double fewest = 1e30;
-        for (const Leaning& leaning : std::span(leanings).first(options_.careful ? std::size(leanings) : 1)) {
-            tried.clear();
-            const double cost = try_to_draw(faces, next, leaning.wanted, leaning.left, leaning.age, tried);
-            undo();
-            if (cost < fewest) {
-                fewest = cost;
-                best = tried;
-            }
-        }
-        for (const uint32_t face : best) {
-            order.push_back(face);
-            enter(face);
-        }
-        journal_.clear();
-    }
-    double try_to_draw(const std::vector<uint32_t>& cluster, uint32_t next, double wanted, double left_weight,
-                       double age_weight, std::vector<uint32_t>& order) {
-        std::vector<uint32_t> faces = cluster;
-        const int64_t begin = now_;
-        const auto left_of = [&](uint32_t v) {
-            uint32_t left = 0;
-            for (const uint32_t g : faces) {
-                const uint32_t* t = &at_[0][size_t{g} * 3];
-                left += t[0] == v || t[1] == v || t[2] == v;
-            }
-            return left;
-        };
-        while (!faces.empty()) {
-            size_t best = 0;
-            double least = 1e30;
-            for (size_t i = 0; i < faces.size(); ++i) {
-                double cost = 0;
-                Around::visit(&at_[0][size_t{faces[i]} * 3], [&](uint32_t v) {
-                    // A vertex that is about to leave is used before one that came just now.
-                    cost += cached(v) ? -age_weight * static_cast<double>(now_ - entered_[v]) / options_.cache : 1;
-                    cost += left_weight * left_of(v);
-                    if (wanted_[v] == next) cost += wanted;
-                });
-                if (cost < least) {
-                    least = cost;
-                    best = i;
-                }
-            }
-            const uint32_t face = faces[best];
-            faces.erase(faces.begin() + static_cast<ptrdiff_t>(best));
-            order.push_back(face);
-            enter(face);
-        }
-        auto cost = static_cast<double>(now_ - begin);
-        if (next == none) return cost;
-        const uint32_t mark = stamp_++;
-        for (const uint32_t f : members_[next]) {
-            Around::visit(&at_[0][size_t{f} * 3], [&](uint32_t v) {
-                if (seen_[v] == mark) return;
-                seen_[v] = mark;
-                // What entered last is there when the next cluster begins and likely still when it is needed.
-                if (cached(v)) cost -= 0.9;
-            });
-        }
-        return cost;
-    }
-    void enter(uint32_t face) {
-        Around::visit(&at_[0][size_t{face} * 3], [&](uint32_t v) {
-            if (cached(v)) return;
-            journal_.push_back({v, entered_[v]});
-            entered_[v] = now_++;
-        });
-    }
-    void undo() {
-        for (; !journal_.empty(); journal_.pop_back(), --now_) entered_[journal_.back().first] = journal_.back().second;
-    }
-
     std::vector<std::vector<uint32_t>> at_;
     const std::span<const double> weights_;
     const ClusterOrderOptions options_;
     const uint32_t faces_, count_;
     uint32_t vertices_ = 0;
-    std::vector<Around> around_;          // per level
+    std::vector<FacesAround> around_;     // per level
     std::vector<uint32_t> label_;         // cluster of face
     std::vector<uint8_t> inside_;         // per face: whether it may move in this round
     std::vector<uint32_t> size_, crowd_;  // per cluster: faces; distinct vertices at the first level
-    uint32_t stamp_ = 0;
-    std::vector<uint32_t> seen_;  // per vertex: stamp
-    std::vector<std::vector<uint32_t>> members_;
-    std::vector<bool> drawn_;
-    std::vector<uint32_t> wanted_;  // per vertex: the last cluster that was next and uses it
-    std::vector<std::pair<uint32_t, int64_t>> journal_;
-    std::vector<int64_t> entered_;  // per vertex: when it entered the cache
-    int64_t now_ = 0;
 };
 
 }  // namespace

@@ -26,7 +26,8 @@ constexpr Rollouts rollouts{4, 60, 2};
 constexpr double plain_seconds = 3e-6, look_ahead_seconds = 14e-6;
 
 // Clusters: annealing, and its seconds per face and sweep and those of drawing the clusters.
-constexpr uint32_t most_sweeps = 400, fewest_sweeps = 12;
+constexpr double most_sweeps_in_all = 2000;  // over all keyframes, in units of the first
+constexpr uint32_t fewest_sweeps = 12;
 constexpr double sweep_seconds = 0.1e-6, careful_seconds = 10e-6, careless_seconds = 2e-6;
 
 struct Candidate {
@@ -112,9 +113,9 @@ private:
             const double per_face = seconds_ / std::max(all, 1.0);
             careful_ = per_face > 2 * careful_seconds;
             const double left = per_face - (careful_ ? careful_seconds : careless_seconds);
-            sweeps_ = static_cast<uint32_t>(
-                std::clamp(left / sweep_seconds, static_cast<double>(fewest_sweeps), static_cast<double>(most_sweeps)));
-            searched_less_ = !careful_ || sweeps_ < most_sweeps;
+            const double most = most_sweeps_in_all * (1 - ratio_);
+            sweeps_ = static_cast<uint32_t>(std::clamp(left / sweep_seconds, double{fewest_sweeps}, most));
+            searched_less_ = !careful_ || left / sweep_seconds < most;
         } else {
             const double left = seconds_ - plain_seconds * all;
             look_ahead_below_ = std::max(0.0, left) / look_ahead_seconds * (1 - ratio_);

@@ -2,6 +2,7 @@
 find_package(Threads REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(glm REQUIRED)
+find_package(Eigen3 REQUIRED NO_MODULE)
 find_package(OpenMesh REQUIRED)
 find_package(meshoptimizer REQUIRED)
 find_package(PNG REQUIRED)

@@ -1,0 +1,40 @@
+// Clusters: stages 1 to 3 of the atlas. Triangles are merged into disks by a greedy search over a heap of neighbouring
+// pairs, first inside spatial buckets side by side, then everywhere. The cluster heuristics are those of the seed
+// ("virtual geometry images"; planarity and irregularity after Garland, Willmott, Heckbert, "Hierarchical face
+// clustering on polygonal surfaces", I3D 2001), made scale-free.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/progress.h"
+#include "base/result.h"
+#include "vgi/cell_complex.h"
+#include "vgi/surface.h"
+
+namespace lodestone::vgi {
+
+// Costs of a cluster of area A, perimeter P, vector area N, squared distance F to its plane, against a wanted area L^2.
+struct ClusterWeights {
+    double planarity = 1.7;     // 12 F / L^2
+    double compactness = 1;     // P^2 / 16 L^2
+    double size = 1;            // (A / L^2)^2
+    double irregularity = 0.3;  // how much P^2 / 4 pi A grows, as a share
+    double curvature = 1;       // (A - |N|) / L^2
+};
+
+struct ClusterOptions {
+    uint32_t clusters = 130;  // wanted in all; more where components need more (4 where closed, 3 with a boundary)
+    ClusterWeights weights;
+    uint32_t bucket_triangles = 200000;  // about so many to a bucket
+};
+
+struct Clusters {
+    std::vector<uint32_t> label;  // per triangle, 0 .. count - 1, by the lowest triangle
+    uint32_t count = 0;
+    uint32_t buckets = 0;
+    double bucket_seconds = 0, merge_seconds = 0;
+};
+Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& options, const Progress& progress = {});
+
+}  // namespace lodestone::vgi

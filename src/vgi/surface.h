@@ -1,0 +1,43 @@
+// The surface that becomes an atlas: an oriented manifold of triangles that may be cut finer, each part knowing where
+// on the source mesh it lies, so that attributes are looked up there and never interpolated across a seam.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "base/result.h"
+#include "mesh/tri_mesh.h"
+
+namespace lodestone::vgi {
+
+inline constexpr uint32_t none = ~0u;
+
+struct SurfaceTriangle {
+    std::array<uint32_t, 3> vertices;  // counter-clockwise seen from outside
+    uint32_t source;                   // triangle of the source mesh it is part of
+    // Per corner: weights of the source triangle's corners 1 and 2; that of corner 0 is what is left to 1.
+    std::array<glm::vec2, 3> place{glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(0, 1)};
+};
+
+struct Surface {
+    std::vector<glm::dvec3> positions;
+    std::vector<SurfaceTriangle> triangles;
+
+    // 3 t + k: the half-edge across the edge of triangle t from corner k to corner k + 1; none on the boundary.
+    std::vector<uint32_t> twins() const;
+    double area() const;
+    // Oriented manifold without bow-ties, indices in range, places within their source triangles.
+    Result<void> validate() const;
+};
+
+// A mesh that repair() has made an oriented manifold. Inner edges with both ends on the boundary are split in the
+// middle: no cluster may touch the boundary twice. split: how many.
+Surface surface_of(const TriMesh& mesh, uint32_t* split = nullptr);
+
+// Twice the vector area of a triangle: normal times twice its area.
+glm::dvec3 area_vector(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c);
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,128 @@
+#include "vgi/clusters.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "base/random.h"
+#include "base/threads.h"
+#include "fixtures/meshes.h"
+#include "fixtures/real_data.h"
+#include "mesh/generate.h"
+#include "mesh/io/read.h"
+#include "mesh/repair.h"
+
+namespace lodestone::vgi {
+namespace {
+
+std::vector<fixtures::Fixture> meshes() {
+    auto all = fixtures::manifold_meshes();
+    for (const auto& [name, shape, triangles] :
+         {std::tuple("rock", Shape::rock, 6000u), {"terrain", Shape::terrain, 4000u}, {"torus", Shape::torus, 3000u}}) {
+        TriMesh mesh = generate(shape, triangles, 2);
+        EXPECT_TRUE(repair(mesh));
+        all.push_back({name, std::move(mesh)});
+    }
+    return all;
+}
+
+TEST(Surface, SplitsInnerEdgesBetweenBoundaryVerticesAndKeepsTheArea) {
+    for (const auto& f : meshes()) {
+        SCOPED_TRACE(f.name);
+        uint32_t split = 0;
+        const Surface surface = surface_of(f.mesh, &split);
+        const auto valid = surface.validate();
+        ASSERT_TRUE(valid) << valid.error().message;
+        EXPECT_EQ(surface.positions.size(), f.mesh.vertex_count() + split);
+        double area = 0;
+        for (size_t t = 0; t < f.mesh.triangle_count(); ++t)
+            area +=
+                glm::length(glm::cross(glm::dvec3(f.mesh.position_of(t, 1)) - glm::dvec3(f.mesh.position_of(t, 0)),
+                                       glm::dvec3(f.mesh.position_of(t, 2)) - glm::dvec3(f.mesh.position_of(t, 0)))) /
+                2;
+        EXPECT_NEAR(surface.area(), area, 1e-9 * area);
+        std::vector<bool> rim(surface.positions.size(), false);
+        const auto twin = surface.twins();
+        const auto end = [&](uint32_t h, uint32_t k) { return surface.triangles[h / 3].vertices[(h % 3 + k) % 3]; };
+        for (uint32_t h = 0; h < twin.size(); ++h)
+            if (twin[h] == none) rim[end(h, 0)] = rim[end(h, 1)] = true;
+        for (uint32_t h = 0; h < twin.size(); ++h) {
+            EXPECT_FALSE(twin[h] != none && rim[end(h, 0)] && rim[end(h, 1)]);
+        }
+    }
+}
+
+TEST(CellComplex, KeepsItsInvariantThroughEveryMerge) {
+    for (const auto& f : meshes()) {
+        if (f.mesh.triangle_count() > 800) continue;
+        SCOPED_TRACE(f.name);
+        CellComplex complex(surface_of(f.mesh));
+        ASSERT_TRUE(complex.validate()) << complex.validate().error().message;
+        Random random(9);
+        for (int tries = 0; tries < 3000; ++tries) {
+            const uint32_t e = random.below(complex.edge_slots());
+            if (!complex.edge_alive(e) || !complex.may_merge(e)) continue;
+            complex.merge(e);
+            const auto valid = complex.validate();
+            ASSERT_TRUE(valid) << valid.error().message;
+        }
+    }
+}
+
+TEST(CellComplex, AddsUpMomentsToThoseOfTheWhole) {
+    const TriMesh mesh = fixtures::grid(8, 8);
+    CellComplex complex(surface_of(mesh));
+    for (uint32_t e = 0; e < complex.edge_slots(); ++e) {
+        if (complex.edge_alive(e) && complex.may_merge(e)) complex.merge(e);
+    }
+    double area = 0;
+    for (uint32_t c = 0; c < complex.triangle_cells(); ++c) {
+        if (!complex.alive(c)) continue;
+        EXPECT_NEAR(complex.moments(c).flatness(), 0, 1e-12);
+        area += complex.moments(c).area;
+    }
+    EXPECT_NEAR(area, surface_of(mesh).area(), 1e-9);
+}
+
+TEST(Clusters, ReachTheCountWantedOrWhatComponentsNeed) {
+    for (const auto& f : meshes()) {
+        for (const uint32_t wanted : {1u, 6u, 12u, 40u}) {
+            SCOPED_TRACE(f.name + " " + std::to_string(wanted));
+            const Surface surface = surface_of(f.mesh);
+            ClusterOptions options;
+            options.clusters = wanted;
+            const auto clusters = make_clusters(surface, options);
+            ASSERT_TRUE(clusters);
+            EXPECT_GE(clusters->count, std::min<size_t>(wanted, surface.triangles.size()));
+            EXPECT_LE(clusters->count, std::max(2 * wanted, 16u));
+            for (const uint32_t label : clusters->label) EXPECT_LT(label, clusters->count);
+        }
+    }
+}
+
+TEST(Clusters, AreTheSameForAnyNumberOfThreadsAndAtAnyScale) {
+    TriMesh mesh = generate(Shape::rock, 20000, 2);
+    ASSERT_TRUE(repair(mesh));
+    ClusterOptions options;
+    options.clusters = 30;
+    options.bucket_triangles = 3000;
+    std::vector<uint32_t> first;
+    for (const unsigned threads : {1u, 2u, 8u}) {
+        set_thread_count(threads);
+        const auto clusters = make_clusters(surface_of(mesh), options);
+        ASSERT_TRUE(clusters);
+        EXPECT_GT(clusters->buckets, 4u);
+        if (first.empty()) first = clusters->label;
+        EXPECT_EQ(clusters->label, first) << threads;
+    }
+    set_thread_count(0);
+    for (const float scale : {0.0009765625f, 1024.0f}) {
+        TriMesh scaled = mesh;
+        for (glm::vec3& p : scaled.positions) p *= scale;
+        EXPECT_EQ(make_clusters(surface_of(scaled), options)->label, first) << scale;
+    }
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

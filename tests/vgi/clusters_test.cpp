@@ -12,6 +12,7 @@
 #include "mesh/generate.h"
 #include "mesh/io/read.h"
 #include "mesh/repair.h"
+#include "vgi/patches.h"
 
 namespace lodestone::vgi {
 namespace {
@@ -96,7 +97,8 @@ TEST(Clusters, ReachTheCountWantedOrWhatComponentsNeed) {
             ASSERT_TRUE(clusters);
             EXPECT_GE(clusters->count, std::min<size_t>(wanted, surface.triangles.size()));
             EXPECT_LE(clusters->count, std::max(2 * wanted, 16u));
-            for (const uint32_t label : clusters->label) EXPECT_LT(label, clusters->count);
+            const auto patches = trace_patches(surface, surface.twins(), clusters->label, clusters->count);
+            EXPECT_TRUE(patches) << patches.error().message;
         }
     }
 }

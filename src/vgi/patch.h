@@ -1,0 +1,48 @@
+// A part of a surface taken out to be flattened and cut: vertices and triangles with numbers of their own, neighbours
+// kept up to date while edges are split.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "vgi/surface.h"
+
+namespace lodestone::vgi {
+
+struct Patch {
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::dvec2> flat;            // where each vertex lies in the plane, once flattened
+    std::vector<uint32_t> origin;            // vertex of the surface; none for those that splits made
+    std::vector<SurfaceTriangle> triangles;  // with vertices of the patch
+    std::vector<uint32_t> twin;              // per half-edge 3 t + k; none on the patch's boundary
+
+    uint32_t from(uint32_t h) const { return triangles[h / 3].vertices[h % 3]; }
+    uint32_t to(uint32_t h) const { return triangles[h / 3].vertices[(h + 1 - h / 3 * 3) % 3]; }
+    static uint32_t next(uint32_t h) { return h / 3 * 3 + (h + 1 - h / 3 * 3) % 3; }
+    static uint32_t previous(uint32_t h) { return h / 3 * 3 + (h + 2 - h / 3 * 3) % 3; }
+
+    // Puts a vertex on the edge of h, the share `at` (0 .. 1) of the way from from(h) to to(h): the triangles either
+    // side become two each. flat_at: the same in the plane, where it may differ. Returns the vertex; h then ends in it.
+    uint32_t split_edge(uint32_t h, double at, double flat_at);
+    // One triangle becomes three around a vertex at its centre, in space and in the plane.
+    uint32_t split_triangle(uint32_t t);
+
+    // Some half-edge out of each vertex: on the boundary the one from which next(twin) goes through all others.
+    std::vector<uint32_t> out_edges() const;
+    // Boundary vertices in order, counter-clockwise, beginning with the lowest; of a disk.
+    std::vector<uint32_t> boundary() const;
+    double signed_flat_area(uint32_t t) const;  // twice
+};
+
+// The triangles listed, in that order; vertices numbered by first use.
+Patch take_patch(const Surface& surface, std::span<const uint32_t> triangles);
+
+// Splits every inner edge whose ends both lie on the boundary, in the middle. A straight side can then be drawn with no
+// triangle flattened to a line. Returns how many.
+uint32_t split_chords(Patch& patch);
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,36 @@
+// A labelled surface as a complex of patches: corners where three or more meet, arcs between corners, and the sides of
+// each patch.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "vgi/surface.h"
+
+namespace lodestone::vgi {
+
+struct Arc {
+    std::vector<uint32_t> vertices;  // of the surface, from corner to corner, both included; at least 2
+    uint32_t left = none;            // patch on the left of that direction
+    uint32_t right = none;           // and on the right; none on the boundary of the surface
+    double length = 0;
+};
+
+struct Side {
+    uint32_t arc = 0;
+    bool reversed = false;  // run against the arc's direction
+};
+
+struct Patches {
+    std::vector<Arc> arcs;
+    std::vector<std::vector<Side>> sides;  // per patch, counter-clockwise seen from outside
+};
+
+// label: per triangle, 0 .. count - 1. Fault::invariant where a patch is not a disk with at least three sides or two
+// patches touch in more than a point or an arc; the message names them.
+Result<Patches> trace_patches(const Surface& surface, std::span<const uint32_t> twins, std::span<const uint32_t> label,
+                              uint32_t count);
+
+}  // namespace lodestone::vgi

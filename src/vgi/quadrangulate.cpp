@@ -1,0 +1,350 @@
+#include "vgi/quadrangulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <memory>
+#include <numbers>
+#include <numeric>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "base/check.h"
+#include "base/threads.h"
+#include "vgi/harmonic.h"
+#include "vgi/patch.h"
+#include "vgi/patches.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+constexpr double middle_tolerance = 0.1;  // of an arc's length: a vertex so near to the middle will do
+constexpr double least_share = 0.1;       // of an edge: cuts keep so far away from its ends in space
+constexpr double snap = 1e-9;             // of an edge, in the plane: nearer to a vertex is at the vertex
+
+double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
+
+// The inner vertex of an arc nearest to its middle, as a position in arc.vertices; 0 where none is near.
+size_t middle_of(const Arc& arc, const std::vector<glm::dvec3>& positions, double tolerance) {
+    double along = 0, nearest = tolerance * arc.length;
+    size_t best = 0;
+    for (size_t i = 1; i + 1 < arc.vertices.size(); ++i) {
+        along += glm::length(positions[arc.vertices[i]] - positions[arc.vertices[i - 1]]);
+        if (std::abs(along - arc.length / 2) <= nearest) {
+            nearest = std::abs(along - arc.length / 2);
+            best = i;
+        }
+    }
+    return best;
+}
+
+// A vertex near the middle of every arc.
+void insert_middles(Patch& whole, std::vector<uint32_t>& label, const Patches& patches) {
+    // Half-edges by their ends, of borders alone.
+    const auto key = [](uint32_t a, uint32_t b) { return uint64_t{a} << 32 | b; };
+    std::unordered_map<uint64_t, uint32_t> edge;
+    for (uint32_t h = 0; h < whole.twin.size(); ++h) {
+        if (whole.twin[h] == none || label[h / 3] != label[whole.twin[h] / 3])
+            edge[key(whole.from(h), whole.to(h))] = h;
+    }
+    for (const Arc& arc : patches.arcs) {
+        if (middle_of(arc, whole.positions, middle_tolerance) != 0) continue;
+        double along = 0;
+        for (size_t i = 1; i < arc.vertices.size(); ++i) {
+            const uint32_t a = arc.vertices[i - 1], b = arc.vertices[i];
+            const double step = glm::length(whole.positions[b] - whole.positions[a]);
+            if (along + step < arc.length / 2 && i + 1 < arc.vertices.size()) {
+                along += step;
+                continue;
+            }
+            const double share = step > 0 ? std::clamp((arc.length / 2 - along) / step, 0.02, 0.98) : 0.5;
+            const size_t before = whole.triangles.size();
+            const uint32_t h = edge.at(key(a, b)), g = whole.twin[h];
+            whole.split_edge(h, share, share);
+            label.push_back(label[h / 3]);
+            if (g != none) label.push_back(label[g / 3]);
+            // Edges that went to the new triangles.
+            for (uint32_t e = static_cast<uint32_t>(before) * 3; e < whole.twin.size(); ++e) {
+                const auto moved = edge.find(key(whole.from(e), whole.to(e)));
+                if (moved != edge.end()) moved->second = e;
+            }
+            break;
+        }
+    }
+}
+
+class ClusterCut {
+public:
+    ClusterCut(const Surface& surface, std::span<const uint32_t> triangles) : patch(take_patch(surface, triangles)) {}
+
+    Patch patch;
+    std::vector<uint32_t> quad;  // per triangle of the patch: side of the cluster its quad begins at
+    uint32_t centre = none;
+    bool uniform = false;
+
+    // corners, middles: vertices of the surface, per side in order. Empty where all went well.
+    std::string run(std::span<const uint32_t> corners, std::span<const uint32_t> middles) {
+        std::unordered_map<uint32_t, uint32_t> number;
+        for (uint32_t v = 0; v < patch.origin.size(); ++v) number[patch.origin[v]] = v;
+        std::vector<uint32_t> corner, middle;
+        for (const uint32_t v : corners) corner.push_back(number.at(v));
+        for (const uint32_t v : middles) middle.push_back(number.at(v));
+        if (!flatten(corner)) return "cannot be flattened";
+        choose_centre();
+        used_.assign(patch.positions.size(), false);
+        for (const uint32_t v : patch.boundary()) used_[v] = true;
+        used_[centre] = true;
+        std::vector<std::vector<uint32_t>> rays;
+        for (const uint32_t m : middle) {
+            rays.emplace_back();
+            if (!cut_ray(m, rays.back())) return "has a ray that leaves its sector";
+        }
+        return divide(corner, rays) ? "" : "falls into parts that are no quads";
+    }
+
+private:
+    // Onto the unit circle; every side takes an equal part and a part by its length, and so does every edge of it.
+    bool flatten(const std::vector<uint32_t>& corner) {
+        const std::vector<uint32_t> loop = patch.boundary();
+        std::vector<double> angle(loop.size(), 0);
+        const size_t begin = static_cast<size_t>(std::ranges::find(loop, corner[0]) - loop.begin());
+        double total = 0;
+        std::vector<double> length(loop.size());
+        for (size_t i = 0; i < loop.size(); ++i) {
+            length[i] = glm::length(patch.positions[loop[(begin + i + 1) % loop.size()]] -
+                                    patch.positions[loop[(begin + i) % loop.size()]]);
+            total += length[i];
+        }
+        patch.flat.assign(patch.positions.size(), {0, 0});
+        size_t side = 0, i = 0;
+        double turned = 0;
+        while (i < loop.size()) {
+            // Edges of one side: up to the next corner.
+            const uint32_t end = corner[(side + 1) % corner.size()];
+            size_t last = i;
+            double along = 0;
+            do {
+                along += length[last];
+                ++last;
+            } while (loop[(begin + last) % loop.size()] != end && last < loop.size());
+            const auto edges = static_cast<double>(last - i);
+            const double share = 0.5 / static_cast<double>(corner.size()) + 0.5 * along / total;
+            for (; i < last; ++i) {
+                const double a = 2 * std::numbers::pi * turned;
+                patch.flat[loop[(begin + i) % loop.size()]] = {std::cos(a), std::sin(a)};
+                turned += share * (0.1 / edges + 0.9 * (along > 0 ? length[i] / along : 1 / edges));
+            }
+            ++side;
+        }
+        HarmonicSolver solver(patch);
+        if (solver.solve({}) && !folded()) return true;
+        uniform = true;
+        return solver.solve({}, true);
+    }
+    bool folded() const {
+        for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
+            if (patch.signed_flat_area(t) <= 0) return true;
+        }
+        return false;
+    }
+
+    void choose_centre() {
+        std::vector<bool> rim(patch.positions.size(), false);
+        for (const uint32_t v : patch.boundary()) rim[v] = true;
+        double nearest = 1e300;
+        for (uint32_t v = 0; v < patch.positions.size(); ++v) {
+            const double d = glm::dot(patch.flat[v], patch.flat[v]);
+            if (!rim[v] && d < nearest) {
+                nearest = d;
+                centre = v;
+            }
+        }
+        // None at all, or far from the middle: a new one in the triangle around the middle.
+        if (centre != none && nearest < 0.2) return;
+        uint32_t around = 0;
+        double best = -1e300;
+        for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
+            const auto& v = patch.triangles[t].vertices;
+            double least = 1e300;
+            for (uint32_t k = 0; k < 3; ++k)
+                least = std::min(least, cross(patch.flat[v[(k + 1) % 3]] - patch.flat[v[k]], -patch.flat[v[k]]));
+            if (least > best) {
+                best = least;
+                around = t;
+            }
+        }
+        centre = patch.split_triangle(around);
+    }
+
+    // From the centre to a vertex on the boundary, splitting every edge on the way.
+    bool cut_ray(uint32_t target, std::vector<uint32_t>& path) {
+        const glm::dvec2 goal = patch.flat[target];
+        uint32_t x = centre, out = none;
+        for (uint32_t h = 0; h < patch.twin.size() && out == none; ++h) {
+            if (patch.from(h) == x) out = h;
+        }
+        path.push_back(x);
+        for (size_t step = 0; step < patch.triangles.size() + 1000; ++step) {
+            // The triangle around x in whose angle the goal lies.
+            uint32_t found = none, best = none, h = out;
+            double most = -1e300;
+            do {
+                if (patch.to(h) == target) {
+                    path.push_back(target);
+                    return true;
+                }
+                const glm::dvec2 a = patch.flat[patch.to(h)] - patch.flat[x],
+                                 b = patch.flat[patch.to(Patch::next(h))] - patch.flat[x], d = goal - patch.flat[x];
+                const double ca = cross(a, d), cb = cross(d, b);
+                if (ca >= 0 && cb > 0 && found == none) found = h;
+                // Rounding may leave none: then the one that misses least.
+                const double miss = std::min(ca / (glm::length(a) + 1e-300), cb / (glm::length(b) + 1e-300));
+                if (glm::dot(a + b, d) > 0 && miss > most) {
+                    most = miss;
+                    best = h;
+                }
+                h = patch.twin[Patch::previous(h)];
+                if (h == none) return false;
+            } while (h != out);
+            if (found == none) found = best;
+            if (found == none) return false;
+            const uint32_t edge = Patch::next(found), a = patch.from(edge), b = patch.to(edge);
+            const glm::dvec2 d = goal - patch.flat[x];
+            const double ca = std::max(0.0, cross(patch.flat[a] - patch.flat[x], d)),
+                         cb = std::max(0.0, cross(d, patch.flat[b] - patch.flat[x]));
+            double share = ca + cb > 0 ? ca / (ca + cb) : 0.5;
+            const uint32_t near = share < 0.5 ? a : b;
+            if (std::min(share, 1 - share) < snap && !used_[near]) {
+                out = near == a ? edge : Patch::next(edge);
+                x = near;
+            } else {
+                if (patch.twin[edge] == none || (used_[a] && used_[b] && wall(a, b))) return false;
+                share = std::clamp(share, 1e-6, 1 - 1e-6);
+                x = patch.split_edge(edge, std::clamp(share, least_share, 1 - least_share), share);
+                used_.push_back(false);
+                out = Patch::next(edge);
+            }
+            used_[x] = true;
+            path.push_back(x);
+        }
+        return false;
+    }
+    bool wall(uint32_t a, uint32_t b) const { return walls_.contains({std::min(a, b), std::max(a, b)}); }
+
+    // Quads between the rays: what is reached from the side's first edge without crossing one.
+    bool divide(const std::vector<uint32_t>& corner, const std::vector<std::vector<uint32_t>>& rays) {
+        for (const auto& ray : rays) add_walls(ray);
+        quad.assign(patch.triangles.size(), none);
+        std::vector<uint32_t> begin_of(patch.positions.size(), none), stack;
+        for (uint32_t s = 0; s < corner.size(); ++s) begin_of[corner[s]] = s;
+        for (uint32_t h = 0; h < patch.twin.size(); ++h) {
+            if (patch.twin[h] != none || begin_of[patch.from(h)] == none) continue;
+            const uint32_t side = begin_of[patch.from(h)];
+            if (quad[h / 3] != none) return false;
+            quad[h / 3] = side;
+            stack.push_back(h / 3);
+            while (!stack.empty()) {
+                const uint32_t t = stack.back();
+                stack.pop_back();
+                for (uint32_t k = 0; k < 3; ++k) {
+                    const uint32_t e = t * 3 + k, g = patch.twin[e];
+                    if (g == none || wall(patch.from(e), patch.to(e))) continue;
+                    if (quad[g / 3] == none) {
+                        quad[g / 3] = side;
+                        stack.push_back(g / 3);
+                    } else if (quad[g / 3] != side) {
+                        return false;
+                    }
+                }
+            }
+        }
+        return std::ranges::find(quad, none) == quad.end();
+    }
+    void add_walls(const std::vector<uint32_t>& path) {
+        for (size_t i = 1; i < path.size(); ++i)
+            walls_.insert({std::min(path[i - 1], path[i]), std::max(path[i - 1], path[i])});
+    }
+
+    struct PairHash {
+        size_t operator()(const std::pair<uint32_t, uint32_t>& p) const {
+            return std::hash<uint64_t>()(uint64_t{p.first} << 32 | p.second);
+        }
+    };
+    std::unordered_set<std::pair<uint32_t, uint32_t>, PairHash> walls_;
+    std::vector<bool> used_;  // vertices of the boundary and of rays
+};
+
+}  // namespace
+
+Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>& label, uint32_t count) {
+    Quads result;
+    std::vector<uint32_t> clusters = label;
+    {
+        const auto traced = trace_patches(surface, surface.twins(), clusters, count);
+        if (!traced) return tl::unexpected(traced.error());
+        Patch whole;
+        whole.positions = surface.positions;
+        whole.triangles = surface.triangles;
+        whole.twin = surface.twins();
+        whole.origin.resize(whole.positions.size());
+        std::iota(whole.origin.begin(), whole.origin.end(), 0u);
+        insert_middles(whole, clusters, *traced);
+        result.surface.positions = std::move(whole.positions);
+        result.surface.triangles = std::move(whole.triangles);
+    }
+    const auto patches = trace_patches(result.surface, result.surface.twins(), clusters, count);
+    if (!patches) return tl::unexpected(patches.error());
+    std::vector<uint32_t> middle(patches->arcs.size());
+    for (size_t a = 0; a < middle.size(); ++a) {
+        const size_t at = middle_of(patches->arcs[a], result.surface.positions, 0.5);
+        LODE_CHECK(at > 0, a);
+        middle[a] = patches->arcs[a].vertices[at];
+    }
+    std::vector<std::vector<uint32_t>> members(count);
+    for (uint32_t t = 0; t < clusters.size(); ++t) members[clusters[t]].push_back(t);
+    std::vector<std::unique_ptr<ClusterCut>> cuts(count);
+    std::vector<std::string> faults(count);
+    std::vector<std::vector<uint32_t>> corners(count), middles(count);
+    parallel_for(count, 1, [&](size_t begin, size_t end) {
+        for (size_t c = begin; c < end; ++c) {
+            for (const Side& side : patches->sides[c]) {
+                const Arc& arc = patches->arcs[side.arc];
+                corners[c].push_back(side.reversed ? arc.vertices.back() : arc.vertices.front());
+                middles[c].push_back(middle[side.arc]);
+            }
+            cuts[c] = std::make_unique<ClusterCut>(result.surface, members[c]);
+            faults[c] = cuts[c]->run(corners[c], middles[c]);
+        }
+    });
+    // Put together in the order of clusters, whatever thread was first.
+    std::vector<SurfaceTriangle> triangles;
+    for (uint32_t c = 0; c < count; ++c) {
+        if (!faults[c].empty()) return fail(Fault::invariant, "cluster " + std::to_string(c) + " " + faults[c]);
+        const ClusterCut& cut = *cuts[c];
+        std::vector<uint32_t> number = cut.patch.origin;
+        for (uint32_t v = 0; v < number.size(); ++v) {
+            if (number[v] != none) continue;
+            number[v] = static_cast<uint32_t>(result.surface.positions.size());
+            result.surface.positions.push_back(cut.patch.positions[v]);
+        }
+        const auto first_quad = static_cast<uint32_t>(result.quads.size());
+        const size_t sides = corners[c].size();
+        for (size_t s = 0; s < sides; ++s)
+            result.quads.push_back(
+                {c, {corners[c][s], middles[c][s], number[cut.centre], middles[c][(s + sides - 1) % sides]}});
+        for (size_t t = 0; t < cut.patch.triangles.size(); ++t) {
+            SurfaceTriangle global = cut.patch.triangles[t];
+            for (uint32_t& v : global.vertices) v = number[v];
+            triangles.push_back(global);
+            result.label.push_back(first_quad + cut.quad[t]);
+        }
+        result.uniform_clusters += cut.uniform;
+        cuts[c].reset();
+    }
+    result.surface.triangles = std::move(triangles);
+    return result;
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,31 @@
+// Stage 5 of the atlas: every cluster of k sides becomes k quads around a centre. The cluster is flattened onto a disk
+// and cut along straight rays from the vertex nearest to the middle to the middle of each side; straight rays from one
+// point do not meet, so the quads are disks whatever the cluster looks like.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/result.h"
+#include "vgi/surface.h"
+
+namespace lodestone::vgi {
+
+// A quad's corners in order: where the cluster meets others, the middle of the side after that, the cluster's centre,
+// the middle of the side before.
+struct Quads {
+    Surface surface;              // the input's, cut along all borders of quads
+    std::vector<uint32_t> label;  // per triangle: its quad
+    struct Quad {
+        uint32_t cluster = 0;
+        std::array<uint32_t, 4> corners{};  // vertices of the surface
+    };
+    std::vector<Quad> quads;
+    uint32_t uniform_clusters = 0;  // flattened with equal weights, because the better ones could not be solved
+};
+
+// label: clusters of the surface's triangles, 0 .. count - 1, valid for trace_patches. Fault::invariant names a cluster
+// that cannot be cut.
+Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>& label, uint32_t count);
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,62 @@
+#include "vgi/quadrangulate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "fixtures/meshes.h"
+#include "mesh/generate.h"
+#include "mesh/repair.h"
+#include "vgi/clusters.h"
+#include "vgi/patches.h"
+
+namespace lodestone::vgi {
+namespace {
+
+std::vector<fixtures::Fixture> meshes() {
+    auto all = fixtures::manifold_meshes();
+    for (const auto& [name, shape, triangles] :
+         {std::tuple("rock", Shape::rock, 6000u), {"terrain", Shape::terrain, 4000u}, {"torus", Shape::torus, 3000u}}) {
+        TriMesh mesh = generate(shape, triangles, 2);
+        EXPECT_TRUE(repair(mesh));
+        all.push_back({name, std::move(mesh)});
+    }
+    return all;
+}
+
+TEST(Quadrangulate, MakesFourSidedDisksThatCoverTheSurface) {
+    for (const auto& f : meshes()) {
+        for (const uint32_t wanted : {1u, 8u, 30u}) {
+            SCOPED_TRACE(f.name + " " + std::to_string(wanted));
+            const Surface surface = surface_of(f.mesh);
+            ClusterOptions options;
+            options.clusters = wanted;
+            const auto clusters = make_clusters(surface, options);
+            ASSERT_TRUE(clusters);
+            const auto quads = quadrangulate(surface, clusters->label, clusters->count);
+            ASSERT_TRUE(quads) << quads.error().message;
+            const auto valid = quads->surface.validate();
+            ASSERT_TRUE(valid) << valid.error().message;
+            EXPECT_NEAR(quads->surface.area(), surface.area(), 1e-9 * surface.area());
+            const auto patches = trace_patches(quads->surface, quads->surface.twins(), quads->label,
+                                               static_cast<uint32_t>(quads->quads.size()));
+            ASSERT_TRUE(patches) << patches.error().message;
+            for (size_t q = 0; q < quads->quads.size(); ++q) {
+                ASSERT_EQ(patches->sides[q].size(), 4u) << q;
+                std::vector<uint32_t> corners;
+                for (const Side& side : patches->sides[q]) {
+                    const auto& v = patches->arcs[side.arc].vertices;
+                    corners.push_back(side.reversed ? v.back() : v.front());
+                }
+                const auto& wantedcorners = quads->quads[q].corners;
+                const auto first = std::ranges::find(corners, wantedcorners[0]);
+                ASSERT_NE(first, corners.end());
+                std::rotate(corners.begin(), first, corners.end());
+                EXPECT_TRUE(std::ranges::equal(corners, wantedcorners)) << q;
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

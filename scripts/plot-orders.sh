@@ -36,7 +36,7 @@ set terminal svg size 760,420 font "sans-serif,13" background rgb "white"
 set grid lc rgb "#dddddd"
 set key outside right
 set output "$folder/atvr-by-moves.svg"
-set title "$name: transforms per vertex (FIFO-16), mean of 60 levels, by faces moved per collapse"
+set title "$name: transforms per vertex, mean of 60 levels, FIFO-16"
 set logscale x 2
 set xlabel "faces moved per collapse"
 set ylabel "ATVR"

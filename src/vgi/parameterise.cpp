@@ -1,0 +1,128 @@
+#include "vgi/parameterise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <string>
+#include <unordered_map>
+
+#include "base/check.h"
+#include "vgi/harmonic.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+constexpr double densest = 1e4;  // ratio of densities to 1, either way
+
+double area_of(const Patch& patch, uint32_t t) {
+    const auto& v = patch.triangles[t].vertices;
+    return glm::length(area_vector(patch.positions[v[0]], patch.positions[v[1]], patch.positions[v[2]])) / 2;
+}
+
+bool folded(const Patch& patch) {
+    for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
+        if (!(patch.signed_flat_area(t) > 0)) return true;
+    }
+    return false;
+}
+
+// Vertices of the sides onto the sides of the square, by arc length from the arc's own beginning, so that the two
+// charts that share it agree bit for bit up to the direction.
+void place_boundary(Chart& chart, const Surface& surface, std::span<const Side> sides, const std::vector<Arc>& arcs) {
+    std::unordered_map<uint32_t, uint32_t> number;
+    for (uint32_t v = 0; v < chart.patch.origin.size(); ++v) {
+        if (chart.patch.origin[v] != none) number[chart.patch.origin[v]] = v;
+    }
+    constexpr glm::dvec2 begin[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, along[4] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+    chart.patch.flat.assign(chart.patch.positions.size(), {0.5, 0.5});
+    for (size_t s = 0; s < 4; ++s) {
+        const Arc& arc = arcs[sides[s].arc];
+        double run = 0;
+        for (size_t i = 0; i < arc.vertices.size(); ++i) {
+            if (i > 0) run += glm::length(surface.positions[arc.vertices[i]] - surface.positions[arc.vertices[i - 1]]);
+            double share = arc.length > 0 ? run / arc.length
+                                          : static_cast<double>(i) / static_cast<double>(arc.vertices.size() - 1);
+            if (i == 0) share = 0;
+            if (i + 1 == arc.vertices.size()) share = 1;
+            if (sides[s].reversed) share = 1 - share;
+            const uint32_t v = number.at(arc.vertices[i]);
+            const bool last = sides[s].reversed ? i == 0 : i + 1 == arc.vertices.size();
+            if (!last) chart.patch.flat[v] = begin[s] + along[s] * share;
+        }
+        chart.corners.push_back(number.at(sides[s].reversed ? arc.vertices.back() : arc.vertices.front()));
+    }
+}
+
+}  // namespace
+
+double squared_stretch(const Patch& patch, uint32_t triangle) {
+    const auto& v = patch.triangles[triangle].vertices;
+    const glm::dvec2 &a = patch.flat[v[0]], &b = patch.flat[v[1]], &c = patch.flat[v[2]];
+    const glm::dvec3 &p = patch.positions[v[0]], &q = patch.positions[v[1]], &r = patch.positions[v[2]];
+    const double twice = patch.signed_flat_area(triangle);
+    const glm::dvec3 by_s = (p * (b.y - c.y) + q * (c.y - a.y) + r * (a.y - b.y)) / twice,
+                     by_t = (p * (c.x - b.x) + q * (a.x - c.x) + r * (b.x - a.x)) / twice;
+    return (glm::dot(by_s, by_s) + glm::dot(by_t, by_t)) / 2;
+}
+
+double l2_stretch(const Patch& patch) {
+    double sum = 0, area = 0;
+    for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
+        const double a = area_of(patch, t);
+        sum += a * squared_stretch(patch, t);
+        area += a;
+    }
+    return area > 0 ? std::sqrt(sum) / area : 1;
+}
+
+Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> triangles, std::span<const Side> sides,
+                           const std::vector<Arc>& arcs, const ParameteriseOptions& options) {
+    LODE_CHECK(sides.size() == 4, sides.size());
+    Chart chart;
+    chart.patch = take_patch(surface, triangles);
+    split_chords(chart.patch);
+    Patch& patch = chart.patch;
+    place_boundary(chart, surface, sides, arcs);
+    for (uint32_t t = 0; t < patch.triangles.size(); ++t) chart.area += area_of(patch, t);
+    HarmonicSolver solver(patch);
+    ++chart.solves;
+    if (!solver.solve({}) || folded(patch)) {
+        chart.uniform = true;
+        ++chart.solves;
+        if (!solver.solve({}, true) || folded(patch))
+            return fail(Fault::invariant, "a quad of " + std::to_string(triangles.size()) +
+                                              " triangles folds however its edges are weighed");
+    }
+    chart.tutte_stretch = chart.stretch = l2_stretch(patch);
+    std::vector<double> density(patch.triangles.size(), 1.0), tried;
+    double exponent = 1;
+    std::vector<glm::dvec2> best = patch.flat;
+    while (!chart.uniform && chart.solves < options.most_solves) {
+        // Where the surface is stretched its springs give way.
+        tried = density;
+        const double mean = std::sqrt(chart.area) * chart.stretch;
+        for (uint32_t t = 0; t < tried.size(); ++t) {
+            const double sigma = std::sqrt(squared_stretch(patch, t)) / mean;
+            tried[t] = std::clamp(tried[t] / std::pow(std::max(sigma, 1e-6), exponent), 1 / densest, densest);
+        }
+        ++chart.solves;
+        const bool solved = solver.solve(tried) && !folded(patch);
+        const double stretch = solved ? l2_stretch(patch) : 0;
+        if (!solved || !(stretch < chart.stretch)) {
+            patch.flat = best;
+            exponent /= 2;
+            if (exponent < 0.2) break;
+            continue;
+        }
+        const double gain = 1 - stretch / chart.stretch;
+        chart.stretch = stretch;
+        density.swap(tried);
+        best = patch.flat;
+        if (gain < options.least_gain) break;
+    }
+    patch.flat = std::move(best);
+    return chart;
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,150 @@
+#include "vgi/atlas.h"
+
+#include <bit>
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "base/check.h"
+#include "base/disjoint_sets.h"
+
+namespace lodestone::vgi {
+
+uint32_t Atlas::levels() const { return static_cast<uint32_t>(std::bit_width(cells)); }
+
+size_t Atlas::side_texel(uint32_t chart, uint32_t side, uint32_t k) const {
+    switch (side) {
+        case 0:
+            return texel(chart, k, 0);
+        case 1:
+            return texel(chart, cells, k);
+        case 2:
+            return texel(chart, cells - k, cells);
+        default:
+            return texel(chart, 0, cells - k);
+    }
+}
+
+glm::vec3 Atlas::position(size_t texel) const {
+    const auto& p = positions[texel];
+    return glm::vec3(origin + step * glm::dvec3(p[0], p[1], p[2]));
+}
+
+TriMesh Atlas::extract(uint32_t level) const {
+    LODE_CHECK(level < levels(), level, levels());
+    const uint32_t stride = 1u << level, n = cells >> level, row = n + 1;
+    const auto sample = [&](uint32_t chart, uint32_t x, uint32_t y) { return chart * row * row + y * row + x; };
+    const auto side_sample = [&](uint32_t chart, uint32_t side, uint32_t k) {
+        return side == 0   ? sample(chart, k, 0)
+               : side == 1 ? sample(chart, n, k)
+               : side == 2 ? sample(chart, n - k, n)
+                           : sample(chart, 0, n - k);
+    };
+    DisjointSets glued(size_t{charts()} * row * row);
+    for (uint32_t c = 0; c < charts(); ++c) {
+        for (uint32_t s = 0; s < 4; ++s) {
+            const GluedSide& other = sides[size_t{c} * 4 + s];
+            if (other.chart == ~0u) continue;
+            for (uint32_t k = 0; k <= n; ++k)
+                glued.join(side_sample(c, s, k), side_sample(other.chart, other.side, n - k));
+        }
+    }
+    TriMesh mesh;
+    mesh.material_table = material_table;
+    mesh.images = images;
+    std::vector<uint32_t> vertex(size_t{charts()} * row * row, ~0u), wedge(vertex.size());
+    // Wedges of a vertex by their attributes.
+    using Attributes = std::tuple<std::array<int16_t, 2>, std::array<uint16_t, 2>, uint32_t, uint16_t>;
+    std::map<std::pair<uint32_t, Attributes>, uint32_t> on_border;
+    for (uint32_t c = 0; c < charts(); ++c) {
+        for (uint32_t y = 0; y <= n; ++y) {
+            for (uint32_t x = 0; x <= n; ++x) {
+                const uint32_t i = sample(c, x, y), root = glued.find(i);
+                const size_t t = texel(c, x * stride, y * stride);
+                if (vertex[root] == ~0u) {
+                    vertex[root] = static_cast<uint32_t>(mesh.positions.size());
+                    mesh.positions.push_back(position(t));
+                }
+                vertex[i] = vertex[root];
+                if (x == 0 || y == 0 || x == n || y == n) {
+                    const Attributes key{normals[t], uvs.empty() ? std::array<uint16_t, 2>{} : uvs[t],
+                                         colours.empty() ? 0u : std::bit_cast<uint32_t>(colours[t]),
+                                         materials.empty() ? uint16_t{0} : materials[t]};
+                    const auto [at, fresh] =
+                        on_border.try_emplace({vertex[i], key}, static_cast<uint32_t>(mesh.wedge_vertex.size()));
+                    wedge[i] = at->second;
+                    if (!fresh) continue;
+                } else {
+                    wedge[i] = static_cast<uint32_t>(mesh.wedge_vertex.size());
+                }
+                mesh.wedge_vertex.push_back(vertex[i]);
+                mesh.normals.push_back(unpack_normal(normals[t]));
+                if (!uvs.empty()) mesh.uvs.push_back(uv_low + uv_step * glm::vec2(uvs[t][0], uvs[t][1]));
+                if (!colours.empty()) mesh.colours.push_back(colours[t]);
+                if (!materials.empty()) mesh.materials.push_back(materials[t]);
+            }
+        }
+    }
+    mesh.triangles.reserve(triangles_at(level));
+    for (uint32_t c = 0; c < charts(); ++c) {
+        for (uint32_t y = 0; y < n; ++y) {
+            for (uint32_t x = 0; x < n; ++x) {
+                const uint32_t a = wedge[sample(c, x, y)], b = wedge[sample(c, x + 1, y)],
+                               d = wedge[sample(c, x, y + 1)], e = wedge[sample(c, x + 1, y + 1)];
+                if ((x + y) % 2 == 0) {
+                    mesh.triangles.push_back({a, b, e});
+                    mesh.triangles.push_back({a, e, d});
+                } else {
+                    mesh.triangles.push_back({a, b, d});
+                    mesh.triangles.push_back({b, e, d});
+                }
+            }
+        }
+    }
+    return mesh;
+}
+
+Result<void> Atlas::validate() const {
+    const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "atlas: " + what); };
+    if (cells == 0 || cells > 4096 || !std::has_single_bit(cells)) return wrong("cells are no power of two");
+    if (!(step > 0)) return wrong("the lattice has no step");
+    const size_t texels = size_t{charts()} * texels_per_chart();
+    if (sides.size() != size_t{charts()} * 4 || positions.size() != texels || normals.size() != texels ||
+        (!uvs.empty() && uvs.size() != texels) || (!colours.empty() && colours.size() != texels) ||
+        (!materials.empty() && materials.size() != texels))
+        return wrong("an image has the wrong size");
+    for (const uint16_t m : materials) {
+        if (m >= material_table.size()) return wrong("a material is out of range");
+    }
+    for (uint32_t c = 0; c < charts(); ++c) {
+        for (uint32_t s = 0; s < 4; ++s) {
+            const GluedSide& other = sides[size_t{c} * 4 + s];
+            if (other.chart == ~0u) continue;
+            const std::string place = "chart " + std::to_string(c) + ", side " + std::to_string(s);
+            if (other.chart >= charts() || other.side > 3) return wrong(place + ": is glued to nothing");
+            if (sides[size_t{other.chart} * 4 + other.side] != GluedSide{c, s})
+                return wrong(place + ": is glued to a side that is glued elsewhere");
+            for (uint32_t k = 0; k <= cells; ++k) {
+                if (positions[side_texel(c, s, k)] != positions[side_texel(other.chart, other.side, cells - k)])
+                    return wrong(place + ": sample " + std::to_string(k) + " differs from the one it is glued to");
+            }
+        }
+    }
+    // Corners: turning around one from chart to chart leads back, or from one end of the surface to another.
+    for (uint32_t c = 0; c < charts(); ++c) {
+        for (uint32_t s = 0; s < 4; ++s) {
+            GluedSide at{c, s};  // the corner where side s begins
+            for (uint32_t turns = 0;; ++turns) {
+                if (turns > 4 * charts())
+                    return wrong("the corners around chart " + std::to_string(c) + " do not close");
+                at = sides[size_t{at.chart} * 4 + at.side];
+                if (at.chart == ~0u) break;
+                at.side = (at.side + 1) % 4;  // the glued side ends in the corner; the next one begins there
+                if (at == GluedSide{c, s}) break;
+            }
+        }
+    }
+    return {};
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,33 @@
+// From a mesh to an atlas: all stages in a row, each timed and counted.
+#pragma once
+
+#include <cstdint>
+
+#include "base/progress.h"
+#include "base/result.h"
+#include "vgi/atlas.h"
+#include "vgi/clusters.h"
+#include "vgi/parameterise.h"
+
+namespace lodestone::vgi {
+
+struct AtlasOptions {
+    ClusterOptions clusters;
+    ParameteriseOptions parameterise;
+    uint32_t cells = 128;  // per side of a chart, a power of two, 2 .. 4096
+};
+
+struct AtlasReport {
+    uint32_t clusters = 0, charts = 0, buckets = 0, split_edges = 0;
+    uint32_t uniform_clusters = 0, uniform_charts = 0;  // laid out with equal weights, because the better ones folded
+    uint32_t flipped_triangles = 0, missing_samples = 0;
+    double l2_stretch_tutte = 0, l2_stretch_rms = 0, l2_stretch_worst = 0;
+    double bucket_seconds = 0, merge_seconds = 0, quadrangulate_seconds = 0, parameterise_seconds = 0,
+           resample_seconds = 0;  // the last two run side by side: each is its share of the wall clock
+};
+
+// The mesh must be what repair() leaves, and have a triangle. Fault::invariant where a stage cannot do its work.
+Result<Atlas> make_atlas(const TriMesh& mesh, const AtlasOptions& options, AtlasReport& report,
+                         const Progress& progress = {});
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,189 @@
+#include "vgi/resample.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <unordered_map>
+
+#include "base/check.h"
+
+namespace lodestone::vgi {
+
+namespace {
+constexpr int64_t fine = int64_t{1} << 18;  // integer steps per cell: edge functions stay below 2^62 up to 4096 cells
+}
+
+Resampler::Resampler(const TriMesh& mesh, const Surface& surface, const Patches& patches, uint32_t cells)
+    : mesh_(mesh), surface_(surface), patches_(patches) {
+    LODE_CHECK(mesh.normals.size() == mesh.wedge_count());
+    const auto quads = static_cast<uint32_t>(patches.sides.size());
+    atlas_.cells = cells;
+    atlas_.attributes = attributes_of(mesh);
+    atlas_.material_table = mesh.material_table;
+    atlas_.images = mesh.images;
+    glm::dvec3 low(1e300), high(-1e300);
+    for (const glm::dvec3& p : surface.positions) {
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+    }
+    const glm::dvec3 extent = high - low;
+    atlas_.origin = low;
+    atlas_.step = std::max({extent.x, extent.y, extent.z, 1e-30}) / 65535;
+    if (!mesh.uvs.empty()) {
+        glm::vec2 uv_low(1e30f), uv_high(-1e30f);
+        for (const glm::vec2& uv : mesh.uvs) {
+            uv_low = glm::min(uv_low, uv);
+            uv_high = glm::max(uv_high, uv);
+        }
+        atlas_.uv_low = uv_low;
+        atlas_.uv_step = (uv_high - uv_low) / 65535.0f;
+    }
+    const size_t texels = size_t{quads} * atlas_.texels_per_chart();
+    atlas_.cluster.resize(quads);
+    atlas_.positions.resize(texels);
+    atlas_.normals.resize(texels);
+    if (!mesh.uvs.empty()) atlas_.uvs.resize(texels);
+    if (!mesh.colours.empty()) atlas_.colours.resize(texels);
+    if (!mesh.materials.empty()) atlas_.materials.resize(texels);
+    // Sides of one arc are glued.
+    atlas_.sides.resize(size_t{quads} * 4);
+    std::vector<GluedSide> first(patches.arcs.size());
+    for (uint32_t q = 0; q < quads; ++q) {
+        for (uint32_t s = 0; s < 4; ++s) {
+            GluedSide& met = first[patches.sides[q][s].arc];
+            if (met.chart == ~0u) {
+                met = {q, s};
+                continue;
+            }
+            atlas_.sides[size_t{q} * 4 + s] = met;
+            atlas_.sides[size_t{met.chart} * 4 + met.side] = {q, s};
+        }
+    }
+    borders_.resize(patches.arcs.size());
+    for (size_t a = 0; a < borders_.size(); ++a) {
+        const Arc& arc = patches.arcs[a];
+        uint32_t segment = 0;
+        double run = 0, next = 0;
+        const auto length_of = [&](uint32_t i) {
+            return glm::length(surface.positions[arc.vertices[i + 1]] - surface.positions[arc.vertices[i]]);
+        };
+        next = length_of(0);
+        for (uint32_t k = 0; k <= cells; ++k) {
+            const double wanted = arc.length * k / cells;
+            while (run + next < wanted && segment + 2 < arc.vertices.size()) {
+                run += next;
+                next = length_of(++segment);
+            }
+            double share = next > 0 ? std::clamp((wanted - run) / next, 0.0, 1.0) : 0;
+            if (k == 0) share = 0;
+            if (k == cells) share = 1;
+            const glm::dvec3 &p = surface.positions[arc.vertices[segment]],
+                             &q = surface.positions[arc.vertices[segment + 1]];
+            borders_[a].push_back({share == 1 ? q : p + (q - p) * share, segment, share});
+        }
+        LODE_CHECK(borders_[a].back().segment + 2 == arc.vertices.size(), a);
+    }
+}
+
+void Resampler::put(size_t texel, const glm::dvec3& position, const SurfaceTriangle& triangle,
+                    const glm::dvec3& weights) {
+    const glm::dvec3 lattice = glm::clamp(glm::round((position - atlas_.origin) / atlas_.step), 0.0, 65535.0);
+    for (int k = 0; k < 3; ++k) atlas_.positions[texel][static_cast<size_t>(k)] = static_cast<uint16_t>(lattice[k]);
+    // From corners of the part to corners of the source triangle.
+    glm::dvec2 place(0);
+    for (int k = 0; k < 3; ++k) place += weights[k] * glm::dvec2(triangle.place[static_cast<size_t>(k)]);
+    const double w[3] = {1 - place.x - place.y, place.x, place.y};
+    const Triangle& wedges = mesh_.triangles[triangle.source];
+    glm::dvec3 normal(0);
+    glm::dvec2 uv(0);
+    glm::dvec4 colour(0);
+    uint32_t largest = 0;
+    for (uint32_t k = 0; k < 3; ++k) {
+        normal += w[k] * glm::dvec3(mesh_.normals[wedges[k]]);
+        if (!mesh_.uvs.empty()) uv += w[k] * glm::dvec2(mesh_.uvs[wedges[k]]);
+        if (!mesh_.colours.empty()) colour += w[k] * glm::dvec4(mesh_.colours[wedges[k]]);
+        if (w[k] > w[largest]) largest = k;
+    }
+    const double length = glm::length(normal);
+    atlas_.normals[texel] = pack_normal(length > 1e-12 ? glm::vec3(normal / length) : mesh_.normals[wedges[largest]]);
+    if (!mesh_.uvs.empty()) {
+        for (int k = 0; k < 2; ++k) {
+            const double s = atlas_.uv_step[k] > 0 ? (uv[k] - atlas_.uv_low[k]) / atlas_.uv_step[k] : 0;
+            atlas_.uvs[texel][static_cast<size_t>(k)] = static_cast<uint16_t>(std::clamp(std::round(s), 0.0, 65535.0));
+        }
+    }
+    if (!mesh_.colours.empty()) atlas_.colours[texel] = glm::u8vec4(glm::clamp(glm::round(colour), 0.0, 255.0));
+    if (!mesh_.materials.empty()) atlas_.materials[texel] = mesh_.materials[wedges[largest]];
+}
+
+uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
+    const Patch& patch = chart.patch;
+    const uint32_t cells = atlas_.cells;
+    // Borders.
+    std::unordered_map<uint32_t, uint32_t> number;
+    std::vector<uint32_t> along(patch.positions.size(), none);  // boundary half-edge out of a vertex
+    for (uint32_t v = 0; v < patch.origin.size(); ++v) {
+        if (patch.origin[v] != none) number[patch.origin[v]] = v;
+    }
+    for (uint32_t h = 0; h < patch.twin.size(); ++h) {
+        if (patch.twin[h] == none) along[patch.from(h)] = h;
+    }
+    for (uint32_t s = 0; s < 4; ++s) {
+        const Side& side = patches_.sides[quad][s];
+        const Arc& arc = patches_.arcs[side.arc];
+        for (uint32_t k = 0; k <= cells; ++k) {
+            const BorderSample& b = borders_[side.arc][side.reversed ? cells - k : k];
+            const uint32_t begin = arc.vertices[b.segment + (side.reversed ? 1 : 0)];
+            const uint32_t h = along[number.at(begin)];
+            const double share = side.reversed ? 1 - b.share : b.share;
+            glm::dvec3 weights(0);
+            weights[static_cast<int>(h % 3)] = 1 - share;
+            weights[static_cast<int>((h + 1 - h / 3 * 3) % 3)] = share;
+            put(atlas_.side_texel(quad, s, k), b.position, patch.triangles[h / 3], weights);
+        }
+    }
+    // Inside.
+    std::vector<std::array<int64_t, 2>> at(patch.flat.size());
+    for (size_t v = 0; v < at.size(); ++v) {
+        for (int k = 0; k < 2; ++k)
+            at[v][static_cast<size_t>(k)] = std::llround(patch.flat[v][k] * static_cast<double>(cells * fine));
+    }
+    std::vector<uint8_t> filled(atlas_.texels_per_chart(), 0);
+    for (const SurfaceTriangle& t : patch.triangles) {
+        const auto &a = at[t.vertices[0]], &b = at[t.vertices[1]], &c = at[t.vertices[2]];
+        const auto edge = [](const std::array<int64_t, 2>& p, const std::array<int64_t, 2>& q, int64_t x, int64_t y) {
+            return (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]);
+        };
+        const int64_t twice = edge(a, b, c[0], c[1]);
+        if (twice <= 0) continue;
+        const auto low = [&](size_t k) {
+            return std::max<int64_t>(1, (std::min({a[k], b[k], c[k]}) + fine - 1) / fine);
+        };
+        const auto high = [&](size_t k) { return std::min<int64_t>(cells - 1, std::max({a[k], b[k], c[k]}) / fine); };
+        for (int64_t y = low(1); y <= high(1); ++y) {
+            for (int64_t x = low(0); x <= high(0); ++x) {
+                const int64_t wa = edge(b, c, x * fine, y * fine), wb = edge(c, a, x * fine, y * fine),
+                              wc = edge(a, b, x * fine, y * fine);
+                if (wa < 0 || wb < 0 || wc < 0) continue;
+                const auto i = static_cast<size_t>(y * (cells + 1) + x);
+                if (filled[i]) continue;
+                filled[i] = 1;
+                const glm::dvec3 weights =
+                    glm::dvec3(static_cast<double>(wa), static_cast<double>(wb), static_cast<double>(wc)) /
+                    static_cast<double>(twice);
+                const glm::dvec3 position = patch.positions[t.vertices[0]] * weights.x +
+                                            patch.positions[t.vertices[1]] * weights.y +
+                                            patch.positions[t.vertices[2]] * weights.z;
+                put(atlas_.texel(quad, static_cast<uint32_t>(x), static_cast<uint32_t>(y)), position, t, weights);
+            }
+        }
+    }
+    uint32_t missing = 0;
+    for (uint32_t y = 1; y < cells; ++y) {
+        for (uint32_t x = 1; x < cells; ++x) missing += !filled[y * (cells + 1) + x];
+    }
+    return missing;
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,42 @@
+// Stage 7 of the atlas: charts sampled on regular grids. The inside by exact integer rasterisation of the flat
+// triangles, borders once per arc and copied to both charts.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "vgi/atlas.h"
+#include "vgi/parameterise.h"
+#include "vgi/patches.h"
+
+namespace lodestone::vgi {
+
+// Fills the images of one chart after the other; a chart may be dropped once it is sampled.
+class Resampler {
+public:
+    // The mesh (with normals), the surface cut into quads, and its patches must outlive the resampler.
+    Resampler(const TriMesh& mesh, const Surface& surface, const Patches& patches, uint32_t cells);
+
+    // Samples of the chart of a quad, 0 .. quads - 1. Different charts may be sampled at once. Returns how many samples
+    // no triangle covered (none, unless the chart is folded).
+    uint32_t sample(uint32_t quad, const Chart& chart);
+
+    Atlas take() { return std::move(atlas_); }
+    Atlas& atlas() { return atlas_; }
+
+private:
+    struct BorderSample {
+        glm::dvec3 position;
+        uint32_t segment;
+        double share;  // of the segment
+    };
+    void put(size_t texel, const glm::dvec3& position, const SurfaceTriangle& triangle, const glm::dvec3& weights);
+
+    const TriMesh& mesh_;
+    const Surface& surface_;
+    const Patches& patches_;
+    std::vector<std::vector<BorderSample>> borders_;  // per arc
+    Atlas atlas_;
+};
+
+}  // namespace lodestone::vgi

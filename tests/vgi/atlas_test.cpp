@@ -1,0 +1,139 @@
+#include "vgi/atlas.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "base/threads.h"
+#include "fixtures/meshes.h"
+#include "mesh/distance.h"
+#include "mesh/generate.h"
+#include "mesh/repair.h"
+#include "mesh/topology.h"
+#include "vgi/bake.h"
+
+namespace lodestone::vgi {
+namespace {
+
+TriMesh repaired(Shape shape, size_t triangles) {
+    TriMesh mesh = generate(shape, triangles, 2);
+    EXPECT_TRUE(repair(mesh));
+    return mesh;
+}
+
+std::vector<fixtures::Fixture> meshes() {
+    auto all = fixtures::manifold_meshes();
+    all.push_back({"rock with texture seams", repaired(Shape::rock, 6000)});
+    all.push_back({"terrain", repaired(Shape::terrain, 4000)});
+    all.push_back({"torus with texture seams", repaired(Shape::torus, 3000)});
+    return all;
+}
+
+Atlas atlas_of(const TriMesh& mesh, uint32_t clusters, uint32_t cells, AtlasReport* report = nullptr) {
+    AtlasOptions options;
+    options.clusters.clusters = clusters;
+    options.cells = cells;
+    AtlasReport mine;
+    auto atlas = make_atlas(mesh, options, report != nullptr ? *report : mine);
+    EXPECT_TRUE(atlas) << atlas.error().message;
+    return atlas ? std::move(*atlas) : Atlas{};
+}
+
+TEST(Atlas, IsValidAndKeepsTheTopologyOfAnyMeshAtEveryLevel) {
+    for (const auto& f : meshes()) {
+        for (const uint32_t clusters : {1u, 12u}) {
+            SCOPED_TRACE(f.name + " " + std::to_string(clusters));
+            AtlasReport report;
+            const Atlas atlas = atlas_of(f.mesh, clusters, 16, &report);
+            const auto valid = atlas.validate();
+            ASSERT_TRUE(valid) << valid.error().message;
+            EXPECT_EQ(report.flipped_triangles, 0u);
+            EXPECT_EQ(report.missing_samples, 0u);
+            EXPECT_GE(report.l2_stretch_rms, 1 - 1e-9);
+            EXPECT_LE(report.l2_stretch_rms, report.l2_stretch_tutte + 1e-9);
+            const Topology source = topology_of(f.mesh);
+            for (uint32_t level = 0; level < atlas.levels(); ++level) {
+                const TriMesh mesh = atlas.extract(level);
+                ASSERT_TRUE(mesh.validate());
+                EXPECT_EQ(mesh.triangle_count(), atlas.triangles_at(level));
+                const Topology t = topology_of(mesh);
+                EXPECT_EQ(t.components, source.components) << level;
+                EXPECT_EQ(t.boundary_loops, source.boundary_loops) << level;
+                EXPECT_EQ(t.genus, source.genus) << level;
+                EXPECT_TRUE(t.manifold()) << level;
+            }
+        }
+    }
+}
+
+TEST(Atlas, ComesCloserToTheSourceWithEveryFinerLevel) {
+    const TriMesh mesh = repaired(Shape::rock, 6000);
+    const Atlas atlas = atlas_of(mesh, 20, 32);
+    const double diagonal = bounding_box(mesh.positions).diagonal();
+    double before = 1;
+    for (uint32_t level = atlas.levels() - 1; level < atlas.levels(); --level) {
+        const double rms = surface_distance(mesh, atlas.extract(level)).rms() / diagonal;
+        EXPECT_LT(rms, before) << level;
+        before = rms;
+    }
+    EXPECT_LT(before, 1e-3);
+}
+
+TEST(Atlas, KeepsSeamsOfAttributesInsideCharts) {
+    // Every sample's texture coordinate is one of the source near by: none is smeared across the seam.
+    const TriMesh mesh = repaired(Shape::torus, 3000);
+    ASSERT_TRUE(mesh.has_seams());
+    const TriMesh extracted = atlas_of(mesh, 12, 32).extract(0);
+    ASSERT_EQ(extracted.uvs.size(), extracted.wedge_count());
+    std::vector<uint32_t> indices;
+    for (size_t t = 0; t < mesh.triangle_count(); ++t)
+        for (int k = 0; k < 3; ++k) indices.push_back(mesh.vertex_of(t, k));
+    const ClosestSurface surface(mesh.positions, indices);
+    for (size_t w = 0; w < extracted.wedge_count(); w += 7) {
+        const auto hit = surface.closest(glm::dvec3(extracted.positions[extracted.wedge_vertex[w]]));
+        float nearest = 1e9f;
+        for (int k = 0; k < 3; ++k) {
+            const glm::vec2 d = extracted.uvs[w] - mesh.uvs[mesh.triangles[hit.triangle][static_cast<size_t>(k)]];
+            nearest = std::min(nearest, std::max(std::abs(d.x), std::abs(d.y)));
+        }
+        // Within a triangle's reach of the nearest triangle, or on the other side of a seam it lies on.
+        EXPECT_TRUE(nearest < 0.1f || nearest > 0.9f) << w;
+    }
+}
+
+TEST(Atlas, IsTheSameForAnyNumberOfThreadsAndAtAnyScale) {
+    const TriMesh mesh = repaired(Shape::rock, 6000);
+    set_thread_count(1);
+    const Atlas first = atlas_of(mesh, 20, 16);
+    for (const unsigned threads : {2u, 8u}) {
+        set_thread_count(threads);
+        const Atlas again = atlas_of(mesh, 20, 16);
+        EXPECT_EQ(again.positions, first.positions);
+        EXPECT_EQ(again.normals, first.normals);
+        EXPECT_EQ(again.sides, first.sides);
+    }
+    set_thread_count(0);
+    for (const float scale : {0.0009765625f, 1024.0f}) {
+        TriMesh scaled = mesh;
+        for (glm::vec3& p : scaled.positions) p *= scale;
+        EXPECT_EQ(atlas_of(scaled, 20, 16).sides, first.sides) << scale;
+    }
+}
+
+TEST(Atlas, NoticesWhatIsBroken) {
+    const Atlas good = atlas_of(repaired(Shape::rock, 3000), 8, 8);
+    Atlas bad = good;
+    const GluedSide glued = bad.sides[0];
+    bad.positions[bad.side_texel(0, 0, 3)][1] ^= 1;
+    EXPECT_THAT(bad.validate().error().message, testing::HasSubstr("differs"));
+    bad = good;
+    bad.sides[0] = {glued.chart, (glued.side + 1) % 4};
+    EXPECT_THAT(bad.validate().error().message, testing::HasSubstr("glued elsewhere"));
+    bad = good;
+    bad.normals.pop_back();
+    EXPECT_THAT(bad.validate().error().message, testing::HasSubstr("wrong size"));
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

@@ -166,6 +166,10 @@ Result<void> ChunkWriter::add(std::string_view name, std::span<const std::byte> 
     return align();
 }
 
+bool ChunkWriter::contains(std::string_view name) const {
+    return std::any_of(chunks_.begin(), chunks_.end(), [&](const ChunkInfo& chunk) { return chunk.name == name; });
+}
+
 Result<uint64_t> ChunkWriter::commit() {
     std::vector<TableEntry> table;
     for (const ChunkInfo& info : chunks_) {

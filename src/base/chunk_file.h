@@ -91,6 +91,7 @@ public:
         return add(name, std::as_bytes(std::span(text.data(), text.size())));
     }
     uint64_t bytes() const { return file_.size(); }  // written so far
+    bool contains(std::string_view name) const;      // added so far
     // Writes the table of contents, renames. Returns the file's size in bytes.
     Result<uint64_t> commit();
 

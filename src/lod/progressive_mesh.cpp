@@ -5,7 +5,7 @@
 
 #include "base/check.h"
 #include "lod/cursor.h"
-#include "mesh/io/image_file.h"
+#include "mesh/io/material_chunks.h"
 
 namespace lodestone {
 
@@ -105,24 +105,6 @@ Result<void> check_ranges(const ProgressiveMesh& pm, const FaceOrder& order,
         return wrong(place + "/cycles", "some belong to no step");
     return check_keyframes(pm, order, place);
 }
-
-Json to_json(const Material& m) {
-    return {{"name", m.name},
-            {"base_colour", {m.base_colour.x, m.base_colour.y, m.base_colour.z, m.base_colour.w}},
-            {"image", m.base_colour_image},
-            {"double_sided", m.double_sided}};
-}
-
-Material material_from(const Json& json) {
-    Material m;
-    m.name = json.at("name").get<std::string>();
-    for (int k = 0; k < 4; ++k) m.base_colour[k] = json.at("base_colour").at(static_cast<size_t>(k)).get<float>();
-    m.base_colour_image = json.at("image").get<int32_t>();
-    m.double_sided = json.at("double_sided").get<bool>();
-    return m;
-}
-
-std::string image_chunk(size_t i) { return "mesh/image/" + std::to_string(i); }
 
 }  // namespace
 
@@ -252,8 +234,6 @@ Result<void> ProgressiveMesh::write_chunks(ChunkWriter& writer) const {
                           {"uvs", attributes.uvs},
                           {"colours", attributes.colours},
                           {"materials", attributes.materials}};
-    for (const Material& m : material_table) meta["materials"].push_back(to_json(m));
-    meta["images"] = images.size();
     for (const FaceOrder& o : orders) meta["orders"].push_back({{"name", o.name}, {"drops_dead", o.drops_dead}});
     Result<void> done = writer.add_text("lod/mesh", meta.dump());
     const auto add = [&](const std::string& name, auto values) {
@@ -276,11 +256,7 @@ Result<void> ProgressiveMesh::write_chunks(ChunkWriter& writer) const {
         add(place + "/block_ends", o.block_ends);
         add(place + "/block_bytes", o.block_bytes);
     }
-    for (size_t i = 0; i < images.size() && done; ++i) {
-        auto png = encode_png(images[i]);
-        if (!png) return tl::unexpected(png.error());
-        done = writer.add(image_chunk(i), *png);
-    }
+    if (done) done = write_materials(writer, material_table, images);
     return done;
 }
 
@@ -290,16 +266,11 @@ Result<ProgressiveMesh> ProgressiveMesh::open(const ChunkFile& file) {
     auto text = file.text("lod/mesh");
     if (!text) return tl::unexpected(text.error());
     ProgressiveMesh pm;
-    size_t image_count = 0;
     try {
         const Json meta = Json::parse(*text);
         const Json& has = meta.at("attributes");
         pm.attributes = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
                          has.at("materials").get<bool>()};
-        if (meta.contains("materials")) {
-            for (const Json& m : meta.at("materials")) pm.material_table.push_back(material_from(m));
-        }
-        image_count = meta.at("images").get<size_t>();
         for (const Json& o : meta.at("orders")) {
             FaceOrder order;
             order.name = o.at("name").get<std::string>();
@@ -337,25 +308,16 @@ Result<ProgressiveMesh> ProgressiveMesh::open(const ChunkFile& file) {
         take(place + "/block_bytes", o.block_bytes);
     }
     if (!done) return tl::unexpected(done.error());
-    for (size_t i = 0; i < image_count; ++i) {
-        auto png = file.bytes(image_chunk(i));
-        if (!png) return tl::unexpected(png.error());
-        auto image = decode_image(*png, path + ": " + image_chunk(i));
-        if (!image) return tl::unexpected(image.error());
-        pm.images.push_back(std::move(*image));
-    }
+    auto materials = read_materials(file);
+    if (!materials) return tl::unexpected(materials.error());
+    pm.material_table = std::move(materials->table);
+    pm.images = std::move(materials->images);
     pm.owner = std::make_shared<ChunkFile>(file);
     if (auto counted = pm.count_levels(); !counted) return named(counted.error());
-    const size_t materials = std::max<size_t>(1, pm.material_table.size());
+    const size_t material_count = std::max<size_t>(1, pm.material_table.size());
     for (const MeshVertex& v : pm.vertices) {
-        if (v.material >= materials)
+        if (v.material >= material_count)
             return named({Fault::format, "lod/vertices: a material is out of range; bake the asset again"});
-    }
-    for (const Material& m : pm.material_table) {
-        if (m.base_colour_image >= static_cast<int32_t>(pm.images.size())) {
-            return named(
-                {Fault::format, "lod/mesh: material '" + m.name + "' has no such image; bake the asset again"});
-        }
     }
     return pm;
 }

@@ -1,6 +1,8 @@
 #include "vgi/atlas.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <map>
 #include <string>
 #include <tuple>
@@ -30,6 +32,24 @@ glm::vec3 Atlas::position(size_t texel) const {
     return glm::vec3(origin + step * glm::dvec3(p[0], p[1], p[2]));
 }
 
+glm::vec3 Atlas::normal(size_t texel) const {
+    const auto& n = normals[texel];
+    const auto wide = [](int8_t v) { return static_cast<int16_t>(std::lround(v * (32767.0 / 127))); };
+    return unpack_normal({wide(n[0]), wide(n[1])});
+}
+
+uint32_t Atlas::level_for_error(double error) const {
+    uint32_t level = 0;
+    while (level + 1 < errors.size() && static_cast<double>(errors[level + 1]) <= error) ++level;
+    return level;
+}
+
+uint32_t Atlas::level_for_triangles(uint64_t triangles) const {
+    uint32_t level = 0;
+    while (level + 1 < levels() && triangles_at(level) > triangles) ++level;
+    return level;
+}
+
 TriMesh Atlas::extract(uint32_t level) const {
     LODE_CHECK(level < levels(), level, levels());
     const uint32_t stride = 1u << level, n = cells >> level, row = n + 1;
@@ -54,7 +74,7 @@ TriMesh Atlas::extract(uint32_t level) const {
     mesh.images = images;
     std::vector<uint32_t> vertex(size_t{charts()} * row * row, ~0u), wedge(vertex.size());
     // Wedges of a vertex by their attributes.
-    using Attributes = std::tuple<std::array<int16_t, 2>, std::array<uint16_t, 2>, uint32_t, uint16_t>;
+    using Attributes = std::tuple<std::array<int8_t, 2>, std::array<uint16_t, 2>, uint32_t, uint16_t>;
     std::map<std::pair<uint32_t, Attributes>, uint32_t> on_border;
     for (uint32_t c = 0; c < charts(); ++c) {
         for (uint32_t y = 0; y <= n; ++y) {
@@ -78,7 +98,7 @@ TriMesh Atlas::extract(uint32_t level) const {
                     wedge[i] = static_cast<uint32_t>(mesh.wedge_vertex.size());
                 }
                 mesh.wedge_vertex.push_back(vertex[i]);
-                mesh.normals.push_back(unpack_normal(normals[t]));
+                mesh.normals.push_back(normal(t));
                 if (!uvs.empty()) mesh.uvs.push_back(uv_low + uv_step * glm::vec2(uvs[t][0], uvs[t][1]));
                 if (!colours.empty()) mesh.colours.push_back(colours[t]);
                 if (!materials.empty()) mesh.materials.push_back(materials[t]);
@@ -113,6 +133,8 @@ Result<void> Atlas::validate() const {
         (!uvs.empty() && uvs.size() != texels) || (!colours.empty() && colours.size() != texels) ||
         (!materials.empty() && materials.size() != texels))
         return wrong("an image has the wrong size");
+    if (!errors.empty() && (errors.size() != levels() || !std::is_sorted(errors.begin(), errors.end())))
+        return wrong("errors fall, or are not one per level");
     for (const uint16_t m : materials) {
         if (m >= material_table.size()) return wrong("a material is out of range");
     }

@@ -35,10 +35,12 @@ struct Atlas {
     PresentAttributes attributes;   // of the source; normals are always there
     std::vector<GluedSide> sides;   // four per chart
     std::vector<uint32_t> cluster;  // per chart: the cluster it is part of
+    // Per level: object units, two-sided distance to the source, never decreasing; empty until measured.
+    std::vector<float> errors;
 
     // Per texel, chart after chart. Attributes are those of the chart's own side of a seam.
     std::vector<std::array<uint16_t, 3>> positions;  // lattice points
-    std::vector<std::array<int16_t, 2>> normals;     // octahedral, as MeshVertex
+    std::vector<std::array<int8_t, 2>> normals;      // octahedral, -127 .. 127; within a degree
     std::vector<std::array<uint16_t, 2>> uvs;        // uv_low + uv_step * texel; empty where the source has none
     std::vector<glm::u8vec4> colours;                // empty where the source has none
     std::vector<uint16_t> materials;                 // empty where the source has one material
@@ -55,8 +57,14 @@ struct Atlas {
     // Texel at step 0 .. cells of a side.
     size_t side_texel(uint32_t chart, uint32_t side, uint32_t step_of_side) const;
     glm::vec3 position(size_t texel) const;
+    glm::vec3 normal(size_t texel) const;  // unit length
     // 2 * charts * (cells >> level)^2
     uint64_t triangles_at(uint32_t level) const { return uint64_t{2} * charts() * (cells >> level) * (cells >> level); }
+
+    // The coarsest level whose error is at most `error`; 0 where none is.
+    uint32_t level_for_error(double error) const;
+    // The finest level of at most this many triangles; the last where none is.
+    uint32_t level_for_triangles(uint64_t triangles) const;
 
     // A level as one mesh: glued samples are one vertex; wedges where attributes differ. Diagonals alternate.
     // level: 0 (finest) .. levels() - 1.

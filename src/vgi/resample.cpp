@@ -106,7 +106,9 @@ void Resampler::put(size_t texel, const glm::dvec3& position, const SurfaceTrian
         if (w[k] > w[largest]) largest = k;
     }
     const double length = glm::length(normal);
-    atlas_.normals[texel] = pack_normal(length > 1e-12 ? glm::vec3(normal / length) : mesh_.normals[wedges[largest]]);
+    const auto packed = pack_normal(length > 1e-12 ? glm::vec3(normal / length) : mesh_.normals[wedges[largest]]);
+    for (size_t k = 0; k < 2; ++k)
+        atlas_.normals[texel][k] = static_cast<int8_t>(std::lround(packed[k] * (127.0 / 32767)));
     if (!mesh_.uvs.empty()) {
         for (int k = 0; k < 2; ++k) {
             const double s = atlas_.uv_step[k] > 0 ? (uv[k] - atlas_.uv_low[k]) / atlas_.uv_step[k] : 0;

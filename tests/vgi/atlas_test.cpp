@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <filesystem>
 
 #include "base/threads.h"
 #include "fixtures/meshes.h"
@@ -11,7 +14,9 @@
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "mesh/topology.h"
+#include "vgi/atlas_chunks.h"
 #include "vgi/bake.h"
+#include "vgi/pages.h"
 
 namespace lodestone::vgi {
 namespace {
@@ -133,6 +138,56 @@ TEST(Atlas, NoticesWhatIsBroken) {
     bad = good;
     bad.normals.pop_back();
     EXPECT_THAT(bad.validate().error().message, testing::HasSubstr("wrong size"));
+}
+
+TEST(Atlas, ComesBackFromAFileTexelForTexel) {
+    const auto path =
+        std::filesystem::temp_directory_path() / ("lodestone-atlas-" + std::to_string(getpid()) + ".lode");
+    for (const auto& f : meshes()) {
+        for (const uint32_t cells : {8u, 32u, 64u}) {
+            SCOPED_TRACE(f.name + " " + std::to_string(cells));
+            Atlas atlas = atlas_of(f.mesh, 6, cells);
+            atlas.errors.assign(atlas.levels(), 0.5f);
+            auto writer = ChunkWriter::create(path, {});
+            ASSERT_TRUE(writer);
+            ASSERT_TRUE(write_chunks(atlas, *writer));
+            ASSERT_TRUE(writer->commit());
+            const auto file = ChunkFile::open(path);
+            ASSERT_TRUE(file);
+            const auto read = open_atlas(*file);
+            ASSERT_TRUE(read) << read.error().message;
+            EXPECT_EQ(read->positions, atlas.positions);
+            EXPECT_EQ(read->normals, atlas.normals);
+            EXPECT_EQ(read->uvs, atlas.uvs);
+            EXPECT_EQ(read->colours, atlas.colours);
+            EXPECT_EQ(read->materials, atlas.materials);
+            EXPECT_EQ(read->sides, atlas.sides);
+            EXPECT_EQ(read->errors, atlas.errors);
+            EXPECT_EQ(read->step, atlas.step);
+        }
+    }
+    std::filesystem::remove(path);
+}
+
+TEST(PageTree, NumbersPagesCoarsestFirst) {
+    const PageTree tree{128};
+    EXPECT_EQ(tree.pages(), 21u);
+    EXPECT_EQ(tree.base_level(), 2u);
+    std::vector<bool> seen(tree.pages(), false);
+    for (uint32_t level = 0; level <= 2; ++level) {
+        for (uint32_t y = 0; y < tree.pages_per_side(level); ++y) {
+            for (uint32_t x = 0; x < tree.pages_per_side(level); ++x) {
+                const uint32_t page = tree.page(level, x, y);
+                uint32_t l = 9, px = 9, py = 9;
+                tree.place(page, &l, &px, &py);
+                EXPECT_EQ(std::tuple(l, px, py), std::tuple(level, x, y));
+                seen.at(page) = true;
+            }
+        }
+    }
+    EXPECT_EQ(std::ranges::count(seen, true), 21);
+    EXPECT_EQ(tree.page(2, 0, 0), 0u);
+    EXPECT_EQ(PageTree{16}.pages(), 1u);
 }
 
 }  // namespace

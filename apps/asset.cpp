@@ -1,5 +1,7 @@
 #include "apps/asset.h"
 
+#include "vgi/atlas_chunks.h"
+
 namespace lodestone {
 
 Result<Asset> open_asset(const std::filesystem::path& path) {
@@ -22,6 +24,12 @@ Result<Asset> open_asset(const std::filesystem::path& path) {
         asset.discrete = std::make_shared<const DiscreteChain>(std::move(*chain));
     }
     return asset;
+}
+
+Result<vgi::Atlas> Asset::atlas() const {
+    if (!has_atlas())
+        return fail(Fault::format, file.path().string() + ": holds no atlas; bake it with --backends vgi");
+    return vgi::open_atlas(file);
 }
 
 }  // namespace lodestone

@@ -9,6 +9,7 @@
 #include "base/chunk_file.h"
 #include "baseline/discrete.h"
 #include "lod/progressive_mesh.h"
+#include "vgi/atlas.h"
 
 namespace lodestone {
 
@@ -17,6 +18,10 @@ struct Asset {
     nlohmann::json about;                           // chunk "about": name, options, input, repair
     std::shared_ptr<const ProgressiveMesh> lod;     // null where it was baked without
     std::shared_ptr<const DiscreteChain> discrete;  // null where it was baked without
+
+    bool has_atlas() const { return file.contains("vgi/atlas"); }
+    // Every page decoded; Fault::format where it was baked without, or is not what it should be.
+    Result<vgi::Atlas> atlas() const;
 };
 
 // Every error names the file; Fault::format.

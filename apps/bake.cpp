@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/bake_atlas.h"
 #include "apps/terminal.h"
 #include "base/chunk_file.h"
 #include "base/clock.h"
@@ -13,6 +14,7 @@
 #include "lod/error_curve.h"
 #include "mesh/repair.h"
 #include "mesh/topology.h"
+#include "vgi/atlas_chunks.h"
 
 namespace lodestone {
 
@@ -104,6 +106,9 @@ Json BakeOptions::to_json() const {
             {"uv_weight", uv_weight},
             {"colour_weight", colour_weight},
             {"error_samples", error_samples},
+            {"clusters", clusters},
+            {"target_error", target_error},
+            {"resolution", resolution},
             {"load_images", read.load_images},
             {"height_scale", read.height_scale},
             {"pixel_size", read.pixel_size}};
@@ -171,6 +176,18 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
         const uint64_t before = writer->bytes();
         if (auto done = pm->write_chunks(*writer); !done) return tl::unexpected(done.error());
         report["lod"]["bytes"] = writer->bytes() - before;
+    }
+    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
+    if (wants(options, "vgi")) {
+        auto atlas = bake_atlas(mesh, options, report["vgi"], progress);
+        if (!atlas) return fail_at(input.name, atlas.error());
+        for (const char* figure :
+             {"clusters", "charts", "resolution", "l2_stretch_rms", "l2_stretch_worst", "rms_error", "max_error"})
+            about["vgi"][figure] = report["vgi"][figure];
+        const uint64_t before = writer->bytes();
+        progress.at("pages", 0);
+        if (auto done = vgi::write_chunks(*atlas, *writer); !done) return tl::unexpected(done.error());
+        report["vgi"]["bytes"] = writer->bytes() - before;
     }
     if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
     if (wants(options, "discrete")) {

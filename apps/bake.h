@@ -17,13 +17,16 @@
 namespace lodestone {
 
 struct BakeOptions {
-    std::vector<std::string> backends = {"lod"};  // lod, discrete
+    std::vector<std::string> backends = {"lod"};  // lod, vgi, discrete
     std::vector<std::string> orders = {"keyframe", "static",
                                        "classic"};                  // the first is what is drawn unless asked otherwise
     OrderOptions order;                                             // what optimised orders aim at
     std::string simplifier = "quadric";                             // quadric, openmesh
     double normal_weight = -1, uv_weight = -1, colour_weight = -1;  // < 0: the simplifier's default
     uint64_t error_samples = 100000;                                // points on each surface when errors are measured
+    uint32_t clusters = 130;                                        // vgi: wanted
+    double target_error = 0;    // vgi: object units; > 0: more clusters until the finest level comes under it
+    uint32_t resolution = 129;  // vgi: samples per side of a chart, 2^n + 1
     ReadOptions read;
 
     // Everything the asset's bytes depend on besides the source.

@@ -20,12 +20,8 @@ struct Options {
 
 Result<void> check_backends(const std::vector<std::string>& backends) {
     for (const std::string& b : backends) {
-        if (b == "vgi")
-            return fail(
-                Fault::usage,
-                "--backends vgi: virtual geometry images are not part of this version; choose from lod, discrete");
-        if (b != "lod" && b != "discrete")
-            return fail(Fault::usage, "--backends " + b + ": there is no such backend; choose from lod, discrete");
+        if (b != "lod" && b != "vgi" && b != "discrete")
+            return fail(Fault::usage, "--backends " + b + ": there is no such backend; choose from lod, vgi, discrete");
     }
     return {};
 }
@@ -47,6 +43,16 @@ void print_summary(const nlohmann::json& report) {
             lod["levels"].get<unsigned>(), lod["base_triangles"].get<unsigned>(),
             lod["stopped_because"].get<std::string>().c_str(), lod["simplify_cpu_seconds"].get<double>(),
             lod["error_seconds"].get<double>());
+    }
+    if (report.contains("vgi")) {
+        const auto& vgi = report["vgi"];
+        std::printf(
+            "  vgi: %u clusters, %u charts of %u^2 samples; stretch %.3f (worst %.2f); error rms %.2g, largest %.2g of "
+            "the "
+            "diagonal; %llu bytes\n",
+            vgi["clusters"].get<unsigned>(), vgi["charts"].get<unsigned>(), vgi["resolution"].get<unsigned>(),
+            vgi["l2_stretch_rms"].get<double>(), vgi["l2_stretch_worst"].get<double>(), vgi["rms_error"].get<double>(),
+            vgi["max_error"].get<double>(), vgi["bytes"].get<unsigned long long>());
     }
     std::printf("  %llu bytes in %.2f s\n", report["out_bytes"].get<unsigned long long>(),
                 report["seconds"].get<double>());
@@ -97,7 +103,7 @@ void add_bake(CLI::App& app, Run& run) {
         app.add_subcommand("bake", "Make an asset from a mesh (PLY, OBJ, STL, OFF, glTF, height map; also .gz)");
     command->add_option("mesh", o->mesh, "Mesh file")->required();
     command->add_option("-o,--out", o->out, "Asset to write, .lode")->required();
-    command->add_option("--backends", o->backends, "What to bake for: lod, discrete")->capture_default_str();
+    command->add_option("--backends", o->backends, "What to bake for: lod, vgi, discrete")->capture_default_str();
     command
         ->add_option("--order", o->orders, "Face orders, the first drawn by default: keyframe, greedy, static, classic")
         ->capture_default_str();
@@ -120,6 +126,16 @@ void add_bake(CLI::App& app, Run& run) {
         ->add_option("--moves-per-ecol", o->bake.order.moves_per_ecol,
                      "Faces moved per collapse, about: more moves, fewer transforms")
         ->check(CLI::Range(0.1, 100.0))
+        ->capture_default_str();
+    command->add_option("--clusters", o->bake.clusters, "vgi: clusters wanted; each becomes a quad chart per side")
+        ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
+    command
+        ->add_option("--target-error", o->bake.target_error,
+                     "vgi: instead of --clusters, as many as bring the finest level within this, in object units")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--resolution", o->bake.resolution, "vgi: samples per side of a chart, 2^n + 1")
+        ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025}))
         ->capture_default_str();
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command->add_option("--report", o->report, "Also write the bake report to this JSON file");

@@ -18,15 +18,44 @@ struct Options {
     std::optional<uint32_t> level;
 };
 
+Result<int> extract_atlas(const Options& o, const Asset& asset) {
+    if (!o.order.empty()) return fail(Fault::usage, "--order " + o.order + ": is for the lod backend");
+    const auto atlas = asset.atlas();
+    if (!atlas) return tl::unexpected(atlas.error());
+    uint32_t level = 0;
+    if (o.triangles) {
+        level = atlas->level_for_triangles(*o.triangles);
+        if (atlas->triangles_at(level) > *o.triangles)
+            terminal_progress().warning("the coarsest level has " + std::to_string(atlas->triangles_at(level)) +
+                                        " triangles");
+    } else if (o.error) {
+        level = atlas->level_for_error(*o.error);
+        if (static_cast<double>(atlas->errors[level]) > *o.error)
+            terminal_progress().warning("the finest level has an error of " + std::to_string(atlas->errors[level]));
+    } else {
+        level = *o.level;
+        if (level >= atlas->levels())
+            return fail(Fault::usage, "--level " + std::to_string(level) + ": the atlas has levels 0 (finest) to " +
+                                          std::to_string(atlas->levels() - 1));
+    }
+    const TriMesh mesh = atlas->extract(level);
+    if (auto done = write_mesh(mesh, o.out); !done) return tl::unexpected(done.error());
+    if (verbosity() != Verbosity::quiet) {
+        std::printf("level %u of %u: %zu triangles, error %g\n", level, atlas->levels(), mesh.triangle_count(),
+                    static_cast<double>(atlas->errors[level]));
+    }
+    return 0;
+}
+
 Result<int> extract(const Options& o) {
-    if (o.backend == "vgi")
-        return fail(Fault::usage, "--backend vgi: virtual geometry images are not part of this version; choose lod");
-    if (o.backend != "lod")
-        return fail(Fault::usage, "--backend " + o.backend + ": there is nothing to extract from it; choose lod");
+    if (o.backend != "lod" && o.backend != "vgi")
+        return fail(Fault::usage,
+                    "--backend " + o.backend + ": there is nothing to extract from it; choose lod or vgi");
     const int given = o.triangles.has_value() + o.error.has_value() + o.level.has_value();
     if (given != 1) return fail(Fault::usage, "extract: give exactly one of --triangles, --error, --level");
     auto asset = open_asset(o.asset);
     if (!asset) return tl::unexpected(asset.error());
+    if (o.backend == "vgi") return extract_atlas(o, *asset);
     if (asset->lod == nullptr)
         return fail(Fault::format, o.asset + ": holds no progressive mesh; bake it with --backends lod");
     const ProgressiveMesh& pm = *asset->lod;
@@ -66,7 +95,7 @@ void add_extract(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("extract", "Write one level of an asset as a mesh, faces in drawing order");
     command->add_option("asset", o->asset, "Asset file, .lode")->required();
-    command->add_option("--backend", o->backend, "lod")->capture_default_str();
+    command->add_option("--backend", o->backend, "lod or vgi")->capture_default_str();
     command->add_option("--order", o->order, "Face order; the asset's first unless given");
     command->add_option("--triangles", o->triangles, "The finest level of at most this many triangles");
     command->add_option("--error", o->error, "The coarsest level of at most this error, in object units")

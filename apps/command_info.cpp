@@ -4,6 +4,7 @@
 #include "apps/commands.h"
 #include "apps/terminal.h"
 #include "base/progress.h"
+#include "mesh/topology.h"
 
 namespace lodestone {
 
@@ -38,6 +39,16 @@ Json describe(const Asset& asset) {
                 {{"level", level}, {"triangles", pm.triangles_at(level)}, {"error", pm.errors[level]}});
         }
     }
+    if (asset.has_atlas()) {
+        const uint64_t cells = info["vgi"]["resolution"].get<uint64_t>() - 1;
+        const auto errors = asset.file.array<float>("vgi/errors");
+        for (size_t level = 0; errors && level < errors->size(); ++level) {
+            info["vgi"]["levels"].push_back(
+                {{"level", level},
+                 {"triangles", 2 * info["vgi"]["charts"].get<uint64_t>() * (cells >> level) * (cells >> level)},
+                 {"error", (*errors)[level]}});
+        }
+    }
     if (asset.discrete != nullptr) {
         for (const DiscreteLevel& level : asset.discrete->levels) {
             info["discrete"]["levels"].push_back(
@@ -68,6 +79,19 @@ void print(const Json& info) {
                         level["triangles"].get<unsigned>(), level["error"].get<double>());
         }
     }
+    if (info.contains("vgi")) {
+        const Json& vgi = info["vgi"];
+        std::printf(
+            "  vgi: %u clusters, %u charts of %u^2 samples; stretch %.3f, worst %.2f; error rms %.3g, largest "
+            "%.3g of the diagonal\n",
+            vgi["clusters"].get<unsigned>(), vgi["charts"].get<unsigned>(), vgi["resolution"].get<unsigned>(),
+            vgi["l2_stretch_rms"].get<double>(), vgi["l2_stretch_worst"].get<double>(), vgi["rms_error"].get<double>(),
+            vgi["max_error"].get<double>());
+        for (const Json& level : vgi["levels"]) {
+            std::printf("    level %-9u %10llu triangles  error %g\n", level["level"].get<unsigned>(),
+                        level["triangles"].get<unsigned long long>(), level["error"].get<double>());
+        }
+    }
     if (info.contains("discrete")) {
         for (const Json& level : info["discrete"]["levels"]) {
             std::printf("  discrete: %10llu triangles  error %g\n", level["triangles"].get<unsigned long long>(),
@@ -78,6 +102,22 @@ void print(const Json& info) {
         std::printf("  chunk %-28s %12llu bytes\n", chunk["name"].get<std::string>().c_str(),
                     chunk["bytes"].get<unsigned long long>());
     }
+}
+
+// The coarsest level has the topology of the finest: what differs is how often each chart is sampled.
+Result<void> same_topology(const Asset& asset, const vgi::Atlas& atlas) {
+    const Topology found = topology_of(atlas.extract(atlas.levels() > 2 ? atlas.levels() - 3 : 0));
+    const Json& source = asset.about["input"];
+    const auto differs = [&](const char* what, uint64_t is) -> Result<void> {
+        const auto was = source.value(what, uint64_t{0});
+        if (was == is) return {};
+        return fail(Fault::invariant,
+                    std::string(what) + " are " + std::to_string(is) + " where the source has " + std::to_string(was));
+    };
+    if (!found.manifold() || found.inconsistent_edges > 0) return fail(Fault::invariant, "it is no oriented manifold");
+    if (auto same = differs("components", found.components); !same) return same;
+    if (auto same = differs("boundary_loops", found.boundary_loops); !same) return same;
+    return differs("genus", static_cast<uint64_t>(found.genus));
 }
 
 // Checks in order, each a name and what it found.
@@ -91,6 +131,15 @@ Result<int> verify(const std::string& path, bool json) {
     if (asset->lod != nullptr) {
         progress.at("progressive mesh", 0);
         checks.emplace_back("progressive mesh: every order played down and up", asset->lod->validate());
+    }
+    if (asset->has_atlas()) {
+        progress.at("atlas", 0);
+        const auto atlas = asset->atlas();
+        checks.emplace_back("atlas: pages decode; gluing closes; glued samples equal at every level",
+                            atlas ? Result<void>{} : Result<void>(tl::unexpected(atlas.error())));
+        if (atlas)
+            checks.emplace_back("atlas: an oriented manifold with the source's topology",
+                                same_topology(*asset, *atlas));
     }
     if (asset->discrete != nullptr) checks.emplace_back("discrete chain", asset->discrete->validate());
     end_progress();

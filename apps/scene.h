@@ -39,7 +39,7 @@ struct Scene {
     std::vector<SceneInstance> instances;
     std::optional<glm::vec3> light_direction;  // from the light towards the scene
     bool shadows = true;
-    std::optional<CameraPath> camera;          // absent: chosen from the bounds of what stands there
+    std::optional<CameraPath> camera;  // absent: chosen from the bounds of what stands there
     uint64_t resident_bytes = uint64_t{1} << 30;
 };
 

@@ -7,6 +7,8 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/threads.h"
+#include "mesh/distance.h"
+#include "vgi/chart_error.h"
 #include "vgi/quadrangulate.h"
 #include "vgi/resample.h"
 
@@ -30,6 +32,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         if (!clusters) return tl::unexpected(clusters.error());
         report.clusters = clusters->count;
         report.buckets = clusters->buckets;
+        report.cut_seconds = clusters->cut_seconds;
         report.bucket_seconds = clusters->bucket_seconds;
         report.merge_seconds = clusters->merge_seconds;
         if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
@@ -64,11 +67,14 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         double area = 0, stretch = 0, tutte = 0;
         uint32_t missing = 0, flipped = 0;
         bool uniform = false;
+        std::vector<double> bounds;
+        std::vector<SourceSample> samples;
     };
     std::vector<PerChart> per_chart(count);
     std::vector<std::string> faults(count);
     std::mutex clock_mutex;
-    double parameterise_seconds = 0, resample_seconds = 0;
+    double parameterise_seconds = 0, resample_seconds = 0, error_seconds = 0;
+    const double whole_area = quads.surface.area();
     // The largest first, so that no thread is left with one at the end.
     std::vector<uint32_t> order(count);
     for (uint32_t q = 0; q < count; ++q) order[q] = q;
@@ -89,16 +95,27 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
             uint32_t flipped = 0;
             for (uint32_t t = 0; t < chart->patch.triangles.size(); ++t)
                 flipped += !(chart->patch.signed_flat_area(t) > 0);
-            per_chart[q] = {chart->area, chart->stretch, chart->tutte_stretch, missing, flipped, chart->uniform};
             const double sampled = chart_watch.wall() - parameterised;
+            const auto samples = static_cast<uint32_t>(
+                std::ceil(static_cast<double>(options.error_samples) * chart->area / std::max(whole_area, 1e-300)));
+            PerChart& c = per_chart[q];
+            c = {chart->area, chart->stretch, chart->tutte_stretch, missing, flipped, chart->uniform, {}, {}};
+            if (missing == 0) {
+                c.bounds = parametric_bounds(resampler.atlas(), q, *chart);
+                c.samples = sample_source(q, *chart, samples);
+            }
+            const double measured = chart_watch.wall() - parameterised - sampled;
             const std::lock_guard lock(clock_mutex);
             parameterise_seconds += parameterised;
             resample_seconds += sampled;
+            error_seconds += measured;
             progress.at("charts", static_cast<double>(i) / count);
         }
     });
     if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
     double area = 0, tutte = 0, stretch = 0;
+    std::vector<SourceSample> samples;
+    std::vector<double> bounds(resampler.atlas().levels(), 0);
     for (uint32_t q = 0; q < count; ++q) {
         if (!faults[q].empty()) return fail(Fault::invariant, "chart " + std::to_string(q) + ": " + faults[q]);
         const PerChart& c = per_chart[q];
@@ -109,17 +126,32 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         report.missing_samples += c.missing;
         report.flipped_triangles += c.flipped;
         report.uniform_charts += c.uniform;
+        for (size_t level = 0; level < c.bounds.size(); ++level)
+            bounds[level] = std::max(bounds[level], c.bounds[level]);
+        samples.insert(samples.end(), c.samples.begin(), c.samples.end());
         resampler.atlas().cluster[q] = quads.quads[q].cluster;
     }
     report.l2_stretch_tutte = area > 0 ? std::sqrt(tutte / area) : 1;
     report.l2_stretch_rms = area > 0 ? std::sqrt(stretch / area) : 1;
-    const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds);
+    const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
     report.parameterise_seconds = parameterise_seconds * share;
     report.resample_seconds = resample_seconds * share;
+    report.error_seconds = error_seconds * share;
     if (report.missing_samples > 0)
         return fail(Fault::invariant, std::to_string(report.missing_samples) + " samples lie in no triangle");
     Atlas atlas = resampler.take();
     atlas.attributes = present;
+    double largest = 0;
+    for (const double bound : bounds) {
+        largest = std::max(largest, bound);
+        atlas.errors.push_back(static_cast<float>(largest * sampling_margin));
+    }
+    const Stopwatch distance_watch;
+    progress.at("distance", 0);
+    const AtlasDistance finest = measure_finest(atlas, *mesh, samples);
+    report.rms_error = finest.rms;
+    report.max_error = finest.max;
+    report.error_seconds += distance_watch.wall();
     return atlas;
 }
 

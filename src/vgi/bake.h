@@ -14,7 +14,8 @@ namespace lodestone::vgi {
 struct AtlasOptions {
     ClusterOptions clusters;
     ParameteriseOptions parameterise;
-    uint32_t cells = 128;  // per side of a chart, a power of two, 2 .. 4096
+    uint32_t cells = 128;             // per side of a chart, a power of two, 2 .. 4096
+    uint64_t error_samples = 200000;  // of all charts, either way; spread by area
 };
 
 struct AtlasReport {
@@ -22,8 +23,9 @@ struct AtlasReport {
     uint32_t uniform_clusters = 0, uniform_charts = 0;  // laid out with equal weights, because the better ones folded
     uint32_t flipped_triangles = 0, missing_samples = 0;
     double l2_stretch_tutte = 0, l2_stretch_rms = 0, l2_stretch_worst = 0;
-    double bucket_seconds = 0, merge_seconds = 0, quadrangulate_seconds = 0, parameterise_seconds = 0,
-           resample_seconds = 0;  // the last two run side by side: each is its share of the wall clock
+    double rms_error = 0, max_error = 0;  // of the finest level, two-sided, object units
+    double cut_seconds = 0, bucket_seconds = 0, merge_seconds = 0, quadrangulate_seconds = 0, parameterise_seconds = 0,
+           resample_seconds = 0, error_seconds = 0;  // the last three run side by side: shares of the wall clock
 };
 
 // The mesh must be what repair() leaves, and have a triangle. Fault::invariant where a stage cannot do its work.

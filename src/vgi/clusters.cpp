@@ -132,11 +132,13 @@ private:
 Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& options, const Progress& progress) {
     Clusters result;
     if (surface.triangles.empty()) return result;
-    const Stopwatch bucket_watch;
+    const Stopwatch cut_watch;
     CellComplex complex(surface);
     Merging merging(complex, options, surface.area());
     std::vector<bool> frozen(complex.triangle_cells(), false);
     const std::vector<uint32_t> bucket = cut_into_buckets(surface, options.bucket_triangles, &result.buckets);
+    result.cut_seconds = cut_watch.wall();
+    const Stopwatch bucket_watch;
     size_t cells = complex.triangle_cells();
     std::vector<uint32_t> all;
     for (uint32_t e = 0; e < complex.edge_slots(); ++e) all.push_back(e);

@@ -33,7 +33,7 @@ struct Clusters {
     std::vector<uint32_t> label;  // per triangle, 0 .. count - 1, by the lowest triangle
     uint32_t count = 0;
     uint32_t buckets = 0;
-    double bucket_seconds = 0, merge_seconds = 0;
+    double cut_seconds = 0, bucket_seconds = 0, merge_seconds = 0;  // into buckets; inside them; everywhere
 };
 Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& options, const Progress& progress = {});
 

@@ -39,6 +39,7 @@ Atlas atlas_of(const TriMesh& mesh, uint32_t clusters, uint32_t cells, AtlasRepo
     AtlasOptions options;
     options.clusters.clusters = clusters;
     options.cells = cells;
+    options.error_samples = 20000;
     AtlasReport mine;
     auto atlas = make_atlas(mesh, options, report != nullptr ? *report : mine);
     EXPECT_TRUE(atlas) << atlas.error().message;
@@ -83,6 +84,24 @@ TEST(Atlas, ComesCloserToTheSourceWithEveryFinerLevel) {
         before = rms;
     }
     EXPECT_LT(before, 1e-3);
+}
+
+TEST(Atlas, MeasuresItsErrorsAsAnIndependentDistanceDoes) {
+    for (const auto& f : meshes()) {
+        SCOPED_TRACE(f.name);
+        AtlasReport report;
+        const Atlas atlas = atlas_of(f.mesh, 12, 16, &report);
+        const double diagonal = bounding_box(f.mesh.positions).diagonal();
+        const TwoSidedDistance finest = surface_distance(f.mesh, atlas.extract(0));
+        EXPECT_NEAR(report.rms_error, finest.rms(), 0.1 * finest.rms() + 2e-6 * diagonal);
+        EXPECT_LE(report.max_error, 1.1 * finest.max() + 2e-6 * diagonal);
+        EXPECT_GE(report.max_error, 0.5 * finest.max() - 2e-6 * diagonal);
+        // A level's error is a promise.
+        for (uint32_t level = 0; level < atlas.levels(); ++level)
+            EXPECT_LE(surface_distance(f.mesh, atlas.extract(level)).max(),
+                      static_cast<double>(atlas.errors[level]) + 2e-6 * diagonal)
+                << level;
+    }
 }
 
 TEST(Atlas, KeepsSeamsOfAttributesInsideCharts) {
@@ -146,8 +165,7 @@ TEST(Atlas, ComesBackFromAFileTexelForTexel) {
     for (const auto& f : meshes()) {
         for (const uint32_t cells : {8u, 32u, 64u}) {
             SCOPED_TRACE(f.name + " " + std::to_string(cells));
-            Atlas atlas = atlas_of(f.mesh, 6, cells);
-            atlas.errors.assign(atlas.levels(), 0.5f);
+            const Atlas atlas = atlas_of(f.mesh, 6, cells);
             auto writer = ChunkWriter::create(path, {});
             ASSERT_TRUE(writer);
             ASSERT_TRUE(write_chunks(atlas, *writer));

@@ -1,0 +1,66 @@
+#include "apps/bake_atlas.h"
+
+#include <algorithm>
+
+#include "vgi/bake.h"
+
+namespace lodestone {
+
+namespace {
+
+// With --target-error: as many clusters as bring the finest level under it, each try twice as many as the last.
+constexpr uint32_t most_clusters = 1u << 14;
+
+}  // namespace
+
+Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, nlohmann::json& report,
+                              const Progress& progress) {
+    if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
+    vgi::AtlasOptions atlas_options;
+    atlas_options.cells = options.resolution - 1;
+    atlas_options.clusters.clusters = options.clusters;
+    const double diagonal = std::max(1e-30, static_cast<double>(bounding_box(mesh.positions).diagonal()));
+    for (;;) {
+        vgi::AtlasReport made;
+        auto atlas = vgi::make_atlas(mesh, atlas_options, made, progress);
+        if (!atlas) return tl::unexpected(atlas.error());
+        const double finest = static_cast<double>(atlas->errors[0]);
+        uint32_t& clusters = atlas_options.clusters.clusters;
+        if (options.target_error > 0 && finest > options.target_error && clusters < most_clusters &&
+            made.clusters < mesh.triangle_count() / 4) {
+            clusters *= 2;
+            continue;
+        }
+        if (options.target_error > 0 && finest > options.target_error) {
+            progress.warning("--target-error " + std::to_string(options.target_error) + ": " +
+                             std::to_string(made.clusters) + " clusters come within " + std::to_string(finest) +
+                             "; a higher --resolution may bring it under");
+        }
+        report = {{"clusters", made.clusters},
+                  {"charts", made.charts},
+                  {"resolution", options.resolution},
+                  {"buckets", made.buckets},
+                  {"split_edges", made.split_edges},
+                  {"uniform_clusters", made.uniform_clusters},
+                  {"uniform_charts", made.uniform_charts},
+                  {"seconds",
+                   {{"buckets", made.cut_seconds},
+                    {"cluster", made.bucket_seconds},
+                    {"merge", made.merge_seconds},
+                    {"straighten", 0.0},  // no such stage yet
+                    {"quadrangulate", made.quadrangulate_seconds},
+                    {"parameterise", made.parameterise_seconds},
+                    {"resample", made.resample_seconds},
+                    {"hierarchy", made.error_seconds}}},
+                  {"flipped_triangles", made.flipped_triangles},
+                  {"missing_samples", made.missing_samples},
+                  {"l2_stretch_tutte", made.l2_stretch_tutte},
+                  {"l2_stretch_rms", made.l2_stretch_rms},
+                  {"l2_stretch_worst", made.l2_stretch_worst},
+                  {"rms_error", made.rms_error / diagonal},
+                  {"max_error", made.max_error / diagonal}};
+        return atlas;
+    }
+}
+
+}  // namespace lodestone

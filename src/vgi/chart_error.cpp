@@ -1,0 +1,172 @@
+#include "vgi/chart_error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "base/random.h"
+#include "base/threads.h"
+#include "mesh/closest_point.h"
+#include "mesh/distance.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+glm::dvec3 lattice(const Atlas& atlas, size_t texel) {
+    const auto& p = atlas.positions[texel];
+    return atlas.origin + atlas.step * glm::dvec3(p[0], p[1], p[2]);
+}
+
+// The corners of a cell of a level: (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1).
+struct Cell {
+    glm::dvec3 a, b, d, e;
+    bool even;
+};
+Cell cell_of(const Atlas& atlas, uint32_t chart, uint32_t level, uint32_t x, uint32_t y) {
+    const uint32_t s = 1u << level;
+    return {lattice(atlas, atlas.texel(chart, x * s, y * s)), lattice(atlas, atlas.texel(chart, (x + 1) * s, y * s)),
+            lattice(atlas, atlas.texel(chart, x * s, (y + 1) * s)),
+            lattice(atlas, atlas.texel(chart, (x + 1) * s, (y + 1) * s)), (x + y) % 2 == 0};
+}
+
+// Squared distance to the image's finest level within `reach` cells of a place of one chart.
+double squared_distance_in(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, int reach,
+                           const glm::dvec3& point) {
+    const auto last = static_cast<int>(atlas.cells) - 1;
+    const int cx = std::clamp(static_cast<int>(place.x * atlas.cells), 0, last),
+              cy = std::clamp(static_cast<int>(place.y * atlas.cells), 0, last);
+    double least = 1e300;
+    for (int y = std::max(0, cy - reach); y <= std::min(last, cy + reach); ++y) {
+        for (int x = std::max(0, cx - reach); x <= std::min(last, cx + reach); ++x) {
+            const Cell c = cell_of(atlas, chart, 0, static_cast<uint32_t>(x), static_cast<uint32_t>(y));
+            const auto look = [&](const glm::dvec3& p, const glm::dvec3& q, const glm::dvec3& r) {
+                const glm::dvec3 off = closest_on_triangle(point, p, q, r) - point;
+                least = std::min(least, glm::dot(off, off));
+            };
+            if (c.even) {
+                look(c.a, c.b, c.e);
+                look(c.a, c.e, c.d);
+            } else {
+                look(c.a, c.b, c.d);
+                look(c.b, c.e, c.d);
+            }
+        }
+    }
+    return least;
+}
+
+// How far a place is from a side, and how far along it, both in shares of the side.
+void to_side(const glm::dvec2& place, uint32_t side, double* away, double* along) {
+    const double u = place.x, v = place.y;
+    *away = side == 0 ? v : side == 1 ? 1 - u : side == 2 ? 1 - v : u;
+    *along = side == 0 ? u : side == 1 ? v : side == 2 ? 1 - u : 1 - v;
+}
+glm::dvec2 on_side(uint32_t side, double along) {
+    return side == 0   ? glm::dvec2(along, 0)
+           : side == 1 ? glm::dvec2(1, along)
+           : side == 2 ? glm::dvec2(1 - along, 1)
+                       : glm::dvec2(0, 1 - along);
+}
+
+// The same, looking across borders that are near, and across the next ones from there.
+double squared_distance(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, const glm::dvec3& point,
+                        int borders = 2) {
+    constexpr double near_cells = 4;
+    double least = squared_distance_in(atlas, chart, place, 2, point);
+    for (uint32_t side = 0; side < 4 && borders > 0; ++side) {
+        const GluedSide& other = atlas.sides[size_t{chart} * 4 + side];
+        double away = 0, along = 0;
+        to_side(place, side, &away, &along);
+        if (other.chart == ~0u || away * atlas.cells > near_cells) continue;
+        least =
+            std::min(least, squared_distance(atlas, other.chart, on_side(other.side, 1 - along), point, borders - 1));
+    }
+    return least;
+}
+
+}  // namespace
+
+glm::dvec3 image_point(const Atlas& atlas, uint32_t chart, uint32_t level, const glm::dvec2& place) {
+    const uint32_t n = atlas.cells >> level;
+    const double px = std::clamp(place.x, 0.0, 1.0) * n, py = std::clamp(place.y, 0.0, 1.0) * n;
+    const uint32_t x = std::min(n - 1, static_cast<uint32_t>(px)), y = std::min(n - 1, static_cast<uint32_t>(py));
+    const double fx = px - x, fy = py - y;
+    const Cell c = cell_of(atlas, chart, level, x, y);
+    if (c.even) {
+        if (fx >= fy) return c.a + (c.b - c.a) * fx + (c.e - c.b) * fy;
+        return c.a + (c.d - c.a) * fy + (c.e - c.d) * fx;
+    }
+    if (fx + fy <= 1) return c.a + (c.b - c.a) * fx + (c.d - c.a) * fy;
+    return c.e + (c.d - c.e) * (1 - fx) + (c.b - c.e) * (1 - fy);
+}
+
+std::vector<double> parametric_bounds(const Atlas& atlas, uint32_t quad, const Chart& chart) {
+    const Patch& patch = chart.patch;
+    std::vector<double> bounds;
+    for (uint32_t level = 0; level < atlas.levels(); ++level) {
+        double most = 0;
+        for (size_t v = 0; v < patch.positions.size(); ++v) {
+            const glm::dvec3 off = image_point(atlas, quad, level, patch.flat[v]) - patch.positions[v];
+            most = std::max(most, glm::dot(off, off));
+        }
+        bounds.push_back(std::sqrt(most));
+    }
+    return bounds;
+}
+
+std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint32_t samples) {
+    const Patch& patch = chart.patch;
+    std::vector<SourceSample> result;
+    Random random(mix64(quad + 1));
+    // A sample whenever the area so far passes another share.
+    double area = 0, next = chart.area / samples * random.unit();
+    for (const SurfaceTriangle& t : patch.triangles) {
+        const auto& v = t.vertices;
+        area += glm::length(area_vector(patch.positions[v[0]], patch.positions[v[1]], patch.positions[v[2]])) / 2;
+        for (; next < area; next += chart.area / samples) {
+            double s = random.unit(), r = random.unit();
+            if (s + r > 1) {
+                s = 1 - s;
+                r = 1 - r;
+            }
+            const auto at = [&](const auto& values) {
+                return values[v[0]] * (1 - s - r) + values[v[1]] * s + values[v[2]] * r;
+            };
+            result.push_back({at(patch.positions), at(patch.flat), quad});
+        }
+    }
+    return result;
+}
+
+AtlasDistance measure_finest(const Atlas& atlas, const TriMesh& source, const std::vector<SourceSample>& samples) {
+    if (samples.empty()) return {};
+    std::vector<uint32_t> indices;
+    indices.reserve(source.triangle_count() * 3);
+    for (size_t t = 0; t < source.triangle_count(); ++t) {
+        for (int k = 0; k < 3; ++k) indices.push_back(source.vertex_of(t, k));
+    }
+    const ClosestSurface surface(source.positions, indices);
+    std::vector<double> forth(samples.size()), back(samples.size());
+    parallel_for(samples.size(), 1024, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+            const SourceSample& s = samples[i];
+            forth[i] = std::sqrt(squared_distance(atlas, s.chart, s.place, s.position));
+            Random random(mix64(i + 12345));
+            const double x = random.unit(), y = random.unit();
+            back[i] = surface.closest(image_point(atlas, s.chart, 0, {x, y})).distance;
+        }
+    });
+    AtlasDistance distance;
+    for (const auto* side : {&forth, &back}) {
+        double sum = 0;
+        for (const double d : *side) {
+            sum += d * d;
+            distance.max = std::max(distance.max, d);
+        }
+        distance.rms = std::max(distance.rms, std::sqrt(sum / static_cast<double>(samples.size())));
+    }
+    return distance;
+}
+
+}  // namespace lodestone::vgi

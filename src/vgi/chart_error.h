@@ -1,0 +1,38 @@
+// How far a chart's image is from the surface it samples.
+//
+// Both are piecewise linear over the same square, so the distance between the two points of one place in the square
+// bounds the distance of either surface to the other; at the source's vertices it is nearly largest. That gives every
+// level a bound for little. What the finest level's distance really is, is sampled.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "vgi/atlas.h"
+#include "vgi/parameterise.h"
+
+namespace lodestone::vgi {
+
+// Per level: the largest distance between the two at a vertex of the source; object units.
+std::vector<double> parametric_bounds(const Atlas& atlas, uint32_t quad, const Chart& chart);
+
+// A point of the source and where it lies in which chart.
+struct SourceSample {
+    glm::dvec3 position;
+    glm::dvec2 place;
+    uint32_t chart = 0;
+};
+// So many, area-uniform over the chart.
+std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint32_t samples);
+
+// The finest level against the source. To the image by looking around each sample's place, across borders too; back
+// from random points of every chart, as many as it has samples, by a search of the whole source.
+struct AtlasDistance {
+    double rms = 0, max = 0;  // two-sided, object units
+};
+AtlasDistance measure_finest(const Atlas& atlas, const TriMesh& source, const std::vector<SourceSample>& samples);
+
+// The image's surface at a place of the square, 0 .. 1 each way, as Atlas::extract triangulates a level.
+glm::dvec3 image_point(const Atlas& atlas, uint32_t chart, uint32_t level, const glm::dvec2& place);
+
+}  // namespace lodestone::vgi

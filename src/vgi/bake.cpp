@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <mutex>
 
 #include "base/check.h"
@@ -13,6 +14,23 @@
 #include "vgi/resample.h"
 
 namespace lodestone::vgi {
+
+namespace {
+
+// Clusters of a wanted area A are cut out of triangles with edges of at most this share of sqrt(A): large triangles,
+// as in models of machines, would leave them no choice.
+constexpr double edge_share = 0.25;
+
+double longest_edge(const TriMesh& mesh, uint32_t clusters) {
+    double area = 0;
+    for (size_t t = 0; t < mesh.triangle_count(); ++t)
+        area += glm::length(area_vector(glm::dvec3(mesh.position_of(t, 0)), glm::dvec3(mesh.position_of(t, 1)),
+                                        glm::dvec3(mesh.position_of(t, 2)))) /
+                2;
+    return edge_share * std::sqrt(area / std::max(clusters, 1u));
+}
+
+}  // namespace
 
 Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, AtlasReport& report,
                          const Progress& progress) {
@@ -27,7 +45,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     const PresentAttributes present = attributes_of(source);
     Quads quads;
     {
-        const Surface surface = surface_of(*mesh, &report.split_edges);
+        const Surface surface = surface_of(*mesh, longest_edge(*mesh, options.clusters.clusters), &report.changes);
         auto clusters = make_clusters(surface, options.clusters, progress);
         if (!clusters) return tl::unexpected(clusters.error());
         report.clusters = clusters->count;

@@ -19,7 +19,8 @@ struct AtlasOptions {
 };
 
 struct AtlasReport {
-    uint32_t clusters = 0, charts = 0, buckets = 0, split_edges = 0;
+    uint32_t clusters = 0, charts = 0, buckets = 0;
+    SurfaceChanges changes;
     uint32_t uniform_clusters = 0, uniform_charts = 0;  // laid out with equal weights, because the better ones folded
     uint32_t flipped_triangles = 0, missing_samples = 0;
     double l2_stretch_tutte = 0, l2_stretch_rms = 0, l2_stretch_worst = 0;

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <queue>
 #include <string>
+
+#include "vgi/patch.h"
 
 namespace lodestone::vgi {
 
@@ -86,52 +89,74 @@ Result<void> Surface::validate() const {
     return {};
 }
 
-Surface surface_of(const TriMesh& mesh, uint32_t* split) {
-    Surface surface;
-    surface.positions.reserve(mesh.vertex_count());
-    for (const glm::vec3& p : mesh.positions) surface.positions.emplace_back(p);
-    surface.triangles.reserve(mesh.triangle_count());
+namespace {
+
+Patch whole_patch(const TriMesh& mesh) {
+    Patch whole;
+    for (const glm::vec3& p : mesh.positions) whole.positions.emplace_back(p);
+    whole.triangles.reserve(mesh.triangle_count());
     for (uint32_t t = 0; t < mesh.triangle_count(); ++t)
-        surface.triangles.push_back({{mesh.vertex_of(t, 0), mesh.vertex_of(t, 1), mesh.vertex_of(t, 2)}, t});
-    if (split != nullptr) *split = 0;
-    // A triangle can have several such edges, so they are looked for again until none is left.
-    for (bool again = true; again;) {
-        again = false;
-        const std::vector<uint32_t> twin = surface.twins();
-        std::vector<bool> rim(surface.positions.size(), false), cut(surface.triangles.size(), false);
-        for (uint32_t h = 0; h < twin.size(); ++h) {
-            if (twin[h] != none) continue;
-            rim[surface.triangles[h / 3].vertices[h % 3]] = true;
-            rim[surface.triangles[h / 3].vertices[(h + 1 - h / 3 * 3) % 3]] = true;
+        whole.triangles.push_back({{mesh.vertex_of(t, 0), mesh.vertex_of(t, 1), mesh.vertex_of(t, 2)}, t});
+    whole.twin = pair_up(whole.triangles, whole.positions.size(), nullptr);
+    whole.origin.assign(whole.positions.size(), none);
+    return whole;
+}
+
+// The longest first; halves go back to the heap.
+uint32_t split_long_edges(Patch& whole, double longest) {
+    struct Edge {
+        double length;
+        uint32_t half_edge, a, b;
+        bool operator<(const Edge& other) const {
+            return length != other.length ? length < other.length : half_edge > other.half_edge;
         }
-        for (uint32_t h = 0; h < twin.size(); ++h) {
-            const uint32_t g = twin[h];
-            if (g == none || g < h) continue;
-            const uint32_t t = h / 3, k = h % 3, u = g / 3, j = g % 3;
-            if (!rim[surface.triangles[t].vertices[k]] || !rim[surface.triangles[u].vertices[j]]) continue;
-            if (cut[t] || cut[u]) {
-                again = true;
-                continue;
-            }
-            cut[t] = cut[u] = true;
-            again = true;
-            const auto middle = static_cast<uint32_t>(surface.positions.size());
-            surface.positions.push_back((surface.positions[surface.triangles[t].vertices[k]] +
-                                         surface.positions[surface.triangles[u].vertices[j]]) *
-                                        0.5);
-            for (const auto& [face, corner] : {std::pair(t, k), std::pair(u, j)}) {
-                SurfaceTriangle& near = surface.triangles[face];
-                SurfaceTriangle far = near;
-                const uint32_t end = (corner + 1) % 3;
-                const glm::vec2 place = (near.place[corner] + near.place[end]) * 0.5f;
-                near.vertices[end] = far.vertices[corner] = middle;
-                near.place[end] = far.place[corner] = place;
-                surface.triangles.push_back(far);
-                cut.push_back(true);
-            }
-            if (split != nullptr) ++*split;
-        }
+    };
+    std::priority_queue<Edge> heap;
+    const auto push = [&](uint32_t h) {
+        if (whole.twin[h] != none && whole.twin[h] < h) h = whole.twin[h];
+        const uint32_t a = whole.from(h), b = whole.to(h);
+        const double length = glm::length(whole.positions[b] - whole.positions[a]);
+        if (length > longest) heap.push({length, h, a, b});
+    };
+    for (uint32_t h = 0; h < whole.twin.size(); ++h) {
+        if (whole.twin[h] == none || whole.twin[h] > h) push(h);
     }
+    uint32_t count = 0;
+    while (!heap.empty()) {
+        const Edge edge = heap.top();
+        heap.pop();
+        const uint32_t h = edge.half_edge, g = whole.twin[h];
+        if (whole.from(h) != edge.a || whole.to(h) != edge.b) continue;  // its number went to another edge
+        const auto first_new = static_cast<uint32_t>(whole.triangles.size());
+        whole.split_edge(h, 0.5, 0.5);
+        ++count;
+        // All edges of the triangles it touched: those whose numbers changed are entered again.
+        for (uint32_t k = 0; k < 3; ++k) {
+            push(h / 3 * 3 + k);
+            if (g != none) push(g / 3 * 3 + k);
+        }
+        for (uint32_t e = first_new * 3; e < whole.twin.size(); ++e) push(e);
+    }
+    return count;
+}
+
+}  // namespace
+
+Surface surface_of(const TriMesh& mesh, double longest, SurfaceChanges* changes) {
+    Patch whole = whole_patch(mesh);
+    SurfaceChanges made;
+    const auto given = static_cast<uint32_t>(whole.triangles.size());
+    for (uint32_t t = 0; t < given; ++t) {
+        if (whole.twin[t * 3] != none || whole.twin[t * 3 + 1] != none || whole.twin[t * 3 + 2] != none) continue;
+        whole.split_triangle(t);
+        ++made.lone_triangles;
+    }
+    if (longest > 0) made.long_edges = split_long_edges(whole, longest);
+    made.boundary_chords = split_chords(whole);
+    if (changes != nullptr) *changes = made;
+    Surface surface;
+    surface.positions = std::move(whole.positions);
+    surface.triangles = std::move(whole.triangles);
     return surface;
 }
 

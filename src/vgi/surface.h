@@ -33,9 +33,16 @@ struct Surface {
     Result<void> validate() const;
 };
 
-// A mesh that repair() has made an oriented manifold. Inner edges with both ends on the boundary are split in the
-// middle: no cluster may touch the boundary twice. split: how many.
-Surface surface_of(const TriMesh& mesh, uint32_t* split = nullptr);
+// What surface_of changed so that clusters can be cut out of any mesh.
+struct SurfaceChanges {
+    uint32_t lone_triangles = 0;   // triangles without neighbours, made into three
+    uint32_t boundary_chords = 0;  // inner edges with both ends on the boundary, split: no cluster may touch it twice
+    uint32_t long_edges = 0;       // edges split because they were longer than wanted
+};
+
+// A mesh that repair() has made an oriented manifold. longest: edges above are halved, the longest first, so that what
+// is cut out can have the size wanted (object units; 0 for none).
+Surface surface_of(const TriMesh& mesh, double longest = 0, SurfaceChanges* changes = nullptr);
 
 // Twice the vector area of a triangle: normal times twice its area.
 glm::dvec3 area_vector(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c);

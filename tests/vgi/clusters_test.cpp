@@ -31,11 +31,11 @@ std::vector<fixtures::Fixture> meshes() {
 TEST(Surface, SplitsInnerEdgesBetweenBoundaryVerticesAndKeepsTheArea) {
     for (const auto& f : meshes()) {
         SCOPED_TRACE(f.name);
-        uint32_t split = 0;
-        const Surface surface = surface_of(f.mesh, &split);
+        SurfaceChanges changes;
+        const Surface surface = surface_of(f.mesh, 0, &changes);
         const auto valid = surface.validate();
         ASSERT_TRUE(valid) << valid.error().message;
-        EXPECT_EQ(surface.positions.size(), f.mesh.vertex_count() + split);
+        EXPECT_EQ(surface.positions.size(), f.mesh.vertex_count() + changes.boundary_chords);
         double area = 0;
         for (size_t t = 0; t < f.mesh.triangle_count(); ++t)
             area +=
@@ -52,6 +52,26 @@ TEST(Surface, SplitsInnerEdgesBetweenBoundaryVerticesAndKeepsTheArea) {
             EXPECT_FALSE(twin[h] != none && rim[end(h, 0)] && rim[end(h, 1)]);
         }
     }
+}
+
+TEST(Surface, HalvesLongEdgesAndMakesThreeOfALoneTriangle) {
+    TriMesh mesh = fixtures::tetrahedron();
+    const double longest = 0.2 * bounding_box(mesh.positions).diagonal();
+    SurfaceChanges changes;
+    const Surface fine = surface_of(mesh, longest, &changes);
+    ASSERT_TRUE(fine.validate());
+    EXPECT_GT(changes.long_edges, 20u);
+    EXPECT_NEAR(fine.area(), surface_of(mesh).area(), 1e-9);
+    for (const SurfaceTriangle& t : fine.triangles) {
+        for (size_t k = 0; k < 3; ++k)
+            EXPECT_LE(glm::length(fine.positions[t.vertices[(k + 1) % 3]] - fine.positions[t.vertices[k]]), longest);
+    }
+    mesh.triangles.resize(1);
+    drop_unreferenced(mesh);
+    const Surface lone = surface_of(mesh, 0, &changes);
+    EXPECT_EQ(changes.lone_triangles, 1u);
+    EXPECT_EQ(lone.triangles.size(), 3u);
+    EXPECT_TRUE(CellComplex(lone).validate());
 }
 
 TEST(CellComplex, KeepsItsInvariantThroughEveryMerge) {

@@ -40,6 +40,7 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                   {"charts", made.charts},
                   {"resolution", options.resolution},
                   {"buckets", made.buckets},
+                  {"rounds", made.rounds},
                   {"lone_triangles", made.changes.lone_triangles},
                   {"split_long_edges", made.changes.long_edges},
                   {"split_boundary_chords", made.changes.boundary_chords},

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <mutex>
+#include <numeric>
+#include <optional>
 
 #include "base/check.h"
 #include "base/clock.h"
@@ -30,57 +32,89 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
     return edge_share * std::sqrt(area / std::max(clusters, 1u));
 }
 
-}  // namespace
+constexpr float denser = 3;  // times, where a chart was stretched too much
 
-Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, AtlasReport& report,
-                         const Progress& progress) {
-    LODE_CHECK(source.triangle_count() > 0 && options.cells >= 2);
-    TriMesh with_normals;
-    const TriMesh* mesh = &source;
-    if (source.normals.empty()) {
-        with_normals = source;
-        compute_normals(with_normals);
-        mesh = &with_normals;
-    }
-    const PresentAttributes present = attributes_of(source);
-    Quads quads;
-    {
-        const Surface surface = surface_of(*mesh, longest_edge(*mesh, options.clusters.clusters), &report.changes);
-        auto clusters = make_clusters(surface, options.clusters, progress);
+// One attempt: clusters, quads and charts of a surface with a density of clusters.
+class Attempt {
+public:
+    Attempt(const TriMesh& mesh, const Surface& surface, const AtlasOptions& options, AtlasReport& report,
+            const Progress& progress)
+        : mesh_(mesh), surface_(surface), options_(options), report_(report), progress_(progress) {}
+
+    // Clusters whose charts are stretched too much or could not be made go to bad_clusters(), `fault` says what was
+    // wrong with the last of the latter.
+    Result<void> run(const std::vector<float>& density) {
+        ClusterOptions cluster_options = options_.clusters;
+        cluster_options.density = density;
+        auto clusters = make_clusters(surface_, cluster_options, progress_);
         if (!clusters) return tl::unexpected(clusters.error());
-        report.clusters = clusters->count;
-        report.buckets = clusters->buckets;
-        report.cut_seconds = clusters->cut_seconds;
-        report.bucket_seconds = clusters->bucket_seconds;
-        report.merge_seconds = clusters->merge_seconds;
-        if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-        progress.at("quads", 0);
+        label_ = std::move(clusters->label);
+        bad_.assign(clusters->count, false);
+        report_.clusters = clusters->count;
+        report_.buckets = clusters->buckets;
+        report_.cut_seconds += clusters->cut_seconds;
+        report_.bucket_seconds += clusters->bucket_seconds;
+        report_.merge_seconds += clusters->merge_seconds;
+        if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+        progress_.at("quads", 0);
         const Stopwatch watch;
-        auto cut = quadrangulate(surface, clusters->label, clusters->count);
+        auto cut = quadrangulate(surface_, label_, clusters->count);
         if (!cut) return tl::unexpected(cut.error());
-        quads = std::move(*cut);
-        report.uniform_clusters = quads.uniform_clusters;
-        report.quadrangulate_seconds = watch.wall();
+        quads_ = std::move(*cut);
+        report_.uniform_clusters = quads_.uniform_clusters;
+        report_.quadrangulate_seconds += watch.wall();
+        for (const uint32_t c : quads_.failed) {
+            bad_[c] = true;
+            fault_ = "cluster " + std::to_string(c) + " " + quads_.fault;
+        }
+        return quads_.failed.empty() ? make_charts() : Result<void>{};
     }
-    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-    const Stopwatch watch;
-    const auto count = static_cast<uint32_t>(quads.quads.size());
-    report.charts = count;
-    auto patches = trace_patches(quads.surface, quads.surface.twins(), quads.label, count);
-    if (!patches) return tl::unexpected(patches.error());
-    // Sides begin at the quad's first corner.
-    std::vector<std::vector<uint32_t>> members(count);
-    for (uint32_t t = 0; t < quads.label.size(); ++t) members[quads.label[t]].push_back(t);
-    for (uint32_t q = 0; q < count; ++q) {
-        auto& sides = patches->sides[q];
-        if (sides.size() != 4) return fail(Fault::invariant, "quad " + std::to_string(q) + " has not four sides");
-        const auto begins = [&](const Side& side) {
-            const auto& v = patches->arcs[side.arc].vertices;
-            return (side.reversed ? v.back() : v.front()) == quads.quads[q].corners[0];
-        };
-        std::rotate(sides.begin(), std::ranges::find_if(sides, begins), sides.end());
+
+    const std::vector<uint32_t>& label() const { return label_; }
+    const std::vector<bool>& bad_clusters() const { return bad_; }
+    const std::string& fault() const { return fault_; }
+
+    Result<Atlas> take() {
+        report_.l2_stretch_tutte = report_.l2_stretch_rms = report_.l2_stretch_worst = 0;
+        report_.missing_samples = report_.flipped_triangles = report_.uniform_charts = 0;
+        double area = 0, tutte = 0, stretch = 0;
+        std::vector<SourceSample> samples;
+        std::vector<double> bounds(resampler_->atlas().levels(), 0);
+        for (uint32_t q = 0; q < charts_.size(); ++q) {
+            const PerChart& c = charts_[q];
+            area += c.area;
+            tutte += c.area * c.tutte * c.tutte;
+            stretch += c.area * c.stretch * c.stretch;
+            report_.l2_stretch_worst = std::max(report_.l2_stretch_worst, c.stretch);
+            report_.missing_samples += c.missing;
+            report_.flipped_triangles += c.flipped;
+            report_.uniform_charts += c.uniform;
+            for (size_t level = 0; level < c.bounds.size(); ++level)
+                bounds[level] = std::max(bounds[level], c.bounds[level]);
+            samples.insert(samples.end(), c.samples.begin(), c.samples.end());
+            resampler_->atlas().cluster[q] = quads_.quads[q].cluster;
+        }
+        report_.charts = static_cast<uint32_t>(charts_.size());
+        report_.l2_stretch_tutte = area > 0 ? std::sqrt(tutte / area) : 1;
+        report_.l2_stretch_rms = area > 0 ? std::sqrt(stretch / area) : 1;
+        if (report_.missing_samples > 0)
+            return fail(Fault::invariant, std::to_string(report_.missing_samples) + " samples lie in no triangle");
+        Atlas atlas = resampler_->take();
+        double largest = 0;
+        for (const double bound : bounds) {
+            largest = std::max(largest, bound);
+            atlas.errors.push_back(static_cast<float>(largest * sampling_margin));
+        }
+        const Stopwatch watch;
+        progress_.at("distance", 0);
+        const AtlasDistance finest = measure_finest(atlas, mesh_, samples);
+        report_.rms_error = finest.rms;
+        report_.max_error = finest.max;
+        report_.error_seconds += watch.wall();
+        return atlas;
     }
-    Resampler resampler(*mesh, quads.surface, *patches, options.cells);
+
+private:
     struct PerChart {
         double area = 0, stretch = 0, tutte = 0;
         uint32_t missing = 0, flipped = 0;
@@ -88,89 +122,124 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         std::vector<double> bounds;
         std::vector<SourceSample> samples;
     };
-    std::vector<PerChart> per_chart(count);
-    std::vector<std::string> faults(count);
-    std::mutex clock_mutex;
-    double parameterise_seconds = 0, resample_seconds = 0, error_seconds = 0;
-    const double whole_area = quads.surface.area();
-    // The largest first, so that no thread is left with one at the end.
-    std::vector<uint32_t> order(count);
-    for (uint32_t q = 0; q < count; ++q) order[q] = q;
-    std::ranges::stable_sort(order, std::greater<>(), [&](uint32_t q) { return members[q].size(); });
-    parallel_for(count, 1, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) {
-            if (progress.stopped()) return;
-            const uint32_t q = order[i];
-            const Stopwatch chart_watch;
-            auto chart =
-                parameterise(quads.surface, members[q], patches->sides[q], patches->arcs, options.parameterise);
-            if (!chart) {
-                faults[q] = chart.error().message;
-                continue;
-            }
-            const double parameterised = chart_watch.wall();
-            const uint32_t missing = resampler.sample(q, *chart);
-            uint32_t flipped = 0;
-            for (uint32_t t = 0; t < chart->patch.triangles.size(); ++t)
-                flipped += !(chart->patch.signed_flat_area(t) > 0);
-            const double sampled = chart_watch.wall() - parameterised;
-            const auto samples = static_cast<uint32_t>(
-                std::ceil(static_cast<double>(options.error_samples) * chart->area / std::max(whole_area, 1e-300)));
-            PerChart& c = per_chart[q];
-            c = {chart->area, chart->stretch, chart->tutte_stretch, missing, flipped, chart->uniform, {}, {}};
-            if (missing == 0) {
-                c.bounds = parametric_bounds(resampler.atlas(), q, *chart);
-                c.samples = sample_source(q, *chart, samples);
-            }
-            const double measured = chart_watch.wall() - parameterised - sampled;
-            const std::lock_guard lock(clock_mutex);
-            parameterise_seconds += parameterised;
-            resample_seconds += sampled;
-            error_seconds += measured;
-            progress.at("charts", static_cast<double>(i) / count);
+
+    Result<void> make_charts() {
+        const Stopwatch watch;
+        const auto count = static_cast<uint32_t>(quads_.quads.size());
+        auto patches = trace_patches(quads_.surface, quads_.surface.twins(), quads_.label, count);
+        if (!patches) return tl::unexpected(patches.error());
+        patches_ = std::move(*patches);
+        std::vector<std::vector<uint32_t>> members(count);
+        for (uint32_t t = 0; t < quads_.label.size(); ++t) members[quads_.label[t]].push_back(t);
+        for (uint32_t q = 0; q < count; ++q) {
+            auto& sides = patches_.sides[q];
+            if (sides.size() != 4) return fail(Fault::invariant, "quad " + std::to_string(q) + " has not four sides");
+            const auto begins = [&](const Side& side) {  // at the quad's first corner
+                const auto& v = patches_.arcs[side.arc].vertices;
+                return (side.reversed ? v.back() : v.front()) == quads_.quads[q].corners[0];
+            };
+            std::rotate(sides.begin(), std::ranges::find_if(sides, begins), sides.end());
         }
-    });
-    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-    double area = 0, tutte = 0, stretch = 0;
-    std::vector<SourceSample> samples;
-    std::vector<double> bounds(resampler.atlas().levels(), 0);
-    for (uint32_t q = 0; q < count; ++q) {
-        if (!faults[q].empty()) return fail(Fault::invariant, "chart " + std::to_string(q) + ": " + faults[q]);
-        const PerChart& c = per_chart[q];
-        area += c.area;
-        tutte += c.area * c.tutte * c.tutte;
-        stretch += c.area * c.stretch * c.stretch;
-        report.l2_stretch_worst = std::max(report.l2_stretch_worst, c.stretch);
-        report.missing_samples += c.missing;
-        report.flipped_triangles += c.flipped;
-        report.uniform_charts += c.uniform;
-        for (size_t level = 0; level < c.bounds.size(); ++level)
-            bounds[level] = std::max(bounds[level], c.bounds[level]);
-        samples.insert(samples.end(), c.samples.begin(), c.samples.end());
-        resampler.atlas().cluster[q] = quads.quads[q].cluster;
+        resampler_.emplace(mesh_, quads_.surface, patches_, options_.cells);
+        charts_.assign(count, {});
+        std::vector<std::string> faults(count);
+        std::mutex clock_mutex;
+        double parameterise_seconds = 0, resample_seconds = 0, error_seconds = 0;
+        const double whole_area = std::max(quads_.surface.area(), 1e-300);
+        // The largest first, so that no thread is left with one at the end.
+        std::vector<uint32_t> order(count);
+        std::iota(order.begin(), order.end(), 0u);
+        std::ranges::stable_sort(order, std::greater<>(), [&](uint32_t q) { return members[q].size(); });
+        parallel_for(count, 1, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end && !progress_.stopped(); ++i) {
+                const uint32_t q = order[i];
+                const Stopwatch chart_watch;
+                auto chart =
+                    parameterise(quads_.surface, members[q], patches_.sides[q], patches_.arcs, options_.parameterise);
+                if (!chart) {
+                    faults[q] = chart.error().message;
+                    continue;
+                }
+                const double parameterised = chart_watch.wall();
+                PerChart& c = charts_[q];
+                c.area = chart->area;
+                c.stretch = chart->stretch;
+                c.tutte = chart->tutte_stretch;
+                c.uniform = chart->uniform;
+                c.missing = resampler_->sample(q, *chart);
+                for (uint32_t t = 0; t < chart->patch.triangles.size(); ++t)
+                    c.flipped += !(chart->patch.signed_flat_area(t) > 0);
+                const double sampled = chart_watch.wall() - parameterised;
+                if (c.missing == 0) {
+                    const double share = static_cast<double>(options_.error_samples) * chart->area / whole_area;
+                    c.bounds = parametric_bounds(resampler_->atlas(), q, *chart);
+                    c.samples = sample_source(q, *chart, static_cast<uint32_t>(std::ceil(share)));
+                }
+                const double measured = chart_watch.wall() - parameterised - sampled;
+                const std::lock_guard lock(clock_mutex);
+                parameterise_seconds += parameterised;
+                resample_seconds += sampled;
+                error_seconds += measured;
+                progress_.at("charts", static_cast<double>(i) / count);
+            }
+        });
+        if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+        for (uint32_t q = 0; q < count; ++q) {
+            if (faults[q].empty() && charts_[q].missing == 0 && charts_[q].stretch <= options_.worst_stretch) continue;
+            bad_[quads_.quads[q].cluster] = true;
+            if (!faults[q].empty()) fault_ = "chart " + std::to_string(q) + ": " + faults[q];
+        }
+        const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
+        report_.parameterise_seconds += parameterise_seconds * share;
+        report_.resample_seconds += resample_seconds * share;
+        report_.error_seconds += error_seconds * share;
+        return {};
     }
-    report.l2_stretch_tutte = area > 0 ? std::sqrt(tutte / area) : 1;
-    report.l2_stretch_rms = area > 0 ? std::sqrt(stretch / area) : 1;
-    const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
-    report.parameterise_seconds = parameterise_seconds * share;
-    report.resample_seconds = resample_seconds * share;
-    report.error_seconds = error_seconds * share;
-    if (report.missing_samples > 0)
-        return fail(Fault::invariant, std::to_string(report.missing_samples) + " samples lie in no triangle");
-    Atlas atlas = resampler.take();
-    atlas.attributes = present;
-    double largest = 0;
-    for (const double bound : bounds) {
-        largest = std::max(largest, bound);
-        atlas.errors.push_back(static_cast<float>(largest * sampling_margin));
+
+    const TriMesh& mesh_;
+    const Surface& surface_;
+    const AtlasOptions& options_;
+    AtlasReport& report_;
+    const Progress& progress_;
+    std::vector<uint32_t> label_;
+    std::vector<bool> bad_;
+    std::string fault_;
+    Quads quads_;
+    Patches patches_;
+    std::optional<Resampler> resampler_;
+    std::vector<PerChart> charts_;
+};
+
+}  // namespace
+
+Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, AtlasReport& report,
+                         const Progress& progress) {
+    LODE_CHECK(source.triangle_count() > 0 && options.cells >= 2 && options.most_rounds > 0);
+    TriMesh with_normals;
+    const TriMesh* mesh = &source;
+    if (source.normals.empty()) {
+        with_normals = source;
+        compute_normals(with_normals);
+        mesh = &with_normals;
     }
-    const Stopwatch distance_watch;
-    progress.at("distance", 0);
-    const AtlasDistance finest = measure_finest(atlas, *mesh, samples);
-    report.rms_error = finest.rms;
-    report.max_error = finest.max;
-    report.error_seconds += distance_watch.wall();
-    return atlas;
+    const Surface surface = surface_of(*mesh, longest_edge(*mesh, options.clusters.clusters), &report.changes);
+    std::vector<float> density(surface.triangles.size(), 1.0f);
+    for (;;) {
+        ++report.rounds;
+        Attempt attempt(*mesh, surface, options, report, progress);
+        if (auto done = attempt.run(density); !done) return tl::unexpected(done.error());
+        const std::vector<bool>& bad = attempt.bad_clusters();
+        const bool last = report.rounds >= options.most_rounds;
+        if (last && !attempt.fault().empty()) return fail(Fault::invariant, attempt.fault());
+        if (last || std::ranges::find(bad, true) == bad.end()) {
+            auto atlas = attempt.take();
+            if (atlas) atlas->attributes = attributes_of(source);
+            return atlas;
+        }
+        for (uint32_t t = 0; t < density.size(); ++t) {
+            if (bad[attempt.label()[t]]) density[t] *= denser;
+        }
+    }
 }
 
 }  // namespace lodestone::vgi

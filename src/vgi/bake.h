@@ -14,12 +14,16 @@ namespace lodestone::vgi {
 struct AtlasOptions {
     ClusterOptions clusters;
     ParameteriseOptions parameterise;
-    uint32_t cells = 128;             // per side of a chart, a power of two, 2 .. 4096
+    uint32_t cells = 128;  // per side of a chart, a power of two, 2 .. 4096
+    // A cluster with a chart stretched more than this is cut finer, and so again for so many rounds; shapes that are
+    // needles stay what they are.
+    double worst_stretch = 3;
+    uint32_t most_rounds = 5;
     uint64_t error_samples = 200000;  // of all charts, either way; spread by area
 };
 
 struct AtlasReport {
-    uint32_t clusters = 0, charts = 0, buckets = 0;
+    uint32_t clusters = 0, charts = 0, buckets = 0, rounds = 0;
     SurfaceChanges changes;
     uint32_t uniform_clusters = 0, uniform_charts = 0;  // laid out with equal weights, because the better ones folded
     uint32_t flipped_triangles = 0, missing_samples = 0;

@@ -14,6 +14,7 @@ namespace lodestone::vgi {
 
 void CellMoments::add(const CellMoments& other) {
     area += other.area;
+    weighted += other.weighted;
     normal += other.normal;
     first += other.first;
     for (int i = 0; i < 6; ++i) second[i] += other.second[i];
@@ -55,7 +56,8 @@ CellMoments moments_of(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c, const glm::dvec
 
 }  // namespace
 
-CellComplex::CellComplex(const Surface& surface) : triangle_cells_(static_cast<uint32_t>(surface.triangles.size())) {
+CellComplex::CellComplex(const Surface& surface, std::span<const float> density)
+    : triangle_cells_(static_cast<uint32_t>(surface.triangles.size())) {
     const std::vector<uint32_t> twin = surface.twins();
     const auto count = static_cast<uint32_t>(twin.size());
     std::vector<uint32_t> half(count, none);  // half-edge of the complex
@@ -86,6 +88,7 @@ CellComplex::CellComplex(const Surface& surface) : triangle_cells_(static_cast<u
     for (uint32_t t = 0; t < triangle_cells_; ++t) {
         const auto& v = surface.triangles[t].vertices;
         moments_[t] = moments_of(surface.positions[v[0]], surface.positions[v[1]], surface.positions[v[2]], middle);
+        moments_[t].weighted = moments_[t].area * (density.empty() ? 1.0 : static_cast<double>(density[t]));
         parent_[t] = t;
         first_[t] = half[t * 3];
         for (uint32_t k = 0; k < 3; ++k) {

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <span>
 #include <vector>
 
 #include "base/result.h"
@@ -17,6 +18,7 @@ namespace lodestone::vgi {
 // Sums over the triangles of a cell: enough to fit a plane to it in constant time.
 struct CellMoments {
     double area = 0;
+    double weighted = 0;                    // integral of the density wanted
     glm::dvec3 normal{0};                   // vector area
     glm::dvec3 first{0};                    // integral of the position
     double second[6] = {0, 0, 0, 0, 0, 0};  // integrals of xx, yy, zz, xy, xz, yz
@@ -30,7 +32,8 @@ class CellComplex {
 public:
     // One cell per triangle, and a cell that is never merged per boundary loop. The surface must be valid and have no
     // inner edge between boundary vertices (surface_of sees to it).
-    explicit CellComplex(const Surface& surface);
+    // density: per triangle, > 0, for CellMoments::weighted; empty for 1 everywhere.
+    explicit CellComplex(const Surface& surface, std::span<const float> density = {});
 
     uint32_t edge_slots() const { return static_cast<uint32_t>(length_.size()); }
     bool edge_alive(uint32_t edge) const { return length_[edge] >= 0; }

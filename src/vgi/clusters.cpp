@@ -109,16 +109,19 @@ private:
     float cost(uint32_t edge, uint32_t a, uint32_t b) const {
         CellMoments m = complex_.moments(a);
         m.add(complex_.moments(b));
+        // The area wanted here.
+        const double wanted = m.weighted > 0 ? wanted_ * m.area / m.weighted : wanted_;
         const double perimeter = complex_.perimeter(a) + complex_.perimeter(b) - 2 * complex_.edge_length(edge);
         const double irregular = irregularity(perimeter, m.area),
                      before = std::max(irregularity(complex_.perimeter(a), complex_.moments(a).area),
                                        irregularity(complex_.perimeter(b), complex_.moments(b).area));
-        const double share = m.area / wanted_;
-        return static_cast<float>(weights_.planarity * 12 * m.flatness() / wanted_ +
-                                  weights_.compactness * perimeter * perimeter / (16 * wanted_) +
+        const double share = m.area / wanted;
+        return static_cast<float>(weights_.planarity * 12 * m.flatness() / wanted +
+                                  weights_.compactness * perimeter * perimeter / (16 * wanted) +
                                   weights_.size * share * share +
                                   weights_.irregularity * (irregular - before) / std::max(irregular, 1e-30) +
-                                  weights_.curvature * (m.area - glm::length(m.normal)) / wanted_);
+                                  weights_.bulge * std::max(0.0, 1 / std::max(irregular, 1e-30) - 1) +
+                                  weights_.curvature * (m.area - glm::length(m.normal)) / wanted);
     }
 
     CellComplex& complex_;
@@ -133,8 +136,13 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     Clusters result;
     if (surface.triangles.empty()) return result;
     const Stopwatch cut_watch;
-    CellComplex complex(surface);
-    Merging merging(complex, options, surface.area());
+    CellComplex complex(surface, options.density);
+    const double area = surface.area();
+    double weighted = 0;
+    for (uint32_t c = 0; c < complex.triangle_cells(); ++c) weighted += complex.moments(c).weighted;
+    const auto wanted_clusters =
+        static_cast<uint32_t>(std::lround(options.clusters * (area > 0 ? weighted / area : 1)));
+    Merging merging(complex, options, area);
     std::vector<bool> frozen(complex.triangle_cells(), false);
     const std::vector<uint32_t> bucket = cut_into_buckets(surface, options.bucket_triangles, &result.buckets);
     result.cut_seconds = cut_watch.wall();
@@ -173,7 +181,7 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
         parallel_for(result.buckets, 1, [&](size_t begin, size_t end) {
             for (size_t b = begin; b < end; ++b) {
                 const auto share = static_cast<double>(free_cells[b]) / static_cast<double>(surface.triangles.size());
-                const auto target = static_cast<size_t>(16 + 16 * share * options.clusters);
+                const auto target = static_cast<size_t>(16 + 16 * share * wanted_clusters);
                 left[b] = merging.run(edges[b], free_cells[b], target, frozen);
             }
         });
@@ -183,7 +191,7 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     result.bucket_seconds = bucket_watch.wall();
     const Stopwatch merge_watch;
     progress.at("clusters", 0);
-    merging.run(all, cells, options.clusters, {});
+    merging.run(all, cells, wanted_clusters, {});
     result.label = complex.labels();
     std::vector<uint32_t> number(complex.triangle_cells(), none);
     for (uint32_t& label : result.label) {

@@ -21,12 +21,16 @@ struct ClusterWeights {
     double size = 1;            // (A / L^2)^2
     double irregularity = 0.3;  // how much P^2 / 4 pi A grows, as a share
     double curvature = 1;       // (A - |N|) / L^2
+    double bulge = 1;           // 4 pi A / P^2 - 1 where that is positive: a cap on a neck, which flattens badly
 };
 
 struct ClusterOptions {
     uint32_t clusters = 130;  // wanted in all; more where components need more (4 where closed, 3 with a boundary)
     ClusterWeights weights;
     uint32_t bucket_triangles = 200000;  // about so many to a bucket
+    // Per triangle of the surface: how many times as many clusters are wanted there as elsewhere, > 0; `clusters` is
+    // then how many there would be without. Empty for 1 everywhere.
+    std::vector<float> density;
 };
 
 struct Clusters {

@@ -318,10 +318,15 @@ Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>&
             faults[c] = cuts[c]->run(corners[c], middles[c]);
         }
     });
+    for (uint32_t c = 0; c < count; ++c) {
+        if (faults[c].empty()) continue;
+        if (result.failed.empty()) result.fault = faults[c];
+        result.failed.push_back(c);
+    }
+    if (!result.failed.empty()) return result;
     // Put together in the order of clusters, whatever thread was first.
     std::vector<SurfaceTriangle> triangles;
     for (uint32_t c = 0; c < count; ++c) {
-        if (!faults[c].empty()) return fail(Fault::invariant, "cluster " + std::to_string(c) + " " + faults[c]);
         const ClusterCut& cut = *cuts[c];
         std::vector<uint32_t> number = cut.patch.origin;
         for (uint32_t v = 0; v < number.size(); ++v) {

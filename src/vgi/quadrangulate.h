@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -21,11 +22,13 @@ struct Quads {
         std::array<uint32_t, 4> corners{};  // vertices of the surface
     };
     std::vector<Quad> quads;
+    std::vector<uint32_t> failed;   // clusters that could not be cut; then there is nothing else
+    std::string fault;              // what was wrong with the first of them
     uint32_t uniform_clusters = 0;  // flattened with equal weights, because the better ones could not be solved
 };
 
-// label: clusters of the surface's triangles, 0 .. count - 1, valid for trace_patches. Fault::invariant names a cluster
-// that cannot be cut.
+// label: clusters of the surface's triangles, 0 .. count - 1, valid for trace_patches; else
+// Fault::invariant.
 Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>& label, uint32_t count);
 
 }  // namespace lodestone::vgi

@@ -35,6 +35,7 @@ TEST(Quadrangulate, MakesFourSidedDisksThatCoverTheSurface) {
             ASSERT_TRUE(clusters);
             const auto quads = quadrangulate(surface, clusters->label, clusters->count);
             ASSERT_TRUE(quads) << quads.error().message;
+            ASSERT_TRUE(quads->failed.empty()) << quads->fault;
             const auto valid = quads->surface.validate();
             ASSERT_TRUE(valid) << valid.error().message;
             EXPECT_NEAR(quads->surface.area(), surface.area(), 1e-9 * surface.area());

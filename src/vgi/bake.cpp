@@ -67,7 +67,16 @@ public:
             bad_[c] = true;
             fault_ = "cluster " + std::to_string(c) + " " + quads_.fault;
         }
-        return quads_.failed.empty() ? make_charts() : Result<void>{};
+        if (!quads_.failed.empty()) return {};
+        progress_.at("straighten", 0);
+        const Stopwatch straighten_watch;
+        for (uint32_t pass = 0; pass < options_.recentre_passes; ++pass) {
+            auto left = recentre(quads_, pass % 2 == 0 ? 0 : 2);
+            if (!left) return tl::unexpected(left.error());
+            report_.not_recentred += *left;
+        }
+        report_.straighten_seconds += straighten_watch.wall();
+        return make_charts();
     }
 
     const std::vector<uint32_t>& label() const { return label_; }

@@ -276,6 +276,17 @@ private:
     std::vector<bool> used_;  // vertices of the boundary and of rays
 };
 
+// Numbers on the surface of a patch's vertices; those it made are added.
+std::vector<uint32_t> add_vertices(const Patch& patch, Surface& surface) {
+    std::vector<uint32_t> number = patch.origin;
+    for (uint32_t v = 0; v < number.size(); ++v) {
+        if (number[v] != none) continue;
+        number[v] = static_cast<uint32_t>(surface.positions.size());
+        surface.positions.push_back(patch.positions[v]);
+    }
+    return number;
+}
+
 }  // namespace
 
 Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>& label, uint32_t count) {
@@ -328,12 +339,7 @@ Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>&
     std::vector<SurfaceTriangle> triangles;
     for (uint32_t c = 0; c < count; ++c) {
         const ClusterCut& cut = *cuts[c];
-        std::vector<uint32_t> number = cut.patch.origin;
-        for (uint32_t v = 0; v < number.size(); ++v) {
-            if (number[v] != none) continue;
-            number[v] = static_cast<uint32_t>(result.surface.positions.size());
-            result.surface.positions.push_back(cut.patch.positions[v]);
-        }
+        const std::vector<uint32_t> number = add_vertices(cut.patch, result.surface);
         const auto first_quad = static_cast<uint32_t>(result.quads.size());
         const size_t sides = corners[c].size();
         for (size_t s = 0; s < sides; ++s)
@@ -350,6 +356,95 @@ Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>&
     }
     result.surface.triangles = std::move(triangles);
     return result;
+}
+
+Result<uint32_t> recentre(Quads& quads, uint32_t pivot) {
+    LODE_CHECK(pivot == 0 || pivot == 2, pivot);
+    const auto count = static_cast<uint32_t>(quads.quads.size());
+    auto patches = trace_patches(quads.surface, quads.surface.twins(), quads.label, count);
+    if (!patches) return tl::unexpected(patches.error());
+    // Sides of a quad by the corner they begin at, and what is across.
+    std::vector<std::array<uint32_t, 4>> across(count, {none, none, none, none});
+    std::vector<std::array<uint32_t, 2>> first(patches->arcs.size(), {none, none});
+    for (uint32_t q = 0; q < count; ++q) {
+        for (const Side& side : patches->sides[q]) {
+            const auto& v = patches->arcs[side.arc].vertices;
+            const uint32_t begin = side.reversed ? v.back() : v.front();
+            const auto s = static_cast<uint32_t>(std::ranges::find(quads.quads[q].corners, begin) -
+                                                 quads.quads[q].corners.begin());
+            if (s == 4) return fail(Fault::invariant, "quad " + std::to_string(q) + " has lost a corner");
+            if (first[side.arc][0] == none) {
+                first[side.arc] = {q, s};
+            } else {
+                across[q][s] = first[side.arc][0];
+                across[first[side.arc][0]][first[side.arc][1]] = q;
+            }
+        }
+    }
+    // Rings of quads around their pivot, counter-clockwise; those that the boundary opens are left out.
+    const uint32_t corner = (pivot + 2) % 4, middle = (pivot + 3) % 4;
+    std::vector<std::vector<uint32_t>> rings;
+    std::vector<uint32_t> ring_of(count, none);
+    for (uint32_t q = 0; q < count; ++q) {
+        if (ring_of[q] != none) continue;
+        std::vector<uint32_t> ring;
+        uint32_t at = q;
+        while (at != none && (ring.empty() || at != q)) {
+            ring.push_back(at);
+            at = across[at][middle];
+            if (ring.size() > count) return fail(Fault::invariant, "quads around a vertex do not close");
+        }
+        if (at == none || ring.size() < 3) continue;
+        for (const uint32_t r : ring) ring_of[r] = static_cast<uint32_t>(rings.size());
+        rings.push_back(std::move(ring));
+    }
+    std::vector<std::vector<uint32_t>> members(rings.size());
+    std::vector<SurfaceTriangle> triangles;
+    std::vector<uint32_t> label;
+    for (uint32_t t = 0; t < quads.label.size(); ++t) {
+        if (const uint32_t ring = ring_of[quads.label[t]]; ring != none) {
+            members[ring].push_back(t);
+        } else {
+            triangles.push_back(quads.surface.triangles[t]);
+            label.push_back(quads.label[t]);
+        }
+    }
+    std::vector<std::unique_ptr<ClusterCut>> cuts(rings.size());
+    parallel_for(rings.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t r = begin; r < end; ++r) {
+            std::vector<uint32_t> corners, middles;
+            for (const uint32_t q : rings[r]) {
+                corners.push_back(quads.quads[q].corners[corner]);
+                middles.push_back(quads.quads[q].corners[middle]);
+            }
+            cuts[r] = std::make_unique<ClusterCut>(quads.surface, members[r]);
+            if (!cuts[r]->run(corners, middles).empty() || cuts[r]->uniform) cuts[r].reset();
+        }
+    });
+    uint32_t left = 0;
+    for (uint32_t r = 0; r < rings.size(); ++r) {
+        if (cuts[r] == nullptr) {
+            ++left;
+            for (const uint32_t t : members[r]) {
+                triangles.push_back(quads.surface.triangles[t]);
+                label.push_back(quads.label[t]);
+            }
+            continue;
+        }
+        const ClusterCut& cut = *cuts[r];
+        const std::vector<uint32_t> number = add_vertices(cut.patch, quads.surface);
+        for (size_t t = 0; t < cut.patch.triangles.size(); ++t) {
+            SurfaceTriangle global = cut.patch.triangles[t];
+            for (uint32_t& v : global.vertices) v = number[v];
+            triangles.push_back(global);
+            label.push_back(rings[r][cut.quad[t]]);
+        }
+        for (const uint32_t q : rings[r]) quads.quads[q].corners[pivot] = number[cut.centre];
+        cuts[r].reset();
+    }
+    quads.surface.triangles = std::move(triangles);
+    quads.label = std::move(label);
+    return left;
 }
 
 }  // namespace lodestone::vgi

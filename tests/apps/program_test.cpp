@@ -15,6 +15,7 @@
 #include "apps/bake.h"
 #include "base/file.h"
 #include "base/hash.h"
+#include "mesh/io/read.h"
 #include "mesh/mesh_stream.h"
 
 namespace lodestone {
@@ -115,6 +116,38 @@ TEST_F(ProgramTest, FromAMeshToLevels) {
     EXPECT_GE(again["input"]["triangles"], 490);
     EXPECT_EQ(again["input"]["components"], 1);
     EXPECT_EQ(again["repair"]["flipped_triangles"], 0);
+}
+
+TEST_F(ProgramTest, FromAMeshToAnAtlas) {
+    succeeds("generate rock --triangles 3000 --seed 2 -o rock.ply");
+    succeeds("bake rock.ply -o rock.lode --backends vgi,lod --clusters 8 --resolution 33 --report report.json");
+    const json vgi = json::parse(content_of(folder_ / "report.json"))["vgi"];
+    for (const char* field : {"clusters", "charts", "resolution", "bytes", "flipped_triangles", "l2_stretch_rms",
+                              "l2_stretch_worst", "rms_error", "max_error"}) {
+        EXPECT_TRUE(vgi.contains(field)) << field;
+    }
+    for (const char* stage :
+         {"buckets", "cluster", "merge", "straighten", "quadrangulate", "parameterise", "resample", "hierarchy"}) {
+        EXPECT_TRUE(vgi["seconds"].contains(stage)) << stage;
+    }
+    EXPECT_EQ(vgi["flipped_triangles"], 0);
+    EXPECT_LT(vgi["rms_error"], 1e-3);
+    succeeds("verify rock.lode");
+    const json info = printed("info rock.lode --json");
+    ASSERT_EQ(info["vgi"]["levels"].size(), 6u);
+    for (const json& level : info["vgi"]["levels"]) {
+        const std::string number = std::to_string(level["level"].get<int>());
+        succeeds("extract rock.lode --backend vgi --level " + number + " -o level.ply");
+        const auto mesh = read_mesh(folder_ / "level.ply");
+        ASSERT_TRUE(mesh);
+        EXPECT_EQ(mesh->triangle_count(), level["triangles"]);
+    }
+    succeeds("extract rock.lode --backend vgi --triangles 2000 -o level.obj");
+    succeeds("extract rock.lode --backend vgi --error 0.05 -o level.glb");
+    fails("extract rock.lode --backend vgi --level 6 -o x.ply", 2, "levels 0 (finest) to 5");
+    fails("bake rock.ply -o x.lode --backends vgi --resolution 100", 2, "--resolution");
+    bake_rock();
+    fails("extract rock.lode --backend vgi --level 0 -o x.ply", 3, "holds no atlas");
 }
 
 TEST_F(ProgramTest, BakesTheSameBytesWithAnyNumberOfThreads) {

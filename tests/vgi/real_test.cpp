@@ -1,0 +1,61 @@
+#include <gtest/gtest.h>
+
+#include <cctype>
+
+#include "fixtures/real_data.h"
+#include "mesh/io/read.h"
+#include "mesh/repair.h"
+#include "mesh/topology.h"
+#include "vgi/bake.h"
+
+namespace lodestone::vgi {
+namespace {
+
+// Any mesh a user has becomes a sound atlas, at few clusters and at many.
+class RealAtlas : public testing::TestWithParam<const char*> {};
+
+TEST_P(RealAtlas, IsValidAndTheSurfaceItWas) {
+    const auto path = fixtures::real_data(GetParam());
+    if (!path) GTEST_SKIP() << fixtures::missing_data_note(GetParam());
+    auto mesh = read_mesh(*path);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_TRUE(repair(*mesh));
+    const Topology before = topology_of(*mesh);
+    for (const uint32_t clusters : {6u, 60u}) {
+        SCOPED_TRACE(clusters);
+        AtlasOptions options;
+        options.clusters.clusters = clusters;
+        options.cells = 16;
+        options.error_samples = 5000;
+        AtlasReport report;
+        const auto atlas = make_atlas(*mesh, options, report);
+        ASSERT_TRUE(atlas) << atlas.error().message;
+        const auto valid = atlas->validate();
+        EXPECT_TRUE(valid) << valid.error().message;
+        EXPECT_EQ(report.flipped_triangles, 0u);
+        EXPECT_GE(report.clusters, clusters);
+        const Topology after = topology_of(atlas->extract(1));
+        EXPECT_TRUE(after.manifold());
+        EXPECT_EQ(after.inconsistent_edges, 0u);
+        EXPECT_EQ(after.components, before.components);
+        EXPECT_EQ(after.boundary_loops, before.boundary_loops);
+        EXPECT_EQ(after.genus, before.genus);
+    }
+}
+
+std::string test_name(const testing::TestParamInfo<const char*>& info) {
+    std::string name = info.param;
+    for (char& c : name) {
+        if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+    }
+    return name;
+}
+INSTANTIATE_TEST_SUITE_P(Scans, RealAtlas,
+                         testing::Values("scans/stanford-bunny.obj", "scans/horse.ply", "scans/laurana.ply",
+                                         "scans/falconstatue_boundary.obj", "nasty/cow.off", "nasty/moebius.obj",
+                                         "nasty/mite.obj", "nasty/camel_b.obj", "nasty/soup.stl", "nasty/brain.ply",
+                                         "nasty/boeing.off", "gltf/DamagedHelmet/DamagedHelmet.glb"),
+                         test_name);
+
+}  // namespace
+}  // namespace lodestone::vgi

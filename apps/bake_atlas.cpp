@@ -36,9 +36,14 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                              std::to_string(made.clusters) + " clusters come within " + std::to_string(finest) +
                              "; a higher --resolution may bring it under");
         }
+        if (made.cells != atlas_options.cells) {
+            progress.warning("the mesh has so many components that " + std::to_string(made.charts) +
+                             " charts are needed; they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
+                             std::to_string(options.resolution) + "^2");
+        }
         report = {{"clusters", made.clusters},
                   {"charts", made.charts},
-                  {"resolution", options.resolution},
+                  {"resolution", made.cells + 1},
                   {"buckets", made.buckets},
                   {"rounds", made.rounds},
                   {"lone_triangles", made.changes.lone_triangles},

@@ -132,6 +132,17 @@ private:
         std::vector<SourceSample> samples;
     };
 
+    uint32_t cells_for(uint32_t charts) const {
+        constexpr double charts_per_cluster = 12;  // of what is wanted; usual are six
+        constexpr uint32_t fewest_cells = 8;
+        const auto texels = [](uint32_t cells) { return (cells + 1.0) * (cells + 1.0); };
+        const double most = std::max(options_.most_texels_per_triangle * static_cast<double>(mesh_.triangle_count()),
+                                     charts_per_cluster * options_.clusters.clusters * texels(options_.cells));
+        uint32_t cells = options_.cells;
+        while (cells > fewest_cells && charts * texels(cells) > most) cells /= 2;
+        return cells;
+    }
+
     Result<void> make_charts() {
         const Stopwatch watch;
         const auto count = static_cast<uint32_t>(quads_.quads.size());
@@ -149,7 +160,8 @@ private:
             };
             std::rotate(sides.begin(), std::ranges::find_if(sides, begins), sides.end());
         }
-        resampler_.emplace(mesh_, quads_.surface, patches_, options_.cells);
+        report_.cells = cells_for(count);
+        resampler_.emplace(mesh_, quads_.surface, patches_, report_.cells);
         charts_.assign(count, {});
         std::vector<std::string> faults(count);
         std::mutex clock_mutex;

@@ -14,7 +14,11 @@ namespace lodestone::vgi {
 struct AtlasOptions {
     ClusterOptions clusters;
     ParameteriseOptions parameterise;
-    uint32_t cells = 128;  // per side of a chart, a power of two, 2 .. 4096
+    // Per side of a chart, a power of two, 2 .. 4096. Halved while all images together would have more texels than
+    // most_texels_per_triangle allows and charts are many more than `clusters` asks for: a mesh of thousands of small
+    // components has several charts for each.
+    uint32_t cells = 128;
+    double most_texels_per_triangle = 40;
     // A cluster with a chart stretched more than this is cut finer, and so again for so many rounds; shapes that are
     // needles stay what they are.
     double worst_stretch = 3;
@@ -25,6 +29,7 @@ struct AtlasOptions {
 
 struct AtlasReport {
     uint32_t clusters = 0, charts = 0, buckets = 0, rounds = 0;
+    uint32_t cells = 0;  // taken
     SurfaceChanges changes;
     uint32_t not_recentred = 0;                         // corners and centres that were left where they were
     uint32_t uniform_clusters = 0, uniform_charts = 0;  // laid out with equal weights, because the better ones folded

@@ -145,6 +145,26 @@ TEST(Atlas, IsTheSameForAnyNumberOfThreadsAndAtAnyScale) {
     }
 }
 
+TEST(Atlas, ManySmallComponentsAreSampledCoarser) {
+    TriMesh mesh;
+    const TriMesh one = fixtures::octahedron();
+    for (uint32_t i = 0; i < 200; ++i) {
+        for (Triangle t : one.triangles) {
+            for (uint32_t& w : t) w += static_cast<uint32_t>(mesh.positions.size());
+            mesh.triangles.push_back(t);
+        }
+        for (const glm::vec3& p : one.positions)
+            mesh.positions.push_back(p + glm::vec3(3.0f * static_cast<float>(i), 0, 0));
+    }
+    mesh.set_identity_wedges();
+    AtlasReport report;
+    const Atlas atlas = atlas_of(mesh, 4, 128, &report);
+    EXPECT_GE(report.clusters, 800u);
+    EXPECT_LT(report.cells, 128u);
+    EXPECT_EQ(atlas.cells, report.cells);
+    EXPECT_TRUE(atlas.validate());
+}
+
 TEST(Atlas, NoticesWhatIsBroken) {
     const Atlas good = atlas_of(repaired(Shape::rock, 3000), 8, 8);
     Atlas bad = good;

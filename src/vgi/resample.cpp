@@ -15,7 +15,7 @@ constexpr int64_t fine = int64_t{1} << 18;  // integer steps per cell: edge func
 }
 
 Resampler::Resampler(const TriMesh& mesh, const Surface& surface, const Patches& patches, uint32_t cells)
-    : mesh_(mesh), surface_(surface), patches_(patches) {
+    : mesh_(mesh), patches_(patches) {
     LODE_CHECK(mesh.normals.size() == mesh.wedge_count());
     const auto quads = static_cast<uint32_t>(patches.sides.size());
     atlas_.cells = cells;

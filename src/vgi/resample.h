@@ -33,7 +33,6 @@ private:
     void put(size_t texel, const glm::dvec3& position, const SurfaceTriangle& triangle, const glm::dvec3& weights);
 
     const TriMesh& mesh_;
-    const Surface& surface_;
     const Patches& patches_;
     std::vector<std::vector<BorderSample>> borders_;  // per arc
     Atlas atlas_;

@@ -1,7 +1,7 @@
-// What a step of the cursor costs per order: the walk from full detail to the base by ecols, and back by vsplits;
-// items are steps. worst_step is the slowest single step in units of the mean step of its interval between keyframes,
-// each step's time being the least of many walks; jump is a goto between the ends, by snapshots, in units of copying
-// the index buffer that is drawn there.
+// What building an order costs, and what a step of the cursor costs per order: the walk from full detail to the base by
+// ecols, and back by vsplits; items are steps. worst_step is the slowest single step in units of the mean step of its
+// interval between keyframes, each step's time being the least of many walks; jump is a goto between the ends, by
+// snapshots, in units of copying the index buffer that is drawn there.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -78,6 +78,21 @@ void register_subject(const Subject& subject) {
     LODE_CHECK(made.has_value(), made.error().message);
     baked.push_back(std::make_unique<ProgressiveMesh>(std::move(*made)));
     const ProgressiveMesh& pm = *baked.back();
+    // Building an order, wall clock; items are triangles.
+    const auto kept = std::make_shared<const CollapseList>(*list);
+    for (const std::string& order : orders) {
+        benchmark::RegisterBenchmark(
+            ("build/" + order + "/" + subject.name).c_str(),
+            [&subject, kept, order](benchmark::State& state) {
+                for (auto _ : state) {
+                    auto built = bake_progressive_mesh(subject.mesh, *kept, {order});
+                    LODE_CHECK(built.has_value());
+                }
+                state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(subject.mesh.triangle_count()));
+            })
+            ->Unit(benchmark::kSecond)
+            ->UseRealTime();
+    }
     for (uint32_t order = 0; order < orders.size(); ++order) {
         const auto add = [&](const char* what, bool down) {
             benchmark::RegisterBenchmark((std::string(what) + "/" + orders[order] + "/" + subject.name).c_str(),

@@ -13,6 +13,7 @@
 #include "lod/collapse_list.h"
 #include "lod/quadric.h"
 #include "mesh/closest_point.h"
+#include "mesh/topology.h"
 
 namespace lodestone {
 
@@ -171,8 +172,6 @@ public:
 
 private:
     uint32_t vertex(uint32_t corner) const { return vertices_[corner]; }
-    static uint32_t next(uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
-    static uint32_t previous(uint32_t corner) { return corner % 3 == 0 ? corner + 2 : corner - 1; }
     std::span<const uint32_t> corners(uint32_t v) const { return {pool_.data() + first_[v], count_[v]}; }
 
     // Coordinates centred and scaled by a power of two, so that every scale gives the same list.
@@ -308,16 +307,16 @@ private:
 
     uint32_t shared_faces(uint32_t a, uint32_t b) const {
         uint32_t shared = 0;
-        for (const uint32_t c : corners(a)) shared += vertex(next(c)) == b || vertex(previous(c)) == b;
+        for (const uint32_t c : corners(a)) shared += vertex(next_corner(c)) == b || vertex(previous_corner(c)) == b;
         return shared;
     }
 
     // The edge from this corner to the next has another face, and that uses other wedges.
     bool is_seam(uint32_t corner) const {
-        const uint32_t a = wedges_[corner], b = wedges_[next(corner)], va = mesh_.wedge_vertex[a],
+        const uint32_t a = wedges_[corner], b = wedges_[next_corner(corner)], va = mesh_.wedge_vertex[a],
                        vb = mesh_.wedge_vertex[b];
         for (const uint32_t c : corners(va)) {
-            if (vertex(previous(c)) == vb) return wedges_[c] != a || wedges_[previous(c)] != b;
+            if (vertex(previous_corner(c)) == vb) return wedges_[c] != a || wedges_[previous_corner(c)] != b;
         }
         return false;
     }
@@ -388,8 +387,8 @@ private:
             if (pairs) ring.pairs.push_back({WedgePair{wedges_[corner], wedges_[other]}, WedgePair{}});
         };
         for (const uint32_t c : corners(u)) {
-            add(c, next(c));
-            add(c, previous(c));
+            add(c, next_corner(c));
+            add(c, previous_corner(c));
         }
     }
 
@@ -401,7 +400,9 @@ private:
         ring.own_error = own_error(u);
         ring.own_wedge = none;
         for (const uint32_t c : corners(u)) {
-            const uint32_t other = vertex(next(c)) == v ? next(c) : vertex(previous(c)) == v ? previous(c) : none;
+            const uint32_t other = vertex(next_corner(c)) == v       ? next_corner(c)
+                                   : vertex(previous_corner(c)) == v ? previous_corner(c)
+                                                                     : none;
             if (other == none) continue;
             if (ring.faces[0] < 2) ring.pairs[0][ring.faces[0]] = {wedges_[c], wedges_[other]};
             ++ring.faces[0];
@@ -471,7 +472,7 @@ private:
         const glm::dvec3 &from = positions_[u], &to = positions_[v];
         double nearest = infinite;
         for (const uint32_t c : corners(u)) {
-            const uint32_t a = vertex(next(c)), b = vertex(previous(c));
+            const uint32_t a = vertex(next_corner(c)), b = vertex(previous_corner(c));
             if (a == v || b == v) continue;
             const glm::dvec3 away = closest_on_triangle(from, positions_[a], positions_[b], to) - from;
             nearest = std::min(nearest, glm::dot(away, away));
@@ -497,12 +498,12 @@ private:
         uint32_t common = 0;
         for (const uint32_t c : corners(v)) {
             // Each neighbour once: the next vertex of every face, and the previous one where the boundary ends the fan.
-            const uint32_t n = vertex(next(c));
+            const uint32_t n = vertex(next_corner(c));
             common += n != u && std::find(ring.neighbours.begin(), ring.neighbours.end(), n) != ring.neighbours.end();
         }
         if (boundary_[v]) {
             for (const uint32_t c : corners(v)) {
-                const uint32_t n = vertex(previous(c));
+                const uint32_t n = vertex(previous_corner(c));
                 if (n == u || !boundary_[n] ||
                     std::find(ring.neighbours.begin(), ring.neighbours.end(), n) == ring.neighbours.end())
                     continue;
@@ -511,7 +512,7 @@ private:
         }
         if (common != shared) return false;
         for (const uint32_t c : corners(u)) {
-            const uint32_t a = vertex(next(c)), b = vertex(previous(c));
+            const uint32_t a = vertex(next_corner(c)), b = vertex(previous_corner(c));
             if (a != v && b != v) continue;
             const uint32_t apex = a == v ? b : a;
             if (count_[apex] < (boundary_[apex] ? 2u : 4u)) return false;
@@ -529,9 +530,9 @@ private:
             return std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) { return p.removed == wedge; });
         };
         for (const uint32_t c : corners(u)) {
-            const uint32_t to = vertex(next(c)) == v       ? wedges_[next(c)]
-                                : vertex(previous(c)) == v ? wedges_[previous(c)]
-                                                           : none;
+            const uint32_t to = vertex(next_corner(c)) == v       ? wedges_[next_corner(c)]
+                                : vertex(previous_corner(c)) == v ? wedges_[previous_corner(c)]
+                                                                  : none;
             if (to == none) continue;
             const auto pair = known(wedges_[c]);
             if (pair == pairs.end()) {
@@ -574,7 +575,7 @@ private:
     bool turns_a_face(uint32_t u, uint32_t v) const {
         const glm::dvec3 &from = positions_[u], &to = positions_[v];
         for (const uint32_t c : corners(u)) {
-            const uint32_t a = vertex(next(c)), b = vertex(previous(c));
+            const uint32_t a = vertex(next_corner(c)), b = vertex(previous_corner(c));
             if (a == v || b == v) continue;
             const glm::dvec3 &pa = positions_[a], &pb = positions_[b];
             const glm::dvec3 before = glm::cross(pa - from, pb - from), after = glm::cross(pa - to, pb - to);
@@ -625,7 +626,7 @@ private:
         const auto joined = static_cast<uint32_t>(pool_.size());
         for (uint32_t i = 0; i < count_[v]; ++i) {
             const uint32_t c = pool_[first_[v] + i];
-            const uint32_t a = vertex(next(c)), b = vertex(previous(c));
+            const uint32_t a = vertex(next_corner(c)), b = vertex(previous_corner(c));
             if (a == u || b == u) {
                 drop_corner(a == u ? b : a, c / 3);
                 --alive_;
@@ -635,7 +636,7 @@ private:
         }
         for (uint32_t i = 0; i < count_[u]; ++i) {
             const uint32_t c = pool_[first_[u] + i];
-            if (vertex(next(c)) == v || vertex(previous(c)) == v) continue;
+            if (vertex(next_corner(c)) == v || vertex(previous_corner(c)) == v) continue;
             for (const WedgePair& pair : pairs) {
                 if (pair.removed == wedges_[c]) {
                     wedges_[c] = pair.kept;

@@ -3,13 +3,9 @@
 #include <algorithm>
 
 #include "base/check.h"
+#include "mesh/topology.h"
 
 namespace lodestone {
-
-namespace {
-uint32_t next(uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
-uint32_t previous(uint32_t corner) { return corner % 3 == 0 ? corner + 2 : corner - 1; }
-}  // namespace
 
 WedgeReplay::WedgeReplay(const TriMesh& mesh)
     : mesh_(mesh), corners_(mesh.vertex_count()), triangles_(mesh.triangle_count()) {
@@ -29,8 +25,8 @@ std::pair<bool, std::vector<WedgePair>> WedgeReplay::pairs(uint32_t u, uint32_t 
     };
     bool consistent = true;
     for (const uint32_t c : corners_[u]) {
-        if (vertex(next(c)) != v && vertex(previous(c)) != v) continue;
-        const uint32_t to = vertex(next(c)) == v ? wedges_[next(c)] : wedges_[previous(c)];
+        if (vertex(next_corner(c)) != v && vertex(previous_corner(c)) != v) continue;
+        const uint32_t to = vertex(next_corner(c)) == v ? wedges_[next_corner(c)] : wedges_[previous_corner(c)];
         const auto known = partner(wedges_[c]);
         if (known == found.end()) {
             found.push_back({wedges_[c], to});
@@ -49,10 +45,11 @@ void WedgeReplay::collapse(uint32_t u, uint32_t v, CollapseList& list) {
         {u, v, static_cast<uint32_t>(list.wedge_pairs.size()), static_cast<uint32_t>(found.size())});
     list.wedge_pairs.insert(list.wedge_pairs.end(), found.begin(), found.end());
     for (const uint32_t c : corners_[u]) {
-        const uint32_t a = vertex(next(c)), b = vertex(previous(c));
+        const uint32_t a = vertex(next_corner(c)), b = vertex(previous_corner(c));
         if (a == v || b == v) {
             // The face dies: it leaves the lists of its other two corners.
-            for (const uint32_t other : {next(c), previous(c)}) std::erase(corners_[vertex(other)], other);
+            for (const uint32_t other : {next_corner(c), previous_corner(c)})
+                std::erase(corners_[vertex(other)], other);
             --triangles_;
             continue;
         }

@@ -178,8 +178,6 @@ void drop_duplicates(TriMesh& mesh, RepairReport& report) {
 }
 
 // Half-edge 3 * t + k runs from corner k to corner k + 1 of triangle t.
-uint32_t next_of(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-
 class Surface {
 public:
     explicit Surface(const TriMesh& mesh)
@@ -255,8 +253,8 @@ public:
             const uint32_t t = twin_[h];
             if (t == no_neighbour || t < h) continue;
             const bool same_way = from(h) == from(t);
-            fans.join(h, same_way ? t : next_of(t));
-            fans.join(next_of(h), same_way ? next_of(t) : t);
+            fans.join(h, same_way ? t : next_corner(t));
+            fans.join(next_corner(h), same_way ? next_corner(t) : t);
         }
         std::vector<uint32_t> vertex(twin_.size());
         for (uint32_t c = 0; c < vertex.size(); ++c) vertex[c] = from(c);
@@ -300,7 +298,7 @@ public:
 
 private:
     uint32_t from(uint32_t h) const { return mesh_.vertex_of(h / 3, static_cast<int>(h % 3)); }
-    uint32_t to(uint32_t h) const { return from(next_of(h)); }
+    uint32_t to(uint32_t h) const { return from(next_corner(h)); }
 
     static uint32_t copy_wedge(TriMesh& mesh, uint32_t wedge, uint32_t vertex) {
         const auto copy = [&](auto& values) {
@@ -329,7 +327,7 @@ private:
         const glm::dvec3 up = glm::cross(unit, side);
         std::vector<std::pair<double, uint32_t>> around;
         for (const uint32_t h : edges) {
-            const glm::dvec3 r = glm::dvec3(mesh_.positions[from(next_of(next_of(h)))]) - a;
+            const glm::dvec3 r = glm::dvec3(mesh_.positions[from(next_corner(next_corner(h)))]) - a;
             around.emplace_back(std::atan2(glm::dot(r, up), glm::dot(r, side)), h);
         }
         std::sort(around.begin(), around.end());

@@ -15,8 +15,6 @@ struct EdgeKey {
     uint32_t half_edge;
 };
 
-uint32_t next_corner(uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
-
 uint32_t start_vertex(const TriMesh& mesh, uint32_t half_edge) {
     return mesh.vertex_of(half_edge / 3, static_cast<int>(half_edge % 3));
 }
@@ -49,19 +47,29 @@ std::vector<EdgeKey> sorted_edges(const TriMesh& mesh) {
 
 }  // namespace
 
-std::vector<uint32_t> half_edge_twins(const TriMesh& mesh) {
-    const auto keys = sorted_edges(mesh);
-    std::vector<uint32_t> twins(keys.size(), no_neighbour);
-    for (size_t i = 0; i < keys.size();) {
-        size_t end = i + 1;
-        while (end < keys.size() && keys[end].key == keys[i].key) ++end;
-        if (end - i == 2) {
-            twins[keys[i].half_edge] = keys[i + 1].half_edge;
-            twins[keys[i + 1].half_edge] = keys[i].half_edge;
+std::vector<uint32_t> half_edge_twins(std::span<const uint32_t> corner_vertex, size_t vertices, bool* manifold) {
+    const auto from = [&](uint32_t h) { return corner_vertex[h]; };
+    const auto to = [&](uint32_t h) { return corner_vertex[next_corner(h)]; };
+    // Half-edges by the vertex they begin at.
+    std::vector<uint32_t> first(vertices + 1, 0), out(corner_vertex.size()), twin(out.size(), no_neighbour);
+    for (const uint32_t v : corner_vertex) ++first[v + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<uint32_t> fill(first.begin(), first.end() - 1);
+    for (uint32_t h = 0; h < twin.size(); ++h) out[fill[from(h)]++] = h;
+    for (uint32_t h = 0; h < twin.size(); ++h) {
+        if (twin[h] != no_neighbour) continue;
+        for (uint32_t i = first[to(h)]; i < first[to(h) + 1]; ++i) {
+            const uint32_t g = out[i];
+            if (to(g) != from(h)) continue;
+            if (twin[g] != no_neighbour || twin[h] != no_neighbour) {
+                if (manifold != nullptr) *manifold = false;
+                continue;
+            }
+            twin[h] = g;
+            twin[g] = h;
         }
-        i = end;
     }
-    return twins;
+    return twin;
 }
 
 std::vector<uint32_t> components_of(const TriMesh& mesh, uint32_t* count) {

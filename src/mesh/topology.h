@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/result.h"
@@ -30,9 +31,15 @@ Topology topology_of(const TriMesh& mesh);
 
 inline constexpr uint32_t no_neighbour = ~0u;
 
-// neighbours[3 * t + k]: half-edge 3 * t' + k' on the other side of triangle t's edge from corner k to corner k+1,
-// no_neighbour on the boundary. Edges with more than two triangles pair none. Size 3 * triangle_count().
-std::vector<uint32_t> half_edge_twins(const TriMesh& mesh);
+// Corners of triangle t are numbered 3 t + k, k = 0 .. 2, and so are the half-edges that begin there.
+inline uint32_t next_corner(uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
+inline uint32_t previous_corner(uint32_t corner) { return corner % 3 == 0 ? corner + 2 : corner - 1; }
+
+// Per half-edge, the one on the other side, which runs the other way; no_neighbour on the boundary. corner_vertex: per
+// corner, each below `vertices`. manifold, if given: set to false where an edge has more than two triangles, of which
+// the first two are then paired.
+std::vector<uint32_t> half_edge_twins(std::span<const uint32_t> corner_vertex, size_t vertices,
+                                      bool* manifold = nullptr);
 
 // Component number of each triangle, in order of first appearance; connected through shared vertices.
 std::vector<uint32_t> components_of(const TriMesh& mesh, uint32_t* count = nullptr);

@@ -106,11 +106,11 @@ CellComplex::CellComplex(const Surface& surface, std::span<const float> density)
     for (uint32_t h = 0; h < count; ++h) {
         if (twin[h] != none) continue;
         const uint32_t mine = half[h] ^ 1;
-        origin_[mine] = surface.triangles[h / 3].vertices[(h + 1 - h / 3 * 3) % 3];
+        origin_[mine] = surface.triangles[h / 3].vertices[next_corner(h) % 3];
         // From the end of `mine` on along the boundary: turn around that vertex through its triangles.
         uint32_t g = h;
         for (;;) {
-            const uint32_t in = g / 3 * 3 + (g + 2 - g / 3 * 3) % 3;  // comes into the origin of g
+            const uint32_t in = previous_corner(g);  // comes into the origin of g
             if (twin[in] == none) {
                 next_[mine] = half[in] ^ 1;
                 prev_[half[in] ^ 1] = mine;

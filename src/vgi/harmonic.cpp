@@ -34,7 +34,7 @@ HarmonicSolver::HarmonicSolver(Patch& patch) : system_(new System{patch, {}, {},
     }
     s.cotangent.resize(patch.twin.size());
     for (uint32_t h = 0; h < patch.twin.size(); ++h) {
-        const glm::dvec3& apex = patch.positions[patch.to(Patch::next(h))];
+        const glm::dvec3& apex = patch.positions[patch.to(next_corner(h))];
         const glm::dvec3 a = patch.positions[patch.from(h)] - apex, b = patch.positions[patch.to(h)] - apex;
         const double sine = glm::length(glm::cross(a, b));
         const double cotangent = sine > 0 ? glm::dot(a, b) / sine : most_weight;

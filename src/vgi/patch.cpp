@@ -121,10 +121,7 @@ Patch take_patch(const Surface& surface, std::span<const uint32_t> triangles) {
         }
         patch.triangles.push_back(local);
     }
-    Surface part;
-    part.positions = patch.positions;
-    part.triangles = patch.triangles;
-    patch.twin = part.twins();
+    patch.twin = twins_of(patch.triangles, patch.positions.size());
     return patch;
 }
 

@@ -21,9 +21,7 @@ struct Patch {
     std::vector<uint32_t> twin;              // per half-edge 3 t + k; none on the patch's boundary
 
     uint32_t from(uint32_t h) const { return triangles[h / 3].vertices[h % 3]; }
-    uint32_t to(uint32_t h) const { return triangles[h / 3].vertices[(h + 1 - h / 3 * 3) % 3]; }
-    static uint32_t next(uint32_t h) { return h / 3 * 3 + (h + 1 - h / 3 * 3) % 3; }
-    static uint32_t previous(uint32_t h) { return h / 3 * 3 + (h + 2 - h / 3 * 3) % 3; }
+    uint32_t to(uint32_t h) const { return from(next_corner(h)); }
 
     // Puts a vertex on the edge of h, the share `at` (0 .. 1) of the way from from(h) to to(h): the triangles either
     // side become two each. flat_at: the same in the plane, where it may differ. Returns the vertex; h then ends in it.

@@ -65,12 +65,12 @@ public:
 
 private:
     uint32_t from(uint32_t h) const { return surface_.triangles[h / 3].vertices[h % 3]; }
-    uint32_t to(uint32_t h) const { return surface_.triangles[h / 3].vertices[(h + 1 - h / 3 * 3) % 3]; }
+    uint32_t to(uint32_t h) const { return from(next_corner(h)); }
     bool border(uint32_t h) const { return twins_[h] == none || label_[h / 3] != label_[twins_[h] / 3]; }
     // The border half-edge of the same patch that goes on from the end of h.
     uint32_t next_border(uint32_t h) const {
         for (;;) {
-            h = h / 3 * 3 + (h + 1 - h / 3 * 3) % 3;
+            h = next_corner(h);
             if (border(h)) return h;
             h = twins_[h];
         }

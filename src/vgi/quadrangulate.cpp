@@ -196,7 +196,7 @@ private:
                     return true;
                 }
                 const glm::dvec2 a = patch.flat[patch.to(h)] - patch.flat[x],
-                                 b = patch.flat[patch.to(Patch::next(h))] - patch.flat[x], d = goal - patch.flat[x];
+                                 b = patch.flat[patch.to(next_corner(h))] - patch.flat[x], d = goal - patch.flat[x];
                 const double ca = cross(a, d), cb = cross(d, b);
                 if (ca >= 0 && cb > 0 && found == none) found = h;
                 // Rounding may leave none: then the one that misses least.
@@ -205,26 +205,26 @@ private:
                     most = miss;
                     best = h;
                 }
-                h = patch.twin[Patch::previous(h)];
+                h = patch.twin[previous_corner(h)];
                 if (h == none) return false;
             } while (h != out);
             if (found == none) found = best;
             if (found == none) return false;
-            const uint32_t edge = Patch::next(found), a = patch.from(edge), b = patch.to(edge);
+            const uint32_t edge = next_corner(found), a = patch.from(edge), b = patch.to(edge);
             const glm::dvec2 d = goal - patch.flat[x];
             const double ca = std::max(0.0, cross(patch.flat[a] - patch.flat[x], d)),
                          cb = std::max(0.0, cross(d, patch.flat[b] - patch.flat[x]));
             double share = ca + cb > 0 ? ca / (ca + cb) : 0.5;
             const uint32_t near = share < 0.5 ? a : b;
             if (std::min(share, 1 - share) < snap && !used_[near]) {
-                out = near == a ? edge : Patch::next(edge);
+                out = near == a ? edge : next_corner(edge);
                 x = near;
             } else {
                 if (patch.twin[edge] == none || (used_[a] && used_[b] && wall(a, b))) return false;
                 share = std::clamp(share, 1e-6, 1 - 1e-6);
                 x = patch.split_edge(edge, std::clamp(share, least_share, 1 - least_share), share);
                 used_.push_back(false);
-                out = Patch::next(edge);
+                out = next_corner(edge);
             }
             used_[x] = true;
             path.push_back(x);
@@ -292,20 +292,18 @@ std::vector<uint32_t> add_vertices(const Patch& patch, Surface& surface) {
 Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>& label, uint32_t count) {
     Quads result;
     std::vector<uint32_t> clusters = label;
-    {
-        const auto traced = trace_patches(surface, surface.twins(), clusters, count);
-        if (!traced) return tl::unexpected(traced.error());
-        Patch whole;
-        whole.positions = surface.positions;
-        whole.triangles = surface.triangles;
-        whole.twin = surface.twins();
-        whole.origin.resize(whole.positions.size());
-        std::iota(whole.origin.begin(), whole.origin.end(), 0u);
-        insert_middles(whole, clusters, *traced);
-        result.surface.positions = std::move(whole.positions);
-        result.surface.triangles = std::move(whole.triangles);
-    }
-    const auto patches = trace_patches(result.surface, result.surface.twins(), clusters, count);
+    Patch whole;
+    whole.twin = surface.twins();
+    const auto traced = trace_patches(surface, whole.twin, clusters, count);
+    if (!traced) return tl::unexpected(traced.error());
+    whole.positions = surface.positions;
+    whole.triangles = surface.triangles;
+    whole.origin.resize(whole.positions.size());
+    std::iota(whole.origin.begin(), whole.origin.end(), 0u);
+    insert_middles(whole, clusters, *traced);
+    result.surface.positions = std::move(whole.positions);
+    result.surface.triangles = std::move(whole.triangles);
+    const auto patches = trace_patches(result.surface, whole.twin, clusters, count);
     if (!patches) return tl::unexpected(patches.error());
     std::vector<uint32_t> middle(patches->arcs.size());
     for (size_t a = 0; a < middle.size(); ++a) {

@@ -141,7 +141,7 @@ uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
             const double share = side.reversed ? 1 - b.share : b.share;
             glm::dvec3 weights(0);
             weights[static_cast<int>(h % 3)] = 1 - share;
-            weights[static_cast<int>((h + 1 - h / 3 * 3) % 3)] = share;
+            weights[static_cast<int>(next_corner(h) % 3)] = share;
             put(atlas_.side_texel(quad, s, k), b.position, patch.triangles[h / 3], weights);
         }
     }

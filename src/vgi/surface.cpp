@@ -9,41 +9,17 @@
 
 namespace lodestone::vgi {
 
-namespace {
-
-// Twins by sorting edges: those that meet run opposite ways.
-std::vector<uint32_t> pair_up(const std::vector<SurfaceTriangle>& triangles, size_t vertices, bool* manifold) {
-    std::vector<uint32_t> first(vertices + 1, 0), of(triangles.size() * 3), twin(triangles.size() * 3, none);
-    const auto from = [&](uint32_t h) { return triangles[h / 3].vertices[h % 3]; };
-    const auto to = [&](uint32_t h) { return triangles[h / 3].vertices[(h + 1 - h / 3 * 3) % 3]; };
-    for (uint32_t h = 0; h < twin.size(); ++h) ++first[from(h) + 1];
-    for (size_t v = 0; v < vertices; ++v) first[v + 1] += first[v];
-    std::vector<uint32_t> fill(first.begin(), first.end() - 1);
-    for (uint32_t h = 0; h < twin.size(); ++h) of[fill[from(h)]++] = h;
-    for (uint32_t h = 0; h < twin.size(); ++h) {
-        if (twin[h] != none) continue;
-        const uint32_t a = from(h), b = to(h);
-        for (uint32_t i = first[b]; i < first[b + 1]; ++i) {
-            const uint32_t g = of[i];
-            if (to(g) != a) continue;
-            if (twin[g] != none || twin[h] != none) {
-                if (manifold != nullptr) *manifold = false;
-                continue;
-            }
-            twin[h] = g;
-            twin[g] = h;
-        }
-    }
-    return twin;
+std::vector<uint32_t> twins_of(std::span<const SurfaceTriangle> triangles, size_t vertices, bool* manifold) {
+    std::vector<uint32_t> corner_vertex;
+    corner_vertex.reserve(triangles.size() * 3);
+    for (const SurfaceTriangle& t : triangles)
+        corner_vertex.insert(corner_vertex.end(), t.vertices.begin(), t.vertices.end());
+    return half_edge_twins(corner_vertex, vertices, manifold);
 }
-
-}  // namespace
 
 glm::dvec3 area_vector(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
     return glm::cross(b - a, c - a);
 }
-
-std::vector<uint32_t> Surface::twins() const { return pair_up(triangles, positions.size(), nullptr); }
 
 double Surface::area() const {
     double sum = 0;
@@ -67,7 +43,7 @@ Result<void> Surface::validate() const {
         }
     }
     bool manifold = true;
-    const std::vector<uint32_t> twin = pair_up(triangles, positions.size(), &manifold);
+    const std::vector<uint32_t> twin = twins_of(triangles, positions.size(), &manifold);
     if (!manifold) return wrong("an edge has more than two triangles");
     // One fan of triangles around every vertex.
     std::vector<uint32_t> corners(positions.size(), 0), some(positions.size(), none);
@@ -81,8 +57,7 @@ Result<void> Surface::validate() const {
         uint32_t met = 0, h = some[v];
         do {
             ++met;
-            const uint32_t in = h / 3 * 3 + (h + 2 - h / 3 * 3) % 3;  // the edge that comes into v
-            h = twin[in];
+            h = twin[previous_corner(h)];  // across the edge that comes into v
         } while (h != none && h != some[v]);
         if (met != corners[v]) return wrong("vertex " + std::to_string(v) + " joins several fans");
     }
@@ -97,7 +72,7 @@ Patch whole_patch(const TriMesh& mesh) {
     whole.triangles.reserve(mesh.triangle_count());
     for (uint32_t t = 0; t < mesh.triangle_count(); ++t)
         whole.triangles.push_back({{mesh.vertex_of(t, 0), mesh.vertex_of(t, 1), mesh.vertex_of(t, 2)}, t});
-    whole.twin = pair_up(whole.triangles, whole.positions.size(), nullptr);
+    whole.twin = twins_of(whole.triangles, whole.positions.size());
     whole.origin.assign(whole.positions.size(), none);
     return whole;
 }

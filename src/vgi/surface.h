@@ -6,14 +6,16 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <span>
 #include <vector>
 
 #include "base/result.h"
+#include "mesh/topology.h"
 #include "mesh/tri_mesh.h"
 
 namespace lodestone::vgi {
 
-inline constexpr uint32_t none = ~0u;
+inline constexpr uint32_t none = no_neighbour;
 
 struct SurfaceTriangle {
     std::array<uint32_t, 3> vertices;  // counter-clockwise seen from outside
@@ -22,12 +24,15 @@ struct SurfaceTriangle {
     std::array<glm::vec2, 3> place{glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(0, 1)};
 };
 
+// As half_edge_twins of mesh/topology.h.
+std::vector<uint32_t> twins_of(std::span<const SurfaceTriangle> triangles, size_t vertices, bool* manifold = nullptr);
+
 struct Surface {
     std::vector<glm::dvec3> positions;
     std::vector<SurfaceTriangle> triangles;
 
     // 3 t + k: the half-edge across the edge of triangle t from corner k to corner k + 1; none on the boundary.
-    std::vector<uint32_t> twins() const;
+    std::vector<uint32_t> twins() const { return twins_of(triangles, positions.size()); }
     double area() const;
     // Oriented manifold without bow-ties, indices in range, places within their source triangles.
     Result<void> validate() const;

@@ -95,6 +95,7 @@ Result<ProgressiveMesh> bake_lod(const TriMesh& mesh, const BakeOptions& options
 }  // namespace
 
 Json BakeOptions::to_json() const {
+    const vgi::ClusterWeights& weights = atlas.clusters.weights;
     return {{"backends", backends},
             {"orders", orders},
             {"cache", name_of(order.cache)},
@@ -106,9 +107,14 @@ Json BakeOptions::to_json() const {
             {"uv_weight", uv_weight},
             {"colour_weight", colour_weight},
             {"error_samples", error_samples},
-            {"clusters", clusters},
+            {"clusters", atlas.clusters.clusters},
+            {"cluster_weights",
+             {weights.planarity, weights.compactness, weights.size, weights.irregularity, weights.curvature,
+              weights.bulge}},
             {"target_error", target_error},
-            {"resolution", resolution},
+            {"resolution", atlas.cells + 1},
+            {"attribute_ratio", atlas.attribute_ratio},
+            {"worst_stretch", atlas.worst_stretch},
             {"load_images", read.load_images},
             {"height_scale", read.height_scale},
             {"pixel_size", read.pixel_size}};

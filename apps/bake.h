@@ -13,6 +13,7 @@
 #include "lod/face_order.h"
 #include "mesh/io/read.h"
 #include "mesh/tri_mesh.h"
+#include "vgi/bake.h"
 
 namespace lodestone {
 
@@ -24,9 +25,8 @@ struct BakeOptions {
     std::string simplifier = "quadric";                             // quadric, openmesh
     double normal_weight = -1, uv_weight = -1, colour_weight = -1;  // < 0: the simplifier's default
     uint64_t error_samples = 100000;                                // points on each surface when errors are measured
-    uint32_t clusters = 130;                                        // vgi: wanted
-    double target_error = 0;    // vgi: object units; > 0: more clusters until the finest level comes under it
-    uint32_t resolution = 129;  // vgi: samples per side of a chart, 2^n + 1
+    vgi::AtlasOptions atlas;
+    double target_error = 0;  // vgi: object units; > 0: more clusters until the finest level comes under it
     ReadOptions read;
 
     // Everything the asset's bytes depend on besides the source.

@@ -16,9 +16,7 @@ constexpr uint32_t most_clusters = 1u << 14;
 Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, nlohmann::json& report,
                               const Progress& progress) {
     if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
-    vgi::AtlasOptions atlas_options;
-    atlas_options.cells = options.resolution - 1;
-    atlas_options.clusters.clusters = options.clusters;
+    vgi::AtlasOptions atlas_options = options.atlas;
     const double diagonal = std::max(1e-30, static_cast<double>(bounding_box(mesh.positions).diagonal()));
     for (;;) {
         vgi::AtlasReport made;
@@ -39,11 +37,12 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
         if (made.cells != atlas_options.cells) {
             progress.warning("the mesh has so many components that " + std::to_string(made.charts) +
                              " charts are needed; they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
-                             std::to_string(options.resolution) + "^2");
+                             std::to_string(atlas_options.cells + 1) + "^2");
         }
         report = {{"clusters", made.clusters},
                   {"charts", made.charts},
                   {"resolution", made.cells + 1},
+                  {"attribute_resolution", atlas->attribute_cells + 1},
                   {"buckets", made.buckets},
                   {"rounds", made.rounds},
                   {"lone_triangles", made.changes.lone_triangles},

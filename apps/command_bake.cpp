@@ -14,6 +14,7 @@ namespace {
 struct Options {
     std::string mesh, out, backends = "lod", orders = "keyframe,static,classic", cache = "fifo16", report;
     unsigned threads = 0;
+    uint32_t resolution = 129, attribute_resolution = 0;  // of attributes: 0 for the same
     bool json = false;
     BakeOptions bake;
 };
@@ -72,6 +73,14 @@ Result<int> bake(const Options& given) {
             return fail(Fault::usage, "--order " + given.orders + ": names " + (*orders)[i] + " twice");
         }
     }
+    options.atlas.cells = given.resolution - 1;
+    if (given.attribute_resolution > 0) {
+        if (given.attribute_resolution < given.resolution) {
+            return fail(Fault::usage, "--attribute-resolution " + std::to_string(given.attribute_resolution) +
+                                          ": must not be below --resolution, " + std::to_string(given.resolution));
+        }
+        options.atlas.attribute_ratio = (given.attribute_resolution - 1) / options.atlas.cells;
+    }
     const auto model = given.cache == "auto" ? auto_cache_model() : cache_model_named(given.cache);
     if (!model) return fail_at("--cache", model.error());
     options.order.cache = *model;
@@ -127,15 +136,39 @@ void add_bake(CLI::App& app, Run& run) {
                      "Faces moved per collapse, about: more moves, fewer transforms")
         ->check(CLI::Range(0.1, 100.0))
         ->capture_default_str();
-    command->add_option("--clusters", o->bake.clusters, "vgi: clusters wanted; each becomes a quad chart per side")
+    command
+        ->add_option("--clusters", o->bake.atlas.clusters.clusters,
+                     "vgi: clusters wanted; each becomes a quad chart per side")
         ->check(CLI::Range(1, 1 << 20))
         ->capture_default_str();
     command
         ->add_option("--target-error", o->bake.target_error,
                      "vgi: instead of --clusters, as many as bring the finest level within this, in object units")
         ->check(CLI::PositiveNumber);
-    command->add_option("--resolution", o->bake.resolution, "vgi: samples per side of a chart, 2^n + 1")
+    command->add_option("--resolution", o->resolution, "vgi: samples per side of a chart, 2^n + 1")
         ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025}))
+        ->capture_default_str();
+    command
+        ->add_option("--attribute-resolution", o->attribute_resolution,
+                     "vgi: the same of normals, colours and texture coordinates; as --resolution unless given, never "
+                     "coarser")
+        ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025, 2049, 4097}));
+    const auto weight = [&](const char* name, double& value, const char* what) {
+        command->add_option(name, value, std::string("vgi: what a cluster's ") + what + " costs")
+            ->check(CLI::Range(0.0, 1e6))
+            ->capture_default_str();
+    };
+    vgi::ClusterWeights& weights = o->bake.atlas.clusters.weights;
+    weight("--planarity-weight", weights.planarity, "distance from a plane");
+    weight("--compactness-weight", weights.compactness, "long border");
+    weight("--irregularity-weight", weights.irregularity, "becoming less round");
+    weight("--size-weight", weights.size, "size");
+    weight("--curvature-weight", weights.curvature, "turning normals");
+    weight("--bulge-weight", weights.bulge, "bulging over its border");
+    command
+        ->add_option("--worst-stretch", o->bake.atlas.worst_stretch,
+                     "vgi: clusters are made finer where a chart is stretched more")
+        ->check(CLI::Range(1.1, 1e6))
         ->capture_default_str();
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command->add_option("--report", o->report, "Also write the bake report to this JSON file");

@@ -14,24 +14,6 @@ namespace lodestone::vgi {
 
 uint32_t Atlas::levels() const { return static_cast<uint32_t>(std::bit_width(cells)); }
 
-size_t Atlas::side_texel(uint32_t chart, uint32_t side, uint32_t k) const {
-    switch (side) {
-        case 0:
-            return texel(chart, k, 0);
-        case 1:
-            return texel(chart, cells, k);
-        case 2:
-            return texel(chart, cells - k, cells);
-        default:
-            return texel(chart, 0, cells - k);
-    }
-}
-
-glm::vec3 Atlas::position(size_t texel) const {
-    const auto& p = positions[texel];
-    return glm::vec3(origin + step * glm::dvec3(p[0], p[1], p[2]));
-}
-
 glm::vec3 Atlas::normal(size_t texel) const {
     const auto& n = normals[texel];
     const auto wide = [](int8_t v) { return static_cast<int16_t>(std::lround(v * (32767.0 / 127))); };
@@ -52,13 +34,11 @@ uint32_t Atlas::level_for_triangles(uint64_t triangles) const {
 
 TriMesh Atlas::extract(uint32_t level) const {
     LODE_CHECK(level < levels(), level, levels());
-    const uint32_t stride = 1u << level, n = cells >> level, row = n + 1;
+    const uint32_t stride = 1u << level, n = cells >> level, row = n + 1, attribute_stride = attribute_cells / n;
     const auto sample = [&](uint32_t chart, uint32_t x, uint32_t y) { return chart * row * row + y * row + x; };
     const auto side_sample = [&](uint32_t chart, uint32_t side, uint32_t k) {
-        return side == 0   ? sample(chart, k, 0)
-               : side == 1 ? sample(chart, n, k)
-               : side == 2 ? sample(chart, n - k, n)
-                           : sample(chart, 0, n - k);
+        const auto [x, y] = on_side(side, k, n);
+        return sample(chart, x, y);
     };
     DisjointSets glued(size_t{charts()} * row * row);
     for (uint32_t c = 0; c < charts(); ++c) {
@@ -80,11 +60,11 @@ TriMesh Atlas::extract(uint32_t level) const {
         for (uint32_t y = 0; y <= n; ++y) {
             for (uint32_t x = 0; x <= n; ++x) {
                 const uint32_t i = sample(c, x, y), root = glued.find(i);
-                const size_t t = texel(c, x * stride, y * stride);
                 if (vertex[root] == ~0u) {
                     vertex[root] = static_cast<uint32_t>(mesh.positions.size());
-                    mesh.positions.push_back(position(t));
+                    mesh.positions.push_back(position(texel(c, x * stride, y * stride)));
                 }
+                const size_t t = attribute_texel(c, x * attribute_stride, y * attribute_stride);
                 vertex[i] = vertex[root];
                 if (x == 0 || y == 0 || x == n || y == n) {
                     const Attributes key{normals[t], uvs.empty() ? std::array<uint16_t, 2>{} : uvs[t],
@@ -111,7 +91,7 @@ TriMesh Atlas::extract(uint32_t level) const {
             for (uint32_t x = 0; x < n; ++x) {
                 const uint32_t a = wedge[sample(c, x, y)], b = wedge[sample(c, x + 1, y)],
                                d = wedge[sample(c, x, y + 1)], e = wedge[sample(c, x + 1, y + 1)];
-                if ((x + y) % 2 == 0) {
+                if (rising_diagonal(x, y)) {
                     mesh.triangles.push_back({a, b, e});
                     mesh.triangles.push_back({a, e, d});
                 } else {
@@ -126,12 +106,15 @@ TriMesh Atlas::extract(uint32_t level) const {
 
 Result<void> Atlas::validate() const {
     const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "atlas: " + what); };
-    if (cells == 0 || cells > 4096 || !std::has_single_bit(cells)) return wrong("cells are no power of two");
+    if (cells < 2 || cells > attribute_cells || attribute_cells > 4096 || !std::has_single_bit(cells) ||
+        !std::has_single_bit(attribute_cells))
+        return wrong("cells are no powers of two, or fewer for attributes than for positions");
     if (!(step > 0)) return wrong("the lattice has no step");
-    const size_t texels = size_t{charts()} * texels_per_chart();
-    if (sides.size() != size_t{charts()} * 4 || positions.size() != texels || normals.size() != texels ||
-        (!uvs.empty() && uvs.size() != texels) || (!colours.empty() && colours.size() != texels) ||
-        (!materials.empty() && materials.size() != texels))
+    const size_t texels = size_t{charts()} * texels_per_chart(), attribute_texels = attribute_texel(charts(), 0, 0);
+    if (sides.size() != size_t{charts()} * 4 || positions.size() != texels || sample_errors.size() != texels ||
+        sample_radii.size() != texels || normals.size() != attribute_texels ||
+        (!uvs.empty() && uvs.size() != attribute_texels) || (!colours.empty() && colours.size() != attribute_texels) ||
+        (!materials.empty() && materials.size() != attribute_texels))
         return wrong("an image has the wrong size");
     if (!errors.empty() && (errors.size() != levels() || !std::is_sorted(errors.begin(), errors.end())))
         return wrong("errors fall, or are not one per level");
@@ -147,7 +130,11 @@ Result<void> Atlas::validate() const {
             if (sides[size_t{other.chart} * 4 + other.side] != GluedSide{c, s})
                 return wrong(place + ": is glued to a side that is glued elsewhere");
             for (uint32_t k = 0; k <= cells; ++k) {
-                if (positions[side_texel(c, s, k)] != positions[side_texel(other.chart, other.side, cells - k)])
+                const auto [x, y] = on_side(s, k, cells);
+                const auto [u, v] = on_side(other.side, cells - k, cells);
+                const size_t mine = texel(c, x, y), its = texel(other.chart, u, v);
+                if (positions[mine] != positions[its] || sample_errors[mine] != sample_errors[its] ||
+                    sample_radii[mine] != sample_radii[its])
                     return wrong(place + ": sample " + std::to_string(k) + " differs from the one it is glued to");
             }
         }

@@ -6,6 +6,8 @@
 // the surface: 0 along y = 0, 1 along x = cells, 2 back along y = cells, 3 back along x = 0. Step k of a side that is
 // glued is step cells - k of the other: an integer translation and quarter turns, given by the pair of side numbers.
 // Samples of glued sides are equal bit for bit. A coarser level takes every 2^level-th sample, so that holds there too.
+//
+// Attributes are images of their own over the same square, as fine as positions or finer.
 #pragma once
 
 #include <array>
@@ -21,29 +23,61 @@
 
 namespace lodestone::vgi {
 
+// Step 0 .. cells of a side of a square of cells^2.
+inline std::array<uint32_t, 2> on_side(uint32_t side, uint32_t step, uint32_t cells) {
+    switch (side) {
+        case 0:
+            return {step, 0};
+        case 1:
+            return {cells, step};
+        case 2:
+            return {cells - step, cells};
+        default:
+            return {0, cells - step};
+    }
+}
+// Whether cell (x, y) of a level is halved from its lowest to its highest corner, or else from the corner of highest x
+// to that of highest y: diagonals alternate as in the bintree.
+inline bool rising_diagonal(uint32_t x, uint32_t y) { return (x + y) % 2 == 0; }
+
 struct GluedSide {
     uint32_t chart = ~0u;  // ~0 where the surface ends
     uint32_t side = 0;     // 0 .. 3
     bool operator==(const GluedSide&) const = default;
 };
 
+// What is known of a page of positions (pages.h), all levels finer than its own included; object units.
+struct PageBounds {
+    glm::vec3 centre{0};
+    float radius = 0;  // the sphere holds every sample of the page's part of the chart
+    float error = 0;   // two-sided distance of the page, drawn as a grid, to the source; never less than a child's
+    std::array<int8_t, 3> axis;  // of the cone that holds the normals of all triangles of its bintree; -127 .. 127
+    int8_t cosine = -127;        // of the cone's half angle, rounded down; -127: no cone
+};
+static_assert(sizeof(PageBounds) == 24);
+
 struct Atlas {
-    uint32_t cells = 128;  // per side of a chart, a power of two, 1 .. 4096
-    glm::dvec3 origin{0};  // positions are origin + step * lattice point, one lattice for all charts
-    double step = 1;       // object units, > 0
+    uint32_t cells = 128;            // per side of a chart's positions, a power of two, 2 .. 4096
+    uint32_t attribute_cells = 128;  // per side of its attributes, a power of two, cells .. 4096
+    glm::dvec3 origin{0};            // positions are origin + step * lattice point, one lattice for all charts
+    double step = 1;                 // object units, > 0
     glm::vec2 uv_low{0}, uv_step{0};
     PresentAttributes attributes;   // of the source; normals are always there
     std::vector<GluedSide> sides;   // four per chart
     std::vector<uint32_t> cluster;  // per chart: the cluster it is part of
     // Per level: object units, two-sided distance to the source, never decreasing; empty until measured.
     std::vector<float> errors;
+    std::vector<PageBounds> bounds;  // per page of positions, chart after chart; empty until measured
 
-    // Per texel, chart after chart. Attributes are those of the chart's own side of a seam.
+    // Per texel, chart after chart.
     std::vector<std::array<uint16_t, 3>> positions;  // lattice points
-    std::vector<std::array<int8_t, 2>> normals;      // octahedral, -127 .. 127; within a degree
-    std::vector<std::array<uint16_t, 2>> uvs;        // uv_low + uv_step * texel; empty where the source has none
-    std::vector<glm::u8vec4> colours;                // empty where the source has none
-    std::vector<uint16_t> materials;                 // empty where the source has one material
+    std::vector<uint8_t> sample_errors;              // codes of sample_errors.h; zeros until measured
+    std::vector<uint8_t> sample_radii;
+    // Per texel of the attributes, chart after chart: those of the chart's own side of a seam.
+    std::vector<std::array<int8_t, 2>> normals;  // octahedral, -127 .. 127; within a degree
+    std::vector<std::array<uint16_t, 2>> uvs;    // uv_low + uv_step * texel; empty where the source has none
+    std::vector<glm::u8vec4> colours;            // empty where the source has none
+    std::vector<uint16_t> materials;             // empty where the source has one material
 
     std::vector<Material> material_table;
     std::vector<Image> images;
@@ -54,10 +88,18 @@ struct Atlas {
     size_t texel(uint32_t chart, uint32_t x, uint32_t y) const {
         return size_t{chart} * texels_per_chart() + size_t{y} * (cells + 1) + x;
     }
-    // Texel at step 0 .. cells of a side.
-    size_t side_texel(uint32_t chart, uint32_t side, uint32_t step_of_side) const;
-    glm::vec3 position(size_t texel) const;
-    glm::vec3 normal(size_t texel) const;  // unit length
+    size_t attribute_texel(uint32_t chart, uint32_t x, uint32_t y) const {
+        const size_t row = attribute_cells + 1;
+        return (size_t{chart} * row + y) * row + x;
+    }
+    // Largest distance there can be: the lattice's diagonal; object units.
+    double extent() const { return step * 65535 * 1.7320508075688772; }
+    glm::dvec3 point(size_t texel) const {
+        const auto& p = positions[texel];
+        return origin + step * glm::dvec3(p[0], p[1], p[2]);
+    }
+    glm::vec3 position(size_t texel) const { return glm::vec3(point(texel)); }
+    glm::vec3 normal(size_t attribute_texel) const;  // unit length
     // 2 * charts * (cells >> level)^2
     uint64_t triangles_at(uint32_t level) const { return uint64_t{2} * charts() * (cells >> level) * (cells >> level); }
 

@@ -7,7 +7,8 @@
 
 namespace lodestone::vgi {
 
-// Chunks vgi/atlas, vgi/sides, vgi/clusters, vgi/errors, vgi/page_ends, vgi/page_bytes, and the materials.
+// Chunks vgi/atlas, vgi/sides, vgi/clusters, vgi/errors, vgi/bounds, vgi/geometry_ends, vgi/geometry_pages,
+// vgi/attribute_ends, vgi/attribute_pages, and the materials.
 Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer);
 // Decodes every page. Errors name file and chunk; Fault::format.
 Result<Atlas> open_atlas(const ChunkFile& file);

@@ -14,6 +14,7 @@
 #include "vgi/chart_error.h"
 #include "vgi/quadrangulate.h"
 #include "vgi/resample.h"
+#include "vgi/sample_errors.h"
 
 namespace lodestone::vgi {
 
@@ -88,7 +89,8 @@ public:
         report_.missing_samples = report_.flipped_triangles = report_.uniform_charts = 0;
         double area = 0, tutte = 0, stretch = 0;
         std::vector<SourceSample> samples;
-        std::vector<double> bounds(resampler_->atlas().levels(), 0);
+        std::vector<double> level_errors(resampler_->atlas().levels(), 0);
+        std::vector<std::vector<double>> page_errors;
         for (uint32_t q = 0; q < charts_.size(); ++q) {
             const PerChart& c = charts_[q];
             area += c.area;
@@ -98,8 +100,9 @@ public:
             report_.missing_samples += c.missing;
             report_.flipped_triangles += c.flipped;
             report_.uniform_charts += c.uniform;
-            for (size_t level = 0; level < c.bounds.size(); ++level)
-                bounds[level] = std::max(bounds[level], c.bounds[level]);
+            for (size_t level = 0; level < c.errors.levels.size(); ++level)
+                level_errors[level] = std::max(level_errors[level], c.errors.levels[level]);
+            page_errors.push_back(c.errors.pages);
             samples.insert(samples.end(), c.samples.begin(), c.samples.end());
             resampler_->atlas().cluster[q] = quads_.quads[q].cluster;
         }
@@ -110,11 +113,14 @@ public:
             return fail(Fault::invariant, std::to_string(report_.missing_samples) + " samples lie in no triangle");
         Atlas atlas = resampler_->take();
         double largest = 0;
-        for (const double bound : bounds) {
-            largest = std::max(largest, bound);
+        for (const double error : level_errors) {
+            largest = std::max(largest, error);
             atlas.errors.push_back(static_cast<float>(largest * sampling_margin));
         }
         const Stopwatch watch;
+        progress_.at("errors", 0);
+        saturate(atlas);
+        bound_pages(atlas, page_errors);
         progress_.at("distance", 0);
         const AtlasDistance finest = measure_finest(atlas, mesh_, samples);
         report_.rms_error = finest.rms;
@@ -128,7 +134,7 @@ private:
         double area = 0, stretch = 0, tutte = 0;
         uint32_t missing = 0, flipped = 0;
         bool uniform = false;
-        std::vector<double> bounds;
+        ChartErrors errors;
         std::vector<SourceSample> samples;
     };
 
@@ -161,7 +167,7 @@ private:
             std::rotate(sides.begin(), std::ranges::find_if(sides, begins), sides.end());
         }
         report_.cells = cells_for(count);
-        resampler_.emplace(mesh_, quads_.surface, patches_, report_.cells);
+        resampler_.emplace(mesh_, quads_.surface, patches_, report_.cells, report_.cells * options_.attribute_ratio);
         charts_.assign(count, {});
         std::vector<std::string> faults(count);
         std::mutex clock_mutex;
@@ -193,7 +199,7 @@ private:
                 const double sampled = chart_watch.wall() - parameterised;
                 if (c.missing == 0) {
                     const double share = static_cast<double>(options_.error_samples) * chart->area / whole_area;
-                    c.bounds = parametric_bounds(resampler_->atlas(), q, *chart);
+                    c.errors = measure_samples(resampler_->atlas(), q, *chart);
                     c.samples = sample_source(q, *chart, static_cast<uint32_t>(std::ceil(share)));
                 }
                 const double measured = chart_watch.wall() - parameterised - sampled;

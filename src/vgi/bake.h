@@ -19,6 +19,7 @@ struct AtlasOptions {
     // components has several charts for each.
     uint32_t cells = 128;
     double most_texels_per_triangle = 40;
+    uint32_t attribute_ratio = 1;  // samples of attributes for one of positions, along a side; a power of two
     // A cluster with a chart stretched more than this is cut finer, and so again for so many rounds; shapes that are
     // needles stay what they are.
     double worst_stretch = 3;

@@ -13,21 +13,16 @@ namespace lodestone::vgi {
 
 namespace {
 
-glm::dvec3 lattice(const Atlas& atlas, size_t texel) {
-    const auto& p = atlas.positions[texel];
-    return atlas.origin + atlas.step * glm::dvec3(p[0], p[1], p[2]);
-}
-
 // The corners of a cell of a level: (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1).
 struct Cell {
     glm::dvec3 a, b, d, e;
-    bool even;
+    bool rising;
 };
 Cell cell_of(const Atlas& atlas, uint32_t chart, uint32_t level, uint32_t x, uint32_t y) {
     const uint32_t s = 1u << level;
-    return {lattice(atlas, atlas.texel(chart, x * s, y * s)), lattice(atlas, atlas.texel(chart, (x + 1) * s, y * s)),
-            lattice(atlas, atlas.texel(chart, x * s, (y + 1) * s)),
-            lattice(atlas, atlas.texel(chart, (x + 1) * s, (y + 1) * s)), (x + y) % 2 == 0};
+    return {atlas.point(atlas.texel(chart, x * s, y * s)), atlas.point(atlas.texel(chart, (x + 1) * s, y * s)),
+            atlas.point(atlas.texel(chart, x * s, (y + 1) * s)),
+            atlas.point(atlas.texel(chart, (x + 1) * s, (y + 1) * s)), rising_diagonal(x, y)};
 }
 
 // Squared distance to the image's finest level within `reach` cells of a place of one chart.
@@ -44,7 +39,7 @@ double squared_distance_in(const Atlas& atlas, uint32_t chart, const glm::dvec2&
                 const glm::dvec3 off = closest_on_triangle(point, p, q, r) - point;
                 least = std::min(least, glm::dot(off, off));
             };
-            if (c.even) {
+            if (c.rising) {
                 look(c.a, c.b, c.e);
                 look(c.a, c.e, c.d);
             } else {
@@ -93,26 +88,12 @@ glm::dvec3 image_point(const Atlas& atlas, uint32_t chart, uint32_t level, const
     const uint32_t x = std::min(n - 1, static_cast<uint32_t>(px)), y = std::min(n - 1, static_cast<uint32_t>(py));
     const double fx = px - x, fy = py - y;
     const Cell c = cell_of(atlas, chart, level, x, y);
-    if (c.even) {
+    if (c.rising) {
         if (fx >= fy) return c.a + (c.b - c.a) * fx + (c.e - c.b) * fy;
         return c.a + (c.d - c.a) * fy + (c.e - c.d) * fx;
     }
     if (fx + fy <= 1) return c.a + (c.b - c.a) * fx + (c.d - c.a) * fy;
     return c.e + (c.d - c.e) * (1 - fx) + (c.b - c.e) * (1 - fy);
-}
-
-std::vector<double> parametric_bounds(const Atlas& atlas, uint32_t quad, const Chart& chart) {
-    const Patch& patch = chart.patch;
-    std::vector<double> bounds;
-    for (uint32_t level = 0; level < atlas.levels(); ++level) {
-        double most = 0;
-        for (size_t v = 0; v < patch.positions.size(); ++v) {
-            const glm::dvec3 off = image_point(atlas, quad, level, patch.flat[v]) - patch.positions[v];
-            most = std::max(most, glm::dot(off, off));
-        }
-        bounds.push_back(std::sqrt(most));
-    }
-    return bounds;
 }
 
 std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint32_t samples) {

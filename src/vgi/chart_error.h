@@ -1,8 +1,5 @@
-// How far a chart's image is from the surface it samples.
-//
-// Both are piecewise linear over the same square, so the distance between the two points of one place in the square
-// bounds the distance of either surface to the other; at the source's vertices it is nearly largest. That gives every
-// level a bound for little. What the finest level's distance really is, is sampled.
+// How far the finest level is from the source, sampled on both. (The errors that cuts go by are bounds, measured place
+// by place: sample_errors.h.)
 #pragma once
 
 #include <cstdint>
@@ -12,9 +9,6 @@
 #include "vgi/parameterise.h"
 
 namespace lodestone::vgi {
-
-// Per level: the largest distance between the two at a vertex of the source; object units.
-std::vector<double> parametric_bounds(const Atlas& atlas, uint32_t quad, const Chart& chart);
 
 // A point of the source and where it lies in which chart.
 struct SourceSample {

@@ -4,9 +4,11 @@
 
 #include <array>
 #include <bit>
+#include <memory>
 #include <string>
 
 #include "base/check.h"
+#include "vgi/bintree.h"
 
 namespace lodestone::vgi {
 
@@ -14,108 +16,172 @@ namespace {
 
 constexpr int compression = 12;
 
-// All 16-bit or 8-bit numbers of a texel in a row, positions first.
-struct Channels {
-    explicit Channels(const Atlas& atlas)
-        : uvs(!atlas.uvs.empty()), colours(!atlas.colours.empty()), materials(!atlas.materials.empty()) {}
-    bool uvs, colours, materials;
-    size_t count() const { return 5 + (uvs ? 2 : 0) + (colours ? 4 : 0) + (materials ? 1 : 0); }
-    // Materials are names, not amounts: the mean of two is neither.
-    bool is_name(size_t channel) const { return materials && channel + 1 == count(); }
-
-    uint16_t get(const Atlas& a, size_t texel, size_t channel) const {
-        if (channel < 3) return a.positions[texel][channel];
-        if (channel < 5) return static_cast<uint16_t>(a.normals[texel][channel - 3]);  // sign kept
-        channel -= 5;
-        if (uvs) {
-            if (channel < 2) return a.uvs[texel][channel];
-            channel -= 2;
+// Calls visit(channel, get, set) for the numbers of a texel in the order of channels_of; get and set take the texel.
+template <class Images, class Visit>
+void for_channels(Images& a, Layer layer, Visit&& visit) {
+    size_t channel = 0;
+    const auto each = [&](auto& image, size_t count) {
+        for (size_t k = 0; k < count; ++k) {
+            const auto index = static_cast<int>(k);
+            visit(
+                channel++, [&image, index ](size_t texel) -> auto& {
+                    if constexpr (requires { image[texel][index]; }) {
+                        return image[texel][static_cast<size_t>(index)];
+                    } else {
+                        return image[texel];
+                    }
+                });
         }
-        if (colours) {
-            if (channel < 4) return a.colours[texel][static_cast<int>(channel)];
-            channel -= 4;
-        }
-        return a.materials[texel];
+    };
+    const auto each_colour = [&](auto& image) {
+        for (int k = 0; k < 4; ++k)
+            visit(
+                channel++, [&image, k ](size_t texel) -> auto& { return image[texel][k]; });
+    };
+    if (layer == Layer::geometry) {
+        each(a.positions, 3);
+        each(a.sample_errors, 1);
+        each(a.sample_radii, 1);
+        return;
     }
-    void set(Atlas& a, size_t texel, size_t channel, uint16_t value) const {
-        if (channel < 3) {
-            a.positions[texel][channel] = value;
+    each(a.normals, 2);
+    if (!a.uvs.empty()) each(a.uvs, 2);
+    if (!a.colours.empty()) each_colour(a.colours);
+    if (!a.materials.empty()) each(a.materials, 1);
+}
+
+// Calls visit(local index, texel) for every sample of a page.
+template <class Visit>
+void for_samples(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, Visit&& visit) {
+    const PageTree tree = tree_of(atlas, layer);
+    uint32_t level = 0, px = 0, py = 0;
+    tree.place(page, &level, &px, &py);
+    const uint32_t n = tree.cells_per_page();
+    size_t i = 0;
+    for (uint32_t y = py * n; y <= py * n + n; ++y) {
+        for (uint32_t x = px * n; x <= px * n + n; ++x, ++i) {
+            visit(i, layer == Layer::geometry ? atlas.texel(chart, x << level, y << level)
+                                              : atlas.attribute_texel(chart, x << level, y << level));
+        }
+    }
+}
+
+// One channel of a page while it is coded: samples are known one after the other, in the order of `for_order`.
+struct Plane {
+    uint16_t* values;
+    int32_t n;  // cells
+    Channel channel;
+
+    int32_t at(int32_t x, int32_t y) const {
+        const uint16_t v = values[y * (n + 1) + x];
+        return channel.is_signed ? static_cast<int16_t>(v) : v;
+    }
+    static int32_t rounded(int32_t sum, int32_t count) {
+        return sum >= 0 ? (sum + count / 2) / count : -((-sum + count / 2) / count);
+    }
+    // Halfway between b and c on a line of evenly spaced samples a, b, c, d, by the cubic through all four.
+    static int32_t cubic(int32_t a, int32_t b, int32_t c, int32_t d) { return rounded(9 * (b + c) - a - d, 16); }
+    uint16_t predict_base(int32_t x, int32_t y) const {
+        if (x == 0 && y == 0) return 0;
+        if (channel.kind == Channel::Kind::name || x == 0 || y == 0)
+            return static_cast<uint16_t>(x > 0 ? at(x - 1, y) : at(x, y - 1));
+        return static_cast<uint16_t>(at(x - 1, y) + at(x, y - 1) - at(x - 1, y - 1));
+    }
+    uint16_t predict(int32_t x, int32_t y) const {
+        if (channel.kind == Channel::Kind::name) return static_cast<uint16_t>(at(x & ~1, y & ~1));
+        if (channel.kind == Channel::Kind::bound) {
+            int32_t least = 255;
+            Bintree{n}.for_parents({x, y}, [&](GridPoint p) { least = std::min(least, at(p.x, p.y)); });
+            return static_cast<uint16_t>(least);
+        }
+        if ((y & 1) == 0) {
+            if (x < 3 || x + 3 > n) return static_cast<uint16_t>(rounded(at(x - 1, y) + at(x + 1, y), 2));
+            return static_cast<uint16_t>(cubic(at(x - 3, y), at(x - 1, y), at(x + 1, y), at(x + 3, y)));
+        }
+        if ((x & 1) == 0) {
+            if (y < 3 || y + 3 > n) return static_cast<uint16_t>(rounded(at(x, y - 1) + at(x, y + 1), 2));
+            return static_cast<uint16_t>(cubic(at(x, y - 3), at(x, y - 1), at(x, y + 1), at(x, y + 3)));
+        }
+        return static_cast<uint16_t>(rounded(at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1), 4));
+    }
+    // Samples that are coded: all of a base page; otherwise middles of edges and centres, whichever tell more of the
+    // others first.
+    template <class Visit>
+    void for_order(bool base, Visit&& visit) const {
+        if (base) {
+            for (int32_t y = 0; y <= n; ++y) {
+                for (int32_t x = 0; x <= n; ++x) visit(x, y, predict_base(x, y));
+            }
             return;
         }
-        if (channel < 5) {
-            a.normals[texel][channel - 3] = static_cast<int8_t>(static_cast<uint8_t>(value));
-            return;
-        }
-        channel -= 5;
-        if (uvs) {
-            if (channel < 2) {
-                a.uvs[texel][channel] = value;
-                return;
+        const auto centres = [&] {
+            for (int32_t y = 1; y <= n; y += 2) {
+                for (int32_t x = 1; x <= n; x += 2) visit(x, y, predict(x, y));
             }
-            channel -= 2;
+        };
+        if (channel.kind == Channel::Kind::bound) centres();
+        for (int32_t y = 0; y <= n; y += 2) {
+            for (int32_t x = 1; x <= n; x += 2) visit(x, y, predict(x, y));
         }
-        if (colours) {
-            if (channel < 4) {
-                a.colours[texel][static_cast<int>(channel)] = static_cast<uint8_t>(value);
-                return;
-            }
-            channel -= 4;
+        for (int32_t y = 1; y <= n; y += 2) {
+            for (int32_t x = 0; x <= n; x += 2) visit(x, y, predict(x, y));
         }
-        a.materials[texel] = value;
+        if (channel.kind != Channel::Kind::bound) centres();
     }
 };
 
-// Visits the samples of a page that its parent does not have, with the texels that predict each.
-template <class Visit>
-void for_samples(const Atlas& atlas, uint32_t chart, uint32_t page, Visit&& visit) {
-    const PageTree tree{atlas.cells};
+size_t coded_samples(const PageTree& tree, bool base) {
+    const size_t n = tree.samples_per_side(), kept = tree.cells_per_page() / 2 + 1;
+    return base ? n * n : n * n - kept * kept;
+}
+
+// Low bytes, then high bytes, of the channels of a group, are one stream.
+struct Stream {
+    uint8_t group;
+    bool high;
+    size_t channels;
+};
+std::vector<Stream> streams_of(std::span<const Channel> channels) {
+    std::vector<Stream> streams;
+    for (size_t c = 0; c < channels.size();) {
+        size_t end = c;
+        while (end < channels.size() && channels[end].group == channels[c].group) ++end;
+        streams.push_back({channels[c].group, false, end - c});
+        if (channels[c].wide) streams.push_back({channels[c].group, true, end - c});
+        c = end;
+    }
+    return streams;
+}
+
+// Differences fold to small positive numbers; of 8-bit channels they wrap around within 8 bits.
+uint16_t fold(uint16_t off, bool wide) {
+    if (wide) return static_cast<uint16_t>((off << 1) ^ (0u - (off >> 15)));
+    const auto byte = static_cast<uint8_t>(off);
+    return static_cast<uint8_t>((byte << 1) ^ (0u - (byte >> 7)));
+}
+uint16_t unfold(uint16_t folded) { return static_cast<uint16_t>((folded >> 1) ^ (0u - (folded & 1u))); }
+uint16_t wrapped(uint32_t value, const Channel& channel) {
+    if (channel.wide) return static_cast<uint16_t>(value);
+    const auto byte = static_cast<uint8_t>(value);
+    return channel.is_signed ? static_cast<uint16_t>(static_cast<int8_t>(byte)) : byte;
+}
+
+struct FreeContext {
+    void operator()(ZSTD_CCtx* c) const { ZSTD_freeCCtx(c); }
+    void operator()(ZSTD_DCtx* c) const { ZSTD_freeDCtx(c); }
+};
+
+// The parent's samples are every second one of the page.
+void copy_from_parent(const PageTree& tree, uint32_t page, size_t channels, const Page& parent, Page& samples) {
     uint32_t level = 0, px = 0, py = 0;
     tree.place(page, &level, &px, &py);
-    const uint32_t n = tree.cells_per_page(), stride = 1u << level;
-    const bool base = level == tree.base_level();
-    const uint32_t x0 = px * n, y0 = py * n;
-    std::array<size_t, 4> from{};
-    const auto at = [&](uint32_t x, uint32_t y) { return atlas.texel(chart, x * stride, y * stride); };
-    for (uint32_t y = y0; y <= y0 + n; ++y) {
-        for (uint32_t x = x0; x <= x0 + n; ++x) {
-            size_t count = 0;
-            if (base) {
-                if (x > x0) from[count++] = at(x - 1, y);
-                if (y > y0) from[count++] = at(x, y - 1);
-                if (count == 2) from[count++] = at(x - 1, y - 1);  // left + above - above left
-            } else {
-                const uint32_t l = x - x % 2, r = x + x % 2, t = y - y % 2, b = y + y % 2;
-                if (l == r && t == b) continue;  // the parent has it
-                from[count++] = at(l, t);
-                if (l != r) from[count++] = at(r, t);
-                if (t != b) from[count++] = at(l, b);
-                if (l != r && t != b) from[count++] = at(r, b);
-            }
-            visit(at(x, y), std::span<const size_t>(from.data(), count), base);
+    const size_t n = tree.cells_per_page(), row = n + 1, left = (px % 2) * n / 2, top = (py % 2) * n / 2;
+    for (size_t c = 0; c < channels; ++c) {
+        for (size_t y = 0; y <= n; y += 2) {
+            for (size_t x = 0; x <= n; x += 2)
+                samples.values[(c * row + y) * row + x] = parent.values[(c * row + top + y / 2) * row + left + x / 2];
         }
     }
-}
-
-uint16_t predict(const Atlas& atlas, const Channels& channels, size_t channel, std::span<const size_t> from,
-                 bool base) {
-    if (from.empty()) return 0;
-    if (channels.is_name(channel)) return channels.get(atlas, from[0], channel);
-    // Normals are signed.
-    const auto value = [&](size_t i) -> int32_t {
-        const uint16_t v = channels.get(atlas, from[i], channel);
-        return channel == 3 || channel == 4 ? static_cast<int16_t>(v) : v;
-    };
-    if (base) return static_cast<uint16_t>(from.size() == 3 ? value(0) + value(1) - value(2) : value(0));
-    int32_t sum = 0;
-    for (size_t i = 0; i < from.size(); ++i) sum += value(i);
-    const auto count = static_cast<int32_t>(from.size());
-    return static_cast<uint16_t>((sum + (sum >= 0 ? count / 2 : -(count / 2))) / count);
-}
-
-uint32_t samples_of(const Atlas& atlas, uint32_t page) {
-    const PageTree tree{atlas.cells};
-    const uint32_t n = tree.cells_per_page() + 1, kept = tree.cells_per_page() / 2 + 1;
-    return page == 0 ? n * n : n * n - kept * kept;
 }
 
 }  // namespace
@@ -145,51 +211,132 @@ void PageTree::place(uint32_t page, uint32_t* level, uint32_t* x, uint32_t* y) c
         page -= side * side;
     }
 }
+uint32_t PageTree::parent(uint32_t number) const {
+    uint32_t level = 0, x = 0, y = 0;
+    place(number, &level, &x, &y);
+    return page(level + 1, x / 2, y / 2);
+}
 
-std::vector<std::byte> encode_page(const Atlas& atlas, uint32_t chart, uint32_t page) {
-    const Channels channels(atlas);
-    const size_t samples = samples_of(atlas, page), count = channels.count();
-    // Low bytes, then high bytes, of one channel after the other.
-    std::vector<uint8_t> plain(samples * count * 2);
-    size_t i = 0;
-    for_samples(atlas, chart, page, [&](size_t texel, std::span<const size_t> from, bool base) {
-        for (size_t c = 0; c < count; ++c) {
-            const auto off =
-                static_cast<uint16_t>(channels.get(atlas, texel, c) - predict(atlas, channels, c, from, base));
-            const auto zigzag = static_cast<uint16_t>((off << 1) ^ (0u - (off >> 15)));
-            plain[c * 2 * samples + i] = static_cast<uint8_t>(zigzag);
-            plain[(c * 2 + 1) * samples + i] = static_cast<uint8_t>(zigzag >> 8);
-        }
-        ++i;
+PageTree tree_of(const Atlas& atlas, Layer layer) {
+    return {layer == Layer::geometry ? atlas.cells : atlas.attribute_cells};
+}
+
+std::vector<Channel> channels_of(const Atlas& atlas, Layer layer) {
+    constexpr auto bound = Channel::Kind::bound, name = Channel::Kind::name;
+    constexpr Channel lattice{0, true, false}, error{1, false, false, bound}, radius{2, false, false, bound},
+        normal{0, false, true}, uv{1, true, false}, colour{2, false, false}, material{3, true, false, name};
+    if (layer == Layer::geometry) return {lattice, lattice, lattice, error, radius};
+    std::vector<Channel> channels{normal, normal};
+    if (!atlas.uvs.empty()) channels.insert(channels.end(), 2, uv);
+    if (!atlas.colours.empty()) channels.insert(channels.end(), 4, colour);
+    if (!atlas.materials.empty()) channels.push_back(material);
+    return channels;
+}
+
+Page read_page(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page) {
+    const PageTree tree = tree_of(atlas, layer);
+    const size_t samples = size_t{tree.samples_per_side()} * tree.samples_per_side();
+    Page result;
+    result.values.resize(samples * channels_of(atlas, layer).size());
+    for_channels(atlas, layer, [&](size_t channel, const auto& at) {
+        for_samples(atlas, layer, chart, page, [&](size_t i, size_t texel) {
+            result.values[channel * samples + i] = static_cast<uint16_t>(at(texel));  // sign kept
+        });
     });
-    LODE_CHECK(i == samples, i, samples);
-    std::vector<std::byte> packed(ZSTD_compressBound(plain.size()));
-    const size_t size = ZSTD_compress(packed.data(), packed.size(), plain.data(), plain.size(), compression);
-    LODE_CHECK(!ZSTD_isError(size), page);
-    packed.resize(size);
+    return result;
+}
+
+void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const Page& samples) {
+    const PageTree tree = tree_of(atlas, layer);
+    const size_t count = size_t{tree.samples_per_side()} * tree.samples_per_side();
+    for_channels(atlas, layer, [&](size_t channel, const auto& at) {
+        for_samples(atlas, layer, chart, page, [&](size_t i, size_t texel) {
+            auto& value = at(texel);
+            value = static_cast<std::remove_reference_t<decltype(value)>>(samples.values[channel * count + i]);
+        });
+    });
+}
+
+std::vector<std::byte> encode_page(const PageTree& tree, std::span<const Channel> channels, uint32_t page,
+                                   const Page& samples, const Page* parent) {
+    LODE_CHECK((page == 0) == (parent == nullptr), page);
+    const auto n = static_cast<int32_t>(tree.cells_per_page());
+    const size_t plane_size = size_t{tree.samples_per_side()} * tree.samples_per_side(),
+                 coded = coded_samples(tree, page == 0);
+    Page copy = samples;
+    std::vector<std::byte> packed;
+    static thread_local std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
+    size_t first = 0;
+    std::vector<uint8_t> plain;
+    for (const Stream& stream : streams_of(channels)) {
+        while (channels[first].group != stream.group) ++first;
+        plain.clear();
+        bool zero = true;
+        for (size_t c = first; c < first + stream.channels; ++c) {
+            const Plane plane{copy.values.data() + c * plane_size, n, channels[c]};
+            plane.for_order(page == 0, [&](int32_t x, int32_t y, uint16_t expected) {
+                const uint16_t folded =
+                    fold(static_cast<uint16_t>(plane.values[y * (n + 1) + x] - expected), channels[c].wide);
+                plain.push_back(static_cast<uint8_t>(stream.high ? folded >> 8 : folded));
+                zero = zero && plain.back() == 0;
+            });
+        }
+        LODE_CHECK(plain.size() == coded * stream.channels, plain.size());
+        // Two bytes of size, 0 for nothing but zeros.
+        const size_t at = packed.size();
+        packed.resize(at + 2 + (zero ? 0 : ZSTD_compressBound(plain.size())));
+        size_t size = 0;
+        if (!zero) {
+            size = ZSTD_compressCCtx(context.get(), packed.data() + at + 2, packed.size() - at - 2, plain.data(),
+                                     plain.size(), compression);
+            LODE_CHECK(!ZSTD_isError(size) && size < 65536, page);
+        }
+        packed[at] = static_cast<std::byte>(size);
+        packed[at + 1] = static_cast<std::byte>(size >> 8);
+        packed.resize(at + 2 + size);
+    }
     return packed;
 }
 
-Result<void> decode_page(Atlas& atlas, uint32_t chart, uint32_t page, std::span<const std::byte> bytes) {
-    const Channels channels(atlas);
-    const size_t samples = samples_of(atlas, page), count = channels.count();
-    std::vector<uint8_t> plain(samples * count * 2);
-    const size_t size = ZSTD_decompress(plain.data(), plain.size(), bytes.data(), bytes.size());
-    if (ZSTD_isError(size) || size != plain.size()) {
-        return fail(Fault::format, "page " + std::to_string(page) + " of chart " + std::to_string(chart) +
-                                       " cannot be unpacked; bake the asset again");
+Result<Page> decode_page(const PageTree& tree, std::span<const Channel> channels, uint32_t page,
+                         std::span<const std::byte> bytes, const Page* parent) {
+    LODE_CHECK((page == 0) == (parent == nullptr), page);
+    const auto broken = [&]() {
+        return fail(Fault::format, "page " + std::to_string(page) + " cannot be unpacked; bake the asset again");
+    };
+    const auto n = static_cast<int32_t>(tree.cells_per_page());
+    const size_t plane_size = size_t{tree.samples_per_side()} * tree.samples_per_side(),
+                 coded = coded_samples(tree, page == 0);
+    static thread_local std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
+    std::vector<uint16_t> folded(channels.size() * coded, 0);
+    std::vector<uint8_t> plain;
+    size_t first = 0, at = 0;
+    for (const Stream& stream : streams_of(channels)) {
+        while (channels[first].group != stream.group) ++first;
+        if (at + 2 > bytes.size()) return broken();
+        const size_t size = std::to_integer<size_t>(bytes[at]) | std::to_integer<size_t>(bytes[at + 1]) << 8;
+        at += 2;
+        if (at + size > bytes.size()) return broken();
+        if (size == 0) continue;
+        plain.resize(coded * stream.channels);
+        const size_t got = ZSTD_decompressDCtx(context.get(), plain.data(), plain.size(), bytes.data() + at, size);
+        if (ZSTD_isError(got) || got != plain.size()) return broken();
+        at += size;
+        for (size_t i = 0; i < plain.size(); ++i)
+            folded[first * coded + i] |= static_cast<uint16_t>(plain[i] << (stream.high ? 8 : 0));
     }
-    size_t i = 0;
-    for_samples(atlas, chart, page, [&](size_t texel, std::span<const size_t> from, bool base) {
-        for (size_t c = 0; c < count; ++c) {
-            const auto zigzag =
-                static_cast<uint16_t>(plain[c * 2 * samples + i] | plain[(c * 2 + 1) * samples + i] << 8);
-            const auto off = static_cast<uint16_t>((zigzag >> 1) ^ (0u - (zigzag & 1u)));
-            channels.set(atlas, texel, c, static_cast<uint16_t>(predict(atlas, channels, c, from, base) + off));
-        }
-        ++i;
-    });
-    return {};
+    if (at != bytes.size()) return broken();
+    Page samples;
+    samples.values.resize(channels.size() * plane_size);
+    if (parent != nullptr) copy_from_parent(tree, page, channels.size(), *parent, samples);
+    for (size_t c = 0; c < channels.size(); ++c) {
+        const Plane plane{samples.values.data() + c * plane_size, n, channels[c]};
+        const uint16_t* next = folded.data() + c * coded;
+        plane.for_order(page == 0, [&](int32_t x, int32_t y, uint16_t expected) {
+            plane.values[y * (n + 1) + x] = wrapped(uint32_t{expected} + unfold(*next++), channels[c]);
+        });
+    }
+    return samples;
 }
 
 }  // namespace lodestone::vgi

@@ -1,7 +1,10 @@
 // The images of an atlas as pages: what is read, decoded and cached as one. A page is 32 x 32 cells of one chart at one
-// level, its outer samples included (fewer where the chart has fewer cells), and every page but a chart's coarsest is
-// coded as what its parent page cannot tell: samples the parent has are left out, the others are differences from the
-// mean of the parent's nearest.
+// level, its outer samples included (fewer where the chart has fewer cells). Every page but a chart's coarsest is coded
+// as what its parent page cannot tell: samples the parent has are left out, the others are differences from what their
+// neighbours let expect.
+//
+// Geometry (positions, errors and radii for the cut) and attributes (normals, texture coordinates, colours, materials)
+// are images of their own, each with its own number of cells and its own pages.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +18,52 @@ namespace lodestone::vgi {
 
 inline constexpr uint32_t page_cells = 32;
 
-// Pages of a chart, coarsest level first, row by row within a level.
+// Pages of a chart's image, coarsest level first, row by row within a level.
 struct PageTree {
-    uint32_t cells;  // of the chart
+    uint32_t cells;  // of the chart's image
 
     uint32_t cells_per_page() const { return cells < page_cells ? cells : page_cells; }
+    uint32_t samples_per_side() const { return cells_per_page() + 1; }
     // Level of the coarsest pages: one per chart; coarser levels are samples of these.
     uint32_t base_level() const;
     uint32_t pages_per_side(uint32_t level) const { return (cells >> level) / cells_per_page(); }
     uint32_t pages() const;                                       // of all levels
     uint32_t page(uint32_t level, uint32_t x, uint32_t y) const;  // its number
     void place(uint32_t page, uint32_t* level, uint32_t* x, uint32_t* y) const;
+    uint32_t parent(uint32_t page) const;  // page is not 0
 };
 
-// Compresses one page of one chart (zstd). Deterministic.
-std::vector<std::byte> encode_page(const Atlas& atlas, uint32_t chart, uint32_t page);
-// Fills the page's texels; the parent's must be there. Fault::format where the bytes are not those of such a page.
-Result<void> decode_page(Atlas& atlas, uint32_t chart, uint32_t page, std::span<const std::byte> bytes);
+enum class Layer : uint8_t { geometry, attributes };
+
+// Numbers of one sample, each up to 16 bits. Channels of a group have like statistics and are packed together.
+struct Channel {
+    enum class Kind : uint8_t {
+        amount,
+        name,   // of a thing: the mean of two is neither
+        bound,  // not above that of the sample's parents in the bintree
+    };
+    uint8_t group;
+    bool wide;  // 16 bits, else 8
+    bool is_signed;
+    Kind kind = Kind::amount;
+};
+// Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture
+// coordinates (2), colour (4), material (1), each where the atlas has them.
+std::vector<Channel> channels_of(const Atlas& atlas, Layer layer);
+PageTree tree_of(const Atlas& atlas, Layer layer);
+
+// One page's samples: channel after channel, row by row.
+struct Page {
+    std::vector<uint16_t> values;
+};
+Page read_page(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page);
+void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const Page& samples);
+
+// Compresses one page (zstd). parent: of every page but 0. Deterministic.
+std::vector<std::byte> encode_page(const PageTree& tree, std::span<const Channel> channels, uint32_t page,
+                                   const Page& samples, const Page* parent);
+// Fault::format where the bytes are not those of such a page.
+Result<Page> decode_page(const PageTree& tree, std::span<const Channel> channels, uint32_t page,
+                         std::span<const std::byte> bytes, const Page* parent);
 
 }  // namespace lodestone::vgi

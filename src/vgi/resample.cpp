@@ -11,14 +11,18 @@
 namespace lodestone::vgi {
 
 namespace {
+// Texture coordinates have 14 bits: a quarter of a texel of a 4096^2 texture.
+constexpr float most_uv = 16383;
 constexpr int64_t fine = int64_t{1} << 18;  // integer steps per cell: edge functions stay below 2^62 up to 4096 cells
-}
+}  // namespace
 
-Resampler::Resampler(const TriMesh& mesh, const Surface& surface, const Patches& patches, uint32_t cells)
+Resampler::Resampler(const TriMesh& mesh, const Surface& surface, const Patches& patches, uint32_t cells,
+                     uint32_t attribute_cells)
     : mesh_(mesh), patches_(patches) {
     LODE_CHECK(mesh.normals.size() == mesh.wedge_count());
     const auto quads = static_cast<uint32_t>(patches.sides.size());
     atlas_.cells = cells;
+    atlas_.attribute_cells = attribute_cells;
     atlas_.attributes = attributes_of(mesh);
     atlas_.material_table = mesh.material_table;
     atlas_.images = mesh.images;
@@ -37,15 +41,18 @@ Resampler::Resampler(const TriMesh& mesh, const Surface& surface, const Patches&
             uv_high = glm::max(uv_high, uv);
         }
         atlas_.uv_low = uv_low;
-        atlas_.uv_step = (uv_high - uv_low) / 65535.0f;
+        atlas_.uv_step = (uv_high - uv_low) / most_uv;
     }
     const size_t texels = size_t{quads} * atlas_.texels_per_chart();
     atlas_.cluster.resize(quads);
     atlas_.positions.resize(texels);
-    atlas_.normals.resize(texels);
-    if (!mesh.uvs.empty()) atlas_.uvs.resize(texels);
-    if (!mesh.colours.empty()) atlas_.colours.resize(texels);
-    if (!mesh.materials.empty()) atlas_.materials.resize(texels);
+    atlas_.sample_errors.resize(texels);
+    atlas_.sample_radii.resize(texels);
+    const size_t attribute_texels = atlas_.attribute_texel(quads, 0, 0);
+    atlas_.normals.resize(attribute_texels);
+    if (!mesh.uvs.empty()) atlas_.uvs.resize(attribute_texels);
+    if (!mesh.colours.empty()) atlas_.colours.resize(attribute_texels);
+    if (!mesh.materials.empty()) atlas_.materials.resize(attribute_texels);
     // Sides of one arc are glued.
     atlas_.sides.resize(size_t{quads} * 4);
     std::vector<GluedSide> first(patches.arcs.size());
@@ -69,15 +76,15 @@ Resampler::Resampler(const TriMesh& mesh, const Surface& surface, const Patches&
             return glm::length(surface.positions[arc.vertices[i + 1]] - surface.positions[arc.vertices[i]]);
         };
         next = length_of(0);
-        for (uint32_t k = 0; k <= cells; ++k) {
-            const double wanted = arc.length * k / cells;
+        for (uint32_t k = 0; k <= attribute_cells; ++k) {
+            const double wanted = arc.length * k / attribute_cells;
             while (run + next < wanted && segment + 2 < arc.vertices.size()) {
                 run += next;
                 next = length_of(++segment);
             }
             double share = next > 0 ? std::clamp((wanted - run) / next, 0.0, 1.0) : 0;
             if (k == 0) share = 0;
-            if (k == cells) share = 1;
+            if (k == attribute_cells) share = 1;
             const glm::dvec3 &p = surface.positions[arc.vertices[segment]],
                              &q = surface.positions[arc.vertices[segment + 1]];
             borders_[a].push_back({share == 1 ? q : p + (q - p) * share, segment, share});
@@ -86,10 +93,15 @@ Resampler::Resampler(const TriMesh& mesh, const Surface& surface, const Patches&
     }
 }
 
-void Resampler::put(size_t texel, const glm::dvec3& position, const SurfaceTriangle& triangle,
+void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, const SurfaceTriangle& triangle,
                     const glm::dvec3& weights) {
-    const glm::dvec3 lattice = glm::clamp(glm::round((position - atlas_.origin) / atlas_.step), 0.0, 65535.0);
-    for (int k = 0; k < 3; ++k) atlas_.positions[texel][static_cast<size_t>(k)] = static_cast<uint16_t>(lattice[k]);
+    const uint32_t ratio = atlas_.attribute_cells / atlas_.cells;
+    if (x % ratio == 0 && y % ratio == 0) {
+        auto& point = atlas_.positions[atlas_.texel(chart, x / ratio, y / ratio)];
+        const glm::dvec3 lattice = glm::clamp(glm::round((position - atlas_.origin) / atlas_.step), 0.0, 65535.0);
+        for (int k = 0; k < 3; ++k) point[static_cast<size_t>(k)] = static_cast<uint16_t>(lattice[k]);
+    }
+    const size_t texel = atlas_.attribute_texel(chart, x, y);
     // From corners of the part to corners of the source triangle.
     glm::dvec2 place(0);
     for (int k = 0; k < 3; ++k) place += weights[k] * glm::dvec2(triangle.place[static_cast<size_t>(k)]);
@@ -112,7 +124,8 @@ void Resampler::put(size_t texel, const glm::dvec3& position, const SurfaceTrian
     if (!mesh_.uvs.empty()) {
         for (int k = 0; k < 2; ++k) {
             const double s = atlas_.uv_step[k] > 0 ? (uv[k] - atlas_.uv_low[k]) / atlas_.uv_step[k] : 0;
-            atlas_.uvs[texel][static_cast<size_t>(k)] = static_cast<uint16_t>(std::clamp(std::round(s), 0.0, 65535.0));
+            atlas_.uvs[texel][static_cast<size_t>(k)] =
+                static_cast<uint16_t>(std::clamp(std::round(s), 0.0, static_cast<double>(most_uv)));
         }
     }
     if (!mesh_.colours.empty()) atlas_.colours[texel] = glm::u8vec4(glm::clamp(glm::round(colour), 0.0, 255.0));
@@ -121,7 +134,7 @@ void Resampler::put(size_t texel, const glm::dvec3& position, const SurfaceTrian
 
 uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
     const Patch& patch = chart.patch;
-    const uint32_t cells = atlas_.cells;
+    const uint32_t cells = atlas_.attribute_cells;
     // Borders.
     std::unordered_map<uint32_t, uint32_t> number;
     std::vector<uint32_t> along(patch.positions.size(), none);  // boundary half-edge out of a vertex
@@ -142,7 +155,8 @@ uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
             glm::dvec3 weights(0);
             weights[static_cast<int>(h % 3)] = 1 - share;
             weights[static_cast<int>(next_corner(h) % 3)] = share;
-            put(atlas_.side_texel(quad, s, k), b.position, patch.triangles[h / 3], weights);
+            const auto [x, y] = on_side(s, k, cells);
+            put(quad, x, y, b.position, patch.triangles[h / 3], weights);
         }
     }
     // Inside.
@@ -151,7 +165,7 @@ uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
         for (int k = 0; k < 2; ++k)
             at[v][static_cast<size_t>(k)] = std::llround(patch.flat[v][k] * static_cast<double>(cells * fine));
     }
-    std::vector<uint8_t> filled(atlas_.texels_per_chart(), 0);
+    std::vector<uint8_t> filled(size_t{cells + 1} * (cells + 1), 0);
     for (const SurfaceTriangle& t : patch.triangles) {
         const auto &a = at[t.vertices[0]], &b = at[t.vertices[1]], &c = at[t.vertices[2]];
         const auto edge = [](const std::array<int64_t, 2>& p, const std::array<int64_t, 2>& q, int64_t x, int64_t y) {
@@ -177,7 +191,7 @@ uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
                 const glm::dvec3 position = patch.positions[t.vertices[0]] * weights.x +
                                             patch.positions[t.vertices[1]] * weights.y +
                                             patch.positions[t.vertices[2]] * weights.z;
-                put(atlas_.texel(quad, static_cast<uint32_t>(x), static_cast<uint32_t>(y)), position, t, weights);
+                put(quad, static_cast<uint32_t>(x), static_cast<uint32_t>(y), position, t, weights);
             }
         }
     }

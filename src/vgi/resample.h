@@ -15,7 +15,8 @@ namespace lodestone::vgi {
 class Resampler {
 public:
     // The mesh (with normals), the surface cut into quads, and its patches must outlive the resampler.
-    Resampler(const TriMesh& mesh, const Surface& surface, const Patches& patches, uint32_t cells);
+    Resampler(const TriMesh& mesh, const Surface& surface, const Patches& patches, uint32_t cells,
+              uint32_t attribute_cells);
 
     // Samples of the chart of a quad, 0 .. quads - 1. Different charts may be sampled at once. Returns how many samples
     // no triangle covered (none, unless the chart is folded).
@@ -30,7 +31,9 @@ private:
         uint32_t segment;
         double share;  // of the segment
     };
-    void put(size_t texel, const glm::dvec3& position, const SurfaceTriangle& triangle, const glm::dvec3& weights);
+    // x, y: 0 .. attribute_cells.
+    void put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, const SurfaceTriangle& triangle,
+             const glm::dvec3& weights);
 
     const TriMesh& mesh_;
     const Patches& patches_;

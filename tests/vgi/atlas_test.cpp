@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <glm/geometric.hpp>
 
 #include "base/threads.h"
 #include "fixtures/meshes.h"
@@ -165,11 +166,42 @@ TEST(Atlas, ManySmallComponentsAreSampledCoarser) {
     EXPECT_TRUE(atlas.validate());
 }
 
+TEST(Atlas, HasAttributesFinerThanPositionsWhereAsked) {
+    const TriMesh mesh = repaired(Shape::rock, 6000);
+    AtlasOptions options;
+    options.clusters.clusters = 6;
+    options.cells = 16;
+    options.error_samples = 1000;
+    AtlasReport report;
+    const auto coarse = make_atlas(mesh, options, report);
+    options.attribute_ratio = 4;
+    const auto fine = make_atlas(mesh, options, report);
+    ASSERT_TRUE(coarse);
+    ASSERT_TRUE(fine);
+    EXPECT_TRUE(fine->validate());
+    EXPECT_EQ(fine->attribute_cells, 64u);
+    ASSERT_EQ(fine->positions.size(), coarse->positions.size());
+    ASSERT_EQ(fine->normals.size(), size_t{fine->charts()} * 65 * 65);
+    for (uint32_t c = 0; c < fine->charts(); ++c) {
+        for (uint32_t y = 0; y <= 16; ++y) {
+            for (uint32_t x = 0; x <= 16; ++x) {
+                // The same but for rounding.
+                const size_t texel = fine->texel(c, x, y);
+                ASSERT_LE(glm::distance(fine->position(texel), coarse->position(texel)), 3 * fine->step);
+                ASSERT_GE(glm::dot(fine->normal(fine->attribute_texel(c, 4 * x, 4 * y)),
+                                   coarse->normal(coarse->attribute_texel(c, x, y))),
+                          0.999f);
+            }
+        }
+    }
+    EXPECT_EQ(fine->extract(1).wedge_count(), coarse->extract(1).wedge_count());
+}
+
 TEST(Atlas, NoticesWhatIsBroken) {
     const Atlas good = atlas_of(repaired(Shape::rock, 3000), 8, 8);
     Atlas bad = good;
     const GluedSide glued = bad.sides[0];
-    bad.positions[bad.side_texel(0, 0, 3)][1] ^= 1;
+    bad.positions[bad.texel(0, 3, 0)][1] ^= 1;
     EXPECT_THAT(bad.validate().error().message, testing::HasSubstr("differs"));
     bad = good;
     bad.sides[0] = {glued.chart, (glued.side + 1) % 4};
@@ -201,6 +233,9 @@ TEST(Atlas, ComesBackFromAFileTexelForTexel) {
             EXPECT_EQ(read->materials, atlas.materials);
             EXPECT_EQ(read->sides, atlas.sides);
             EXPECT_EQ(read->errors, atlas.errors);
+            EXPECT_EQ(read->sample_errors, atlas.sample_errors);
+            EXPECT_EQ(read->sample_radii, atlas.sample_radii);
+            EXPECT_EQ(read->bounds.size(), atlas.bounds.size());
             EXPECT_EQ(read->step, atlas.step);
         }
     }

@@ -1,0 +1,209 @@
+#include "vgi/sample_errors.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+#include <set>
+
+#include "fixtures/meshes.h"
+#include "mesh/distance.h"
+#include "mesh/generate.h"
+#include "mesh/repair.h"
+#include "vgi/bake.h"
+#include "vgi/bintree.h"
+#include "vgi/pages.h"
+
+namespace lodestone::vgi {
+namespace {
+
+Atlas atlas_of(const TriMesh& mesh, uint32_t cells) {
+    AtlasOptions options;
+    options.clusters.clusters = 8;
+    options.cells = cells;
+    options.error_samples = 1000;
+    AtlasReport report;
+    auto atlas = make_atlas(mesh, options, report);
+    EXPECT_TRUE(atlas) << atlas.error().message;
+    return atlas ? std::move(*atlas) : Atlas{};
+}
+
+TriMesh repaired(Shape shape, size_t triangles) {
+    TriMesh mesh = generate(shape, triangles, 2);
+    EXPECT_TRUE(repair(mesh));
+    return mesh;
+}
+
+TEST(Bintree, HasEverySampleOnceAndItsParentsOneDepthUp) {
+    for (const int32_t cells : {2, 8, 32}) {
+        const Bintree tree{cells};
+        std::set<std::pair<int32_t, int32_t>> seen;
+        for (uint32_t depth = 0; depth < tree.depths(); ++depth) {
+            tree.for_depth(depth, [&](GridPoint p) {
+                EXPECT_TRUE(seen.insert({p.x, p.y}).second);
+                EXPECT_EQ(tree.depth(p), depth);
+                const auto [a, b] = tree.hypotenuse(p);
+                EXPECT_EQ(a.x + b.x, 2 * p.x);
+                EXPECT_EQ(a.y + b.y, 2 * p.y);
+                uint32_t parents = 0;
+                tree.for_parents(p, [&](GridPoint q) {
+                    ++parents;
+                    if (tree.is_corner(q)) {
+                        EXPECT_EQ(depth + 1, tree.depths());
+                        return;
+                    }
+                    EXPECT_EQ(tree.depth(q), depth + 1);
+                    bool is_child = false;
+                    tree.for_children(q, [&](GridPoint c) { is_child = is_child || c == p; });
+                    EXPECT_TRUE(is_child);
+                });
+                const bool rim = p.x == 0 || p.y == 0 || p.x == cells || p.y == cells;
+                EXPECT_EQ(parents, rim ? 1u : 2u);
+            });
+        }
+        EXPECT_EQ(seen.size(), static_cast<size_t>(cells + 1) * static_cast<size_t>(cells + 1) - 4);
+    }
+}
+
+TEST(ErrorCodes, RoundUp) {
+    const ErrorCodes codes(5.0);
+    EXPECT_EQ(codes.of_error(0), 0);
+    EXPECT_EQ(codes.error(0), 0);
+    for (double error = 5; error > 1e-8; error *= 0.73) {
+        const float back = codes.error(codes.of_error(error));
+        EXPECT_GE(back, static_cast<float>(error));
+        EXPECT_LE(back, static_cast<float>(error) * 1.0906f);
+        EXPECT_GE(codes.radius(codes.of_radius(error)), static_cast<float>(error));
+    }
+}
+
+TEST(SampleErrors, AreSaturatedAndSharedOnAnyMesh) {
+    auto meshes = fixtures::manifold_meshes();
+    meshes.push_back({"rock", repaired(Shape::rock, 6000)});
+    meshes.push_back({"terrain", repaired(Shape::terrain, 4000)});
+    for (const auto& f : meshes) {
+        SCOPED_TRACE(f.name);
+        const Atlas atlas = atlas_of(f.mesh, 64);
+        const auto valid = validate_errors(atlas);
+        EXPECT_TRUE(valid) << valid.error().message;
+        EXPECT_TRUE(atlas.validate());
+    }
+}
+
+TEST(SampleErrors, ValidationNoticesWhatIsBroken) {
+    const Atlas good = atlas_of(repaired(Shape::rock, 6000), 64);
+    ASSERT_TRUE(validate_errors(good));
+    Atlas bad = good;
+    bad.sample_errors[bad.texel(0, 32, 32)] = 1;
+    EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("not saturated"));
+    bad = good;
+    bad.sample_radii.assign(bad.sample_radii.size(), 1);
+    EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("not saturated"));
+    bad = good;
+    bad.bounds[0].radius *= 0.5f;
+    EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("outside its sphere"));
+    bad = good;
+    bad.bounds[3].error = 10 * bad.bounds[0].error;
+    EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("larger error"));
+    bad = good;
+    const GluedSide other = bad.sides[0];
+    const auto [x, y] = on_side(other.side, 5, bad.cells);
+    ++bad.sample_errors[bad.texel(other.chart, x, y)];
+    EXPECT_THAT(bad.validate().error().message, testing::HasSubstr("differs"));
+}
+
+TEST(SampleErrors, OfLevelsAndPagesAreBoundsOnRealDistances) {
+    const TriMesh mesh = repaired(Shape::rock, 6000);
+    const Atlas atlas = atlas_of(mesh, 64);
+    const PageTree tree{atlas.cells};
+    for (uint32_t level = 0; level <= tree.base_level(); ++level) {
+        double largest = 0;
+        for (uint32_t c = 0; c < atlas.charts(); ++c) {
+            for (uint32_t i = 0; i < tree.pages_per_side(level) * tree.pages_per_side(level); ++i) {
+                const uint32_t page = tree.page(level, i % tree.pages_per_side(level), i / tree.pages_per_side(level));
+                largest = std::max<double>(largest, atlas.bounds[size_t{c} * tree.pages() + page].error);
+            }
+        }
+        EXPECT_LE(surface_distance(mesh, atlas.extract(level)).max(), 1.1 * largest) << level;
+        EXPECT_LE(largest, static_cast<double>(atlas.errors[level]));
+    }
+}
+
+TEST(SampleErrors, ConesHoldTheNormalsOfEveryTriangleThatMayBeDrawn) {
+    const Atlas atlas = atlas_of(repaired(Shape::sphere, 20000), 64);
+    const PageTree tree{atlas.cells};
+    const Bintree bintree{static_cast<int32_t>(atlas.cells)};
+    uint32_t cones = 0;
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const PageBounds& base = atlas.bounds[size_t{c} * tree.pages()];
+        if (base.cosine == -127) continue;
+        ++cones;
+        const glm::dvec3 axis = glm::normalize(glm::dvec3(base.axis[0], base.axis[1], base.axis[2]));
+        const auto at = [&](GridPoint p) {
+            return atlas.point(atlas.texel(c, static_cast<uint32_t>(p.x), static_cast<uint32_t>(p.y)));
+        };
+        for (uint32_t depth = 0; depth < bintree.depths(); ++depth) {
+            bintree.for_depth(depth, [&](GridPoint p) {
+                const auto [a, b] = bintree.hypotenuse(p);
+                bintree.for_parents(p, [&](GridPoint apex) {
+                    // Both triangles turn the same way in the square; the turn tells which way round.
+                    const int32_t turn = (b.x - a.x) * (apex.y - a.y) - (b.y - a.y) * (apex.x - a.x);
+                    glm::dvec3 normal = glm::cross(at(b) - at(a), at(apex) - at(a));
+                    if (turn < 0) normal = -normal;
+                    ASSERT_GE(glm::dot(glm::normalize(normal), axis), base.cosine / 127.0 - 1e-12);
+                });
+            });
+        }
+    }
+    EXPECT_GT(cones, atlas.charts() / 2);
+}
+
+TEST(Pages, CodeAnyNumbers) {
+    // Noise, extremes and constants come back as they were.
+    const PageTree tree{64};
+    const std::vector<Channel> channels{{0, true, false},
+                                        {1, false, true},
+                                        {2, false, false, Channel::Kind::bound},
+                                        {3, true, false, Channel::Kind::name}};
+    const size_t plane = 33 * 33;
+    std::vector<Page> pages(tree.pages());
+    uint32_t state = 1;
+    const auto next = [&] { return state = state * 1664525u + 1013904223u; };
+    for (uint32_t p = 0; p < tree.pages(); ++p) {
+        Page& page = pages[p];
+        page.values.resize(4 * plane);
+        for (size_t i = 0; i < plane; ++i) {
+            page.values[i] = static_cast<uint16_t>(next() >> 16);
+            page.values[plane + i] = static_cast<uint16_t>(static_cast<int8_t>(next() >> 24));
+            page.values[2 * plane + i] = static_cast<uint16_t>(next() >> 24);
+            page.values[3 * plane + i] = p < 2 ? 7 : 65535;
+        }
+    }
+    // A page has its parent's samples.
+    for (uint32_t p = 1; p < tree.pages(); ++p) {
+        uint32_t level = 0, x = 0, y = 0;
+        tree.place(p, &level, &x, &y);
+        for (size_t c = 0; c < 4; ++c) {
+            for (size_t v = 0; v < 33; v += 2) {
+                for (size_t u = 0; u < 33; u += 2)
+                    pages[p].values[(c * 33 + v) * 33 + u] =
+                        pages[0].values[(c * 33 + y * 16 + v / 2) * 33 + x * 16 + u / 2];
+            }
+        }
+    }
+    for (uint32_t p = 0; p < tree.pages(); ++p) {
+        const Page* parent = p == 0 ? nullptr : &pages[0];
+        auto bytes = encode_page(tree, channels, p, pages[p], parent);
+        const auto back = decode_page(tree, channels, p, bytes, parent);
+        ASSERT_TRUE(back);
+        EXPECT_EQ(back->values, pages[p].values) << p;
+        // Anything cut off or turned over is refused, never read past.
+        for (size_t size = 0; size < bytes.size(); size += 97)
+            EXPECT_FALSE(decode_page(tree, channels, p, std::span(bytes).first(size), parent));
+        bytes.push_back(std::byte{0});
+        EXPECT_FALSE(decode_page(tree, channels, p, bytes, parent));
+    }
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

@@ -121,6 +121,28 @@ Result<void> Atlas::validate() const {
     for (const uint16_t m : materials) {
         if (m >= material_table.size()) return wrong("a material is out of range");
     }
+    if (auto good = validate_gluing(); !good) return good;
+    for (uint32_t c = 0; c < charts(); ++c) {
+        for (uint32_t s = 0; s < 4; ++s) {
+            const GluedSide& other = sides[size_t{c} * 4 + s];
+            if (other.chart == ~0u) continue;
+            for (uint32_t k = 0; k <= cells; ++k) {
+                const auto [x, y] = on_side(s, k, cells);
+                const auto [u, v] = on_side(other.side, cells - k, cells);
+                const size_t mine = texel(c, x, y), its = texel(other.chart, u, v);
+                if (positions[mine] != positions[its] || sample_errors[mine] != sample_errors[its] ||
+                    sample_radii[mine] != sample_radii[its])
+                    return wrong("chart " + std::to_string(c) + ", side " + std::to_string(s) + ": sample " +
+                                 std::to_string(k) + " differs from the one it is glued to");
+            }
+        }
+    }
+    return {};
+}
+
+Result<void> Atlas::validate_gluing() const {
+    const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "atlas: " + what); };
+    if (sides.size() != size_t{charts()} * 4) return wrong("sides are not four per chart");
     for (uint32_t c = 0; c < charts(); ++c) {
         for (uint32_t s = 0; s < 4; ++s) {
             const GluedSide& other = sides[size_t{c} * 4 + s];
@@ -129,14 +151,6 @@ Result<void> Atlas::validate() const {
             if (other.chart >= charts() || other.side > 3) return wrong(place + ": is glued to nothing");
             if (sides[size_t{other.chart} * 4 + other.side] != GluedSide{c, s})
                 return wrong(place + ": is glued to a side that is glued elsewhere");
-            for (uint32_t k = 0; k <= cells; ++k) {
-                const auto [x, y] = on_side(s, k, cells);
-                const auto [u, v] = on_side(other.side, cells - k, cells);
-                const size_t mine = texel(c, x, y), its = texel(other.chart, u, v);
-                if (positions[mine] != positions[its] || sample_errors[mine] != sample_errors[its] ||
-                    sample_radii[mine] != sample_radii[its])
-                    return wrong(place + ": sample " + std::to_string(k) + " differs from the one it is glued to");
-            }
         }
     }
     // Corners: turning around one from chart to chart leads back, or from one end of the surface to another.

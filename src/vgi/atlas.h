@@ -51,10 +51,14 @@ struct PageBounds {
     glm::vec3 centre{0};
     float radius = 0;  // the sphere holds every sample of the page's part of the chart
     float error = 0;   // two-sided distance of the page, drawn as a grid, to the source; never less than a child's
-    std::array<int8_t, 3> axis;  // of the cone that holds the normals of all triangles of its bintree; -127 .. 127
-    int8_t cosine = -127;        // of the cone's half angle, rounded down; -127: no cone
+    std::array<int8_t, 3> axis{};  // of the cone that holds the normals of all triangles of its bintree; -127 .. 127
+    int8_t cosine = -127;          // of the cone's half angle, rounded down; -127: no cone
+    // Largest codes (sample_errors.h) of the samples that the page has and its parent has not.
+    uint8_t sample_error = 0, sample_radius = 0;
+    uint16_t padding = 0;
+    bool operator==(const PageBounds&) const = default;
 };
-static_assert(sizeof(PageBounds) == 24);
+static_assert(sizeof(PageBounds) == 28);
 
 struct Atlas {
     uint32_t cells = 128;            // per side of a chart's positions, a power of two, 2 .. 4096
@@ -114,6 +118,8 @@ struct Atlas {
 
     // Sizes, gluing an involution, glued samples equal bit for bit, corners that close.
     Result<void> validate() const;
+    // Of these, what can be told without the images.
+    Result<void> validate_gluing() const;
 };
 
 }  // namespace lodestone::vgi

@@ -3,6 +3,7 @@
 #include <bit>
 #include <nlohmann/json.hpp>
 
+#include "base/check.h"
 #include "base/threads.h"
 #include "mesh/io/material_chunks.h"
 #include "vgi/pages.h"
@@ -15,14 +16,14 @@ using Json = nlohmann::json;
 
 struct LayerName {
     Layer layer;
-    std::string ends, bytes;  // chunks
+    const char *ends, *bytes;  // chunks
 };
 const LayerName layers[] = {{Layer::geometry, "vgi/geometry_ends", "vgi/geometry_pages"},
                             {Layer::attributes, "vgi/attribute_ends", "vgi/attribute_pages"}};
 
 Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter& writer) {
     const PageTree tree = tree_of(atlas, name.layer);
-    const std::vector<Channel> channels = channels_of(atlas, name.layer);
+    const std::vector<Channel> channels = channels_of(atlas.attributes, name.layer);
     std::vector<std::vector<std::byte>> packed(size_t{atlas.charts()} * tree.pages());
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
         for (size_t c = begin; c < end; ++c) {
@@ -45,64 +46,21 @@ Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter&
     return writer.add_array(name.bytes, std::span<const std::byte>(bytes));
 }
 
-Result<void> read_layer(const ChunkFile& file, const LayerName& name, Atlas& atlas) {
-    const PageTree tree = tree_of(atlas, name.layer);
-    const std::vector<Channel> channels = channels_of(atlas, name.layer);
-    auto ends = file.array<uint64_t>(name.ends);
-    if (!ends) return tl::unexpected(ends.error());
-    auto bytes = file.bytes(name.bytes);
-    if (!bytes) return tl::unexpected(bytes.error());
-    const auto wrong = [&](const std::string& what) {
-        return fail_at(file.path().string(), {Fault::format, name.ends + ": " + what + "; bake the asset again"});
-    };
-    if (ends->size() != size_t{atlas.charts()} * tree.pages()) return wrong("is not one per page");
-    uint64_t before = 0;
-    for (const uint64_t end : *ends) {
-        if (end < before || end > bytes->size()) return wrong("a page has no end");
-        before = end;
-    }
-    std::vector<std::string> faults(atlas.charts());
-    parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
-        for (size_t c = begin; c < end; ++c) {
-            std::vector<Page> pages;
-            for (uint32_t p = 0; p < tree.pages() && faults[c].empty(); ++p) {
-                const size_t i = c * tree.pages() + p;
-                const uint64_t first = i == 0 ? 0 : (*ends)[i - 1];
-                auto page = decode_page(tree, channels, p, bytes->subspan(first, (*ends)[i] - first),
-                                        p == 0 ? nullptr : &pages[tree.parent(p)]);
-                if (!page) {
-                    faults[c] = "chart " + std::to_string(c) + ", " + page.error().message;
-                    break;
-                }
-                write_page(atlas, name.layer, static_cast<uint32_t>(c), p, *page);
-                pages.push_back(std::move(*page));
-            }
-        }
-    });
-    for (const std::string& fault : faults) {
-        if (!fault.empty()) return fail_at(file.path().string(), {Fault::format, name.bytes + ": " + fault});
-    }
-    return {};
-}
-
 }  // namespace
 
 Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
-    const Json about = {
-        {"cells", atlas.cells},
-        {"attribute_cells", atlas.attribute_cells},
-        {"charts", atlas.charts()},
-        {"origin", {atlas.origin.x, atlas.origin.y, atlas.origin.z}},
-        {"step", atlas.step},
-        {"uv_low", {atlas.uv_low.x, atlas.uv_low.y}},
-        {"uv_step", {atlas.uv_step.x, atlas.uv_step.y}},
-        {"images",
-         {{"uvs", !atlas.uvs.empty()}, {"colours", !atlas.colours.empty()}, {"materials", !atlas.materials.empty()}}},
-        {"attributes",
-         {{"normals", atlas.attributes.normals},
-          {"uvs", atlas.attributes.uvs},
-          {"colours", atlas.attributes.colours},
-          {"materials", atlas.attributes.materials}}}};
+    const Json about = {{"cells", atlas.cells},
+                        {"attribute_cells", atlas.attribute_cells},
+                        {"charts", atlas.charts()},
+                        {"origin", {atlas.origin.x, atlas.origin.y, atlas.origin.z}},
+                        {"step", atlas.step},
+                        {"uv_low", {atlas.uv_low.x, atlas.uv_low.y}},
+                        {"uv_step", {atlas.uv_step.x, atlas.uv_step.y}},
+                        {"attributes",
+                         {{"normals", atlas.attributes.normals},
+                          {"uvs", atlas.attributes.uvs},
+                          {"colours", atlas.attributes.colours},
+                          {"materials", atlas.attributes.materials}}}};
     Result<void> done = writer.add_text("vgi/atlas", about.dump());
     if (done) done = writer.add_array("vgi/sides", std::span(atlas.sides));
     if (done) done = writer.add_array("vgi/clusters", std::span(atlas.cluster));
@@ -115,15 +73,15 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
     return done;
 }
 
-Result<Atlas> open_atlas(const ChunkFile& file) {
+Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
     const auto named = [&](const std::string& what) {
         return fail_at(file.path().string(), {Fault::format, what + "; bake the asset again"});
     };
     auto text = file.text("vgi/atlas");
     if (!text) return tl::unexpected(text.error());
-    Atlas atlas;
+    AtlasFile opened(file);
+    Atlas& atlas = opened.about_;
     uint32_t charts = 0;
-    bool uvs = false, colours = false, materials = false;
     try {
         const Json about = Json::parse(*text);
         atlas.cells = about.at("cells").get<uint32_t>();
@@ -135,9 +93,6 @@ Result<Atlas> open_atlas(const ChunkFile& file) {
             atlas.uv_low[k] = about.at("uv_low").at(static_cast<size_t>(k)).get<float>();
             atlas.uv_step[k] = about.at("uv_step").at(static_cast<size_t>(k)).get<float>();
         }
-        uvs = about.at("images").at("uvs").get<bool>();
-        colours = about.at("images").at("colours").get<bool>();
-        materials = about.at("images").at("materials").get<bool>();
         const Json& has = about.at("attributes");
         atlas.attributes = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
                             has.at("materials").get<bool>()};
@@ -161,24 +116,83 @@ Result<Atlas> open_atlas(const ChunkFile& file) {
     atlas.cluster.assign(clusters->begin(), clusters->end());
     atlas.errors.assign(errors->begin(), errors->end());
     atlas.bounds.assign(bounds->begin(), bounds->end());
-    const size_t texels = size_t{charts} * atlas.texels_per_chart(),
-                 attribute_texels = atlas.attribute_texel(charts, 0, 0);
-    atlas.positions.resize(texels);
-    atlas.sample_errors.resize(texels);
-    atlas.sample_radii.resize(texels);
-    atlas.normals.resize(attribute_texels);
-    if (uvs) atlas.uvs.resize(attribute_texels);
-    if (colours) atlas.colours.resize(attribute_texels);
-    if (materials) atlas.materials.resize(attribute_texels);
+    if (auto good = atlas.validate_gluing(); !good) return named(good.error().message);
     for (const LayerName& layer : layers) {
-        if (auto done = read_layer(file, layer, atlas); !done) return tl::unexpected(done.error());
+        auto ends = file.array<uint64_t>(layer.ends);
+        if (!ends) return tl::unexpected(ends.error());
+        auto bytes = file.bytes(layer.bytes);
+        if (!bytes) return tl::unexpected(bytes.error());
+        if (ends->size() != size_t{charts} * tree_of(atlas, layer.layer).pages())
+            return named(std::string(layer.ends) + ": is not one per page");
+        uint64_t before = 0;
+        for (const uint64_t end : *ends) {
+            if (end < before || end > bytes->size()) return named(std::string(layer.ends) + ": a page has no end");
+            before = end;
+        }
+        opened.ends_[static_cast<size_t>(layer.layer)] = *ends;
+        opened.pages_[static_cast<size_t>(layer.layer)] = *bytes;
     }
     auto shared = read_materials(file);
     if (!shared) return tl::unexpected(shared.error());
     atlas.material_table = std::move(shared->table);
     atlas.images = std::move(shared->images);
-    if (auto good = atlas.validate(); !good) return named(good.error().message);
-    if (auto good = validate_errors(atlas); !good) return named(good.error().message);
+    return opened;
+}
+
+AtlasFile::Place AtlasFile::place(Layer layer, uint32_t chart, uint32_t page) const {
+    const auto l = static_cast<size_t>(layer);
+    const size_t i = size_t{chart} * tree_of(about_, layer).pages() + page;
+    LODE_CHECK(i < ends_[l].size(), chart, page);
+    const uint64_t first = i == 0 ? 0 : ends_[l][i - 1];
+    return {layers[l].bytes, first, ends_[l][i] - first};
+}
+
+std::span<const std::byte> AtlasFile::bytes(const Place& place) const {
+    const size_t l = place.chunk == layers[0].bytes ? 0 : 1;
+    return pages_[l].subspan(place.offset, place.bytes);
+}
+
+Result<Atlas> open_atlas(const ChunkFile& file) {
+    const auto opened = AtlasFile::open(file);
+    if (!opened) return tl::unexpected(opened.error());
+    Atlas atlas = opened->about();
+    const size_t texels = atlas.texel(atlas.charts(), 0, 0),
+                 attribute_texels = atlas.attribute_texel(atlas.charts(), 0, 0);
+    atlas.positions.resize(texels);
+    atlas.sample_errors.resize(texels);
+    atlas.sample_radii.resize(texels);
+    atlas.normals.resize(attribute_texels);
+    if (atlas.attributes.uvs) atlas.uvs.resize(attribute_texels);
+    if (atlas.attributes.colours) atlas.colours.resize(attribute_texels);
+    if (atlas.attributes.materials) atlas.materials.resize(attribute_texels);
+    for (const LayerName& name : layers) {
+        const PageTree tree = tree_of(atlas, name.layer);
+        const std::vector<Channel> channels = channels_of(atlas.attributes, name.layer);
+        std::vector<std::string> faults(atlas.charts());
+        parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
+            for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
+                std::vector<Page> pages;
+                for (uint32_t p = 0; p < tree.pages(); ++p) {
+                    auto page = decode_page(tree, channels, p, opened->bytes(opened->place(name.layer, c, p)),
+                                            p == 0 ? nullptr : &pages[tree.parent(p)]);
+                    if (!page) {
+                        faults[c] = "chart " + std::to_string(c) + ", " + page.error().message;
+                        break;
+                    }
+                    write_page(atlas, name.layer, c, p, *page);
+                    pages.push_back(std::move(*page));
+                }
+            }
+        });
+        for (const std::string& fault : faults) {
+            if (!fault.empty())
+                return fail_at(file.path().string(), {Fault::format, std::string(name.bytes) + ": " + fault});
+        }
+    }
+    for (const auto& good : {atlas.validate(), validate_errors(atlas)}) {
+        if (!good)
+            return fail_at(file.path().string(), {Fault::format, good.error().message + "; bake the asset again"});
+    }
     return atlas;
 }
 

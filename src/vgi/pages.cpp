@@ -45,9 +45,9 @@ void for_channels(Images& a, Layer layer, Visit&& visit) {
         return;
     }
     each(a.normals, 2);
-    if (!a.uvs.empty()) each(a.uvs, 2);
-    if (!a.colours.empty()) each_colour(a.colours);
-    if (!a.materials.empty()) each(a.materials, 1);
+    if (a.attributes.uvs) each(a.uvs, 2);
+    if (a.attributes.colours) each_colour(a.colours);
+    if (a.attributes.materials) each(a.materials, 1);
 }
 
 // Calls visit(local index, texel) for every sample of a page.
@@ -221,15 +221,15 @@ PageTree tree_of(const Atlas& atlas, Layer layer) {
     return {layer == Layer::geometry ? atlas.cells : atlas.attribute_cells};
 }
 
-std::vector<Channel> channels_of(const Atlas& atlas, Layer layer) {
+std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer) {
     constexpr auto bound = Channel::Kind::bound, name = Channel::Kind::name;
     constexpr Channel lattice{0, true, false}, error{1, false, false, bound}, radius{2, false, false, bound},
         normal{0, false, true}, uv{1, true, false}, colour{2, false, false}, material{3, true, false, name};
     if (layer == Layer::geometry) return {lattice, lattice, lattice, error, radius};
     std::vector<Channel> channels{normal, normal};
-    if (!atlas.uvs.empty()) channels.insert(channels.end(), 2, uv);
-    if (!atlas.colours.empty()) channels.insert(channels.end(), 4, colour);
-    if (!atlas.materials.empty()) channels.push_back(material);
+    if (attributes.uvs) channels.insert(channels.end(), 2, uv);
+    if (attributes.colours) channels.insert(channels.end(), 4, colour);
+    if (attributes.materials) channels.push_back(material);
     return channels;
 }
 
@@ -237,7 +237,7 @@ Page read_page(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page) {
     const PageTree tree = tree_of(atlas, layer);
     const size_t samples = size_t{tree.samples_per_side()} * tree.samples_per_side();
     Page result;
-    result.values.resize(samples * channels_of(atlas, layer).size());
+    result.values.resize(samples * channels_of(atlas.attributes, layer).size());
     for_channels(atlas, layer, [&](size_t channel, const auto& at) {
         for_samples(atlas, layer, chart, page, [&](size_t i, size_t texel) {
             result.values[channel * samples + i] = static_cast<uint16_t>(at(texel));  // sign kept

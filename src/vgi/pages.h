@@ -49,7 +49,7 @@ struct Channel {
 };
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture
 // coordinates (2), colour (4), material (1), each where the atlas has them.
-std::vector<Channel> channels_of(const Atlas& atlas, Layer layer);
+std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer);
 PageTree tree_of(const Atlas& atlas, Layer layer);
 
 // One page's samples: channel after channel, row by row.

@@ -178,6 +178,20 @@ glm::dvec3 normal_sum(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3
     return glm::cross(b - a, c - a);
 }
 
+// Texels of a page that its parent has not.
+template <class Visit>
+void for_own_samples(const Atlas& atlas, uint32_t chart, uint32_t page, Visit&& visit) {
+    const PageTree tree{atlas.cells};
+    uint32_t level = 0, px = 0, py = 0;
+    tree.place(page, &level, &px, &py);
+    const uint32_t n = tree.cells_per_page();
+    for (uint32_t y = py * n; y <= py * n + n; ++y) {
+        for (uint32_t x = px * n; x <= px * n + n; ++x) {
+            if (page == 0 || x % 2 == 1 || y % 2 == 1) visit(atlas.texel(chart, x << level, y << level));
+        }
+    }
+}
+
 // A cone of normals: unit axis and half angle in radians; no half angle above pi / 2 is of use.
 struct Cone {
     glm::dvec3 axis{0};
@@ -197,6 +211,10 @@ public:
             const uint32_t size = tree_.cells_per_page() << level, x = px * size, y = py * size;
             PageBounds& bounds = atlas_.bounds[size_t{chart_} * tree_.pages() + page];
             bound_sphere(x, y, size, bounds);
+            for_own_samples(atlas_, chart_, page, [&](size_t texel) {
+                bounds.sample_error = std::max(bounds.sample_error, atlas_.sample_errors[texel]);
+                bounds.sample_radius = std::max(bounds.sample_radius, atlas_.sample_radii[texel]);
+            });
             double error = errors_[page];
             if (level > 0) {
                 for_children(level, px, py, [&](uint32_t child) {
@@ -239,35 +257,34 @@ private:
         bounds.radius = static_cast<float>(std::sqrt(squared) * (1 + rounding) + atlas_.extent() * 1e-7);
     }
 
-    // Triangles of the page's own level; finer ones are in the cones of its children. The coarsest page has all coarser
-    // ones too.
+    // Triangles of the page's part of the bintree down to its own level; finer ones are in the cones of its children.
     template <class Visit>
     void for_triangles(uint32_t level, uint32_t px, uint32_t py, Visit&& visit) const {
-        const Bintree tree = bintree_of(atlas_);
-        const auto h = static_cast<int32_t>(1u << level);
-        const auto n = static_cast<int32_t>(tree_.cells_per_page());
-        const auto x0 = static_cast<int32_t>(px) * n * h, y0 = static_cast<int32_t>(py) * n * h;
+        // The tree of a page is that of a chart, only smaller.
+        const auto n = static_cast<int32_t>(tree_.cells_per_page()), h = static_cast<int32_t>(1u << level);
+        const auto scaled = [&](GridPoint p) {
+            return GridPoint{(static_cast<int32_t>(px) * n + p.x) * h, (static_cast<int32_t>(py) * n + p.y) * h};
+        };
         for (int32_t y = 0; y < n; ++y) {
             for (int32_t x = 0; x < n; ++x) {
-                const GridPoint a{x0 + x * h, y0 + y * h}, b{a.x + h, a.y}, c{a.x + h, a.y + h}, d{a.x, a.y + h};
-                if (rising_diagonal(static_cast<uint32_t>(a.x / h), static_cast<uint32_t>(a.y / h))) {
+                const GridPoint a = scaled({x, y}), b = scaled({x + 1, y}), c = scaled({x + 1, y + 1}),
+                                d = scaled({x, y + 1});
+                if (rising_diagonal(static_cast<uint32_t>(x), static_cast<uint32_t>(y))) {
                     visit(a, b, c);
                     visit(a, c, d);
                 } else {
                     visit(a, b, d);
                     visit(b, c, d);
                 }
-                if (level == 0) continue;
-                const GridPoint m{a.x + h / 2, a.y + h / 2};
-                visit(a, b, m);
-                visit(b, c, m);
-                visit(c, d, m);
-                visit(d, a, m);
             }
         }
-        if (level != tree_.base_level()) return;
-        for (uint32_t depth = 2 * level; depth < tree.depths(); ++depth)
-            tree.for_depth(depth, [&](GridPoint p) { for_split_triangles(tree, p, visit); });
+        const Bintree tree{n};
+        for (uint32_t depth = 0; depth < tree.depths(); ++depth) {
+            tree.for_depth(depth, [&](GridPoint p) {
+                for_split_triangles(
+                    tree, p, [&](GridPoint a, GridPoint b, GridPoint c) { visit(scaled(a), scaled(b), scaled(c)); });
+            });
+        }
     }
 
     void bound_cone(uint32_t page, uint32_t level, uint32_t px, uint32_t py, PageBounds& bounds) {
@@ -419,6 +436,11 @@ Result<void> validate_errors(const Atlas& atlas) {
                 const PageBounds& parent =
                     atlas.bounds[size_t{c} * pages.pages() + (page == 0 ? 0 : pages.parent(page))];
                 const std::string place = "chart " + std::to_string(c) + ", page " + std::to_string(page);
+                for_own_samples(atlas, c, page, [&](size_t texel) {
+                    if (atlas.sample_errors[texel] > bounds.sample_error ||
+                        atlas.sample_radii[texel] > bounds.sample_radius)
+                        faults[c] = place + ": a sample has a larger code than its page";
+                });
                 if (!(bounds.error <= parent.error)) faults[c] = place + ": has a larger error than its parent";
                 const uint32_t n = pages.cells_per_page();
                 for (uint32_t y = py * n; y <= py * n + n; ++y) {

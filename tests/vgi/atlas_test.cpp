@@ -235,7 +235,7 @@ TEST(Atlas, ComesBackFromAFileTexelForTexel) {
             EXPECT_EQ(read->errors, atlas.errors);
             EXPECT_EQ(read->sample_errors, atlas.sample_errors);
             EXPECT_EQ(read->sample_radii, atlas.sample_radii);
-            EXPECT_EQ(read->bounds.size(), atlas.bounds.size());
+            EXPECT_EQ(read->bounds, atlas.bounds);
             EXPECT_EQ(read->step, atlas.step);
         }
     }

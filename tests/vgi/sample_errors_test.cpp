@@ -103,6 +103,9 @@ TEST(SampleErrors, ValidationNoticesWhatIsBroken) {
     bad.bounds[0].radius *= 0.5f;
     EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("outside its sphere"));
     bad = good;
+    --bad.bounds[2].sample_error;
+    EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("larger code"));
+    bad = good;
     bad.bounds[3].error = 10 * bad.bounds[0].error;
     EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("larger error"));
     bad = good;

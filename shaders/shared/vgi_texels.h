@@ -1,0 +1,51 @@
+// Pages of virtual geometry images as they lie in the pools, declared once for C++ and GLSL.
+#ifndef LODESTONE_VGI_TEXELS_H
+#define LODESTONE_VGI_TEXELS_H
+
+#define LODE_VGI_PAGE_SIDE 33       // samples along a side of a page; smaller charts leave the rest unused
+#define LODE_VGI_PAGE_TEXELS 1089
+#define LODE_VGI_GEOMETRY_WORDS 2   // per sample: x | y << 16, z | error << 16 | radius << 24
+// Per sample of the attributes: normal x | normal y << 8 | material << 16; then texture coordinates u | v << 16, then
+// colour, each where some asset of the scene has it.
+
+// Bindings of descriptor set 1.
+#define LODE_VGI_GEOMETRY 0    // pool of positions
+#define LODE_VGI_SLOTS 1       // per slot of that pool: chart | level << 28, page x | page y << 16
+#define LODE_VGI_TABLE 2       // per page of attributes: slot << 4 | level of the page that is in it
+#define LODE_VGI_ATTRIBUTES 3  // pool of attributes
+#define LODE_VGI_ASSETS 4      // VgiAsset records
+#define LODE_VGI_CODES 5       // decoded errors and radii: 256 floats each, per asset
+
+// Draw words.
+#define LODE_VGI_WORD_ASSET 0
+#define LODE_VGI_WORD_MAGNIFICATION 1  // float bits: world units of distance for one of error; 0 does not morph
+#define LODE_VGI_WORD_SCALE 2          // float bits: largest scale of the instance
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace lodestone {
+namespace gpu {
+using uint = uint32_t;
+#endif
+
+// 64 bytes.
+struct VgiAsset {
+    float origin_x, origin_y, origin_z, step;
+    float uv_low_x, uv_low_y, uv_step_x, uv_step_y;
+    uint first_table;      // of the page table
+    uint cells;            // of positions per side of a chart
+    uint attribute_cells;
+    uint attribute_pages;  // per chart
+    uint attributes;       // bit 0: texture coordinates, 1: colour, 2: material
+    uint levels;
+    uint page_cells;       // of geometry pages: 32, or fewer where charts are smaller
+    uint padding;
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(VgiAsset) == 64);
+}  // namespace gpu
+}  // namespace lodestone
+#endif
+
+#endif

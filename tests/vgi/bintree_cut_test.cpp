@@ -1,0 +1,356 @@
+#include "vgi/bintree_cut.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+#include <map>
+#include <set>
+
+#include "base/disjoint_sets.h"
+#include "base/random.h"
+#include "base/threads.h"
+#include "fixtures/meshes.h"
+#include "frame/screen_error.h"
+#include "mesh/generate.h"
+#include "mesh/repair.h"
+#include "shaders/shared/vgi_texels.h"
+#include "vgi/bake.h"
+#include "vgi/sample_errors.h"
+
+namespace lodestone::vgi {
+namespace {
+
+Atlas atlas_of(const TriMesh& mesh, uint32_t cells) {
+    AtlasOptions options;
+    options.clusters.clusters = 6;
+    options.cells = cells;
+    options.error_samples = 1000;
+    AtlasReport report;
+    auto atlas = make_atlas(mesh, options, report);
+    EXPECT_TRUE(atlas) << atlas.error().message;
+    return atlas ? std::move(*atlas) : Atlas{};
+}
+
+TriMesh repaired(Shape shape, size_t triangles) {
+    TriMesh mesh = generate(shape, triangles, 2);
+    EXPECT_TRUE(repair(mesh));
+    return mesh;
+}
+
+// Pages that are there with probability `share`, base pages always, whether their parents are or not; slot = number.
+Residency partly_resident(const Atlas& atlas, double share, uint64_t seed) {
+    Residency residency(atlas);
+    Random random(seed);
+    for (uint32_t number = 0; number < residency.pages(); ++number) {
+        const uint32_t chart = number / residency.tree().pages(), page = number % residency.tree().pages();
+        if (page > 0 && random.unit() >= share) continue;
+        residency.put(number,
+                      std::make_shared<const GeometryPage>(
+                          packed_geometry(read_page(atlas, Layer::geometry, chart, page), residency.tree())),
+                      number);
+    }
+    residency.update();
+    return residency;
+}
+
+struct Glue {
+    const Atlas& atlas;
+    DisjointSets sets;
+    explicit Glue(const Atlas& a) : atlas(a), sets(a.texel(a.charts(), 0, 0)) {
+        for (uint32_t c = 0; c < a.charts(); ++c) {
+            for (uint32_t s = 0; s < 4; ++s) {
+                const GluedSide& other = a.sides[size_t{c} * 4 + s];
+                if (other.chart == ~0u) continue;
+                for (uint32_t k = 0; k <= a.cells; ++k) {
+                    const auto [x, y] = on_side(s, k, a.cells);
+                    const auto [u, v] = on_side(other.side, a.cells - k, a.cells);
+                    sets.join(static_cast<uint32_t>(a.texel(c, x, y)),
+                              static_cast<uint32_t>(a.texel(other.chart, u, v)));
+                }
+            }
+        }
+    }
+};
+
+struct Sample {
+    uint32_t chart, x, y;
+};
+Sample sample_of(const Residency& residency, uint32_t index) {
+    const uint32_t number = index / LODE_VGI_PAGE_TEXELS, texel = index % LODE_VGI_PAGE_TEXELS;
+    const PageTree& tree = residency.tree();
+    uint32_t level = 0, px = 0, py = 0;
+    tree.place(number % tree.pages(), &level, &px, &py);
+    const uint32_t row = tree.samples_per_side(), n = tree.cells_per_page();
+    return {number / tree.pages(), (px * n + texel % row) << level, (py * n + texel / row) << level};
+}
+
+// Edges that are not met once each way, those on the end of the surface left out.
+size_t bad_edges(const Residency& residency, Glue& glue, const std::vector<uint32_t>& indices) {
+    const Atlas& atlas = glue.atlas;
+    std::map<std::pair<uint32_t, uint32_t>, int> edges;
+    std::set<std::pair<uint32_t, uint32_t>> rim;
+    size_t bad = 0;
+    for (size_t t = 0; t + 2 < indices.size(); t += 3) {
+        Sample s[3];
+        uint32_t id[3];
+        for (size_t k = 0; k < 3; ++k) {
+            s[k] = sample_of(residency, indices[t + k]);
+            id[k] = glue.sets.find(static_cast<uint32_t>(atlas.texel(s[k].chart, s[k].x, s[k].y)));
+            // What is drawn is what the atlas has there.
+            const GeometryTexel& texel =
+                (*residency.entry(indices[t + k] / LODE_VGI_PAGE_TEXELS).texels)[indices[t + k] % LODE_VGI_PAGE_TEXELS];
+            const auto& p = atlas.positions[id[k]];
+            bad += texel.x != p[0] || texel.y != p[1] || texel.z != p[2];
+        }
+        for (size_t k = 0; k < 3; ++k) {
+            const Sample &a = s[k], &b = s[(k + 1) % 3];
+            ++edges[{id[k], id[(k + 1) % 3]}];
+            const uint32_t n = atlas.cells;
+            const int side = a.y == 0 && b.y == 0   ? 0
+                             : a.x == n && b.x == n ? 1
+                             : a.y == n && b.y == n ? 2
+                             : a.x == 0 && b.x == 0 ? 3
+                                                    : -1;
+            if (side >= 0 && atlas.sides[size_t{a.chart} * 4 + static_cast<size_t>(side)].chart == ~0u)
+                rim.insert({id[k], id[(k + 1) % 3]});
+        }
+    }
+    for (const auto& [edge, count] : edges) {
+        if (count != 1) ++bad;
+        if (!edges.contains({edge.second, edge.first}) && !rim.contains(edge)) ++bad;
+    }
+    return bad;
+}
+
+// A camera somewhere around the atlas, near or far, and a shadow view that sees all of it.
+std::vector<View> random_views(const Atlas& atlas, Random& random) {
+    glm::vec3 centre(atlas.origin + atlas.step * glm::dvec3(32768));
+    const float size = static_cast<float>(atlas.step * 65535);
+    const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+    Camera camera;
+    camera.eye = centre + glm::vec3(unit(), unit(), unit()) * size * std::exp2(unit() * 2.5f);
+    camera.target = centre + glm::vec3(unit(), unit(), unit()) * size * 0.3f;
+    camera.near_plane = size * 1e-3f;
+    camera.far_plane = size * 100;
+    return {view_of(camera, 1280, 720), shadow_view({0.3f, -1, 0.2f}, centre, size * 4, 64)};
+}
+
+std::vector<uint32_t> all_triangles(const Cut& cut) {
+    std::vector<uint32_t> all;
+    for (const auto& [mask, indices] : cut.parts) {
+        EXPECT_NE(mask & 2, 0u);
+        all.insert(all.end(), indices.begin(), indices.end());
+    }
+    return all;
+}
+
+std::vector<fixtures::Fixture> meshes() {
+    auto all = fixtures::manifold_meshes();
+    all.push_back({"rock", repaired(Shape::rock, 6000)});
+    all.push_back({"terrain", repaired(Shape::terrain, 4000)});
+    all.push_back({"torus", repaired(Shape::torus, 3000)});
+    return all;
+}
+
+size_t count_bad(const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint64_t seed,
+                 size_t* triangles = nullptr) {
+    Glue glue(atlas);
+    Random random(seed);
+    size_t bad = 0;
+    for (uint32_t i = 0; i < cameras; ++i) {
+        Atlas about = gluing;
+        const Residency residency = partly_resident(about, i % 4 == 0 ? 1 : random.unit(), mix64(seed + i));
+        PageDemand demand(residency.pages());
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        request.pixel_error = std::exp2(random.unit() * 5 - 2);
+        const Cut cut = cut_bintree(residency, request, demand);
+        const auto all = all_triangles(cut);
+        if (triangles != nullptr) *triangles += all.size() / 3;
+        bad += bad_edges(residency, glue, all);
+    }
+    return bad;
+}
+
+TEST(BintreeCut, FitsTogetherForAnyCameraAndAnyPages) {
+    size_t triangles = 0;
+    for (const auto& f : meshes()) {
+        SCOPED_TRACE(f.name);
+        for (const uint32_t cells : {8u, 64u, 128u}) {
+            const Atlas atlas = atlas_of(f.mesh, cells);
+            EXPECT_EQ(count_bad(atlas, atlas, cells == 128 ? 8 : 24, cells, &triangles), 0u) << cells;
+        }
+    }
+    EXPECT_GT(triangles, 100000u);
+}
+
+TEST(BintreeCut, FallsApartWhereItsRulesAreBroken) {
+    const Atlas atlas = atlas_of(repaired(Shape::rock, 6000), 64);
+    // Errors that are not saturated.
+    Atlas broken = atlas;
+    Random random(3);
+    for (uint32_t c = 0; c < broken.charts(); ++c) {
+        for (uint32_t y = 1; y < broken.cells; ++y) {
+            for (uint32_t x = 1; x < broken.cells; ++x)
+                broken.sample_errors[broken.texel(c, x, y)] = static_cast<uint8_t>(150 + random.next() % 60);
+        }
+    }
+    EXPECT_GT(count_bad(broken, broken, 16, 5), 0u);
+    // Errors that glued samples do not share.
+    broken = atlas;
+    for (uint32_t c = 0; c < broken.charts(); ++c) {
+        for (uint32_t k = 1; k < broken.cells; ++k)
+            broken.sample_errors[broken.texel(c, k, 0)] =
+                static_cast<uint8_t>(std::max(0, broken.sample_errors[broken.texel(c, k, 0)] - 8 * (c % 2 ? 1 : 3)));
+    }
+    EXPECT_GT(count_bad(broken, broken, 16, 5), 0u);
+    // Pages that are used although what is next to them is not there.
+    broken = atlas;
+    broken.sides.assign(broken.sides.size(), GluedSide{});
+    EXPECT_GT(count_bad(atlas, broken, 16, 5), 0u);
+}
+
+TEST(BintreeCut, LeavesOutNoSampleThatCostsMoreThanThePixelError) {
+    const Atlas atlas = atlas_of(repaired(Shape::rock, 6000), 64);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    const ErrorCodes codes(atlas.extent());
+    Random random(7);
+    for (uint32_t i = 0; i < 20; ++i) {
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        PageDemand demand(residency.pages());
+        std::set<std::tuple<uint32_t, uint32_t, uint32_t>> there;
+        for (const uint32_t index : all_triangles(cut_bintree(residency, request, demand))) {
+            const Sample s = sample_of(residency, index);
+            there.insert({s.chart, s.x, s.y});
+        }
+        const double focal = static_cast<double>(views[0].focal_px);
+        for (uint32_t c = 0; c < atlas.charts(); ++c) {
+            for (uint32_t y = 0; y <= atlas.cells; ++y) {
+                for (uint32_t x = 0; x <= atlas.cells; ++x) {
+                    const size_t t = atlas.texel(c, x, y);
+                    const double away = glm::length(atlas.point(t) - glm::dvec3(views[0].eye));
+                    const double error = static_cast<double>(codes.error(atlas.sample_errors[t]));
+                    if (error * focal > 1.001 * away) {
+                        ASSERT_TRUE(there.contains({c, x, y})) << c << " " << x << " " << y;
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(BintreeCut, DrawsAForcedLevelAsTheAtlasHasIt) {
+    for (const auto& f : meshes()) {
+        SCOPED_TRACE(f.name);
+        const Atlas atlas = atlas_of(f.mesh, 64);
+        const Residency residency = partly_resident(atlas, 1, 1);
+        Random random(11);
+        const auto views = random_views(atlas, random);
+        for (uint32_t level = 0; level < atlas.levels(); ++level) {
+            CutRequest request;
+            request.views = views;
+            request.forced_level = level;
+            PageDemand demand(residency.pages());
+            EXPECT_EQ(all_triangles(cut_bintree(residency, request, demand)).size() / 3, atlas.triangles_at(level));
+        }
+    }
+}
+
+TEST(BintreeCut, IsTheSameForAnyNumberOfThreadsAndAsksForWhatIsMissing) {
+    const Atlas atlas = atlas_of(repaired(Shape::rock, 6000), 128);
+    Random random(13);
+    for (uint32_t i = 0; i < 10; ++i) {
+        const Residency residency = partly_resident(atlas, 0.5, i);
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        request.pixel_error = 0.25;
+        set_thread_count(1);
+        PageDemand one(residency.pages()), many(residency.pages());
+        const Cut a = cut_bintree(residency, request, one);
+        set_thread_count(8);
+        const Cut b = cut_bintree(residency, request, many);
+        set_thread_count(0);
+        EXPECT_EQ(a.parts, b.parts);
+        EXPECT_EQ(one.touched, many.touched);
+        EXPECT_EQ(one.wanted, many.wanted);
+        for (uint32_t number = 0; number < residency.pages(); ++number) {
+            if (one.wanted[number] > 0) { EXPECT_EQ(residency.entry(number).texels, nullptr); }
+        }
+    }
+}
+
+TEST(BintreeCut, GetsWhatItAsksForUntilNothingIsMissing) {
+    // Whatever is asked for comes: in the end the cut is the one with every page there.
+    const Atlas atlas = atlas_of(repaired(Shape::torus, 3000), 128);
+    const Residency all = partly_resident(atlas, 1, 1);
+    Random random(17);
+    for (uint32_t i = 0; i < 6; ++i) {
+        Residency some = partly_resident(atlas, 0, 1);
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        request.pixel_error = 0.5;
+        PageDemand unused(all.pages());
+        const Cut wanted = cut_bintree(all, request, unused);
+        uint32_t rounds = 0;
+        for (;; ++rounds) {
+            PageDemand demand(some.pages());
+            const Cut cut = cut_bintree(some, request, demand);
+            bool missing = false;
+            for (uint32_t number = 0; number < some.pages(); ++number) {
+                if (demand.wanted[number] == 0) continue;
+                missing = true;
+                some.put(number, all.entry(number).texels, number);
+            }
+            some.update();
+            if (missing) continue;
+            EXPECT_EQ(cut.parts, wanted.parts);
+            break;
+        }
+        EXPECT_LE(rounds, 12u);
+    }
+}
+
+TEST(BintreeCut, CullsOnlyWhatAViewCannotSee) {
+    // Every triangle that faces the camera inside its frustum is in the camera's parts.
+    const Atlas atlas = atlas_of(repaired(Shape::rock, 6000), 64);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    Random random(19);
+    size_t culled = 0;
+    for (uint32_t i = 0; i < 30; ++i) {
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        PageDemand demand(residency.pages());
+        const Frustum frustum = frustum_of(views[0]);
+        for (const auto& [mask, indices] : cut_bintree(residency, request, demand).parts) {
+            if ((mask & 1) != 0) continue;
+            for (size_t t = 0; t < indices.size(); t += 3) {
+                glm::vec3 p[3];
+                for (size_t k = 0; k < 3; ++k) {
+                    const Sample s = sample_of(residency, indices[t + k]);
+                    p[k] = atlas.position(atlas.texel(s.chart, s.x, s.y));
+                }
+                ++culled;
+                const glm::vec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
+                if (glm::dot(normal, views[0].eye - p[0]) <= 0) continue;
+                bool outside = false;
+                for (const glm::vec4& plane : frustum.planes) {
+                    bool all = true;
+                    for (const glm::vec3& q : p) all = all && glm::dot(glm::vec3(plane), q) + plane.w < 0;
+                    outside = outside || all;
+                }
+                // Spheres are looser than triangles, never tighter.
+                EXPECT_TRUE(outside) << i << " " << t;
+            }
+        }
+    }
+    EXPECT_GT(culled, 1000u);
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

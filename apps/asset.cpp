@@ -7,7 +7,7 @@ namespace lodestone {
 Result<Asset> open_asset(const std::filesystem::path& path) {
     auto file = ChunkFile::open(path);
     if (!file) return tl::unexpected(file.error());
-    Asset asset{std::move(*file), {}, nullptr, nullptr};
+    Asset asset{std::move(*file), {}, nullptr, nullptr, nullptr};
     auto about = asset.file.text("about");
     if (!about) return tl::unexpected(about.error());
     asset.about = nlohmann::json::parse(*about, nullptr, false);
@@ -23,13 +23,23 @@ Result<Asset> open_asset(const std::filesystem::path& path) {
         if (!chain) return tl::unexpected(chain.error());
         asset.discrete = std::make_shared<const DiscreteChain>(std::move(*chain));
     }
+    if (asset.file.contains("vgi/atlas")) {
+        auto atlas = vgi::AtlasFile::open(asset.file);
+        if (!atlas) return tl::unexpected(atlas.error());
+        asset.atlas_file = std::make_shared<const vgi::AtlasFile>(std::move(*atlas));
+    }
     return asset;
 }
 
 Result<vgi::Atlas> Asset::atlas() const {
-    if (!has_atlas())
+    if (atlas_file == nullptr)
         return fail(Fault::format, file.path().string() + ": holds no atlas; bake it with --backends vgi");
     return vgi::open_atlas(file);
 }
+
+const std::vector<Material>& Asset::material_table() const {
+    return lod != nullptr ? lod->material_table : atlas_file->about().material_table;
+}
+const std::vector<Image>& Asset::images() const { return lod != nullptr ? lod->images : atlas_file->about().images; }
 
 }  // namespace lodestone

@@ -9,19 +9,23 @@
 #include "base/chunk_file.h"
 #include "baseline/discrete.h"
 #include "lod/progressive_mesh.h"
-#include "vgi/atlas.h"
+#include "vgi/atlas_chunks.h"
 
 namespace lodestone {
 
 struct Asset {
     ChunkFile file;
-    nlohmann::json about;                           // chunk "about": name, options, input, repair
-    std::shared_ptr<const ProgressiveMesh> lod;     // null where it was baked without
-    std::shared_ptr<const DiscreteChain> discrete;  // null where it was baked without
+    nlohmann::json about;                              // chunk "about": name, options, input, repair
+    std::shared_ptr<const ProgressiveMesh> lod;        // null where it was baked without
+    std::shared_ptr<const DiscreteChain> discrete;     // null where it was baked without
+    std::shared_ptr<const vgi::AtlasFile> atlas_file;  // null where it was baked without
 
-    bool has_atlas() const { return file.contains("vgi/atlas"); }
     // Every page decoded; Fault::format where it was baked without, or is not what it should be.
     Result<vgi::Atlas> atlas() const;
+
+    // Of whichever backend it was baked for; they agree.
+    const std::vector<Material>& material_table() const;
+    const std::vector<Image>& images() const;
 };
 
 // Every error names the file; Fault::format.

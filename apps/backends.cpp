@@ -7,6 +7,8 @@
 #include "baseline/full.h"
 #include "lod/cursor.h"
 #include "lod/lod_source.h"
+#include "vgi/pulled_vertex.h"
+#include "vgi/vgi_source.h"
 
 namespace lodestone {
 
@@ -45,13 +47,43 @@ Result<std::unique_ptr<FrameSource>> open_lod_scene(const std::string& order, co
     return open_lod(std::move(assets), {order, scene.scene.resident_bytes, scene.most_instances});
 }
 
+Result<std::unique_ptr<FrameSource>> open_vgi_scene(const std::string&, const ReadyScene& scene, const Progress&) {
+    std::vector<std::shared_ptr<const vgi::AtlasFile>> assets;
+    for (const Asset& asset : scene.assets) assets.push_back(asset.atlas_file);
+    return vgi::open_vgi(std::move(assets), {scene.scene.resident_bytes});
+}
+
 struct Backend {
     const char* name;
     Open open;
+    PlanMirror::Puller puller;  // of its vertices, where they are pulled
 };
-constexpr Backend backends[] = {{"full", open_full}, {"discrete", open_discrete}, {"lod", open_lod_scene}};
+const Backend backends[] = {{"full", open_full, {}},
+                            {"discrete", open_discrete, {}},
+                            {"lod", open_lod_scene, {}},
+                            {"vgi", open_vgi_scene, vgi::pulled_vertex}};
+
+const Backend* backend_named(const std::string& name) {
+    for (const Backend& b : backends) {
+        if (name == b.name) return &b;
+    }
+    return nullptr;
+}
 
 }  // namespace
+
+SceneNeeds needs_of(const std::vector<std::string>& names) {
+    SceneNeeds needs{false, false};
+    for (const std::string& name : names) (name == "vgi" ? needs.atlases : needs.meshes) = true;
+    return needs;
+}
+
+Result<void> check_backend(const std::string& option, const std::string& name) {
+    if (backend_named(name) != nullptr) return {};
+    std::string choices;
+    for (const Backend& b : backends) choices += (choices.empty() ? "" : ", ") + std::string(b.name);
+    return fail(Fault::usage, option + " " + name + ": there is no such backend; choose from " + choices);
+}
 
 std::vector<std::string> backend_names() {
     std::vector<std::string> names;
@@ -72,12 +104,13 @@ std::vector<std::string> orders_of(const std::string& backend, const ReadyScene&
 
 Result<std::unique_ptr<FrameSource>> open_backend(const std::string& backend, const std::string& order,
                                                   const ReadyScene& scene, const Progress& progress) {
-    std::string choices;
-    for (const Backend& b : backends) {
-        if (backend == b.name) return b.open(order, scene, progress);
-        choices += (choices.empty() ? "" : ", ") + std::string(b.name);
-    }
-    return fail(Fault::usage, "--backend " + backend + ": there is no such backend; choose from " + choices);
+    if (auto known = check_backend("--backend", backend); !known) return tl::unexpected(known.error());
+    return backend_named(backend)->open(order, scene, progress);
+}
+
+PlanMirror::Puller puller_of(const std::string& backend) {
+    const Backend* b = backend_named(backend);
+    return b != nullptr ? b->puller : PlanMirror::Puller{};
 }
 
 }  // namespace lodestone

@@ -39,7 +39,7 @@ Json describe(const Asset& asset) {
                 {{"level", level}, {"triangles", pm.triangles_at(level)}, {"error", pm.errors[level]}});
         }
     }
-    if (asset.has_atlas()) {
+    if (asset.atlas_file != nullptr) {
         const uint64_t cells = info["vgi"]["resolution"].get<uint64_t>() - 1;
         const auto errors = asset.file.array<float>("vgi/errors");
         for (size_t level = 0; errors && level < errors->size(); ++level) {
@@ -132,7 +132,7 @@ Result<int> verify(const std::string& path, bool json) {
         progress.at("progressive mesh", 0);
         checks.emplace_back("progressive mesh: every order played down and up", asset->lod->validate());
     }
-    if (asset->has_atlas()) {
+    if (asset->atlas_file != nullptr) {
         progress.at("atlas", 0);
         const auto atlas = asset->atlas();
         checks.emplace_back("atlas: pages decode; gluing closes; glued samples equal at every level",

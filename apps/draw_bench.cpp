@@ -21,7 +21,7 @@ namespace lodestone {
 namespace {
 
 struct Options {
-    std::string scene, backends = "full,discrete,lod", orders, pixel_errors = "1", size = "1280x720", device, out;
+    std::string scene, backends = "full,discrete,lod,vgi", orders, pixel_errors = "1", size = "1280x720", device, out;
     uint32_t frames = 120, quality_frames = 5, rounds = 1;
     unsigned threads = 0;
     bool validation = false, json = false;
@@ -118,7 +118,7 @@ private:
         if (auto done = renderer_.resize(width, height); !done) return done;
         Budget budget;
         budget.resident_bytes = scene_.scene.resident_bytes;
-        auto drawn = session.draw(camera, budget, width, height);
+        auto drawn = session.settle(camera, budget, width, height);
         if (!drawn) return tl::unexpected(drawn.error());
         auto read = renderer_.read_picture();
         if (!read) return tl::unexpected(read.error());
@@ -134,7 +134,7 @@ private:
         std::vector<double> ms, floor_ms, plan_ms, gpu_ms, triangles, invocations, uploaded, acmr;
         for (uint32_t round = 0; round < options_.rounds; ++round) {
             // The first frame uploads what every frame needs; it is not timed.
-            if (auto warm = (*session)->draw(scene_.camera.frame(0, options_.frames), budget, width_, height_); !warm)
+            if (auto warm = (*session)->settle(scene_.camera.frame(0, options_.frames), budget, width_, height_); !warm)
                 return tl::unexpected(warm.error());
             for (uint32_t f = 0; f < options_.frames; ++f) {
                 if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
@@ -185,7 +185,7 @@ private:
         for (size_t i = 0; i < references_.size(); ++i) {
             progress_.at(backend + " quality", static_cast<double>(i) / static_cast<double>(references_.size()));
             const Reference& reference = references_[i];
-            if (auto drawn = (*session)->draw(reference.camera, budget, width_, height_); !drawn)
+            if (auto drawn = (*session)->settle(reference.camera, budget, width_, height_); !drawn)
                 return tl::unexpected(drawn.error());
             auto picture = renderer_.read_picture();
             if (!picture) return tl::unexpected(picture.error());
@@ -235,10 +235,8 @@ Result<int> bench(const Options& o) {
     if (!size) return tl::unexpected(size.error());
     const auto backends = parse_list("--backends", o.backends);
     if (!backends) return tl::unexpected(backends.error());
-    const auto known = backend_names();
     for (const std::string& backend : *backends) {
-        if (std::find(known.begin(), known.end(), backend) == known.end())
-            return fail(Fault::usage, "--backends " + backend + ": choose from full, discrete, lod");
+        if (auto known = check_backend("--backends", backend); !known) return tl::unexpected(known.error());
     }
     const auto error_words = parse_list("--pixel-error", o.pixel_errors);
     if (!error_words) return tl::unexpected(error_words.error());
@@ -261,7 +259,9 @@ Result<int> bench(const Options& o) {
     const Progress progress = terminal_progress();
     auto scene = read_scene(o.scene);
     if (!scene) return tl::unexpected(scene.error());
-    auto ready = ready_scene(std::move(*scene), progress);
+    SceneNeeds needs = needs_of(*backends);
+    needs.meshes = true;  // pictures are compared with `full`
+    auto ready = ready_scene(std::move(*scene), needs, progress);
     if (!ready) return tl::unexpected(ready.error());
     std::error_code error;
     std::filesystem::create_directories(o.out, error);

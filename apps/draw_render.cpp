@@ -46,11 +46,13 @@ Result<Camera> choose_camera(const ReadyScene& scene, const std::string& text) {
 Result<DebugView> debug_named(const std::string& name) {
     static constexpr std::pair<const char*, DebugView> names[] = {
         {"none", DebugView::none},     {"level", DebugView::level}, {"triangle", DebugView::triangle},
-        {"normal", DebugView::normal}, {"uv", DebugView::uv},       {"material", DebugView::material}};
+        {"normal", DebugView::normal}, {"uv", DebugView::uv},       {"material", DebugView::material},
+        {"chart", DebugView::chart},   {"page", DebugView::page},   {"missing", DebugView::missing}};
     for (const auto& [known, view] : names) {
         if (name == known) return view;
     }
-    return fail(Fault::usage, "--debug " + name + ": choose from none, level, triangle, normal, uv, material");
+    return fail(Fault::usage,
+                "--debug " + name + ": choose from none, level, triangle, normal, uv, material, chart, page, missing");
 }
 
 Result<int> render(const Options& o) {
@@ -61,11 +63,12 @@ Result<int> render(const Options& o) {
     if (!o.raster.empty())
         return fail(Fault::usage,
                     "--raster " + o.raster + ": is for the vgi backend, which is not part of this version");
+    if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
     set_thread_count(o.threads);
     const Progress progress = terminal_progress();
     auto scene = read_scene(o.scene);
     if (!scene) return tl::unexpected(scene.error());
-    auto ready = ready_scene(std::move(*scene), progress);
+    auto ready = ready_scene(std::move(*scene), needs_of({o.backend}), progress);
     if (!ready) return tl::unexpected(ready.error());
     auto camera = choose_camera(*ready, o.camera);
     if (!camera) return tl::unexpected(camera.error());
@@ -85,7 +88,7 @@ Result<int> render(const Options& o) {
     budget.pixel_error = o.pixel_error;
     budget.forced_level = o.level.value_or(-1);
     budget.resident_bytes = ready->scene.resident_bytes;
-    auto drawn = (*session)->draw(*camera, budget, size->first, size->second);
+    auto drawn = (*session)->settle(*camera, budget, size->first, size->second);
     if (!drawn) return tl::unexpected(drawn.error());
     auto picture = (*renderer)->read_picture();
     if (!picture) return tl::unexpected(picture.error());
@@ -145,7 +148,7 @@ void add_render(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("render", "Draw one picture of a scene, an asset or a mesh");
     command->add_option("scene", o->scene, "Scene (.json), asset (.lode) or mesh")->required();
-    command->add_option("--backend", o->backend, "full, discrete or lod")->capture_default_str();
+    command->add_option("--backend", o->backend, "full, discrete, lod or vgi")->capture_default_str();
     command->add_option("--order", o->order, "lod: face order to draw");
     command->add_option("--raster", o->raster, "vgi: grid or tess");
     auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, pixels")
@@ -158,7 +161,8 @@ void add_render(CLI::App& app, Run& run) {
     command->add_option("--camera", o->camera,
                         "Camera path, PATH[@T] or @T with T from 0 to 1; the scene's own unless given");
     command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
-    command->add_option("--debug", o->debug, "none, level, triangle, normal, uv or material")->capture_default_str();
+    command->add_option("--debug", o->debug, "none, level, triangle, normal, uv, material, chart, page or missing")
+        ->capture_default_str();
     command->add_option("--threads", o->threads, "Threads for baking; 0 takes one per core");
     command->add_option("-o,--out", o->out, "PNG to write")->required();
     command->add_option("--stats", o->stats, "Also write counts and times to this JSON file");

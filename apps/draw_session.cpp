@@ -17,6 +17,14 @@ constexpr uint32_t shadow_texels = 2048;
 
 }  // namespace
 
+DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer)
+    : scene_(&scene), renderer_(&renderer), reader_([&] {
+          std::vector<ChunkFile> files;
+          for (const Asset& asset : scene.assets)
+              files.push_back(asset.atlas_file != nullptr ? asset.atlas_file->file() : asset.file);
+          return files;
+      }()) {}
+
 Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer,
                                                        const std::string& backend, const std::string& order,
                                                        bool mirrored, const Progress& progress) {
@@ -26,7 +34,7 @@ Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, 
     session->source_ = std::move(*source);
     if (auto done = renderer.load(session->source_->recipe(), scene.materials); !done)
         return tl::unexpected(done.error());
-    if (mirrored) session->mirror_.emplace(session->source_->recipe());
+    if (mirrored) session->mirror_.emplace(session->source_->recipe(), puller_of(backend));
     if (scene.scene.light_direction) session->look.light_direction = *scene.scene.light_direction;
     return session;
 }
@@ -35,6 +43,7 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
                                      bool empty) {
     FrameInput input;
     input.views = {view_of(camera, width, height)};
+    input.views[0].culls_back_faces = !look.double_sided;
     if (scene_->scene.shadows) {
         input.views.push_back(shadow_view(look.light_direction, scene_->bounds.centre,
                                           std::max(scene_->bounds.radius, 1e-6f), shadow_texels));
@@ -42,6 +51,7 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     if (!empty) input.instances = scene_->instances;
     input.budget = budget;
     input.readbacks = std::move(readbacks_);
+    input.arrivals = reader_.arrivals();
     input.frame = frame_++;
     input.completed_frame = renderer_->completed_frame();
     view_ = input.views[0];
@@ -51,6 +61,8 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     const double cpu_start = thread_cpu_ms();
     const Plan plan = source_->plan(input);
     drawn.plan_cpu_ms = thread_cpu_ms() - cpu_start;
+    outstanding_ = !plan.requests.empty() || !input.arrivals.empty();
+    reader_.request(plan.requests);
     if (auto done = renderer_->submit(plan, input, look); !done) return tl::unexpected(done.error());
     if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
     drawn.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -63,6 +75,18 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
         if (auto done = mirror_->execute(plan, input); !done) return tl::unexpected(done.error());
     }
     return drawn;
+}
+
+Result<DrawnFrame> DrawSession::settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
+                                       uint32_t frames) {
+    for (;; --frames) {
+        auto drawn = draw(camera, budget, width, height);
+        if (!drawn || frames <= 1) return drawn;
+        // What arrived with this frame is decoded by the next, and shown by it.
+        reader_.wait();
+        if (!outstanding_ && !late_) return drawn;
+        late_ = outstanding_;
+    }
 }
 
 }  // namespace lodestone

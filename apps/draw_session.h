@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "apps/backends.h"
+#include "apps/page_reader.h"
 #include "apps/workplace.h"
 #include "frame/plan_mirror.h"
 #include "render/renderer.h"
@@ -30,6 +31,10 @@ public:
     Result<DrawnFrame> draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                             bool empty = false);
 
+    // The same frame again and again until every page it asked for has come, at most `frames` times; the last is told.
+    Result<DrawnFrame> settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
+                              uint32_t frames = 256);
+
     // What the last frame looked like to a CPU; null unless mirrored.
     const PlanMirror* mirror() const { return mirror_ ? &*mirror_ : nullptr; }
     const View& view() const { return view_; }  // views[0] of the last frame
@@ -37,12 +42,15 @@ public:
     Look look;
 
 private:
-    DrawSession(const ReadyScene& scene, Renderer& renderer) : scene_(&scene), renderer_(&renderer) {}
+    DrawSession(const ReadyScene& scene, Renderer& renderer);
 
     const ReadyScene* scene_;
     Renderer* renderer_;
     std::unique_ptr<FrameSource> source_;
     std::optional<PlanMirror> mirror_;
+    PageReader reader_;
+    bool outstanding_ = false;  // the last frame asked for pages, or pages arrived with it
+    bool late_ = false;         // and so did the one before
     std::vector<ReadbackResult> readbacks_;
     View view_;
     uint64_t frame_ = 0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <functional>
+#include <glm/geometric.hpp>
 
 #include "apps/bake.h"
 #include "apps/terminal.h"
@@ -16,9 +18,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-BakeOptions cache_options() {
+// Meshes and atlases are cached apart: whoever needs one does not wait for the other.
+BakeOptions cache_options(bool atlas) {
     BakeOptions options;
-    options.backends = {"lod", "discrete"};
+    options.backends = atlas ? std::vector<std::string>{"vgi"} : std::vector<std::string>{"lod", "discrete"};
     return options;
 }
 
@@ -54,8 +57,11 @@ std::vector<glm::u8vec4> resampled(const Image& image, uint32_t size) {
 
 // The cached asset for a key; baked by `input` where it is not there or cannot be opened.
 template <class MakeInput>
-Result<Asset> cached(const std::string& name, const Hash128& key, const MakeInput& make_input, const Progress& progress,
-                     double& bake_seconds) {
+Result<Asset> cached(const std::string& name, const Hash128& source, bool atlas, const MakeInput& make_input,
+                     const Progress& progress, double& bake_seconds) {
+    const BakeOptions options = cache_options(atlas);
+    const std::string text = source.hex() + options.to_json().dump() + LODESTONE_VERSION;
+    const Hash128 key = hash_of(std::span(text.data(), text.size()));
     const fs::path folder = cache_folder();
     const fs::path path = folder / (name + "-" + key.hex().substr(0, 16) + ".lode");
     std::error_code error;
@@ -67,19 +73,14 @@ Result<Asset> cached(const std::string& name, const Hash128& key, const MakeInpu
     fs::create_directories(folder, error);
     if (error)
         return fail(Fault::machine, folder.string() + ": cannot be made: " + error.message() + "; set XDG_CACHE_HOME");
-    note("baking " + name + " into " + path.string());
+    note("baking " + name + (atlas ? " as an atlas" : "") + " into " + path.string());
     const Stopwatch watch;
-    Result<BakeInput> input = make_input();
+    Result<BakeInput> input = make_input(options);
     if (!input) return tl::unexpected(input.error());
-    auto report = bake_asset(std::move(*input), cache_options(), path, progress);
+    auto report = bake_asset(std::move(*input), options, path, progress);
     if (!report) return tl::unexpected(report.error());
     bake_seconds += watch.wall();
     return open_asset(path);
-}
-
-Hash128 key_of(const Hash128& source) {
-    const std::string text = source.hex() + cache_options().to_json().dump() + LODESTONE_VERSION;
-    return hash_of(std::span(text.data(), text.size()));
 }
 
 // A named asset is used as it is; where its source lies beside it and has changed, that is said.
@@ -98,29 +99,66 @@ Result<Asset> named_asset(const fs::path& path, const Progress& progress) {
     return asset;
 }
 
-Result<Asset> ready_asset(const SceneAsset& asset, const Progress& progress, double& bake_seconds) {
+Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, const Progress& progress,
+                          double& bake_seconds) {
+    if (asset.is_lode()) {
+        auto named = named_asset(asset.file, progress);
+        if (!named) return named;
+        const auto lacks = [&](const char* what, const char* backend) {
+            return fail(Fault::format,
+                        asset.file.string() + ": holds no " + what + "; bake it with --backends " + backend);
+        };
+        if (needs.meshes && named->lod == nullptr) return lacks("progressive mesh", "lod");
+        if (needs.atlases && named->atlas_file == nullptr) return lacks("atlas", "vgi");
+        return named;
+    }
+    std::string name;
+    Hash128 source;
+    std::function<Result<BakeInput>(const BakeOptions&)> make;
     if (asset.generated) {
         const GeneratedSource& recipe = *asset.generated;
-        const std::string words =
-            recipe.shape_name + "-" + std::to_string(recipe.triangles) + "-" + std::to_string(recipe.seed);
-        const Hash128 source = hash_of(std::span(words.data(), words.size()));
-        const auto make = [&]() -> Result<BakeInput> {
-            progress.at("generate " + words, 0);
+        name = recipe.shape_name + "-" + std::to_string(recipe.triangles) + "-" + std::to_string(recipe.seed);
+        source = hash_of(std::span<const char>(name));
+        make = [&](const BakeOptions&) -> Result<BakeInput> {
+            progress.at("generate " + name, 0);
             BakeInput input;
             input.mesh = generate(recipe.shape, recipe.triangles, recipe.seed);
             input.source = source;
-            input.name = words;
+            input.name = name;
             return input;
         };
-        return cached(words, key_of(source), make, progress, bake_seconds);
+    } else {
+        auto content = MappedFile::open(asset.file);
+        if (!content) return tl::unexpected(content.error());
+        name = asset.file.stem().string();
+        source = hash_bytes((*content)->bytes());
+        make = [&](const BakeOptions& options) { return read_bake_input(asset.file, options, progress); };
     }
-    if (asset.is_lode()) return named_asset(asset.file, progress);
-    auto content = MappedFile::open(asset.file);
-    if (!content) return tl::unexpected(content.error());
-    const Hash128 source = hash_bytes((*content)->bytes());
-    return cached(
-        asset.file.stem().string(), key_of(source),
-        [&] { return read_bake_input(asset.file, cache_options(), progress); }, progress, bake_seconds);
+    if (!needs.meshes) return cached(name, source, true, make, progress, bake_seconds);
+    auto ready = cached(name, source, false, make, progress, bake_seconds);
+    if (!ready || !needs.atlases) return ready;
+    auto atlas = cached(name, source, true, make, progress, bake_seconds);
+    if (!atlas) return atlas;
+    ready->atlas_file = atlas->atlas_file;
+    return ready;
+}
+
+Sphere bounds_of(const Asset& asset) {
+    if (asset.lod != nullptr) return bounding_sphere(asset.lod->vertices);
+    const vgi::Atlas& about = asset.atlas_file->about();
+    const uint32_t pages = vgi::tree_of(about, vgi::Layer::geometry).pages();
+    glm::vec3 low(1e30f), high(-1e30f);
+    for (uint32_t c = 0; c < about.charts(); ++c) {
+        const vgi::PageBounds& b = about.bounds[size_t{c} * pages];
+        low = glm::min(low, b.centre - b.radius);
+        high = glm::max(high, b.centre + b.radius);
+    }
+    Sphere sphere{(low + high) * 0.5f, 0};
+    for (uint32_t c = 0; c < about.charts(); ++c) {
+        const vgi::PageBounds& b = about.bounds[size_t{c} * pages];
+        sphere.radius = std::max(sphere.radius, glm::distance(sphere.centre, b.centre) + b.radius);
+    }
+    return sphere;
 }
 
 }  // namespace
@@ -138,13 +176,13 @@ MaterialSet gather_materials(const std::vector<Asset>& assets, std::vector<uint3
     std::vector<const Image*> images;
     for (const Asset& asset : assets) {
         first_material->push_back(static_cast<uint32_t>(set.materials.size()));
-        if (asset.lod == nullptr || asset.lod->material_table.empty()) {
+        if (asset.material_table().empty()) {
             set.materials.emplace_back();
             continue;
         }
         const auto first_image = static_cast<int32_t>(images.size());
-        for (const Image& image : asset.lod->images) images.push_back(&image);
-        for (const Material& m : asset.lod->material_table) {
+        for (const Image& image : asset.images()) images.push_back(&image);
+        for (const Material& m : asset.material_table()) {
             set.materials.push_back({m.base_colour, m.base_colour_image < 0 ? -1 : first_image + m.base_colour_image});
         }
     }
@@ -160,23 +198,22 @@ MaterialSet gather_materials(const std::vector<Asset>& assets, std::vector<uint3
     return set;
 }
 
-Result<ReadyScene> ready_scene(Scene scene, const Progress& progress) {
+Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progress& progress) {
     ReadyScene ready;
     ready.scene = std::move(scene);
     for (const SceneAsset& wanted : ready.scene.assets) {
-        auto asset = ready_asset(wanted, progress, ready.bake_seconds);
+        auto asset = ready_asset(wanted, needs, progress, ready.bake_seconds);
         if (!asset) return tl::unexpected(asset.error());
-        if (asset->lod == nullptr)
-            return fail(Fault::format,
-                        wanted.file.string() + ": holds no progressive mesh; bake it with --backends lod");
         ready.asset_bytes += asset->file.file_bytes();
+        if (asset->atlas_file != nullptr && asset->atlas_file->file().path() != asset->file.path())
+            ready.asset_bytes += asset->atlas_file->file().file_bytes();
         ready.assets.push_back(std::move(*asset));
     }
     std::vector<uint32_t> first_material;
     ready.materials = gather_materials(ready.assets, &first_material);
     std::vector<uint32_t> used(ready.assets.size(), 0);
     std::vector<Sphere> spheres;
-    for (const Asset& asset : ready.assets) spheres.push_back(bounding_sphere(asset.lod->vertices));
+    for (const Asset& asset : ready.assets) spheres.push_back(bounds_of(asset));
     glm::vec3 low(0), high(0);
     for (size_t i = 0; i < ready.scene.instances.size(); ++i) {
         const SceneInstance& instance = ready.scene.instances[i];

@@ -26,8 +26,13 @@ struct ReadyScene {
     uint32_t most_instances = 1;  // of one asset
 };
 
-// Bakes what is missing or stale with lod and discrete backends. A named .lode is used as it is.
-Result<ReadyScene> ready_scene(Scene scene, const Progress& progress);
+// What the backends to be opened draw from.
+struct SceneNeeds {
+    bool meshes = true;    // full, discrete, lod
+    bool atlases = false;  // vgi
+};
+// Bakes what is missing or stale. A named .lode is used as it is.
+Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progress& progress);
 
 // $XDG_CACHE_HOME/lodestone or ~/.cache/lodestone.
 std::filesystem::path cache_folder();

@@ -20,7 +20,7 @@ void main() {
     s.level = float(draw_constants.words[0]) / max(float(draw_constants.words[1]) - 1.0, 1.0);
     s.chart = 0u;
     s.page = 0u;
-    s.error = 0.0;
+    s.missing = 0.0;
     s.triangle = uint(gl_PrimitiveID);
     out_colour = vec4(lit(s), 1.0);  // alpha marks coverage
 }

@@ -20,6 +20,9 @@
 #define LODE_DEBUG_NORMAL 3
 #define LODE_DEBUG_UV 4
 #define LODE_DEBUG_MATERIAL 5
+#define LODE_DEBUG_CHART 6
+#define LODE_DEBUG_PAGE 7
+#define LODE_DEBUG_MISSING 8
 
 #ifdef __cplusplus
 #include <cstdint>

@@ -64,6 +64,10 @@ vec3 lit(Surface s) {
         albedo = mix(vec3(0.9), vec3(fract(s.uv), 0.2), 0.35 + 0.5 * mod(cell.x + cell.y, 2.0));
     }
     if (frame.debug_view == LODE_DEBUG_MATERIAL) albedo = colour_of_number(s.material + 1u);
+    if (frame.debug_view == LODE_DEBUG_CHART) albedo = colour_of_number(s.chart);
+    if (frame.debug_view == LODE_DEBUG_PAGE) albedo = colour_of_number(s.page);
+    if (frame.debug_view == LODE_DEBUG_MISSING)
+        albedo = s.missing > 0.0 ? vec3(0.9, 0.35 / s.missing, 0.05) : vec3(0.35);
     if (frame.debug_view == LODE_DEBUG_NORMAL) return normal * 0.5 + 0.5;
 
     float towards_light = max(dot(normal, frame.to_light.xyz), 0.0);

@@ -10,8 +10,8 @@ struct Surface {
     uint material;  // into the scene's materials
     float level;    // 0 full detail .. 1 coarsest
     uint chart;     // a number that differs between neighbouring charts, 0 where there are none
-    uint page;
-    float error;    // object units
+    uint page;      // a number that differs between neighbouring pages, 0 where there are none
+    float missing;  // levels coarser than wanted, because the page is not there
     uint triangle;  // a number that differs between neighbouring triangles
 };
 

@@ -14,12 +14,15 @@
 #define LODE_VGI_TABLE 2       // per page of attributes: slot << 4 | level of the page that is in it
 #define LODE_VGI_ATTRIBUTES 3  // pool of attributes
 #define LODE_VGI_ASSETS 4      // VgiAsset records
+#define LODE_VGI_CHARTS 6      // float per chart: object units between samples of its attributes
 #define LODE_VGI_CODES 5       // decoded errors and radii: 256 floats each, per asset
 
 // Draw words.
 #define LODE_VGI_WORD_ASSET 0
 #define LODE_VGI_WORD_MAGNIFICATION 1  // float bits: world units of distance for one of error; 0 does not morph
 #define LODE_VGI_WORD_SCALE 2          // float bits: largest scale of the instance
+#define LODE_VGI_WORD_TEXEL_WORDS 3    // words of a sample of the attributes
+#define LODE_VGI_WORD_PIXEL 4          // float bits: object units of the instance a pixel spans at distance 1
 
 #ifdef __cplusplus
 #include <cstdint>
@@ -39,7 +42,7 @@ struct VgiAsset {
     uint attributes;       // bit 0: texture coordinates, 1: colour, 2: material
     uint levels;
     uint page_cells;       // of geometry pages: 32, or fewer where charts are smaller
-    uint padding;
+    uint first_chart;      // of the chart table
 };
 
 #ifdef __cplusplus

@@ -116,13 +116,19 @@ const ChunkInfo* ChunkFile::find(std::string_view name) const {
     return found == chunks_.end() ? nullptr : &*found;
 }
 
-Result<std::span<const std::byte>> ChunkFile::bytes(std::string_view name) const {
+Result<std::span<const std::byte>> ChunkFile::unchecked_bytes(std::string_view name) const {
     const ChunkInfo* info = find(name);
     if (info == nullptr) return damaged("chunk '" + std::string(name) + "'", "missing");
-    const auto data = mapped_->bytes().subspan(info->offset, info->bytes);
+    return mapped_->bytes().subspan(info->offset, info->bytes);
+}
+
+Result<std::span<const std::byte>> ChunkFile::bytes(std::string_view name) const {
+    const auto data = unchecked_bytes(name);
+    if (!data) return data;
+    const ChunkInfo* info = find(name);
     const auto index = static_cast<size_t>(info - chunks_.data());
     if (!(*checked_)[index]) {
-        if (hash_bytes(data) != info->hash) return damaged("chunk '" + info->name + "'", "damaged");
+        if (hash_bytes(*data) != info->hash) return damaged("chunk '" + info->name + "'", "damaged");
         (*checked_)[index] = true;
     }
     return data;

@@ -48,6 +48,9 @@ public:
 
     // The chunk's bytes, valid as long as this object or a copy of it lives.
     Result<std::span<const std::byte>> bytes(std::string_view name) const;
+    // The same without looking at its hash, and so without reading it: for chunks larger than memory, whose parts are
+    // checked as they are used.
+    Result<std::span<const std::byte>> unchecked_bytes(std::string_view name) const;
     Result<std::string_view> text(std::string_view name) const;
 
     // The chunk as an array of T; its size must be a multiple of T's.

@@ -14,7 +14,8 @@ tl::unexpected<Error> wrong(const std::string& what) { return fail(Fault::invari
 
 }  // namespace
 
-PlanMirror::PlanMirror(Recipe recipe) : recipe_(std::move(recipe)), buffers_(recipe_.buffers.size()) {
+PlanMirror::PlanMirror(Recipe recipe, Puller puller)
+    : recipe_(std::move(recipe)), puller_(std::move(puller)), buffers_(recipe_.buffers.size()) {
     for (size_t i = 0; i < buffers_.size(); ++i) {
         const BufferSpec& spec = recipe_.buffers[i];
         LODE_CHECK(spec.bytes > 0 && spec.bytes % 4 == 0 && spec.stride > 0 && spec.bytes % spec.stride == 0, spec.name,
@@ -159,6 +160,8 @@ Result<void> PlanMirror::execute(const Plan& plan, const FrameInput& input) {
         }
     }
     mirror_draws(plan);
+    input_.views = input.views;
+    input_.instances = input.instances;
     for (const MirroredDraw& draw : draws_) {
         if (draw.indices.empty() || draw.vertices.empty() || buffers_[draw.draw.index_buffer].gpu_written) continue;
         const uint32_t stride = recipe_.pipelines[draw.draw.pipeline].layout.stride;
@@ -182,13 +185,16 @@ Result<void> PlanMirror::execute(const Plan& plan, const FrameInput& input) {
 std::vector<std::array<glm::vec3, 3>> PlanMirror::triangles_of(uint32_t instance) const {
     std::vector<std::array<glm::vec3, 3>> triangles;
     for (const MirroredDraw& draw : draws_) {
-        if (draw.stage != Stage::colour || draw.draw.view != 0 || draw.vertices.empty()) continue;
+        if (draw.stage != Stage::colour || draw.draw.view != 0) continue;
         if (std::find(draw.instances.begin(), draw.instances.end(), instance) == draw.instances.end()) continue;
         const VertexLayout& layout = recipe_.pipelines[draw.draw.pipeline].layout;
+        const bool pulled = layout.stride == 0;
+        if (pulled ? !puller_ : draw.vertices.empty()) continue;
         const auto position = std::find_if(layout.attributes.begin(), layout.attributes.end(),
                                            [](const VertexAttribute& a) { return a.location == 0; });
-        if (position == layout.attributes.end() || position->format != VertexFormat::f32x3) continue;
+        if (!pulled && (position == layout.attributes.end() || position->format != VertexFormat::f32x3)) continue;
         const auto corner = [&](uint32_t index) {
+            if (pulled) return puller_(*this, draw.draw, input_, instance, index);
             glm::vec3 p;
             std::memcpy(&p, draw.vertices.data() + uint64_t{index} * layout.stride + position->offset, sizeof p);
             return p;

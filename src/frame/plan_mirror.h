@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <span>
 #include <vector>
@@ -16,7 +17,12 @@ namespace lodestone {
 
 class PlanMirror {
 public:
-    explicit PlanMirror(Recipe recipe);
+    // Object-space position of a vertex that a pipeline without a vertex layout pulls from buffers: what its shader
+    // does, done on the CPU.
+    using Puller = std::function<glm::vec3(const PlanMirror& mirror, const Draw& draw, const FrameInput& input,
+                                           uint32_t instance, uint32_t index)>;
+
+    explicit PlanMirror(Recipe recipe, Puller puller = {});
 
     // Checks the plan, then applies its uploads and copies. Fault::invariant names the command and what is wrong with
     // it: ranges outside buffers, wrong stages or uses, indices past the vertex buffer, bytes drawn that nothing has
@@ -36,7 +42,8 @@ public:
     const Recipe& recipe() const { return recipe_; }
 
     // Object-space triangles that instance `instance` shows in views[0]'s colour stage, from draws whose pipeline has
-    // its position (three floats) at location 0. Three corners per triangle, degenerate ones left out.
+    // its position (three floats) at location 0, or pulls it and a puller was given. Three corners per triangle,
+    // degenerate ones left out.
     std::vector<std::array<glm::vec3, 3>> triangles_of(uint32_t instance) const;
 
 private:
@@ -53,6 +60,8 @@ private:
     void mirror_draws(const Plan& plan);
 
     Recipe recipe_;
+    Puller puller_;
+    FrameInput input_;  // views and instances of the last plan
     std::vector<Buffer> buffers_;
     std::vector<MirroredDraw> draws_;
     std::vector<uint32_t> instance_ids_;

@@ -21,7 +21,7 @@ struct BufferSpec {
     uint32_t use = 0;    // BufferUse bits
     // Storage buffers only: size of one element (a page of a pool). Where the buffer is larger than a device can bind
     // at once, the renderer splits it between elements into segments, and shaders choose the segment by element number
-    // (shaders/shared/pool.glsl). At most max_pool_segments segments are bound.
+    // (shaders/shared/pool.glsl). At most StorageBinding::segments segments are bound.
     uint32_t stride = 4;
     bool operator==(const BufferSpec&) const = default;
 };
@@ -45,6 +45,7 @@ struct StorageBinding {
     uint32_t binding = 0;  // in descriptor set 1
     uint32_t buffer = 0;   // into Recipe::buffers
     Access access = Access::read;
+    uint32_t segments = max_pool_segments;  // bound at most; 1 for what a shader declares as one plain buffer
     bool operator==(const StorageBinding&) const = default;
 };
 

@@ -21,6 +21,7 @@ struct View {
     float far_plane = 1000;   // world units, > near_plane
     float focal_px = 0;       // pixels spanned by a length of 1 at distance 1 in the centre; 0 for an orthographic view
     uint32_t width = 0, height = 0;  // pixels
+    bool culls_back_faces = false;   // drawn without back faces: a backend may leave out what shows it nothing else
 
     glm::mat4 world_to_clip() const { return view_to_clip * world_to_view; }
     bool operator==(const View&) const = default;

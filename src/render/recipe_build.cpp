@@ -218,7 +218,11 @@ OwnedPipeline make_compute_pipeline(const Device& device, const PipelineSpec& sp
 
 BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers,
                             VkDescriptorSetLayout frame_layout) {
-    for (const StorageBinding& s : spec.storage) LODE_CHECK(s.buffer < buffers.size(), s.buffer);
+    for (const StorageBinding& s : spec.storage) {
+        LODE_CHECK(s.buffer < buffers.size() && s.segments >= 1 && s.segments <= max_pool_segments, s.buffer);
+        if (buffers[s.buffer].segments.size() > s.segments)
+            throw VulkanFailure("a buffer of pipeline '" + spec.name + "' is too large to be bound at once");
+    }
     const SegmentConstants constants(spec, buffers);
     BuiltPipeline built;
     const bool compute = spec.kind == PipelineKind::compute;
@@ -229,7 +233,7 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
 
     std::vector<VkDescriptorSetLayoutBinding> bindings;
     for (const StorageBinding& s : spec.storage)
-        bindings.push_back({s.binding, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, max_pool_segments, built.stages, nullptr});
+        bindings.push_back({s.binding, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, s.segments, built.stages, nullptr});
     VkDescriptorSetLayoutCreateInfo set_info{};
     set_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
     set_info.bindingCount = static_cast<uint32_t>(bindings.size());
@@ -262,7 +266,7 @@ void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& 
     uint32_t sets = 0, descriptors = 0;
     for (const PipelineSpec& spec : recipe.pipelines) {
         ++sets;
-        descriptors += static_cast<uint32_t>(spec.storage.size()) * max_pool_segments;
+        for (const StorageBinding& s : spec.storage) descriptors += s.segments;
     }
     if (sets == 0) return;
     const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, std::max(descriptors, 1u)};
@@ -286,13 +290,13 @@ void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& 
             const auto& segments = built.buffers[storage.buffer].segments;
             // Segments past the last are bound to the first, so that every descriptor is valid.
             std::vector<VkDescriptorBufferInfo> infos;
-            for (uint32_t s = 0; s < max_pool_segments; ++s)
+            for (uint32_t s = 0; s < storage.segments; ++s)
                 infos.push_back({segments[s < segments.size() ? s : 0].get(), 0, VK_WHOLE_SIZE});
             VkWriteDescriptorSet write{};
             write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
             write.dstSet = built.pipelines[p].storage_set;
             write.dstBinding = storage.binding;
-            write.descriptorCount = max_pool_segments;
+            write.descriptorCount = storage.segments;
             write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
             write.pBufferInfo = infos.data();
             vkUpdateDescriptorSets(device.handle(), 1, &write, 0, nullptr);

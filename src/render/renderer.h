@@ -34,7 +34,7 @@ struct DeviceInfo {
 };
 Result<std::vector<DeviceInfo>> list_devices();
 
-enum class DebugView : uint32_t { none, level, triangle, normal, uv, material };
+enum class DebugView : uint32_t { none, level, triangle, normal, uv, material, chart, page, missing };
 
 // How a frame is lit and shown; the same for every backend.
 struct Look {

@@ -120,7 +120,7 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
     for (const LayerName& layer : layers) {
         auto ends = file.array<uint64_t>(layer.ends);
         if (!ends) return tl::unexpected(ends.error());
-        auto bytes = file.bytes(layer.bytes);
+        auto bytes = file.unchecked_bytes(layer.bytes);  // pages may be more than memory holds
         if (!bytes) return tl::unexpected(bytes.error());
         if (ends->size() != size_t{charts} * tree_of(atlas, layer.layer).pages())
             return named(std::string(layer.ends) + ": is not one per page");

@@ -13,59 +13,13 @@
 #include "frame/screen_error.h"
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/sample_errors.h"
+#include "vgi/visibility.h"
 
 namespace lodestone::vgi {
 
 namespace {
 
 constexpr float unseen = 0.25f;  // what a missing page counts where no camera sees it
-
-// The views in object space.
-class Visibility {
-public:
-    Visibility(const CutRequest& request, const Residency& residency) : residency_(residency) {
-        const glm::mat4 to_object = glm::inverse(request.object_to_world);
-        const bool closed =
-            std::ranges::none_of(residency.about().sides, [](const GluedSide& s) { return s.chart == ~0u; });
-        cones_ = request.cull_back_faces && closed && glm::determinant(glm::mat3(request.object_to_world)) > 0;
-        eye_ = glm::vec3(to_object * glm::vec4(request.views[0].eye, 1));
-        for (const View& view : request.views) {
-            Frustum frustum = frustum_of(view);
-            for (glm::vec4& plane : frustum.planes) {
-                plane = plane * request.object_to_world;  // row vector times matrix: the plane pulled back
-                const float length = glm::length(glm::vec3(plane));
-                if (length > 0) plane /= length;
-            }
-            frusta_.push_back(frustum);
-        }
-    }
-
-    uint32_t all() const { return (1u << frusta_.size()) - 1; }
-    // Of the views in `mask`, those that may see something of the page.
-    uint32_t seen(uint32_t mask, uint32_t number) const {
-        const PageBounds& bounds = residency_.about().bounds[number];
-        for (uint32_t v = 0; v < frusta_.size(); ++v) {
-            if ((mask >> v & 1) != 0 && !frusta_[v].touches(bounds.centre, bounds.radius)) mask &= ~(1u << v);
-        }
-        if ((mask & 1) != 0 && cones_ && bounds.cosine > 0 && turned_away(bounds)) mask &= ~1u;
-        return mask;
-    }
-
-private:
-    // Every normal of the cone turns away from the eye, wherever in the sphere it stands.
-    bool turned_away(const PageBounds& bounds) const {
-        const glm::vec3 axis = glm::normalize(glm::vec3(bounds.axis[0], bounds.axis[1], bounds.axis[2]));
-        const glm::vec3 v = bounds.centre - eye_;
-        const float cosine = static_cast<float>(bounds.cosine) / 127, sine = std::sqrt(1 - cosine * cosine);
-        const float along = glm::dot(axis, v), across = std::sqrt(std::max(0.0f, glm::dot(v, v) - along * along));
-        return along * cosine - across * sine > bounds.radius;
-    }
-
-    const Residency& residency_;
-    std::vector<Frustum> frusta_;
-    glm::vec3 eye_;
-    bool cones_ = false;
-};
 
 // Whether a sample is wanted, as a pure function of its texel.
 class Wanted {
@@ -278,7 +232,7 @@ double magnification_of(const View& view, double pixel_error) {
 
 Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand) {
     LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.touched.size() == residency.pages());
-    const Visibility visibility(request, residency);
+    const Visibility visibility(request, residency.about());
     const Wanted wanted(request, residency.about());
     constexpr size_t charts_at_once = 16;
     const size_t charts = residency.about().charts();
@@ -300,6 +254,20 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDeman
     }
     std::ranges::sort(result.parts, {}, [](const auto& part) { return part.first; });
     return result;
+}
+
+void foresee(const Residency& residency, const CutRequest& request, PageDemand& demand) {
+    const Visibility visibility(request, residency.about());
+    const Wanted wanted(request, residency.about());
+    const uint32_t per_chart = residency.tree().pages();
+    for (uint32_t number = 0; number < residency.pages(); ++number) {
+        const uint32_t page = number % per_chart;
+        if (residency.entry(number).texels != nullptr || demand.wanted[number] > 0 ||
+            residency.entry(number - page + residency.tree().parent(page)).texels == nullptr)
+            continue;
+        const float excess = wanted.excess(residency.about().bounds[number]);
+        if (excess > 1 && visibility.seen(1, number) != 0) demand.wanted[number] = std::min(excess * 1e-3f, 1e-2f);
+    }
 }
 
 }  // namespace lodestone::vgi

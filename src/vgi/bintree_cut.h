@@ -46,4 +46,7 @@ struct PageDemand {
 
 Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand);
 
+// Asks, after all else, for pages that views[0] of the request would want: of an eye further along the camera's way.
+void foresee(const Residency& residency, const CutRequest& request, PageDemand& demand);
+
 }  // namespace lodestone::vgi

@@ -1,0 +1,16 @@
+// What vertex and fragment shaders of virtual geometry images share: pools, tables, addresses.
+#ifndef LODESTONE_VGI_GLSL
+#define LODESTONE_VGI_GLSL
+
+#include "shared/pool.glsl"
+#include "shared/vgi_texels.h"
+
+LODE_POOL(LODE_VGI_GEOMETRY, geometry, uvec2, 2)
+LODE_POOL(LODE_VGI_ATTRIBUTES, attributes, uint, 1)
+layout(set = 1, binding = LODE_VGI_SLOTS, std430) readonly buffer VgiSlotBlock { uvec2 slots[]; };
+layout(set = 1, binding = LODE_VGI_TABLE, std430) readonly buffer VgiTableBlock { uint page_table[]; };
+layout(set = 1, binding = LODE_VGI_ASSETS, std430) readonly buffer VgiAssetBlock { VgiAsset assets[]; };
+layout(set = 1, binding = LODE_VGI_CHARTS, std430) readonly buffer VgiChartBlock { float sample_spacing[]; };
+layout(set = 1, binding = LODE_VGI_CODES, std430) readonly buffer VgiCodeBlock { float codes[]; };
+
+#endif

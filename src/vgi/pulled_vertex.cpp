@@ -1,0 +1,62 @@
+#include "vgi/pulled_vertex.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <glm/geometric.hpp>
+
+#include "shaders/shared/vgi_texels.h"
+#include "vgi/bintree.h"
+#include "vgi/residency.h"
+#include "vgi/sample_errors.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+template <class T>
+T read(const PlanMirror& mirror, const PipelineSpec& pipeline, uint32_t binding, uint64_t number) {
+    const auto at = std::ranges::find(pipeline.storage, binding, &StorageBinding::binding);
+    T value;
+    std::memcpy(&value, mirror.buffer(at->buffer).data() + number * sizeof(T), sizeof(T));
+    return value;
+}
+
+}  // namespace
+
+glm::vec3 pulled_vertex(const PlanMirror& mirror, const Draw& draw, const FrameInput& input, uint32_t instance,
+                        uint32_t index) {
+    const PipelineSpec& pipeline = mirror.recipe().pipelines[draw.pipeline];
+    const uint32_t number = draw.words[LODE_VGI_WORD_ASSET];
+    const auto asset = read<gpu::VgiAsset>(mirror, pipeline, LODE_VGI_ASSETS, number);
+    const uint32_t slot = index / LODE_VGI_PAGE_TEXELS, place = index % LODE_VGI_PAGE_TEXELS,
+                   row = asset.page_cells + 1;
+    const GridPoint p{static_cast<int32_t>(place % row), static_cast<int32_t>(place / row)};
+    const auto texel_at = [&](GridPoint q) {
+        return read<GeometryTexel>(
+            mirror, pipeline, LODE_VGI_GEOMETRY,
+            uint64_t{slot} * LODE_VGI_PAGE_TEXELS + static_cast<uint32_t>(q.y) * row + static_cast<uint32_t>(q.x));
+    };
+    const auto lattice = [](const GeometryTexel& t) { return glm::vec3(t.x, t.y, t.z); };
+    const glm::vec3 origin(asset.origin_x, asset.origin_y, asset.origin_z);
+    const GeometryTexel texel = texel_at(p);
+    glm::vec3 point = lattice(texel);
+    const Bintree tree{static_cast<int32_t>(asset.page_cells)};
+    const auto magnification = std::bit_cast<float>(draw.words[LODE_VGI_WORD_MAGNIFICATION]);
+    if (magnification > 0 && !tree.is_corner(p)) {
+        const auto scale = std::bit_cast<float>(draw.words[LODE_VGI_WORD_SCALE]);
+        const float error =
+            read<float>(mirror, pipeline, LODE_VGI_CODES, number * 512 + texel.error) * magnification * scale;
+        const float radius = read<float>(mirror, pipeline, LODE_VGI_CODES, number * 512 + 256 + texel.radius) * scale;
+        const glm::vec3 world(input.instances[instance].object_to_world * glm::vec4(origin + asset.step * point, 1));
+        constexpr auto morph_share = static_cast<float>(1 - 1 / error_ratio);
+        const float t =
+            std::clamp((error + radius - glm::distance(world, input.views[0].eye)) / (morph_share * error), 0.0f, 1.0f);
+        const auto [a, b] = tree.hypotenuse(p);
+        const glm::vec3 middle = 0.5f * (lattice(texel_at(a)) + lattice(texel_at(b)));
+        point = middle + (point - middle) * t;
+    }
+    return origin + asset.step * point;
+}
+
+}  // namespace lodestone::vgi

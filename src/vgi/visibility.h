@@ -1,0 +1,30 @@
+// Which views may see a page, told from its sphere and its cone of normals.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "vgi/bintree_cut.h"
+
+namespace lodestone::vgi {
+
+class Visibility {
+public:
+    // about: its bounds are used; must outlive this.
+    Visibility(const CutRequest& request, const Atlas& about);
+
+    uint32_t all() const { return (1u << frusta_.size()) - 1; }
+    // Of the views in `mask`, those that may see something of the page, numbered over all charts.
+    uint32_t seen(uint32_t mask, uint32_t number) const;
+
+private:
+    bool turned_away(const PageBounds& bounds) const;
+
+    const Atlas& about_;
+    std::vector<Frustum> frusta_;  // object space
+    glm::vec3 eye_;
+    bool cones_ = false;  // views[0] leaves out back faces, and the surface is closed
+};
+
+}  // namespace lodestone::vgi

@@ -36,7 +36,8 @@ constexpr uint32_t most_waiting = 256;                     // requests at once
 constexpr uint32_t most_new_requests = 64;                 // per frame
 constexpr uint64_t retry_frames = 120;                     // until a page that could not be read is asked for again
 constexpr uint64_t most_index_bytes = uint64_t{48} << 20;  // per list
-constexpr float frames_ahead = 12;                         // that the camera's way is foreseen
+constexpr double raise = 1.189207115;  // of errors, where there are too many triangles: a quarter of an octave
+constexpr float frames_ahead = 12;     // that the camera's way is foreseen
 
 constexpr std::array<Layer, 2> both_layers{Layer::geometry, Layer::attributes};
 constexpr size_t index_of(Layer layer) { return static_cast<size_t>(layer); }
@@ -395,10 +396,12 @@ private:
     }
 
     void cut(const FrameInput& input) {
-        raised_ = 1;
+        // From what the last frame needed, a step back: views change little.
+        raised_ = std::max(1.0, raised_ / raise);
+        level_ = input.budget.forced_level;
         for (;;) {
             cuts_.clear();
-            for (Asset& asset : assets_) { asset.demand = PageDemand(asset.residency->pages()); }
+            for (Asset& asset : assets_) asset.demand = PageDemand(asset.residency->pages());
             uint64_t triangles = 0, indices = 0;
             for (const Instance& instance : input.instances) {
                 LODE_CHECK(instance.asset < assets_.size(), instance.asset, assets_.size());
@@ -407,12 +410,23 @@ private:
                 triangles += cuts_.back().triangles;
                 for (const auto& part : cuts_.back().parts) indices += part.second.size();
             }
-            // Too many: all errors rise alike.
-            const bool fits = triangles <= input.budget.max_triangles && indices <= index_capacity_;
-            if (fits || raised_ > 1e6) break;
-            raised_ *= std::exp2(0.25);
+            // Too many: all errors rise alike, and where they may not rise further one level is drawn everywhere.
+            if (triangles <= input.budget.max_triangles && indices <= index_capacity_) break;
+            if (level_ >= 0) {
+                if (level_ >= coarsest_level()) break;
+                ++level_;
+            } else if (magnification_of(input.views[0], input.budget.pixel_error * raised_) <= least_magnification) {
+                level_ = 0;
+            } else {
+                raised_ *= raise;
+            }
         }
         cut_is_stale_ = true;  // until its triangles are uploaded
+    }
+    int64_t coarsest_level() const {
+        uint32_t levels = 1;
+        for (const Asset& asset : assets_) levels = std::max(levels, asset.file->about().levels());
+        return levels - 1;
     }
 
     CutRequest request_for(const FrameInput& input, const Instance& instance) const {
@@ -420,7 +434,7 @@ private:
         request.object_to_world = instance.object_to_world;
         request.views = input.views;
         request.pixel_error = input.budget.pixel_error * raised_;
-        request.forced_level = raised_ > 1 ? -1 : input.budget.forced_level;
+        request.forced_level = level_;
         request.cull_back_faces = input.views[0].culls_back_faces;
         return request;
     }
@@ -546,7 +560,7 @@ private:
     // Where the camera will be if it goes on as it did.
     void foresee_way(const FrameInput& input) {
         const glm::vec3 step = input.views[0].eye - last_.views[0].eye;
-        if (glm::dot(step, step) == 0 || input.budget.forced_level >= 0) return;
+        if (glm::dot(step, step) == 0 || level_ >= 0) return;
         std::vector<View> views{input.views[0]};
         views[0].eye += step * frames_ahead;
         views[0].world_to_view[3] -= glm::vec4(glm::mat3(views[0].world_to_view) * (step * frames_ahead), 0);
@@ -571,7 +585,8 @@ private:
     FrameInput last_;
     uint32_t waiting_ = 0, uploaded_pages_ = 0, evicted_pages_ = 0, failed_pages_ = 0;
     uint64_t region_ = 0;
-    double raised_ = 1;
+    double raised_ = 1;   // times the pixel error asked for
+    int64_t level_ = -1;  // drawn everywhere, or -1
     bool begun_ = false, cut_is_stale_ = true, attributes_changed_ = true;
     Decoder decoder_;  // last: its thread ends before what it works for
 };
@@ -603,10 +618,12 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     }
     const std::array<uint64_t, 2> slot_bytes{geometry_slot_bytes + 8,
                                              uint64_t{LODE_VGI_PAGE_TEXELS} * texel_words * sizeof(uint32_t)};
-    // An eighth of the budget is for index lists, the rest for pages, halves for each kind unless one needs less.
+    // A quarter of the budget is for index lists, or what the coarsest level of a few instances takes; the rest for
+    // pages, halves for each kind unless one needs less.
     const uint64_t tables = (pages[1] + base[0]) * sizeof(uint32_t) + assets.size() * (sizeof(gpu::VgiAsset) + 2048);
     const uint64_t index_bytes =
-        std::min(options.resident_bytes / 8, most_index_bytes * index_regions) / (index_regions * 12) * 12;
+        std::clamp(options.resident_bytes / 4 / index_regions / 12 * 12, base[0] * 24 * std::max(1u, options.instances),
+                   std::max(most_index_bytes, base[0] * 24 * std::max(1u, options.instances)));
     uint64_t left = options.resident_bytes - std::min(options.resident_bytes, tables + index_bytes * index_regions);
     const uint64_t need = base[0] * slot_bytes[0] + base[1] * slot_bytes[1];
     if (need > left) {
@@ -631,7 +648,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         {"assets", assets.size() * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
         {"errors and radii", assets.size() * 2048, use_storage, 2048},
         {"spacing of samples", base[0] * sizeof(float), use_storage, 4},
-        {"index lists", std::max<uint64_t>(index_bytes, 12) * index_regions, use_index, 4}};
+        {"index lists", index_bytes * index_regions, use_index, 4}};
     PipelineSpec pipeline;
     pipeline.name = "bintree";
     pipeline.vertex = "vgi/bintree.vert";
@@ -643,7 +660,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         {LODE_VGI_CHARTS, chart_table, Access::read, 1}};
     recipe.pipelines = {pipeline};
     auto source = std::make_unique<VgiSource>(std::move(assets), std::move(recipe), slots, texel_words,
-                                              std::max<uint64_t>(index_bytes, 12) / sizeof(uint32_t));
+                                              index_bytes / sizeof(uint32_t));
     if (auto done = source->load_base_pages(); !done) return tl::unexpected(done.error());
     return source;
 }

@@ -15,6 +15,7 @@ namespace lodestone::vgi {
 
 struct VgiOptions {
     uint64_t resident_bytes = uint64_t{1} << 30;  // for pools, tables and index lists together
+    uint32_t instances = 1;                       // most instances in the scene, of all assets
 };
 
 // Fault::machine where the coarsest pages alone exceed the budget; Fault::format where one of them is damaged.

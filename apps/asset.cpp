@@ -1,5 +1,7 @@
 #include "apps/asset.h"
 
+#include <algorithm>
+
 #include "vgi/atlas_chunks.h"
 
 namespace lodestone {
@@ -11,8 +13,14 @@ Result<Asset> open_asset(const std::filesystem::path& path) {
     auto about = asset.file.text("about");
     if (!about) return tl::unexpected(about.error());
     asset.about = nlohmann::json::parse(*about, nullptr, false);
-    if (asset.about.is_discarded())
-        return fail(Fault::format, path.string() + ": chunk 'about': is not JSON; bake the asset again");
+    const auto wrong = [&](const char* what) {
+        return fail(Fault::format, path.string() + ": chunk 'about': " + what + "; bake the asset again");
+    };
+    if (asset.about.is_discarded()) return wrong("is not JSON");
+    const auto bounds = asset.about.find("bounds");
+    if (bounds == asset.about.end() || !bounds->is_array() || bounds->size() != 4 ||
+        !std::ranges::all_of(*bounds, [](const auto& n) { return n.is_number(); }))
+        return wrong("has no bounds");
     if (asset.file.contains("lod/mesh")) {
         auto lod = ProgressiveMesh::open(asset.file);
         if (!lod) return tl::unexpected(lod.error());
@@ -39,6 +47,10 @@ Result<vgi::Atlas> Asset::atlas() const {
 
 const std::vector<Material>& Asset::material_table() const {
     return lod != nullptr ? lod->material_table : atlas_file->about().material_table;
+}
+Sphere Asset::bounds() const {
+    const auto& b = about["bounds"];
+    return {{b[0].get<float>(), b[1].get<float>(), b[2].get<float>()}, b[3].get<float>()};
 }
 const std::vector<Image>& Asset::images() const { return lod != nullptr ? lod->images : atlas_file->about().images; }
 

@@ -8,6 +8,7 @@
 
 #include "base/chunk_file.h"
 #include "baseline/discrete.h"
+#include "frame/screen_error.h"
 #include "lod/progressive_mesh.h"
 #include "vgi/atlas_chunks.h"
 
@@ -26,6 +27,7 @@ struct Asset {
     // Of whichever backend it was baked for; they agree.
     const std::vector<Material>& material_table() const;
     const std::vector<Image>& images() const;
+    Sphere bounds() const;  // object space, around the source mesh: the same for all backends
 };
 
 // Every error names the file; Fault::format.

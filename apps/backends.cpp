@@ -50,7 +50,8 @@ Result<std::unique_ptr<FrameSource>> open_lod_scene(const std::string& order, co
 Result<std::unique_ptr<FrameSource>> open_vgi_scene(const std::string&, const ReadyScene& scene, const Progress&) {
     std::vector<std::shared_ptr<const vgi::AtlasFile>> assets;
     for (const Asset& asset : scene.assets) assets.push_back(asset.atlas_file);
-    return vgi::open_vgi(std::move(assets), {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size())});
+    return vgi::open_vgi(std::move(assets),
+                         {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size())});
 }
 
 struct Backend {

@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/text.h"
 #include "baseline/discrete.h"
+#include "frame/screen_error.h"
 #include "lod/bake.h"
 #include "lod/collapse_list.h"
 #include "lod/error_curve.h"
@@ -111,6 +112,7 @@ Json BakeOptions::to_json() const {
             {"cluster_weights",
              {weights.planarity, weights.compactness, weights.size, weights.irregularity, weights.curvature,
               weights.bulge}},
+            {"fit_atlas", fit_atlas},
             {"target_error", target_error},
             {"resolution", atlas.cells + 1},
             {"attribute_ratio", atlas.attribute_ratio},
@@ -169,6 +171,8 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     if (has.colours) about["input"]["attributes"].push_back("colours");
     if (has.materials) about["input"]["attributes"].push_back("materials");
     about["repair"] = to_json(*repaired);
+    const Sphere bounds = bounding_sphere_of(input.mesh.positions);
+    about["bounds"] = {bounds.centre.x, bounds.centre.y, bounds.centre.z, bounds.radius};
     Json report = about;
 
     auto writer = ChunkWriter::create(out, {input.source, hash_of(std::span(option_text.data(), option_text.size()))});

@@ -26,6 +26,7 @@ struct BakeOptions {
     double normal_weight = -1, uv_weight = -1, colour_weight = -1;  // < 0: the simplifier's default
     uint64_t error_samples = 100000;                                // points on each surface when errors are measured
     vgi::AtlasOptions atlas;
+    bool fit_atlas = false;   // vgi: clusters and cells at most as above, fewer where the mesh is small
     double target_error = 0;  // vgi: object units; > 0: more clusters until the finest level comes under it
     ReadOptions read;
 

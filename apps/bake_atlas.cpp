@@ -11,12 +11,27 @@ namespace {
 // With --target-error: as many clusters as bring the finest level under it, each try twice as many as the last.
 constexpr uint32_t most_clusters = 1u << 14;
 
+// A cluster for so many triangles, and about so many samples for each: what 130 clusters of 129^2 samples are to three
+// million triangles.
+void fit(vgi::AtlasOptions& options, size_t triangles) {
+    constexpr uint32_t triangles_per_cluster = 20000, fewest_clusters = 8, charts_per_cluster = 6, fewest_cells = 16;
+    constexpr double most_samples = 8;
+    uint32_t& clusters = options.clusters.clusters;
+    clusters = std::clamp(static_cast<uint32_t>(triangles / triangles_per_cluster), std::min(fewest_clusters, clusters),
+                          clusters);
+    const double charts = clusters * charts_per_cluster;
+    while (options.cells > fewest_cells &&
+           charts * options.cells * options.cells > most_samples * static_cast<double>(triangles))
+        options.cells /= 2;
+}
+
 }  // namespace
 
 Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, nlohmann::json& report,
                               const Progress& progress) {
     if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
     vgi::AtlasOptions atlas_options = options.atlas;
+    if (options.fit_atlas) fit(atlas_options, mesh.triangle_count());
     const double diagonal = std::max(1e-30, static_cast<double>(bounding_box(mesh.positions).diagonal()));
     for (;;) {
         vgi::AtlasReport made;

@@ -128,6 +128,13 @@ Result<int> render(const Options& o) {
                                                       : 0},
                       {"instances_drawn", drawn->stats.instances_drawn},
                       {"asset_bytes", ready->asset_bytes}}};
+    Json& row = stats["rows"][0];
+    for (int stage = 0; stage < stage_count; ++stage) {
+        const auto& pass = drawn->counters.pass[static_cast<size_t>(stage)];
+        row["stages"][name_of(static_cast<Stage>(stage))] = {{"gpu_ms", pass.gpu_ms},
+                                                             {"vertex_invocations", pass.vertex_invocations}};
+    }
+    for (const auto& [name, value] : drawn->stats.more) row["backend_figures"][name] = value;
     if (!o.stats.empty()) {
         if (auto done = write_json(o.stats, stats.dump(2)); !done) return tl::unexpected(done.error());
     }

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cstdlib>
 #include <functional>
-#include <glm/geometric.hpp>
 
 #include "apps/bake.h"
 #include "apps/terminal.h"
@@ -22,6 +21,7 @@ namespace {
 BakeOptions cache_options(bool atlas) {
     BakeOptions options;
     options.backends = atlas ? std::vector<std::string>{"vgi"} : std::vector<std::string>{"lod", "discrete"};
+    options.fit_atlas = true;
     return options;
 }
 
@@ -143,24 +143,6 @@ Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, cons
     return ready;
 }
 
-Sphere bounds_of(const Asset& asset) {
-    if (asset.lod != nullptr) return bounding_sphere(asset.lod->vertices);
-    const vgi::Atlas& about = asset.atlas_file->about();
-    const uint32_t pages = vgi::tree_of(about, vgi::Layer::geometry).pages();
-    glm::vec3 low(1e30f), high(-1e30f);
-    for (uint32_t c = 0; c < about.charts(); ++c) {
-        const vgi::PageBounds& b = about.bounds[size_t{c} * pages];
-        low = glm::min(low, b.centre - b.radius);
-        high = glm::max(high, b.centre + b.radius);
-    }
-    Sphere sphere{(low + high) * 0.5f, 0};
-    for (uint32_t c = 0; c < about.charts(); ++c) {
-        const vgi::PageBounds& b = about.bounds[size_t{c} * pages];
-        sphere.radius = std::max(sphere.radius, glm::distance(sphere.centre, b.centre) + b.radius);
-    }
-    return sphere;
-}
-
 }  // namespace
 
 fs::path cache_folder() {
@@ -213,7 +195,7 @@ Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progr
     ready.materials = gather_materials(ready.assets, &first_material);
     std::vector<uint32_t> used(ready.assets.size(), 0);
     std::vector<Sphere> spheres;
-    for (const Asset& asset : ready.assets) spheres.push_back(bounds_of(asset));
+    for (const Asset& asset : ready.assets) spheres.push_back(asset.bounds());
     glm::vec3 low(0), high(0);
     for (size_t i = 0; i < ready.scene.instances.size(); ++i) {
         const SceneInstance& instance = ready.scene.instances[i];

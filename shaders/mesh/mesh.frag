@@ -15,6 +15,8 @@ void main() {
     s.position = in_position;
     s.normal = normalize(in_normal);
     s.uv = in_uv;
+    s.uv_dx = dFdx(in_uv);
+    s.uv_dy = dFdy(in_uv);
     s.colour = in_colour;
     s.material = in_material;
     s.level = float(draw_constants.words[0]) / max(float(draw_constants.words[1]) - 1.0, 1.0);

@@ -52,7 +52,7 @@ vec3 lit(Surface s) {
 
     MaterialConstants material = materials[s.material];
     vec3 albedo = linear_from_srgb(s.colour.rgb) * material.base_colour.rgb;
-    if (material.layer >= 0) albedo *= texture(textures, vec3(s.uv, float(material.layer))).rgb;
+    if (material.layer >= 0) albedo *= textureGrad(textures, vec3(s.uv, float(material.layer)), s.uv_dx, s.uv_dy).rgb;
     // Bare geometry, white all over (interpolation may leave it a hair below): light stone, so that shading shows.
     bool bare = material.layer < 0 && all(greaterThan(min(s.colour, material.base_colour), vec4(0.999)));
     if (bare) albedo = vec3(0.5);

@@ -8,13 +8,17 @@
 
 // The renderer sets specialisation constant LODE_FIRST_SEGMENT_CONSTANT + binding to the words of a full segment.
 #define LODE_FIRST_SEGMENT_CONSTANT 16
+// And LODE_FIRST_COUNT_CONSTANT + binding to how many segments there are: mostly one, and then nothing has to be chosen.
+#define LODE_FIRST_COUNT_CONSTANT 48
 
 // words: 32-bit words of one `type`.
 #define LODE_POOL(binding_number, name, type, words)                                                     \
     layout(constant_id = LODE_FIRST_SEGMENT_CONSTANT + binding_number) const uint name##_segment_words = 1; \
+    layout(constant_id = LODE_FIRST_COUNT_CONSTANT + binding_number) const uint name##_segment_count = 1;    \
     layout(set = 1, binding = binding_number, std430) readonly buffer name##_block { type values[]; }    \
         name##_segments[LODE_MOST_SEGMENTS];                                                             \
     type name##_at(uint index) {                                                                         \
+        if (name##_segment_count == 1) return name##_segments[0].values[index];                          \
         uint length = name##_segment_words / (words);                                                    \
         uint place = index % length;                                                                     \
         switch (index / length) {                                                                        \

@@ -6,6 +6,7 @@ struct Surface {
     vec3 position;  // world space
     vec3 normal;    // world space, unit length
     vec2 uv;
+    vec2 uv_dx, uv_dy;  // how it changes from pixel to pixel
     vec4 colour;    // sRGB as stored with the vertex, and alpha
     uint material;  // into the scene's materials
     float level;    // 0 full detail .. 1 coarsest

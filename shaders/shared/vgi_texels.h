@@ -23,6 +23,11 @@
 #define LODE_VGI_WORD_SCALE 2          // float bits: largest scale of the instance
 #define LODE_VGI_WORD_TEXEL_WORDS 3    // words of a sample of the attributes
 #define LODE_VGI_WORD_PIXEL 4          // float bits: object units of the instance a pixel spans at distance 1
+#define LODE_VGI_WORD_TABLE 5          // of the asset: first entry of the page table
+#define LODE_VGI_WORD_IMAGES 6         // attribute pages of a chart | log2 of attribute cells << 16 | LODE_VGI_HAS_... << 20
+#define LODE_VGI_HAS_UVS 1
+#define LODE_VGI_HAS_COLOURS 2
+#define LODE_VGI_HAS_MATERIALS 4
 
 #ifdef __cplusplus
 #include <cstdint>
@@ -31,22 +36,18 @@ namespace gpu {
 using uint = uint32_t;
 #endif
 
-// 64 bytes.
+// 48 bytes.
 struct VgiAsset {
     float origin_x, origin_y, origin_z, step;
     float uv_low_x, uv_low_y, uv_step_x, uv_step_y;
-    uint first_table;      // of the page table
     uint cells;            // of positions per side of a chart
-    uint attribute_cells;
-    uint attribute_pages;  // per chart
-    uint attributes;       // bit 0: texture coordinates, 1: colour, 2: material
     uint levels;
     uint page_cells;       // of geometry pages: 32, or fewer where charts are smaller
     uint first_chart;      // of the chart table
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(VgiAsset) == 64);
+static_assert(sizeof(VgiAsset) == 48);
 }  // namespace gpu
 }  // namespace lodestone
 #endif

@@ -9,30 +9,35 @@ layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec2 in_place;
 layout(location = 2) flat in uint in_chart;
 layout(location = 3) flat in uint in_level;
-layout(location = 4) flat in uint in_instance;
+layout(location = 4) flat in uint in_first_material;
+layout(location = 5) in float in_lod;
+layout(location = 6) flat in mat3 in_normal_to_world;
 
 layout(location = 0) out vec4 out_colour;
 
-vec3 normal_of(uint word) {
-    ivec2 packed_normal = ivec2(bitfieldExtract(int(word), 0, 8), bitfieldExtract(int(word), 8, 8));
-    return unpack_normal(vec2(packed_normal) / 127.0);
+// LODE_VGI_HAS_...: what any asset of the scene has that is drawn with. Software rasterisers run every branch.
+layout(constant_id = 0) const uint ever = 7u;
+
+// Not of unit length: it is a mean of several that is wanted.
+vec3 direction_of(uint word) {
+    vec2 p = vec2(bitfieldExtract(int(word), 0, 8), bitfieldExtract(int(word), 8, 8)) / 127.0;
+    vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
+    float fold = max(-n.z, 0.0);
+    return vec3(n.x + (n.x < 0.0 ? fold : -fold), n.y + (n.y < 0.0 ? fold : -fold), n.z);
 }
 
 void main() {
-    uint asset_number = draw_constants.words[LODE_VGI_WORD_ASSET];
-    VgiAsset asset = assets[asset_number];
-    vec2 at = in_place * float(asset.attribute_cells);
-    // The level whose samples are as far apart as pixels are. Not from derivatives: those of thin triangles tell nothing.
-    float pixel = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_PIXEL]) *
-                  distance(in_position, frame.views[draw_constants.view].eye.xyz);
-    int fit = max(0, int(floor(log2(pixel / sample_spacing[asset.first_chart + in_chart]) + 0.5)));
-    uint cells = min(asset.attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
-    uint base = uint(findMSB(asset.attribute_cells) - findMSB(cells));
+    uint images = draw_constants.words[LODE_VGI_WORD_IMAGES];
+    uint attribute_cells = 1u << ((images >> 16) & 15u), has = (images >> 20) & ever;
+    vec2 at = in_place * float(attribute_cells);
+    int fit = max(0, int(floor(in_lod + 0.5)));
+    uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
+    uint base = uint(findMSB(attribute_cells) - findMSB(cells));
     uint wanted = min(uint(fit), base);
 
-    uint side = asset.attribute_cells / cells >> wanted, before = base - wanted;
+    uint side = attribute_cells / cells >> wanted, before = base - wanted;
     uvec2 page = min(uvec2(at / float(cells << wanted)), uvec2(side - 1u));
-    uint entry = page_table[asset.first_table + in_chart * asset.attribute_pages +
+    uint entry = page_table[draw_constants.words[LODE_VGI_WORD_TABLE] + in_chart * (images & 0xffffu) +
                             ((1u << (2u * before)) - 1u) / 3u + page.y * side + page.x];
     uint slot = entry >> 4, level = entry & 15u;
     page >>= level - wanted;
@@ -52,34 +57,44 @@ void main() {
     vec3 normal = vec3(0.0);
     for (int k = 0; k < 4; ++k) {
         word0[k] = attributes_at(texel[k]);
-        normal += weight[k] * normal_of(word0[k]);
+        normal += weight[k] * direction_of(word0[k]);
     }
     Surface s;
     s.position = in_position;
-    s.normal = normalize(mat3(instances[in_instance].normal_to_world) * normal);
+    s.normal = normalize(in_normal_to_world * normal);
+    s.colour = vec4(1.0);
+    if ((ever & LODE_VGI_HAS_COLOURS) != 0u && (has & LODE_VGI_HAS_COLOURS) != 0u) {
+        s.colour = vec4(0.0);
+        for (int k = 0; k < 4; ++k)
+            s.colour += weight[k] * unpackUnorm4x8(attributes_at(texel[k] + 1u + ((images >> 20) & LODE_VGI_HAS_UVS)));
+    }
+    s.material = in_first_material;
+    if ((ever & LODE_VGI_HAS_MATERIALS) != 0u && (has & LODE_VGI_HAS_MATERIALS) != 0u)
+        s.material += word0[nearest] >> 16;
     s.uv = vec2(0.0);
-    if ((asset.attributes & 1u) != 0u) {
+    float uv_span = 0.0;
+    if ((ever & LODE_VGI_HAS_UVS) != 0u && (has & LODE_VGI_HAS_UVS) != 0u) {
         vec2 uvs[4];
         for (int k = 0; k < 4; ++k) {
             uint word = attributes_at(texel[k] + 1u);
             uvs[k] = vec2(float(word & 0xffffu), float(word >> 16));
         }
-        vec2 spread = max(max(uvs[0], uvs[1]), max(uvs[2], uvs[3])) - min(min(uvs[0], uvs[1]), min(uvs[2], uvs[3]));
-        vec2 uv = uvs[nearest];
-        // Across a seam there is nothing in between.
-        if (max(spread.x, spread.y) < 512.0)
-            uv = weight.x * uvs[0] + weight.y * uvs[1] + weight.z * uvs[2] + weight.w * uvs[3];
-        s.uv = vec2(asset.uv_low_x, asset.uv_low_y) + vec2(asset.uv_step_x, asset.uv_step_y) * uv;
+        // Along the cell's edges. Across a seam they are of quite unlike length, and there is nothing in between.
+        vec4 edge = vec4(distance(uvs[0], uvs[1]), distance(uvs[2], uvs[3]), distance(uvs[0], uvs[2]), distance(uvs[1], uvs[3]));
+        float shortest = min(min(edge.x, edge.y), min(edge.z, edge.w)), longest = max(max(edge.x, edge.y), max(edge.z, edge.w));
+        vec2 uv = longest > 8.0 * shortest + 64.0
+                      ? uvs[nearest]
+                      : weight.x * uvs[0] + weight.y * uvs[1] + weight.z * uvs[2] + weight.w * uvs[3];
+        // A pixel spans so much of a cell.
+        uv_span = shortest * exp2(in_lod - float(level)) / float(stride);
+        VgiAsset asset = assets[draw_constants.words[LODE_VGI_WORD_ASSET]];
+        vec2 uv_step = vec2(asset.uv_step_x, asset.uv_step_y);
+        s.uv = vec2(asset.uv_low_x, asset.uv_low_y) + uv_step * uv;
+        uv_span *= min(uv_step.x, uv_step.y);
     }
-    s.colour = vec4(1.0);
-    if ((asset.attributes & 2u) != 0u) {
-        s.colour = vec4(0.0);
-        for (int k = 0; k < 4; ++k)
-            s.colour += weight[k] * unpackUnorm4x8(attributes_at(texel[k] + 1u + (asset.attributes & 1u)));
-    }
-    s.material = instances[in_instance].first_material;
-    if ((asset.attributes & 4u) != 0u) s.material += word0[nearest] >> 16;
-    s.level = float(in_level) / max(float(asset.levels) - 1.0, 1.0);
+    s.uv_dx = vec2(uv_span, 0.0);
+    s.uv_dy = vec2(0.0, uv_span);
+    s.level = float(in_level) / max(float((images >> 16) & 15u), 1.0);
     s.chart = in_chart + 1u;
     s.page = slot + 1u;
     s.missing = float(level - wanted);

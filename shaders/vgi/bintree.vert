@@ -9,7 +9,9 @@ layout(location = 0) out vec3 out_position;
 layout(location = 1) out vec2 out_place;        // in the chart, 0 .. 1
 layout(location = 2) flat out uint out_chart;
 layout(location = 3) flat out uint out_level;   // of the page the last corner is from
-layout(location = 4) flat out uint out_instance;
+layout(location = 4) flat out uint out_first_material;
+layout(location = 5) out float out_lod;         // level of the attributes whose samples are as far apart as pixels
+layout(location = 6) flat out mat3 out_normal_to_world;
 
 // The depth pre-pass and the colour pass must agree to the last bit, and so must charts along their borders.
 invariant gl_Position;
@@ -60,5 +62,10 @@ void main() {
     out_place = vec2((page * asset.page_cells + uvec2(p)) << level) / float(asset.cells);
     out_chart = header.x & 0x0fffffffu;
     out_level = level;
-    out_instance = id;
+    out_first_material = instances[id].first_material;
+    // Not from derivatives in the fragment shader: those of thin triangles tell nothing.
+    float pixel = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_PIXEL]) *
+                  distance(world.xyz, frame.views[draw_constants.view].eye.xyz);
+    out_lod = log2(max(pixel, 1e-30) / sample_spacing[asset.first_chart + out_chart]);
+    out_normal_to_world = mat3(instances[id].normal_to_world);
 }

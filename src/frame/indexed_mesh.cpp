@@ -28,18 +28,10 @@ PipelineSpec indexed_mesh_pipeline() {
 Words indexed_mesh_words(uint32_t level, uint32_t levels) { return {level, levels}; }
 
 Sphere bounding_sphere(std::span<const MeshVertex> vertices) {
-    if (vertices.empty()) return {};
-    const auto position = [](const MeshVertex& v) { return glm::vec3(v.position[0], v.position[1], v.position[2]); };
-    glm::vec3 low = position(vertices[0]), high = low;
-    for (const MeshVertex& v : vertices) {
-        low = glm::min(low, position(v));
-        high = glm::max(high, position(v));
-    }
-    Sphere sphere{(low + high) * 0.5f, 0};
-    for (const MeshVertex& v : vertices)
-        sphere.radius = std::max(sphere.radius, glm::distance(sphere.centre, position(v)));
-    sphere.radius *= 1.00001f;  // no vertex outside for rounding
-    return sphere;
+    std::vector<glm::vec3> positions;
+    positions.reserve(vertices.size());
+    for (const MeshVertex& v : vertices) positions.emplace_back(v.position[0], v.position[1], v.position[2]);
+    return bounding_sphere_of(positions);
 }
 
 void draw_ranges(Plan& plan, const FrameInput& input, uint32_t pipeline, std::span<const IndexedRange> ranges,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -9,6 +10,19 @@
 #include "base/check.h"
 
 namespace lodestone {
+
+Sphere bounding_sphere_of(std::span<const glm::vec3> points) {
+    if (points.empty()) return {};
+    glm::vec3 low = points[0], high = low;
+    for (const glm::vec3& p : points) {
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+    }
+    Sphere sphere{(low + high) * 0.5f, 0};
+    for (const glm::vec3& p : points) sphere.radius = std::max(sphere.radius, glm::distance(sphere.centre, p));
+    sphere.radius *= 1.00001f;  // no point outside for rounding
+    return sphere;
+}
 
 float largest_scale(const glm::mat4& object_to_world) {
     // Power iteration on M^T M; 24 steps from the longest column are ample for a bound that is then rounded up.

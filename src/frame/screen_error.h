@@ -4,6 +4,7 @@
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
+#include <span>
 
 #include "frame/view.h"
 
@@ -13,6 +14,9 @@ struct Sphere {
     glm::vec3 centre{0};
     float radius = 0;
 };
+
+// A sphere around all points, centred in their box; of no points: a point at the origin.
+Sphere bounding_sphere_of(std::span<const glm::vec3> points);
 
 // Largest factor by which the matrix lengthens a vector (the spectral norm of its upper 3x3 part).
 float largest_scale(const glm::mat4& object_to_world);

@@ -80,21 +80,27 @@ VkFormat format_of(VertexFormat format) {
     return VK_FORMAT_UNDEFINED;
 }
 
-// Constants that tell shaders how a split buffer is laid out (shaders/shared/pool.glsl).
-class SegmentConstants {
+// The pipeline's own constants, and those that tell shaders how a split buffer is laid out (shaders/shared/pool.glsl).
+class ShaderConstants {
 public:
-    SegmentConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers) {
-        constexpr uint32_t first_constant = 16;  // LODE_FIRST_SEGMENT_CONSTANT
+    ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers) {
+        constexpr uint32_t first_words = 16,
+                           first_count = 48;  // LODE_FIRST_SEGMENT_CONSTANT, LODE_FIRST_COUNT_CONSTANT
+        const auto add = [&](uint32_t id, uint64_t value) {
+            entries_.push_back({id, static_cast<uint32_t>(words_.size() * sizeof(uint32_t)), sizeof(uint32_t)});
+            words_.push_back(static_cast<uint32_t>(value));
+        };
+        LODE_CHECK(spec.constants.size() < first_words, spec.name);
+        for (uint32_t id = 0; id < spec.constants.size(); ++id) add(id, spec.constants[id]);
         for (const StorageBinding& s : spec.storage) {
-            entries_.push_back({first_constant + s.binding, static_cast<uint32_t>(words_.size() * sizeof(uint32_t)),
-                                sizeof(uint32_t)});
-            words_.push_back(static_cast<uint32_t>(buffers[s.buffer].segment_bytes / sizeof(uint32_t)));
+            add(first_words + s.binding, buffers[s.buffer].segment_bytes / sizeof(uint32_t));
+            add(first_count + s.binding, buffers[s.buffer].segments.size());
         }
         info_ = {static_cast<uint32_t>(entries_.size()), entries_.data(), words_.size() * sizeof(uint32_t),
                  words_.data()};
     }
-    SegmentConstants(const SegmentConstants&) = delete;
-    SegmentConstants& operator=(const SegmentConstants&) = delete;
+    ShaderConstants(const ShaderConstants&) = delete;
+    ShaderConstants& operator=(const ShaderConstants&) = delete;
     const VkSpecializationInfo* get() const { return &info_; }
 
 private:
@@ -223,7 +229,7 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
         if (buffers[s.buffer].segments.size() > s.segments)
             throw VulkanFailure("a buffer of pipeline '" + spec.name + "' is too large to be bound at once");
     }
-    const SegmentConstants constants(spec, buffers);
+    const ShaderConstants constants(spec, buffers);
     BuiltPipeline built;
     const bool compute = spec.kind == PipelineKind::compute;
     built.bind_point = compute ? VK_PIPELINE_BIND_POINT_COMPUTE : VK_PIPELINE_BIND_POINT_GRAPHICS;

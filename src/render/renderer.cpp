@@ -45,6 +45,7 @@ public:
     Result<void> load(const Recipe& recipe, const MaterialSet& materials) override {
         return guarded([&] {
             finish_all();
+            newest_.reset();  // whoever brings a recipe may count its frames from 0
             built_ = {};
             const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit
                                                                     : device_.limits().maxStorageBufferRange;

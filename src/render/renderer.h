@@ -70,7 +70,7 @@ public:
     virtual const DeviceInfo& device() const = 0;
 
     // Builds buffers and pipelines of a recipe and textures of the scene. Waits for the device. An equal recipe with a
-    // new generation empties the buffers.
+    // new generation empties the buffers. Frames are counted anew.
     virtual Result<void> load(const Recipe& recipe, const MaterialSet& materials) = 0;
 
     // Changes the size of the camera targets.

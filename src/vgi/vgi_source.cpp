@@ -357,12 +357,7 @@ private:
             r.uv_low_y = about.uv_low.y;
             r.uv_step_x = about.uv_step.x;
             r.uv_step_y = about.uv_step.y;
-            r.first_table = asset.first[1];
             r.cells = about.cells;
-            r.attribute_cells = about.attribute_cells;
-            r.attribute_pages = asset.trees[1].pages();
-            r.attributes = (about.attributes.uvs ? 1u : 0u) | (about.attributes.colours ? 2u : 0u) |
-                           (about.attributes.materials ? 4u : 0u);
             r.levels = about.levels();
             r.page_cells = asset.trees[0].cells_per_page();
             r.first_chart = asset.first_chart;
@@ -468,6 +463,15 @@ private:
             const float scale = largest_scale(instance.object_to_world);
             draw.words[LODE_VGI_WORD_SCALE] = std::bit_cast<uint32_t>(scale);
             draw.words[LODE_VGI_WORD_TEXEL_WORDS] = texel_words_;
+            const Asset& asset = assets_[instance.asset];
+            const PresentAttributes& has = asset.file->about().attributes;
+            draw.words[LODE_VGI_WORD_TABLE] = asset.first[1];
+            draw.words[LODE_VGI_WORD_IMAGES] =
+                asset.trees[1].pages() |
+                static_cast<uint32_t>(std::countr_zero(asset.file->about().attribute_cells)) << 16 |
+                ((has.uvs ? LODE_VGI_HAS_UVS : 0u) | (has.colours ? LODE_VGI_HAS_COLOURS : 0u) |
+                 (has.materials ? LODE_VGI_HAS_MATERIALS : 0u))
+                    << 20;
             bool drawn = false;
             for (const auto& [mask, indices] : cuts_[i].parts) {
                 draw.index_offset = first * sizeof(uint32_t);
@@ -653,6 +657,15 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     pipeline.name = "bintree";
     pipeline.vertex = "vgi/bintree.vert";
     pipeline.fragment = "vgi/atlas.frag";
+    uint32_t ever = 0;
+    for (const Asset& asset : assets) {
+        const Atlas& about = asset.file->about();
+        // Texture coordinates are of use where there is a texture.
+        if (about.attributes.uvs && !about.images.empty()) ever |= LODE_VGI_HAS_UVS;
+        if (about.attributes.colours) ever |= LODE_VGI_HAS_COLOURS;
+        if (about.attributes.materials) ever |= LODE_VGI_HAS_MATERIALS;
+    }
+    pipeline.constants = {ever};
     pipeline.storage = {
         {LODE_VGI_GEOMETRY, geometry_pool, Access::read}, {LODE_VGI_SLOTS, slot_table, Access::read, 1},
         {LODE_VGI_TABLE, page_table, Access::read, 1},    {LODE_VGI_ATTRIBUTES, attribute_pool, Access::read},

@@ -254,7 +254,7 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
         << "{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [{\"name\": \"a\", \"generate\": {\"shape\": "
            "\"rock\", \"triangles\": 4000}}, {\"name\": \"b\", \"file\": \"rock.ply\"}],"
            "\"instances\": [{\"asset\": \"a\"}, {\"asset\": \"b\", \"position\": [2, 0, -1], \"scale\": 0.7}]}";
-    for (const char* backend : {"full", "discrete", "lod"}) {
+    for (const char* backend : {"full", "discrete", "lod", "vgi"}) {
         succeeds(std::string("render s.scene.json --size 160x120 --validation --stats s.json -o ") + backend +
                  ".png --backend " + backend);
         EXPECT_GT(fs::file_size(folder_ / (std::string(backend) + ".png")), 2000u);
@@ -264,14 +264,16 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     EXPECT_TRUE(fs::exists(folder_ / "cache/lodestone"));
     succeeds("bench s.scene.json --size 160x120 --frames 6 --quality-frames 2 --validation --pixel-error 1,4 -o bench");
     const json report = json::parse(content_of(folder_ / "bench/report.json"));
-    ASSERT_EQ(report["rows"].size(), 5u);  // full once, the others at two pixel errors
+    ASSERT_EQ(report["rows"].size(), 7u);  // full once, the others at two pixel errors
     for (const json& row : report["rows"]) {
         EXPECT_EQ(row["background_leaks"], 0);
         EXPECT_GT(row["psnr_db"], 15);
         // Within the pixel error asked for: what is promised is a bound on the surface.
-        EXPECT_LE(row["max_pixel_deviation"], 1.05 * row["pixel_error"].get<double>()) << row;
+        // An atlas is sampled: near its finest level it may be wrong by more.
+        const double slack = row["backend"] == "vgi" ? 1.5 : 1.05;
+        EXPECT_LE(row["max_pixel_deviation"], slack * row["pixel_error"].get<double>()) << row;
     }
-    fails("render s.scene.json --backend vgi -o x.png", 2, "full, discrete, lod");
+    fails("render s.scene.json --backend nosuch -o x.png", 2, "full, discrete, lod, vgi");
     fails("render s.scene.json --device nosuch -o x.png", 4, "nosuch");
 }
 

@@ -7,9 +7,10 @@ out=build/demo
 mkdir -p "$out"
 export XDG_CACHE_HOME="${XDG_CACHE_HOME:-$PWD/build/cache}"
 
-"$program" bench assets/rock.scene.json --backends full,discrete,lod --pixel-error 1 --frames 24 -o "$out"
-for backend in full discrete lod; do
+"$program" bench assets/rock.scene.json --backends full,discrete,lod,vgi --pixel-error 1 --frames 24 -o "$out"
+for backend in full discrete lod vgi; do
   "$program" -q render assets/rock.scene.json --backend "$backend" --camera assets/rock.path.json@0.35 -o "$out/rock-$backend.png"
 done
 "$program" -q render assets/rock.scene.json --backend lod --camera assets/rock.path.json@0.35 --debug triangle -o "$out/rock-lod-triangles.png"
+"$program" -q render assets/rock.scene.json --backend vgi --camera assets/rock.path.json@0.35 --debug chart -o "$out/rock-vgi-charts.png"
 echo "pictures and report.json are in $out"

@@ -1,0 +1,222 @@
+// The backend vgi on whatever device is there; validation must stay silent.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "base/random.h"
+#include "baseline/full.h"
+#include "fixtures/meshes.h"
+#include "mesh/generate.h"
+#include "mesh/packed_vertices.h"
+#include "mesh/repair.h"
+#include "render/renderer.h"
+#include "report/image_metrics.h"
+#include "vgi/bake.h"
+#include "vgi/vgi_source.h"
+
+namespace lodestone {
+namespace {
+
+constexpr uint32_t width = 320, height = 240;
+
+class VgiRenderTest : public testing::Test {
+protected:
+    void SetUp() override {
+        const auto devices = list_devices();
+        if (!devices || devices->empty())
+            GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+        path_ = std::filesystem::temp_directory_path() / ("lodestone-vgi-render-" + std::to_string(getpid()) + ".lode");
+    }
+    void TearDown() override {
+        if (renderer_ != nullptr) { EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty()); }
+        std::filesystem::remove(path_);
+    }
+    Renderer& make(RendererOptions options = {}) {
+        options.width = width;
+        options.height = height;
+        options.shadow_size = 512;
+        options.validation = true;
+        auto made = Renderer::create(options);
+        EXPECT_TRUE(made) << made.error().message;
+        renderer_ = std::move(*made);
+        return *renderer_;
+    }
+    std::shared_ptr<const vgi::AtlasFile> atlas_of(const TriMesh& mesh) {
+        vgi::AtlasOptions options;
+        options.clusters.clusters = 12;
+        options.cells = 64;
+        options.error_samples = 1000;
+        vgi::AtlasReport report;
+        const auto atlas = vgi::make_atlas(mesh, options, report);
+        EXPECT_TRUE(atlas);
+        auto writer = ChunkWriter::create(path_, {});
+        EXPECT_TRUE(writer && vgi::write_chunks(*atlas, *writer) && writer->commit());
+        auto opened = vgi::AtlasFile::open(*ChunkFile::open(path_));
+        EXPECT_TRUE(opened);
+        file_ = std::make_shared<const vgi::AtlasFile>(std::move(*opened));
+        return file_;
+    }
+    // Draws, with those of the pages asked for that luck lets through.
+    Picture draw(FrameSource& source, FrameInput input, const Look& look, double luck, Random& random) {
+        std::vector<Arrival> arrivals;
+        for (int quiet = 0, frames = 0; quiet < 3 && frames < 40; ++frames) {
+            input.frame = frame_++;
+            input.completed_frame = renderer_->completed_frame();
+            input.arrivals = std::move(arrivals);
+            arrivals.clear();
+            const Plan plan = source.plan(input);
+            const auto submitted = renderer_->submit(plan, input, look);
+            EXPECT_TRUE(submitted) << submitted.error().message;
+            for (const PageRequest& r : plan.requests) {
+                if (random.unit() >= luck) {
+                    arrivals.push_back({r.id, {}});
+                    continue;
+                }
+                const auto part = file_->file().unchecked_bytes(r.chunk)->subspan(r.offset, r.bytes);
+                arrivals.push_back({r.id, Blob(std::vector<std::byte>(part.begin(), part.end()))});
+            }
+            quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
+        }
+        auto picture = renderer_->read_picture();
+        EXPECT_TRUE(picture) << picture.error().message;
+        return std::move(*picture);
+    }
+    FrameInput look_from(const glm::vec3& eye) {
+        Camera camera;
+        camera.eye = eye;
+        camera.near_plane = 0.05f;
+        FrameInput input;
+        input.views = {view_of(camera, width, height), shadow_view(Look{}.light_direction, {0, 0, 0}, 3, 512)};
+        input.views[0].culls_back_faces = true;
+        input.instances = {Instance{}};
+        return input;
+    }
+    std::unique_ptr<Renderer> renderer_;
+    std::shared_ptr<const vgi::AtlasFile> file_;
+    std::filesystem::path path_;
+    uint64_t frame_ = 0;
+};
+
+TriMesh mesh_of(Shape shape, size_t triangles) {
+    TriMesh mesh = generate(shape, triangles, 5);
+    EXPECT_TRUE(repair(mesh));
+    return mesh;
+}
+
+struct FullMesh {
+    std::vector<MeshVertex> vertices;
+    std::vector<uint32_t> indices;
+    std::unique_ptr<FrameSource> source;
+    explicit FullMesh(const TriMesh& mesh) : vertices(pack_vertices(mesh)) {
+        for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
+        source = std::move(*open_fixed_levels({full_level(vertices, indices)}, uint64_t{1} << 28));
+    }
+};
+
+MaterialSet plain() { return {{SurfaceMaterial{}}, 0, 0, {}}; }
+
+TEST_F(VgiRenderTest, ShowsTheSurfaceThatFullShows) {
+    Renderer& renderer = make();
+    Random random(1);
+    for (const Shape shape : {Shape::rock, Shape::torus, Shape::terrain}) {
+        const TriMesh mesh = mesh_of(shape, 20000);
+        const FrameInput input = look_from({0.4f, 1.1f, 2.4f});
+        FullMesh full(mesh);
+        ASSERT_TRUE(renderer.load(full.source->recipe(), plain()));
+        frame_ = 0;
+        const Picture expected = draw(*full.source, input, {}, 1, random);
+        auto vgi = vgi::open_vgi({atlas_of(mesh)}, {uint64_t{1} << 26, 1});
+        ASSERT_TRUE(vgi);
+        ASSERT_TRUE(renderer.load((*vgi)->recipe(), plain()));
+        frame_ = 0;
+        const Picture picture = draw(**vgi, input, {}, 1, random);
+        const auto mask = covered_union(picture, expected);
+        EXPECT_GT(ssim(picture, expected, mask), 0.93) << static_cast<int>(shape);
+        EXPECT_GT(psnr_db(picture, expected, mask), 27) << static_cast<int>(shape);
+        EXPECT_EQ(background_leaks(picture, expected), 0u);
+    }
+}
+
+// Background that cannot be reached from the picture's border: none where what is drawn is star-shaped and whole.
+size_t enclosed_background(const Picture& picture) {
+    const auto w = static_cast<int>(picture.width), h = static_cast<int>(picture.height);
+    std::vector<bool> reached(picture.colour.size() / 4, false);
+    std::vector<std::pair<int, int>> stack;
+    const auto visit = [&](int x, int y) {
+        if (x < 0 || y < 0 || x >= w || y >= h) return;
+        const auto i = static_cast<size_t>(y * w + x);
+        if (reached[i] || picture.colour[4 * i + 3] > 0) return;
+        reached[i] = true;
+        stack.emplace_back(x, y);
+    };
+    for (int x = 0; x < w; ++x) {
+        visit(x, 0);
+        visit(x, h - 1);
+    }
+    for (int y = 0; y < h; ++y) {
+        visit(0, y);
+        visit(w - 1, y);
+    }
+    while (!stack.empty()) {
+        const auto [x, y] = stack.back();
+        stack.pop_back();
+        for (int dy = -1; dy <= 1; ++dy) {
+            for (int dx = -1; dx <= 1; ++dx) visit(x + dx, y + dy);
+        }
+    }
+    size_t enclosed = 0;
+    for (size_t i = 0; i < reached.size(); ++i) enclosed += picture.colour[4 * i + 3] == 0 && !reached[i];
+    return enclosed;
+}
+
+TEST_F(VgiRenderTest, HasNoHoleFromAnyViewWithWhateverPages) {
+    const TriMesh mesh = mesh_of(Shape::rock, 20000);
+    Renderer& renderer = make();
+    Random random(2);
+    const auto atlas = atlas_of(mesh);
+    size_t drawn = 0;
+    for (int pool = 0; pool < 10; ++pool) {
+        auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << (pool % 2 == 0 ? 22 : 26), 1});
+        ASSERT_TRUE(vgi) << vgi.error().message;
+        ASSERT_TRUE(renderer.load((*vgi)->recipe(), plain()));
+        frame_ = 0;
+        for (int i = 0; i < 20; ++i) {
+            const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+            const glm::vec3 eye = glm::normalize(glm::vec3(unit(), unit(), unit()) + glm::vec3(0.01f)) *
+                                  (1.8f + 2 * static_cast<float>(random.unit()));
+            FrameInput input = look_from(eye);
+            input.budget.pixel_error = i % 3 == 0 ? 0.5 : i % 3 == 1 ? 1 : 6;
+            const Picture picture = draw(**vgi, input, {}, 0.1 * (pool + 1), random);
+            EXPECT_EQ(enclosed_background(picture), 0u) << pool << " " << i;
+            for (size_t k = 3; k < picture.colour.size(); k += 4) drawn += picture.colour[k] > 0;
+        }
+    }
+    EXPECT_GT(drawn, 200u * 5000u);
+}
+
+TEST_F(VgiRenderTest, DrawsTheSameFromPoolsInPieces) {
+    const TriMesh mesh = mesh_of(Shape::rock, 20000);
+    Random random(3);
+    const auto atlas = atlas_of(mesh);
+    std::vector<Picture> pictures;
+    for (const uint32_t limit : {0u, 1u << 20}) {
+        RendererOptions options;
+        options.segment_bytes_limit = limit;
+        Renderer& renderer = make(options);
+        auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 24, 1});
+        ASSERT_TRUE(vgi);
+        const auto loaded = renderer.load((*vgi)->recipe(), plain());
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        frame_ = 0;
+        pictures.push_back(draw(**vgi, look_from({0.4f, 0.6f, 2.2f}), {}, 1, random));
+        EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
+    }
+    EXPECT_EQ(pictures[0].colour, pictures[1].colour);
+}
+
+}  // namespace
+}  // namespace lodestone

@@ -40,14 +40,11 @@ public:
         lattice_ = glm::mat3(glm::dmat3(to_world) * about.step);
         offset_ = glm::vec3(glm::dvec3(to_world * glm::dvec4(about.origin, 1)) - glm::dvec3(view.eye));
     }
-    float distance(const GeometryTexel& t) const {
+    bool operator()(const GeometryTexel& t) const {
         const glm::vec3 p = offset_ + lattice_[0] * static_cast<float>(t.x) + lattice_[1] * static_cast<float>(t.y) +
                             lattice_[2] * static_cast<float>(t.z);
-        return std::sqrt(glm::dot(p, p));
-    }
-    bool operator()(const GeometryTexel& t) const {
         const float reach = errors_[t.error] + radii_[t.radius];
-        return reach > 0 && reach > distance(t);
+        return reach * reach > glm::dot(p, p);
     }
     // The same of a page whose samples are not there: of the most there can be in it. Returns how many times larger
     // than the pixel error leaving it out would be on screen, at least 1 where a sample may be wanted.
@@ -134,29 +131,29 @@ private:
             }
         }
         std::vector<uint32_t>& out = list(mask);
-        out.push_back(apex.index);
-        out.push_back(a.index);
-        out.push_back(b.index);
+        out.insert(out.end(), {apex.index, a.index, b.index});
     }
 
     // Whether the sample is in the cut; then also its index.
     bool take(Corner& m, uint32_t level, uint32_t mask) {
         const uint32_t page_level = std::min(level, base_);
-        const auto last = static_cast<int32_t>(tree_.pages_per_side(page_level)) - 1;
+        const uint32_t side_shift = base_ - page_level;  // log2 of pages along a side
+        const int32_t last = (1 << side_shift) - 1;
         const int32_t sx = m.x >> page_level, sy = m.y >> page_level;
         const int32_t px = std::min(sx >> page_shift_, last), py = std::min(sy >> page_shift_, last);
         const int32_t lx = sx - (px << page_shift_), ly = sy - (py << page_shift_);
-        const uint32_t number =
-            first_page_ + tree_.page(page_level, static_cast<uint32_t>(px), static_cast<uint32_t>(py));
+        // As PageTree::page, of which this is the innermost part of a frame: ((4^k - 1) / 3) pages come before level k.
+        const uint32_t number = first_page_ + ((1u << (2 * side_shift)) - 1) / 3 +
+                                (static_cast<uint32_t>(py) << side_shift) + static_cast<uint32_t>(px);
         const Entry& entry = residency_.entry(number);
         // On a border the page across is needed as well.
         const uint32_t needed =
             1u | (ly == 0 ? 2u : 0u) | (lx == n_ ? 4u : 0u) | (ly == n_ ? 8u : 0u) | (lx == 0 ? 16u : 0u);
-        if (entry.texels == nullptr) {
+        if (entry.first == nullptr) {
             guess(number, level, mask);
             return false;
         }
-        const GeometryTexel& texel = (*entry.texels)[static_cast<size_t>(ly * (n_ + 1) + lx)];
+        const GeometryTexel& texel = entry.first[ly * (n_ + 1) + lx];
         const bool want = forced_level_ >= 0 ? static_cast<int64_t>(level) >= forced_level_ : wanted_(texel);
         if (!want) return false;
         touched_[number] = 1;

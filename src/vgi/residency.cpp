@@ -76,6 +76,7 @@ Residency::Residency(const Atlas& about) : about_(&about), tree_{about.cells} {
 
 void Residency::put(uint32_t number, std::shared_ptr<const GeometryPage> texels, uint32_t slot) {
     LODE_CHECK(texels != nullptr && entries_[number].texels == nullptr, number);
+    entries_[number].first = texels->data();
     entries_[number].texels = std::move(texels);
     entries_[number].slot = slot;
 }

@@ -40,6 +40,7 @@ public:
 
     struct Entry {
         std::shared_ptr<const GeometryPage> texels;  // null: not there
+        const GeometryTexel* first = nullptr;        // of them
         uint32_t slot = ~0u;
         uint8_t usable = 0;  // bit 0: usable itself; bit 1 + side: and so is what is across that side, or nothing is
     };

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <utility>
 
 #include "apps/commands.h"
 #include "apps/draw_session.h"
@@ -73,8 +74,21 @@ public:
           const Progress& progress)
         : options_(options), scene_(scene), renderer_(renderer), width_(width), height_(height), progress_(progress) {}
 
-    // Pictures of `full` for the frames at which quality is measured.
+    // Pictures of `full` for the frames at which quality is measured; it is the ruler, and has no budget.
     Result<void> make_references() {
+        const uint64_t budget = std::exchange(scene_.scene.resident_bytes, uint64_t{1} << 40);
+        auto done = draw_references();
+        scene_.scene.resident_bytes = budget;
+        return done;
+    }
+
+    // Fault::machine where the backend cannot draw the scene within its budget.
+    Result<void> fits(const std::string& backend, const std::string& order) {
+        auto opened = open_backend(backend, order, scene_, progress_);
+        return opened ? Result<void>{} : tl::unexpected(opened.error());
+    }
+
+    Result<void> draw_references() {
         auto session = DrawSession::open(scene_, renderer_, "full", "", true, progress_);
         if (!session) return tl::unexpected(session.error());
         for (uint32_t i = 0; i < options_.quality_frames; ++i) {
@@ -284,6 +298,10 @@ Result<int> bench(const Options& o) {
             // Unless asked for more, `lod` is drawn in its first order.
             const bool first = order == orders_of(backend, *ready).front();
             if (!wanted || (wanted_orders.empty() && !first)) continue;
+            if (auto fits = bench.fits(backend, order); !fits && fits.error().fault == Fault::machine) {
+                progress.warning(backend + ": no row: " + fits.error().message);
+                continue;
+            }
             for (const double pixel_error : pixel_errors) {
                 auto row = bench.measure(backend, order, pixel_error);
                 if (!row) return tl::unexpected(row.error());

@@ -54,12 +54,6 @@ const PmSnapshots::Snapshot* PmSnapshots::nearest(uint32_t level) const {
     return above == snapshots_.end() || level - below->level <= above->level - level ? &*below : &*above;
 }
 
-uint64_t PmSnapshots::cpu_bytes() const {
-    uint64_t bytes = 0;
-    for (const Snapshot& snapshot : snapshots_) bytes += snapshot.indices.size() * 4;
-    return bytes;
-}
-
 PmCursor::PmCursor(const ProgressiveMesh& pm, uint32_t order) : pm_(&pm), order_(order) {
     LODE_CHECK(order < pm.orders.size(), order, pm.orders.size());
     const FaceOrder& o = pm.orders[order];

@@ -35,7 +35,6 @@ public:
     };
     // The nearest to a level; null where there are none.
     const Snapshot* nearest(uint32_t level) const;
-    uint64_t cpu_bytes() const;
 
 private:
     std::vector<Snapshot> snapshots_;  // by rising level
@@ -55,7 +54,6 @@ public:
 
     uint32_t level() const { return level_; }
     uint32_t finest_level() const { return finest_; }
-    uint64_t cpu_bytes() const { return indices_.size() * 4 + dirty_.size() * 8; }
     uint32_t vertex_count() const { return pm_->wedges_at(level_); }       // CurNumVerts
     uint32_t triangle_count() const { return pm_->triangles_at(level_); }  // CurNumTris: alive ones
     uint32_t slot_count() const { return slots_; }                         // drawn ones, degenerate included

@@ -71,6 +71,7 @@ public:
         if (!quads_.failed.empty()) return {};
         progress_.at("straighten", 0);
         const Stopwatch straighten_watch;
+        report_.not_recentred = 0;
         for (uint32_t pass = 0; pass < options_.recentre_passes; ++pass) {
             auto left = recentre(quads_, pass % 2 == 0 ? 0 : 2);
             if (!left) return tl::unexpected(left.error());
@@ -194,8 +195,7 @@ private:
                 c.tutte = chart->tutte_stretch;
                 c.uniform = chart->uniform;
                 c.missing = resampler_->sample(q, *chart);
-                for (uint32_t t = 0; t < chart->patch.triangles.size(); ++t)
-                    c.flipped += !(chart->patch.signed_flat_area(t) > 0);
+                c.flipped = chart->patch.flipped();
                 const double sampled = chart_watch.wall() - parameterised;
                 if (c.missing == 0) {
                     const double share = static_cast<double>(options_.error_samples) * chart->area / whole_area;

@@ -47,7 +47,6 @@ public:
     const CellMoments& moments(uint32_t cell) const { return moments_[cell]; }
     // Cells below are triangles (or what was merged into them); from here on they stand for boundary loops.
     uint32_t triangle_cells() const { return triangle_cells_; }
-    uint32_t slots_of_cells() const { return static_cast<uint32_t>(first_.size()); }
     bool alive(uint32_t cell) const { return first_[cell] != none; }
 
     // Whether the cells either side of an edge may become one: the invariant holds afterwards.

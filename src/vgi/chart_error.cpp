@@ -102,9 +102,9 @@ std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint3
     Random random(mix64(quad + 1));
     // A sample whenever the area so far passes another share.
     double area = 0, next = chart.area / samples * random.unit();
-    for (const SurfaceTriangle& t : patch.triangles) {
-        const auto& v = t.vertices;
-        area += glm::length(area_vector(patch.positions[v[0]], patch.positions[v[1]], patch.positions[v[2]])) / 2;
+    for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
+        const auto& v = patch.triangles[t].vertices;
+        area += patch.area(t);
         for (; next < area; next += chart.area / samples) {
             double s = random.unit(), r = random.unit();
             if (s + r > 1) {

@@ -47,7 +47,6 @@ HarmonicSolver::HarmonicSolver(Patch& patch) : system_(new System{patch, {}, {},
     for (uint32_t h = 0; h < patch.twin.size(); ++h) {
         const uint32_t i = s.unknown[patch.from(h)], j = s.unknown[patch.to(h)];
         if (i != none && j != none && i > j) triplets.emplace_back(i, j, 0);
-        if (i != none && j != none && patch.twin[h] == none) triplets.emplace_back(std::max(i, j), std::min(i, j), 0);
     }
     s.matrix.resize(s.rows, s.rows);
     s.matrix.setFromTriplets(triplets.begin(), triplets.end());
@@ -66,7 +65,7 @@ HarmonicSolver::HarmonicSolver(Patch& patch) : system_(new System{patch, {}, {},
     s.solver.analyzePattern(s.matrix);
 }
 
-HarmonicSolver::~HarmonicSolver() { delete system_; }
+HarmonicSolver::~HarmonicSolver() = default;
 
 bool HarmonicSolver::solve(std::span<const double> density, bool uniform) {
     System& s = *system_;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <glm/vec2.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -27,7 +28,7 @@ public:
 
 private:
     struct System;
-    System* system_;
+    std::unique_ptr<System> system_;
 };
 
 }  // namespace lodestone::vgi

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <string>
-#include <unordered_map>
 
 #include "base/check.h"
 #include "vgi/harmonic.h"
@@ -15,25 +14,10 @@ namespace {
 
 constexpr double densest = 1e4;  // ratio of densities to 1, either way
 
-double area_of(const Patch& patch, uint32_t t) {
-    const auto& v = patch.triangles[t].vertices;
-    return glm::length(area_vector(patch.positions[v[0]], patch.positions[v[1]], patch.positions[v[2]])) / 2;
-}
-
-bool folded(const Patch& patch) {
-    for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
-        if (!(patch.signed_flat_area(t) > 0)) return true;
-    }
-    return false;
-}
-
 // Vertices of the sides onto the sides of the square, by arc length from the arc's own beginning, so that the two
 // charts that share it agree bit for bit up to the direction.
 void place_boundary(Chart& chart, const Surface& surface, std::span<const Side> sides, const std::vector<Arc>& arcs) {
-    std::unordered_map<uint32_t, uint32_t> number;
-    for (uint32_t v = 0; v < chart.patch.origin.size(); ++v) {
-        if (chart.patch.origin[v] != none) number[chart.patch.origin[v]] = v;
-    }
+    const auto number = chart.patch.numbers();
     constexpr glm::dvec2 begin[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, along[4] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
     chart.patch.flat.assign(chart.patch.positions.size(), {0.5, 0.5});
     for (size_t s = 0; s < 4; ++s) {
@@ -50,7 +34,6 @@ void place_boundary(Chart& chart, const Surface& surface, std::span<const Side> 
             const bool last = sides[s].reversed ? i == 0 : i + 1 == arc.vertices.size();
             if (!last) chart.patch.flat[v] = begin[s] + along[s] * share;
         }
-        chart.corners.push_back(number.at(sides[s].reversed ? arc.vertices.back() : arc.vertices.front()));
     }
 }
 
@@ -69,7 +52,7 @@ double squared_stretch(const Patch& patch, uint32_t triangle) {
 double l2_stretch(const Patch& patch) {
     double sum = 0, area = 0;
     for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
-        const double a = area_of(patch, t);
+        const double a = patch.area(t);
         sum += a * squared_stretch(patch, t);
         area += a;
     }
@@ -84,13 +67,13 @@ Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> tri
     split_chords(chart.patch);
     Patch& patch = chart.patch;
     place_boundary(chart, surface, sides, arcs);
-    for (uint32_t t = 0; t < patch.triangles.size(); ++t) chart.area += area_of(patch, t);
+    for (uint32_t t = 0; t < patch.triangles.size(); ++t) chart.area += patch.area(t);
     HarmonicSolver solver(patch);
     ++chart.solves;
-    if (!solver.solve({}) || folded(patch)) {
+    if (!solver.solve({}) || patch.flipped() > 0) {
         chart.uniform = true;
         ++chart.solves;
-        if (!solver.solve({}, true) || folded(patch))
+        if (!solver.solve({}, true) || patch.flipped() > 0)
             return fail(Fault::invariant, "a quad of " + std::to_string(triangles.size()) +
                                               " triangles folds however its edges are weighed");
     }
@@ -107,7 +90,7 @@ Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> tri
             tried[t] = std::clamp(tried[t] / std::pow(std::max(sigma, 1e-6), exponent), 1 / densest, densest);
         }
         ++chart.solves;
-        const bool solved = solver.solve(tried) && !folded(patch);
+        const bool solved = solver.solve(tried) && patch.flipped() == 0;
         const double stretch = solved ? l2_stretch(patch) : 0;
         if (!solved || !(stretch < chart.stretch)) {
             patch.flat = best;

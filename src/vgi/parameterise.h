@@ -17,10 +17,9 @@ namespace lodestone::vgi {
 // A quad with its vertices laid onto the unit square: Patch::flat, corner 0 at (0, 0), then counter-clockwise.
 struct Chart {
     Patch patch;
-    std::vector<uint32_t> corners;  // of the patch, 4
-    double area = 0;                // of the surface
-    double stretch = 0;             // L2, 1 where sampling is perfectly even
-    double tutte_stretch = 0;       // before the weights were changed
+    double area = 0;           // of the surface
+    double stretch = 0;        // L2, 1 where sampling is perfectly even
+    double tutte_stretch = 0;  // before the weights were changed
     uint32_t solves = 0;
     bool uniform = false;  // equal weights, because no other was free of folds
 };

@@ -1,7 +1,7 @@
 #include "vgi/patch.h"
 
 #include <algorithm>
-#include <unordered_map>
+#include <glm/geometric.hpp>
 
 #include "base/check.h"
 
@@ -67,15 +67,21 @@ uint32_t Patch::split_triangle(uint32_t t) {
     return middle;
 }
 
-std::vector<uint32_t> Patch::out_edges() const {
-    std::vector<uint32_t> out(positions.size(), none);
+std::vector<bool> Patch::on_boundary() const {
+    std::vector<bool> rim(positions.size(), false);
     for (uint32_t h = 0; h < twin.size(); ++h) {
-        const uint32_t v = from(h);
-        // On the boundary: the half-edge that is itself on the boundary comes last when turning by twin(previous);
-        // turning that way from it goes through all others.
-        if (out[v] == none || twin[h] == none) out[v] = h;
+        if (twin[h] == none) rim[from(h)] = rim[to(h)] = true;
     }
-    return out;
+    return rim;
+}
+
+std::unordered_map<uint32_t, uint32_t> Patch::numbers() const {
+    std::unordered_map<uint32_t, uint32_t> number;
+    number.reserve(origin.size());
+    for (uint32_t v = 0; v < origin.size(); ++v) {
+        if (origin[v] != none) number[origin[v]] = v;
+    }
+    return number;
 }
 
 std::vector<uint32_t> Patch::boundary() const {
@@ -105,6 +111,17 @@ double Patch::signed_flat_area(uint32_t t) const {
     return e.x * f.y - e.y * f.x;
 }
 
+double Patch::area(uint32_t t) const {
+    const auto& v = triangles[t].vertices;
+    return glm::length(area_vector(positions[v[0]], positions[v[1]], positions[v[2]])) / 2;
+}
+
+uint32_t Patch::flipped() const {
+    uint32_t count = 0;
+    for (uint32_t t = 0; t < triangles.size(); ++t) count += !(signed_flat_area(t) > 0);
+    return count;
+}
+
 Patch take_patch(const Surface& surface, std::span<const uint32_t> triangles) {
     Patch patch;
     std::unordered_map<uint32_t, uint32_t> number;
@@ -126,10 +143,7 @@ Patch take_patch(const Surface& surface, std::span<const uint32_t> triangles) {
 }
 
 uint32_t split_chords(Patch& patch) {
-    std::vector<bool> rim(patch.positions.size(), false);
-    for (uint32_t h = 0; h < patch.twin.size(); ++h) {
-        if (patch.twin[h] == none) rim[patch.from(h)] = rim[patch.to(h)] = true;
-    }
+    std::vector<bool> rim = patch.on_boundary();
     uint32_t count = 0;
     // New half-edges are looked at too: a triangle with three boundary vertices has several chords.
     for (uint32_t h = 0; h < patch.twin.size(); ++h) {

@@ -6,6 +6,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "base/result.h"
@@ -29,11 +30,14 @@ struct Patch {
     // One triangle becomes three around a vertex at its centre, in space and in the plane.
     uint32_t split_triangle(uint32_t t);
 
-    // Some half-edge out of each vertex: on the boundary the one from which next(twin) goes through all others.
-    std::vector<uint32_t> out_edges() const;
     // Boundary vertices in order, counter-clockwise, beginning with the lowest; of a disk.
     std::vector<uint32_t> boundary() const;
+    std::vector<bool> on_boundary() const;  // per vertex
+    // Vertex of the patch by vertex of the surface; those that splits made are left out.
+    std::unordered_map<uint32_t, uint32_t> numbers() const;
+    double area(uint32_t t) const;
     double signed_flat_area(uint32_t t) const;  // twice
+    uint32_t flipped() const;                   // triangles without positive area in the plane
 };
 
 // The triangles listed, in that order; vertices numbered by first use.

@@ -86,15 +86,13 @@ public:
 
     // corners, middles: vertices of the surface, per side in order. Empty where all went well.
     std::string run(std::span<const uint32_t> corners, std::span<const uint32_t> middles) {
-        std::unordered_map<uint32_t, uint32_t> number;
-        for (uint32_t v = 0; v < patch.origin.size(); ++v) number[patch.origin[v]] = v;
+        const auto number = patch.numbers();
         std::vector<uint32_t> corner, middle;
         for (const uint32_t v : corners) corner.push_back(number.at(v));
         for (const uint32_t v : middles) middle.push_back(number.at(v));
         if (!flatten(corner)) return "cannot be flattened";
         choose_centre();
-        used_.assign(patch.positions.size(), false);
-        for (const uint32_t v : patch.boundary()) used_[v] = true;
+        used_ = patch.on_boundary();
         used_[centre] = true;
         std::vector<std::vector<uint32_t>> rays;
         for (const uint32_t m : middle) {
@@ -139,20 +137,12 @@ private:
             ++side;
         }
         HarmonicSolver solver(patch);
-        if (solver.solve({}) && !folded()) return true;
+        if (solver.solve({}) && patch.flipped() == 0) return true;
         uniform = true;
         return solver.solve({}, true);
     }
-    bool folded() const {
-        for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
-            if (patch.signed_flat_area(t) <= 0) return true;
-        }
-        return false;
-    }
-
     void choose_centre() {
-        std::vector<bool> rim(patch.positions.size(), false);
-        for (const uint32_t v : patch.boundary()) rim[v] = true;
+        const std::vector<bool> rim = patch.on_boundary();
         double nearest = 1e300;
         for (uint32_t v = 0; v < patch.positions.size(); ++v) {
             const double d = glm::dot(patch.flat[v], patch.flat[v]);
@@ -276,15 +266,23 @@ private:
     std::vector<bool> used_;  // vertices of the boundary and of rays
 };
 
-// Numbers on the surface of a patch's vertices; those it made are added.
-std::vector<uint32_t> add_vertices(const Patch& patch, Surface& surface) {
-    std::vector<uint32_t> number = patch.origin;
+// Puts a cut patch back: vertices it made are added to the surface, its triangles to `triangles`, and the quad of each,
+// quads[side it begins at], to `label`. Returns the centre's number on the surface.
+uint32_t put_back(const ClusterCut& cut, std::span<const uint32_t> quads, Surface& surface,
+                  std::vector<SurfaceTriangle>& triangles, std::vector<uint32_t>& label) {
+    std::vector<uint32_t> number = cut.patch.origin;
     for (uint32_t v = 0; v < number.size(); ++v) {
         if (number[v] != none) continue;
         number[v] = static_cast<uint32_t>(surface.positions.size());
-        surface.positions.push_back(patch.positions[v]);
+        surface.positions.push_back(cut.patch.positions[v]);
     }
-    return number;
+    for (size_t t = 0; t < cut.patch.triangles.size(); ++t) {
+        SurfaceTriangle global = cut.patch.triangles[t];
+        for (uint32_t& v : global.vertices) v = number[v];
+        triangles.push_back(global);
+        label.push_back(quads[cut.quad[t]]);
+    }
+    return number[cut.centre];
 }
 
 }  // namespace
@@ -336,20 +334,13 @@ Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>&
     // Put together in the order of clusters, whatever thread was first.
     std::vector<SurfaceTriangle> triangles;
     for (uint32_t c = 0; c < count; ++c) {
-        const ClusterCut& cut = *cuts[c];
-        const std::vector<uint32_t> number = add_vertices(cut.patch, result.surface);
-        const auto first_quad = static_cast<uint32_t>(result.quads.size());
         const size_t sides = corners[c].size();
+        std::vector<uint32_t> quads(sides);
+        std::iota(quads.begin(), quads.end(), static_cast<uint32_t>(result.quads.size()));
+        const uint32_t centre = put_back(*cuts[c], quads, result.surface, triangles, result.label);
         for (size_t s = 0; s < sides; ++s)
-            result.quads.push_back(
-                {c, {corners[c][s], middles[c][s], number[cut.centre], middles[c][(s + sides - 1) % sides]}});
-        for (size_t t = 0; t < cut.patch.triangles.size(); ++t) {
-            SurfaceTriangle global = cut.patch.triangles[t];
-            for (uint32_t& v : global.vertices) v = number[v];
-            triangles.push_back(global);
-            result.label.push_back(first_quad + cut.quad[t]);
-        }
-        result.uniform_clusters += cut.uniform;
+            result.quads.push_back({c, {corners[c][s], middles[c][s], centre, middles[c][(s + sides - 1) % sides]}});
+        result.uniform_clusters += cuts[c]->uniform;
         cuts[c].reset();
     }
     result.surface.triangles = std::move(triangles);
@@ -429,15 +420,8 @@ Result<uint32_t> recentre(Quads& quads, uint32_t pivot) {
             }
             continue;
         }
-        const ClusterCut& cut = *cuts[r];
-        const std::vector<uint32_t> number = add_vertices(cut.patch, quads.surface);
-        for (size_t t = 0; t < cut.patch.triangles.size(); ++t) {
-            SurfaceTriangle global = cut.patch.triangles[t];
-            for (uint32_t& v : global.vertices) v = number[v];
-            triangles.push_back(global);
-            label.push_back(rings[r][cut.quad[t]]);
-        }
-        for (const uint32_t q : rings[r]) quads.quads[q].corners[pivot] = number[cut.centre];
+        const uint32_t centre = put_back(*cuts[r], rings[r], quads.surface, triangles, label);
+        for (const uint32_t q : rings[r]) quads.quads[q].corners[pivot] = centre;
         cuts[r].reset();
     }
     quads.surface.triangles = std::move(triangles);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <unordered_map>
 
 #include "base/check.h"
 
@@ -136,11 +135,8 @@ uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
     const Patch& patch = chart.patch;
     const uint32_t cells = atlas_.attribute_cells;
     // Borders.
-    std::unordered_map<uint32_t, uint32_t> number;
+    const auto number = patch.numbers();
     std::vector<uint32_t> along(patch.positions.size(), none);  // boundary half-edge out of a vertex
-    for (uint32_t v = 0; v < patch.origin.size(); ++v) {
-        if (patch.origin[v] != none) number[patch.origin[v]] = v;
-    }
     for (uint32_t h = 0; h < patch.twin.size(); ++h) {
         if (patch.twin[h] == none) along[patch.from(h)] = h;
     }

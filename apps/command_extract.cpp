@@ -18,33 +18,45 @@ struct Options {
     std::optional<uint32_t> level;
 };
 
+// The level that is asked for, of anything with numbered levels.
+template <class Levels>
+Result<uint32_t> chosen_level(const Options& o, const Levels& levels) {
+    const uint32_t count = levels.levels();
+    if (o.triangles) {
+        const uint32_t level = levels.level_for_triangles(*o.triangles);
+        if (levels.triangles_at(level) > *o.triangles)
+            terminal_progress().warning("the coarsest level has " + std::to_string(levels.triangles_at(level)) +
+                                        " triangles");
+        return level;
+    }
+    if (o.error) {
+        const uint32_t level = levels.level_for_error(*o.error);
+        if (static_cast<double>(levels.errors[level]) > *o.error)
+            terminal_progress().warning("the finest level has an error of " + std::to_string(levels.errors[level]));
+        return level;
+    }
+    if (*o.level >= count)
+        return fail(Fault::usage, "--level " + std::to_string(*o.level) + ": the asset has levels 0 (finest) to " +
+                                      std::to_string(count - 1));
+    return *o.level;
+}
+
+Result<int> write_level(const Options& o, const TriMesh& mesh, uint32_t level, uint32_t levels, float error) {
+    if (auto done = write_mesh(mesh, o.out); !done) return tl::unexpected(done.error());
+    if (verbosity() != Verbosity::quiet) {
+        std::printf("level %u of %u: %zu triangles, error %g\n", level, levels, mesh.triangle_count(),
+                    static_cast<double>(error));
+    }
+    return 0;
+}
+
 Result<int> extract_atlas(const Options& o, const Asset& asset) {
     if (!o.order.empty()) return fail(Fault::usage, "--order " + o.order + ": is for the lod backend");
     const auto atlas = asset.atlas();
     if (!atlas) return tl::unexpected(atlas.error());
-    uint32_t level = 0;
-    if (o.triangles) {
-        level = atlas->level_for_triangles(*o.triangles);
-        if (atlas->triangles_at(level) > *o.triangles)
-            terminal_progress().warning("the coarsest level has " + std::to_string(atlas->triangles_at(level)) +
-                                        " triangles");
-    } else if (o.error) {
-        level = atlas->level_for_error(*o.error);
-        if (static_cast<double>(atlas->errors[level]) > *o.error)
-            terminal_progress().warning("the finest level has an error of " + std::to_string(atlas->errors[level]));
-    } else {
-        level = *o.level;
-        if (level >= atlas->levels())
-            return fail(Fault::usage, "--level " + std::to_string(level) + ": the atlas has levels 0 (finest) to " +
-                                          std::to_string(atlas->levels() - 1));
-    }
-    const TriMesh mesh = atlas->extract(level);
-    if (auto done = write_mesh(mesh, o.out); !done) return tl::unexpected(done.error());
-    if (verbosity() != Verbosity::quiet) {
-        std::printf("level %u of %u: %zu triangles, error %g\n", level, atlas->levels(), mesh.triangle_count(),
-                    static_cast<double>(atlas->errors[level]));
-    }
-    return 0;
+    const auto level = chosen_level(o, *atlas);
+    if (!level) return tl::unexpected(level.error());
+    return write_level(o, atlas->extract(*level), *level, atlas->levels(), atlas->errors[*level]);
 }
 
 Result<int> extract(const Options& o) {
@@ -63,30 +75,10 @@ Result<int> extract(const Options& o) {
     if (order == nullptr)
         return fail(Fault::usage,
                     "--order " + o.order + ": the asset does not hold it; bake it with --order " + o.order);
-    uint32_t level = 0;
-    if (o.triangles) {
-        level = pm.level_for_triangles(*o.triangles);
-        if (pm.triangles_at(level) > *o.triangles) {
-            terminal_progress().warning("the coarsest level has " + std::to_string(pm.triangles_at(level)) +
-                                        " triangles");
-        }
-    } else if (o.error) {
-        level = pm.level_for_error(*o.error);
-    } else {
-        level = *o.level;
-        if (level >= pm.levels()) {
-            return fail(Fault::usage, "--level " + std::to_string(level) +
-                                          ": the asset's levels are 0 (full detail) to " +
-                                          std::to_string(pm.levels() - 1));
-        }
-    }
-    const TriMesh mesh = extract_level(pm, level, static_cast<uint32_t>(order - pm.orders.data()));
-    if (auto done = write_mesh(mesh, o.out); !done) return tl::unexpected(done.error());
-    if (verbosity() != Verbosity::quiet) {
-        std::printf("level %u of %u: %zu triangles, error %g\n", level, pm.levels(), mesh.triangle_count(),
-                    static_cast<double>(pm.errors[level]));
-    }
-    return 0;
+    const auto level = chosen_level(o, pm);
+    if (!level) return tl::unexpected(level.error());
+    return write_level(o, extract_level(pm, *level, static_cast<uint32_t>(order - pm.orders.data())), *level,
+                       pm.levels(), pm.errors[*level]);
 }
 
 }  // namespace

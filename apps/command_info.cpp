@@ -104,7 +104,8 @@ void print(const Json& info) {
     }
 }
 
-// The coarsest level has the topology of the finest: what differs is how often each chart is sampled.
+// Every level has the same topology; a coarse one is quick to look at. (The two coarsest may join what lies next to
+// each other: their charts have too few samples to be manifold.)
 Result<void> same_topology(const Asset& asset, const vgi::Atlas& atlas) {
     const Topology found = topology_of(atlas.extract(atlas.levels() > 2 ? atlas.levels() - 3 : 0));
     const Json& source = asset.about["input"];

@@ -146,6 +146,7 @@ public:
         order_.first_corner.push_back(0);
         uint32_t r = 0;
         for (uint32_t i = 0; i < store_.ecols.size(); ++i) {
+            if (auto going = report(i, progress); !going) return tl::unexpected(going.error());
             ecol(i, r);
             r += store_.ecols[i].wedges;
             if (orderer_.in_place()) {
@@ -159,6 +160,13 @@ public:
     }
 
 private:
+    Result<void> report(uint32_t ecol, const Progress& progress) const {
+        if (ecol % 65536 != 0) return {};
+        progress.at("order " + orderer_.name(), static_cast<double>(ecol) / static_cast<double>(store_.ecols.size()));
+        if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
+        return {};
+    }
+
     // A keyframe as planned: the faces alive at its level in their new order.
     struct Planned {
         uint32_t level;
@@ -174,11 +182,7 @@ private:
         std::vector<uint32_t> faces = face_at_;
         uint32_t alive = alive_, r = 0, last = 0;
         for (uint32_t i = 0; i < store_.ecols.size(); ++i) {
-            if (i % 65536 == 0) {
-                progress.at("order " + orderer_.name(),
-                            static_cast<double>(i) / static_cast<double>(store_.ecols.size()));
-                if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-            }
+            if (auto going = report(i, progress); !going) return going;
             for (const uint32_t end = r + store_.ecols[i].wedges; r < end; ++r)
                 replay.rewrite(wedges - 1 - r, store_.parents[r], [&](uint32_t) { --alive; });
             const uint32_t level = i + 1;

@@ -20,7 +20,7 @@ constexpr double loose = 0.2, tight = 0.5;  // penalty per square of faces too m
 constexpr double crowding_penalty = 3;      // per vertex over batch_vertices - 1 at the first level
 constexpr uint32_t regions = 4;             // annealed side by side, whatever the number of threads ...
 constexpr uint32_t least_to_cut = 128;      // ... from so many clusters on
-constexpr uint32_t sweeps_per_round = 6;    // between two cuts into strips
+constexpr uint32_t sweeps_per_round = 6;    // between two cuts into regions
 
 class Clusters {
 public:

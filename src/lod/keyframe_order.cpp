@@ -129,15 +129,19 @@ private:
         if (faces.empty()) return;
         uint32_t end = level;
         while (end + 1 < input_.levels && alive_at_[end] > ratio_ * static_cast<double>(faces.size())) ++end;
+        const auto sample = [&](size_t s) {
+            return at_level(indices, faces, level + static_cast<uint32_t>((end - level) * s / (samples - 1)));
+        };
+        if (in_clusters(model_)) {
+            // By its first level and a later one: one alone ages twice as fast, more bring little.
+            order_in_clusters({sample(0), sample(2)}, slots, faces);
+            return;
+        }
         std::array<std::vector<uint32_t>, samples> at;
         std::array<double, samples> vertices{};
         for (size_t s = 0; s < samples; ++s) {
-            at[s] = at_level(indices, faces, level + static_cast<uint32_t>((end - level) * s / (samples - 1)));
+            at[s] = sample(s);
             vertices[s] = distinct(at[s]);
-        }
-        if (in_clusters(model_)) {
-            order_in_clusters(at, slots, faces);
-            return;
         }
         // First all candidates without looking ahead, then the best of them with.
         std::vector<Trial> trials(candidates_.size());
@@ -160,10 +164,8 @@ private:
         faces = std::move(sorted);
     }
 
-    // By its first level and a later one: one alone ages twice as fast, more bring little.
-    void order_in_clusters(const std::array<std::vector<uint32_t>, samples>& at, std::span<const uint32_t> slots,
+    void order_in_clusters(const std::array<std::vector<uint32_t>, 2>& levels, std::span<const uint32_t> slots,
                            std::vector<uint32_t>& faces) {
-        const std::array<std::vector<uint32_t>, 2> levels{at[0], at[2]};
         constexpr std::array<double, 2> weights{0.5, 0.5};
         ClusterOrderOptions options;
         options.batch_faces = model_.batch_triangles;

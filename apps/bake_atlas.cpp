@@ -14,7 +14,7 @@ constexpr uint32_t most_clusters = 1u << 14;
 // A cluster for so many triangles, and about so many samples for each: what 130 clusters of 129^2 samples are to three
 // million triangles.
 void fit(vgi::AtlasOptions& options, size_t triangles) {
-    constexpr uint32_t triangles_per_cluster = 20000, fewest_clusters = 8, charts_per_cluster = 6, fewest_cells = 16;
+    constexpr uint32_t triangles_per_cluster = 20000, fewest_clusters = 8, charts_per_cluster = 6, fewest_cells = 32;
     constexpr double most_samples = 8;
     uint32_t& clusters = options.clusters.clusters;
     clusters = std::clamp(static_cast<uint32_t>(triangles / triangles_per_cluster), std::min(fewest_clusters, clusters),

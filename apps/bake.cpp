@@ -111,7 +111,7 @@ Json BakeOptions::to_json() const {
             {"clusters", atlas.clusters.clusters},
             {"cluster_weights",
              {weights.planarity, weights.compactness, weights.size, weights.irregularity, weights.curvature,
-              weights.bulge}},
+              weights.bulge, weights.feature}},
             {"fit_atlas", fit_atlas},
             {"target_error", target_error},
             {"resolution", atlas.cells + 1},

@@ -64,6 +64,7 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                   {"split_long_edges", made.changes.long_edges},
                   {"split_boundary_chords", made.changes.boundary_chords},
                   {"not_recentred", made.not_recentred},
+                  {"features_on_borders", made.features_on_borders},
                   {"uniform_clusters", made.uniform_clusters},
                   {"uniform_charts", made.uniform_charts},
                   {"seconds",

@@ -164,6 +164,7 @@ void add_bake(CLI::App& app, Run& run) {
     weight("--irregularity-weight", weights.irregularity, "becoming less round");
     weight("--size-weight", weights.size, "size");
     weight("--curvature-weight", weights.curvature, "turning normals");
+    weight("--feature-weight", weights.feature, "hiding of creases and seams inside it");
     weight("--bulge-weight", weights.bulge, "bulging over its border");
     command
         ->add_option("--worst-stretch", o->bake.atlas.worst_stretch,

@@ -38,15 +38,21 @@ constexpr float denser = 3;  // times, where a chart was stretched too much
 // One attempt: clusters, quads and charts of a surface with a density of clusters.
 class Attempt {
 public:
-    Attempt(const TriMesh& mesh, const Surface& surface, const AtlasOptions& options, AtlasReport& report,
-            const Progress& progress)
-        : mesh_(mesh), surface_(surface), options_(options), report_(report), progress_(progress) {}
+    Attempt(const TriMesh& mesh, const Surface& surface, const FeatureLines& features, const AtlasOptions& options,
+            AtlasReport& report, const Progress& progress)
+        : mesh_(mesh),
+          surface_(surface),
+          features_(features),
+          options_(options),
+          report_(report),
+          progress_(progress) {}
 
     // Clusters whose charts are stretched too much or could not be made go to bad_clusters(), `fault` says what was
     // wrong with the last of the latter.
     Result<void> run(const std::vector<float>& density) {
         ClusterOptions cluster_options = options_.clusters;
         cluster_options.density = density;
+        cluster_options.features = features_;
         auto clusters = make_clusters(surface_, cluster_options, progress_);
         if (!clusters) return tl::unexpected(clusters.error());
         label_ = std::move(clusters->label);
@@ -73,7 +79,7 @@ public:
         const Stopwatch straighten_watch;
         report_.not_recentred = 0;
         for (uint32_t pass = 0; pass < options_.recentre_passes; ++pass) {
-            auto left = recentre(quads_, pass % 2 == 0 ? 0 : 2);
+            auto left = recentre(quads_, pass % 2 == 0 ? 0 : 2, features_);
             if (!left) return tl::unexpected(left.error());
             report_.not_recentred += *left;
         }
@@ -150,10 +156,24 @@ private:
         return cells;
     }
 
+    void measure_features(std::span<const uint32_t> twin) {
+        const Surface& surface = quads_.surface;
+        double on_border = 0, all = 0;
+        for (uint32_t h = 0; h < twin.size() && !features_.empty(); ++h) {
+            if (!features_.at(surface.triangles, twin, h)) continue;
+            const auto& v = surface.triangles[h / 3].vertices;
+            const double length = glm::length(surface.positions[v[next_corner(h) % 3]] - surface.positions[v[h % 3]]);
+            all += length;
+            if (quads_.label[h / 3] != quads_.label[twin[h] / 3]) on_border += length;
+        }
+        report_.features_on_borders = all > 0 ? on_border / all : 1;
+    }
+
     Result<void> make_charts() {
         const Stopwatch watch;
         const auto count = static_cast<uint32_t>(quads_.quads.size());
-        auto patches = trace_patches(quads_.surface, quads_.surface.twins(), quads_.label, count);
+        const std::vector<uint32_t> twin = quads_.surface.twins();
+        auto patches = trace_patches(quads_.surface, twin, quads_.label, count);
         if (!patches) return tl::unexpected(patches.error());
         patches_ = std::move(*patches);
         std::vector<std::vector<uint32_t>> members(count);
@@ -167,6 +187,7 @@ private:
             };
             std::rotate(sides.begin(), std::ranges::find_if(sides, begins), sides.end());
         }
+        measure_features(twin);
         report_.cells = cells_for(count);
         resampler_.emplace(mesh_, quads_.surface, patches_, report_.cells, report_.cells * options_.attribute_ratio);
         charts_.assign(count, {});
@@ -225,6 +246,7 @@ private:
 
     const TriMesh& mesh_;
     const Surface& surface_;
+    const FeatureLines& features_;
     const AtlasOptions& options_;
     AtlasReport& report_;
     const Progress& progress_;
@@ -250,10 +272,11 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         mesh = &with_normals;
     }
     const Surface surface = surface_of(*mesh, longest_edge(*mesh, options.clusters.clusters), &report.changes);
+    FeatureLines features = options.clusters.weights.feature > 0 ? FeatureLines(source) : FeatureLines();
     std::vector<float> density(surface.triangles.size(), 1.0f);
     for (;;) {
         ++report.rounds;
-        Attempt attempt(*mesh, surface, options, report, progress);
+        Attempt attempt(*mesh, surface, features, options, report, progress);
         if (auto done = attempt.run(density); !done) return tl::unexpected(done.error());
         const std::vector<bool>& bad = attempt.bad_clusters();
         const bool last = report.rounds >= options.most_rounds;
@@ -263,9 +286,22 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
             if (atlas) atlas->attributes = attributes_of(source);
             return atlas;
         }
+        // Where borders were kept on features they are let go first; where there were none, clusters become finer.
+        const std::vector<bool> has_feature = features.triangles(mesh->triangle_count());
+        std::vector<bool> let_go(bad.size(), false), forgotten(mesh->triangle_count(), false);
         for (uint32_t t = 0; t < density.size(); ++t) {
-            if (bad[attempt.label()[t]]) density[t] *= denser;
+            if (has_feature[surface.triangles[t].source]) let_go[attempt.label()[t]] = true;
         }
+        for (uint32_t t = 0; t < density.size(); ++t) {
+            const uint32_t cluster = attempt.label()[t];
+            if (!bad[cluster]) continue;
+            if (let_go[cluster]) {
+                forgotten[surface.triangles[t].source] = true;
+            } else {
+                density[t] *= denser;
+            }
+        }
+        features.forget(forgotten);
     }
 }
 

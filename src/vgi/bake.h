@@ -23,7 +23,7 @@ struct AtlasOptions {
     // A cluster with a chart stretched more than this is cut finer, and so again for so many rounds; shapes that are
     // needles stay what they are.
     double worst_stretch = 3;
-    uint32_t most_rounds = 5;
+    uint32_t most_rounds = 7;
     uint32_t recentre_passes = 2;     // half passes: around corners, around centres, around corners, ...
     uint64_t error_samples = 200000;  // of all charts, either way; spread by area
 };
@@ -35,6 +35,7 @@ struct AtlasReport {
     uint32_t not_recentred = 0;                         // corners and centres that were left where they were
     uint32_t uniform_clusters = 0, uniform_charts = 0;  // laid out with equal weights, because the better ones folded
     uint32_t flipped_triangles = 0, missing_samples = 0;
+    double features_on_borders = 1;  // of the length of creases and seams
     double l2_stretch_tutte = 0, l2_stretch_rms = 0, l2_stretch_worst = 0;
     double rms_error = 0, max_error = 0;  // of the finest level, two-sided, object units
     double cut_seconds = 0, bucket_seconds = 0, merge_seconds = 0, quadrangulate_seconds = 0, straighten_seconds = 0,

@@ -56,7 +56,7 @@ CellMoments moments_of(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c, const glm::dvec
 
 }  // namespace
 
-CellComplex::CellComplex(const Surface& surface, std::span<const float> density)
+CellComplex::CellComplex(const Surface& surface, std::span<const float> density, const FeatureLines& features)
     : triangle_cells_(static_cast<uint32_t>(surface.triangles.size())) {
     const std::vector<uint32_t> twin = surface.twins();
     const auto count = static_cast<uint32_t>(twin.size());
@@ -73,6 +73,7 @@ CellComplex::CellComplex(const Surface& surface, std::span<const float> density)
     origin_.resize(next_.size());
     cell_.assign(next_.size(), none);
     length_.resize(edges);
+    feature_.assign(edges, 0);
     out_.assign(surface.positions.size(), none);
     first_.resize(triangle_cells_);
     sides_.assign(triangle_cells_, 3);
@@ -100,6 +101,7 @@ CellComplex::CellComplex(const Surface& surface, std::span<const float> density)
             out_[v[k]] = h;
             length_[h >> 1] = glm::length(surface.positions[v[(k + 1) % 3]] - surface.positions[v[k]]);
             perimeter_[t] += length_[h >> 1];
+            if (features.at(surface.triangles, twin, t * 3 + k)) feature_[h >> 1] = length_[h >> 1];
         }
     }
     // Boundary loops: the half-edges that no triangle has, each going on where its twin's vertex leads.
@@ -253,6 +255,7 @@ void CellComplex::dissolve(uint32_t vertex) {
     prev_[u ^ 1] = prev_[x ^ 1];
     origin_[u ^ 1] = end;
     length_[u >> 1] += length_[x >> 1];
+    feature_[u >> 1] += feature_[x >> 1];
     length_[x >> 1] = -1;
     if (out_[end] == (x ^ 1)) out_[end] = u ^ 1;
     for (const uint32_t side : {u, u ^ 1}) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "vgi/features.h"
 #include "vgi/surface.h"
 
 namespace lodestone::vgi {
@@ -33,11 +34,13 @@ public:
     // One cell per triangle, and a cell that is never merged per boundary loop. The surface must be valid and have no
     // inner edge between boundary vertices (surface_of sees to it).
     // density: per triangle, > 0, for CellMoments::weighted; empty for 1 everywhere.
-    explicit CellComplex(const Surface& surface, std::span<const float> density = {});
+    explicit CellComplex(const Surface& surface, std::span<const float> density = {},
+                         const FeatureLines& features = {});
 
     uint32_t edge_slots() const { return static_cast<uint32_t>(length_.size()); }
     bool edge_alive(uint32_t edge) const { return length_[edge] >= 0; }
     double edge_length(uint32_t edge) const { return length_[edge]; }
+    double feature_length(uint32_t edge) const { return feature_[edge]; }  // of it, on features
     uint32_t cell_of(uint32_t half_edge) const { return cell_[half_edge]; }
     uint32_t next(uint32_t half_edge) const { return next_[half_edge]; }
     uint32_t origin(uint32_t half_edge) const { return origin_[half_edge]; }
@@ -69,6 +72,7 @@ private:
     uint32_t triangle_cells_ = 0;
     std::vector<uint32_t> next_, prev_, origin_, cell_;  // per half-edge
     std::vector<double> length_;                         // per edge, < 0: gone
+    std::vector<double> feature_;                        // per edge: length on features
     std::vector<uint32_t> first_, sides_;                // per cell
     std::vector<double> perimeter_;
     std::vector<CellMoments> moments_;

@@ -121,7 +121,8 @@ private:
                                   weights_.size * share * share +
                                   weights_.irregularity * (irregular - before) / std::max(irregular, 1e-30) +
                                   weights_.bulge * std::max(0.0, 1 / std::max(irregular, 1e-30) - 1) +
-                                  weights_.curvature * (m.area - glm::length(m.normal)) / wanted);
+                                  weights_.curvature * (m.area - glm::length(m.normal)) / wanted +
+                                  weights_.feature * complex_.feature_length(edge) / std::sqrt(wanted));
     }
 
     CellComplex& complex_;
@@ -136,7 +137,7 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     Clusters result;
     if (surface.triangles.empty()) return result;
     const Stopwatch cut_watch;
-    CellComplex complex(surface, options.density);
+    CellComplex complex(surface, options.density, options.features);
     const double area = surface.area();
     double weighted = 0;
     for (uint32_t c = 0; c < complex.triangle_cells(); ++c) weighted += complex.moments(c).weighted;

@@ -21,6 +21,7 @@ struct ClusterWeights {
     double size = 1;            // (A / L^2)^2
     double irregularity = 0.3;  // how much P^2 / 4 pi A grows, as a share
     double curvature = 1;       // (A - |N|) / L^2
+    double feature = 2;         // length of creases and seams that a merge takes from borders, over L
     double bulge = 1;           // 4 pi A / P^2 - 1 where that is positive: a cap on a neck, which flattens badly
 };
 
@@ -31,6 +32,7 @@ struct ClusterOptions {
     // Per triangle of the surface: how many times as many clusters are wanted there as elsewhere, > 0; `clusters` is
     // then how many there would be without. Empty for 1 everywhere.
     std::vector<float> density;
+    FeatureLines features;  // that borders prefer
 };
 
 struct Clusters {

@@ -20,18 +20,15 @@ constexpr int compression = 12;
 template <class Images, class Visit>
 void for_channels(Images& a, Layer layer, Visit&& visit) {
     size_t channel = 0;
-    const auto each = [&](auto& image, size_t count) {
-        for (size_t k = 0; k < count; ++k) {
-            const auto index = static_cast<int>(k);
+    // Of arrays of numbers, and of plain numbers.
+    const auto each = [&](auto& image, int count) {
+        for (int k = 0; k < count; ++k)
             visit(
-                channel++, [&image, index ](size_t texel) -> auto& {
-                    if constexpr (requires { image[texel][index]; }) {
-                        return image[texel][static_cast<size_t>(index)];
-                    } else {
-                        return image[texel];
-                    }
-                });
-        }
+                channel++, [&image, k ](size_t texel) -> auto& { return image[texel][static_cast<size_t>(k)]; });
+    };
+    const auto one = [&](auto& image) {
+        visit(
+            channel++, [&image](size_t texel) -> auto& { return image[texel]; });
     };
     const auto each_colour = [&](auto& image) {
         for (int k = 0; k < 4; ++k)
@@ -40,14 +37,14 @@ void for_channels(Images& a, Layer layer, Visit&& visit) {
     };
     if (layer == Layer::geometry) {
         each(a.positions, 3);
-        each(a.sample_errors, 1);
-        each(a.sample_radii, 1);
+        one(a.sample_errors);
+        one(a.sample_radii);
         return;
     }
     each(a.normals, 2);
     if (a.attributes.uvs) each(a.uvs, 2);
     if (a.attributes.colours) each_colour(a.colours);
-    if (a.attributes.materials) each(a.materials, 1);
+    if (a.attributes.materials) one(a.materials);
 }
 
 // Calls visit(local index, texel) for every sample of a page.

@@ -1,11 +1,15 @@
 #include "vgi/quadrangulate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <numeric>
+#include <set>
+#include <span>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -347,11 +351,39 @@ Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>&
     return result;
 }
 
-Result<uint32_t> recentre(Quads& quads, uint32_t pivot) {
+namespace {
+
+// Pairs of quads, the lower one first, whose common border lies on features for the most part.
+std::set<std::pair<uint32_t, uint32_t>> borders_on_features(const Quads& quads, std::span<const uint32_t> twin,
+                                                            const FeatureLines& features) {
+    std::set<std::pair<uint32_t, uint32_t>> kept;
+    if (features.empty()) return kept;
+    const Surface& surface = quads.surface;
+    std::map<std::pair<uint32_t, uint32_t>, std::array<double, 2>> lengths;  // on features, in all
+    for (uint32_t h = 0; h < twin.size(); ++h) {
+        if (twin[h] == none || twin[h] < h || quads.label[h / 3] == quads.label[twin[h] / 3]) continue;
+        const auto& v = surface.triangles[h / 3].vertices;
+        const double length = glm::length(surface.positions[v[next_corner(h) % 3]] - surface.positions[v[h % 3]]);
+        auto& sum = lengths[std::minmax(quads.label[h / 3], quads.label[twin[h] / 3])];
+        if (features.at(surface.triangles, twin, h)) sum[0] += length;
+        sum[1] += length;
+    }
+    for (const auto& [pair, sum] : lengths) {
+        if (sum[0] > 0.8 * sum[1]) kept.insert(pair);
+    }
+    return kept;
+}
+
+}  // namespace
+
+Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& features) {
     LODE_CHECK(pivot == 0 || pivot == 2, pivot);
     const auto count = static_cast<uint32_t>(quads.quads.size());
-    auto patches = trace_patches(quads.surface, quads.surface.twins(), quads.label, count);
+    const std::vector<uint32_t> twin = quads.surface.twins();
+    auto patches = trace_patches(quads.surface, twin, quads.label, count);
     if (!patches) return tl::unexpected(patches.error());
+    const auto kept = borders_on_features(quads, twin, features);
+    uint32_t left = 0;
     // Sides of a quad by the corner they begin at, and what is across.
     std::vector<std::array<uint32_t, 4>> across(count, {none, none, none, none});
     std::vector<std::array<uint32_t, 2>> first(patches->arcs.size(), {none, none});
@@ -384,6 +416,13 @@ Result<uint32_t> recentre(Quads& quads, uint32_t pivot) {
             if (ring.size() > count) return fail(Fault::invariant, "quads around a vertex do not close");
         }
         if (at == none || ring.size() < 3) continue;
+        bool fixed = false;
+        for (size_t i = 0; i < ring.size() && !kept.empty(); ++i)
+            fixed = fixed || kept.contains(std::minmax(ring[i], ring[(i + 1) % ring.size()]));
+        if (fixed) {
+            ++left;
+            continue;
+        }
         for (const uint32_t r : ring) ring_of[r] = static_cast<uint32_t>(rings.size());
         rings.push_back(std::move(ring));
     }
@@ -410,7 +449,6 @@ Result<uint32_t> recentre(Quads& quads, uint32_t pivot) {
             if (!cuts[r]->run(corners, middles).empty() || cuts[r]->uniform) cuts[r].reset();
         }
     });
-    uint32_t left = 0;
     for (uint32_t r = 0; r < rings.size(); ++r) {
         if (cuts[r] == nullptr) {
             ++left;

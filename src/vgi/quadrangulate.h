@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "vgi/features.h"
 #include "vgi/surface.h"
 
 namespace lodestone::vgi {
@@ -34,7 +35,8 @@ Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>&
 // Stages 4 and 5 again, with the roles changed: the quads around every cluster corner inside the surface (pivot 0), or
 // around every centre (pivot 2), are flattened together, their common vertex moves to the middle of the picture, and
 // the cuts that lead to it are made anew and straight. What belongs to which quad changes, not which quads there are.
-// Where that does not work the quads stay as they are. Returns how many places were left so.
-Result<uint32_t> recentre(Quads& quads, uint32_t pivot);
+// Where that does not work, or a border that would move lies on features, the quads stay as they are. Returns how many
+// places were left so.
+Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& features = {});
 
 }  // namespace lodestone::vgi

@@ -27,7 +27,8 @@ size_t texel_of(const Atlas& atlas, uint32_t chart, GridPoint p) {
 // Calls visit(triangle corners) for the triangles of the bintree that p splits.
 template <class Visit>
 void for_split_triangles(const Bintree& tree, GridPoint p, Visit&& visit) {
-    const auto [a, b] = tree.hypotenuse(p);
+    const auto ends = tree.hypotenuse(p);
+    const GridPoint &a = ends[0], &b = ends[1];
     tree.for_parents(p, [&](GridPoint apex) {
         // Counter-clockwise in the square.
         const int64_t turn = int64_t{b.x - a.x} * (apex.y - a.y) - int64_t{b.y - a.y} * (apex.x - a.x);

@@ -166,6 +166,33 @@ TEST(Atlas, ManySmallComponentsAreSampledCoarser) {
     EXPECT_TRUE(atlas.validate());
 }
 
+TEST(Atlas, PutsBordersOnCreases) {
+    TriMesh cube = fixtures::cube_with_seams();
+    cube.normals.clear();
+    ASSERT_TRUE(repair(cube));
+    const FeatureLines features(cube);
+    uint32_t creases = 0;
+    for (uint32_t a = 0; a < cube.triangle_count(); ++a) {
+        for (uint32_t b = 0; b < a; ++b) {
+            if (!features.between(a, b)) continue;
+            ++creases;
+            EXPECT_TRUE(features.between(b, a));
+        }
+    }
+    EXPECT_EQ(creases, 12u);
+    AtlasOptions options;
+    options.clusters.clusters = 24;
+    options.cells = 32;
+    options.error_samples = 5000;
+    AtlasReport kept, hidden;
+    ASSERT_TRUE(make_atlas(cube, options, kept));
+    options.clusters.weights.feature = 0;
+    ASSERT_TRUE(make_atlas(cube, options, hidden));
+    EXPECT_GT(kept.features_on_borders, 0.95);
+    // A cube whose edges are borders is sampled exactly.
+    EXPECT_LT(kept.rms_error, 0.05 * hidden.rms_error);
+}
+
 TEST(Atlas, HasAttributesFinerThanPositionsWhereAsked) {
     const TriMesh mesh = repaired(Shape::rock, 6000);
     AtlasOptions options;

@@ -147,7 +147,8 @@ TEST(SampleErrors, ConesHoldTheNormalsOfEveryTriangleThatMayBeDrawn) {
         };
         for (uint32_t depth = 0; depth < bintree.depths(); ++depth) {
             bintree.for_depth(depth, [&](GridPoint p) {
-                const auto [a, b] = bintree.hypotenuse(p);
+                const auto ends = bintree.hypotenuse(p);
+                const GridPoint &a = ends[0], &b = ends[1];
                 bintree.for_parents(p, [&](GridPoint apex) {
                     // Both triangles turn the same way in the square; the turn tells which way round.
                     const int32_t turn = (b.x - a.x) * (apex.y - a.y) - (b.y - a.y) * (apex.x - a.x);

@@ -109,19 +109,12 @@ TEST_P(RealMesh, PlaysDownAndUpSlotForSlotAndKeepsItsSurface) {
     }
 }
 
-std::string test_name(const testing::TestParamInfo<const char*>& info) {
-    std::string name = info.param;
-    for (char& c : name) {
-        if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
-    }
-    return name;
-}
 INSTANTIATE_TEST_SUITE_P(Scans, RealMesh,
                          testing::Values("scans/stanford-bunny.obj", "scans/horse.ply", "scans/rockerArm.ply",
                                          "scans/laurana.ply", "scans/falconstatue_boundary.obj", "nasty/cow.off",
                                          "nasty/cheese.off", "nasty/moebius.obj", "nasty/mite.obj", "nasty/pig.stl",
                                          "nasty/camel_b.obj", "gltf/DamagedHelmet/DamagedHelmet.glb"),
-                         test_name);
+                         [](const auto& test) { return fixtures::test_name_of(test.param); });
 
 }  // namespace
 }  // namespace lodestone

@@ -22,20 +22,6 @@
 namespace lodestone::vgi {
 namespace {
 
-TriMesh repaired(Shape shape, size_t triangles) {
-    TriMesh mesh = generate(shape, triangles, 2);
-    EXPECT_TRUE(repair(mesh));
-    return mesh;
-}
-
-std::vector<fixtures::Fixture> meshes() {
-    auto all = fixtures::manifold_meshes();
-    all.push_back({"rock with texture seams", repaired(Shape::rock, 6000)});
-    all.push_back({"terrain", repaired(Shape::terrain, 4000)});
-    all.push_back({"torus with texture seams", repaired(Shape::torus, 3000)});
-    return all;
-}
-
 Atlas atlas_of(const TriMesh& mesh, uint32_t clusters, uint32_t cells, AtlasReport* report = nullptr) {
     AtlasOptions options;
     options.clusters.clusters = clusters;
@@ -48,7 +34,7 @@ Atlas atlas_of(const TriMesh& mesh, uint32_t clusters, uint32_t cells, AtlasRepo
 }
 
 TEST(Atlas, IsValidAndKeepsTheTopologyOfAnyMeshAtEveryLevel) {
-    for (const auto& f : meshes()) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         for (const uint32_t clusters : {1u, 12u}) {
             SCOPED_TRACE(f.name + " " + std::to_string(clusters));
             AtlasReport report;
@@ -75,7 +61,7 @@ TEST(Atlas, IsValidAndKeepsTheTopologyOfAnyMeshAtEveryLevel) {
 }
 
 TEST(Atlas, ComesCloserToTheSourceWithEveryFinerLevel) {
-    const TriMesh mesh = repaired(Shape::rock, 6000);
+    const TriMesh mesh = fixtures::repaired(Shape::rock, 6000);
     const Atlas atlas = atlas_of(mesh, 20, 32);
     const double diagonal = bounding_box(mesh.positions).diagonal();
     double before = 1;
@@ -88,7 +74,7 @@ TEST(Atlas, ComesCloserToTheSourceWithEveryFinerLevel) {
 }
 
 TEST(Atlas, MeasuresItsErrorsAsAnIndependentDistanceDoes) {
-    for (const auto& f : meshes()) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
         AtlasReport report;
         const Atlas atlas = atlas_of(f.mesh, 12, 16, &report);
@@ -107,7 +93,7 @@ TEST(Atlas, MeasuresItsErrorsAsAnIndependentDistanceDoes) {
 
 TEST(Atlas, KeepsSeamsOfAttributesInsideCharts) {
     // Every sample's texture coordinate is one of the source near by: none is smeared across the seam.
-    const TriMesh mesh = repaired(Shape::torus, 3000);
+    const TriMesh mesh = fixtures::repaired(Shape::torus, 3000);
     ASSERT_TRUE(mesh.has_seams());
     const TriMesh extracted = atlas_of(mesh, 12, 32).extract(0);
     ASSERT_EQ(extracted.uvs.size(), extracted.wedge_count());
@@ -128,7 +114,7 @@ TEST(Atlas, KeepsSeamsOfAttributesInsideCharts) {
 }
 
 TEST(Atlas, IsTheSameForAnyNumberOfThreadsAndAtAnyScale) {
-    const TriMesh mesh = repaired(Shape::rock, 6000);
+    const TriMesh mesh = fixtures::repaired(Shape::rock, 6000);
     set_thread_count(1);
     const Atlas first = atlas_of(mesh, 20, 16);
     for (const unsigned threads : {2u, 8u}) {
@@ -194,7 +180,7 @@ TEST(Atlas, PutsBordersOnCreases) {
 }
 
 TEST(Atlas, HasAttributesFinerThanPositionsWhereAsked) {
-    const TriMesh mesh = repaired(Shape::rock, 6000);
+    const TriMesh mesh = fixtures::repaired(Shape::rock, 6000);
     AtlasOptions options;
     options.clusters.clusters = 6;
     options.cells = 16;
@@ -225,7 +211,7 @@ TEST(Atlas, HasAttributesFinerThanPositionsWhereAsked) {
 }
 
 TEST(Atlas, NoticesWhatIsBroken) {
-    const Atlas good = atlas_of(repaired(Shape::rock, 3000), 8, 8);
+    const Atlas good = atlas_of(fixtures::repaired(Shape::rock, 3000), 8, 8);
     Atlas bad = good;
     const GluedSide glued = bad.sides[0];
     bad.positions[bad.texel(0, 3, 0)][1] ^= 1;
@@ -241,7 +227,7 @@ TEST(Atlas, NoticesWhatIsBroken) {
 TEST(Atlas, ComesBackFromAFileTexelForTexel) {
     const auto path =
         std::filesystem::temp_directory_path() / ("lodestone-atlas-" + std::to_string(getpid()) + ".lode");
-    for (const auto& f : meshes()) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         for (const uint32_t cells : {8u, 32u, 64u}) {
             SCOPED_TRACE(f.name + " " + std::to_string(cells));
             const Atlas atlas = atlas_of(f.mesh, 6, cells);

@@ -14,28 +14,11 @@
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "shaders/shared/vgi_texels.h"
-#include "vgi/bake.h"
 #include "vgi/sample_errors.h"
+#include "vgi/small_atlas.h"
 
 namespace lodestone::vgi {
 namespace {
-
-Atlas atlas_of(const TriMesh& mesh, uint32_t cells) {
-    AtlasOptions options;
-    options.clusters.clusters = 6;
-    options.cells = cells;
-    options.error_samples = 1000;
-    AtlasReport report;
-    auto atlas = make_atlas(mesh, options, report);
-    EXPECT_TRUE(atlas) << atlas.error().message;
-    return atlas ? std::move(*atlas) : Atlas{};
-}
-
-TriMesh repaired(Shape shape, size_t triangles) {
-    TriMesh mesh = generate(shape, triangles, 2);
-    EXPECT_TRUE(repair(mesh));
-    return mesh;
-}
 
 // Pages that are there with probability `share`, base pages always, whether their parents are or not; slot = number.
 Residency partly_resident(const Atlas& atlas, double share, uint64_t seed) {
@@ -144,14 +127,6 @@ std::vector<uint32_t> all_triangles(const Cut& cut) {
     return all;
 }
 
-std::vector<fixtures::Fixture> meshes() {
-    auto all = fixtures::manifold_meshes();
-    all.push_back({"rock", repaired(Shape::rock, 6000)});
-    all.push_back({"terrain", repaired(Shape::terrain, 4000)});
-    all.push_back({"torus", repaired(Shape::torus, 3000)});
-    return all;
-}
-
 size_t count_bad(const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint64_t seed,
                  size_t* triangles = nullptr) {
     Glue glue(atlas);
@@ -175,10 +150,10 @@ size_t count_bad(const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint
 
 TEST(BintreeCut, FitsTogetherForAnyCameraAndAnyPages) {
     size_t triangles = 0;
-    for (const auto& f : meshes()) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
         for (const uint32_t cells : {8u, 64u, 128u}) {
-            const Atlas atlas = atlas_of(f.mesh, cells);
+            const Atlas atlas = small_atlas(f.mesh, cells);
             EXPECT_EQ(count_bad(atlas, atlas, cells == 128 ? 8 : 24, cells, &triangles), 0u) << cells;
         }
     }
@@ -186,7 +161,7 @@ TEST(BintreeCut, FitsTogetherForAnyCameraAndAnyPages) {
 }
 
 TEST(BintreeCut, FallsApartWhereItsRulesAreBroken) {
-    const Atlas atlas = atlas_of(repaired(Shape::rock, 6000), 64);
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     // Errors that are not saturated.
     Atlas broken = atlas;
     Random random(3);
@@ -212,7 +187,7 @@ TEST(BintreeCut, FallsApartWhereItsRulesAreBroken) {
 }
 
 TEST(BintreeCut, LeavesOutNoSampleThatCostsMoreThanThePixelError) {
-    const Atlas atlas = atlas_of(repaired(Shape::rock, 6000), 64);
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     const Residency residency = partly_resident(atlas, 1, 1);
     const ErrorCodes codes(atlas.extent());
     Random random(7);
@@ -243,9 +218,9 @@ TEST(BintreeCut, LeavesOutNoSampleThatCostsMoreThanThePixelError) {
 }
 
 TEST(BintreeCut, DrawsAForcedLevelAsTheAtlasHasIt) {
-    for (const auto& f : meshes()) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
-        const Atlas atlas = atlas_of(f.mesh, 64);
+        const Atlas atlas = small_atlas(f.mesh, 64);
         const Residency residency = partly_resident(atlas, 1, 1);
         Random random(11);
         const auto views = random_views(atlas, random);
@@ -260,7 +235,7 @@ TEST(BintreeCut, DrawsAForcedLevelAsTheAtlasHasIt) {
 }
 
 TEST(BintreeCut, IsTheSameForAnyNumberOfThreadsAndAsksForWhatIsMissing) {
-    const Atlas atlas = atlas_of(repaired(Shape::rock, 6000), 128);
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 128);
     Random random(13);
     for (uint32_t i = 0; i < 10; ++i) {
         const Residency residency = partly_resident(atlas, 0.5, i);
@@ -285,7 +260,7 @@ TEST(BintreeCut, IsTheSameForAnyNumberOfThreadsAndAsksForWhatIsMissing) {
 
 TEST(BintreeCut, GetsWhatItAsksForUntilNothingIsMissing) {
     // Whatever is asked for comes: in the end the cut is the one with every page there.
-    const Atlas atlas = atlas_of(repaired(Shape::torus, 3000), 128);
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::torus, 3000), 128);
     const Residency all = partly_resident(atlas, 1, 1);
     Random random(17);
     for (uint32_t i = 0; i < 6; ++i) {
@@ -317,7 +292,7 @@ TEST(BintreeCut, GetsWhatItAsksForUntilNothingIsMissing) {
 
 TEST(BintreeCut, CullsOnlyWhatAViewCannotSee) {
     // Every triangle that faces the camera inside its frustum is in the camera's parts.
-    const Atlas atlas = atlas_of(repaired(Shape::rock, 6000), 64);
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     const Residency residency = partly_resident(atlas, 1, 1);
     Random random(19);
     size_t culled = 0;

@@ -17,19 +17,8 @@
 namespace lodestone::vgi {
 namespace {
 
-std::vector<fixtures::Fixture> meshes() {
-    auto all = fixtures::manifold_meshes();
-    for (const auto& [name, shape, triangles] :
-         {std::tuple("rock", Shape::rock, 6000u), {"terrain", Shape::terrain, 4000u}, {"torus", Shape::torus, 3000u}}) {
-        TriMesh mesh = generate(shape, triangles, 2);
-        EXPECT_TRUE(repair(mesh));
-        all.push_back({name, std::move(mesh)});
-    }
-    return all;
-}
-
 TEST(Surface, SplitsInnerEdgesBetweenBoundaryVerticesAndKeepsTheArea) {
-    for (const auto& f : meshes()) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
         SurfaceChanges changes;
         const Surface surface = surface_of(f.mesh, 0, &changes);
@@ -75,7 +64,7 @@ TEST(Surface, HalvesLongEdgesAndMakesThreeOfALoneTriangle) {
 }
 
 TEST(CellComplex, KeepsItsInvariantThroughEveryMerge) {
-    for (const auto& f : meshes()) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         if (f.mesh.triangle_count() > 800) continue;
         SCOPED_TRACE(f.name);
         CellComplex complex(surface_of(f.mesh));
@@ -107,7 +96,7 @@ TEST(CellComplex, AddsUpMomentsToThoseOfTheWhole) {
 }
 
 TEST(Clusters, ReachTheCountWantedOrWhatComponentsNeed) {
-    for (const auto& f : meshes()) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         for (const uint32_t wanted : {1u, 6u, 12u, 40u}) {
             SCOPED_TRACE(f.name + " " + std::to_string(wanted));
             const Surface surface = surface_of(f.mesh);

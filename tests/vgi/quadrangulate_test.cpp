@@ -13,19 +13,8 @@
 namespace lodestone::vgi {
 namespace {
 
-std::vector<fixtures::Fixture> meshes() {
-    auto all = fixtures::manifold_meshes();
-    for (const auto& [name, shape, triangles] :
-         {std::tuple("rock", Shape::rock, 6000u), {"terrain", Shape::terrain, 4000u}, {"torus", Shape::torus, 3000u}}) {
-        TriMesh mesh = generate(shape, triangles, 2);
-        EXPECT_TRUE(repair(mesh));
-        all.push_back({name, std::move(mesh)});
-    }
-    return all;
-}
-
 TEST(Quadrangulate, MakesFourSidedDisksThatCoverTheSurface) {
-    for (const auto& f : meshes()) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         for (const uint32_t wanted : {1u, 8u, 30u}) {
             SCOPED_TRACE(f.name + " " + std::to_string(wanted));
             const Surface surface = surface_of(f.mesh);

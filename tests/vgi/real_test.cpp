@@ -43,19 +43,12 @@ TEST_P(RealAtlas, IsValidAndTheSurfaceItWas) {
     }
 }
 
-std::string test_name(const testing::TestParamInfo<const char*>& info) {
-    std::string name = info.param;
-    for (char& c : name) {
-        if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
-    }
-    return name;
-}
 INSTANTIATE_TEST_SUITE_P(Scans, RealAtlas,
                          testing::Values("scans/stanford-bunny.obj", "scans/horse.ply", "scans/laurana.ply",
                                          "scans/falconstatue_boundary.obj", "nasty/cow.off", "nasty/moebius.obj",
                                          "nasty/mite.obj", "nasty/camel_b.obj", "nasty/soup.stl", "nasty/brain.ply",
                                          "nasty/boeing.off", "gltf/DamagedHelmet/DamagedHelmet.glb"),
-                         test_name);
+                         [](const auto& test) { return fixtures::test_name_of(test.param); });
 
 }  // namespace
 }  // namespace lodestone::vgi

@@ -10,29 +10,12 @@
 #include "mesh/distance.h"
 #include "mesh/generate.h"
 #include "mesh/repair.h"
-#include "vgi/bake.h"
 #include "vgi/bintree.h"
 #include "vgi/pages.h"
+#include "vgi/small_atlas.h"
 
 namespace lodestone::vgi {
 namespace {
-
-Atlas atlas_of(const TriMesh& mesh, uint32_t cells) {
-    AtlasOptions options;
-    options.clusters.clusters = 8;
-    options.cells = cells;
-    options.error_samples = 1000;
-    AtlasReport report;
-    auto atlas = make_atlas(mesh, options, report);
-    EXPECT_TRUE(atlas) << atlas.error().message;
-    return atlas ? std::move(*atlas) : Atlas{};
-}
-
-TriMesh repaired(Shape shape, size_t triangles) {
-    TriMesh mesh = generate(shape, triangles, 2);
-    EXPECT_TRUE(repair(mesh));
-    return mesh;
-}
 
 TEST(Bintree, HasEverySampleOnceAndItsParentsOneDepthUp) {
     for (const int32_t cells : {2, 8, 32}) {
@@ -79,11 +62,11 @@ TEST(ErrorCodes, RoundUp) {
 
 TEST(SampleErrors, AreSaturatedAndSharedOnAnyMesh) {
     auto meshes = fixtures::manifold_meshes();
-    meshes.push_back({"rock", repaired(Shape::rock, 6000)});
-    meshes.push_back({"terrain", repaired(Shape::terrain, 4000)});
+    meshes.push_back({"rock", fixtures::repaired(Shape::rock, 6000)});
+    meshes.push_back({"terrain", fixtures::repaired(Shape::terrain, 4000)});
     for (const auto& f : meshes) {
         SCOPED_TRACE(f.name);
-        const Atlas atlas = atlas_of(f.mesh, 64);
+        const Atlas atlas = small_atlas(f.mesh, 64);
         const auto valid = validate_errors(atlas);
         EXPECT_TRUE(valid) << valid.error().message;
         EXPECT_TRUE(atlas.validate());
@@ -91,7 +74,7 @@ TEST(SampleErrors, AreSaturatedAndSharedOnAnyMesh) {
 }
 
 TEST(SampleErrors, ValidationNoticesWhatIsBroken) {
-    const Atlas good = atlas_of(repaired(Shape::rock, 6000), 64);
+    const Atlas good = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     ASSERT_TRUE(validate_errors(good));
     Atlas bad = good;
     bad.sample_errors[bad.texel(0, 32, 32)] = 1;
@@ -116,8 +99,8 @@ TEST(SampleErrors, ValidationNoticesWhatIsBroken) {
 }
 
 TEST(SampleErrors, OfLevelsAndPagesAreBoundsOnRealDistances) {
-    const TriMesh mesh = repaired(Shape::rock, 6000);
-    const Atlas atlas = atlas_of(mesh, 64);
+    const TriMesh mesh = fixtures::repaired(Shape::rock, 6000);
+    const Atlas atlas = small_atlas(mesh, 64);
     const PageTree tree{atlas.cells};
     for (uint32_t level = 0; level <= tree.base_level(); ++level) {
         double largest = 0;
@@ -133,7 +116,7 @@ TEST(SampleErrors, OfLevelsAndPagesAreBoundsOnRealDistances) {
 }
 
 TEST(SampleErrors, ConesHoldTheNormalsOfEveryTriangleThatMayBeDrawn) {
-    const Atlas atlas = atlas_of(repaired(Shape::sphere, 20000), 64);
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::sphere, 20000), 64);
     const PageTree tree{atlas.cells};
     const Bintree bintree{static_cast<int32_t>(atlas.cells)};
     uint32_t cones = 0;

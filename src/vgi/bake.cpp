@@ -286,20 +286,12 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
             if (atlas) atlas->attributes = attributes_of(source);
             return atlas;
         }
-        // Where borders were kept on features they are let go first; where there were none, clusters become finer.
-        const std::vector<bool> has_feature = features.triangles(mesh->triangle_count());
-        std::vector<bool> let_go(bad.size(), false), forgotten(mesh->triangle_count(), false);
+        // There clusters become finer, and borders need not be kept on features any more.
+        std::vector<bool> forgotten(mesh->triangle_count(), false);
         for (uint32_t t = 0; t < density.size(); ++t) {
-            if (has_feature[surface.triangles[t].source]) let_go[attempt.label()[t]] = true;
-        }
-        for (uint32_t t = 0; t < density.size(); ++t) {
-            const uint32_t cluster = attempt.label()[t];
-            if (!bad[cluster]) continue;
-            if (let_go[cluster]) {
-                forgotten[surface.triangles[t].source] = true;
-            } else {
-                density[t] *= denser;
-            }
+            if (!bad[attempt.label()[t]]) continue;
+            density[t] *= denser;
+            forgotten[surface.triangles[t].source] = true;
         }
         features.forget(forgotten);
     }

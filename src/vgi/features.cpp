@@ -54,12 +54,6 @@ bool FeatureLines::between(uint32_t a, uint32_t b) const {
     return a != b && std::ranges::binary_search(pairs_, pair_of(a, b));
 }
 
-std::vector<bool> FeatureLines::triangles(size_t count) const {
-    std::vector<bool> has(count, false);
-    for (const uint64_t pair : pairs_) has[pair >> 32] = has[pair & 0xffffffffu] = true;
-    return has;
-}
-
 void FeatureLines::forget(const std::vector<bool>& triangles) {
     std::erase_if(pairs_, [&](uint64_t pair) { return triangles[pair >> 32] || triangles[pair & 0xffffffffu]; });
 }

@@ -25,8 +25,6 @@ public:
     bool empty() const { return pairs_.empty(); }
     // Whether the edge between two triangles of the source that share one is a feature.
     bool between(uint32_t a, uint32_t b) const;
-    // Per triangle of the source, whether one of its edges is a feature.
-    std::vector<bool> triangles(size_t count) const;
     // Forgets the features of these triangles of the source.
     void forget(const std::vector<bool>& triangles);
     // The same as between() of an edge of a surface cut out of the source; twin: as Surface::twins.

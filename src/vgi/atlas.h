@@ -23,17 +23,18 @@
 
 namespace lodestone::vgi {
 
-// Step 0 .. cells of a side of a square of cells^2.
-inline std::array<uint32_t, 2> on_side(uint32_t side, uint32_t step, uint32_t cells) {
+// The place `step` along a side, 0 .. length, of a square of that length.
+template <class Number>
+std::array<Number, 2> on_side(uint32_t side, Number step, Number length) {
     switch (side) {
         case 0:
             return {step, 0};
         case 1:
-            return {cells, step};
+            return {length, step};
         case 2:
-            return {cells - step, cells};
+            return {length - step, length};
         default:
-            return {0, cells - step};
+            return {0, length - step};
     }
 }
 // Whether cell (x, y) of a level is halved from its lowest to its highest corner, or else from the corner of highest x

@@ -147,9 +147,9 @@ AtlasFile::Place AtlasFile::place(Layer layer, uint32_t chart, uint32_t page) co
     return {layers[l].bytes, first, ends_[l][i] - first};
 }
 
-std::span<const std::byte> AtlasFile::bytes(const Place& place) const {
-    const size_t l = place.chunk == layers[0].bytes ? 0 : 1;
-    return pages_[l].subspan(place.offset, place.bytes);
+std::span<const std::byte> AtlasFile::bytes(Layer layer, uint32_t chart, uint32_t page) const {
+    const Place at = place(layer, chart, page);
+    return pages_[static_cast<size_t>(layer)].subspan(at.offset, at.bytes);
 }
 
 Result<Atlas> open_atlas(const ChunkFile& file) {
@@ -173,7 +173,7 @@ Result<Atlas> open_atlas(const ChunkFile& file) {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
                 std::vector<Page> pages;
                 for (uint32_t p = 0; p < tree.pages(); ++p) {
-                    auto page = decode_page(tree, channels, p, opened->bytes(opened->place(name.layer, c, p)),
+                    auto page = decode_page(tree, channels, p, opened->bytes(name.layer, c, p),
                                             p == 0 ? nullptr : &pages[tree.parent(p)]);
                     if (!page) {
                         faults[c] = "chart " + std::to_string(c) + ", " + page.error().message;

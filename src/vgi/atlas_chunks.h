@@ -28,7 +28,7 @@ public:
         uint64_t offset, bytes;
     };
     Place place(Layer layer, uint32_t chart, uint32_t page) const;
-    std::span<const std::byte> bytes(const Place& place) const;
+    std::span<const std::byte> bytes(Layer layer, uint32_t chart, uint32_t page) const;
 
 private:
     explicit AtlasFile(const ChunkFile& file) : file_(file) {}

@@ -161,10 +161,8 @@ private:
         double on_border = 0, all = 0;
         for (uint32_t h = 0; h < twin.size() && !features_.empty(); ++h) {
             if (!features_.at(surface.triangles, twin, h)) continue;
-            const auto& v = surface.triangles[h / 3].vertices;
-            const double length = glm::length(surface.positions[v[next_corner(h) % 3]] - surface.positions[v[h % 3]]);
-            all += length;
-            if (quads_.label[h / 3] != quads_.label[twin[h] / 3]) on_border += length;
+            all += surface.length(h);
+            if (quads_.label[h / 3] != quads_.label[twin[h] / 3]) on_border += surface.length(h);
         }
         report_.features_on_borders = all > 0 ? on_border / all : 1;
     }

@@ -142,9 +142,8 @@ private:
         const int32_t sx = m.x >> page_level, sy = m.y >> page_level;
         const int32_t px = std::min(sx >> page_shift_, last), py = std::min(sy >> page_shift_, last);
         const int32_t lx = sx - (px << page_shift_), ly = sy - (py << page_shift_);
-        // As PageTree::page, of which this is the innermost part of a frame: ((4^k - 1) / 3) pages come before level k.
-        const uint32_t number = first_page_ + ((1u << (2 * side_shift)) - 1) / 3 +
-                                (static_cast<uint32_t>(py) << side_shift) + static_cast<uint32_t>(px);
+        const uint32_t number =
+            first_page_ + PageTree::page_of(side_shift, static_cast<uint32_t>(px), static_cast<uint32_t>(py));
         const Entry& entry = residency_.entry(number);
         // On a border the page across is needed as well.
         const uint32_t needed =
@@ -253,17 +252,19 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDeman
     return result;
 }
 
-void foresee(const Residency& residency, const CutRequest& request, PageDemand& demand) {
+void foresee(const Residency& residency, const CutRequest& request, std::span<const float> wanted_now,
+             std::vector<float>& foreseen) {
     const Visibility visibility(request, residency.about());
     const Wanted wanted(request, residency.about());
     const uint32_t per_chart = residency.tree().pages();
     for (uint32_t number = 0; number < residency.pages(); ++number) {
         const uint32_t page = number % per_chart;
-        if (residency.entry(number).texels != nullptr || demand.wanted[number] > 0 ||
+        if (residency.entry(number).texels != nullptr || wanted_now[number] > 0 ||
             residency.entry(number - page + residency.tree().parent(page)).texels == nullptr)
             continue;
         const float excess = wanted.excess(residency.about().bounds[number]);
-        if (excess > 1 && visibility.seen(1, number) != 0) demand.wanted[number] = std::min(excess * 1e-3f, 1e-2f);
+        if (excess > 1 && visibility.seen(1, number) != 0)
+            foreseen[number] = std::max(foreseen[number], std::min(excess * 1e-3f, 1e-2f));
     }
 }
 

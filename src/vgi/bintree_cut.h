@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "frame/frame_source.h"
+#include "frame/view.h"
 #include "vgi/residency.h"
 
 namespace lodestone::vgi {
@@ -46,7 +46,9 @@ struct PageDemand {
 
 Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand);
 
-// Asks, after all else, for pages that views[0] of the request would want: of an eye further along the camera's way.
-void foresee(const Residency& residency, const CutRequest& request, PageDemand& demand);
+// Pages that views[0] of the request, an eye further along the camera's way, would want and `wanted` does not ask for.
+// Both are sized as the residency's pages; what is foreseen counts less than what is wanted now.
+void foresee(const Residency& residency, const CutRequest& request, std::span<const float> wanted,
+             std::vector<float>& foreseen);
 
 }  // namespace lodestone::vgi

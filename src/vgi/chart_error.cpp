@@ -57,12 +57,6 @@ void to_side(const glm::dvec2& place, uint32_t side, double* away, double* along
     *away = side == 0 ? v : side == 1 ? 1 - u : side == 2 ? 1 - v : u;
     *along = side == 0 ? u : side == 1 ? v : side == 2 ? 1 - u : 1 - v;
 }
-glm::dvec2 on_side(uint32_t side, double along) {
-    return side == 0   ? glm::dvec2(along, 0)
-           : side == 1 ? glm::dvec2(1, along)
-           : side == 2 ? glm::dvec2(1 - along, 1)
-                       : glm::dvec2(0, 1 - along);
-}
 
 // The same, looking across borders that are near, and across the next ones from there.
 double squared_distance(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, const glm::dvec3& point,
@@ -74,8 +68,8 @@ double squared_distance(const Atlas& atlas, uint32_t chart, const glm::dvec2& pl
         double away = 0, along = 0;
         to_side(place, side, &away, &along);
         if (other.chart == ~0u || away * atlas.cells > near_cells) continue;
-        least =
-            std::min(least, squared_distance(atlas, other.chart, on_side(other.side, 1 - along), point, borders - 1));
+        const auto [u, v] = on_side(other.side, 1 - along, 1.0);
+        least = std::min(least, squared_distance(atlas, other.chart, {u, v}, point, borders - 1));
     }
     return least;
 }

@@ -13,10 +13,9 @@ PagePool::PagePool(uint32_t pages, uint32_t slots) : entries_(pages), page_in_(s
 void PagePool::begin_frame(uint64_t frame, uint64_t completed) {
     LODE_CHECK(frame + 1 >= frame_ && completed >= completed_, frame, completed);
     // Frames are counted from 1 here, so that 0 is before all of them.
+    if (frame + 1 > frame_) idle_ = resident_ - pinned_;  // nothing is used by the new frame yet
     frame_ = frame + 1;
     completed_ = completed;
-    idle_ = 0;
-    for (uint32_t page = first_; page != nothing && entries_[page].used < frame_; page = entries_[page].after) ++idle_;
 }
 
 void PagePool::touch(uint32_t page) {
@@ -57,6 +56,7 @@ std::optional<PagePool::Placed> PagePool::place(uint32_t page, uint32_t parent, 
     if (parent != nothing) ++entries_[parent].children;
     page_in_[placed.slot] = page;
     ++resident_;
+    pinned_ += pinned;
     if (!pinned) link_last(page);
     return placed;
 }
@@ -91,12 +91,14 @@ Result<void> PagePool::validate() const {
     }
     if (resident != resident_ || resident + free_.size() != slots()) return wrong("slots are lost");
     uint64_t used = 0;
-    uint32_t linked = 0;
+    uint32_t linked = 0, idle_pages = 0;
     for (uint32_t page = first_; page != nothing; page = entries_[page].after) {
         if (entries_[page].used < used) return wrong("pages are not in order of use");
         used = entries_[page].used;
+        idle_pages += used < frame_;
         if (++linked > resident) return wrong("the order of use has no end");
     }
+    if (pinned != pinned_ || idle_pages != idle_) return wrong("pages are miscounted");
     if (linked + pinned != resident) return wrong("a page is missing from the order of use");
     for (uint32_t page = 0; page < entries_.size(); ++page) {
         if (entries_[page].children != children[page]) return wrong("children are miscounted");

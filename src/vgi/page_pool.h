@@ -56,7 +56,7 @@ private:
     std::vector<uint32_t> page_in_;              // per slot
     std::vector<uint32_t> free_;                 // slots, the lowest last
     uint32_t first_ = nothing, last_ = nothing;  // the page unused longest; the one used last; without pinned ones
-    uint32_t resident_ = 0, idle_ = 0;
+    uint32_t resident_ = 0, pinned_ = 0, idle_ = 0;
     uint64_t frame_ = 1, completed_ = 0;
 };
 

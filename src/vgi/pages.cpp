@@ -191,11 +191,6 @@ uint32_t PageTree::pages() const {
     for (uint32_t level = 0; level <= base_level(); ++level) count += pages_per_side(level) * pages_per_side(level);
     return count;
 }
-uint32_t PageTree::page(uint32_t level, uint32_t x, uint32_t y) const {
-    uint32_t first = 0;
-    for (uint32_t l = base_level(); l > level; --l) first += pages_per_side(l) * pages_per_side(l);
-    return first + y * pages_per_side(level) + x;
-}
 void PageTree::place(uint32_t page, uint32_t* level, uint32_t* x, uint32_t* y) const {
     *level = base_level();
     for (;; --*level) {

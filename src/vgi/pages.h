@@ -27,8 +27,12 @@ struct PageTree {
     // Level of the coarsest pages: one per chart; coarser levels are samples of these.
     uint32_t base_level() const;
     uint32_t pages_per_side(uint32_t level) const { return (cells >> level) / cells_per_page(); }
-    uint32_t pages() const;                                       // of all levels
-    uint32_t page(uint32_t level, uint32_t x, uint32_t y) const;  // its number
+    uint32_t pages() const;  // of all levels
+    // Its number; `shift`: log2 of the pages along a side of its level, before which (4^shift - 1) / 3 pages come.
+    static uint32_t page_of(uint32_t shift, uint32_t x, uint32_t y) {
+        return ((1u << (2 * shift)) - 1) / 3 + (y << shift) + x;
+    }
+    uint32_t page(uint32_t level, uint32_t x, uint32_t y) const { return page_of(base_level() - level, x, y); }
     void place(uint32_t page, uint32_t* level, uint32_t* x, uint32_t* y) const;
     uint32_t parent(uint32_t page) const;  // page is not 0
 };

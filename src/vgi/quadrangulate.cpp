@@ -362,8 +362,7 @@ std::set<std::pair<uint32_t, uint32_t>> borders_on_features(const Quads& quads, 
     std::map<std::pair<uint32_t, uint32_t>, std::array<double, 2>> lengths;  // on features, in all
     for (uint32_t h = 0; h < twin.size(); ++h) {
         if (twin[h] == none || twin[h] < h || quads.label[h / 3] == quads.label[twin[h] / 3]) continue;
-        const auto& v = surface.triangles[h / 3].vertices;
-        const double length = glm::length(surface.positions[v[next_corner(h) % 3]] - surface.positions[v[h % 3]]);
+        const double length = surface.length(h);
         auto& sum = lengths[std::minmax(quads.label[h / 3], quads.label[twin[h] / 3])];
         if (features.at(surface.triangles, twin, h)) sum[0] += length;
         sum[1] += length;

@@ -58,16 +58,9 @@ Residency::Residency(const Atlas& about) : about_(&about), tree_{about.cells} {
                     across = ~0u;
                     continue;
                 }
-                // Step k of one side is step n - 1 - k of the other, counted in pages.
-                const uint32_t step = side == 0 ? x : side == 1 ? y : side == 2 ? last - x : last - y, k = last - step;
-                const uint32_t u = other.side == 0   ? k
-                                   : other.side == 1 ? last
-                                   : other.side == 2 ? last - k
-                                                     : 0,
-                               v = other.side == 0   ? 0
-                                   : other.side == 1 ? k
-                                   : other.side == 2 ? last
-                                                     : last - k;
+                // Step k of one side is step last - k of the other, counted in pages.
+                const uint32_t step = side == 0 ? x : side == 1 ? y : side == 2 ? last - x : last - y;
+                const auto [u, v] = on_side(other.side, last - step, last);
                 across = number(other.chart, tree_.page(level, u, v));
             }
         }

@@ -10,6 +10,7 @@
 #include "mesh/closest_point.h"
 #include "vgi/bintree.h"
 #include "vgi/pages.h"
+#include "vgi/surface.h"
 
 namespace lodestone::vgi {
 
@@ -175,10 +176,6 @@ void share(const Atlas& atlas, uint32_t depth, std::vector<uint8_t>& codes) {
     }
 }
 
-glm::dvec3 normal_sum(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
-    return glm::cross(b - a, c - a);
-}
-
 // Texels of a page that its parent has not.
 template <class Visit>
 void for_own_samples(const Atlas& atlas, uint32_t chart, uint32_t page, Visit&& visit) {
@@ -290,7 +287,7 @@ private:
 
     void bound_cone(uint32_t page, uint32_t level, uint32_t px, uint32_t py, PageBounds& bounds) {
         glm::dvec3 sum(0);
-        const auto normal_of = [&](GridPoint a, GridPoint b, GridPoint c) { return normal_sum(at(a), at(b), at(c)); };
+        const auto normal_of = [&](GridPoint a, GridPoint b, GridPoint c) { return area_vector(at(a), at(b), at(c)); };
         for_triangles(level, px, py, [&](GridPoint a, GridPoint b, GridPoint c) { sum += normal_of(a, b, c); });
         Cone& cone = cones_[page];
         const double length = glm::length(sum);

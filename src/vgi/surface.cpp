@@ -21,6 +21,11 @@ glm::dvec3 area_vector(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec
     return glm::cross(b - a, c - a);
 }
 
+double Surface::length(uint32_t half_edge) const {
+    const auto& v = triangles[half_edge / 3].vertices;
+    return glm::distance(positions[v[half_edge % 3]], positions[v[next_corner(half_edge) % 3]]);
+}
+
 double Surface::area() const {
     double sum = 0;
     for (const SurfaceTriangle& t : triangles)

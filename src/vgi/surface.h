@@ -33,6 +33,8 @@ struct Surface {
 
     // 3 t + k: the half-edge across the edge of triangle t from corner k to corner k + 1; none on the boundary.
     std::vector<uint32_t> twins() const { return twins_of(triangles, positions.size()); }
+    // Of half-edge 3 t + k, object units.
+    double length(uint32_t half_edge) const;
     double area() const;
     // Oriented manifold without bow-ties, indices in range, places within their source triangles.
     Result<void> validate() const;

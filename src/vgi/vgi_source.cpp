@@ -54,6 +54,7 @@ struct Asset {
     std::vector<float> spacing;       // per chart, of attributes
     uint32_t first_chart = 0;         // among all assets'
     PageDemand demand;
+    std::vector<float> foreseen;  // as PageDemand::wanted, of the frames to come
     std::vector<float> attribute_demand;
     std::vector<uint8_t> attribute_touched;
     bool changed = true;  // residency has to be updated
@@ -95,9 +96,10 @@ public:
             parallel_for(charts, 4, [&](size_t begin, size_t end) {
                 for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
                     for (const Layer layer : both_layers) {
-                        const uint32_t number = c * asset.trees[index_of(layer)].pages();
-                        pages[c * 2 + index_of(layer)] =
-                            decode(layer, a, number, asset.file->bytes(asset.file->place(layer, c, 0)));
+                        const size_t l = index_of(layer);
+                        pages[c * 2 + l] = decode({layer, a, c * asset.trees[l].pages(), nullptr, nullptr},
+                                                  asset.trees[l], asset.channels[l], 0, asset.file->bytes(layer, c, 0),
+                                                  nullptr, asset.file->about().attributes, texel_words_);
                     }
                 }
             });
@@ -178,24 +180,10 @@ private:
         return states_[index_of(layer)][assets_[asset].first[index_of(layer)] + number];
     }
 
-    // Pure: what it reads of the parent is never changed.
-    Decoded decode(Layer layer, uint32_t a, uint32_t number, std::span<const std::byte> bytes) const {
-        const Asset& asset = assets_[a];
-        const PageTree& tree = asset.trees[index_of(layer)];
-        const uint32_t page = number % tree.pages();
-        Decoded decoded{layer, a, number, nullptr, nullptr};
-        Page parent;
-        if (page > 0) {
-            const uint32_t up = number - page + tree.parent(page);
-            parent = layer == Layer::geometry ? unpacked_geometry(*asset.residency->entry(up).texels)
-                                              : asset.attributes->unpacked(up);
-        }
-        return finish_decoding(std::move(decoded), tree, asset.channels[index_of(layer)], page, bytes,
-                               page > 0 ? &parent : nullptr, asset.file->about().attributes, texel_words_);
-    }
-    static Decoded finish_decoding(Decoded decoded, const PageTree& tree, std::span<const Channel> channels,
-                                   uint32_t page, std::span<const std::byte> bytes, const Page* parent,
-                                   const PresentAttributes& attributes, uint32_t texel_words) {
+    // parent: of every page but a coarsest. Without samples where the bytes are not a page's.
+    static Decoded decode(Decoded decoded, const PageTree& tree, std::span<const Channel> channels, uint32_t page,
+                          std::span<const std::byte> bytes, const Page* parent, const PresentAttributes& attributes,
+                          uint32_t texel_words) {
         const auto plain = decode_page(tree, channels, page, bytes, parent);
         if (!plain) return decoded;
         if (decoded.layer == Layer::geometry) {
@@ -242,8 +230,8 @@ private:
             decoding_.push_back(decoder_.start<Decoded>(
                 [layer, a, number, tree, page, parent, blob = arrival.blob, channels = asset.channels[index_of(layer)],
                  attributes = asset.file->about().attributes, words = texel_words_] {
-                    return finish_decoding({layer, a, number, nullptr, nullptr}, tree, channels, page,
-                                           std::span(blob.data(), blob.size()), parent.get(), attributes, words);
+                    return decode({layer, a, number, nullptr, nullptr}, tree, channels, page,
+                                  std::span(blob.data(), blob.size()), parent.get(), attributes, words);
                 }));
         }
     }
@@ -516,7 +504,7 @@ private:
             missing +=
                 static_cast<uint32_t>(std::ranges::count_if(asset.attribute_demand, [](float w) { return w > 0; }));
         }
-        if (begun_) foresee_way(input);
+        foresee_way(input);
         struct Wish {
             float wanted;
             Layer layer;
@@ -529,14 +517,15 @@ private:
             uint32_t room = pool(layer).available();
             std::vector<Wish> mine;
             for (uint32_t a = 0; a < assets_.size(); ++a) {
-                const auto& wanted = layer == Layer::geometry ? assets_[a].demand.wanted : assets_[a].attribute_demand;
-                for (uint32_t n = 0; n < wanted.size(); ++n) {
-                    if (!(wanted[n] > 0)) continue;
+                const Asset& asset = assets_[a];
+                const auto& now = layer == Layer::geometry ? asset.demand.wanted : asset.attribute_demand;
+                for (uint32_t n = 0; n < now.size(); ++n) {
+                    const float wanted = layer == Layer::geometry ? std::max(now[n], asset.foreseen[n]) : now[n];
+                    if (!(wanted > 0)) continue;
                     PageState& s = state(layer, a, n);
-                    if (s == PageState::failed && retry_[l][assets_[a].first[l] + n] <= input.frame)
-                        s = PageState::absent;
+                    if (s == PageState::failed && retry_[l][asset.first[l] + n] <= input.frame) s = PageState::absent;
                     if (s == PageState::waiting) room -= std::min(room, 1u);
-                    if (s == PageState::absent) mine.push_back({wanted[n], layer, a, n});
+                    if (s == PageState::absent) mine.push_back({wanted, layer, a, n});
                 }
             }
             const auto worse = [](const Wish& x, const Wish& y) {
@@ -563,8 +552,10 @@ private:
 
     // Where the camera will be if it goes on as it did.
     void foresee_way(const FrameInput& input) {
+        for (Asset& asset : assets_) asset.foreseen.assign(asset.residency->pages(), 0.0f);
+        if (!begun_ || level_ >= 0) return;
         const glm::vec3 step = input.views[0].eye - last_.views[0].eye;
-        if (glm::dot(step, step) == 0 || level_ >= 0) return;
+        if (glm::dot(step, step) == 0) return;
         std::vector<View> views{input.views[0]};
         views[0].eye += step * frames_ahead;
         views[0].world_to_view[3] -= glm::vec4(glm::mat3(views[0].world_to_view) * (step * frames_ahead), 0);
@@ -572,7 +563,7 @@ private:
             Asset& asset = assets_[instance.asset];
             CutRequest request = request_for(input, instance);
             request.views = views;
-            foresee(*asset.residency, request, asset.demand);
+            foresee(*asset.residency, request, asset.demand.wanted, asset.foreseen);
         }
     }
 

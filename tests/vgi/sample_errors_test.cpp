@@ -93,7 +93,7 @@ TEST(SampleErrors, ValidationNoticesWhatIsBroken) {
     EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("larger error"));
     bad = good;
     const GluedSide other = bad.sides[0];
-    const auto [x, y] = on_side(other.side, 5, bad.cells);
+    const auto [x, y] = on_side(other.side, 5u, bad.cells);
     ++bad.sample_errors[bad.texel(other.chart, x, y)];
     EXPECT_THAT(bad.validate().error().message, testing::HasSubstr("differs"));
 }

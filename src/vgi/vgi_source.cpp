@@ -444,9 +444,8 @@ private:
             draw.index_buffer = index_lists;
             draw.first_id = first_id;
             draw.words[LODE_VGI_WORD_ASSET] = instance.asset;
-            const double magnification = input.budget.forced_level >= 0
-                                             ? 0
-                                             : magnification_of(input.views[0], input.budget.pixel_error * raised_);
+            const double magnification =
+                level_ >= 0 ? 0 : magnification_of(input.views[0], input.budget.pixel_error * raised_);
             draw.words[LODE_VGI_WORD_MAGNIFICATION] = std::bit_cast<uint32_t>(static_cast<float>(magnification));
             const float scale = largest_scale(instance.object_to_world);
             draw.words[LODE_VGI_WORD_SCALE] = std::bit_cast<uint32_t>(scale);

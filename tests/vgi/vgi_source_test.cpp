@@ -5,6 +5,7 @@
 
 #include <unistd.h>
 
+#include <bit>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <set>
@@ -14,6 +15,7 @@
 #include "mesh/distance.h"
 #include "mesh/generate.h"
 #include "mesh/repair.h"
+#include "shaders/shared/vgi_texels.h"
 #include "vgi/bake.h"
 #include "vgi/pulled_vertex.h"
 
@@ -204,6 +206,27 @@ TEST_F(VgiSourceTest, KeepsToABudgetOfTriangles) {
         EXPECT_GT(figure(plan, "raised_error"), 1);
         for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
     }
+}
+
+TEST_F(VgiSourceTest, DrawsACoarseLevelAsItIsWhereNoErrorIsLargeEnoughForTheBudget) {
+    const auto drawn = [](uint64_t most, int64_t level) {
+        const auto vgi = source();
+        PlanMirror mirror(vgi->recipe(), pulled_vertex);
+        // A needle, whose errors count as if it were as thick as long, right before the eye.
+        FrameInput input = look_from({0.1f, 0, 0}, 0);
+        input.views[0].culls_back_faces = false;
+        input.instances[0].object_to_world[0][0] = input.instances[0].object_to_world[2][2] = 0.01f;
+        input.budget.max_triangles = most;
+        input.budget.forced_level = level;
+        const Plan plan = vgi->plan(input);
+        EXPECT_TRUE(mirror.execute(plan, input));
+        EXPECT_EQ(std::bit_cast<float>(mirror.draws().back().draw.words[LODE_VGI_WORD_MAGNIFICATION]), 0);
+        return mirror.triangles_of(0);
+    };
+    const auto level = atlas()->about().levels() - 2;
+    const auto asked = drawn(~uint64_t{0}, level);
+    ASSERT_FALSE(asked.empty());
+    EXPECT_EQ(drawn(asked.size(), -1), asked) << "vertices are not moved towards a coarser level";
 }
 
 TEST_F(VgiSourceTest, DrawsEveryInstanceAndCullsForEachView) {

@@ -85,11 +85,9 @@ TEST(QuadricSimplifier, StopsAtTheTarget) {
 class RealMesh : public testing::TestWithParam<const char*> {};
 
 TEST_P(RealMesh, PlaysDownAndUpSlotForSlotAndKeepsItsSurface) {
-    const auto path = fixtures::real_data(GetParam());
-    if (!path) GTEST_SKIP() << fixtures::missing_data_note(GetParam());
-    auto mesh = read_mesh(*path);
+    if (!fixtures::real_data(GetParam())) GTEST_SKIP() << fixtures::missing_data_note(GetParam());
+    const auto mesh = fixtures::repaired_real_mesh(GetParam());
     ASSERT_TRUE(mesh) << mesh.error().message;
-    ASSERT_TRUE(repair(*mesh));
     const Topology before = topology_of(*mesh);
     const auto list = make_quadric_simplifier()->simplify(*mesh, {});
     ASSERT_TRUE(list);

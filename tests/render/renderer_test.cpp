@@ -20,6 +20,7 @@
 #include "mesh/io/image_file.h"
 #include "mesh/packed_vertices.h"
 #include "mesh/repair.h"
+#include "render/device_test.h"
 
 namespace lodestone {
 
@@ -29,30 +30,12 @@ namespace {
 
 constexpr uint32_t width = 160, height = 120;
 
-class RendererTest : public testing::Test {
+class RendererTest : public DeviceTest {
 protected:
-    void SetUp() override {
+    RendererTest() : DeviceTest(width, height) {
         static const bool added = (add_test_shaders(), true);
         static_cast<void>(added);
-        const auto devices = list_devices();
-        if (!devices || devices->empty())
-            GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
     }
-    void TearDown() override {
-        if (renderer_ == nullptr) return;
-        EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty());
-    }
-    Renderer& make(RendererOptions options = {}) {
-        options.width = width;
-        options.height = height;
-        options.shadow_size = 512;
-        options.validation = true;
-        auto made = Renderer::create(options);
-        EXPECT_TRUE(made) << made.error().message;
-        renderer_ = std::move(*made);
-        return *renderer_;
-    }
-    std::unique_ptr<Renderer> renderer_;
 };
 
 FrameInput look_at(const glm::vec3& eye, uint64_t frame, std::vector<Instance> instances = {Instance{}}) {

@@ -13,7 +13,7 @@
 #include "mesh/generate.h"
 #include "mesh/packed_vertices.h"
 #include "mesh/repair.h"
-#include "render/renderer.h"
+#include "render/device_test.h"
 #include "report/image_metrics.h"
 #include "vgi/bake.h"
 #include "vgi/vgi_source.h"
@@ -23,27 +23,15 @@ namespace {
 
 constexpr uint32_t width = 320, height = 240;
 
-class VgiRenderTest : public testing::Test {
+class VgiRenderTest : public DeviceTest {
 protected:
-    void SetUp() override {
-        const auto devices = list_devices();
-        if (!devices || devices->empty())
-            GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
-        path_ = std::filesystem::temp_directory_path() / ("lodestone-vgi-render-" + std::to_string(getpid()) + ".lode");
-    }
+    VgiRenderTest()
+        : DeviceTest(width, height),
+          path_(std::filesystem::temp_directory_path() /
+                ("lodestone-vgi-render-" + std::to_string(getpid()) + ".lode")) {}
     void TearDown() override {
-        if (renderer_ != nullptr) { EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty()); }
+        DeviceTest::TearDown();
         std::filesystem::remove(path_);
-    }
-    Renderer& make(RendererOptions options = {}) {
-        options.width = width;
-        options.height = height;
-        options.shadow_size = 512;
-        options.validation = true;
-        auto made = Renderer::create(options);
-        EXPECT_TRUE(made) << made.error().message;
-        renderer_ = std::move(*made);
-        return *renderer_;
     }
     std::shared_ptr<const vgi::AtlasFile> atlas_of(const TriMesh& mesh) {
         vgi::AtlasOptions options;
@@ -95,7 +83,6 @@ protected:
         input.instances = {Instance{}};
         return input;
     }
-    std::unique_ptr<Renderer> renderer_;
     std::shared_ptr<const vgi::AtlasFile> file_;
     std::filesystem::path path_;
     uint64_t frame_ = 0;

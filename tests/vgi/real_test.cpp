@@ -15,11 +15,9 @@ namespace {
 class RealAtlas : public testing::TestWithParam<const char*> {};
 
 TEST_P(RealAtlas, IsValidAndTheSurfaceItWas) {
-    const auto path = fixtures::real_data(GetParam());
-    if (!path) GTEST_SKIP() << fixtures::missing_data_note(GetParam());
-    auto mesh = read_mesh(*path);
+    if (!fixtures::real_data(GetParam())) GTEST_SKIP() << fixtures::missing_data_note(GetParam());
+    const auto mesh = fixtures::repaired_real_mesh(GetParam());
     ASSERT_TRUE(mesh) << mesh.error().message;
-    ASSERT_TRUE(repair(*mesh));
     const Topology before = topology_of(*mesh);
     for (const uint32_t clusters : {6u, 60u}) {
         SCOPED_TRACE(clusters);

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "apps/commands.h"
-#include "apps/draw_session.h"
+#include "apps/draw_flight.h"
 #include "apps/machine.h"
 #include "apps/terminal.h"
 #include "base/statistics.h"
@@ -29,7 +29,6 @@ struct Options {
 };
 
 constexpr uint32_t supersampling = 4;
-constexpr size_t colour_stage = static_cast<size_t>(Stage::colour);
 
 // A picture to compare with, kept with what is needed to compare.
 struct Reference {
@@ -145,36 +144,26 @@ private:
         if (auto done = renderer_.resize(width_, height_); !done) return done;
         auto session = DrawSession::open(scene_, renderer_, backend, order, false, progress_);
         if (!session) return tl::unexpected(session.error());
-        std::vector<double> ms, floor_ms, plan_ms, gpu_ms, triangles, invocations, uploaded, acmr;
+        const Flight flight{&scene_.camera, options_.frames, budget, width_, height_, nullptr};
+        std::vector<FlownFrame> flown;
         for (uint32_t round = 0; round < options_.rounds; ++round) {
-            // The first frame uploads what every frame needs; it is not timed.
-            if (auto warm = (*session)->settle(scene_.camera.frame(0, options_.frames), budget, width_, height_); !warm)
-                return tl::unexpected(warm.error());
-            for (uint32_t f = 0; f < options_.frames; ++f) {
-                if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
-                progress_.at(label, static_cast<double>(f) / options_.frames);
-                auto drawn = (*session)->draw(scene_.camera.frame(f, options_.frames), budget, width_, height_);
-                if (!drawn) return tl::unexpected(drawn.error());
-                uint64_t all = 0;
-                for (const auto& pass : drawn->counters.pass) all += pass.vertex_invocations;
-                ms.push_back(drawn->ms);
-                plan_ms.push_back(drawn->plan_cpu_ms);
-                gpu_ms.push_back(drawn->counters.gpu_ms);
-                triangles.push_back(static_cast<double>(drawn->stats.triangles));
-                invocations.push_back(static_cast<double>(all));
-                uploaded.push_back(static_cast<double>(drawn->stats.uploaded_bytes));
-                if (drawn->stats.triangles > 0) {
-                    acmr.push_back(static_cast<double>(drawn->counters.pass[colour_stage].vertex_invocations) /
-                                   static_cast<double>(drawn->stats.triangles));
-                }
-                row.resident_bytes = drawn->stats.resident_bytes;
-            }
+            auto frames = fly(**session, flight, label, progress_);
+            if (!frames) return tl::unexpected(frames.error());
+            flown.insert(flown.end(), frames->begin(), frames->end());
         }
+        std::vector<double> floor_ms;
         for (uint32_t f = 0; f < std::max(3u, options_.frames / 10); ++f) {
             auto drawn = (*session)->draw(scene_.camera.frame(0, options_.frames), budget, width_, height_, true);
             if (!drawn) return tl::unexpected(drawn.error());
             floor_ms.push_back(drawn->ms);
         }
+        const auto ms = of_frames(flown, [](const FlownFrame& f) { return f.ms; });
+        std::vector<double> acmr;
+        for (const FlownFrame& f : flown) {
+            if (f.triangles > 0)
+                acmr.push_back(static_cast<double>(f.colour_invocations) / static_cast<double>(f.triangles));
+        }
+        row.resident_bytes = flown.back().resident_bytes;
         row.ms_median = median(ms);
         row.ms_p95 = percentile(ms, 0.95);
         row.ms_p99 = percentile(ms, 0.99);
@@ -183,11 +172,11 @@ private:
         row.fps_mean = 1000 / mean(ms);
         row.fps_min = 1000 / percentile(ms, 1);
         row.fps_max = 1000 / percentile(ms, 0);
-        row.cpu_plan_ms = mean(plan_ms);
-        row.gpu_ms = median(gpu_ms);
-        row.triangles = mean(triangles);
-        row.vertex_invocations = mean(invocations);
-        row.uploaded_bytes = mean(uploaded);
+        row.cpu_plan_ms = mean(of_frames(flown, [](const FlownFrame& f) { return f.plan_cpu_ms; }));
+        row.gpu_ms = median(of_frames(flown, [](const FlownFrame& f) { return f.gpu_ms; }));
+        row.triangles = mean(of_frames(flown, [](const FlownFrame& f) { return f.triangles; }));
+        row.vertex_invocations = mean(of_frames(flown, [](const FlownFrame& f) { return f.vertex_invocations; }));
+        row.uploaded_bytes = mean(of_frames(flown, [](const FlownFrame& f) { return f.uploaded_bytes; }));
         row.acmr = mean(acmr);
         return {};
     }

@@ -1,5 +1,9 @@
 #include "apps/draw_session.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <chrono>
 #include <ctime>
 
@@ -15,6 +19,15 @@ double thread_cpu_ms() {
 
 constexpr uint32_t shadow_texels = 2048;
 
+// Frames free and take the same megabytes again, those of a software rasteriser most of all. Left to itself, glibc gives
+// them back to the system each time, and faulting them in anew is a seventh of a frame.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the most it takes
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+}
+
 }  // namespace
 
 DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer)
@@ -28,6 +41,7 @@ DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer)
 Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer,
                                                        const std::string& backend, const std::string& order,
                                                        bool mirrored, const Progress& progress) {
+    keep_freed_memory();
     std::unique_ptr<DrawSession> session(new DrawSession(scene, renderer));
     auto source = open_backend(backend, order, scene, progress);
     if (!source) return tl::unexpected(source.error());

@@ -277,6 +277,23 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     fails("render s.scene.json --device nosuch -o x.png", 4, "nosuch");
 }
 
+TEST_F(ProgramTest, TunesTheErrorToAFrameRate) {
+    bake_rock();
+    fails("tune rock.ply --backend full", 2, "no error to tune");
+    fails("tune rock.ply --fps 0", 2, "--fps");
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    const Ended e = run("tune rock.ply --backend vgi --fps 1 --frames 6 --size 64x48 --json");
+    ASSERT_EQ(e.code, 0) << e.err;
+    const json tuned = json::parse(e.out);
+    // Nothing here takes a second: the finest error that is tried.
+    EXPECT_EQ(tuned["pixel_error"], 1.0 / 16);
+    EXPECT_TRUE(tuned["holds"]);
+    EXPECT_LT(tuned["ms_median"], 1000);
+    EXPECT_EQ(tuned["controlled"]["ms"].size(), 6u);
+    for (const json& tried : tuned["tried"]) EXPECT_GT(tried["triangles"], 0);
+    fails("tune rock.ply --fps 100000 --frames 6 --size 64x48", 4, "times a second");
+}
+
 TEST_F(ProgramTest, ProbesTheDeviceAndBakesForIt) {
     bake_rock();
     const auto baked_for = [&] {

@@ -1,0 +1,209 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "apps/commands.h"
+#include "apps/draw_flight.h"
+#include "apps/machine.h"
+#include "apps/terminal.h"
+#include "base/statistics.h"
+#include "base/threads.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+    std::string scene, backend = "lod", order, size = "1280x720", device;
+    double fps = 60;
+    uint32_t frames = 60;
+    unsigned threads = 0;
+    bool json = false;
+};
+
+constexpr double close_enough = 0.03;  // of the frame's time
+constexpr double near_by = 0.15;       // of the frame's time: worth another look
+constexpr uint32_t most_flights = 12;
+
+struct Tried {
+    double pixel_error, ms_median, ms_p95, triangles, cpu_plan_ms, gpu_ms;
+};
+
+class Tuner {
+public:
+    Tuner(DrawSession& session, const Flight& flight, double target_ms, const Progress& progress)
+        : session_(session), flight_(flight), target_ms_(target_ms), progress_(progress) {}
+
+    // Tries errors until one holds the target or the range ends; the best of them.
+    Result<Tried> search(const ErrorController::Range& range) {
+        double error = 1;
+        std::optional<Tried> slow, fast;  // the errors tried next to the one looked for, from both sides
+        while (tried.size() < most_flights) {
+            auto now = fly_at(error);
+            if (!now) return tl::unexpected(now.error());
+            if (std::abs(now->ms_median / target_ms_ - 1) < close_enough) return now;
+            (now->ms_median > target_ms_ ? slow : fast) = *now;
+            if (slow && fast) {
+                // Where a power law through both would hit, but not at the very ends.
+                const double share =
+                    std::log(slow->ms_median / target_ms_) / std::log(slow->ms_median / fast->ms_median);
+                const double width = std::log(fast->pixel_error / slow->pixel_error);
+                if (width < 0.02) break;
+                error = slow->pixel_error * std::exp(width * std::clamp(share, 0.1, 0.9));
+            } else {
+                const double end = slow ? range.most : range.least;
+                if (now->pixel_error == end) break;
+                error =
+                    std::clamp(now->pixel_error * std::pow(now->ms_median / target_ms_, 2.0) * (slow ? 1.2 : 1 / 1.2),
+                               range.least, range.most);
+            }
+        }
+        return *std::ranges::min_element(tried, {},
+                                         [&](const Tried& t) { return std::abs(std::log(t.ms_median / target_ms_)); });
+    }
+
+    std::vector<Tried> tried;
+
+private:
+    // Flown twice where it may be the answer.
+    Result<Tried> fly_at(double error) {
+        flight_.budget.pixel_error = error;
+        char label[64];
+        std::snprintf(label, sizeof label, "at %.3g px", error);
+        std::vector<FlownFrame> all;
+        for (int time = 0; time < 2; ++time) {
+            const auto flown = fly(session_, flight_, label, progress_);
+            if (!flown) return tl::unexpected(flown.error());
+            all.insert(all.end(), flown->begin(), flown->end());
+            const auto ms = of_frames(all, [](const FlownFrame& f) { return f.ms; });
+            tried.push_back({error, median(ms), percentile(ms, 0.95),
+                             mean(of_frames(all, [](const FlownFrame& f) { return f.triangles; })),
+                             mean(of_frames(all, [](const FlownFrame& f) { return f.plan_cpu_ms; })),
+                             median(of_frames(all, [](const FlownFrame& f) { return f.gpu_ms; }))});
+            if (time == 1) tried.erase(tried.end() - 2);
+            if (std::abs(tried.back().ms_median / target_ms_ - 1) > near_by) break;
+        }
+        return tried.back();
+    }
+
+    DrawSession& session_;
+    Flight flight_;
+    double target_ms_;
+    const Progress& progress_;
+};
+
+Result<int> tune(const Options& o) {
+    const auto size = parse_size(o.size);
+    if (!size) return tl::unexpected(size.error());
+    if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
+    if (o.backend == "full")
+        return fail(Fault::usage, "--backend full: has one level and no error to tune; choose discrete, lod or vgi");
+    set_thread_count(o.threads);
+    const Progress progress = terminal_progress();
+    auto scene = read_scene(o.scene);
+    if (!scene) return tl::unexpected(scene.error());
+    auto ready = ready_scene(std::move(*scene), needs_of({o.backend}), progress);
+    if (!ready) return tl::unexpected(ready.error());
+    RendererOptions renderer_options;
+    renderer_options.device = o.device;
+    renderer_options.width = size->first;
+    renderer_options.height = size->second;
+    auto renderer = Renderer::create(renderer_options);
+    if (!renderer) return tl::unexpected(renderer.error());
+    auto session = DrawSession::open(*ready, **renderer, o.backend, o.order, false, progress);
+    if (!session) return tl::unexpected(session.error());
+
+    const double target_ms = 1000 / o.fps;
+    const ErrorController::Range range;
+    Flight flight{&ready->camera, o.frames, {}, size->first, size->second, nullptr};
+    flight.budget.resident_bytes = ready->scene.resident_bytes;
+    Tuner tuner(**session, flight, target_ms, progress);
+    const auto best = tuner.search(range);
+    if (!best) return tl::unexpected(best.error());
+
+    // The same flight with the controller at the wheel.
+    ErrorController controller(target_ms, best->pixel_error, range);
+    flight.controller = &controller;
+    const auto held = fly(**session, flight, "controlled", progress);
+    if (!held) return tl::unexpected(held.error());
+    const auto held_ms = of_frames(*held, [](const FlownFrame& f) { return f.ms; });
+    end_progress();
+
+    const bool too_slow = best->ms_median > target_ms * (1 + close_enough) && best->pixel_error >= range.most * 0.99;
+    const DeviceInfo& device = (*renderer)->device();
+    if (o.json) {
+        Json json;
+        json["machine"] = {{"cpu", cpu_name()},
+                           {"device", device.name},
+                           {"driver", device.driver},
+                           {"software", device.software},
+                           {"commit", source_commit()}};
+        json["backend"] = o.backend;
+        json["order"] = o.order;
+        json["size"] = o.size;
+        json["fps"] = o.fps;
+        json["frames"] = o.frames;
+        json["pixel_error"] = best->pixel_error;
+        json["holds"] = !too_slow;
+        json["ms_median"] = best->ms_median;
+        json["ms_p95"] = best->ms_p95;
+        json["fps_median"] = 1000 / best->ms_median;
+        for (const Tried& t : tuner.tried) {
+            json["tried"].push_back({{"pixel_error", t.pixel_error},
+                                     {"ms_median", t.ms_median},
+                                     {"ms_p95", t.ms_p95},
+                                     {"triangles", t.triangles},
+                                     {"cpu_plan_ms", t.cpu_plan_ms},
+                                     {"gpu_ms", t.gpu_ms}});
+        }
+        json["controlled"] = {{"ms_median", median(held_ms)},
+                              {"ms_p95", percentile(held_ms, 0.95)},
+                              {"ms", held_ms},
+                              {"pixel_error", of_frames(*held, [](const FlownFrame& f) { return f.pixel_error; })}};
+        print_line(json.dump(2));
+    } else if (!too_slow) {
+        const auto errors = of_frames(*held, [](const FlownFrame& f) { return f.pixel_error; });
+        char line[256];
+        std::snprintf(line, sizeof line,
+                      "%s: a pixel error of %.3g holds %g frames per second on %s%s: median %.2f ms (%.1f per second)",
+                      o.backend.c_str(), best->pixel_error, o.fps, device.name.c_str(),
+                      device.software ? " (software rasteriser)" : "", best->ms_median, 1000 / best->ms_median);
+        print_line(line);
+        std::snprintf(line, sizeof line, "steered frame by frame: median %.2f ms with errors from %.3g to %.3g px",
+                      median(held_ms), percentile(errors, 0), percentile(errors, 1));
+        print_line(line);
+    }
+    if (!too_slow) return 0;
+    char line[256];
+    std::snprintf(
+        line, sizeof line,
+        "%s cannot be drawn %g times a second here: even at %g px a frame takes %.2f ms; ask for fewer, or for a "
+        "smaller --size",
+        o.scene.c_str(), o.fps, best->pixel_error, best->ms_median);
+    return fail(Fault::machine, line);
+}
+
+}  // namespace
+
+void add_tune(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("tune", "Find the pixel error that holds a frame rate on this machine");
+    command->add_option("scene", o->scene, "Scene (.json), asset (.lode) or mesh")->required();
+    command->add_option("--fps", o->fps, "Frames per second to hold")
+        ->check(CLI::Range(0.1, 100000.0))
+        ->capture_default_str();
+    command->add_option("--backend", o->backend, "discrete, lod or vgi")->capture_default_str();
+    command->add_option("--order", o->order, "lod: face order to draw");
+    command->add_option("--frames", o->frames, "Frames of every flight")
+        ->check(CLI::Range(1u, 1000000u))
+        ->capture_default_str();
+    command->add_option("--size", o->size, "Picture size")->capture_default_str();
+    command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
+    command->add_option("--threads", o->threads, "Threads for baking; 0 takes one per core");
+    command->add_flag("--json", o->json, "Print a JSON document: the error, every flight, the controlled flight");
+    command->callback([o, &run] { run = [o] { return tune(*o); }; });
+}
+
+}  // namespace lodestone

@@ -9,12 +9,14 @@
 #include "apps/draw_flight.h"
 #include "apps/machine.h"
 #include "apps/terminal.h"
+#include "base/file.h"
 #include "base/statistics.h"
 #include "base/threads.h"
 #include "mesh/distance.h"
 #include "mesh/io/image_file.h"
 #include "mesh/vertex_cache.h"
 #include "report/image_metrics.h"
+#include "report/page.h"
 #include "report/rows.h"
 
 namespace lodestone {
@@ -24,11 +26,13 @@ namespace {
 struct Options {
     std::string scene, backends = "full,discrete,lod,vgi", orders, pixel_errors = "1", size = "1280x720", device, out;
     uint32_t frames = 120, quality_frames = 5, rounds = 1;
+    double fps = 0;
     unsigned threads = 0;
     bool validation = false, json = false;
 };
 
 constexpr uint32_t supersampling = 4;
+constexpr int page_quality = 88;  // of JPEG pictures in the page
 
 // A picture to compare with, kept with what is needed to compare.
 struct Reference {
@@ -67,6 +71,16 @@ double simulated_acmr(const PlanMirror& mirror) {
     return triangles ? static_cast<double>(transforms) / static_cast<double>(triangles) : 0;
 }
 
+// Each time over the median of the 15 around it.
+std::vector<double> jolts(const std::vector<double>& ms) {
+    std::vector<double> result;
+    for (size_t i = 0; i < ms.size(); ++i) {
+        const size_t begin = i < 7 ? 0 : i - 7, end = std::min(ms.size(), i + 8);
+        result.push_back(ms[i] / median(std::span(ms).subspan(begin, end - begin)));
+    }
+    return result;
+}
+
 class Bench {
 public:
     Bench(const Options& options, ReadyScene& scene, Renderer& renderer, uint32_t width, uint32_t height,
@@ -81,12 +95,54 @@ public:
         return done;
     }
 
-    // Fault::machine where the backend cannot draw the scene within its budget.
-    Result<void> fits(const std::string& backend, const std::string& order) {
-        auto opened = open_backend(backend, order, scene_, progress_);
-        return opened ? Result<void>{} : tl::unexpected(opened.error());
+    // Adds a row. Fault::machine where the backend cannot draw the scene within its budget.
+    Result<void> measure(const std::string& backend, const std::string& order, double pixel_error) {
+        Row row;
+        row.backend = backend;
+        row.order = order;
+        row.pixel_error = pixel_error;
+        row.frames = options_.frames;
+        row.bake_seconds = scene_.bake_seconds;
+        row.asset_bytes = scene_.asset_bytes;
+        Budget budget;
+        budget.pixel_error = pixel_error;
+        budget.resident_bytes = scene_.scene.resident_bytes;
+        if (auto done = measure_times(backend, order, budget, row); !done) return done;
+        if (auto done = measure_quality(backend, order, budget, row); !done) return done;
+        report.rows.push_back(std::move(row));
+        return {};
     }
 
+    // Flies once more with the pixel error steered to hold a frame rate.
+    Result<void> steer(const std::string& backend, const std::string& order, double fps, double pixel_error) {
+        if (auto done = renderer_.resize(width_, height_); !done) return done;
+        auto session = DrawSession::open(scene_, renderer_, backend, order, false, progress_);
+        if (!session) return tl::unexpected(session.error());
+        Budget budget;
+        budget.resident_bytes = scene_.scene.resident_bytes;
+        ErrorController controller(1000 / fps, pixel_error);
+        const auto flown = fly(**session, {&scene_.camera, options_.frames, budget, width_, height_, &controller},
+                               backend + " steered", progress_);
+        if (!flown) return tl::unexpected(flown.error());
+        report.steered.push_back({backend, order, 1000 / fps,
+                                  of_frames(*flown, [](const FlownFrame& f) { return f.ms; }),
+                                  of_frames(*flown, [](const FlownFrame& f) { return f.pixel_error; })});
+        return {};
+    }
+
+    // The page: what was measured, with the pictures.
+    Result<void> write() const {
+        const std::filesystem::path folder(options_.out);
+        if (auto done = write_json((folder / "report.json").string(), json_of(report).dump(2)); !done) return done;
+        auto file = OutputFile::create(folder / "report.html");
+        if (!file) return tl::unexpected(file.error());
+        if (auto done = file->write(report_page(report, images_)); !done) return done;
+        return file->commit();
+    }
+
+    Report report;
+
+private:
     Result<void> draw_references() {
         auto session = DrawSession::open(scene_, renderer_, "full", "", true, progress_);
         if (!session) return tl::unexpected(session.error());
@@ -102,28 +158,14 @@ public:
             if (auto done = draw_at(**session, reference.camera, width_, height_, reference.full); !done) return done;
             reference.view = (*session)->view();
             reference.surface = drawn_surface(*(*session)->mirror(), scene_);
+            auto name = save(reference.supersampled, "reference-" + std::to_string(i), true);
+            if (!name) return tl::unexpected(name.error());
+            report.references.push_back(*name);
             references_.push_back(std::move(reference));
         }
         return {};
     }
 
-    Result<Row> measure(const std::string& backend, const std::string& order, double pixel_error) {
-        Row row;
-        row.backend = backend;
-        row.order = order;
-        row.pixel_error = pixel_error;
-        row.frames = options_.frames;
-        row.bake_seconds = scene_.bake_seconds;
-        row.asset_bytes = scene_.asset_bytes;
-        Budget budget;
-        budget.pixel_error = pixel_error;
-        budget.resident_bytes = scene_.scene.resident_bytes;
-        if (auto done = measure_times(backend, order, budget, row); !done) return tl::unexpected(done.error());
-        if (auto done = measure_quality(backend, order, budget, row); !done) return tl::unexpected(done.error());
-        return row;
-    }
-
-private:
     Camera quality_camera(uint32_t i) const { return scene_.camera.at((i + 0.5) / options_.quality_frames); }
 
     Result<void> draw_at(DrawSession& session, const Camera& camera, uint32_t width, uint32_t height,
@@ -169,6 +211,9 @@ private:
         row.ms_p99 = percentile(ms, 0.99);
         row.ms_max = percentile(ms, 1);
         row.ms_floor = median(floor_ms);
+        row.ms_jolt = percentile(jolts(ms), 0.99);
+        row.flight_ms = ms;
+        row.flight_triangles = of_frames(flown, [](const FlownFrame& f) { return f.triangles; });
         row.fps_mean = 1000 / mean(ms);
         row.fps_min = 1000 / percentile(ms, 1);
         row.fps_max = 1000 / percentile(ms, 0);
@@ -192,7 +237,7 @@ private:
                 return tl::unexpected(drawn.error());
             auto picture = renderer_.read_picture();
             if (!picture) return tl::unexpected(picture.error());
-            if (auto done = save(*picture, backend, order, budget.pixel_error, i); !done) return done;
+            if (auto done = save_compared(*picture, reference, row, static_cast<uint32_t>(i)); !done) return done;
             const auto mask = covered_union(*picture, reference.supersampled);
             psnrs.push_back(psnr_db(*picture, reference.supersampled, mask));
             ssims.push_back(ssim(*picture, reference.supersampled, mask));
@@ -211,18 +256,33 @@ private:
         return {};
     }
 
-    Result<void> save(const Picture& picture, const std::string& backend, const std::string& order, double pixel_error,
-                      size_t frame) const {
+    // Writes NAME.png, and keeps a copy for the page; returns the file's name.
+    Result<std::string> save(const Picture& picture, const std::string& name, bool photograph) {
         Image image{picture.width, picture.height, {}};
         image.texels.resize(size_t{image.width} * image.height);
         for (size_t i = 0; i < image.texels.size(); ++i) {
             image.texels[i] = {picture.colour[i * 4], picture.colour[i * 4 + 1], picture.colour[i * 4 + 2], 255};
         }
+        const std::string file = name + ".png";
+        if (auto done = write_png(image, std::filesystem::path(options_.out) / file); !done)
+            return tl::unexpected(done.error());
+        auto bytes = photograph ? encode_jpeg(image, page_quality) : encode_png(image);
+        if (!bytes) return tl::unexpected(bytes.error());
+        images_.push_back({file, photograph ? "image/jpeg" : "image/png", std::move(*bytes)});
+        return file;
+    }
+
+    Result<void> save_compared(const Picture& picture, const Reference& reference, const Row& row, uint32_t frame) {
         char error_text[32];
-        std::snprintf(error_text, sizeof error_text, "%gpx", pixel_error);
+        std::snprintf(error_text, sizeof error_text, "%gpx", row.pixel_error);
         const std::string name =
-            backend + (order.empty() ? "" : "-" + order) + "-" + error_text + "-" + std::to_string(frame) + ".png";
-        return write_png(image, std::filesystem::path(options_.out) / name);
+            row.backend + (row.order.empty() ? "" : "-" + row.order) + "-" + error_text + "-" + std::to_string(frame);
+        auto shown = save(picture, name, true);
+        if (!shown) return tl::unexpected(shown.error());
+        auto difference = save(difference_map(picture, reference.supersampled), name + "-difference", false);
+        if (!difference) return tl::unexpected(difference.error());
+        report.pictures.push_back({static_cast<uint32_t>(report.rows.size()), frame, *shown, *difference});
+        return {};
     }
 
     const Options& options_;
@@ -231,6 +291,7 @@ private:
     uint32_t width_, height_;
     const Progress& progress_;
     std::vector<Reference> references_;
+    std::vector<PageImage> images_;
 };
 
 Result<int> bench(const Options& o) {
@@ -279,7 +340,10 @@ Result<int> bench(const Options& o) {
     if (!renderer) return tl::unexpected(renderer.error());
     Bench bench(o, *ready, **renderer, size->first, size->second, progress);
     if (auto done = bench.make_references(); !done) return tl::unexpected(done.error());
-    std::vector<Row> rows;
+    const DeviceInfo& device = (*renderer)->device();
+    bench.report.machine = {cpu_name(), device.name, device.driver, source_commit(), device.software};
+    bench.report.scene = ready->scene.name;
+    bench.report.size = o.size;
     for (const std::string& backend : *backends) {
         for (const std::string& order : orders_of(backend, *ready)) {
             const bool wanted = wanted_orders.empty() || order.empty() ||
@@ -287,30 +351,29 @@ Result<int> bench(const Options& o) {
             // Unless asked for more, `lod` is drawn in its first order.
             const bool first = order == orders_of(backend, *ready).front();
             if (!wanted || (wanted_orders.empty() && !first)) continue;
-            if (auto fits = bench.fits(backend, order); !fits && fits.error().fault == Fault::machine) {
-                progress.warning(backend + ": no row: " + fits.error().message);
-                continue;
-            }
             for (const double pixel_error : pixel_errors) {
-                auto row = bench.measure(backend, order, pixel_error);
-                if (!row) return tl::unexpected(row.error());
-                rows.push_back(std::move(*row));
+                auto done = bench.measure(backend, order, pixel_error);
+                if (!done && done.error().fault == Fault::machine) {
+                    progress.warning(backend + ": no row: " + done.error().message);
+                    break;
+                }
+                if (!done) return tl::unexpected(done.error());
                 if (backend == "full") break;  // it has one level
+                if (o.fps <= 0 || pixel_error != pixel_errors.front()) continue;
+                if (auto steered = bench.steer(backend, order, o.fps, pixel_error); !steered)
+                    return tl::unexpected(steered.error());
             }
         }
     }
-    const DeviceInfo& device = (*renderer)->device();
-    const Machine machine{cpu_name(), device.name, device.driver, source_commit(), device.software};
-    if (auto done = write_json((std::filesystem::path(o.out) / "report.json").string(), report_json(machine, rows));
-        !done)
-        return tl::unexpected(done.error());
+    if (auto done = bench.write(); !done) return tl::unexpected(done.error());
     end_progress();
     if (o.json) {
-        print_line(report_json(machine, rows));
+        print_line(json_of(bench.report).dump(2));
     } else {
         print_line(device.name + (device.software ? " (software rasteriser)" : "") + ", " + o.size + ", " +
                    std::to_string(o.frames) + " frames");
-        print_line(report_table(rows));
+        print_line(report_table(bench.report.rows));
+        print_line((std::filesystem::path(o.out) / "report.html").string());
     }
     const auto messages = (*renderer)->validation_messages();
     for (const std::string& message : messages) std::fprintf(stderr, "%s\n", message.c_str());
@@ -334,13 +397,15 @@ void add_bench(CLI::App& app, Run& run) {
     command->add_option("--quality-frames", o->quality_frames, "Pictures compared along the flight")
         ->check(CLI::Range(1u, 1000u))
         ->capture_default_str();
+    command->add_option("--fps", o->fps, "Also fly with the pixel error steered to hold this frame rate")
+        ->check(CLI::Range(0.1, 100000.0));
     command->add_option("--rounds", o->rounds, "Times the flight is flown; figures are over all of them")
         ->check(CLI::Range(1u, 1000u))
         ->capture_default_str();
     command->add_option("--size", o->size, "Picture size")->capture_default_str();
     command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
     command->add_option("--threads", o->threads, "Threads for baking and metrics; 0 takes one per core");
-    command->add_option("-o,--out", o->out, "Folder for report.json and pictures")->required();
+    command->add_option("-o,--out", o->out, "Folder for report.html, report.json and pictures")->required();
     command->add_flag("--json", o->json, "Print the report as JSON");
     command->add_flag("--validation", o->validation, "Run under Vulkan validation; exit 1 if it says anything");
     command->callback([o, &run] { run = [o] { return bench(*o); }; });

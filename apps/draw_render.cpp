@@ -8,12 +8,13 @@
 #include "apps/terminal.h"
 #include "base/threads.h"
 #include "mesh/io/image_file.h"
+#include "report/rows.h"
 
 namespace lodestone {
 
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 struct Options {
     std::string scene, backend = "lod", order, size = "1280x720", camera, device, out, stats, debug = "none", raster;
@@ -106,11 +107,7 @@ Result<int> render(const Options& o) {
     for (const auto& pass : drawn->counters.pass) invocations += pass.vertex_invocations;
     const auto& colour = drawn->counters.pass[static_cast<size_t>(Stage::colour)];
     Json stats;
-    stats["machine"] = {{"cpu", cpu_name()},
-                        {"device", device.name},
-                        {"driver", device.driver},
-                        {"software", device.software},
-                        {"commit", source_commit()}};
+    stats["machine"] = json_of(Machine{cpu_name(), device.name, device.driver, source_commit(), device.software});
     stats["rows"] = {{{"backend", o.backend},
                       {"order", o.order},
                       {"pixel_error", o.pixel_error},

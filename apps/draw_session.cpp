@@ -19,8 +19,8 @@ double thread_cpu_ms() {
 
 constexpr uint32_t shadow_texels = 2048;
 
-// Frames free and take the same megabytes again, those of a software rasteriser most of all. Left to itself, glibc gives
-// them back to the system each time, and faulting them in anew is a seventh of a frame.
+// Frames free and take the same megabytes again, those of a software rasteriser most of all. Left to itself, glibc
+// gives them back to the system each time, and faulting them in anew is a seventh of a frame.
 void keep_freed_memory() {
 #ifdef __GLIBC__
     mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the most it takes

@@ -8,6 +8,7 @@
 #include "apps/terminal.h"
 #include "base/statistics.h"
 #include "base/threads.h"
+#include "report/rows.h"
 
 namespace lodestone {
 
@@ -135,11 +136,7 @@ Result<int> tune(const Options& o) {
     const DeviceInfo& device = (*renderer)->device();
     if (o.json) {
         Json json;
-        json["machine"] = {{"cpu", cpu_name()},
-                           {"device", device.name},
-                           {"driver", device.driver},
-                           {"software", device.software},
-                           {"commit", source_commit()}};
+        json["machine"] = json_of(Machine{cpu_name(), device.name, device.driver, source_commit(), device.software});
         json["backend"] = o.backend;
         json["order"] = o.order;
         json["size"] = o.size;

@@ -8,6 +8,7 @@ packages=(
   g++ cmake ninja-build ccache pkg-config git
   libopenmesh-dev libeigen3-dev libglm-dev libmeshoptimizer-dev
   libtinygltf-dev nlohmann-json3-dev libcli11-dev libexpected-dev libxxhash-dev
+  libjs-chart.js
   libpng-dev libjpeg-dev libtiff-dev zlib1g-dev libzstd-dev
   libvulkan-dev glslang-dev glslang-tools libglfw3-dev
   # to test and measure

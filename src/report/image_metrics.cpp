@@ -154,6 +154,25 @@ double ssim(const Picture& a, const Picture& b, const std::vector<uint8_t>& mask
     return count > 0 ? sum / count : 1;
 }
 
+Picture difference_map(const Picture& a, const Picture& b) {
+    LODE_CHECK(same_size(a, b), a.width, b.width);
+    const std::vector<double> ya = luminance(a), yb = luminance(b);
+    Picture map{a.width, a.height, {}, {}};
+    map.colour.reserve(ya.size() * 4);
+    for (size_t i = 0; i < ya.size(); ++i) {
+        if (!covered(a, i) && !covered(b, i)) {
+            map.colour.insert(map.colour.end(), {12, 16, 28, 255});
+            continue;
+        }
+        // Red, then green, then blue rise, each over a third of a quarter of the range.
+        const double t = std::min(1.0, std::abs(ya[i] - yb[i]) / 64) * 3;
+        for (int k = 0; k < 3; ++k)
+            map.colour.push_back(static_cast<uint8_t>(std::lround(255 * std::clamp(t - k, 0.0, 1.0))));
+        map.colour.push_back(255);
+    }
+    return map;
+}
+
 uint64_t background_leaks(const Picture& picture, const Picture& full) {
     LODE_CHECK(same_size(picture, full), picture.width, full.width);
     uint64_t leaks = 0;

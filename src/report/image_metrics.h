@@ -28,6 +28,10 @@ double psnr_db(const Picture& a, const Picture& b, const std::vector<uint8_t>& m
 // similarity", IEEE TIP 2004.
 double ssim(const Picture& a, const Picture& b, const std::vector<uint8_t>& mask);
 
+// Where and how much luminance differs, as colours from black through red and yellow to white at a quarter of the
+// range; pixels that neither covers are dark blue. Opaque.
+Picture difference_map(const Picture& a, const Picture& b);
+
 // Pixels `picture` leaves uncovered though `full` covers their whole 5x5 neighbourhood: cracks and holes.
 uint64_t background_leaks(const Picture& picture, const Picture& full);
 

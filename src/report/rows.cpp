@@ -5,45 +5,86 @@
 
 namespace lodestone {
 
-std::string report_json(const Machine& machine, std::span<const Row> rows) {
-    using Json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
+
+Json json_of(const Machine& machine) {
+    return {{"cpu", machine.cpu},
+            {"device", machine.device},
+            {"driver", machine.driver},
+            {"software", machine.software},
+            {"commit", machine.commit}};
+}
+
+namespace {
+
+Json json_of(const Row& r) {
+    return {{"backend", r.backend},
+            {"order", r.order},
+            {"raster", r.raster},
+            {"pixel_error", r.pixel_error},
+            {"frames", r.frames},
+            {"ms_median", r.ms_median},
+            {"ms_p95", r.ms_p95},
+            {"ms_p99", r.ms_p99},
+            {"ms_max", r.ms_max},
+            {"ms_floor", r.ms_floor},
+            {"ms_jolt", r.ms_jolt},
+            {"fps_mean", r.fps_mean},
+            {"fps_min", r.fps_min},
+            {"fps_max", r.fps_max},
+            {"cpu_plan_ms", r.cpu_plan_ms},
+            {"gpu_ms", r.gpu_ms},
+            {"uploaded_bytes", r.uploaded_bytes},
+            {"resident_bytes", r.resident_bytes},
+            {"triangles", r.triangles},
+            {"vertex_invocations", r.vertex_invocations},
+            {"acmr", r.acmr},
+            {"acmr_fifo16", r.acmr_fifo16},
+            {"psnr_db", r.psnr_db},
+            {"ssim", r.ssim},
+            {"max_pixel_deviation", r.max_pixel_deviation},
+            {"background_leaks", r.background_leaks},
+            {"bake_seconds", r.bake_seconds},
+            {"asset_bytes", r.asset_bytes},
+            {"flight", {{"ms", r.flight_ms}, {"triangles", r.flight_triangles}}}};
+}
+
+}  // namespace
+
+Json json_of(const Report& report) {
     Json json;
-    json["machine"] = {{"cpu", machine.cpu},
-                       {"device", machine.device},
-                       {"driver", machine.driver},
-                       {"software", machine.software},
-                       {"commit", machine.commit}};
+    json["machine"] = json_of(report.machine);
+    json["scene"] = report.scene;
+    json["size"] = report.size;
     json["rows"] = Json::array();
-    for (const Row& r : rows) {
-        json["rows"].push_back({{"backend", r.backend},
-                                {"order", r.order},
-                                {"raster", r.raster},
-                                {"pixel_error", r.pixel_error},
-                                {"frames", r.frames},
-                                {"ms_median", r.ms_median},
-                                {"ms_p95", r.ms_p95},
-                                {"ms_p99", r.ms_p99},
-                                {"ms_max", r.ms_max},
-                                {"ms_floor", r.ms_floor},
-                                {"fps_mean", r.fps_mean},
-                                {"fps_min", r.fps_min},
-                                {"fps_max", r.fps_max},
-                                {"cpu_plan_ms", r.cpu_plan_ms},
-                                {"gpu_ms", r.gpu_ms},
-                                {"uploaded_bytes", r.uploaded_bytes},
-                                {"resident_bytes", r.resident_bytes},
-                                {"triangles", r.triangles},
-                                {"vertex_invocations", r.vertex_invocations},
-                                {"acmr", r.acmr},
-                                {"acmr_fifo16", r.acmr_fifo16},
-                                {"psnr_db", r.psnr_db},
-                                {"ssim", r.ssim},
-                                {"max_pixel_deviation", r.max_pixel_deviation},
-                                {"background_leaks", r.background_leaks},
-                                {"bake_seconds", r.bake_seconds},
-                                {"asset_bytes", r.asset_bytes}});
+    for (const Row& row : report.rows) json["rows"].push_back(json_of(row));
+    json["equal_error"] = Json::array();
+    for (const EqualError& e : at_equal_error(report.rows)) {
+        json["equal_error"].push_back({{"row", e.row},
+                                       {"metric", e.metric},
+                                       {"value", e.value},
+                                       {"backend", e.backend},
+                                       {"order", e.order},
+                                       {"pixel_error", e.pixel_error},
+                                       {"ms", e.ms},
+                                       {"ratio", e.ratio},
+                                       {"where", e.where}});
     }
-    return json.dump(2);
+    json["steered"] = Json::array();
+    for (const SteeredFlight& s : report.steered) {
+        json["steered"].push_back({{"backend", s.backend},
+                                   {"order", s.order},
+                                   {"target_ms", s.target_ms},
+                                   {"ms", s.ms},
+                                   {"pixel_error", s.pixel_error}});
+    }
+    json["references"] = report.references;
+    json["pictures"] = Json::array();
+    for (const RowPicture& p : report.pictures) {
+        json["pictures"].push_back(
+            {{"row", p.row}, {"frame", p.frame}, {"picture", p.picture}, {"difference", p.difference}});
+    }
+    return json;
 }
 
 std::string report_table(std::span<const Row> rows) {

@@ -1,9 +1,11 @@
-// What was measured: one row per backend, face order, raster path and pixel error.
+// What was measured: one row per backend, face order, raster path and pixel error, and what was seen beside.
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace lodestone {
 
@@ -12,6 +14,7 @@ struct Machine {
     std::string cpu, device, driver, commit;
     bool software = false;
 };
+nlohmann::ordered_json json_of(const Machine& machine);
 
 // Field names are the JSON names of the report. Means are over frames unless the name says otherwise.
 struct Row {
@@ -20,6 +23,7 @@ struct Row {
     uint32_t frames = 0;
     double ms_median = 0, ms_p95 = 0, ms_p99 = 0, ms_max = 0;  // plan to fence
     double ms_floor = 0;                                       // median of the same frame with an empty scene
+    double ms_jolt = 0;  // 99th percentile of each frame over the median of the 15 around it; 1 is smooth
     double fps_mean = 0, fps_min = 0, fps_max = 0;
     double cpu_plan_ms = 0, gpu_ms = 0;
     double uploaded_bytes = 0;  // per frame, the first left out
@@ -32,10 +36,50 @@ struct Row {
     uint64_t background_leaks = 0;   // the sum
     double bake_seconds = 0;
     uint64_t asset_bytes = 0;
+    std::vector<double> flight_ms;         // frame by frame, every round
+    std::vector<double> flight_triangles;  // likewise
 };
 
-// {"machine": {...}, "rows": [...]}
-std::string report_json(const Machine& machine, std::span<const Row> rows);
+// Two of the pictures that were compared, as files beside the report.
+struct RowPicture {
+    uint32_t row = 0, frame = 0;  // frame: which of the pictures compared
+    std::string picture, difference;
+};
+
+// A flight on which a controller set the pixel error of every frame to hold a frame time.
+struct SteeredFlight {
+    std::string backend, order;
+    double target_ms = 0;
+    std::vector<double> ms, pixel_error;
+};
+
+// A backend swept over pixel errors, read where it measures the same as a row of another.
+struct EqualError {
+    uint32_t row = 0;    // which is compared
+    std::string metric;  // "ssim" or "max_pixel_deviation"
+    double value = 0;    // the row's
+    std::string backend, order;
+    double pixel_error = 0, ms = 0;  // of the other there, between its rows; ms: mean of a frame
+    double ratio = 0;                // ms of the other over the row's: above 1 the row is faster
+    // "between": read between two rows; "at least": even the other's cheapest row is better than asked, so its time is
+    // an upper bound of what it needs; "never": even its best row is worse, and the numbers are that row's.
+    std::string where;
+};
+
+struct Report {
+    Machine machine;
+    std::string scene, size;
+    std::vector<Row> rows;
+    std::vector<RowPicture> pictures;
+    std::vector<std::string> references;  // files, by frame
+    std::vector<SteeredFlight> steered;
+};
+
+// Every row that has an error (`full` has none) against every other curve, and `full` against all.
+std::vector<EqualError> at_equal_error(std::span<const Row> rows);
+
+// {"machine": {...}, "rows": [...], ...}
+nlohmann::ordered_json json_of(const Report& report);
 // For eyes: a line per row under a line of headings.
 std::string report_table(std::span<const Row> rows);
 

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "report/rows.h"
-
 namespace lodestone {
 namespace {
 
@@ -86,14 +84,18 @@ TEST(MaxPixelDeviation, OfAMovedSquareIsTheMoveInPixels) {
     EXPECT_NEAR(deviation, 0.1 * static_cast<double>(view.focal_px) / 5, 0.02);
 }
 
-TEST(Rows, TheTableHasALinePerRow) {
-    Row row;
-    row.backend = "lod";
-    row.order = "static";
-    const std::vector<Row> rows(3, row);
-    const std::string table = report_table(rows);
-    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 3);
-    EXPECT_NE(report_json({}, rows).find("\"max_pixel_deviation\""), std::string::npos);
+TEST(DifferenceMap, IsBlackWhereNothingDiffersAndBrightWhereMuchDoes) {
+    Picture a = flat(3, 1, 100), b = flat(3, 1, 100);
+    for (int k = 0; k < 3; ++k) b.colour[static_cast<size_t>(k)] = 200;
+    a.colour[4 * 2 + 3] = b.colour[4 * 2 + 3] = 0;  // covered by neither
+    const Picture map = difference_map(a, b);
+    const auto texel = [&](size_t i) {
+        return std::vector<uint8_t>(map.colour.begin() + static_cast<ptrdiff_t>(4 * i),
+                                    map.colour.begin() + static_cast<ptrdiff_t>(4 * i + 3));
+    };
+    EXPECT_EQ(texel(0), (std::vector<uint8_t>{255, 255, 255}));
+    EXPECT_EQ(texel(1), (std::vector<uint8_t>{0, 0, 0}));
+    EXPECT_EQ(texel(2), (std::vector<uint8_t>{12, 16, 28}));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <png.h>
 
 #include <csetjmp>
+#include <cstdlib>
 #include <cstring>
 
 #include "base/file.h"
@@ -87,6 +88,40 @@ bool decode_jpeg_into(std::span<const std::byte> bytes, Image& image, std::vecto
     return true;
 }
 
+// packed and its size are the caller's too, and freed by it.
+bool encode_jpeg_into(const Image& image, int quality, std::vector<uint8_t>& row, unsigned char** packed,
+                      unsigned long* size, JpegError& error) {
+    jpeg_compress_struct info{};
+    info.err = jpeg_std_error(&error.base);
+    error.base.error_exit = on_jpeg_error;
+    error.base.output_message = on_jpeg_message;
+    if (setjmp(error.jump) != 0) {
+        jpeg_destroy_compress(&info);
+        return false;
+    }
+    jpeg_create_compress(&info);
+    jpeg_mem_dest(&info, packed, size);
+    info.image_width = image.width;
+    info.image_height = image.height;
+    info.input_components = 3;
+    info.in_color_space = JCS_RGB;
+    jpeg_set_defaults(&info);
+    jpeg_set_quality(&info, quality, TRUE);
+    jpeg_start_compress(&info, TRUE);
+    row.resize(size_t{image.width} * 3);
+    while (info.next_scanline < info.image_height) {
+        for (size_t x = 0; x < image.width; ++x) {
+            const auto& texel = image.texels[size_t{info.next_scanline} * image.width + x];
+            for (int k = 0; k < 3; ++k) row[x * 3 + static_cast<size_t>(k)] = texel[k];
+        }
+        JSAMPROW pointer = row.data();
+        jpeg_write_scanlines(&info, &pointer, 1);
+    }
+    jpeg_finish_compress(&info);
+    jpeg_destroy_compress(&info);
+    return true;
+}
+
 }  // namespace
 
 Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name) {
@@ -121,6 +156,19 @@ Result<std::vector<std::byte>> encode_png(const Image& image) {
         return fail(Fault::machine, std::string("PNG: ") + png.message);
     }
     bytes.resize(size);
+    return bytes;
+}
+
+Result<std::vector<std::byte>> encode_jpeg(const Image& image, int quality) {
+    std::vector<uint8_t> row;
+    unsigned char* packed = nullptr;
+    unsigned long size = 0;
+    JpegError error{};
+    const bool done = encode_jpeg_into(image, quality, row, &packed, &size, error);
+    const auto* first = reinterpret_cast<const std::byte*>(packed);
+    std::vector<std::byte> bytes = done ? std::vector<std::byte>(first, first + size) : std::vector<std::byte>{};
+    std::free(packed);
+    if (!done) return fail(Fault::machine, std::string("JPEG: ") + error.message);
     return bytes;
 }
 

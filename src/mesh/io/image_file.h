@@ -16,6 +16,8 @@ Result<Image> read_image(const std::filesystem::path& path);
 
 // 8-bit RGBA PNG, the same bytes for the same texels.
 Result<std::vector<std::byte>> encode_png(const Image& image);
+// Baseline JPEG without alpha; quality 1 .. 100.
+Result<std::vector<std::byte>> encode_jpeg(const Image& image, int quality);
 Result<void> write_png(const Image& image, const std::filesystem::path& path);
 
 }  // namespace lodestone

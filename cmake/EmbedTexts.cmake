@@ -1,0 +1,12 @@
+# Writes OUT: C++ that includes HEADER and defines, in NAMESPACE, a std::string_view for every NAME=FILE of TEXTS.
+set(code "#include \"${HEADER}\"\nnamespace ${NAMESPACE} {\n")
+foreach(pair IN LISTS TEXTS)
+  string(REGEX MATCH "^([a-z_]+)=(.*)$" matched "${pair}")
+  set(name "${CMAKE_MATCH_1}")
+  file(READ "${CMAKE_MATCH_2}" text)
+  string(APPEND code "const std::string_view ${name} = R\"LODE(")
+  string(APPEND code "${text}")
+  string(APPEND code ")LODE\";\n")
+endforeach()
+string(APPEND code "}\n")
+file(WRITE "${OUT}" "${code}")

@@ -1,0 +1,77 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "report/rows.h"
+
+namespace lodestone {
+
+namespace {
+
+struct Metric {
+    const char* name;
+    double (*of)(const Row&);  // larger is worse
+};
+constexpr Metric metrics[] = {
+    {"ssim", [](const Row& r) { return 1 - r.ssim; }},
+    {"max_pixel_deviation", [](const Row& r) { return r.max_pixel_deviation; }},
+};
+
+double mean_ms(const Row& row) { return row.fps_mean > 0 ? 1000 / row.fps_mean : 0; }
+
+// One backend's rows in one order, finest first.
+using Curve = std::vector<const Row*>;
+
+// The cheapest place of a curve that is no worse than `worst`.
+EqualError read_curve(const Curve& curve, const Metric& metric, double worst) {
+    EqualError found;
+    found.backend = curve[0]->backend;
+    found.order = curve[0]->order;
+    const auto take = [&](const Row& row, const char* where) {
+        found.pixel_error = row.pixel_error;
+        found.ms = mean_ms(row);
+        found.where = where;
+        return found;
+    };
+    if (metric.of(*curve.back()) <= worst) return take(*curve.back(), "at least");
+    // From the coarse end: the first pair of neighbours of which the finer is good enough.
+    for (size_t i = curve.size() - 1; i-- > 0;) {
+        const Row &fine = *curve[i], &coarse = *curve[i + 1];
+        const double good = metric.of(fine), bad = metric.of(coarse);
+        if (good > worst) continue;
+        const double t = bad > good ? (worst - good) / (bad - good) : 0;
+        found.pixel_error = fine.pixel_error * std::pow(coarse.pixel_error / fine.pixel_error, t);
+        found.ms = mean_ms(fine) * std::pow(mean_ms(coarse) / mean_ms(fine), t);
+        found.where = "between";
+        return found;
+    }
+    return take(**std::ranges::min_element(curve, {}, [&](const Row* r) { return metric.of(*r); }), "never");
+}
+
+}  // namespace
+
+std::vector<EqualError> at_equal_error(std::span<const Row> rows) {
+    std::map<std::pair<std::string, std::string>, Curve> curves;
+    for (const Row& row : rows) curves[{row.backend, row.order}].push_back(&row);
+    for (auto& [name, curve] : curves) std::ranges::sort(curve, {}, &Row::pixel_error);
+    std::vector<EqualError> result;
+    for (uint32_t i = 0; i < rows.size(); ++i) {
+        for (const auto& [name, curve] : curves) {
+            if (name == std::pair(rows[i].backend, rows[i].order)) continue;
+            for (const Metric& metric : metrics) {
+                // `full` deviates from itself by nothing: nobody else could.
+                if (rows[i].backend == "full" && metric.of(rows[i]) <= 0) continue;
+                EqualError found = read_curve(curve, metric, metric.of(rows[i]));
+                found.row = i;
+                found.metric = metric.name;
+                found.value = metric.name == std::string("ssim") ? rows[i].ssim : rows[i].max_pixel_deviation;
+                found.ratio = mean_ms(rows[i]) > 0 ? found.ms / mean_ms(rows[i]) : 0;
+                result.push_back(std::move(found));
+            }
+        }
+    }
+    return result;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,50 @@
+#include "report/page.h"
+
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "report/page_texts.h"
+
+namespace lodestone {
+
+namespace {
+
+std::string base64(std::span<const std::byte> bytes) {
+    static constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (size_t i = 0; i < bytes.size(); i += 3) {
+        const size_t have = std::min<size_t>(3, bytes.size() - i);
+        uint32_t word = 0;
+        for (size_t k = 0; k < 3; ++k) word = word << 8 | (k < have ? static_cast<uint32_t>(bytes[i + k]) : 0);
+        for (size_t k = 0; k < 4; ++k) text += k <= have ? digits[word >> (18 - 6 * k) & 63] : '=';
+    }
+    return text;
+}
+
+// Inside <script> nothing may look like its end.
+std::string for_script(std::string text) {
+    for (size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3) text.insert(at + 1, "\\");
+    return text;
+}
+
+}  // namespace
+
+std::string report_page(const Report& report, std::span<const PageImage> images) {
+    nlohmann::ordered_json data;
+    data["report"] = json_of(report);
+    data["images"] = nlohmann::ordered_json::object();
+    for (const PageImage& image : images)
+        data["images"][image.name] = "data:" + image.type + ";base64," + base64(image.bytes);
+    std::string page(page_texts::page_html);
+    const auto put = [&](std::string_view mark, std::string_view text) {
+        page.replace(page.find(mark), mark.size(), text);
+    };
+    put("{{style}}", page_texts::page_css);
+    put("{{chart library}}", for_script(std::string(page_texts::chart_js)));
+    put("{{data}}", for_script(data.dump()));
+    put("{{script}}", page_texts::page_js);
+    return page;
+}
+
+}  // namespace lodestone

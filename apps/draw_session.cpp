@@ -30,8 +30,8 @@ void keep_freed_memory() {
 
 }  // namespace
 
-DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer)
-    : scene_(&scene), renderer_(&renderer), reader_([&] {
+DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer, uint32_t place)
+    : scene_(&scene), renderer_(&renderer), place_(place), reader_([&] {
           std::vector<ChunkFile> files;
           for (const Asset& asset : scene.assets)
               files.push_back(asset.atlas_file != nullptr ? asset.atlas_file->file() : asset.file);
@@ -40,13 +40,13 @@ DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer)
 
 Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer,
                                                        const std::string& backend, const std::string& order,
-                                                       bool mirrored, const Progress& progress) {
+                                                       bool mirrored, const Progress& progress, uint32_t place) {
     keep_freed_memory();
-    std::unique_ptr<DrawSession> session(new DrawSession(scene, renderer));
+    std::unique_ptr<DrawSession> session(new DrawSession(scene, renderer, place));
     auto source = open_backend(backend, order, scene, progress);
     if (!source) return tl::unexpected(source.error());
     session->source_ = std::move(*source);
-    if (auto done = renderer.load(session->source_->recipe(), scene.materials); !done)
+    if (auto done = renderer.load(session->source_->recipe(), scene.materials, place); !done)
         return tl::unexpected(done.error());
     if (mirrored) session->mirror_.emplace(session->source_->recipe(), puller_of(backend));
     if (scene.scene.light_direction) session->look.light_direction = *scene.scene.light_direction;
@@ -67,17 +67,20 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     input.readbacks = std::move(readbacks_);
     input.arrivals = reader_.arrivals();
     input.frame = frame_++;
-    input.completed_frame = renderer_->completed_frame();
+    input.completed_frame = renderer_->completed_frame(place_);
     view_ = input.views[0];
 
     DrawnFrame drawn;
     const auto start = std::chrono::steady_clock::now();
     const double cpu_start = thread_cpu_ms();
-    const Plan plan = source_->plan(input);
+    FrameInput planned = input;
+    if (frozen_levels || frozen_culling) planned.level_view = frozen_levels ? *frozen_levels : input.views[0];
+    if (frozen_culling) planned.views[0] = *frozen_culling;
+    const Plan plan = source_->plan(planned);
     drawn.plan_cpu_ms = thread_cpu_ms() - cpu_start;
     outstanding_ = !plan.requests.empty() || !input.arrivals.empty();
     reader_.request(plan.requests);
-    if (auto done = renderer_->submit(plan, input, look); !done) return tl::unexpected(done.error());
+    if (auto done = renderer_->submit(plan, input, look, place_); !done) return tl::unexpected(done.error());
     if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
     drawn.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     drawn.stats = plan.stats;

@@ -22,10 +22,10 @@ struct DrawnFrame {
 class DrawSession {
 public:
     // Opens the backend and loads its recipe. scene and renderer must outlive the session.
-    // mirrored: also carry every plan out on the CPU, for mirror().
+    // mirrored: also carry every plan out on the CPU, for mirror(). place: of the renderer's.
     static Result<std::unique_ptr<DrawSession>> open(const ReadyScene& scene, Renderer& renderer,
                                                      const std::string& backend, const std::string& order,
-                                                     bool mirrored, const Progress& progress);
+                                                     bool mirrored, const Progress& progress, uint32_t place = 0);
 
     // Plans, submits and waits for one frame. empty: the same frame with no instance in it.
     Result<DrawnFrame> draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
@@ -40,12 +40,15 @@ public:
     const View& view() const { return view_; }  // views[0] of the last frame
     FrameSource& source() { return *source_; }
     Look look;
+    // Levels, or what is culled, stay as this view has them, though the camera moves on.
+    std::optional<View> frozen_levels, frozen_culling;
 
 private:
-    DrawSession(const ReadyScene& scene, Renderer& renderer);
+    DrawSession(const ReadyScene& scene, Renderer& renderer, uint32_t place);
 
     const ReadyScene* scene_;
     Renderer* renderer_;
+    uint32_t place_;
     std::unique_ptr<FrameSource> source_;
     std::optional<PlanMirror> mirror_;
     PageReader reader_;

@@ -10,11 +10,11 @@ packages=(
   libtinygltf-dev nlohmann-json3-dev libcli11-dev libexpected-dev libxxhash-dev
   libjs-chart.js
   libpng-dev libjpeg-dev libtiff-dev zlib1g-dev libzstd-dev
-  libvulkan-dev glslang-dev glslang-tools libglfw3-dev
+  libvulkan-dev glslang-dev glslang-tools libglfw3-dev libimgui-dev
   # to test and measure
   libgtest-dev libgmock-dev libbenchmark-dev python3
   # to draw without a GPU, and to check what is drawn
-  mesa-vulkan-drivers vulkan-validationlayers
+  mesa-vulkan-drivers vulkan-validationlayers xvfb xauth
   # to draw the plots of docs/ (scripts/plot-orders.sh)
   gnuplot-nox
 )

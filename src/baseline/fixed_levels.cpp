@@ -102,7 +102,7 @@ private:
         if (input.budget.forced_level >= 0)
             return std::min<size_t>(static_cast<size_t>(input.budget.forced_level), levels.size() - 1);
         const double error =
-            error_under(input.views[0], asset.sphere, instance.object_to_world, input.budget.pixel_error);
+            error_under(input.sets_levels(), asset.sphere, instance.object_to_world, input.budget.pixel_error);
         const auto past = std::upper_bound(levels.begin(), levels.end(), error,
                                            [](double e, const FixedLevel& level) { return e < level.error; });
         return past == levels.begin() ? 0 : static_cast<size_t>(past - levels.begin()) - 1;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/mat4x4.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,12 +45,15 @@ struct ReadbackResult {
 
 struct FrameInput {
     std::vector<View> views;  // views[0], a camera, sets the levels; every view culls for itself
+    // Sets the levels instead of views[0], and vertices do not morph: to look at what was chosen from elsewhere.
+    std::optional<View> level_view;
     std::vector<Instance> instances;
     Budget budget;
     std::vector<Arrival> arrivals;
     std::vector<ReadbackResult> readbacks;
     uint64_t frame = 0;            // counts up by one
     uint64_t completed_frame = 0;  // every frame before this number has left the GPU
+    const View& sets_levels() const { return level_view ? *level_view : views[0]; }
     bool operator==(const FrameInput&) const = default;
 };
 

@@ -154,7 +154,7 @@ private:
         if (input.budget.forced_level >= 0)
             return static_cast<uint32_t>(std::min<int64_t>(input.budget.forced_level, last));
         return asset.pm->level_for_error(
-            error_under(input.views[0], asset.sphere, instance.object_to_world, pixel_error));
+            error_under(input.sets_levels(), asset.sphere, instance.object_to_world, pixel_error));
     }
 
     // `nth`: how many instances of the asset came before.

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cstring>
 
+#include "render/surface.h"
+
 namespace lodestone {
 
 namespace {
@@ -80,11 +82,11 @@ std::vector<DeviceInfo> Device::list() {
     return all;
 }
 
-Device::Device(const std::string& wanted, bool validation) {
+Device::Device(const std::string& wanted, bool validation, bool presents) {
     try {
-        make_instance(validation);
+        make_instance(validation, presents);
         choose(wanted);
-        make_device();
+        make_device(presents);
     } catch (...) {
         // The destructor does not run for a half-made object.
         if (messenger_ != VK_NULL_HANDLE) {
@@ -113,8 +115,9 @@ VkBool32 Device::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtils
     return VK_FALSE;
 }
 
-void Device::make_instance(bool validation) {
+void Device::make_instance(bool validation, bool presents) {
     std::vector<const char*> layers, extensions;
+    if (presents) extensions = surface_extensions();
     const auto known = enumerate<VkExtensionProperties>(
         [](uint32_t* n, VkExtensionProperties* e) { return vkEnumerateInstanceExtensionProperties(nullptr, n, e); });
     debug_utils_ = has_extension(known, VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
@@ -183,7 +186,7 @@ void Device::choose(const std::string& wanted) {
     info_ = infos[chosen];
 }
 
-void Device::make_device() {
+void Device::make_device(bool presents) {
     VkPhysicalDeviceProperties properties{};
     vkGetPhysicalDeviceProperties(physical_, &properties);
     if (properties.apiVersion < VK_API_VERSION_1_3)
@@ -242,6 +245,8 @@ void Device::make_device() {
     use.features.multiDrawIndirect = have.features.multiDrawIndirect;
     use.features.drawIndirectFirstInstance = have.features.drawIndirectFirstInstance;
     use.features.samplerAnisotropy = have.features.samplerAnisotropy;
+    lines_ = presents && have.features.fillModeNonSolid != VK_FALSE;
+    use.features.fillModeNonSolid = lines_ ? VK_TRUE : VK_FALSE;
     const float priority = 1;
     VkDeviceQueueCreateInfo queue{};
     queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
@@ -253,6 +258,9 @@ void Device::make_device() {
     create.pNext = &use;
     create.queueCreateInfoCount = 1;
     create.pQueueCreateInfos = &queue;
+    const char* swapchain = VK_KHR_SWAPCHAIN_EXTENSION_NAME;
+    create.enabledExtensionCount = presents ? 1 : 0;
+    create.ppEnabledExtensionNames = &swapchain;
     LODE_VK(vkCreateDevice(physical_, &create, nullptr, &device_));
     vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
     if (debug_utils_) {

@@ -14,11 +14,13 @@ namespace lodestone {
 class Device {
 public:
     // Throws VulkanFailure: no device, or a needed feature is missing.
-    Device(const std::string& wanted, bool validation);
+    // presents: with what a window needs (window.h).
+    Device(const std::string& wanted, bool validation, bool presents);
     ~Device();
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;
 
+    VkInstance instance() const { return instance_; }
     VkDevice handle() const { return device_; }
     VkPhysicalDevice physical() const { return physical_; }
     VkQueue queue() const { return queue_; }
@@ -29,6 +31,7 @@ public:
     bool has_statistics() const { return statistics_; }
     bool has_timestamps() const { return timestamps_; }
     bool has_draw_indirect_count() const { return draw_indirect_count_; }
+    bool draws_lines() const { return lines_; }  // wireframes; only where it presents
     std::vector<std::string> messages() const;
 
     // Names an object for validation messages and debuggers; nothing where the extension is missing.
@@ -39,9 +42,9 @@ public:
     static std::vector<DeviceInfo> list();
 
 private:
-    void make_instance(bool validation);
+    void make_instance(bool validation, bool presents);
     void choose(const std::string& wanted);
-    void make_device();
+    void make_device(bool presents);
     static VkBool32 VKAPI_PTR on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
                                          VkDebugUtilsMessageTypeFlagsEXT type,
                                          const VkDebugUtilsMessengerCallbackDataEXT* data, void* self);
@@ -55,7 +58,7 @@ private:
     DeviceInfo info_;
     VkPhysicalDeviceLimits limits_{};
     VkPhysicalDeviceMemoryProperties memory_{};
-    bool debug_utils_ = false, statistics_ = false, timestamps_ = false, draw_indirect_count_ = false;
+    bool debug_utils_ = false, statistics_ = false, timestamps_ = false, draw_indirect_count_ = false, lines_ = false;
     PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
     PFN_vkCmdBeginDebugUtilsLabelEXT begin_label_ = nullptr;
     PFN_vkCmdEndDebugUtilsLabelEXT end_label_ = nullptr;

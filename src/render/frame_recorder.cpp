@@ -36,6 +36,7 @@ FrameRecorder::FrameRecorder(const FrameContext& context, const Plan& plan, cons
     LODE_CHECK(plan.generation == c_.recipe.generation, plan.generation, c_.recipe.generation);
     has_shadow_ = c_.shadow_size > 0 && std::any_of(input.views.begin(), input.views.end(),
                                                     [](const View& v) { return v.kind == View::Kind::shadow; });
+    wire_ = look.wireframe && context.device.draws_lines();
     cull_back_ = !look.double_sided && !any_mirrored(input.instances);
 }
 
@@ -263,9 +264,11 @@ void FrameRecorder::draw(Stage stage, const Draw& d, const DrawIndirect* indirec
     LODE_CHECK(d.view < input_.views.size(), d.view);
     LODE_CHECK(stage == Stage::shadow ? input_.views[d.view].kind == View::Kind::shadow : d.view == 0, d.view);
     if (indirect == nullptr && (d.count == 0 || d.instances == 0)) return;
+    if (wire_ && stage == Stage::depth) return;
     const BuiltPipeline& pipeline = c_.built.pipelines[d.pipeline];
     const Variant variant = stage == Stage::shadow  ? Variant::shadow
                             : stage == Stage::depth ? Variant::depth
+                            : wire_                 ? Variant::wire
                                                     : Variant::colour;
     bind(pipeline, pipeline.draw[static_cast<int>(variant)].get(), d.view, d.words);
     if (c_.recipe.pipelines[d.pipeline].layout.stride > 0) {

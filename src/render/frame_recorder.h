@@ -58,6 +58,7 @@ private:
     VkCommandBuffer commands_;
     bool has_shadow_ = false;
     bool cull_back_ = true;
+    bool wire_ = false;
 
     struct PendingUpload {
         uint32_t buffer;

@@ -34,6 +34,7 @@ struct FrameSlot {
     OwnedFence fence;
     bool busy = false;
     uint64_t frame = 0;
+    uint32_t place = 0;  // whose recipe it draws
     std::chrono::steady_clock::time_point submitted_at;
     Staging staging;
     Buffer constants, instances, instance_ids;  // device-local

@@ -52,18 +52,6 @@ SplitBuffer make_buffer(BlockAllocator& allocator, const BufferSpec& spec, uint6
     return buffer;
 }
 
-OwnedShader make_shader(const Device& device, const std::string& name) {
-    const auto words = shader_words(name);
-    if (words.empty()) throw VulkanFailure("shader '" + name + "' is not part of this program");
-    VkShaderModuleCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-    info.codeSize = words.size_bytes();
-    info.pCode = words.data();
-    VkShaderModule module = VK_NULL_HANDLE;
-    LODE_VK(vkCreateShaderModule(device.handle(), &info, nullptr, &module));
-    return {device.handle(), module};
-}
-
 VkFormat format_of(VertexFormat format) {
     switch (format) {
         case VertexFormat::f32x2:
@@ -132,7 +120,8 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     stages.add(device, VK_SHADER_STAGE_VERTEX_BIT, spec.vertex);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, spec.tessellation_control);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, spec.tessellation_evaluation);
-    if (variant == Variant::colour) stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, spec.fragment);
+    const bool coloured = variant == Variant::colour || variant == Variant::wire;
+    if (coloured) stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, spec.fragment);
 
     std::vector<VkVertexInputAttributeDescription> attributes;
     for (const VertexAttribute& a : spec.layout.attributes)
@@ -156,7 +145,7 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     viewport.viewportCount = viewport.scissorCount = 1;
     VkPipelineRasterizationStateCreateInfo raster{};
     raster.sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO;
-    raster.polygonMode = VK_POLYGON_MODE_FILL;
+    raster.polygonMode = variant == Variant::wire ? VK_POLYGON_MODE_LINE : VK_POLYGON_MODE_FILL;
     raster.frontFace = VK_FRONT_FACE_COUNTER_CLOCKWISE;
     raster.lineWidth = 1;
     VkPipelineMultisampleStateCreateInfo multisample{};
@@ -172,7 +161,7 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     blend_attachment.colorWriteMask = 0xf;
     VkPipelineColorBlendStateCreateInfo blend{};
     blend.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
-    blend.attachmentCount = variant == Variant::colour ? 1 : 0;
+    blend.attachmentCount = coloured ? 1 : 0;
     blend.pAttachments = &blend_attachment;
     const VkDynamicState dynamic_states[] = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR,
                                              VK_DYNAMIC_STATE_CULL_MODE};
@@ -182,7 +171,7 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     dynamic.pDynamicStates = dynamic_states;
     VkPipelineRenderingCreateInfo rendering{};
     rendering.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO;
-    rendering.colorAttachmentCount = variant == Variant::colour ? 1 : 0;
+    rendering.colorAttachmentCount = coloured ? 1 : 0;
     rendering.pColorAttachmentFormats = &colour_format;
     rendering.depthAttachmentFormat = depth_format;
 
@@ -262,8 +251,10 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
     if (compute) {
         built.compute = make_compute_pipeline(device, spec, layout, constants.get());
     } else {
-        for (int v = 0; v < variant_count; ++v)
+        for (int v = 0; v < variant_count; ++v) {
+            if (static_cast<Variant>(v) == Variant::wire && !device.draws_lines()) continue;
             built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), static_cast<Variant>(v));
+        }
     }
     return built;
 }
@@ -311,6 +302,18 @@ void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& 
 }
 
 }  // namespace
+
+OwnedShader make_shader(const Device& device, const std::string& name) {
+    const auto words = shader_words(name);
+    if (words.empty()) throw VulkanFailure("shader '" + name + "' is not part of this program");
+    VkShaderModuleCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+    info.codeSize = words.size_bytes();
+    info.pCode = words.data();
+    VkShaderModule module = VK_NULL_HANDLE;
+    LODE_VK(vkCreateShaderModule(device.handle(), &info, nullptr, &module));
+    return {device.handle(), module};
+}
 
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
                          uint64_t segment_limit) {

@@ -24,14 +24,14 @@ struct SplitBuffer {
 };
 
 // Where a draw pipeline is used decides what of it runs.
-enum class Variant { shadow, depth, colour };
-inline constexpr int variant_count = 3;
+enum class Variant { shadow, depth, colour, wire };  // wire: colour as lines, with no depth pass before
+inline constexpr int variant_count = 4;
 
 struct BuiltPipeline {
     OwnedPipelineLayout layout;
     OwnedSetLayout storage_layout;
     VkDescriptorSet storage_set = VK_NULL_HANDLE;
-    OwnedPipeline draw[variant_count];  // empty for compute pipelines
+    OwnedPipeline draw[variant_count];  // empty for compute pipelines; wire: where the device draws lines
     OwnedPipeline compute;
     VkPipelineBindPoint bind_point = VK_PIPELINE_BIND_POINT_GRAPHICS;
     VkShaderStageFlags stages = 0;  // that see the push constants
@@ -42,6 +42,9 @@ struct BuiltRecipe {
     std::vector<BuiltPipeline> pipelines;
     OwnedDescriptorPool pool;
 };
+
+// A shader of the library; throws VulkanFailure, naming it, where there is none.
+OwnedShader make_shader(const Device& device, const std::string& name);
 
 // frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split.
 // Throws VulkanFailure; a shader that is not in the library is named.

@@ -7,53 +7,44 @@
 #include "base/check.h"
 #include "render/frame_recorder.h"
 #include "render/frame_set.h"
+#include "render/renderer_access.h"
 
 namespace lodestone {
 
 namespace {
 
-// Failures of Vulkan stop here and become errors.
-template <class F>
-auto guarded(F&& f) -> Result<decltype(f())> {
-    try {
-        if constexpr (std::is_void_v<decltype(f())>) {
-            f();
-            return {};
-        } else {
-            return f();
-        }
-    } catch (const VulkanFailure& failure) { return fail(Fault::machine, failure.what()); }
-}
-
 class VulkanRenderer final : public Renderer {
 public:
     explicit VulkanRenderer(const RendererOptions& options)
         : options_(options),
-          device_(options.device, options.validation),
+          device_(options.device, options.validation, options.presents),
           allocator_(device_),
           pool_(device_),
           sets_(device_, options.frames_in_flight) {
         slots_.resize(options.frames_in_flight);
         for (FrameSlot& slot : slots_) make_slot(slot);
         remake_targets(options.width, options.height);
-        materials_ = make_material_images(allocator_, pool_, MaterialSet{{SurfaceMaterial{}}, 0, 0, {}});
+        for (Loaded& loaded : loaded_)
+            loaded.materials = make_material_images(allocator_, pool_, MaterialSet{{SurfaceMaterial{}}, 0, 0, {}});
     }
     ~VulkanRenderer() override { vkDeviceWaitIdle(device_.handle()); }
 
     const DeviceInfo& device() const override { return device_.info(); }
 
-    Result<void> load(const Recipe& recipe, const MaterialSet& materials) override {
+    Result<void> load(const Recipe& recipe, const MaterialSet& materials, uint32_t place) override {
         return guarded([&] {
+            LODE_CHECK(place < most_places, place);
             finish_all();
-            newest_.reset();  // whoever brings a recipe may count its frames from 0
-            built_ = {};
+            Loaded& loaded = loaded_[place];
+            loaded.newest.reset();  // whoever brings a recipe may count its frames from 0
+            loaded.built = {};
             const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit
                                                                     : device_.limits().maxStorageBufferRange;
-            recipe_ = recipe;
-            built_ = build_recipe(allocator_, recipe, sets_.layout(), limit);
-            hazards_.reset(recipe.buffers.size());
-            materials_ = {};
-            materials_ = make_material_images(allocator_, pool_, materials);
+            loaded.recipe = recipe;
+            loaded.built = build_recipe(allocator_, recipe, sets_.layout(), limit);
+            loaded.hazards.reset(recipe.buffers.size());
+            loaded.materials = {};
+            loaded.materials = make_material_images(allocator_, pool_, materials);
         });
     }
 
@@ -64,14 +55,16 @@ public:
         });
     }
 
-    Result<void> submit(const Plan& plan, const FrameInput& input, const Look& look) override {
+    Result<void> submit(const Plan& plan, const FrameInput& input, const Look& look, uint32_t place) override {
         return guarded([&] {
             const auto entered = std::chrono::steady_clock::now();
             LODE_CHECK(!input.views.empty() && input.views[0].kind == View::Kind::camera, input.views.size());
+            Loaded& loaded = loaded_[place];
             FrameSlot& slot = slots_[next_slot_];
             if (slot.busy) finish(slot);
             next_slot_ = (next_slot_ + 1) % slots_.size();
             slot.frame = input.frame;
+            slot.place = place;
             slot.submitted_at = entered;
             slot.staging.reset();
             ensure_buffer(allocator_, slot.instances,
@@ -80,31 +73,34 @@ public:
             ensure_buffer(allocator_, slot.instance_ids,
                           std::max<size_t>(plan.instance_ids.size(), 1) * sizeof(uint32_t),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, "instance ids");
-            sets_.write(slot, materials_, targets_);
+            sets_.write(slot, loaded.materials, targets_);
             CommandPool::begin(slot.commands);
-            FrameRecorder({device_, pool_, allocator_, recipe_, built_, hazards_, targets_, options_.shadow_size, slot},
+            FrameRecorder({device_, pool_, allocator_, loaded.recipe, loaded.built, loaded.hazards, targets_,
+                           options_.shadow_size, slot},
                           plan, input, look)
                 .record();
             const VkFence fence = slot.fence.get();
             LODE_VK(vkResetFences(device_.handle(), 1, &fence));
             pool_.submit(slot.commands, fence);
             slot.busy = true;
-            newest_ = slot.frame;
+            loaded.newest = slot.frame;
+            drawn_ = true;
             colour_use_ = as_colour_target;
             depth_use_ = as_depth_target;
         });
     }
 
-    uint64_t completed_frame() override {
-        uint64_t completed = newest_ ? *newest_ + 1 : 0;
+    uint64_t completed_frame(uint32_t place) override {
+        const auto& newest = loaded_[place].newest;
+        uint64_t completed = newest ? *newest + 1 : 0;
         for (size_t i = 0; i < slots_.size(); ++i) {
             FrameSlot& slot = slots_[(next_slot_ + i) % slots_.size()];  // oldest first
             if (!slot.busy) continue;
             if (vkGetFenceStatus(device_.handle(), slot.fence.get()) == VK_SUCCESS) {
                 finish(slot);
             } else {
-                completed = std::min(completed, slot.frame);
-                break;
+                // Later ones have not left either.
+                if (slot.place == place) completed = std::min(completed, slot.frame);
             }
         }
         return completed;
@@ -123,6 +119,7 @@ public:
 
     uint64_t allocated_bytes() const override { return allocator_.allocated_bytes(); }
     std::vector<std::string> validation_messages() const override { return device_.messages(); }
+    RendererAccess access() override { return {device_, pool_, allocator_, targets_, colour_use_}; }
 
 private:
     void make_slot(FrameSlot& slot) {
@@ -194,7 +191,7 @@ private:
     }
 
     Picture copy_picture() {
-        LODE_CHECK(newest_.has_value());
+        LODE_CHECK(drawn_);
         finish_all();
         Picture picture;
         picture.width = targets_.colour.spec().width;
@@ -233,13 +230,17 @@ private:
     CommandPool pool_;
     FrameSets sets_;
     Targets targets_;
-    MaterialImages materials_;
-    Recipe recipe_;
-    BuiltRecipe built_;
-    BufferHazards hazards_;
+    struct Loaded {
+        Recipe recipe;
+        BuiltRecipe built;
+        BufferHazards hazards;
+        MaterialImages materials;
+        std::optional<uint64_t> newest;  // the last frame submitted
+    };
+    std::array<Loaded, most_places> loaded_;
     std::vector<FrameSlot> slots_;
     size_t next_slot_ = 0;
-    std::optional<uint64_t> newest_;  // the last frame submitted
+    bool drawn_ = false;  // a frame was submitted
     ImageUse colour_use_, depth_use_;
     std::vector<FrameCounters> counters_;
     std::vector<ReadbackResult> readbacks_;

@@ -24,6 +24,7 @@ struct RendererOptions {
     uint32_t shadow_size = 2048;          // texels a side; 0 for no shadow map
     uint32_t frames_in_flight = 2;        // 1 .. 4
     bool validation = false;  // core and synchronisation validation; messages are collected in validation_messages()
+    bool presents = false;    // to a window (window.h); needs a display
     uint32_t segment_bytes_limit = 0;  // tests: split storage buffers above this size, 0 takes the device's limit
 };
 
@@ -44,6 +45,7 @@ struct Look {
     glm::vec3 ground_colour{0.22f, 0.2f, 0.18f};      // and from below
     glm::vec3 background{0.05f, 0.06f, 0.08f};        // linear
     bool double_sided = false;                        // false culls back faces
+    bool wireframe = false;                           // lines only; where RendererOptions::presents
     DebugView debug = DebugView::none;
 };
 
@@ -61,6 +63,8 @@ struct FrameCounters {
     double total_ms = 0;                 // wall clock, from submit() entered to fence seen signalled
 };
 
+struct RendererAccess;  // for the window
+
 class Renderer {
 public:
     // Fault::machine where there is no Vulkan 1.3 device or a needed feature is missing; the message names it.
@@ -70,8 +74,10 @@ public:
     virtual const DeviceInfo& device() const = 0;
 
     // Builds buffers and pipelines of a recipe and textures of the scene. Waits for the device. An equal recipe with a
-    // new generation empties the buffers. Frames are counted anew.
-    virtual Result<void> load(const Recipe& recipe, const MaterialSet& materials) = 0;
+    // new generation empties the buffers. Frames are counted anew. place: several recipes can be loaded, each in a
+    // place of its own, 0 .. most_places - 1; what was there goes.
+    static constexpr uint32_t most_places = 2;
+    virtual Result<void> load(const Recipe& recipe, const MaterialSet& materials, uint32_t place = 0) = 0;
 
     // Changes the size of the camera targets.
     virtual Result<void> resize(uint32_t width, uint32_t height) = 0;
@@ -80,10 +86,10 @@ public:
     // uploaded than are staged at once. views[0] is drawn to the target that read_picture() reads; at most one shadow
     // view is drawn and used for lighting. Other cameras have no target yet: draws of them are an error. Where an
     // instance is mirrored, back faces are not culled in that frame.
-    virtual Result<void> submit(const Plan& plan, const FrameInput& input, const Look& look) = 0;
+    virtual Result<void> submit(const Plan& plan, const FrameInput& input, const Look& look, uint32_t place = 0) = 0;
 
-    // Every frame before this number has left the GPU.
-    virtual uint64_t completed_frame() = 0;
+    // Every frame of the place before this number has left the GPU.
+    virtual uint64_t completed_frame(uint32_t place = 0) = 0;
     // Waits for every submitted frame.
     virtual Result<void> wait() = 0;
     // Counters of frames completed since the last call, oldest first.
@@ -96,6 +102,8 @@ public:
     virtual uint64_t allocated_bytes() const = 0;  // device memory held, all kinds
     // Everything the validation layers said so far; empty when they are silent or off.
     virtual std::vector<std::string> validation_messages() const = 0;
+
+    virtual RendererAccess access() = 0;
 };
 
 }  // namespace lodestone

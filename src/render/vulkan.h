@@ -6,7 +6,10 @@
 
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
+
+#include "base/result.h"
 
 namespace lodestone {
 
@@ -21,6 +24,19 @@ void vulkan_check(VkResult result, const char* call);
 
 // Runs a Vulkan call that returns a VkResult; anything but success is a VulkanFailure that names it.
 #define LODE_VK(call) ::lodestone::vulkan_check(call, #call)
+
+// Failures of Vulkan stop here and become errors.
+template <class F>
+auto guarded(F&& f) -> Result<decltype(f())> {
+    try {
+        if constexpr (std::is_void_v<decltype(f())>) {
+            f();
+            return {};
+        } else {
+            return f();
+        }
+    } catch (const VulkanFailure& failure) { return fail(Fault::machine, failure.what()); }
+}
 
 // A handle destroyed with its owner.
 template <class T, auto Destroy>

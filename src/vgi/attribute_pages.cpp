@@ -114,7 +114,7 @@ void AttributePages::want(const Atlas& about, std::span<const float> spacing, co
                           std::vector<float>& wanted, std::vector<uint8_t>& touched) const {
     const PageTree geometry = tree_of(about, Layer::geometry);
     const Visibility visibility(request, about);
-    const View& view = request.views[0];
+    const View& view = request.sets_levels();
     const float scale = largest_scale(request.object_to_world);
     struct Part {
         uint32_t level, x, y;

@@ -25,7 +25,7 @@ constexpr float unseen = 0.25f;  // what a missing page counts where no camera s
 class Wanted {
 public:
     Wanted(const CutRequest& request, const Atlas& about) {
-        const View& view = request.views[0];
+        const View& view = request.sets_levels();
         scale_ = largest_scale(request.object_to_world);
         to_world_ = request.object_to_world;
         eye_ = view.eye;

@@ -18,13 +18,15 @@ namespace lodestone::vgi {
 // What a frame wants of an instance.
 struct CutRequest {
     glm::mat4 object_to_world{1};
-    std::span<const View> views;  // views[0], a camera, sets the levels
-    double pixel_error = 1;       // pixels, > 0
-    int64_t forced_level = -1;    // >= 0: this level everywhere
-    bool cull_back_faces = true;  // views[0] may leave out what shows it none but back faces
+    std::span<const View> views;
+    const View* level_view = nullptr;  // sets the levels; views[0] where there is none
+    double pixel_error = 1;            // pixels, > 0
+    int64_t forced_level = -1;         // >= 0: this level everywhere
+    bool cull_back_faces = true;       // views[0] may leave out what shows it none but back faces
+    const View& sets_levels() const { return level_view != nullptr ? *level_view : views[0]; }
 };
 
-// How long a distance of an error is in views[0]: a sample of error E and radius r is wanted from within
+// How long a distance of an error is in a view: a sample of error E and radius r is wanted from within
 // scale * (E * magnification + r), world units. Smaller than wanted errors are taken where the atlas asks for it.
 double magnification_of(const View& view, double pixel_error);
 

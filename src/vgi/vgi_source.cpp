@@ -362,8 +362,8 @@ private:
 
     // The cuts of all instances; what they take and want of pages.
     void make_cuts(const FrameInput& input) {
-        const bool same =
-            begun_ && input.views == last_.views && input.instances == last_.instances && input.budget == last_.budget;
+        const bool same = begun_ && input.views == last_.views && input.level_view == last_.level_view &&
+                          input.instances == last_.instances && input.budget == last_.budget;
         if (!same || cut_is_stale_) cut(input);
         if (same && !attributes_changed_) return;
         for (Asset& asset : assets_) {
@@ -398,7 +398,8 @@ private:
             if (level_ >= 0) {
                 if (level_ >= coarsest_level()) break;
                 ++level_;
-            } else if (magnification_of(input.views[0], input.budget.pixel_error * raised_) <= least_magnification) {
+            } else if (magnification_of(input.sets_levels(), input.budget.pixel_error * raised_) <=
+                       least_magnification) {
                 level_ = 0;
             } else {
                 raised_ *= raise;
@@ -416,6 +417,7 @@ private:
         CutRequest request;
         request.object_to_world = instance.object_to_world;
         request.views = input.views;
+        request.level_view = &input.sets_levels();
         request.pixel_error = input.budget.pixel_error * raised_;
         request.forced_level = level_;
         request.cull_back_faces = input.views[0].culls_back_faces;
@@ -444,8 +446,9 @@ private:
             draw.index_buffer = index_lists;
             draw.first_id = first_id;
             draw.words[LODE_VGI_WORD_ASSET] = instance.asset;
-            const double magnification =
-                level_ >= 0 ? 0 : magnification_of(input.views[0], input.budget.pixel_error * raised_);
+            const double magnification = level_ >= 0 || input.level_view
+                                             ? 0
+                                             : magnification_of(input.views[0], input.budget.pixel_error * raised_);
             draw.words[LODE_VGI_WORD_MAGNIFICATION] = std::bit_cast<uint32_t>(static_cast<float>(magnification));
             const float scale = largest_scale(instance.object_to_world);
             draw.words[LODE_VGI_WORD_SCALE] = std::bit_cast<uint32_t>(scale);
@@ -552,7 +555,7 @@ private:
     // Where the camera will be if it goes on as it did.
     void foresee_way(const FrameInput& input) {
         for (Asset& asset : assets_) asset.foreseen.assign(asset.residency->pages(), 0.0f);
-        if (!begun_ || level_ >= 0) return;
+        if (!begun_ || level_ >= 0 || input.level_view) return;
         const glm::vec3 step = input.views[0].eye - last_.views[0].eye;
         if (glm::dot(step, step) == 0) return;
         std::vector<View> views{input.views[0]};
@@ -562,6 +565,7 @@ private:
             Asset& asset = assets_[instance.asset];
             CutRequest request = request_for(input, instance);
             request.views = views;
+            request.level_view = nullptr;
             foresee(*asset.residency, request, asset.demand.wanted, asset.foreseen);
         }
     }

@@ -1,11 +1,12 @@
 # Thin: every target does its own set-up and hands over to CMake, ctest and the program.
-#   make demo    bakes and measures the 300k rock; leaves pictures and a table in build/demo
+#   make demo    bakes and measures the 300k rock and landscape; leaves reports and pictures in build/demo
 #   make test    builds and tests; ends with ctest's summary
 #   make bench   runs the benchmarks
+#   make view    the interactive demo, on the demonstration's rock; SCENE=... for another
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all demo test bench deps build clean
+.PHONY: all demo test bench view deps build clean
 all: build
 
 deps:
@@ -23,6 +24,10 @@ test: build
 
 bench: build
 	scripts/bench.sh
+
+SCENE ?= assets/rock.scene.json
+view: build
+	$(LODESTONE) view $(SCENE)
 
 clean:
 	rm -rf build

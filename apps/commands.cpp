@@ -62,6 +62,7 @@ void add_missing(CLI::App& app, Run& run, const char* name) {
 void add_render(CLI::App& app, Run& run) { add_missing(app, run, "render"); }
 void add_bench(CLI::App& app, Run& run) { add_missing(app, run, "bench"); }
 void add_tune(CLI::App& app, Run& run) { add_missing(app, run, "tune"); }
+void add_view(CLI::App& app, Run& run) { add_missing(app, run, "view"); }
 void add_probe(CLI::App& app, Run& run) { add_missing(app, run, "probe"); }
 #endif
 

@@ -20,6 +20,7 @@ void add_generate(CLI::App& app, Run& run);
 void add_render(CLI::App& app, Run& run);
 void add_bench(CLI::App& app, Run& run);
 void add_tune(CLI::App& app, Run& run);
+void add_view(CLI::App& app, Run& run);
 void add_probe(CLI::App& app, Run& run);
 
 // "1280x720" to two numbers of 1 .. 16384; Fault::usage otherwise.

@@ -30,6 +30,7 @@ int run_program(int argc, char** argv) {
     add_render(app, run);
     add_bench(app, run);
     add_tune(app, run);
+    add_view(app, run);
     add_probe(app, run);
     const char* const* named = std::find_if(argv + 1, argv + argc, [](const char* word) { return word[0] != '-'; });
     const auto is_named = [&](const CLI::App* command) { return command->get_name() == *named; };

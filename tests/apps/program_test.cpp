@@ -43,10 +43,10 @@ protected:
     }
     void TearDown() override { fs::remove_all(folder_); }
 
-    // Arguments as a shell would take them, run in the test's folder.
-    Ended run(const std::string& arguments) const {
+    // Arguments as a shell would take them, run in the test's folder, by another command where one is named.
+    Ended run(const std::string& arguments, const std::string& by = "") const {
         const std::string command =
-            "cd '" + folder_.string() + "' && " LODESTONE_PROGRAM " " + arguments + " >out.txt 2>err.txt";
+            "cd '" + folder_.string() + "' && " + by + LODESTONE_PROGRAM " " + arguments + " >out.txt 2>err.txt";
         const int status = std::system(command.c_str());
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder_ / "out.txt"),
                 content_of(folder_ / "err.txt")};
@@ -56,9 +56,9 @@ protected:
         EXPECT_EQ(e.code, 0) << arguments << "\n" << e.err;
     }
     // Ends with this code and exactly one line, which says `what`.
-    void fails(const std::string& arguments, int code, const std::string& what) const {
+    void fails(const std::string& arguments, int code, const std::string& what, const std::string& by = "") const {
         SCOPED_TRACE(arguments);
-        const Ended e = run(arguments);
+        const Ended e = run(arguments, by);
         EXPECT_EQ(e.code, code);
         EXPECT_EQ(std::count(e.err.begin(), e.err.end(), '\n'), 1) << e.err;
         EXPECT_THAT(e.err, HasSubstr(what));
@@ -292,6 +292,33 @@ TEST_F(ProgramTest, TunesTheErrorToAFrameRate) {
     EXPECT_EQ(tuned["controlled"]["ms"].size(), 6u);
     for (const json& tried : tuned["tried"]) EXPECT_GT(tried["triangles"], 0);
     fails("tune rock.ply --fps 100000 --frames 6 --size 64x48", 4, "times a second");
+}
+
+TEST_F(ProgramTest, ViewsInAWindowAndSwitchesEverythingByKeys) {
+    bake_rock();
+    fails("view rock.ply --backend nosuch", 2, "full, discrete, lod, vgi");
+    fails("view rock.ply --keys 1,nosuch", 2, "nosuch");
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    fails("view rock.ply", 4, "no display", "env -u DISPLAY -u WAYLAND_DISPLAY ");
+    succeeds("generate torus --triangles 2000 -o second.ply");
+    const std::string display = "xvfb-run -a -s '-screen 0 800x600x24' ";
+    if (std::system("command -v xvfb-run > /dev/null") != 0)
+        GTEST_SKIP() << "no display; install xvfb to run this test";
+    // Every key but the last screenshots' once, both backends split and apart, another mesh baked on the way.
+    const Ended e =
+        run("view rock.ply --size 320x240 --validation --keys "
+            "F12,1,2,3,4,O,V,V,V,X,X,L,K,wait:3,L,K,B,F12,N,F12,N,B,T,wait:10,T,F,R,wait:5,R,P,wait:10,Home,"
+            "F1,H,H,load:nosuch.ply,load:second.ply,4,F12",
+            display);
+    ASSERT_EQ(e.code, 0) << e.err;
+    EXPECT_EQ(e.err, "");
+    for (int i = 1; i <= 4; ++i) {
+        const auto file = folder_ / ("lodestone-" + std::to_string(i) + ".png");
+        ASSERT_TRUE(fs::exists(file)) << i;
+        EXPECT_GT(fs::file_size(file), 2000u);
+    }
+    EXPECT_NE(content_of(folder_ / "lodestone-1.png"), content_of(folder_ / "lodestone-3.png"));
+    EXPECT_EQ(json::parse(content_of(folder_ / "recorded-1.path.json"))["lodestone"], "camera-path");
 }
 
 TEST_F(ProgramTest, ProbesTheDeviceAndBakesForIt) {

@@ -1,0 +1,29 @@
+// The interactive demo's panel and its keys.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "apps/draw_viewer.h"
+
+namespace lodestone {
+
+struct ViewKey {
+    Key key;
+    std::string name;  // as --keys and the help call it
+    std::string what;
+    std::function<Result<void>(Viewer&)> act;
+};
+// Every key but those that move the camera.
+const std::vector<ViewKey>& view_keys();
+
+struct PanelState {
+    bool shown = true, help = false;
+};
+PanelState& panel_state();
+
+// Describes the panel to the overlay.
+void describe_panel(Viewer& viewer);
+
+}  // namespace lodestone

@@ -15,7 +15,7 @@ namespace lodestone {
 namespace {
 
 struct Options {
-    std::string scene, backend = "lod", right = "vgi", size = "1280x720", device, keys;
+    std::string scene, backend = "lod", right = "full", size = "1280x720", device, keys;
     double pixel_error = 1;
     uint64_t frames = 0;
     unsigned threads = 0;

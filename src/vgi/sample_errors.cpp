@@ -55,14 +55,17 @@ public:
         for (size_t v = 0; v < patch.positions.size(); ++v) {
             const glm::dvec2 at = glm::clamp(patch.flat[v], 0.0, 1.0) * static_cast<double>(atlas_.cells);
             finest(at, patch.positions[v]);
-            for (uint32_t level = 0; level < levels; ++level) look(level, at, patch.positions[v]);
+            for (uint32_t level = 0; level < levels; ++level) look(level, at, patch.positions[v], false);
         }
         // Where the source has few vertices, its image's samples tell more; of coarse levels some are enough.
         for (uint32_t level = 0; level < levels; ++level) {
             const uint32_t stride = std::max(1u, (1u << level) / 4);
             for (uint32_t y = 0; y <= atlas_.cells; y += stride) {
-                for (uint32_t x = 0; x <= atlas_.cells; x += stride)
-                    look(level, {x, y}, atlas_.point(atlas_.texel(chart_, x, y)));
+                for (uint32_t x = 0; x <= atlas_.cells; x += stride) {
+                    // Of these, fewer are enough to look back from.
+                    const bool back = x % (2 * stride) == 0 && y % (2 * stride) == 0;
+                    look(level, {x, y}, at(x, y), back || stride == 1);
+                }
             }
         }
         const ErrorCodes codes(atlas_.extent());
@@ -111,8 +114,45 @@ private:
         note(0, place, square(drawn - point));
     }
 
-    // The triangles that the centre and the middles of edges of a cell of level + 1 split.
-    void look(uint32_t level, const glm::dvec2& place, const glm::dvec3& point) {
+    // Squared distance from a point to the image about a place: first by steps from sample to sample, long ones at
+    // first, then to the cells around the best. Never less than to the whole surface.
+    double squared_to_image(const glm::dvec3& point, const glm::dvec2& place, uint32_t reach) const {
+        const auto last = static_cast<int>(atlas_.cells);
+        int bx = std::clamp(static_cast<int>(std::lround(place.x)), 0, last),
+            by = std::clamp(static_cast<int>(std::lround(place.y)), 0, last);
+        const auto to_sample = [&](int x, int y) {
+            return square(at(static_cast<uint32_t>(x), static_cast<uint32_t>(y)) - point);
+        };
+        double best = to_sample(bx, by);
+        for (int step = static_cast<int>(reach); step > 0;) {
+            const int x = bx, y = by;
+            for (const auto& [dx, dy] :
+                 {std::pair(-1, 0), {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}) {
+                const int nx = x + dx * step, ny = y + dy * step;
+                if (nx < 0 || ny < 0 || nx > last || ny > last) continue;
+                if (const double d = to_sample(nx, ny); d < best) {
+                    best = d;
+                    bx = nx;
+                    by = ny;
+                }
+            }
+            if (bx == x && by == y) step /= 2;
+        }
+        for (int y = std::max(0, by - 1); y < std::min(last, by + 1); ++y) {
+            for (int x = std::max(0, bx - 1); x < std::min(last, bx + 1); ++x) {
+                const auto cx = static_cast<uint32_t>(x), cy = static_cast<uint32_t>(y);
+                const glm::dvec3 a = at(cx, cy), b = at(cx + 1, cy), c = at(cx + 1, cy + 1), d = at(cx, cy + 1);
+                const bool rising = rising_diagonal(cx, cy);
+                best = std::min(best, square(closest_on_triangle(point, a, b, rising ? c : d) - point));
+                best = std::min(best, square(closest_on_triangle(point, rising ? a : b, c, d) - point));
+            }
+        }
+        return best;
+    }
+
+    // The triangles that the centre and the middles of edges of a cell of level + 1 split: how far the point is from
+    // them, and, where they are looked back from, how far they are from the image there.
+    void look(uint32_t level, const glm::dvec2& place, const glm::dvec3& point, bool back) {
         const uint32_t half = 1u << level, size = 2 * half, last = atlas_.cells / size - 1;
         const uint32_t cx = std::min(last, static_cast<uint32_t>(place.x) / size),
                        cy = std::min(last, static_cast<uint32_t>(place.y) / size), x = cx * size, y = cy * size;
@@ -123,6 +163,8 @@ private:
             double& known = squared_[size_t{my} * (atlas_.cells + 1) + mx];
             const double together = square(drawn - point);
             if (together > known) known = std::max(known, square(closest_on_triangle(point, a, b, c) - point));
+            if (back && together > known)
+                known = std::max(known, std::min(together, squared_to_image(drawn, place, half)));
             return together;
         };
         const auto& [a, b, c, d] = corner;

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <set>
 
+#include "base/random.h"
 #include "fixtures/meshes.h"
 #include "mesh/distance.h"
 #include "mesh/generate.h"
@@ -71,6 +72,50 @@ TEST(SampleErrors, AreSaturatedAndSharedOnAnyMesh) {
         EXPECT_TRUE(valid) << valid.error().message;
         EXPECT_TRUE(atlas.validate());
     }
+}
+
+TEST(SampleErrors, HoldFromTheTrianglesToTheSurfaceToo) {
+    // What a cut draws in place of a sample is no farther from the surface than the sample's error says, wherever on
+    // the triangle one looks: between the places the errors were measured at, a tenth is allowed.
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 64);
+    const TriMesh finest = atlas.extract(0);
+    std::vector<uint32_t> indices;
+    for (size_t t = 0; t < finest.triangle_count(); ++t)
+        for (int k = 0; k < 3; ++k) indices.push_back(finest.vertex_of(t, k));
+    const ClosestSurface surface(finest.positions, indices);
+    const ErrorCodes codes(atlas.extent());
+    const Bintree tree{static_cast<int32_t>(atlas.cells)};
+    const double finest_error = static_cast<double>(atlas.errors[0]);
+    Random random(3);
+    size_t looked = 0, beyond = 0;
+    double worst = 0;
+    for (uint32_t chart = 0; chart < atlas.charts(); chart += 2) {
+        const auto at = [&](GridPoint p) {
+            return atlas.point(atlas.texel(chart, static_cast<uint32_t>(p.x), static_cast<uint32_t>(p.y)));
+        };
+        for (uint32_t depth = 0; depth + 1 < tree.depths(); ++depth) {
+            tree.for_depth(depth, [&](GridPoint m) {
+                const auto ends = tree.hypotenuse(m);
+                tree.for_parents(m, [&](GridPoint apex) {
+                    const size_t texel = atlas.texel(chart, static_cast<uint32_t>(m.x), static_cast<uint32_t>(m.y));
+                    const double error = static_cast<double>(codes.error(atlas.sample_errors[texel]));
+                    double distance = 0;
+                    for (uint32_t i = 0; i < 1 + (1u << depth) / 4; ++i) {
+                        const double s = random.unit(), r = random.unit() * (1 - s);
+                        const glm::dvec3 p = at(ends[0]) * (1 - s - r) + at(ends[1]) * s + at(apex) * r;
+                        distance = std::max(distance, surface.closest(p).distance);
+                    }
+                    const double ratio = (distance - 0.1 * finest_error) / error;
+                    ++looked;
+                    beyond += ratio > 1;
+                    worst = std::max(worst, ratio);
+                });
+            });
+        }
+    }
+    EXPECT_GT(looked, 50000u);
+    EXPECT_LT(worst, 1.1);
+    EXPECT_LE(beyond, 5u);
 }
 
 TEST(SampleErrors, ValidationNoticesWhatIsBroken) {

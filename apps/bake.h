@@ -17,6 +17,9 @@
 
 namespace lodestone {
 
+// Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
+inline constexpr int bake_revision = 2;
+
 struct BakeOptions {
     std::vector<std::string> backends = {"lod"};  // lod, vgi, discrete
     std::vector<std::string> orders = {"keyframe", "static",

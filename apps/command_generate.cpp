@@ -13,8 +13,9 @@ void add_generate(CLI::App& app, Run& run) {
         unsigned threads = 0;
     };
     const auto o = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("generate", "Make a mesh: rock, terrain, grid, sphere or torus");
-    command->add_option("shape", o->shape, "rock, terrain, grid, sphere or torus")->required();
+    CLI::App* command =
+        app.add_subcommand("generate", "Make a mesh: rock, terrain, grid, sphere, torus, cliff or vase");
+    command->add_option("shape", o->shape, "rock, terrain, grid, sphere, torus, cliff or vase")->required();
     command->add_option("--triangles", o->triangles, "How many triangles, met within 1%")
         ->required()
         ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 31));

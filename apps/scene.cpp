@@ -1,11 +1,13 @@
 #include "apps/scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/file.h"
+#include "base/random.h"
 
 namespace lodestone {
 
@@ -161,6 +163,68 @@ Result<SceneAsset> asset_from(const Node& node, const fs::path& folder) {
     return asset;
 }
 
+Result<uint32_t> asset_named(const Node& node, const std::string& name, const std::vector<SceneAsset>& assets) {
+    const auto at = std::ranges::find(assets, name, &SceneAsset::name);
+    if (at == assets.end()) return node.wrong("there is no asset named '" + name + "'");
+    return static_cast<uint32_t>(at - assets.begin());
+}
+
+// Two numbers above 0.
+Result<void> pair(const Node& node, const char* key, glm::vec2& into, bool required) {
+    const auto found = node.json.find(key);
+    if (found == node.json.end()) return required ? node.wrong(std::string(key) + " is missing") : Result<void>{};
+    if (!found->is_array() || found->size() != 2) return node.wrong(std::string(key) + " must be two numbers above 0");
+    for (size_t k = 0; k < 2; ++k) {
+        if (!(*found)[k].is_number() || !((*found)[k].get<float>() > 0) || !std::isfinite((*found)[k].get<float>()))
+            return node.wrong(std::string(key) + " must be two numbers above 0");
+        into[static_cast<int>(k)] = (*found)[k].get<float>();
+    }
+    return {};
+}
+
+// Adds many instances, one in each cell of a grid.
+Result<void> scatter(const Node& node, const std::vector<SceneAsset>& assets, std::vector<SceneInstance>& instances) {
+    if (auto done = only_members(node, {"assets", "count", "area", "scale", "seed"}); !done) return done;
+    uint64_t count = 0, seed = 1;
+    glm::vec2 area(1), scale(1);
+    auto done = all([&] { return whole(node, "count", count, 1, 100000); },
+                    [&] { return whole(node, "seed", seed, 0, ~uint64_t{0}); },
+                    [&] { return pair(node, "area", area, true); }, [&] { return pair(node, "scale", scale, false); });
+    if (!done) return done;
+    if (count == 0) return node.wrong("count is missing");
+    const auto names = node.json.find("assets");
+    if (names == node.json.end() || !names->is_array() || names->empty())
+        return node.wrong("assets must be an array of names");
+    std::vector<uint32_t> chosen;
+    for (const Json& name : *names) {
+        auto asset = asset_named(node, name.is_string() ? name.get<std::string>() : "", assets);
+        if (!asset) return tl::unexpected(asset.error());
+        chosen.push_back(*asset);
+    }
+    // Cells about as wide as deep.
+    const auto columns = static_cast<uint64_t>(
+        std::max(1.0, std::ceil(std::sqrt(static_cast<double>(count) * static_cast<double>(area.x / area.y)))));
+    const uint64_t rows = (count + columns - 1) / columns;
+    Random random(mix64(seed));
+    for (uint64_t i = 0; i < count; ++i) {
+        const auto within = [&](uint64_t cell, uint64_t cells, float length) {
+            return length * (static_cast<float>((static_cast<double>(cell) + 0.2 + 0.6 * random.unit()) /
+                                                static_cast<double>(cells)) -
+                             0.5f);
+        };
+        const float x = within(i % columns, columns, area.x), z = within(i / columns, rows, area.y);
+        const auto angle = static_cast<float>(random.unit() * 6.283185307179586);
+        const float size = scale.x * std::pow(scale.y / scale.x, static_cast<float>(random.unit()));
+        SceneInstance instance;
+        instance.asset = chosen[i % chosen.size()];
+        instance.object_to_world = glm::translate(glm::mat4(1), glm::vec3(x, 0, z));
+        instance.object_to_world = glm::rotate(instance.object_to_world, angle, glm::vec3(0, 1, 0));
+        instance.object_to_world = glm::scale(instance.object_to_world, glm::vec3(size));
+        instances.push_back(instance);
+    }
+    return {};
+}
+
 Result<SceneInstance> instance_from(const Node& node, const std::vector<SceneAsset>& assets) {
     if (auto done = only_members(node, {"asset", "position", "axis", "angle_degrees", "scale"}); !done)
         return tl::unexpected(done.error());
@@ -172,9 +236,10 @@ Result<SceneInstance> instance_from(const Node& node, const std::vector<SceneAss
                     [&] { return number(node, "angle_degrees", angle, -36000, 36000); },
                     [&] { return number(node, "scale", scale, 1e-6f, 1e6f); });
     if (!done) return tl::unexpected(done.error());
+    const auto asset = asset_named(node, name, assets);
+    if (!asset) return tl::unexpected(asset.error());
     SceneInstance instance;
-    while (instance.asset < assets.size() && assets[instance.asset].name != name) ++instance.asset;
-    if (instance.asset == assets.size()) return node.wrong("there is no asset named '" + name + "'");
+    instance.asset = *asset;
     if (glm::length(axis) == 0) return node.wrong("axis must not be zero");
     instance.object_to_world = glm::translate(glm::mat4(1), position);
     if (angle != 0) instance.object_to_world = glm::rotate(instance.object_to_world, glm::radians(angle), axis);
@@ -183,8 +248,8 @@ Result<SceneInstance> instance_from(const Node& node, const std::vector<SceneAss
 }
 
 Result<Scene> scene_from(const Node& root, const fs::path& path) {
-    if (auto done = only_members(
-            root, {"lodestone", "version", "comment", "assets", "instances", "light", "camera", "resident_mib"});
+    if (auto done = only_members(root, {"lodestone", "version", "comment", "assets", "instances", "scatter", "light",
+                                        "camera", "resident_mib"});
         !done) {
         return tl::unexpected(done.error());
     }
@@ -206,15 +271,24 @@ Result<Scene> scene_from(const Node& root, const fs::path& path) {
         if (!asset) return tl::unexpected(asset.error());
         scene.assets.push_back(std::move(*asset));
     }
-    if (instances == root.json.end()) {
+    const auto scattered = root.json.find("scatter");
+    if (instances == root.json.end() && scattered == root.json.end()) {
         for (uint32_t a = 0; a < scene.assets.size(); ++a) scene.instances.push_back({a, glm::mat4(1)});
-    } else {
+    }
+    if (instances != root.json.end()) {
         if (!instances->is_array()) return root.wrong("instances must be an array");
         for (size_t i = 0; i < instances->size(); ++i) {
             auto instance =
                 instance_from({(*instances)[i], root.place + ": instances[" + std::to_string(i) + "]"}, scene.assets);
             if (!instance) return tl::unexpected(instance.error());
             scene.instances.push_back(*instance);
+        }
+    }
+    if (scattered != root.json.end()) {
+        if (!scattered->is_array()) return root.wrong("scatter must be an array");
+        for (size_t i = 0; i < scattered->size(); ++i) {
+            const Node node{(*scattered)[i], root.place + ": scatter[" + std::to_string(i) + "]"};
+            if (auto good = scatter(node, scene.assets, scene.instances); !good) return tl::unexpected(good.error());
         }
     }
     if (const auto light = root.json.find("light"); light != root.json.end()) {

@@ -136,9 +136,9 @@ TriMesh make_rock(uint64_t triangles, uint64_t seed) {
     });
 }
 
-// A height field over [-1, 1]^2: columns x rows quads.
-template <class Height>
-TriMesh height_field(uint32_t n, const Height& height) {
+// A field of n x n quads over [-1, 1]^2; place(x, z) gives the point.
+template <class Place>
+TriMesh field(uint32_t n, const Place& place) {
     TriMesh mesh;
     const uint32_t row = n + 1;
     mesh.positions.resize(size_t{row} * row);
@@ -147,7 +147,7 @@ TriMesh height_field(uint32_t n, const Height& height) {
         for (size_t z = begin; z < end; ++z) {
             for (size_t x = 0; x < row; ++x) {
                 const double u = static_cast<double>(x) / n, v = static_cast<double>(z) / n;
-                mesh.positions[z * row + x] = {2 * u - 1, height(2 * u - 1, 2 * v - 1), 2 * v - 1};
+                mesh.positions[z * row + x] = place(2 * u - 1, 2 * v - 1);
                 mesh.uvs[z * row + x] = {u, v};
             }
         }
@@ -165,6 +165,11 @@ TriMesh height_field(uint32_t n, const Height& height) {
     return mesh;
 }
 
+template <class Height>
+TriMesh height_field(uint32_t n, const Height& height) {
+    return field(n, [&](double x, double z) { return glm::vec3(x, height(x, z), z); });
+}
+
 TriMesh make_terrain(uint64_t triangles, uint64_t seed) {
     const uint32_t n = side_quads(triangles, 2);
     const double spacing = 2.0 / n;
@@ -178,21 +183,45 @@ TriMesh make_terrain(uint64_t triangles, uint64_t seed) {
     });
 }
 
-TriMesh make_torus(uint64_t triangles) {
-    constexpr double large = 1, small = 0.4;
+// Ledges with steep walls between, which bulge and hang over: the walls are where heights change fast, and noise in all
+// three directions pushes them about.
+TriMesh make_cliff(uint64_t triangles, uint64_t seed) {
+    const uint32_t n = side_quads(triangles, 2);
+    const double spacing = 2.0 / n;
+    return field(n, [&](double x, double z) {
+        const glm::dvec3 p(x, 0.5, z);
+        const double rise = 0.5 + 0.5 * fractal_noise(p * 1.3, seed + 31, 0.45, 0.3);
+        const double cracks = 0.10 * ridged_noise(p * 3.0, seed + 32, 0.5, spacing * 6);
+        constexpr double ledges = 4;
+        const double t = ledges * std::clamp(rise + cracks, 0.0, 1.2), ledge = std::floor(t);
+        const double wall = std::clamp((t - ledge - 0.35) / 0.3, 0.0, 1.0);
+        const double height = (ledge + wall * wall * (3 - 2 * wall)) / ledges;
+        const glm::dvec3 q(x * 5, height * 9, z * 5);
+        const double bulge = 0.05, grit = 0.008;
+        const auto push = [&](uint64_t k) {
+            return bulge * gradient_noise(q, seed + k) + grit * fractal_noise(q * 8.0, seed + k, 0.6, spacing * 40);
+        };
+        return glm::vec3(x + push(33), 0.7 * height + push(34), z + push(35));
+    });
+}
+
+// A closed profile turned about the y axis; profile(v), 0 .. 1, gives radius and height, first up the outside. Texture
+// coordinates wrap both ways, where wedges are doubled. slim: length of the profile over that of the way around.
+template <class Profile>
+TriMesh revolved(uint64_t triangles, double slim, const Profile& profile) {
     const auto along =
-        std::max(3u, static_cast<uint32_t>(std::lround(std::sqrt(static_cast<double>(triangles) / 2 * small / large))));
+        std::max(3u, static_cast<uint32_t>(std::lround(std::sqrt(static_cast<double>(triangles) / 2 * slim))));
     const auto around = std::max(3u, static_cast<uint32_t>(std::lround(static_cast<double>(triangles) / 2 / along)));
     TriMesh mesh;
-    // One more row and column of wedges than of vertices: the texture wraps there.
     for (uint32_t i = 0; i <= around; ++i) {
         for (uint32_t j = 0; j <= along; ++j) {
             const double u = static_cast<double>(i) / around, v = static_cast<double>(j) / along;
             mesh.wedge_vertex.push_back((i % around) * along + j % along);
             mesh.uvs.emplace_back(u, v);
             if (i == around || j == along) continue;
-            const double a = 2 * pi * u, b = 2 * pi * v, r = large + small * std::cos(b);
-            mesh.positions.emplace_back(r * std::cos(a), small * std::sin(b), r * std::sin(a));
+            const glm::dvec2 at = profile(v);
+            const double a = 2 * pi * u;
+            mesh.positions.emplace_back(at.x * std::cos(a), at.y, at.x * std::sin(a));
         }
     }
     const uint32_t row = along + 1;
@@ -207,19 +236,86 @@ TriMesh make_torus(uint64_t triangles) {
     return mesh;
 }
 
+TriMesh make_torus(uint64_t triangles) {
+    constexpr double large = 1, small = 0.4;
+    return revolved(triangles, small / large, [](double v) {
+        return glm::dvec2(large + small * std::cos(2 * pi * v), small * std::sin(2 * pi * v));
+    });
+}
+
+// Glaze in bands, with a meander and speckles: something whose every blur and seam shows.
+Image glaze(uint64_t seed) {
+    constexpr uint32_t size = 1024;
+    Image image{size, size, std::vector<glm::u8vec4>(size_t{size} * size)};
+    parallel_for(size, 8, [&](size_t begin, size_t end) {
+        for (size_t y = begin; y < end; ++y) {
+            for (size_t x = 0; x < size; ++x) {
+                const double u = (static_cast<double>(x) + 0.5) / size, v = (static_cast<double>(y) + 0.5) / size;
+                // Noise around a cylinder has no edge where u wraps.
+                const glm::dvec3 p(std::cos(2 * pi * u) * 3, v * 12, std::sin(2 * pi * u) * 3);
+                const double cloud = 0.5 + 0.5 * fractal_noise(p, seed + 41, 0.55, 0.05);
+                glm::dvec3 colour = glm::mix(glm::dvec3(0.16, 0.30, 0.42), glm::dvec3(0.55, 0.70, 0.72), cloud);
+                const double band = std::fmod(v * 24, 1.0);
+                if (band < 0.12) colour = {0.12, 0.10, 0.09};
+                const double turn = std::fmod(u * 48, 1.0), row = std::fmod(v * 24, 4.0);
+                if (row > 1.2 && row < 1.9) {
+                    const bool line = turn < 0.14 || (row < 1.3) || (row > 1.55 && row < 1.65 && turn > 0.4) ||
+                                      (turn > 0.4 && turn < 0.54 && row > 1.5);
+                    colour = line ? glm::dvec3(0.80, 0.32, 0.12) : glm::dvec3(0.90, 0.85, 0.74);
+                }
+                if (gradient_noise(p * 26.0, seed + 42) > 0.62) colour = {0.07, 0.06, 0.06};
+                const auto byte = [](double c) {
+                    return static_cast<uint8_t>(std::lround(255 * std::clamp(c, 0.0, 1.0)));
+                };
+                image.texels[y * size + x] = {byte(colour.x), byte(colour.y), byte(colour.z), 255};
+            }
+        }
+    });
+    return image;
+}
+
+TriMesh make_vase(uint64_t triangles, uint64_t seed) {
+    // From the hole in the foot's bottom up the outside over the lip and down the inside, joined by straight lines and
+    // half circles; corners stay sharp.
+    constexpr double thick = 0.07;
+    const auto outside = [](double h) { return 0.42 + 0.30 * std::sin(pi * (0.12 + 0.86 * h)) - 0.10 * h * h * h; };
+    TriMesh mesh = revolved(triangles, 0.9, [&](double v) -> glm::dvec2 {
+        if (v < 0.08) return {0.12 + (outside(0) - 0.12) * v / 0.08, -1};
+        if (v < 0.50) {
+            const double h = (v - 0.08) / 0.42;
+            return {outside(h) + 0.006 * std::sin(40 * pi * h), -1 + 2 * h};
+        }
+        if (v < 0.54) {
+            const double a = pi * (v - 0.50) / 0.04;
+            return {outside(1) - thick / 2 + thick / 2 * std::cos(a), 1 + thick / 2 * std::sin(a)};
+        }
+        if (v < 0.94) {
+            const double h = 1 - (v - 0.54) / 0.40, y = -1 + thick + (2 - thick) * h;
+            return {outside((y + 1) / 2) - thick, y};
+        }
+        const double foot = outside(thick / 2) - thick;
+        return {foot + (0.12 - foot) * (v - 0.94) / 0.06, -1 + thick};
+    });
+    mesh.images.push_back(glaze(seed));
+    Material material;
+    material.name = "glaze";
+    material.base_colour_image = 0;
+    mesh.material_table.push_back(material);
+    mesh.materials.assign(mesh.wedge_count(), 0);
+    return mesh;
+}
+
 }  // namespace
 
 Result<Shape> shape_named(std::string_view name) {
-    static constexpr std::pair<std::string_view, Shape> names[] = {{"rock", Shape::rock},
-                                                                   {"terrain", Shape::terrain},
-                                                                   {"grid", Shape::grid},
-                                                                   {"sphere", Shape::sphere},
-                                                                   {"torus", Shape::torus}};
+    static constexpr std::pair<std::string_view, Shape> names[] = {
+        {"rock", Shape::rock},   {"terrain", Shape::terrain}, {"grid", Shape::grid}, {"sphere", Shape::sphere},
+        {"torus", Shape::torus}, {"cliff", Shape::cliff},     {"vase", Shape::vase}};
     for (const auto& [known, shape] : names) {
         if (name == known) return shape;
     }
-    return fail(Fault::usage,
-                "shape '" + std::string(name) + "': no such shape; choose from rock, terrain, grid, sphere, torus");
+    return fail(Fault::usage, "shape '" + std::string(name) +
+                                  "': no such shape; choose from rock, terrain, grid, sphere, torus, cliff, vase");
 }
 
 TriMesh generate(Shape shape, uint64_t triangles, uint64_t seed) {
@@ -235,6 +331,10 @@ TriMesh generate(Shape shape, uint64_t triangles, uint64_t seed) {
             return cube_sphere(side_quads(triangles, 12), [](const glm::dvec3& d) { return glm::vec3(d); });
         case Shape::torus:
             return make_torus(triangles);
+        case Shape::cliff:
+            return make_cliff(triangles, seed);
+        case Shape::vase:
+            return make_vase(triangles, seed);
     }
     LODE_CHECK(false, static_cast<int>(shape));
     return {};

@@ -186,7 +186,7 @@ TEST_F(ProgramTest, EndsWithTheCodesScriptsRelyOn) {
     fails("bake", 2, "required");
     fails("nonsense", 2, "nonsense");
     fails("bake nothing.ply -o x.lode", 3, "nothing.ply");
-    fails("generate cube --triangles 5 -o x.ply", 2, "rock, terrain, grid, sphere, torus");
+    fails("generate cube --triangles 5 -o x.ply", 2, "rock, terrain, grid, sphere, torus, cliff, vase");
     fails("generate grid --triangles 50 -o x.xyz", 2, ".ply, .obj or .glb");
     fails("generate grid --triangles 50 -o /no/such/folder/x.ply", 4, "/no/such/folder");
     std::ofstream(folder_ / "bad.ply") << "ply\nformat ascii 1.0\nelement vertex 3\n";
@@ -239,6 +239,10 @@ TEST_F(ProgramTest, ScenesAreCheckedMemberByMember) {
         "{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [{\"name\": \"a\", \"generate\": {\"shape\": \"rock\", "
         "\"triangles\": 500}}], \"instances\": [{\"asset\": \"b\"}]}");
     fails("render s.scene.json -o x.png", 3, "instances[0]");
+    scene(
+        "{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [{\"name\": \"a\", \"file\": \"rock.ply\"}], "
+        "\"scatter\": [{\"assets\": [\"b\"], \"count\": 3, \"area\": [1, 1]}]}");
+    fails("render s.scene.json -o x.png", 3, "scatter[0]: there is no asset named 'b'");
     scene("{\"lodestone\": \"scene\", \"version\": 2}");
     fails("render s.scene.json -o x.png", 3, "version");
     scene("{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [], \"colour\": 3}");

@@ -2,15 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 #include "base/threads.h"
+#include "mesh/topology.h"
 
 namespace lodestone {
 namespace {
 
-constexpr Shape all_shapes[] = {Shape::rock, Shape::terrain, Shape::grid, Shape::sphere, Shape::torus};
+constexpr Shape all_shapes[] = {Shape::rock,  Shape::terrain, Shape::grid, Shape::sphere,
+                                Shape::torus, Shape::cliff,   Shape::vase};
 
 TEST(Generate, MakesValidMeshesWithNormalsAndTextureCoordinates) {
     for (const Shape shape : all_shapes) {
@@ -34,7 +37,7 @@ TEST(Generate, MeetsTheCountWithinOnePercent) {
 }
 
 TEST(Generate, IsTheSameForAnyNumberOfThreadsAndAnotherForAnotherSeed) {
-    for (const Shape shape : {Shape::rock, Shape::terrain}) {
+    for (const Shape shape : {Shape::rock, Shape::terrain, Shape::cliff}) {
         set_thread_count(1);
         const TriMesh one = generate(shape, 20000, 5);
         set_thread_count(8);
@@ -61,6 +64,20 @@ TEST(Generate, ASphereFacesOutwards) {
     const TriMesh mesh = generate(Shape::sphere, 3000);
     for (size_t w = 0; w < mesh.wedge_count(); ++w)
         EXPECT_GT(glm::dot(mesh.normals[w], mesh.positions[mesh.wedge_vertex[w]]), 0.9f);
+}
+
+TEST(Generate, AVaseIsOneClosedSurfaceWithATextureAndACliffHangsOver) {
+    const TriMesh vase = generate(Shape::vase, 8000);
+    const Topology topology = topology_of(vase);
+    EXPECT_TRUE(topology.manifold());
+    EXPECT_EQ(topology.components, 1u);
+    EXPECT_EQ(topology.boundary_loops, 0u);
+    EXPECT_EQ(topology.genus, 1);
+    ASSERT_EQ(vase.images.size(), 1u);
+    EXPECT_EQ(vase.material_table[0].base_colour_image, 0);
+    const TriMesh cliff = generate(Shape::cliff, 50000);
+    const auto hangs = [&](const glm::vec3& normal) { return normal.y < -0.05f; };
+    EXPECT_GT(std::count_if(cliff.normals.begin(), cliff.normals.end(), hangs), 100);
 }
 
 TEST(ShapeNamed, RefusesAnUnknownShapeByNamingTheChoices) {

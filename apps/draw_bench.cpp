@@ -14,7 +14,6 @@
 #include "base/threads.h"
 #include "mesh/distance.h"
 #include "mesh/io/image_file.h"
-#include "mesh/vertex_cache.h"
 #include "report/image_metrics.h"
 #include "report/page.h"
 #include "report/rows.h"
@@ -56,19 +55,6 @@ std::unique_ptr<ClosestSurface> drawn_surface(const PlanMirror& mirror, const Re
     std::vector<uint32_t> indices(corners.size());
     for (uint32_t i = 0; i < indices.size(); ++i) indices[i] = i;
     return std::make_unique<ClosestSurface>(corners, indices);
-}
-
-// Transforms per triangle of the colour stage by a simulated FIFO-16.
-double simulated_acmr(const PlanMirror& mirror) {
-    const CacheModel fifo16;
-    uint64_t transforms = 0, triangles = 0;
-    for (const auto& draw : mirror.draws()) {
-        if (draw.stage != Stage::colour || draw.draw.view != 0) continue;
-        const CacheStatistics s = simulate(fifo16, draw.indices);
-        transforms += s.transforms * draw.draw.instances;
-        triangles += s.triangles * draw.draw.instances;
-    }
-    return triangles ? static_cast<double>(transforms) / static_cast<double>(triangles) : 0;
 }
 
 // Each time over the median of the 15 around it.

@@ -1,5 +1,7 @@
 #include "apps/draw_flight.h"
 
+#include "mesh/vertex_cache.h"
+
 namespace lodestone {
 
 Result<std::vector<FlownFrame>> fly(DrawSession& session, const Flight& flight, const std::string& label,
@@ -29,6 +31,18 @@ Result<std::vector<FlownFrame>> fly(DrawSession& session, const Flight& flight, 
         flown.push_back(frame);
     }
     return flown;
+}
+
+double simulated_acmr(const PlanMirror& mirror) {
+    const CacheModel fifo16;
+    uint64_t transforms = 0, triangles = 0;
+    for (const auto& draw : mirror.draws()) {
+        if (draw.stage != Stage::colour || draw.draw.view != 0) continue;
+        const CacheStatistics s = simulate(fifo16, draw.indices);
+        transforms += s.transforms * draw.draw.instances;
+        triangles += s.triangles * draw.draw.instances;
+    }
+    return triangles ? static_cast<double>(transforms) / static_cast<double>(triangles) : 0;
 }
 
 }  // namespace lodestone

@@ -29,6 +29,9 @@ struct Flight {
 Result<std::vector<FlownFrame>> fly(DrawSession& session, const Flight& flight, const std::string& label,
                                     const Progress& progress);
 
+// Transforms per triangle of a frame's colour stage by a simulated FIFO-16.
+double simulated_acmr(const PlanMirror& mirror);
+
 // One number of every frame.
 template <class Of>
 std::vector<double> of_frames(const std::vector<FlownFrame>& frames, Of&& of) {

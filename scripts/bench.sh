@@ -6,4 +6,5 @@ bin=build/release/bin
 "$bin/bench_read"
 "$bin/bench_cursor"
 "$bin/bench_simplify" --benchmark_min_time=1
+"$bin/bench_frame"
 "$bin/simplify_quality"

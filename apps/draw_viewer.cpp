@@ -21,6 +21,15 @@ double figure(const PlanStats& stats, const std::string& name) {
     return at == stats.more.end() ? 0 : at->second;
 }
 
+// The first name with a number that no file in the current folder has.
+std::string new_file(const std::string& before, const std::string& after) {
+    std::error_code ignored;
+    for (int number = 1;; ++number) {
+        std::string name = before + std::to_string(number) + after;
+        if (!std::filesystem::exists(name, ignored)) return name;
+    }
+}
+
 }  // namespace
 
 Viewer::~Viewer() {
@@ -115,7 +124,7 @@ void Viewer::record() {
     const Camera& c = camera.camera();
     path_.keys.push_back({c.eye, c.target});
     path_.frames = static_cast<uint32_t>(std::max<size_t>(2, path_.keys.size() * 30));
-    const std::string file = "recorded-" + std::to_string(++recordings_) + ".path.json";
+    const std::string file = new_file("recorded-", ".path.json");
     nlohmann::ordered_json json{{"lodestone", "camera-path"},
                                 {"version", 1},
                                 {"up", {path_.up.x, path_.up.y, path_.up.z}},
@@ -264,7 +273,7 @@ Result<void> Viewer::write_screenshot() {
     Image image{picture->width, picture->height, {}};
     for (size_t i = 0; i < picture->colour.size(); i += 4)
         image.texels.push_back({picture->colour[i], picture->colour[i + 1], picture->colour[i + 2], 255});
-    const std::string file = "lodestone-" + std::to_string(++screenshots_) + ".png";
+    const std::string file = new_file("lodestone-", ".png");
     const auto written = write_png(image, file);
     message = written ? "the picture is in " + file : written.error().message;
     return {};

@@ -110,7 +110,6 @@ private:
     CameraPath path_;       // flown or recorded
     double along_ = 0;      // of the path, frames
     double since_key_ = 0;  // seconds, while recording
-    int recordings_ = 0, screenshots_ = 0;
     bool wants_screenshot_ = false;
 
     struct Bake {

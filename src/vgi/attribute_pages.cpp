@@ -136,7 +136,7 @@ void AttributePages::want(const Atlas& about, std::span<const float> spacing, co
             const PageBounds& bounds = about.bounds[place];
             const float away =
                 glm::distance(glm::vec3(request.object_to_world * glm::vec4(bounds.centre, 1)), view.eye) -
-                bounds.radius * scale;
+                bounds.radius * scale - request.margin.distance;
             const float pixels = spacing[chart] * static_cast<float>(1u << level) * scale * view.focal_px /
                                  std::max(away, view.near_plane);
             const uint32_t number = chart * tree_.pages() + tree_.page(level, x, y);

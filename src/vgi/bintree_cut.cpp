@@ -27,12 +27,15 @@ public:
     Wanted(const CutRequest& request, const Atlas& about) {
         const View& view = request.sets_levels();
         scale_ = largest_scale(request.object_to_world);
+        margin_ = request.margin.distance;
         to_world_ = request.object_to_world;
         eye_ = view.eye;
         const auto magnification = static_cast<float>(magnification_of(view, request.pixel_error));
         const ErrorCodes codes(about.extent());
         for (size_t code = 0; code < 256; ++code) {
             errors_[code] = codes.error(static_cast<uint8_t>(code)) * magnification * scale_;
+            // A sample without error is wanted by no eye, however near.
+            reach_[code] = errors_[code] > 0 ? errors_[code] + request.margin.distance : 0;
             radii_[code] = codes.radius(static_cast<uint8_t>(code)) * scale_;
         }
         // Lattice to world, seen from the eye.
@@ -43,21 +46,21 @@ public:
     bool operator()(const GeometryTexel& t) const {
         const glm::vec3 p = offset_ + lattice_[0] * static_cast<float>(t.x) + lattice_[1] * static_cast<float>(t.y) +
                             lattice_[2] * static_cast<float>(t.z);
-        const float reach = errors_[t.error] + radii_[t.radius];
+        const float reach = reach_[t.error] + radii_[t.radius];
         return reach * reach > glm::dot(p, p);
     }
     // The same of a page whose samples are not there: of the most there can be in it. Returns how many times larger
     // than the pixel error leaving it out would be on screen, at least 1 where a sample may be wanted.
     float excess(const PageBounds& bounds) const {
         const float away = glm::distance(glm::vec3(to_world_ * glm::vec4(bounds.centre, 1)), eye_) -
-                           bounds.radius * scale_ - radii_[bounds.sample_radius];
+                           bounds.radius * scale_ - radii_[bounds.sample_radius] - margin_;
         const float error = errors_[bounds.sample_error];
         return error > 0 ? error / std::max(away, 1e-3f * error) : 0;
     }
 
 private:
-    std::array<float, 256> errors_, radii_;
-    float scale_;
+    std::array<float, 256> errors_, reach_, radii_;
+    float scale_, margin_;
     glm::mat4 to_world_;
     glm::vec3 eye_;
     glm::mat3 lattice_;

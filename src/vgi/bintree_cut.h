@@ -15,6 +15,13 @@
 
 namespace lodestone::vgi {
 
+// By how much eyes and frusta may be elsewhere than where the views of a request have them.
+struct CutMargin {
+    float distance = 0;  // world units, of eyes and planes
+    float widening = 0;  // of the tangents of a camera's half angles, as a share
+    bool operator==(const CutMargin&) const = default;
+};
+
 // What a frame wants of an instance.
 struct CutRequest {
     glm::mat4 object_to_world{1};
@@ -23,6 +30,7 @@ struct CutRequest {
     double pixel_error = 1;            // pixels, > 0
     int64_t forced_level = -1;         // >= 0: this level everywhere
     bool cull_back_faces = true;       // views[0] may leave out what shows it none but back faces
+    CutMargin margin;
     const View& sets_levels() const { return level_view != nullptr ? *level_view : views[0]; }
 };
 

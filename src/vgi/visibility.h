@@ -9,6 +9,9 @@
 
 namespace lodestone::vgi {
 
+// Holds the frusta of all views that differ from this one by no more than the margin; planes as frustum_of.
+Frustum widened_frustum(const View& view, const CutMargin& margin);
+
 class Visibility {
 public:
     // about: its bounds are used; must outlive this.
@@ -24,7 +27,8 @@ private:
     const Atlas& about_;
     std::vector<Frustum> frusta_;  // object space
     glm::vec3 eye_;
-    bool cones_ = false;  // views[0] leaves out back faces, and the surface is closed
+    float eye_margin_ = 0;  // object units
+    bool cones_ = false;    // views[0] leaves out back faces, and the surface is closed
 };
 
 }  // namespace lodestone::vgi

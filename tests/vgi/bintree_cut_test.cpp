@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <glm/geometric.hpp>
 #include <map>
 #include <set>
@@ -14,6 +15,7 @@
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "shaders/shared/vgi_texels.h"
+#include "vgi/frame_cuts.h"
 #include "vgi/sample_errors.h"
 #include "vgi/small_atlas.h"
 
@@ -140,6 +142,7 @@ size_t count_bad(const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint
         CutRequest request;
         request.views = views;
         request.pixel_error = std::exp2(random.unit() * 5 - 2);
+        if (i % 3 == 0) request.margin = {static_cast<float>(atlas.step * 65535 * random.unit() * 0.3), 0.1f};
         const Cut cut = cut_bintree(residency, request, demand);
         const auto all = all_triangles(cut);
         if (triangles != nullptr) *triangles += all.size() / 3;
@@ -184,6 +187,72 @@ TEST(BintreeCut, FallsApartWhereItsRulesAreBroken) {
     broken = atlas;
     broken.sides.assign(broken.sides.size(), GluedSide{});
     EXPECT_GT(count_bad(atlas, broken, 16, 5), 0u);
+}
+
+TEST(BintreeCut, HoldsWhateverAViewWithinItsMarginWants) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    Random random(17);
+    const auto size = static_cast<float>(atlas.step * 65535);
+    size_t held = 0, more = 0;
+    for (uint32_t i = 0; i < 40; ++i) {
+        FrameInput last, now, next;
+        Camera camera;
+        const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+        const glm::vec3 centre(atlas.origin + atlas.step * glm::dvec3(32768));
+        camera.eye = centre + glm::vec3(unit(), unit(), unit()) * size;
+        camera.target = centre + glm::vec3(unit(), unit(), unit()) * size * 0.2f;
+        const glm::vec3 step = glm::vec3(unit(), unit(), unit()) * size * 0.02f, drift = step * 0.2f;
+        const glm::vec3 look = glm::vec3(unit(), unit(), unit()) * size * 0.02f;
+        for (FrameInput* input : {&last, &now, &next}) {
+            // Near and far planes follow, errors are steered.
+            camera.near_plane = glm::distance(camera.eye, centre) * 0.01f;
+            camera.far_plane = glm::distance(camera.eye, centre) + size;
+            input->views = {view_of(camera, 1280, 720)};
+            input->views[0].culls_back_faces = i % 2 == 0;
+            input->instances = {Instance{}};
+            input->budget.pixel_error = last.views.empty() ? 2 : now.views.empty() ? 1.9 : 1.82;
+            camera.eye += step + (now.views.empty() ? glm::vec3(0) : drift);
+            camera.target += look;
+        }
+        const CutRegion region = CutRegion::after(last, now);
+        ASSERT_TRUE(region.covers(next)) << i;
+        EXPECT_FALSE(CutRegion::of(now).covers(next));
+        EXPECT_EQ(CutRegion::after(now, now), CutRegion::of(now));
+        const auto samples_of = [&](const CutRegion& of) {
+            CutRequest request;
+            request.views = of.views;
+            request.pixel_error = of.budget.pixel_error;
+            request.cull_back_faces = of.views[0].culls_back_faces;
+            request.margin = of.margin;
+            PageDemand demand(residency.pages());
+            std::set<uint32_t> samples;
+            for (const auto& [mask, indices] : cut_bintree(residency, request, demand).parts)
+                samples.insert(indices.begin(), indices.end());
+            return samples;
+        };
+        const auto wide = samples_of(region), exact = samples_of(CutRegion::of(next));
+        EXPECT_TRUE(std::ranges::includes(wide, exact)) << i;
+        held += exact.size();
+        more += wide.size();
+    }
+    EXPECT_GT(held, 5000u);
+    EXPECT_LT(static_cast<double>(more) / static_cast<double>(held), 1.3) << "and not much else";
+    // What a region does not hold.
+    FrameInput input;
+    input.views = random_views(atlas, random);
+    input.instances = {Instance{}};
+    const CutRegion exact = CutRegion::of(input);
+    EXPECT_TRUE(exact.covers(input));
+    for (const auto& change : std::vector<std::function<void(FrameInput&)>>{
+             [](FrameInput& f) { f.instances.push_back(Instance{}); }, [](FrameInput& f) { f.budget.forced_level = 1; },
+             [](FrameInput& f) { f.budget.pixel_error *= 0.9; }, [](FrameInput& f) { f.budget.pixel_error *= 3; },
+             [](FrameInput& f) { f.budget.max_triangles = 10; }, [](FrameInput& f) { f.views[0].eye.x += 1e-3f; },
+             [](FrameInput& f) { f.views.pop_back(); }, [](FrameInput& f) { f.level_view = f.views[0]; }}) {
+        FrameInput other = input;
+        change(other);
+        EXPECT_FALSE(exact.covers(other));
+    }
 }
 
 TEST(BintreeCut, LeavesOutNoSampleThatCostsMoreThanThePixelError) {

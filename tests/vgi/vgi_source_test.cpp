@@ -107,7 +107,7 @@ TEST_F(VgiSourceTest, DrawsFromTheFirstFrameAndGetsFinerAsPagesArrive) {
         if (frame == 0) first = plan.stats.triangles;
         for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
         quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
-        if (quiet == 2) {
+        if (quiet == 3) {
             EXPECT_EQ(figure(plan, "pages_missing"), 0);
             EXPECT_EQ(plan.stats.uploaded_bytes, 0u) << "nothing changes any more";
             // What is drawn lies on the surface.
@@ -191,6 +191,27 @@ TEST_F(VgiSourceTest, GetsCoarserAndNeverBreaksWithRoomForFewPagesAndPagesThatFa
     }
     EXPECT_GT(evicted, 0);
     EXPECT_GT(failed, 0);
+}
+
+TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereTheCameraMovesSteadily) {
+    const auto vgi = source();
+    std::vector<Arrival> arrivals;
+    for (uint64_t frame = 0; frame < 60; ++frame) {
+        const bool jumps = frame == 0 || frame == 40;
+        const float angle = 0.02f * static_cast<float>(frame) + (frame >= 40 ? 2.0f : 0.0f);
+        FrameInput input = look_from(glm::vec3(std::sin(angle), 0.3f, std::cos(angle)) * 1.7f, frame);
+        input.budget.pixel_error = 1 + 0.3 * std::sin(0.1 * static_cast<double>(frame));
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = vgi->plan(input);
+        // After a jump the way on is not known either.
+        if (jumps || frame == 1 || frame == 41) {
+            if (jumps) { EXPECT_EQ(figure(plan, "cut_in_frame"), 1); }
+        } else {
+            EXPECT_EQ(figure(plan, "cut_in_frame"), 0) << frame;
+        }
+        for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
+    }
 }
 
 TEST_F(VgiSourceTest, KeepsToABudgetOfTriangles) {

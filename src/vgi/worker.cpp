@@ -1,10 +1,10 @@
-#include "vgi/decoder.h"
+#include "vgi/worker.h"
 
 namespace lodestone::vgi {
 
-Decoder::Decoder() : thread_([this] { run(); }) {}
+Worker::Worker() : thread_([this] { run(); }) {}
 
-Decoder::~Decoder() {
+Worker::~Worker() {
     {
         const std::lock_guard lock(mutex_);
         ending_ = true;
@@ -13,7 +13,7 @@ Decoder::~Decoder() {
     thread_.join();
 }
 
-void Decoder::push(std::function<void()> work) {
+void Worker::push(std::function<void()> work) {
     {
         const std::lock_guard lock(mutex_);
         waiting_.push_back(std::move(work));
@@ -21,7 +21,7 @@ void Decoder::push(std::function<void()> work) {
     wake_.notify_one();
 }
 
-void Decoder::run() {
+void Worker::run() {
     for (;;) {
         std::function<void()> work;
         {

@@ -1,4 +1,4 @@
-// Decodes pages on a thread of its own, in order.
+// A thread of its own that does work in the order it was given.
 #pragma once
 
 #include <condition_variable>
@@ -10,12 +10,12 @@
 
 namespace lodestone::vgi {
 
-class Decoder {
+class Worker {
 public:
-    Decoder();
-    ~Decoder();
-    Decoder(const Decoder&) = delete;
-    Decoder& operator=(const Decoder&) = delete;
+    Worker();
+    ~Worker();
+    Worker(const Worker&) = delete;
+    Worker& operator=(const Worker&) = delete;
 
     // The work must not throw.
     template <class T>

@@ -1,0 +1,217 @@
+#include "vgi/frame_cuts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include "base/check.h"
+#include "vgi/sample_errors.h"
+#include "vgi/visibility.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+constexpr double raise = 1.189207115;  // of errors, where there are too many triangles: a quarter of an octave
+constexpr float frames_ahead = 12;     // that the camera's way is foreseen
+constexpr float most_wasted = 2;       // times smaller than wanted, that an error may be
+
+// How the camera moved from one view to the next.
+struct Step {
+    glm::vec3 eye;
+    glm::mat3 turn;  // of view space
+    float angle;     // radians, of the turn
+};
+Step step_between(const View& from, const View& to) {
+    const glm::mat3 a(from.world_to_view), b(to.world_to_view);
+    const glm::mat3 turn = b * glm::transpose(a);
+    const float cosine = (turn[0][0] + turn[1][1] + turn[2][2] - 1) / 2;
+    return {to.eye - from.eye, turn, std::acos(std::clamp(cosine, -1.0f, 1.0f))};
+}
+View moved(const View& view, const glm::vec3& by, const glm::mat3& turn) {
+    View next = view;
+    next.eye += by;
+    const glm::mat3 rotation = turn * glm::mat3(view.world_to_view);
+    next.world_to_view = glm::mat4(rotation);
+    next.world_to_view[3] = glm::vec4(-rotation * next.eye, 1);
+    return next;
+}
+
+bool inside(const View& view, const Frustum& frustum) {
+    const glm::dmat4 to_world = glm::inverse(glm::dmat4(view.view_to_clip) * glm::dmat4(view.world_to_view));
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::dvec4 p = to_world * glm::dvec4(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : 0, 1);
+        const glm::dvec3 at = glm::dvec3(p) / p.w;
+        for (const glm::vec4& plane : frustum.planes) {
+            const double distance = glm::dot(glm::dvec3(plane), at) + static_cast<double>(plane.w);
+            if (distance < -1e-5 * glm::length(at)) return false;
+        }
+    }
+    return true;
+}
+
+CutRequest request_for(const CutRegion& region, const Instance& instance, double raised, int64_t level) {
+    CutRequest request;
+    request.object_to_world = instance.object_to_world;
+    request.views = region.views;
+    request.level_view = region.level_view ? &*region.level_view : nullptr;
+    request.pixel_error = region.budget.pixel_error * raised;
+    request.forced_level = level;
+    request.cull_back_faces = region.views[0].culls_back_faces;
+    request.margin = region.margin;
+    return request;
+}
+
+// What was found of one atlas' pages.
+struct Found {
+    PageDemand demand;
+    std::vector<float> foreseen, attribute_demand;
+    std::vector<uint8_t> attribute_touched;
+};
+
+}  // namespace
+
+CutRegion CutRegion::of(const FrameInput& input) {
+    return {input.views, input.level_view, input.instances, input.budget, {}};
+}
+
+CutRegion CutRegion::after(const FrameInput& last, const FrameInput& now) {
+    CutRegion region = of(now);
+    const Step step = step_between(last.views[0], now.views[0]);
+    if (last.views.size() == now.views.size() && last.views[0].eye == now.views[0].eye &&
+        last.views[0].world_to_view == now.views[0].world_to_view) {
+        // It stands.
+    } else {
+        region.views[0] = moved(now.views[0], step.eye, step.turn);
+        const float half = static_cast<float>(now.views[0].height) / 2 / now.views[0].focal_px;  // tangent
+        region.margin.distance = 0.5f * glm::length(step.eye);
+        region.margin.widening = 0.02f + 0.75f * step.angle / half;
+    }
+    // Errors are thought to go on as they did, too; a smaller one does no harm.
+    const double ratio = now.budget.pixel_error / last.budget.pixel_error;
+    if (ratio != 1) region.budget.pixel_error *= std::clamp(std::min(ratio, 1.0), 0.7, 1.0) * 0.97;
+    return region;
+}
+
+bool CutRegion::covers(const FrameInput& input) const {
+    const double error = input.budget.pixel_error;
+    if (input.views.size() != views.size() || input.level_view != level_view || input.instances != instances ||
+        input.budget.forced_level != budget.forced_level || input.budget.max_triangles != budget.max_triangles ||
+        budget.pixel_error > error || budget.pixel_error * most_wasted < error)
+        return false;
+    if (input.views == views) return true;
+    const float away = glm::distance(input.views[0].eye, views[0].eye);
+    if (away > margin.distance || std::abs(input.views[0].focal_px / views[0].focal_px - 1) > 1e-5f) return false;
+    for (size_t v = 0; v < views.size(); ++v) {
+        if (input.views[v].kind != views[v].kind || input.views[v].culls_back_faces != views[v].culls_back_faces)
+            return false;
+        if (input.views[v] != views[v] && !inside(input.views[v], widened_frustum(views[v], margin))) return false;
+    }
+    return true;
+}
+
+FrameCuts make_cuts(std::span<OpenAtlas> atlases, CutRegion wanted, const FrameInput* last, const CutLimits& limits) {
+    FrameCuts result;
+    result.region = std::move(wanted);
+    const CutRegion& region = result.region;
+    const Budget& budget = region.budget;
+    for (OpenAtlas& atlas : atlases) atlas.residency->update();
+    uint32_t levels = 1;
+    for (const OpenAtlas& atlas : atlases) levels = std::max(levels, atlas.file->about().levels());
+
+    // From what the last cuts needed, a step back: views change little.
+    result.raised = std::max(1.0, limits.raised / raise);
+    result.level = budget.forced_level;
+    const View& sets_levels = region.level_view ? *region.level_view : region.views[0];
+    std::vector<Found> found(atlases.size());
+    std::vector<Cut> cuts;
+    for (;;) {
+        cuts.clear();
+        for (size_t a = 0; a < atlases.size(); ++a) found[a].demand = PageDemand(atlases[a].residency->pages());
+        result.triangles = 0;
+        uint64_t indices = 0;
+        for (const Instance& instance : region.instances) {
+            LODE_CHECK(instance.asset < atlases.size(), instance.asset, atlases.size());
+            cuts.push_back(cut_bintree(*atlases[instance.asset].residency,
+                                       request_for(region, instance, result.raised, result.level),
+                                       found[instance.asset].demand));
+            result.triangles += cuts.back().triangles;
+            for (const auto& part : cuts.back().parts) indices += part.second.size();
+        }
+        // Too many: all errors rise alike, and where they may not rise further one level is drawn everywhere.
+        if (result.triangles <= budget.max_triangles && indices <= limits.most_indices) break;
+        if (result.level >= 0) {
+            if (result.level >= levels - 1) break;
+            ++result.level;
+        } else if (magnification_of(sets_levels, budget.pixel_error * result.raised) <= least_magnification) {
+            result.level = 0;
+        } else {
+            result.raised *= raise;
+        }
+    }
+    result.pixel_error = budget.pixel_error * result.raised;
+    auto lists = std::make_shared<std::vector<uint32_t>>();
+    size_t total = 0;
+    for (const Cut& cut : cuts) {
+        for (const auto& part : cut.parts) total += part.second.size();
+    }
+    lists->reserve(total);
+    for (uint32_t i = 0; i < cuts.size(); ++i) {
+        for (const auto& [mask, indices] : cuts[i].parts) {
+            result.parts.push_back({i, mask, static_cast<uint32_t>(indices.size())});
+            lists->insert(lists->end(), indices.begin(), indices.end());
+        }
+    }
+    result.indices = std::move(lists);
+
+    // Attributes, and what will be wanted further along the way.
+    for (size_t a = 0; a < atlases.size(); ++a) {
+        found[a].attribute_demand.assign(atlases[a].attributes->pages(), 0.0f);
+        found[a].attribute_touched.assign(atlases[a].attributes->pages(), 0);
+        found[a].foreseen.assign(atlases[a].residency->pages(), 0.0f);
+    }
+    const bool moves =
+        last != nullptr && result.level < 0 && !region.level_view && last->views[0].eye != region.views[0].eye;
+    std::vector<View> ahead;
+    if (moves) {
+        const glm::vec3 step = region.views[0].eye - last->views[0].eye;
+        ahead = {moved(region.views[0], step * frames_ahead, glm::mat3(1))};
+    }
+    for (const Instance& instance : region.instances) {
+        const OpenAtlas& atlas = atlases[instance.asset];
+        Found& f = found[instance.asset];
+        CutRequest request = request_for(region, instance, result.raised, result.level);
+        atlas.attributes->want(atlas.residency->about(), atlas.spacing, request, f.attribute_demand,
+                               f.attribute_touched);
+        if (!moves) continue;
+        request.views = ahead;
+        foresee(*atlas.residency, request, f.demand.wanted, f.foreseen);
+    }
+
+    for (uint32_t a = 0; a < atlases.size(); ++a) {
+        const OpenAtlas& atlas = atlases[a];
+        const Found& f = found[a];
+        for (const Layer layer : both_layers) {
+            const bool geometry = layer == Layer::geometry;
+            const auto& touched = geometry ? f.demand.touched : f.attribute_touched;
+            const auto& wishes = geometry ? f.demand.wanted : f.attribute_demand;
+            // Pages have higher numbers than their parents.
+            for (uint32_t n = static_cast<uint32_t>(touched.size()); n-- > 0;) {
+                if (touched[n]) result.touched[index_of(layer)].push_back(atlas.first[index_of(layer)] + n);
+                if (wishes[n] > 0) {
+                    result.wishes.push_back({wishes[n], layer, false, a, n});
+                } else if (geometry && f.foreseen[n] > 0) {
+                    result.wishes.push_back({f.foreseen[n], layer, true, a, n});
+                }
+            }
+        }
+    }
+    std::ranges::sort(result.wishes, [](const FrameCuts::Wish& x, const FrameCuts::Wish& y) {
+        return x.wanted != y.wanted ? x.wanted > y.wanted
+                                    : std::tuple(x.layer, x.atlas, x.number) < std::tuple(y.layer, y.atlas, y.number);
+    });
+    return result;
+}
+
+}  // namespace lodestone::vgi

@@ -7,11 +7,10 @@
 
 #include "apps/commands.h"
 #include "apps/draw_flight.h"
-#include "apps/machine.h"
+#include "apps/draw_stage.h"
 #include "apps/terminal.h"
 #include "base/file.h"
 #include "base/statistics.h"
-#include "base/threads.h"
 #include "mesh/distance.h"
 #include "mesh/io/image_file.h"
 #include "report/image_metrics.h"
@@ -23,11 +22,11 @@ namespace lodestone {
 namespace {
 
 struct Options {
-    std::string scene, backends = "full,discrete,lod,vgi", orders, pixel_errors = "1", size = "1280x720", device, out;
+    StageOptions stage;
+    std::string backends = "full,discrete,lod,vgi", orders, pixel_errors = "1", out;
     uint32_t frames = 120, quality_frames = 5, rounds = 1;
     double fps = 0;
-    unsigned threads = 0;
-    bool validation = false, json = false;
+    bool json = false;
 };
 
 constexpr uint32_t supersampling = 4;
@@ -281,8 +280,6 @@ private:
 };
 
 Result<int> bench(const Options& o) {
-    const auto size = parse_size(o.size);
-    if (!size) return tl::unexpected(size.error());
     const auto backends = parse_list("--backends", o.backends);
     if (!backends) return tl::unexpected(backends.error());
     for (const std::string& backend : *backends) {
@@ -305,37 +302,26 @@ Result<int> bench(const Options& o) {
         if (!words) return tl::unexpected(words.error());
         wanted_orders = std::move(*words);
     }
-    set_thread_count(o.threads);
     const Progress progress = terminal_progress();
-    auto scene = read_scene(o.scene);
-    if (!scene) return tl::unexpected(scene.error());
     SceneNeeds needs = needs_of(*backends);
     needs.meshes = true;  // pictures are compared with `full`
-    auto ready = ready_scene(std::move(*scene), needs, progress);
-    if (!ready) return tl::unexpected(ready.error());
+    auto stage = set_stage(o.stage, needs, progress);
+    if (!stage) return tl::unexpected(stage.error());
     std::error_code error;
     std::filesystem::create_directories(o.out, error);
     if (error) return fail(Fault::machine, o.out + ": cannot be made: " + error.message());
 
-    RendererOptions renderer_options;
-    renderer_options.device = o.device;
-    renderer_options.width = size->first;
-    renderer_options.height = size->second;
-    renderer_options.validation = o.validation;
-    auto renderer = Renderer::create(renderer_options);
-    if (!renderer) return tl::unexpected(renderer.error());
-    Bench bench(o, *ready, **renderer, size->first, size->second, progress);
+    Bench bench(o, stage->scene, *stage->renderer, stage->width, stage->height, progress);
     if (auto done = bench.make_references(); !done) return tl::unexpected(done.error());
-    const DeviceInfo& device = (*renderer)->device();
-    bench.report.machine = {cpu_name(), device.name, device.driver, source_commit(), device.software};
-    bench.report.scene = ready->scene.name;
-    bench.report.size = o.size;
+    bench.report.machine = stage->machine();
+    bench.report.scene = stage->scene.scene.name;
+    bench.report.size = o.stage.size;
     for (const std::string& backend : *backends) {
-        for (const std::string& order : orders_of(backend, *ready)) {
+        for (const std::string& order : orders_of(backend, stage->scene)) {
             const bool wanted = wanted_orders.empty() || order.empty() ||
                                 std::find(wanted_orders.begin(), wanted_orders.end(), order) != wanted_orders.end();
             // Unless asked for more, `lod` is drawn in its first order.
-            const bool first = order == orders_of(backend, *ready).front();
+            const bool first = order == orders_of(backend, stage->scene).front();
             if (!wanted || (wanted_orders.empty() && !first)) continue;
             for (const double pixel_error : pixel_errors) {
                 auto done = bench.measure(backend, order, pixel_error);
@@ -356,14 +342,11 @@ Result<int> bench(const Options& o) {
     if (o.json) {
         print_line(json_of(bench.report).dump(2));
     } else {
-        print_line(device.name + (device.software ? " (software rasteriser)" : "") + ", " + o.size + ", " +
-                   std::to_string(o.frames) + " frames");
+        print_line(stage->device_text() + ", " + o.stage.size + ", " + std::to_string(o.frames) + " frames");
         print_line(report_table(bench.report.rows));
         print_line((std::filesystem::path(o.out) / "report.html").string());
     }
-    const auto messages = (*renderer)->validation_messages();
-    for (const std::string& message : messages) std::fprintf(stderr, "%s\n", message.c_str());
-    return messages.empty() ? 0 : static_cast<int>(Fault::invariant);
+    return stage->exit_code();
 }
 
 }  // namespace
@@ -371,7 +354,7 @@ Result<int> bench(const Options& o) {
 void add_bench(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("bench", "Fly through a scene with every backend; figures side by side");
-    command->add_option("scene", o->scene, "Scene (.json), asset (.lode) or mesh")->required();
+    add_stage_options(*command, o->stage);
     command->add_option("--backends", o->backends, "Which backends, separated by commas")->capture_default_str();
     command->add_option("--orders", o->orders,
                         "lod: face orders to draw, separated by commas; the first of the asset unless given");
@@ -388,12 +371,8 @@ void add_bench(CLI::App& app, Run& run) {
     command->add_option("--rounds", o->rounds, "Times the flight is flown; figures are over all of them")
         ->check(CLI::Range(1u, 1000u))
         ->capture_default_str();
-    command->add_option("--size", o->size, "Picture size")->capture_default_str();
-    command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
-    command->add_option("--threads", o->threads, "Threads for baking and metrics; 0 takes one per core");
     command->add_option("-o,--out", o->out, "Folder for report.html, report.json and pictures")->required();
     command->add_flag("--json", o->json, "Print the report as JSON");
-    command->add_flag("--validation", o->validation, "Run under Vulkan validation; exit 1 if it says anything");
     command->callback([o, &run] { run = [o] { return bench(*o); }; });
 }
 

@@ -4,9 +4,8 @@
 
 #include "apps/commands.h"
 #include "apps/draw_session.h"
-#include "apps/machine.h"
+#include "apps/draw_stage.h"
 #include "apps/terminal.h"
-#include "base/threads.h"
 #include "mesh/io/image_file.h"
 #include "report/rows.h"
 
@@ -17,11 +16,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct Options {
-    std::string scene, backend = "lod", order, size = "1280x720", camera, device, out, stats, debug = "none", raster;
+    StageOptions stage;
+    std::string backend = "lod", order, camera, out, stats, debug = "none", raster;
     double pixel_error = 1;
     std::optional<int64_t> level;
-    unsigned threads = 0;
-    bool validation = false;
 };
 
 // "PATH", "PATH@T" or "@T": the flight to take, and where on it (0 .. 1).
@@ -57,41 +55,31 @@ Result<DebugView> debug_named(const std::string& name) {
 }
 
 Result<int> render(const Options& o) {
-    const auto size = parse_size(o.size);
-    if (!size) return tl::unexpected(size.error());
     const auto debug = debug_named(o.debug);
     if (!debug) return tl::unexpected(debug.error());
     if (!o.raster.empty())
         return fail(Fault::usage,
                     "--raster " + o.raster + ": is for the vgi backend, which is not part of this version");
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
-    set_thread_count(o.threads);
     const Progress progress = terminal_progress();
-    auto scene = read_scene(o.scene);
-    if (!scene) return tl::unexpected(scene.error());
-    auto ready = ready_scene(std::move(*scene), needs_of({o.backend}), progress);
-    if (!ready) return tl::unexpected(ready.error());
-    auto camera = choose_camera(*ready, o.camera);
+    auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
+    if (!stage) return tl::unexpected(stage.error());
+    const ReadyScene& ready = stage->scene;
+    Renderer& renderer = *stage->renderer;
+    auto camera = choose_camera(ready, o.camera);
     if (!camera) return tl::unexpected(camera.error());
 
-    RendererOptions renderer_options;
-    renderer_options.device = o.device;
-    renderer_options.width = size->first;
-    renderer_options.height = size->second;
-    renderer_options.validation = o.validation;
-    auto renderer = Renderer::create(renderer_options);
-    if (!renderer) return tl::unexpected(renderer.error());
-    progress.at("draw on " + (*renderer)->device().name, 0);
-    auto session = DrawSession::open(*ready, **renderer, o.backend, o.order, false, progress);
+    progress.at("draw on " + renderer.device().name, 0);
+    auto session = DrawSession::open(ready, renderer, o.backend, o.order, false, progress);
     if (!session) return tl::unexpected(session.error());
     (*session)->look.debug = *debug;
     Budget budget;
     budget.pixel_error = o.pixel_error;
     budget.forced_level = o.level.value_or(-1);
-    budget.resident_bytes = ready->scene.resident_bytes;
-    auto drawn = (*session)->settle(*camera, budget, size->first, size->second);
+    budget.resident_bytes = ready.scene.resident_bytes;
+    auto drawn = (*session)->settle(*camera, budget, stage->width, stage->height);
     if (!drawn) return tl::unexpected(drawn.error());
-    auto picture = (*renderer)->read_picture();
+    auto picture = renderer.read_picture();
     if (!picture) return tl::unexpected(picture.error());
     Image image{picture->width, picture->height, {}};
     image.texels.resize(size_t{image.width} * image.height);
@@ -102,12 +90,11 @@ Result<int> render(const Options& o) {
     if (auto done = write_png(image, o.out); !done) return tl::unexpected(done.error());
     end_progress();
 
-    const DeviceInfo& device = (*renderer)->device();
     uint64_t invocations = 0;
     for (const auto& pass : drawn->counters.pass) invocations += pass.vertex_invocations;
     const auto& colour = drawn->counters.pass[static_cast<size_t>(Stage::colour)];
     Json stats;
-    stats["machine"] = json_of(Machine{cpu_name(), device.name, device.driver, source_commit(), device.software});
+    stats["machine"] = json_of(stage->machine());
     stats["rows"] = {{{"backend", o.backend},
                       {"order", o.order},
                       {"pixel_error", o.pixel_error},
@@ -124,26 +111,23 @@ Result<int> render(const Options& o) {
                                                             static_cast<double>(drawn->stats.triangles)
                                                       : 0},
                       {"instances_drawn", drawn->stats.instances_drawn},
-                      {"asset_bytes", ready->asset_bytes}}};
+                      {"asset_bytes", ready.asset_bytes}}};
     Json& row = stats["rows"][0];
-    for (int stage = 0; stage < stage_count; ++stage) {
-        const auto& pass = drawn->counters.pass[static_cast<size_t>(stage)];
-        row["stages"][name_of(static_cast<Stage>(stage))] = {{"gpu_ms", pass.gpu_ms},
-                                                             {"vertex_invocations", pass.vertex_invocations}};
+    for (int s = 0; s < stage_count; ++s) {
+        const auto& pass = drawn->counters.pass[static_cast<size_t>(s)];
+        row["stages"][name_of(static_cast<Stage>(s))] = {{"gpu_ms", pass.gpu_ms},
+                                                         {"vertex_invocations", pass.vertex_invocations}};
     }
     for (const auto& [name, value] : drawn->stats.more) row["backend_figures"][name] = value;
     if (!o.stats.empty()) {
         if (auto done = write_json(o.stats, stats.dump(2)); !done) return tl::unexpected(done.error());
     }
     if (verbosity() != Verbosity::quiet) {
-        std::printf("%s: %llu triangles, %llu vertex invocations, on %s%s\n", o.out.c_str(),
+        std::printf("%s: %llu triangles, %llu vertex invocations, on %s\n", o.out.c_str(),
                     static_cast<unsigned long long>(drawn->stats.triangles),
-                    static_cast<unsigned long long>(invocations), device.name.c_str(),
-                    device.software ? " (software rasteriser)" : "");
+                    static_cast<unsigned long long>(invocations), stage->device_text().c_str());
     }
-    const auto messages = (*renderer)->validation_messages();
-    for (const std::string& message : messages) std::fprintf(stderr, "%s\n", message.c_str());
-    return messages.empty() ? 0 : static_cast<int>(Fault::invariant);
+    return stage->exit_code();
 }
 
 }  // namespace
@@ -151,7 +135,7 @@ Result<int> render(const Options& o) {
 void add_render(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("render", "Draw one picture of a scene, an asset or a mesh");
-    command->add_option("scene", o->scene, "Scene (.json), asset (.lode) or mesh")->required();
+    add_stage_options(*command, o->stage);
     command->add_option("--backend", o->backend, "full, discrete, lod or vgi")->capture_default_str();
     command->add_option("--order", o->order, "lod: face order to draw");
     command->add_option("--raster", o->raster, "vgi: grid or tess");
@@ -161,16 +145,12 @@ void add_render(CLI::App& app, Run& run) {
     command->add_option("--level", o->level, "Draw this level instead; 0 is full detail")
         ->check(CLI::NonNegativeNumber)
         ->excludes(error);
-    command->add_option("--size", o->size, "Picture size")->capture_default_str();
     command->add_option("--camera", o->camera,
                         "Camera path, PATH[@T] or @T with T from 0 to 1; the scene's own unless given");
-    command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
     command->add_option("--debug", o->debug, "none, level, triangle, normal, uv, material, chart, page or missing")
         ->capture_default_str();
-    command->add_option("--threads", o->threads, "Threads for baking; 0 takes one per core");
     command->add_option("-o,--out", o->out, "PNG to write")->required();
     command->add_option("--stats", o->stats, "Also write counts and times to this JSON file");
-    command->add_flag("--validation", o->validation, "Run under Vulkan validation; exit 1 if it says anything");
     command->callback([o, &run] { run = [o] { return render(*o); }; });
 }
 

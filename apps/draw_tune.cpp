@@ -4,11 +4,9 @@
 
 #include "apps/commands.h"
 #include "apps/draw_flight.h"
-#include "apps/machine.h"
+#include "apps/draw_stage.h"
 #include "apps/terminal.h"
 #include "base/statistics.h"
-#include "base/threads.h"
-#include "report/rows.h"
 
 namespace lodestone {
 
@@ -17,10 +15,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct Options {
-    std::string scene, backend = "lod", order, size = "1280x720", device;
+    StageOptions stage;
+    std::string backend = "lod", order;
     double fps = 60;
     uint32_t frames = 60;
-    unsigned threads = 0;
     bool json = false;
 };
 
@@ -96,30 +94,19 @@ private:
 };
 
 Result<int> tune(const Options& o) {
-    const auto size = parse_size(o.size);
-    if (!size) return tl::unexpected(size.error());
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
     if (o.backend == "full")
         return fail(Fault::usage, "--backend full: has one level and no error to tune; choose discrete, lod or vgi");
-    set_thread_count(o.threads);
     const Progress progress = terminal_progress();
-    auto scene = read_scene(o.scene);
-    if (!scene) return tl::unexpected(scene.error());
-    auto ready = ready_scene(std::move(*scene), needs_of({o.backend}), progress);
-    if (!ready) return tl::unexpected(ready.error());
-    RendererOptions renderer_options;
-    renderer_options.device = o.device;
-    renderer_options.width = size->first;
-    renderer_options.height = size->second;
-    auto renderer = Renderer::create(renderer_options);
-    if (!renderer) return tl::unexpected(renderer.error());
-    auto session = DrawSession::open(*ready, **renderer, o.backend, o.order, false, progress);
+    auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
+    if (!stage) return tl::unexpected(stage.error());
+    auto session = DrawSession::open(stage->scene, *stage->renderer, o.backend, o.order, false, progress);
     if (!session) return tl::unexpected(session.error());
 
     const double target_ms = 1000 / o.fps;
     const ErrorController::Range range;
-    Flight flight{&ready->camera, o.frames, {}, size->first, size->second, nullptr};
-    flight.budget.resident_bytes = ready->scene.resident_bytes;
+    Flight flight{&stage->scene.camera, o.frames, {}, stage->width, stage->height, nullptr};
+    flight.budget.resident_bytes = stage->scene.scene.resident_bytes;
     Tuner tuner(**session, flight, target_ms, progress);
     const auto best = tuner.search(range);
     if (!best) return tl::unexpected(best.error());
@@ -133,13 +120,12 @@ Result<int> tune(const Options& o) {
     end_progress();
 
     const bool too_slow = best->ms_median > target_ms * (1 + close_enough) && best->pixel_error >= range.most * 0.99;
-    const DeviceInfo& device = (*renderer)->device();
     if (o.json) {
         Json json;
-        json["machine"] = json_of(Machine{cpu_name(), device.name, device.driver, source_commit(), device.software});
+        json["machine"] = json_of(stage->machine());
         json["backend"] = o.backend;
         json["order"] = o.order;
-        json["size"] = o.size;
+        json["size"] = o.stage.size;
         json["fps"] = o.fps;
         json["frames"] = o.frames;
         json["pixel_error"] = best->pixel_error;
@@ -164,21 +150,21 @@ Result<int> tune(const Options& o) {
         const auto errors = of_frames(*held, [](const FlownFrame& f) { return f.pixel_error; });
         char line[256];
         std::snprintf(line, sizeof line,
-                      "%s: a pixel error of %.3g holds %g frames per second on %s%s: median %.2f ms (%.1f per second)",
-                      o.backend.c_str(), best->pixel_error, o.fps, device.name.c_str(),
-                      device.software ? " (software rasteriser)" : "", best->ms_median, 1000 / best->ms_median);
+                      "%s: a pixel error of %.3g holds %g frames per second on %s: median %.2f ms (%.1f per second)",
+                      o.backend.c_str(), best->pixel_error, o.fps, stage->device_text().c_str(), best->ms_median,
+                      1000 / best->ms_median);
         print_line(line);
         std::snprintf(line, sizeof line, "steered frame by frame: median %.2f ms with errors from %.3g to %.3g px",
                       median(held_ms), percentile(errors, 0), percentile(errors, 1));
         print_line(line);
     }
-    if (!too_slow) return 0;
+    if (!too_slow) return stage->exit_code();
     char line[256];
     std::snprintf(
         line, sizeof line,
         "%s cannot be drawn %g times a second here: even at %g px a frame takes %.2f ms; ask for fewer, or for a "
         "smaller --size",
-        o.scene.c_str(), o.fps, best->pixel_error, best->ms_median);
+        o.stage.scene.c_str(), o.fps, best->pixel_error, best->ms_median);
     return fail(Fault::machine, line);
 }
 
@@ -187,7 +173,7 @@ Result<int> tune(const Options& o) {
 void add_tune(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("tune", "Find the pixel error that holds a frame rate on this machine");
-    command->add_option("scene", o->scene, "Scene (.json), asset (.lode) or mesh")->required();
+    add_stage_options(*command, o->stage);
     command->add_option("--fps", o->fps, "Frames per second to hold")
         ->check(CLI::Range(0.1, 100000.0))
         ->capture_default_str();
@@ -196,9 +182,6 @@ void add_tune(CLI::App& app, Run& run) {
     command->add_option("--frames", o->frames, "Frames of every flight")
         ->check(CLI::Range(1u, 1000000u))
         ->capture_default_str();
-    command->add_option("--size", o->size, "Picture size")->capture_default_str();
-    command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
-    command->add_option("--threads", o->threads, "Threads for baking; 0 takes one per core");
     command->add_flag("--json", o->json, "Print a JSON document: the error, every flight, the controlled flight");
     command->callback([o, &run] { run = [o] { return tune(*o); }; });
 }

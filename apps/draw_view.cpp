@@ -6,20 +6,19 @@
 #include <deque>
 
 #include "apps/commands.h"
+#include "apps/draw_stage.h"
 #include "apps/draw_view_panel.h"
 #include "apps/terminal.h"
-#include "base/threads.h"
 
 namespace lodestone {
 
 namespace {
 
 struct Options {
-    std::string scene, backend = "lod", right = "full", size = "1280x720", device, keys;
+    StageOptions stage;
+    std::string backend = "lod", right = "full", keys;
     double pixel_error = 1;
     uint64_t frames = 0;
-    unsigned threads = 0;
-    bool validation = false;
 };
 
 constexpr uint32_t frames_per_key = 5;
@@ -56,40 +55,27 @@ Result<std::deque<Press>> script_of(const std::string& text) {
 }
 
 Result<int> view(const Options& o) {
-    const auto size = parse_size(o.size);
-    if (!size) return tl::unexpected(size.error());
     for (const auto& [option, name] : {std::pair("--backend", o.backend), std::pair("--right", o.right)}) {
         if (auto known = check_backend(option, name); !known) return tl::unexpected(known.error());
     }
     auto script = script_of(o.keys);
     if (!script) return tl::unexpected(script.error());
     const bool scripted = !script->empty();
-    set_thread_count(o.threads);
     const Progress progress = terminal_progress();
-    auto scene = read_scene(o.scene);
-    if (!scene) return tl::unexpected(scene.error());
-
-    RendererOptions renderer_options;
-    renderer_options.device = o.device;
-    renderer_options.width = size->first;
-    renderer_options.height = size->second;
-    renderer_options.validation = o.validation;
-    renderer_options.presents = true;
-    auto renderer = Renderer::create(renderer_options);
-    if (!renderer) return tl::unexpected(renderer.error());
-    auto ready = ready_scene(std::move(*scene), needs_of(backend_names()), progress);
-    if (!ready) return tl::unexpected(ready.error());
+    auto stage = set_stage(o.stage, needs_of(backend_names()), progress, true);
+    if (!stage) return tl::unexpected(stage.error());
+    Renderer& renderer = *stage->renderer;
     end_progress();
-    auto window = Window::open(**renderer, {"Lodestone: " + ready->scene.name, size->first, size->second});
+    auto window = Window::open(renderer, {"Lodestone: " + stage->scene.scene.name, stage->width, stage->height});
     if (!window) return tl::unexpected(window.error());
 
     uint64_t frames = 0;
     {
-        Viewer viewer(**renderer, **window, progress);
+        Viewer viewer(renderer, **window, progress);
         viewer.panes[0].backend = o.backend;
         viewer.panes[1].backend = o.right;
         viewer.pixel_error = o.pixel_error;
-        if (auto done = viewer.show(std::move(*ready)); !done) return tl::unexpected(done.error());
+        if (auto done = viewer.show(std::move(stage->scene)); !done) return tl::unexpected(done.error());
         uint32_t wait = frames_per_key;
         while ((*window)->poll() && !progress.stopped()) {
             if ((*window)->pressed(Key::escape)) break;
@@ -116,13 +102,10 @@ Result<int> view(const Options& o) {
         }
     }
     if (verbosity() != Verbosity::quiet) {
-        std::printf("%llu frames shown on %s%s\n", static_cast<unsigned long long>(frames),
-                    (*renderer)->device().name.c_str(), (*renderer)->device().software ? " (software rasteriser)" : "");
+        std::printf("%llu frames shown on %s\n", static_cast<unsigned long long>(frames), stage->device_text().c_str());
     }
     window->reset();
-    const auto messages = (*renderer)->validation_messages();
-    for (const std::string& message : messages) std::fprintf(stderr, "%s\n", message.c_str());
-    return messages.empty() ? 0 : static_cast<int>(Fault::invariant);
+    return stage->exit_code();
 }
 
 }  // namespace
@@ -131,21 +114,17 @@ void add_view(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command =
         app.add_subcommand("view", "Fly around a scene and switch the way it is drawn; F1 lists the keys");
-    command->add_option("scene", o->scene, "Scene (.json), asset (.lode) or mesh")->required();
+    add_stage_options(*command, o->stage);
     command->add_option("--backend", o->backend, "To begin with: full, discrete, lod or vgi")->capture_default_str();
     command->add_option("--right", o->right, "What the right half shows once the screen is split")
         ->capture_default_str();
     command->add_option("--pixel-error", o->pixel_error, "To begin with, pixels")
         ->check(CLI::Range(1.0 / 16, 64.0))
         ->capture_default_str();
-    command->add_option("--size", o->size, "The window's, to begin with")->capture_default_str();
-    command->add_option("--device", o->device, "Number or part of the name of a Vulkan device");
-    command->add_option("--threads", o->threads, "Threads for baking and cuts; 0 takes one per core");
     command->add_option("--keys", o->keys,
                         "Press these keys one after another, as F1 names them, and then end: 2,V,wait:30,F12; "
                         "load:FILE does as if FILE was dropped");
     command->add_option("--frames", o->frames, "End after so many frames; 0 for never")->capture_default_str();
-    command->add_flag("--validation", o->validation, "Run under Vulkan validation; exit 1 if it says anything");
     command->callback([o, &run] { run = [o] { return view(*o); }; });
 }
 

@@ -14,6 +14,7 @@ namespace {
 struct Options {
     std::string mesh, out, backends = "lod", orders = "keyframe,static,classic", cache = "fifo16", report;
     unsigned threads = 0;
+    uint64_t memory_mib = 0;                              // 0: whatever it takes
     uint32_t resolution = 129, attribute_resolution = 0;  // of attributes: 0 for the same
     bool json = false;
     BakeOptions bake;
@@ -90,6 +91,11 @@ Result<int> bake(const Options& given) {
     const Progress progress = terminal_progress();
     auto input = read_bake_input(given.mesh, options, progress);
     if (!input) return tl::unexpected(input.error());
+    if (const uint64_t need = bake_memory(*input, options) >> 20; given.memory_mib > 0 && need > given.memory_mib) {
+        return fail(Fault::machine, given.mesh + ": baking it takes about " + std::to_string(need) +
+                                        " MiB and --memory allows " + std::to_string(given.memory_mib) +
+                                        "; allow more, or bake fewer triangles: baking out of core is not there yet");
+    }
     auto report = bake_asset(std::move(*input), options, given.out, progress);
     if (!report) return tl::unexpected(report.error());
     end_progress();
@@ -172,6 +178,10 @@ void add_bake(CLI::App& app, Run& run) {
         ->check(CLI::Range(1.1, 1e6))
         ->capture_default_str();
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
+    command
+        ->add_option("--memory", o->memory_mib,
+                     "What baking may take, MiB; a mesh that would take more is refused before anything is done")
+        ->check(CLI::Range(1, 1 << 30));
     command->add_option("--report", o->report, "Also write the bake report to this JSON file");
     command->add_flag("--json", o->json, "Print the bake report as JSON");
     command->add_option("--simplifier", o->bake.simplifier, "quadric (ours) or openmesh")

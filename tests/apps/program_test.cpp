@@ -281,6 +281,17 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     fails("render s.scene.json --device nosuch -o x.png", 4, "nosuch");
 }
 
+TEST_F(ProgramTest, KeepsToTheMemoryAllowed) {
+    succeeds("generate rock --triangles 30000 -o rock.ply");
+    fails("bake rock.ply -o rock.lode --memory 2", 4, "--memory allows 2");
+    EXPECT_FALSE(fs::exists(folder_ / "rock.lode"));
+    for (const char* backends : {"lod", "vgi --clusters 60", "discrete"}) {
+        SCOPED_TRACE(backends);
+        succeeds(std::string("bake rock.ply -o rock.lode --memory 400 --report report.json --backends ") + backends);
+        EXPECT_LT(json::parse(content_of(folder_ / "report.json"))["peak_rss_bytes"], 400u << 20);
+    }
+}
+
 TEST_F(ProgramTest, TunesTheErrorToAFrameRate) {
     bake_rock();
     fails("tune rock.ply --backend full", 2, "no error to tune");

@@ -75,7 +75,10 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     const double cpu_start = thread_cpu_ms();
     FrameInput planned = input;
     if (frozen_levels || frozen_culling) planned.level_view = frozen_levels ? *frozen_levels : input.views[0];
-    if (frozen_culling) planned.views[0] = *frozen_culling;
+    if (frozen_culling) {
+        planned.views[0] = *frozen_culling;
+        planned.views[0].culls_back_faces = input.views[0].culls_back_faces;
+    }
     const Plan plan = source_->plan(planned);
     drawn.plan_cpu_ms = thread_cpu_ms() - cpu_start;
     outstanding_ = !plan.requests.empty() || !input.arrivals.empty();

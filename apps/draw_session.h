@@ -33,7 +33,7 @@ public:
 
     // The same frame again and again until every page it asked for has come, at most `frames` times; the last is told.
     Result<DrawnFrame> settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
-                              uint32_t frames = 256);
+                              uint32_t frames = 4096);
 
     // What the last frame looked like to a CPU; null unless mirrored.
     const PlanMirror* mirror() const { return mirror_ ? &*mirror_ : nullptr; }

@@ -61,7 +61,7 @@ Result<void> Viewer::choose(uint32_t p, const std::string& backend, const std::s
     if (!opened) {
         message = backend + ": " + opened.error().message;
         // What was shown goes on, unless its recipe is gone already.
-        if (pane.session != nullptr) return choose(p, pane.backend, pane.order);
+        if (std::exchange(pane.session, nullptr) != nullptr) return choose(p, pane.backend, pane.order);
         return tl::unexpected(opened.error());
     }
     pane = {backend, order, std::move(*opened), {}, {}, {}, {}, {}, {}};

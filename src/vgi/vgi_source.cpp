@@ -44,7 +44,15 @@ public:
         last_->arrivals.clear();
         last_->readbacks.clear();
         // From here to where the next cuts are begun, nothing else looks at atlases and pages.
-        if (next_.valid()) take_cuts(next_.get());
+        if (next_.valid()) {
+            // Those that are drawn may be good for longer than what was thought to come.
+            FrameCuts next = next_.get();
+            if (next.region.covers(input)) {
+                take_cuts(std::move(next));
+            } else {
+                behind_ = true;
+            }
+        }
         stream_.begin_frame(input.frame, input.completed_frame);
         if (!last) {
             upload_tables(plan);
@@ -85,8 +93,10 @@ private:
 
     // Beside what follows of this frame: cuts for the next, unless those there are will be as good as new.
     void begin_next_cuts(const std::optional<FrameInput>& last, const FrameInput& now) {
+        // Of instances that move it is not known where they will be: every frame cuts for itself.
+        if (last && last->instances != now.instances) return;
         CutRegion region = last ? CutRegion::after(*last, now) : CutRegion::of(now);
-        const bool changed = stream_.take_changed();
+        const bool changed = stream_.take_changed() || std::exchange(behind_, false);
         if (!changed && region == cuts_->region) return;
         next_ = cutter_.start<FrameCuts>([this, region = std::move(region), now, limits = limits()] {
             return make_cuts(atlases_, region, &now, limits);
@@ -201,6 +211,7 @@ private:
     std::optional<FrameInput> last_;
     uint64_t region_ = 0;    // of the index lists, where cuts_ are
     bool uploaded_ = false;  // they are there
+    bool behind_ = false;    // pages have changed since cuts_ were made
     std::future<FrameCuts> next_;
     Worker cutter_;  // last: its thread ends before what it works for
 };

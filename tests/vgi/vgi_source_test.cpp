@@ -5,6 +5,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <bit>
 #include <filesystem>
 #include <glm/geometric.hpp>
@@ -212,6 +213,27 @@ TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereTheCameraMovesSteadily) 
         }
         for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
     }
+}
+
+TEST_F(VgiSourceTest, CutsForItselfWhileInstancesMoveAndLosesNothingWhenTheyStop) {
+    // A rock that moves and stops is drawn as one that has stood there all the time.
+    std::array<uint64_t, 2> triangles{};
+    for (const bool moves : {false, true}) {
+        const auto vgi = source();
+        std::vector<Arrival> arrivals;
+        for (uint64_t frame = 0; frame < 60; ++frame) {
+            FrameInput input = look_from({0.4f, 0.5f, 1.6f}, frame);
+            const uint64_t step = moves ? std::min<uint64_t>(frame, 10) : 10;
+            input.instances[0].object_to_world[3].x = 1e-3f * static_cast<float>(step);
+            input.arrivals = std::move(arrivals);
+            arrivals.clear();
+            const Plan plan = vgi->plan(input);
+            triangles[moves] = plan.stats.triangles;
+            EXPECT_EQ(figure(plan, "cut_in_frame"), moves ? frame <= 10 : frame == 0) << frame;
+            for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
+        }
+    }
+    EXPECT_EQ(triangles[0], triangles[1]);
 }
 
 TEST_F(VgiSourceTest, KeepsToABudgetOfTriangles) {

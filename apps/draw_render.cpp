@@ -59,7 +59,7 @@ Result<int> render(const Options& o) {
     if (!debug) return tl::unexpected(debug.error());
     if (!o.raster.empty())
         return fail(Fault::usage,
-                    "--raster " + o.raster + ": is for the vgi backend, which is not part of this version");
+                    "--raster " + o.raster + ": is not there yet; the vgi backend draws its bintree without it");
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
     const Progress progress = terminal_progress();
     auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
@@ -138,7 +138,7 @@ void add_render(CLI::App& app, Run& run) {
     add_stage_options(*command, o->stage);
     command->add_option("--backend", o->backend, "full, discrete, lod or vgi")->capture_default_str();
     command->add_option("--order", o->order, "lod: face order to draw");
-    command->add_option("--raster", o->raster, "vgi: grid or tess");
+    command->add_option("--raster", o->raster, "vgi: grid or tess; neither is there yet");
     auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, pixels")
                       ->check(CLI::Range(1e-6, 1e6))
                       ->capture_default_str();

@@ -243,11 +243,7 @@ private:
 
     // Writes NAME.png, and keeps a copy for the page; returns the file's name.
     Result<std::string> save(const Picture& picture, const std::string& name, bool photograph) {
-        Image image{picture.width, picture.height, {}};
-        image.texels.resize(size_t{image.width} * image.height);
-        for (size_t i = 0; i < image.texels.size(); ++i) {
-            image.texels[i] = {picture.colour[i * 4], picture.colour[i * 4 + 1], picture.colour[i * 4 + 2], 255};
-        }
+        const Image image = opaque_image(picture);
         const std::string file = name + ".png";
         if (auto done = write_png(image, std::filesystem::path(options_.out) / file); !done)
             return tl::unexpected(done.error());

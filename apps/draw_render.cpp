@@ -81,13 +81,7 @@ Result<int> render(const Options& o) {
     if (!drawn) return tl::unexpected(drawn.error());
     auto picture = renderer.read_picture();
     if (!picture) return tl::unexpected(picture.error());
-    Image image{picture->width, picture->height, {}};
-    image.texels.resize(size_t{image.width} * image.height);
-    for (size_t i = 0; i < image.texels.size(); ++i) {
-        image.texels[i] = {picture->colour[i * 4], picture->colour[i * 4 + 1], picture->colour[i * 4 + 2],
-                           255};  // alpha only marked coverage
-    }
-    if (auto done = write_png(image, o.out); !done) return tl::unexpected(done.error());
+    if (auto done = write_png(opaque_image(*picture), o.out); !done) return tl::unexpected(done.error());
     end_progress();
 
     uint64_t invocations = 0;

@@ -30,6 +30,14 @@ void keep_freed_memory() {
 
 }  // namespace
 
+Image opaque_image(const Picture& picture) {
+    Image image{picture.width, picture.height, {}};
+    image.texels.resize(size_t{image.width} * image.height);
+    for (size_t i = 0; i < image.texels.size(); ++i)
+        image.texels[i] = {picture.colour[i * 4], picture.colour[i * 4 + 1], picture.colour[i * 4 + 2], 255};
+    return image;
+}
+
 DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer, uint32_t place)
     : scene_(&scene), renderer_(&renderer), place_(place), reader_([&] {
           std::vector<ChunkFile> files;

@@ -8,6 +8,7 @@
 #include "apps/page_reader.h"
 #include "apps/workplace.h"
 #include "frame/plan_mirror.h"
+#include "mesh/tri_mesh.h"
 #include "render/renderer.h"
 
 namespace lodestone {
@@ -18,6 +19,9 @@ struct DrawnFrame {
     double plan_cpu_ms = 0;  // CPU of the calling thread inside FrameSource::plan
     double ms = 0;           // wall clock, from plan() entered to the fence seen signalled
 };
+
+// A picture as an image to write; its alpha only marked coverage.
+Image opaque_image(const Picture& picture);
 
 class DrawSession {
 public:

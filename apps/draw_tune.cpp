@@ -72,19 +72,22 @@ private:
         char label[64];
         std::snprintf(label, sizeof label, "at %.3g px", error);
         std::vector<FlownFrame> all;
+        Tried now{};
         for (int time = 0; time < 2; ++time) {
             const auto flown = fly(session_, flight_, label, progress_);
             if (!flown) return tl::unexpected(flown.error());
             all.insert(all.end(), flown->begin(), flown->end());
             const auto ms = of_frames(all, [](const FlownFrame& f) { return f.ms; });
-            tried.push_back({error, median(ms), percentile(ms, 0.95),
-                             mean(of_frames(all, [](const FlownFrame& f) { return f.triangles; })),
-                             mean(of_frames(all, [](const FlownFrame& f) { return f.plan_cpu_ms; })),
-                             median(of_frames(all, [](const FlownFrame& f) { return f.gpu_ms; }))});
-            if (time == 1) tried.erase(tried.end() - 2);
-            if (std::abs(tried.back().ms_median / target_ms_ - 1) > near_by) break;
+            now = {error,
+                   median(ms),
+                   percentile(ms, 0.95),
+                   mean(of_frames(all, [](const FlownFrame& f) { return f.triangles; })),
+                   mean(of_frames(all, [](const FlownFrame& f) { return f.plan_cpu_ms; })),
+                   median(of_frames(all, [](const FlownFrame& f) { return f.gpu_ms; }))};
+            if (std::abs(now.ms_median / target_ms_ - 1) > near_by) break;
         }
-        return tried.back();
+        tried.push_back(now);
+        return now;
     }
 
     DrawSession& session_;

@@ -70,9 +70,9 @@ void describe_pane(const Pane& pane) {
                 pane.drawn.plan_cpu_ms);
 }
 
-void describe_help() {
+void describe_help(Viewer& viewer) {
     ImGui::SetNextWindowPos({20, 20}, ImGuiCond_FirstUseEver);
-    ImGui::Begin("Keys", &panel_state().help, ImGuiWindowFlags_AlwaysAutoResize);
+    ImGui::Begin("Keys", &viewer.shows_help, ImGuiWindowFlags_AlwaysAutoResize);
     for (const ViewKey& key : view_keys()) ImGui::Text("%-6s %s", key.name.c_str(), key.what.c_str());
     ImGui::Separator();
     ImGui::Text("drag   turn (left), shift (right); wheel: nearer and farther");
@@ -83,11 +83,6 @@ void describe_help() {
 }
 
 }  // namespace
-
-PanelState& panel_state() {
-    static PanelState state;
-    return state;
-}
 
 const std::vector<ViewKey>& view_keys() {
     static const std::vector<ViewKey> keys = [] {
@@ -101,8 +96,8 @@ const std::vector<ViewKey>& view_keys() {
                 return {};
             });
         };
-        set(static_cast<int>(Key::f1), "F1", "this help", [](Viewer&) { panel_state().help = !panel_state().help; });
-        set('H', "H", "hide or show the panel", [](Viewer&) { panel_state().shown = !panel_state().shown; });
+        set(static_cast<int>(Key::f1), "F1", "this help", [](Viewer& v) { v.shows_help = !v.shows_help; });
+        set('H', "H", "hide or show the panel", [](Viewer& v) { v.shows_panel = !v.shows_panel; });
         int number = '1';
         for (const std::string& backend : backend_names()) {
             add(number, std::string(1, static_cast<char>(number)), "draw by " + backend,
@@ -139,7 +134,7 @@ const std::vector<ViewKey>& view_keys() {
 }
 
 void describe_panel(Viewer& v) {
-    if (panel_state().help) describe_help();
+    if (v.shows_help) describe_help(v);
     if (const auto baking = v.baking()) {
         ImGui::SetNextWindowPos({20, 20}, ImGuiCond_Always);
         ImGui::Begin("Baking", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
@@ -147,7 +142,7 @@ void describe_panel(Viewer& v) {
         ImGui::ProgressBar(static_cast<float>(baking->fraction), {320, 0});
         ImGui::End();
     }
-    if (!panel_state().shown) return;
+    if (!v.shows_panel) return;
     // Its right edge stays where it is when it grows.
     ImGui::SetNextWindowPos({static_cast<float>(v.window().width()) - 10, 10}, ImGuiCond_FirstUseEver, {1, 0});
     ImGui::Begin("Lodestone", nullptr, ImGuiWindowFlags_AlwaysAutoResize);

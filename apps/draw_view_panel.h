@@ -18,11 +18,6 @@ struct ViewKey {
 // Every key but those that move the camera.
 const std::vector<ViewKey>& view_keys();
 
-struct PanelState {
-    bool shown = true, help = false;
-};
-PanelState& panel_state();
-
 // Describes the panel to the overlay.
 void describe_panel(Viewer& viewer);
 

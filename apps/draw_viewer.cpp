@@ -270,11 +270,8 @@ Result<void> Viewer::write_screenshot() {
     wants_screenshot_ = false;
     auto picture = window_.read();
     if (!picture) return tl::unexpected(picture.error());
-    Image image{picture->width, picture->height, {}};
-    for (size_t i = 0; i < picture->colour.size(); i += 4)
-        image.texels.push_back({picture->colour[i], picture->colour[i + 1], picture->colour[i + 2], 255});
     const std::string file = new_file("lodestone-", ".png");
-    const auto written = write_png(image, file);
+    const auto written = write_png(opaque_image(*picture), file);
     message = written ? "the picture is in " + file : written.error().message;
     return {};
 }

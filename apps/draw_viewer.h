@@ -65,6 +65,7 @@ public:
     double pixel_error = 1;
     std::optional<ErrorController> controller;  // steers pixel_error while there
     double fps = 30;                            // that it holds
+    bool shows_panel = true, shows_help = false;
     bool split = false, difference = false;
     float split_at = 0.5f;
     bool freeze_levels = false, freeze_culling = false;

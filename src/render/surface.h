@@ -5,8 +5,6 @@
 
 #include "render/vulkan.h"
 
-struct GLFWwindow;
-
 namespace lodestone {
 
 // Instance extensions a window needs. Starts GLFW; throws VulkanFailure where there is no display.

@@ -79,10 +79,8 @@ CutRegion CutRegion::of(const FrameInput& input) {
 CutRegion CutRegion::after(const FrameInput& last, const FrameInput& now) {
     CutRegion region = of(now);
     const Step step = step_between(last.views[0], now.views[0]);
-    if (last.views.size() == now.views.size() && last.views[0].eye == now.views[0].eye &&
-        last.views[0].world_to_view == now.views[0].world_to_view) {
-        // It stands.
-    } else {
+    if (last.views.size() != now.views.size() || last.views[0].eye != now.views[0].eye ||
+        last.views[0].world_to_view != now.views[0].world_to_view) {
         region.views[0] = moved(now.views[0], step.eye, step.turn);
         const float half = static_cast<float>(now.views[0].height) / 2 / now.views[0].focal_px;  // tangent
         region.margin.distance = 0.5f * glm::length(step.eye);

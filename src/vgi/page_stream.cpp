@@ -183,19 +183,18 @@ void PageStream::evict(Layer layer, uint32_t key) {
     const uint32_t number = key - atlases_[a].first[l];
     if (layer == Layer::geometry) {
         atlases_[a].residency->drop(number);
-        changed_ = true;
     } else {
         atlases_[a].attributes->drop(number);
-        changed_ = true;
     }
+    changed_ = true;
     ++evicted_;
 }
 
 void PageStream::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
     OpenAtlas& atlas = atlases_[page.atlas];
+    changed_ = true;
     if (page.layer == Layer::geometry) {
         atlas.residency->put(page.number, page.geometry, slot);
-        changed_ = true;
         const auto bytes = std::as_bytes(std::span(*page.geometry));
         add_upload(plan, geometry_pool, slot * geometry_slot_bytes, Blob(page.geometry, bytes.data(), bytes.size()));
         const PageTree& tree = atlas.trees[0];
@@ -206,7 +205,6 @@ void PageStream::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
         return;
     }
     atlas.attributes->put(page.number, page.attributes, slot);
-    changed_ = true;
     const auto bytes = std::as_bytes(std::span(*page.attributes));
     add_upload(plan, attribute_pool, uint64_t{slot} * LODE_VGI_PAGE_TEXELS * texel_words_ * sizeof(uint32_t),
                Blob(page.attributes, bytes.data(), bytes.size()));

@@ -1,6 +1,7 @@
 #include "vgi/residency.h"
 
 #include <string>
+#include <utility>
 
 #include "base/check.h"
 
@@ -72,11 +73,13 @@ void Residency::put(uint32_t number, std::shared_ptr<const GeometryPage> texels,
     entries_[number].first = texels->data();
     entries_[number].texels = std::move(texels);
     entries_[number].slot = slot;
+    changed_ = true;
 }
 
 void Residency::drop(uint32_t number) {
     LODE_CHECK(entries_[number].texels != nullptr, number);
     entries_[number] = {};
+    changed_ = true;
 }
 
 uint32_t Residency::neighbour(uint32_t number, uint32_t side) const { return neighbours_[number][side]; }
@@ -97,6 +100,7 @@ bool Residency::usable_by_definition(uint32_t number) const {
 }
 
 void Residency::update() {
+    if (!std::exchange(changed_, false)) return;
     const uint32_t per_chart = tree_.pages();
     // Coarse levels first: parents come before their children.
     for (uint32_t page = 0; page < per_chart; ++page) {
@@ -115,7 +119,8 @@ void Residency::update() {
 Result<void> Residency::validate() const {
     for (uint32_t number = 0; number < entries_.size(); ++number) {
         const std::string place = "residency: page " + std::to_string(number);
-        if (usable(number) != usable_by_definition(number)) return fail(Fault::invariant, place + ": is stale");
+        if (!changed_ && usable(number) != usable_by_definition(number))
+            return fail(Fault::invariant, place + ": is stale");
         for (uint32_t side = 0; side < 4; ++side) {
             const uint32_t across = neighbours_[number][side];
             if (across == ~0u) continue;

@@ -49,14 +49,14 @@ public:
 
     void put(uint32_t number, std::shared_ptr<const GeometryPage> texels, uint32_t slot);
     void drop(uint32_t number);
-    // After changes: which pages are usable now.
+    // Which pages are usable now; does nothing where no page came or went since it was last called.
     void update();
 
     // The page across a side (as of charts: 0 at y = 0, then counter-clockwise) at the same level; ~0 where the surface
     // ends.
     uint32_t neighbour(uint32_t number, uint32_t side) const;
 
-    // Every page's usable bits are what its definition says.
+    // Every page's usable bits are what its definition says, unless update() is owed.
     Result<void> validate() const;
 
 private:
@@ -66,6 +66,7 @@ private:
     PageTree tree_;
     std::vector<Entry> entries_;
     std::vector<std::array<uint32_t, 4>> neighbours_;
+    bool changed_ = true;  // since update()
 };
 
 }  // namespace lodestone::vgi

@@ -229,6 +229,8 @@ TEST_F(VgiSourceTest, CutsForItselfWhileInstancesMoveAndLosesNothingWhenTheyStop
             arrivals.clear();
             const Plan plan = vgi->plan(input);
             triangles[moves] = plan.stats.triangles;
+            const auto valid = vgi->validate();
+            ASSERT_TRUE(valid) << valid.error().message;
             EXPECT_EQ(figure(plan, "cut_in_frame"), moves ? frame <= 10 : frame == 0) << frame;
             for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
         }

@@ -14,18 +14,26 @@ namespace lodestone {
 
 namespace {
 
-using Open = Result<std::unique_ptr<FrameSource>> (*)(const std::string& order, const ReadyScene& scene,
+using Open = Result<std::unique_ptr<FrameSource>> (*)(const Way& way, const ReadyScene& scene,
                                                       const Progress& progress);
 
-Result<std::unique_ptr<FrameSource>> open_full(const std::string&, const ReadyScene& scene, const Progress&) {
+constexpr std::pair<const char*, vgi::Raster> rasters[] = {
+    {"bintree", vgi::Raster::bintree}, {"grid", vgi::Raster::grid}, {"tess", vgi::Raster::tess}};
+const std::pair<const char*, vgi::Raster>* raster_named(const std::string& name) {
+    for (const auto& raster : rasters) {
+        if (name.empty() || name == raster.first) return &raster;
+    }
+    return nullptr;
+}
+
+Result<std::unique_ptr<FrameSource>> open_full(const Way&, const ReadyScene& scene, const Progress&) {
     std::vector<FixedLevels> levels;
     for (const Asset& asset : scene.assets)
         levels.push_back(full_level(asset.lod->vertices, asset.lod->orders[0].indices));
     return open_fixed_levels(std::move(levels), scene.scene.resident_bytes);
 }
 
-Result<std::unique_ptr<FrameSource>> open_discrete(const std::string&, const ReadyScene& scene,
-                                                   const Progress& progress) {
+Result<std::unique_ptr<FrameSource>> open_discrete(const Way&, const ReadyScene& scene, const Progress& progress) {
     std::vector<FixedLevels> levels;
     for (const Asset& asset : scene.assets) {
         std::shared_ptr<const DiscreteChain> chain = asset.discrete;
@@ -40,18 +48,17 @@ Result<std::unique_ptr<FrameSource>> open_discrete(const std::string&, const Rea
     return open_fixed_levels(std::move(levels), scene.scene.resident_bytes);
 }
 
-Result<std::unique_ptr<FrameSource>> open_lod_scene(const std::string& order, const ReadyScene& scene,
-                                                    const Progress&) {
+Result<std::unique_ptr<FrameSource>> open_lod_scene(const Way& way, const ReadyScene& scene, const Progress&) {
     std::vector<std::shared_ptr<const ProgressiveMesh>> assets;
     for (const Asset& asset : scene.assets) assets.push_back(asset.lod);
-    return open_lod(std::move(assets), {order, scene.scene.resident_bytes, scene.most_instances});
+    return open_lod(std::move(assets), {way.order, scene.scene.resident_bytes, scene.most_instances});
 }
 
-Result<std::unique_ptr<FrameSource>> open_vgi_scene(const std::string&, const ReadyScene& scene, const Progress&) {
+Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Way& way, const ReadyScene& scene, const Progress&) {
     std::vector<std::shared_ptr<const vgi::AtlasFile>> assets;
     for (const Asset& asset : scene.assets) assets.push_back(asset.atlas_file);
-    return vgi::open_vgi(std::move(assets),
-                         {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size())});
+    return vgi::open_vgi(std::move(assets), {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size()),
+                                             raster_named(way.raster)->second});
 }
 
 struct Backend {
@@ -62,7 +69,7 @@ struct Backend {
 const Backend backends[] = {{"full", open_full, {}},
                             {"discrete", open_discrete, {}},
                             {"lod", open_lod_scene, {}},
-                            {"vgi", open_vgi_scene, vgi::pulled_vertex}};
+                            {"vgi", open_vgi_scene, {vgi::pulled_vertex, vgi::patch_indices}}};
 
 const Backend* backend_named(const std::string& name) {
     for (const Backend& b : backends) {
@@ -92,21 +99,30 @@ std::vector<std::string> backend_names() {
     return names;
 }
 
-std::vector<std::string> orders_of(const std::string& backend, const ReadyScene& scene) {
-    if (backend != "lod") return {""};
-    std::vector<std::string> orders;
+Result<void> check_raster(const std::string& option, const std::string& name) {
+    if (raster_named(name) != nullptr) return {};
+    return fail(Fault::usage, option + " " + name + ": there is no such way; choose from bintree, grid, tess");
+}
+
+std::vector<Way> ways_of(const std::string& backend, const ReadyScene& scene) {
+    std::vector<Way> ways;
+    if (backend == "vgi") {
+        for (const auto& raster : rasters) ways.push_back({backend, "", raster.first});
+        return ways;
+    }
+    if (backend != "lod") return {{backend, "", ""}};
     for (const FaceOrder& o : scene.assets[0].lod->orders) {
         const bool everywhere = std::all_of(scene.assets.begin(), scene.assets.end(),
                                             [&](const Asset& a) { return a.lod->order_named(o.name) != nullptr; });
-        if (everywhere) orders.push_back(o.name);
+        if (everywhere) ways.push_back({backend, o.name, ""});
     }
-    return orders;
+    return ways;
 }
 
-Result<std::unique_ptr<FrameSource>> open_backend(const std::string& backend, const std::string& order,
-                                                  const ReadyScene& scene, const Progress& progress) {
-    if (auto known = check_backend("--backend", backend); !known) return tl::unexpected(known.error());
-    return backend_named(backend)->open(order, scene, progress);
+Result<std::unique_ptr<FrameSource>> open_backend(const Way& way, const ReadyScene& scene, const Progress& progress) {
+    if (auto known = check_backend("--backend", way.backend); !known) return tl::unexpected(known.error());
+    if (auto known = check_raster("--raster", way.raster); !known) return tl::unexpected(known.error());
+    return backend_named(way.backend)->open(way, scene, progress);
 }
 
 PlanMirror::Puller puller_of(const std::string& backend) {

@@ -8,6 +8,7 @@
 #include "apps/workplace.h"
 #include "frame/frame_source.h"
 #include "frame/plan_mirror.h"
+#include "report/rows.h"
 
 namespace lodestone {
 
@@ -16,13 +17,14 @@ std::vector<std::string> backend_names();
 Result<void> check_backend(const std::string& option, const std::string& name);
 // What a scene has to hold for these backends.
 SceneNeeds needs_of(const std::vector<std::string>& names);
-// The face orders a backend can draw the scene with: the orders every asset holds for `lod`, one empty name for the
-// others.
-std::vector<std::string> orders_of(const std::string& backend, const ReadyScene& scene);
+// Fault::usage, naming the option, unless it is one of `vgi`'s, or empty for its usual one.
+Result<void> check_raster(const std::string& option, const std::string& name);
+// The ways a backend can draw the scene, the usual one first: by the orders that every asset holds for `lod`, by how
+// triangles are made for `vgi`.
+std::vector<Way> ways_of(const std::string& backend, const ReadyScene& scene);
 
-// order: for `lod`; empty for the first of each asset. Fault::usage for an unknown backend.
-Result<std::unique_ptr<FrameSource>> open_backend(const std::string& backend, const std::string& order,
-                                                  const ReadyScene& scene, const Progress& progress);
+// Choices may be left empty, for the usual ones. Fault::usage for an unknown backend.
+Result<std::unique_ptr<FrameSource>> open_backend(const Way& way, const ReadyScene& scene, const Progress& progress);
 
 // How its vertices are pulled; empty where they come from vertex buffers.
 PlanMirror::Puller puller_of(const std::string& backend);

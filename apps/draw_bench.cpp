@@ -23,7 +23,7 @@ namespace {
 
 struct Options {
     StageOptions stage;
-    std::string backends = "full,discrete,lod,vgi", orders, pixel_errors = "1", out;
+    std::string backends = "full,discrete,lod,vgi", orders, rasters, pixel_errors = "1", out;
     uint32_t frames = 120, quality_frames = 5, rounds = 1;
     double fps = 0;
     bool json = false;
@@ -81,10 +81,9 @@ public:
     }
 
     // Adds a row. Fault::machine where the backend cannot draw the scene within its budget.
-    Result<void> measure(const std::string& backend, const std::string& order, double pixel_error) {
+    Result<void> measure(const Way& way, double pixel_error) {
         Row row;
-        row.backend = backend;
-        row.order = order;
+        static_cast<Way&>(row) = way;
         row.pixel_error = pixel_error;
         row.frames = options_.frames;
         row.bake_seconds = scene_.bake_seconds;
@@ -92,25 +91,24 @@ public:
         Budget budget;
         budget.pixel_error = pixel_error;
         budget.resident_bytes = scene_.scene.resident_bytes;
-        if (auto done = measure_times(backend, order, budget, row); !done) return done;
-        if (auto done = measure_quality(backend, order, budget, row); !done) return done;
+        if (auto done = measure_times(way, budget, row); !done) return done;
+        if (auto done = measure_quality(way, budget, row); !done) return done;
         report.rows.push_back(std::move(row));
         return {};
     }
 
     // Flies once more with the pixel error steered to hold a frame rate.
-    Result<void> steer(const std::string& backend, const std::string& order, double fps, double pixel_error) {
+    Result<void> steer(const Way& way, double fps, double pixel_error) {
         if (auto done = renderer_.resize(width_, height_); !done) return done;
-        auto session = DrawSession::open(scene_, renderer_, backend, order, false, progress_);
+        auto session = DrawSession::open(scene_, renderer_, way, false, progress_);
         if (!session) return tl::unexpected(session.error());
         Budget budget;
         budget.resident_bytes = scene_.scene.resident_bytes;
         ErrorController controller(1000 / fps, pixel_error);
         const auto flown = fly(**session, {&scene_.camera, options_.frames, budget, width_, height_, &controller},
-                               backend + " steered", progress_);
+                               name_of(way) + " steered", progress_);
         if (!flown) return tl::unexpected(flown.error());
-        report.steered.push_back({backend, order, 1000 / fps,
-                                  of_frames(*flown, [](const FlownFrame& f) { return f.ms; }),
+        report.steered.push_back({way, 1000 / fps, of_frames(*flown, [](const FlownFrame& f) { return f.ms; }),
                                   of_frames(*flown, [](const FlownFrame& f) { return f.pixel_error; })});
         return {};
     }
@@ -129,7 +127,7 @@ public:
 
 private:
     Result<void> draw_references() {
-        auto session = DrawSession::open(scene_, renderer_, "full", "", true, progress_);
+        auto session = DrawSession::open(scene_, renderer_, {"full", "", ""}, true, progress_);
         if (!session) return tl::unexpected(session.error());
         for (uint32_t i = 0; i < options_.quality_frames; ++i) {
             progress_.at("reference pictures", static_cast<double>(i) / options_.quality_frames);
@@ -166,15 +164,14 @@ private:
         return {};
     }
 
-    Result<void> measure_times(const std::string& backend, const std::string& order, const Budget& budget, Row& row) {
-        const std::string label = backend + (order.empty() ? "" : " " + order);
+    Result<void> measure_times(const Way& way, const Budget& budget, Row& row) {
         if (auto done = renderer_.resize(width_, height_); !done) return done;
-        auto session = DrawSession::open(scene_, renderer_, backend, order, false, progress_);
+        auto session = DrawSession::open(scene_, renderer_, way, false, progress_);
         if (!session) return tl::unexpected(session.error());
         const Flight flight{&scene_.camera, options_.frames, budget, width_, height_, nullptr};
         std::vector<FlownFrame> flown;
         for (uint32_t round = 0; round < options_.rounds; ++round) {
-            auto frames = fly(**session, flight, label, progress_);
+            auto frames = fly(**session, flight, name_of(way), progress_);
             if (!frames) return tl::unexpected(frames.error());
             flown.insert(flown.end(), frames->begin(), frames->end());
         }
@@ -211,12 +208,12 @@ private:
         return {};
     }
 
-    Result<void> measure_quality(const std::string& backend, const std::string& order, const Budget& budget, Row& row) {
-        auto session = DrawSession::open(scene_, renderer_, backend, order, true, progress_);
+    Result<void> measure_quality(const Way& way, const Budget& budget, Row& row) {
+        auto session = DrawSession::open(scene_, renderer_, way, true, progress_);
         if (!session) return tl::unexpected(session.error());
         std::vector<double> psnrs, ssims, acmrs;
         for (size_t i = 0; i < references_.size(); ++i) {
-            progress_.at(backend + " quality", static_cast<double>(i) / static_cast<double>(references_.size()));
+            progress_.at(name_of(way) + " quality", static_cast<double>(i) / static_cast<double>(references_.size()));
             const Reference& reference = references_[i];
             if (auto drawn = (*session)->settle(reference.camera, budget, width_, height_); !drawn)
                 return tl::unexpected(drawn.error());
@@ -256,8 +253,7 @@ private:
     Result<void> save_compared(const Picture& picture, const Reference& reference, const Row& row, uint32_t frame) {
         char error_text[32];
         std::snprintf(error_text, sizeof error_text, "%gpx", row.pixel_error);
-        const std::string name =
-            row.backend + (row.order.empty() ? "" : "-" + row.order) + "-" + error_text + "-" + std::to_string(frame);
+        const std::string name = name_of(row, '-') + "-" + error_text + "-" + std::to_string(frame);
         auto shown = save(picture, name, true);
         if (!shown) return tl::unexpected(shown.error());
         auto difference = save(difference_map(picture, reference.supersampled), name + "-difference", false);
@@ -292,11 +288,17 @@ Result<int> bench(const Options& o) {
         }
         pixel_errors.push_back(value);
     }
-    std::vector<std::string> wanted_orders;
-    if (!o.orders.empty()) {
-        auto words = parse_list("--orders", o.orders);
+    // Unless asked for more, each backend draws in its usual way.
+    std::vector<std::string> wanted;
+    for (const auto& [option, text] : {std::pair("--orders", o.orders), std::pair("--rasters", o.rasters)}) {
+        if (text.empty()) continue;
+        auto words = parse_list(option, text);
         if (!words) return tl::unexpected(words.error());
-        wanted_orders = std::move(*words);
+        for (const std::string& word : *words) {
+            if (text != o.rasters) continue;
+            if (auto known = check_raster(option, word); !known) return tl::unexpected(known.error());
+        }
+        wanted.insert(wanted.end(), words->begin(), words->end());
     }
     const Progress progress = terminal_progress();
     SceneNeeds needs = needs_of(*backends);
@@ -313,14 +315,15 @@ Result<int> bench(const Options& o) {
     bench.report.scene = stage->scene.scene.name;
     bench.report.size = o.stage.size;
     for (const std::string& backend : *backends) {
-        for (const std::string& order : orders_of(backend, stage->scene)) {
-            const bool wanted = wanted_orders.empty() || order.empty() ||
-                                std::find(wanted_orders.begin(), wanted_orders.end(), order) != wanted_orders.end();
-            // Unless asked for more, `lod` is drawn in its first order.
-            const bool first = order == orders_of(backend, stage->scene).front();
-            if (!wanted || (wanted_orders.empty() && !first)) continue;
+        const std::vector<Way> ways = ways_of(backend, stage->scene);
+        const std::string& asked = backend == "vgi" ? o.rasters : o.orders;
+        for (const Way& way : ways) {
+            const bool chosen = asked.empty() || ways.size() == 1
+                                    ? way == ways.front()
+                                    : std::ranges::find(wanted, way.order + way.raster) != wanted.end();
+            if (!chosen) continue;
             for (const double pixel_error : pixel_errors) {
-                auto done = bench.measure(backend, order, pixel_error);
+                auto done = bench.measure(way, pixel_error);
                 if (!done && done.error().fault == Fault::machine) {
                     progress.warning(backend + ": no row: " + done.error().message);
                     break;
@@ -328,7 +331,7 @@ Result<int> bench(const Options& o) {
                 if (!done) return tl::unexpected(done.error());
                 if (backend == "full") break;  // it has one level
                 if (o.fps <= 0 || pixel_error != pixel_errors.front()) continue;
-                if (auto steered = bench.steer(backend, order, o.fps, pixel_error); !steered)
+                if (auto steered = bench.steer(way, o.fps, pixel_error); !steered)
                     return tl::unexpected(steered.error());
             }
         }
@@ -354,6 +357,8 @@ void add_bench(CLI::App& app, Run& run) {
     command->add_option("--backends", o->backends, "Which backends, separated by commas")->capture_default_str();
     command->add_option("--orders", o->orders,
                         "lod: face orders to draw, separated by commas; the first of the asset unless given");
+    command->add_option("--rasters", o->rasters,
+                        "vgi: bintree, grid or tess, separated by commas; bintree unless given");
     command->add_option("--pixel-error", o->pixel_errors, "Largest errors on screen, pixels, separated by commas")
         ->capture_default_str();
     command->add_option("--frames", o->frames, "Frames of the flight")

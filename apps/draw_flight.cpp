@@ -24,8 +24,8 @@ Result<std::vector<FlownFrame>> fly(DrawSession& session, const Flight& flight, 
         frame.gpu_ms = drawn->counters.gpu_ms;
         frame.pixel_error = budget.pixel_error;
         frame.triangles = drawn->stats.triangles;
-        for (const auto& pass : drawn->counters.pass) frame.vertex_invocations += pass.vertex_invocations;
-        frame.colour_invocations = drawn->counters.pass[static_cast<size_t>(Stage::colour)].vertex_invocations;
+        for (const auto& pass : drawn->counters.pass) frame.vertex_invocations += pass.vertices();
+        frame.colour_invocations = drawn->counters.pass[static_cast<size_t>(Stage::colour)].vertices();
         frame.uploaded_bytes = drawn->stats.uploaded_bytes;
         frame.resident_bytes = drawn->stats.resident_bytes;
         flown.push_back(frame);

@@ -57,9 +57,9 @@ Result<DebugView> debug_named(const std::string& name) {
 Result<int> render(const Options& o) {
     const auto debug = debug_named(o.debug);
     if (!debug) return tl::unexpected(debug.error());
-    if (!o.raster.empty())
-        return fail(Fault::usage,
-                    "--raster " + o.raster + ": is not there yet; the vgi backend draws its bintree without it");
+    if (auto known = check_raster("--raster", o.raster); !known) return tl::unexpected(known.error());
+    if (!o.raster.empty() && o.backend != "vgi")
+        return fail(Fault::usage, "--raster " + o.raster + ": is for --backend vgi");
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
     const Progress progress = terminal_progress();
     auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
@@ -70,7 +70,7 @@ Result<int> render(const Options& o) {
     if (!camera) return tl::unexpected(camera.error());
 
     progress.at("draw on " + renderer.device().name, 0);
-    auto session = DrawSession::open(ready, renderer, o.backend, o.order, false, progress);
+    auto session = DrawSession::open(ready, renderer, {o.backend, o.order, o.raster}, false, progress);
     if (!session) return tl::unexpected(session.error());
     (*session)->look.debug = *debug;
     Budget budget;
@@ -85,12 +85,13 @@ Result<int> render(const Options& o) {
     end_progress();
 
     uint64_t invocations = 0;
-    for (const auto& pass : drawn->counters.pass) invocations += pass.vertex_invocations;
+    for (const auto& pass : drawn->counters.pass) invocations += pass.vertices();
     const auto& colour = drawn->counters.pass[static_cast<size_t>(Stage::colour)];
     Json stats;
     stats["machine"] = json_of(stage->machine());
     stats["rows"] = {{{"backend", o.backend},
                       {"order", o.order},
+                      {"raster", o.raster},
                       {"pixel_error", o.pixel_error},
                       {"frames", 1},
                       {"ms_median", drawn->ms},
@@ -101,7 +102,7 @@ Result<int> render(const Options& o) {
                       {"index_bytes", drawn->stats.index_bytes},
                       {"triangles", drawn->stats.triangles},
                       {"vertex_invocations", invocations},
-                      {"acmr", drawn->stats.triangles ? static_cast<double>(colour.vertex_invocations) /
+                      {"acmr", drawn->stats.triangles ? static_cast<double>(colour.vertices()) /
                                                             static_cast<double>(drawn->stats.triangles)
                                                       : 0},
                       {"instances_drawn", drawn->stats.instances_drawn},
@@ -110,7 +111,7 @@ Result<int> render(const Options& o) {
     for (int s = 0; s < stage_count; ++s) {
         const auto& pass = drawn->counters.pass[static_cast<size_t>(s)];
         row["stages"][name_of(static_cast<Stage>(s))] = {{"gpu_ms", pass.gpu_ms},
-                                                         {"vertex_invocations", pass.vertex_invocations}};
+                                                         {"vertex_invocations", pass.vertices()}};
     }
     for (const auto& [name, value] : drawn->stats.more) row["backend_figures"][name] = value;
     if (!o.stats.empty()) {
@@ -132,7 +133,7 @@ void add_render(CLI::App& app, Run& run) {
     add_stage_options(*command, o->stage);
     command->add_option("--backend", o->backend, "full, discrete, lod or vgi")->capture_default_str();
     command->add_option("--order", o->order, "lod: face order to draw");
-    command->add_option("--raster", o->raster, "vgi: grid or tess; neither is there yet");
+    command->add_option("--raster", o->raster, "vgi: bintree, grid or tess; how triangles are made and drawn");
     auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, pixels")
                       ->check(CLI::Range(1e-6, 1e6))
                       ->capture_default_str();

@@ -46,17 +46,19 @@ DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer, uint32_t p
           return files;
       }()) {}
 
-Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer,
-                                                       const std::string& backend, const std::string& order,
+Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer, const Way& way,
                                                        bool mirrored, const Progress& progress, uint32_t place) {
     keep_freed_memory();
+    if (way.raster == "tess" && !renderer.device().tessellates) {
+        return fail(Fault::machine, renderer.device().name + " does not tessellate; choose --raster grid or bintree");
+    }
     std::unique_ptr<DrawSession> session(new DrawSession(scene, renderer, place));
-    auto source = open_backend(backend, order, scene, progress);
+    auto source = open_backend(way, scene, progress);
     if (!source) return tl::unexpected(source.error());
     session->source_ = std::move(*source);
     if (auto done = renderer.load(session->source_->recipe(), scene.materials, place); !done)
         return tl::unexpected(done.error());
-    if (mirrored) session->mirror_.emplace(session->source_->recipe(), puller_of(backend));
+    if (mirrored) session->mirror_.emplace(session->source_->recipe(), puller_of(way.backend));
     if (scene.scene.light_direction) session->look.light_direction = *scene.scene.light_direction;
     return session;
 }

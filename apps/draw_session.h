@@ -27,8 +27,7 @@ class DrawSession {
 public:
     // Opens the backend and loads its recipe. scene and renderer must outlive the session.
     // mirrored: also carry every plan out on the CPU, for mirror(). place: of the renderer's.
-    static Result<std::unique_ptr<DrawSession>> open(const ReadyScene& scene, Renderer& renderer,
-                                                     const std::string& backend, const std::string& order,
+    static Result<std::unique_ptr<DrawSession>> open(const ReadyScene& scene, Renderer& renderer, const Way& way,
                                                      bool mirrored, const Progress& progress, uint32_t place = 0);
 
     // Plans, submits and waits for one frame. empty: the same frame with no instance in it.

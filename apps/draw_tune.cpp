@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 struct Options {
     StageOptions stage;
-    std::string backend = "lod", order;
+    std::string backend = "lod", order, raster;
     double fps = 60;
     uint32_t frames = 60;
     bool json = false;
@@ -100,10 +100,11 @@ Result<int> tune(const Options& o) {
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
     if (o.backend == "full")
         return fail(Fault::usage, "--backend full: has one level and no error to tune; choose discrete, lod or vgi");
+    if (auto known = check_raster("--raster", o.raster); !known) return tl::unexpected(known.error());
     const Progress progress = terminal_progress();
     auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
     if (!stage) return tl::unexpected(stage.error());
-    auto session = DrawSession::open(stage->scene, *stage->renderer, o.backend, o.order, false, progress);
+    auto session = DrawSession::open(stage->scene, *stage->renderer, {o.backend, o.order, o.raster}, false, progress);
     if (!session) return tl::unexpected(session.error());
 
     const double target_ms = 1000 / o.fps;
@@ -128,6 +129,7 @@ Result<int> tune(const Options& o) {
         json["machine"] = json_of(stage->machine());
         json["backend"] = o.backend;
         json["order"] = o.order;
+        json["raster"] = o.raster;
         json["size"] = o.stage.size;
         json["fps"] = o.fps;
         json["frames"] = o.frames;
@@ -182,6 +184,7 @@ void add_tune(CLI::App& app, Run& run) {
         ->capture_default_str();
     command->add_option("--backend", o->backend, "discrete, lod or vgi")->capture_default_str();
     command->add_option("--order", o->order, "lod: face order to draw");
+    command->add_option("--raster", o->raster, "vgi: bintree, grid or tess");
     command->add_option("--frames", o->frames, "Frames of every flight")
         ->check(CLI::Range(1u, 1000000u))
         ->capture_default_str();

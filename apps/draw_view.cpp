@@ -72,8 +72,8 @@ Result<int> view(const Options& o) {
     uint64_t frames = 0;
     {
         Viewer viewer(renderer, **window, progress);
-        viewer.panes[0].backend = o.backend;
-        viewer.panes[1].backend = o.right;
+        viewer.panes[0].way.backend = o.backend;
+        viewer.panes[1].way.backend = o.right;
         viewer.pixel_error = o.pixel_error;
         if (auto done = viewer.show(std::move(stage->scene)); !done) return tl::unexpected(done.error());
         uint32_t wait = frames_per_key;

@@ -17,8 +17,10 @@ constexpr std::pair<DebugView, const char*> colourings[] = {
     {DebugView::material, "material"}};
 
 Result<void> choose(Viewer& viewer, const char* backend) {
-    return viewer.choose(0, backend, orders_of(backend, viewer.scene()).front());
+    return viewer.choose(0, ways_of(backend, viewer.scene()).front());
 }
+
+std::string choice_of(const Way& way) { return way.order + way.raster; }
 
 void steer(Viewer& viewer, bool on) {
     viewer.controller.reset();
@@ -27,30 +29,30 @@ void steer(Viewer& viewer, bool on) {
 
 void choose_in_combo(Viewer& viewer, uint32_t p) {
     Pane& pane = viewer.panes[p];
-    std::string backend = pane.backend, order = pane.order;
+    Way way = pane.way;
     ImGui::PushID(static_cast<int>(p));
-    if (ImGui::BeginCombo(p == 0 ? "backend" : "right half", pane.backend.c_str())) {
+    if (ImGui::BeginCombo(p == 0 ? "backend" : "right half", way.backend.c_str())) {
         for (const std::string& name : backend_names()) {
-            if (ImGui::Selectable(name.c_str(), name == pane.backend)) backend = name;
+            if (ImGui::Selectable(name.c_str(), name == pane.way.backend)) way.backend = name;
         }
         ImGui::EndCombo();
     }
-    const auto orders = orders_of(backend, viewer.scene());
-    if (std::ranges::find(orders, order) == orders.end()) order = orders.front();
-    if (orders.size() > 1 && ImGui::BeginCombo("face order", order.c_str())) {
-        for (const std::string& name : orders) {
-            if (ImGui::Selectable(name.c_str(), name == order)) order = name;
+    const auto ways = ways_of(way.backend, viewer.scene());
+    if (std::ranges::find(ways, way) == ways.end()) way = ways.front();
+    if (ways.size() > 1 && ImGui::BeginCombo(way.order.empty() ? "raster" : "face order", choice_of(way).c_str())) {
+        for (const Way& other : ways) {
+            if (ImGui::Selectable(choice_of(other).c_str(), other == way)) way = other;
         }
         ImGui::EndCombo();
     }
     ImGui::PopID();
-    if (backend == pane.backend && order == pane.order && pane.session != nullptr) return;
+    if (way == pane.way && pane.session != nullptr) return;
     if (p == 1 && pane.session == nullptr) {
-        pane.backend = backend;
+        pane.way = way;
         return;
     }
     // A failure is told in the message; what was shown goes on.
-    if (auto done = viewer.choose(p, backend, order); !done) viewer.message = done.error().message;
+    if (auto done = viewer.choose(p, way); !done) viewer.message = done.error().message;
 }
 
 void plot(const char* name, const char* format, const History& history) {
@@ -60,12 +62,12 @@ void plot(const char* name, const char* format, const History& history) {
 }
 
 void describe_pane(const Pane& pane) {
-    ImGui::Text("%s %s", pane.backend.c_str(), pane.order.c_str());
+    ImGui::TextUnformatted(name_of(pane.way).c_str());
     plot("ms", "%.1f ms", pane.ms);
     plot("triangles", "%.0f", pane.triangles);
     plot("ACMR", "%.3f", pane.acmr);
     plot("upload", "%.0f KiB", pane.uploaded_kib);
-    if (pane.backend == "vgi") plot("pages missing", "%.0f", pane.missing);
+    if (pane.way.backend == "vgi") plot("pages missing", "%.0f", pane.missing);
     ImGui::Text("buffers %.1f MiB, plan %.2f ms CPU", static_cast<double>(pane.drawn.stats.resident_bytes) / (1 << 20),
                 pane.drawn.plan_cpu_ms);
 }
@@ -104,11 +106,10 @@ const std::vector<ViewKey>& view_keys() {
                 [backend](Viewer& v) { return choose(v, backend.c_str()); });
             ++number;
         }
-        add('O', "O", "the next face order", [](Viewer& v) {
-            const auto orders = orders_of(v.panes[0].backend, v.scene());
-            const auto at = std::ranges::find(orders, v.panes[0].order);
-            return v.choose(0, v.panes[0].backend,
-                            at == orders.end() || at + 1 == orders.end() ? orders.front() : *(at + 1));
+        add('O', "O", "the next face order or raster", [](Viewer& v) {
+            const auto ways = ways_of(v.panes[0].way.backend, v.scene());
+            const auto at = std::ranges::find(ways, v.panes[0].way);
+            return v.choose(0, at == ways.end() || at + 1 == ways.end() ? ways.front() : *(at + 1));
         });
         set('V', "V", "the next colouring", [](Viewer& v) {
             const auto* at = std::ranges::find(colourings, v.look.debug, &std::pair<DebugView, const char*>::first);

@@ -47,24 +47,25 @@ Result<void> Viewer::show(ReadyScene scene) {
     path_ = scene_->camera;
     reset_camera();
     for (uint32_t p = 0; p < panes.size(); ++p) {
-        const auto orders = orders_of(panes[p].backend, *scene_);
-        const bool known = std::ranges::find(orders, panes[p].order) != orders.end();
         if (p == 1 && !split) continue;
-        if (auto done = choose(p, panes[p].backend, known ? panes[p].order : orders.front()); !done) return done;
+        const auto ways = ways_of(panes[p].way.backend, *scene_);
+        const bool known = std::ranges::find(ways, panes[p].way) != ways.end();
+        if (auto done = choose(p, known ? panes[p].way : ways.front()); !done) return done;
     }
     return {};
 }
 
-Result<void> Viewer::choose(uint32_t p, const std::string& backend, const std::string& order) {
+Result<void> Viewer::choose(uint32_t p, const Way& chosen) {
+    const Way way = chosen;  // which may be the pane's own
     Pane& pane = panes[p];
-    auto opened = DrawSession::open(*scene_, renderer_, backend, order, false, progress_, p);
+    auto opened = DrawSession::open(*scene_, renderer_, way, false, progress_, p);
     if (!opened) {
-        message = backend + ": " + opened.error().message;
+        message = way.backend + ": " + opened.error().message;
         // What was shown goes on, unless its recipe is gone already.
-        if (std::exchange(pane.session, nullptr) != nullptr) return choose(p, pane.backend, pane.order);
+        if (std::exchange(pane.session, nullptr) != nullptr) return choose(p, pane.way);
         return tl::unexpected(opened.error());
     }
-    pane = {backend, order, std::move(*opened), {}, {}, {}, {}, {}, {}};
+    pane = {way, std::move(*opened), {}, {}, {}, {}, {}, {}};
     return {};
 }
 
@@ -224,7 +225,7 @@ void Viewer::move_camera() {
 
 Result<void> Viewer::draw_panes() {
     if (split && panes[1].session == nullptr) {
-        if (auto done = choose(1, panes[1].backend, orders_of(panes[1].backend, *scene_).front()); !done) return done;
+        if (auto done = choose(1, ways_of(panes[1].way.backend, *scene_).front()); !done) return done;
     }
     Budget budget;
     budget.pixel_error = controller ? controller->error() : pixel_error;
@@ -243,7 +244,7 @@ Result<void> Viewer::draw_panes() {
         const auto triangles = static_cast<float>(pane.drawn.stats.triangles);
         pane.ms.add(static_cast<float>(pane.drawn.ms));
         pane.triangles.add(triangles);
-        pane.acmr.add(triangles > 0 ? static_cast<float>(colour.vertex_invocations) / triangles : 0);
+        pane.acmr.add(triangles > 0 ? static_cast<float>(colour.vertices()) / triangles : 0);
         pane.uploaded_kib.add(static_cast<float>(pane.drawn.stats.uploaded_bytes) / 1024);
         pane.missing.add(static_cast<float>(figure(pane.drawn.stats, "pages_missing")));
     }

@@ -35,7 +35,7 @@ private:
 
 // One half of the picture: a backend, what it draws and what that took.
 struct Pane {
-    std::string backend, order;
+    Way way;
     std::unique_ptr<DrawSession> session;
     DrawnFrame drawn;
     History ms, triangles, acmr, uploaded_kib, missing;
@@ -58,7 +58,7 @@ public:
     Window& window() { return window_; }
 
     std::array<Pane, 2> panes;
-    Result<void> choose(uint32_t pane, const std::string& backend, const std::string& order);
+    Result<void> choose(uint32_t pane, const Way& way);
 
     // The look of both panes, and what both are asked for.
     Look look;

@@ -29,8 +29,8 @@ Result<Workbench> make_workbench() {
     return Workbench{std::move(*renderer), std::move(*ready)};
 }
 
-void fly(benchmark::State& state, Workbench& bench, const std::string& backend, const std::string& order) {
-    auto session = DrawSession::open(bench.scene, *bench.renderer, backend, order, true, {});
+void fly(benchmark::State& state, Workbench& bench, const Way& way) {
+    auto session = DrawSession::open(bench.scene, *bench.renderer, way, true, {});
     if (!session) return state.SkipWithError(session.error().message.c_str());
     const Budget budget;
     const auto camera = [&](uint32_t frame) { return bench.scene.camera.frame(frame, frames_of_flight); };
@@ -42,7 +42,7 @@ void fly(benchmark::State& state, Workbench& bench, const std::string& backend, 
         if (!drawn) return state.SkipWithError(drawn.error().message.c_str());
         state.SetIterationTime(drawn->ms / 1000);
         triangles += static_cast<double>(drawn->stats.triangles);
-        invocations += static_cast<double>(drawn->counters.pass[static_cast<size_t>(Stage::colour)].vertex_invocations);
+        invocations += static_cast<double>(drawn->counters.pass[static_cast<size_t>(Stage::colour)].vertices());
         fifo16 += simulated_acmr(*(*session)->mirror());
         frame = (frame + 1) % frames_of_flight;
         ++drawn_frames;
@@ -65,10 +65,10 @@ int main(int argc, char** argv) {
         return static_cast<int>(bench.error().fault);
     }
     for (const std::string& backend : backend_names()) {
-        for (const std::string& order : orders_of(backend, bench->scene)) {
-            const std::string name = "flight/" + backend + (order.empty() ? "" : "/" + order);
-            benchmark::RegisterBenchmark(
-                name.c_str(), [&bench, backend, order](benchmark::State& state) { fly(state, *bench, backend, order); })
+        for (const Way& way : ways_of(backend, bench->scene)) {
+            const std::string name = "flight/" + name_of(way, '/');
+            benchmark::RegisterBenchmark(name.c_str(),
+                                         [&bench, way](benchmark::State& state) { fly(state, *bench, way); })
                 ->UseManualTime()
                 ->Unit(benchmark::kMillisecond)
                 ->Iterations(2 * frames_of_flight);

@@ -11,6 +11,7 @@ layout(set = 1, binding = LODE_VGI_SLOTS, std430) readonly buffer VgiSlotBlock {
 layout(set = 1, binding = LODE_VGI_TABLE, std430) readonly buffer VgiTableBlock { uint page_table[]; };
 layout(set = 1, binding = LODE_VGI_ASSETS, std430) readonly buffer VgiAssetBlock { VgiAsset assets[]; };
 layout(set = 1, binding = LODE_VGI_CHARTS, std430) readonly buffer VgiChartBlock { float sample_spacing[]; };
+layout(set = 1, binding = LODE_VGI_PATCHES, std430) readonly buffer VgiPatchBlock { uint patch_words[]; };
 layout(set = 1, binding = LODE_VGI_CODES, std430) readonly buffer VgiCodeBlock { float codes[]; };
 
 #endif

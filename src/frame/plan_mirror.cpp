@@ -132,6 +132,7 @@ void PlanMirror::apply(const Command& command) {
 
 void PlanMirror::mirror_draws(const Plan& plan) {
     draws_.clear();
+    pulled_indices_.clear();
     instance_ids_ = plan.instance_ids;
     for (const Command& command : plan.commands) {
         const auto* draw = std::get_if<Draw>(&command.what);
@@ -141,6 +142,10 @@ void PlanMirror::mirror_draws(const Plan& plan) {
         if (draw->index_buffer != no_buffer) {
             const std::byte* bytes = buffers_[draw->index_buffer].bytes.data() + draw->index_offset;
             mirrored.indices = {reinterpret_cast<const uint32_t*>(bytes), draw->count};
+        }
+        if (draw->index_buffer == no_buffer && puller_.indices) {
+            pulled_indices_.push_back(puller_.indices(*this, *draw));
+            mirrored.indices = pulled_indices_.back();
         }
         if (draw->vertex_buffer != no_buffer)
             mirrored.vertices = std::span(buffers_[draw->vertex_buffer].bytes).subspan(draw->vertex_offset);
@@ -189,12 +194,12 @@ std::vector<std::array<glm::vec3, 3>> PlanMirror::triangles_of(uint32_t instance
         if (std::find(draw.instances.begin(), draw.instances.end(), instance) == draw.instances.end()) continue;
         const VertexLayout& layout = recipe_.pipelines[draw.draw.pipeline].layout;
         const bool pulled = layout.stride == 0;
-        if (pulled ? !puller_ : draw.vertices.empty()) continue;
+        if (pulled ? !puller_.position : draw.vertices.empty()) continue;
         const auto position = std::find_if(layout.attributes.begin(), layout.attributes.end(),
                                            [](const VertexAttribute& a) { return a.location == 0; });
         if (!pulled && (position == layout.attributes.end() || position->format != VertexFormat::f32x3)) continue;
         const auto corner = [&](uint32_t index) {
-            if (pulled) return puller_(*this, draw.draw, input_, instance, index);
+            if (pulled) return puller_.position(*this, draw.draw, input_, instance, index);
             glm::vec3 p;
             std::memcpy(&p, draw.vertices.data() + uint64_t{index} * layout.stride + position->offset, sizeof p);
             return p;

@@ -17,10 +17,15 @@ namespace lodestone {
 
 class PlanMirror {
 public:
-    // Object-space position of a vertex that a pipeline without a vertex layout pulls from buffers: what its shader
-    // does, done on the CPU.
-    using Puller = std::function<glm::vec3(const PlanMirror& mirror, const Draw& draw, const FrameInput& input,
-                                           uint32_t instance, uint32_t index)>;
+    // What the shaders of pipelines without a vertex layout do, done on the CPU; either may be empty.
+    struct Puller {
+        // Object-space position of a vertex.
+        std::function<glm::vec3(const PlanMirror& mirror, const Draw& draw, const FrameInput& input, uint32_t instance,
+                                uint32_t index)>
+            position;
+        // The index list of a draw that has none: of patches, what tessellation makes of them.
+        std::function<std::vector<uint32_t>(const PlanMirror& mirror, const Draw& draw)> indices;
+    };
 
     explicit PlanMirror(Recipe recipe, Puller puller = {});
 
@@ -32,7 +37,7 @@ public:
     struct MirroredDraw {
         Stage stage = Stage::colour;
         Draw draw;
-        std::span<const uint32_t> indices;    // empty where not indexed
+        std::span<const uint32_t> indices;    // empty where not indexed, and where the puller tells none
         std::span<const std::byte> vertices;  // from vertex 0 on; empty for pipelines that pull
         std::span<const uint32_t> instances;  // numbers into FrameInput::instances
     };
@@ -64,6 +69,7 @@ private:
     FrameInput input_;  // views and instances of the last plan
     std::vector<Buffer> buffers_;
     std::vector<MirroredDraw> draws_;
+    std::vector<std::vector<uint32_t>> pulled_indices_;  // that draws_ refer to
     std::vector<uint32_t> instance_ids_;
 };
 

@@ -44,6 +44,9 @@ DeviceInfo describe(VkPhysicalDevice physical) {
         if (memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT)
             info.device_local_bytes += memory.memoryHeaps[i].size;
     }
+    VkPhysicalDeviceFeatures features{};
+    vkGetPhysicalDeviceFeatures(physical, &features);
+    info.tessellates = features.tessellationShader != VK_FALSE;
     return info;
 }
 

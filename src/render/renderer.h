@@ -32,6 +32,7 @@ struct DeviceInfo {
     std::string name, driver;  // as the driver names them
     bool software = false;     // a CPU rasteriser
     uint64_t device_local_bytes = 0;
+    bool tessellates = false;
 };
 Result<std::vector<DeviceInfo>> list_devices();
 
@@ -55,6 +56,10 @@ struct FrameCounters {
     struct Pass {
         uint64_t vertex_invocations = 0;  // vertex shader runs
         uint64_t tessellation_evaluations = 0;
+        // Of which triangles were made: what tessellates makes its vertices in evaluations.
+        uint64_t vertices() const {
+            return tessellation_evaluations > 0 ? tessellation_evaluations : vertex_invocations;
+        }
         uint64_t input_primitives = 0;  // degenerate ones included
         double gpu_ms = 0;              // between timestamps around the stage, 0 where the device has none
     };

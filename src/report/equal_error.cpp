@@ -20,14 +20,13 @@ constexpr Metric metrics[] = {
 
 double mean_ms(const Row& row) { return row.fps_mean > 0 ? 1000 / row.fps_mean : 0; }
 
-// One backend's rows in one order, finest first.
+// The rows of one way to draw, finest first.
 using Curve = std::vector<const Row*>;
 
 // The cheapest place of a curve that is no worse than `worst`.
 EqualError read_curve(const Curve& curve, const Metric& metric, double worst) {
     EqualError found;
-    found.backend = curve[0]->backend;
-    found.order = curve[0]->order;
+    static_cast<Way&>(found) = *curve[0];
     const auto take = [&](const Row& row, const char* where) {
         found.pixel_error = row.pixel_error;
         found.ms = mean_ms(row);
@@ -52,13 +51,13 @@ EqualError read_curve(const Curve& curve, const Metric& metric, double worst) {
 }  // namespace
 
 std::vector<EqualError> at_equal_error(std::span<const Row> rows) {
-    std::map<std::pair<std::string, std::string>, Curve> curves;
-    for (const Row& row : rows) curves[{row.backend, row.order}].push_back(&row);
+    std::map<Way, Curve> curves;
+    for (const Row& row : rows) curves[row].push_back(&row);
     for (auto& [name, curve] : curves) std::ranges::sort(curve, {}, &Row::pixel_error);
     std::vector<EqualError> result;
     for (uint32_t i = 0; i < rows.size(); ++i) {
         for (const auto& [name, curve] : curves) {
-            if (name == std::pair(rows[i].backend, rows[i].order)) continue;
+            if (name == static_cast<const Way&>(rows[i])) continue;
             for (const Metric& metric : metrics) {
                 // `full` deviates from itself by nothing: nobody else could.
                 if (rows[i].backend == "full" && metric.of(rows[i]) <= 0) continue;

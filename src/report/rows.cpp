@@ -65,6 +65,7 @@ Json json_of(const Report& report) {
                                        {"value", e.value},
                                        {"backend", e.backend},
                                        {"order", e.order},
+                                       {"raster", e.raster},
                                        {"pixel_error", e.pixel_error},
                                        {"ms", e.ms},
                                        {"ratio", e.ratio},
@@ -74,6 +75,7 @@ Json json_of(const Report& report) {
     for (const SteeredFlight& s : report.steered) {
         json["steered"].push_back({{"backend", s.backend},
                                    {"order", s.order},
+                                   {"raster", s.raster},
                                    {"target_ms", s.target_ms},
                                    {"ms", s.ms},
                                    {"pixel_error", s.pixel_error}});
@@ -87,16 +89,24 @@ Json json_of(const Report& report) {
     return json;
 }
 
+std::string name_of(const Way& way, char between) {
+    std::string name = way.backend;
+    for (const std::string& choice : {way.order, way.raster}) {
+        if (!choice.empty()) name += between + choice;
+    }
+    return name;
+}
+
 std::string report_table(std::span<const Row> rows) {
     char line[256];
-    std::snprintf(line, sizeof line, "%-9s %-8s %6s %10s %9s %9s %12s %6s %8s %7s %9s %6s", "backend", "order",
-                  "px err", "triangles", "ms", "floor ms", "vertex runs", "ACMR", "PSNR dB", "SSIM", "deviation",
-                  "leaks");
+    std::snprintf(line, sizeof line, "%-9s %-8s %6s %10s %9s %9s %12s %6s %8s %7s %9s %6s", "backend", "way", "px err",
+                  "triangles", "ms", "floor ms", "vertex runs", "ACMR", "PSNR dB", "SSIM", "deviation", "leaks");
     std::string table = line;
     for (const Row& r : rows) {
+        const std::string& chosen = r.order.empty() ? r.raster : r.order;
         std::snprintf(line, sizeof line, "\n%-9s %-8s %6g %10.0f %9.2f %9.2f %12.0f %6.3f %8.2f %7.4f %6.2f px %6llu",
-                      r.backend.c_str(), r.order.empty() ? "-" : r.order.c_str(), r.pixel_error, r.triangles,
-                      r.ms_median, r.ms_floor, r.vertex_invocations, r.acmr, r.psnr_db, r.ssim, r.max_pixel_deviation,
+                      r.backend.c_str(), chosen.empty() ? "-" : chosen.c_str(), r.pixel_error, r.triangles, r.ms_median,
+                      r.ms_floor, r.vertex_invocations, r.acmr, r.psnr_db, r.ssim, r.max_pixel_deviation,
                       static_cast<unsigned long long>(r.background_leaks));
         table += line;
     }

@@ -16,9 +16,17 @@ struct Machine {
 };
 nlohmann::ordered_json json_of(const Machine& machine);
 
+// One way to draw a scene: a backend, and what of it is chosen.
+struct Way {
+    std::string backend;
+    std::string order;   // lod: of faces
+    std::string raster;  // vgi: how what is drawn is made of triangles
+    auto operator<=>(const Way&) const = default;
+};
+std::string name_of(const Way& way, char between = ' ');
+
 // Field names are the JSON names of the report. Means are over frames unless the name says otherwise.
-struct Row {
-    std::string backend, order, raster;
+struct Row : Way {
     double pixel_error = 0;
     uint32_t frames = 0;
     double ms_median = 0, ms_p95 = 0, ms_p99 = 0, ms_max = 0;  // plan to fence
@@ -47,18 +55,16 @@ struct RowPicture {
 };
 
 // A flight on which a controller set the pixel error of every frame to hold a frame time.
-struct SteeredFlight {
-    std::string backend, order;
+struct SteeredFlight : Way {
     double target_ms = 0;
     std::vector<double> ms, pixel_error;
 };
 
 // A backend swept over pixel errors, read where it measures the same as a row of another.
-struct EqualError {
-    uint32_t row = 0;    // which is compared
-    std::string metric;  // "ssim" or "max_pixel_deviation"
-    double value = 0;    // the row's
-    std::string backend, order;
+struct EqualError : Way {            // which is read
+    uint32_t row = 0;                // which is compared
+    std::string metric;              // "ssim" or "max_pixel_deviation"
+    double value = 0;                // the row's
     double pixel_error = 0, ms = 0;  // of the other there, between its rows; ms: mean of a frame
     double ratio = 0;                // ms of the other over the row's: above 1 the row is faster
     // "between": read between two rows; "at least": even the other's cheapest row is better than asked, so its time is

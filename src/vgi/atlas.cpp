@@ -20,6 +20,19 @@ glm::vec3 Atlas::normal(size_t texel) const {
     return unpack_normal({wide(n[0]), wide(n[1])});
 }
 
+Atlas::Square Atlas::across(Square from, uint32_t side, uint32_t per_side) const {
+    const uint32_t last = per_side - 1;
+    const auto [chart, x, y] = from;
+    const bool inside = side == 0 ? y > 0 : side == 1 ? x < last : side == 2 ? y < last : x > 0;
+    if (inside) return {chart, side == 1 ? x + 1 : side == 3 ? x - 1 : x, side == 2 ? y + 1 : side == 0 ? y - 1 : y};
+    const GluedSide& other = sides[size_t{chart} * 4 + side];
+    if (other.chart == ~0u) return {~0u, 0, 0};
+    // Step k of one side is step last - k of the other, counted in squares.
+    const uint32_t along = side == 0 ? x : side == 1 ? y : side == 2 ? last - x : last - y;
+    const auto [u, v] = on_side(other.side, last - along, last);
+    return {other.chart, u, v};
+}
+
 uint32_t Atlas::level_for_error(double error) const {
     uint32_t level = 0;
     while (level + 1 < errors.size() && static_cast<double>(errors[level + 1]) <= error) ++level;

@@ -97,6 +97,13 @@ struct Atlas {
         const size_t row = attribute_cells + 1;
         return (size_t{chart} * row + y) * row + x;
     }
+    // The square across a side of square (x, y), where every chart is divided into per_side x per_side: in the chart,
+    // or in the one glued to it. Its chart is ~0 where the surface ends.
+    struct Square {
+        uint32_t chart, x, y;
+        bool operator==(const Square&) const = default;
+    };
+    Square across(Square from, uint32_t side, uint32_t per_side) const;
     // Largest distance there can be: the lattice's diagonal; object units.
     double extent() const { return step * 65535 * 1.7320508075688772; }
     glm::dvec3 point(size_t texel) const {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "vgi/bintree_cut.h"
+#include "vgi/cut.h"
 #include "vgi/pages.h"
 
 namespace lodestone::vgi {

@@ -1,71 +1,17 @@
 #include "vgi/bintree_cut.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
-#include <cmath>
-#include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 #include <optional>
 
 #include "base/check.h"
 #include "base/threads.h"
-#include "frame/screen_error.h"
 #include "shaders/shared/vgi_texels.h"
-#include "vgi/sample_errors.h"
 #include "vgi/visibility.h"
 
 namespace lodestone::vgi {
 
 namespace {
-
-constexpr float unseen = 0.25f;  // what a missing page counts where no camera sees it
-
-// Whether a sample is wanted, as a pure function of its texel.
-class Wanted {
-public:
-    Wanted(const CutRequest& request, const Atlas& about) {
-        const View& view = request.sets_levels();
-        scale_ = largest_scale(request.object_to_world);
-        margin_ = request.margin.distance;
-        to_world_ = request.object_to_world;
-        eye_ = view.eye;
-        const auto magnification = static_cast<float>(magnification_of(view, request.pixel_error));
-        const ErrorCodes codes(about.extent());
-        for (size_t code = 0; code < 256; ++code) {
-            errors_[code] = codes.error(static_cast<uint8_t>(code)) * magnification * scale_;
-            // A sample without error is wanted by no eye, however near.
-            reach_[code] = errors_[code] > 0 ? errors_[code] + request.margin.distance : 0;
-            radii_[code] = codes.radius(static_cast<uint8_t>(code)) * scale_;
-        }
-        // Lattice to world, seen from the eye.
-        const glm::dmat4 to_world(request.object_to_world);
-        lattice_ = glm::mat3(glm::dmat3(to_world) * about.step);
-        offset_ = glm::vec3(glm::dvec3(to_world * glm::dvec4(about.origin, 1)) - glm::dvec3(view.eye));
-    }
-    bool operator()(const GeometryTexel& t) const {
-        const glm::vec3 p = offset_ + lattice_[0] * static_cast<float>(t.x) + lattice_[1] * static_cast<float>(t.y) +
-                            lattice_[2] * static_cast<float>(t.z);
-        const float reach = reach_[t.error] + radii_[t.radius];
-        return reach * reach > glm::dot(p, p);
-    }
-    // The same of a page whose samples are not there: of the most there can be in it. Returns how many times larger
-    // than the pixel error leaving it out would be on screen, at least 1 where a sample may be wanted.
-    float excess(const PageBounds& bounds) const {
-        const float away = glm::distance(glm::vec3(to_world_ * glm::vec4(bounds.centre, 1)), eye_) -
-                           bounds.radius * scale_ - radii_[bounds.sample_radius] - margin_;
-        const float error = errors_[bounds.sample_error];
-        return error > 0 ? error / std::max(away, 1e-3f * error) : 0;
-    }
-
-private:
-    std::array<float, 256> errors_, reach_, radii_;
-    float scale_, margin_;
-    glm::mat4 to_world_;
-    glm::vec3 eye_;
-    glm::mat3 lattice_;
-    glm::vec3 offset_;
-};
 
 struct Corner {
     int32_t x, y;
@@ -74,8 +20,6 @@ struct Corner {
 
 class ChartCut {
 public:
-    using Parts = std::vector<std::pair<uint32_t, std::vector<uint32_t>>>;
-
     // touched: as PageDemand's, of which only the pages of the charts run here are written.
     ChartCut(const Residency& residency, const Visibility& visibility, const Wanted& wanted, int64_t forced_level,
              std::vector<uint8_t>& touched)
@@ -106,7 +50,7 @@ public:
         split(d, a, c, depth, mask);
     }
 
-    Parts& parts() { return parts_; }
+    const CutParts& parts() const { return parts_; }
     // Pages asked for, with PageDemand::wanted.
     const std::vector<std::pair<uint32_t, float>>& asked() const { return asked_; }
 
@@ -133,7 +77,7 @@ private:
                 return;
             }
         }
-        std::vector<uint32_t>& out = list(mask);
+        std::vector<uint32_t>& out = parts_.list(mask);
         out.insert(out.end(), {apex.index, a.index, b.index});
     }
 
@@ -195,39 +139,20 @@ private:
         asked_.emplace_back(number, std::max(excess, 1e-6f) * ((mask & 1) != 0 ? 1.0f : unseen));
     }
 
-    std::vector<uint32_t>& list(uint32_t mask) {
-        if (mask != listed_) {
-            listed_ = mask;
-            auto at = std::ranges::find(parts_, mask, [](const auto& part) { return part.first; });
-            if (at == parts_.end()) {
-                parts_.emplace_back(mask, std::vector<uint32_t>{});
-                at = parts_.end() - 1;
-            }
-            list_ = static_cast<size_t>(at - parts_.begin());
-        }
-        return parts_[list_].second;
-    }
-
     const Residency& residency_;
     const Visibility& visibility_;
     const Wanted& wanted_;
     const int64_t forced_level_;
     std::vector<uint8_t>& touched_;
-    Parts parts_;
+    CutParts parts_;
     std::vector<std::pair<uint32_t, float>> asked_;
     const PageTree tree_;
     const int32_t n_;
     const uint32_t page_shift_, base_;
-    uint32_t first_page_ = 0, listed_ = 0;
-    size_t list_ = 0;
+    uint32_t first_page_ = 0;
 };
 
 }  // namespace
-
-double magnification_of(const View& view, double pixel_error) {
-    LODE_CHECK(view.focal_px > 0 && pixel_error > 0, view.focal_px, pixel_error);
-    return std::max(least_magnification, static_cast<double>(view.focal_px) / pixel_error);
-}
 
 Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand) {
     LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.touched.size() == residency.pages());
@@ -241,34 +166,15 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDeman
             done[begin / charts_at_once].emplace(residency, visibility, wanted, request.forced_level, demand.touched);
         for (size_t c = begin; c < end; ++c) cut.run(static_cast<uint32_t>(c));
     });
-    Cut result;
-    for (auto& part_of : done) {
-        for (auto& [mask, indices] : part_of->parts()) {
-            auto at = std::ranges::find(result.parts, mask, [](const auto& part) { return part.first; });
-            if (at == result.parts.end()) at = result.parts.insert(at, {mask, {}});
-            at->second.insert(at->second.end(), indices.begin(), indices.end());
-            if ((mask & 1) != 0) result.triangles += indices.size() / 3;
-        }
+    CutParts parts;
+    for (const auto& part_of : done) {
+        parts.add(part_of->parts());
         for (const auto& [page, pixels] : part_of->asked()) demand.wanted[page] = std::max(demand.wanted[page], pixels);
     }
-    std::ranges::sort(result.parts, {}, [](const auto& part) { return part.first; });
+    Cut result;
+    result.parts = parts.take();
+    for (const auto& [mask, indices] : result.parts) result.triangles += (mask & 1) != 0 ? indices.size() / 3 : 0;
     return result;
-}
-
-void foresee(const Residency& residency, const CutRequest& request, std::span<const float> wanted_now,
-             std::vector<float>& foreseen) {
-    const Visibility visibility(request, residency.about());
-    const Wanted wanted(request, residency.about());
-    const uint32_t per_chart = residency.tree().pages();
-    for (uint32_t number = 0; number < residency.pages(); ++number) {
-        const uint32_t page = number % per_chart;
-        if (residency.entry(number).texels != nullptr || wanted_now[number] > 0 ||
-            residency.entry(number - page + residency.tree().parent(page)).texels == nullptr)
-            continue;
-        const float excess = wanted.excess(residency.about().bounds[number]);
-        if (excess > 1 && visibility.seen(1, number) != 0)
-            foreseen[number] = std::max(foreseen[number], std::min(excess * 1e-3f, 1e-2f));
-    }
 }
 
 }  // namespace lodestone::vgi

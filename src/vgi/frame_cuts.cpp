@@ -6,6 +6,8 @@
 #include <glm/matrix.hpp>
 
 #include "base/check.h"
+#include "vgi/bintree_cut.h"
+#include "vgi/grid_cut.h"
 #include "vgi/sample_errors.h"
 #include "vgi/visibility.h"
 
@@ -63,6 +65,11 @@ CutRequest request_for(const CutRegion& region, const Instance& instance, double
     return request;
 }
 
+Cut cut_atlas(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand) {
+    if (raster == Raster::bintree) return cut_bintree(residency, request, demand);
+    return cut_grid(residency, request, demand, raster == Raster::grid ? GridOutput::indices : GridOutput::patches);
+}
+
 // What was found of one atlas' pages.
 struct Found {
     PageDemand demand;
@@ -109,7 +116,8 @@ bool CutRegion::covers(const FrameInput& input) const {
     return true;
 }
 
-FrameCuts make_cuts(std::span<OpenAtlas> atlases, CutRegion wanted, const FrameInput* last, const CutLimits& limits) {
+FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wanted, const FrameInput* last,
+                    const CutLimits& limits) {
     FrameCuts result;
     result.region = std::move(wanted);
     const CutRegion& region = result.region;
@@ -128,17 +136,17 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, CutRegion wanted, const FrameI
         cuts.clear();
         for (size_t a = 0; a < atlases.size(); ++a) found[a].demand = PageDemand(atlases[a].residency->pages());
         result.triangles = 0;
-        uint64_t indices = 0;
+        uint64_t words = 0;
         for (const Instance& instance : region.instances) {
             LODE_CHECK(instance.asset < atlases.size(), instance.asset, atlases.size());
-            cuts.push_back(cut_bintree(*atlases[instance.asset].residency,
-                                       request_for(region, instance, result.raised, result.level),
-                                       found[instance.asset].demand));
+            cuts.push_back(cut_atlas(raster, *atlases[instance.asset].residency,
+                                     request_for(region, instance, result.raised, result.level),
+                                     found[instance.asset].demand));
             result.triangles += cuts.back().triangles;
-            for (const auto& part : cuts.back().parts) indices += part.second.size();
+            for (const auto& part : cuts.back().parts) words += part.second.size();
         }
         // Too many: all errors rise alike, and where they may not rise further one level is drawn everywhere.
-        if (result.triangles <= budget.max_triangles && indices <= limits.most_indices) break;
+        if (result.triangles <= budget.max_triangles && words <= limits.most_words) break;
         if (result.level >= 0) {
             if (result.level >= levels - 1) break;
             ++result.level;
@@ -156,12 +164,12 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, CutRegion wanted, const FrameI
     }
     lists->reserve(total);
     for (uint32_t i = 0; i < cuts.size(); ++i) {
-        for (const auto& [mask, indices] : cuts[i].parts) {
-            result.parts.push_back({i, mask, static_cast<uint32_t>(indices.size())});
-            lists->insert(lists->end(), indices.begin(), indices.end());
+        for (const auto& [mask, words] : cuts[i].parts) {
+            result.parts.push_back({i, mask, static_cast<uint32_t>(words.size())});
+            lists->insert(lists->end(), words.begin(), words.end());
         }
     }
-    result.indices = std::move(lists);
+    result.words = std::move(lists);
 
     // Attributes, and what will be wanted further along the way.
     for (size_t a = 0; a < atlases.size(); ++a) {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "frame/frame_source.h"
-#include "vgi/bintree_cut.h"
+#include "vgi/cut.h"
 #include "vgi/open_atlas.h"
 
 namespace lodestone::vgi {
@@ -37,10 +37,10 @@ struct FrameCuts {
     CutRegion region;
     struct Part {
         uint32_t instance, views;  // views: bit v for views[v]
-        uint32_t indices;
+        uint32_t words;
     };
-    std::vector<Part> parts;  // one after another in `indices`, instance after instance
-    std::shared_ptr<const std::vector<uint32_t>> indices;
+    std::vector<Part> parts;                             // one after another in `words`, instance after instance
+    std::shared_ptr<const std::vector<uint32_t>> words;  // as Cut::parts has them
     double pixel_error = 1;  // that cuts were made with, at most: what had to be raised to stay within the budget
     double raised = 1;       // by how much
     int64_t level = -1;      // drawn everywhere, or -1
@@ -58,12 +58,13 @@ struct FrameCuts {
 };
 
 struct CutLimits {
-    uint64_t most_indices;
+    uint64_t most_words;
     double raised;  // of the cuts before: errors fall again step by step
 };
 
 // last: the frame before `region`, for what is foreseen further along the way; null for nothing. Reads the atlases, and
 // brings Residency::usable up to date first.
-FrameCuts make_cuts(std::span<OpenAtlas> atlases, CutRegion region, const FrameInput* last, const CutLimits& limits);
+FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion region, const FrameInput* last,
+                    const CutLimits& limits);
 
 }  // namespace lodestone::vgi

@@ -25,7 +25,7 @@ enum Buffers : uint32_t {
     asset_table,
     code_table,
     chart_table,
-    index_lists
+    draw_lists
 };
 inline constexpr uint64_t geometry_slot_bytes = uint64_t{LODE_VGI_PAGE_TEXELS} * sizeof(GeometryTexel);
 

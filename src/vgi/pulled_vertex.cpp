@@ -7,6 +7,7 @@
 
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/bintree.h"
+#include "vgi/grid_patch.h"
 #include "vgi/residency.h"
 #include "vgi/sample_errors.h"
 
@@ -51,12 +52,30 @@ glm::vec3 pulled_vertex(const PlanMirror& mirror, const Draw& draw, const FrameI
         const glm::vec3 world(input.instances[instance].object_to_world * glm::vec4(origin + asset.step * point, 1));
         constexpr auto morph_share = static_cast<float>(1 - 1 / error_ratio);
         const float t =
-            std::clamp((error + radius - glm::distance(world, input.views[0].eye)) / (morph_share * error), 0.0f, 1.0f);
+            error == 0 ? 1
+                       : std::clamp((error + radius - glm::distance(world, input.views[0].eye)) / (morph_share * error),
+                                    0.0f, 1.0f);
         const auto [a, b] = tree.hypotenuse(p);
         const glm::vec3 middle = 0.5f * (lattice(texel_at(a)) + lattice(texel_at(b)));
         point = middle + (point - middle) * t;
     }
     return origin + asset.step * point;
+}
+
+std::vector<uint32_t> patch_indices(const PlanMirror& mirror, const Draw& draw) {
+    std::vector<uint32_t> indices;
+    const PipelineSpec& pipeline = mirror.recipe().pipelines[draw.pipeline];
+    if (pipeline.patch_vertices == 0) return indices;
+    const auto asset = read<gpu::VgiAsset>(mirror, pipeline, LODE_VGI_ASSETS, draw.words[LODE_VGI_WORD_ASSET]);
+    std::array<uint32_t, LODE_VGI_PATCH_WORDS> words;
+    for (uint32_t i = 0; i < draw.count; ++i) {
+        for (uint32_t k = 0; k < words.size(); ++k) {
+            words[k] = read<uint32_t>(mirror, pipeline, LODE_VGI_PATCHES,
+                                      uint64_t{draw.words[LODE_VGI_WORD_PATCH]} + i * LODE_VGI_PATCH_WORDS + k);
+        }
+        GridPatch::of_words(words).append_indices(asset.cells, asset.page_cells, indices);
+    }
+    return indices;
 }
 
 }  // namespace lodestone::vgi

@@ -1,5 +1,6 @@
 #include "vgi/residency.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -36,33 +37,24 @@ Page unpacked_geometry(const GeometryPage& page) {
 Residency::Residency(const Atlas& about) : about_(&about), tree_{about.cells} {
     entries_.resize(size_t{about.charts()} * tree_.pages());
     neighbours_.resize(entries_.size());
+    below_.resize(entries_.size());
+    for (uint32_t i = static_cast<uint32_t>(entries_.size()); i-- > 0;) {
+        const PageBounds& bounds = about.bounds[i];
+        const auto raise = [](SampleCodes& codes, uint8_t error, uint8_t radius) {
+            codes = {std::max(codes.error, error), std::max(codes.radius, radius)};
+        };
+        raise(below_[i], bounds.sample_error, bounds.sample_radius);
+        const uint32_t page = i % tree_.pages();
+        if (page > 0) raise(below_[i - page + tree_.parent(page)], below_[i].error, below_[i].radius);
+    }
     for (uint32_t chart = 0; chart < about.charts(); ++chart) {
         for (uint32_t page = 0; page < tree_.pages(); ++page) {
             uint32_t level = 0, x = 0, y = 0;
             tree_.place(page, &level, &x, &y);
-            const uint32_t n = tree_.pages_per_side(level), last = n - 1;
             for (uint32_t side = 0; side < 4; ++side) {
-                uint32_t& across = neighbours_[number(chart, page)][side];
-                const bool inside = side == 0 ? y > 0 : side == 1 ? x < last : side == 2 ? y < last : x > 0;
-                if (inside) {
-                    across = number(chart, tree_.page(level,
-                                                      side == 1   ? x + 1
-                                                      : side == 3 ? x - 1
-                                                                  : x,
-                                                      side == 2   ? y + 1
-                                                      : side == 0 ? y - 1
-                                                                  : y));
-                    continue;
-                }
-                const GluedSide& other = about.sides[size_t{chart} * 4 + side];
-                if (other.chart == ~0u) {
-                    across = ~0u;
-                    continue;
-                }
-                // Step k of one side is step last - k of the other, counted in pages.
-                const uint32_t step = side == 0 ? x : side == 1 ? y : side == 2 ? last - x : last - y;
-                const auto [u, v] = on_side(other.side, last - step, last);
-                across = number(other.chart, tree_.page(level, u, v));
+                const Atlas::Square to = about.across({chart, x, y}, side, tree_.pages_per_side(level));
+                neighbours_[number(chart, page)][side] =
+                    to.chart == ~0u ? ~0u : number(to.chart, tree_.page(level, to.x, to.y));
             }
         }
     }

@@ -23,6 +23,10 @@ struct GeometryTexel {
     bool operator==(const GeometryTexel&) const = default;
 };
 static_assert(sizeof(GeometryTexel) == 8);
+// Of samples: the largest code of their errors, and of their radii (sample_errors.h).
+struct SampleCodes {
+    uint8_t error = 0, radius = 0;
+};
 using GeometryPage = std::vector<GeometryTexel>;  // row by row, samples_per_side^2
 
 GeometryPage packed_geometry(const Page& page, const PageTree& tree);
@@ -56,6 +60,9 @@ public:
     // ends.
     uint32_t neighbour(uint32_t number, uint32_t side) const;
 
+    // Of all samples that a page or a finer one of its part of the chart has, and its parent has not.
+    SampleCodes below(uint32_t number) const { return below_[number]; }
+
     // Every page's usable bits are what its definition says, unless update() is owed.
     Result<void> validate() const;
 
@@ -66,6 +73,7 @@ private:
     PageTree tree_;
     std::vector<Entry> entries_;
     std::vector<std::array<uint32_t, 4>> neighbours_;
+    std::vector<SampleCodes> below_;
     bool changed_ = true;  // since update()
 };
 

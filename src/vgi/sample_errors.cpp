@@ -9,6 +9,7 @@
 #include "base/threads.h"
 #include "mesh/closest_point.h"
 #include "vgi/bintree.h"
+#include "vgi/grid_patch.h"
 #include "vgi/pages.h"
 #include "vgi/surface.h"
 
@@ -298,6 +299,7 @@ private:
     }
 
     // Triangles of the page's part of the bintree down to its own level; finer ones are in the cones of its children.
+    // And those of the nodes of grid cuts that are culled by this page, as they are with nothing collapsed.
     template <class Visit>
     void for_triangles(uint32_t level, uint32_t px, uint32_t py, Visit&& visit) const {
         // The tree of a page is that of a chart, only smaller.
@@ -324,6 +326,19 @@ private:
                 for_split_triangles(
                     tree, p, [&](GridPoint a, GridPoint b, GridPoint c) { visit(scaled(a), scaled(b), scaled(c)); });
             });
+        }
+        const int32_t finest = level == 0 ? 1 : std::min(4, n),
+                      coarsest = level == tree_.base_level() ? n : std::min(4, n);
+        for (int32_t step = finest; step <= coarsest; step *= 2) {
+            const int32_t cells = std::min(1 << most_node_shift, n / step);
+            for (int32_t y = 0; y < n; y += cells * step) {
+                for (int32_t x = 0; x < n; x += cells * step) {
+                    const auto in_page = [&](GridPoint p) { return scaled({x + p.x * step, y + p.y * step}); };
+                    for_node_triangles(cells, {}, [&](GridPoint a, GridPoint b, GridPoint c) {
+                        visit(in_page(a), in_page(b), in_page(c));
+                    });
+                }
+            }
         }
     }
 

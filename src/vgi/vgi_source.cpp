@@ -16,17 +16,20 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr uint32_t index_regions = 3;                      // one is written while the last frames' are drawn
-constexpr uint64_t most_index_bytes = uint64_t{48} << 20;  // per list
+constexpr uint32_t list_regions = 3;                      // one is written while the last frames' are drawn
+constexpr uint64_t most_list_bytes = uint64_t{48} << 20;  // per list
+// To a draw: lavapipe takes time by their square (800 at once: 2.5 times as long as 100 at a time).
+constexpr uint32_t most_patches = 128;
 
 class VgiSource final : public FrameSource {
 public:
-    VgiSource(std::vector<OpenAtlas> atlases, Recipe recipe, std::array<uint32_t, 2> slots, uint32_t texel_words,
-              uint64_t index_capacity)
+    VgiSource(std::vector<OpenAtlas> atlases, Recipe recipe, Raster raster, std::array<uint32_t, 2> slots,
+              uint32_t texel_words, uint64_t list_capacity)
         : atlases_(std::move(atlases)),
           recipe_(std::move(recipe)),
+          raster_(raster),
           texel_words_(texel_words),
-          index_capacity_(index_capacity),
+          list_capacity_(list_capacity),
           stream_(atlases_, slots, texel_words) {}
     ~VgiSource() override {
         if (next_.valid()) next_.wait();
@@ -59,7 +62,7 @@ public:
             stream_.place(input, true, plan);
         }
         const bool missed = !cuts_ || !cuts_->region.covers(input);
-        if (missed) take_cuts(make_cuts(atlases_, CutRegion::of(input), nullptr, limits()));
+        if (missed) take_cuts(make_cuts(atlases_, raster_, CutRegion::of(input), nullptr, limits()));
         stream_.touch(cuts_->touched);
         if (last) stream_.place(input, false, plan);
         draw_cuts(input, plan);
@@ -67,7 +70,8 @@ public:
         begin_next_cuts(last, input);
 
         for (const BufferSpec& buffer : recipe_.buffers) plan.stats.resident_bytes += buffer.bytes;
-        plan.stats.index_bytes = recipe_.buffers[index_lists].bytes;
+        plan.stats.index_bytes = recipe_.buffers[draw_lists].bytes;
+        plan.stats.triangles = cuts_->triangles;
         plan.stats.more = {{"pages_resident", stream_.resident()}, {"pages_missing", missing},
                            {"pages_uploaded", stream_.uploaded()}, {"pages_evicted", stream_.evicted()},
                            {"pages_failed", stream_.failed()},     {"requests_waiting", stream_.waiting()},
@@ -84,7 +88,7 @@ public:
     }
 
 private:
-    CutLimits limits() const { return {index_capacity_, cuts_ ? cuts_->raised : 1.0}; }
+    CutLimits limits() const { return {list_capacity_, cuts_ ? cuts_->raised : 1.0}; }
 
     void take_cuts(FrameCuts cuts) {
         cuts_ = std::move(cuts);
@@ -99,7 +103,7 @@ private:
         const bool changed = stream_.take_changed() || std::exchange(behind_, false);
         if (!changed && region == cuts_->region) return;
         next_ = cutter_.start<FrameCuts>([this, region = std::move(region), now, limits = limits()] {
-            return make_cuts(atlases_, region, &now, limits);
+            return make_cuts(atlases_, raster_, region, &now, limits);
         });
     }
 
@@ -134,13 +138,13 @@ private:
 
     void draw_cuts(const FrameInput& input, Plan& plan) {
         if (!uploaded_) {
-            region_ = (region_ + 1) % index_regions;
-            const auto& indices = *cuts_->indices;
-            LODE_CHECK(indices.size() <= index_capacity_, indices.size(), index_capacity_);
-            if (!indices.empty()) {
-                const auto bytes = std::as_bytes(std::span(indices));
-                add_upload(plan, index_lists, region_ * index_capacity_ * sizeof(uint32_t),
-                           Blob(cuts_->indices, bytes.data(), bytes.size()));
+            region_ = (region_ + 1) % list_regions;
+            const auto& words = *cuts_->words;
+            LODE_CHECK(words.size() <= list_capacity_, words.size(), list_capacity_);
+            if (!words.empty()) {
+                const auto bytes = std::as_bytes(std::span(words));
+                add_upload(plan, draw_lists, region_ * list_capacity_ * sizeof(uint32_t),
+                           Blob(cuts_->words, bytes.data(), bytes.size()));
             }
             uploaded_ = true;
         }
@@ -149,33 +153,49 @@ private:
             cuts_->level >= 0 || input.level_view
                 ? 0
                 : magnification_of(input.views[0], std::max(input.budget.pixel_error, cuts_->pixel_error));
-        uint64_t first = region_ * index_capacity_;
+        uint64_t first = region_ * list_capacity_;
         auto part = cuts_->parts.begin();
         for (uint32_t i = 0; i < input.instances.size(); ++i) {
             const Draw whole = draw_of(input, i, magnification, plan);
             bool drawn = false;
             for (; part != cuts_->parts.end() && part->instance == i; ++part) {
-                Draw draw = whole;
-                draw.index_offset = first * sizeof(uint32_t);
-                draw.count = part->indices;
-                first += part->indices;
                 for (uint32_t v = 0; v < input.views.size(); ++v) {
                     if ((part->views >> v & 1) == 0) continue;
+                    Draw draw = whole;
                     draw.view = v;
                     const float focal = input.views[v].focal_px;
                     const float scale = largest_scale(input.instances[i].object_to_world);
                     draw.words[LODE_VGI_WORD_PIXEL] = std::bit_cast<uint32_t>(focal > 0 ? 1 / (focal * scale) : 0.0f);
-                    if (input.views[v].kind == View::Kind::shadow) {
-                        plan.commands.push_back({Stage::shadow, draw});
-                        continue;
-                    }
-                    plan.commands.push_back({Stage::depth, draw});
-                    plan.commands.push_back({Stage::colour, draw});
-                    plan.stats.triangles += part->indices / 3;
+                    draw_list(draw, input.views[v].kind, first, part->words, plan);
                     drawn = drawn || v == 0;
                 }
+                first += part->words;
             }
             ++(drawn ? plan.stats.instances_drawn : plan.stats.instances_culled);
+        }
+    }
+
+    // The triangles or patches of `words` words of the lists, from `first` on.
+    void draw_list(Draw draw, View::Kind kind, uint64_t first, uint32_t words, Plan& plan) const {
+        const auto add = [&] {
+            if (kind == View::Kind::shadow) {
+                plan.commands.push_back({Stage::shadow, draw});
+            } else {
+                plan.commands.push_back({Stage::depth, draw});
+                plan.commands.push_back({Stage::colour, draw});
+            }
+        };
+        if (raster_ != Raster::tess) {
+            draw.index_buffer = draw_lists;
+            draw.index_offset = first * sizeof(uint32_t);
+            draw.count = words;
+            return add();
+        }
+        constexpr uint32_t at_once = most_patches * LODE_VGI_PATCH_WORDS;
+        for (uint32_t done = 0; done < words; done += at_once) {
+            draw.words[LODE_VGI_WORD_PATCH] = static_cast<uint32_t>(first + done);
+            draw.count = std::min(at_once, words - done) / LODE_VGI_PATCH_WORDS;
+            add();
         }
     }
 
@@ -185,7 +205,6 @@ private:
         const OpenAtlas& atlas = atlases_[instance.asset];
         const PresentAttributes& has = atlas.file->about().attributes;
         Draw draw;
-        draw.index_buffer = index_lists;
         draw.first_id = static_cast<uint32_t>(plan.instance_ids.size());
         plan.instance_ids.push_back(i);
         draw.words[LODE_VGI_WORD_ASSET] = instance.asset;
@@ -204,12 +223,13 @@ private:
 
     std::vector<OpenAtlas> atlases_;
     Recipe recipe_;
+    Raster raster_;
     uint32_t texel_words_;
-    uint64_t index_capacity_;  // indices of one region
+    uint64_t list_capacity_;  // words of one region
     PageStream stream_;
     std::optional<FrameCuts> cuts_;  // that are drawn
     std::optional<FrameInput> last_;
-    uint64_t region_ = 0;    // of the index lists, where cuts_ are
+    uint64_t region_ = 0;    // of the lists, where cuts_ are
     bool uploaded_ = false;  // they are there
     bool behind_ = false;    // pages have changed since cuts_ were made
     std::future<FrameCuts> next_;
@@ -243,13 +263,16 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     }
     const std::array<uint64_t, 2> slot_bytes{geometry_slot_bytes + 8,
                                              uint64_t{LODE_VGI_PAGE_TEXELS} * texel_words * sizeof(uint32_t)};
-    // A quarter of the budget is for index lists, or what the coarsest level of a few instances takes; the rest for
+    // A quarter of the budget is for what is drawn, or what the coarsest level of a few instances takes; the rest for
     // pages, halves for each kind unless one needs less.
     const uint64_t tables = (pages[1] + base[0]) * sizeof(uint32_t) + atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
-    const uint64_t index_bytes =
-        std::clamp(options.resident_bytes / 4 / index_regions / 12 * 12, base[0] * 24 * std::max(1u, options.instances),
-                   std::max(most_index_bytes, base[0] * 24 * std::max(1u, options.instances)));
-    uint64_t left = options.resident_bytes - std::min(options.resident_bytes, tables + index_bytes * index_regions);
+    const bool tess = options.raster == Raster::tess;
+    const uint64_t least_list_bytes =
+        base[0] * std::max(1u, options.instances) * (tess ? LODE_VGI_PATCH_WORDS * sizeof(uint32_t) : 24);
+    const uint64_t list_bytes =
+        std::clamp(options.resident_bytes / 4 / list_regions / 120 * 120, least_list_bytes,
+                   std::max(tess ? most_list_bytes / 8 / 120 * 120 : most_list_bytes, least_list_bytes));
+    uint64_t left = options.resident_bytes - std::min(options.resident_bytes, tables + list_bytes * list_regions);
     const uint64_t need = base[0] * slot_bytes[0] + base[1] * slot_bytes[1];
     if (need > left) {
         return fail(Fault::machine, "the coarsest pages need " + std::to_string(need) +
@@ -273,10 +296,15 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         {"assets", atlases.size() * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
         {"errors and radii", atlases.size() * 2048, use_storage, 2048},
         {"spacing of samples", base[0] * sizeof(float), use_storage, 4},
-        {"index lists", index_bytes * index_regions, use_index, 4}};
+        {"draw lists", list_bytes * list_regions, tess ? use_storage : use_index, 4}};
     PipelineSpec pipeline;
-    pipeline.name = "bintree";
-    pipeline.vertex = "vgi/bintree.vert";
+    pipeline.name = tess ? "patches" : "samples";
+    pipeline.vertex = tess ? "vgi/patch.vert" : "vgi/sample.vert";
+    if (tess) {
+        pipeline.tessellation_control = "vgi/patch.tesc";
+        pipeline.tessellation_evaluation = "vgi/patch.tese";
+        pipeline.patch_vertices = 1;
+    }
     pipeline.fragment = "vgi/atlas.frag";
     uint32_t ever = 0;
     for (const OpenAtlas& atlas : atlases) {
@@ -292,9 +320,10 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         {LODE_VGI_TABLE, page_table, Access::read, 1},    {LODE_VGI_ATTRIBUTES, attribute_pool, Access::read},
         {LODE_VGI_ASSETS, asset_table, Access::read, 1},  {LODE_VGI_CODES, code_table, Access::read, 1},
         {LODE_VGI_CHARTS, chart_table, Access::read, 1}};
+    if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read, 1});
     recipe.pipelines = {pipeline};
-    auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), slots, texel_words,
-                                              index_bytes / sizeof(uint32_t));
+    auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, slots, texel_words,
+                                              list_bytes / sizeof(uint32_t));
     if (auto done = source->load_base_pages(); !done) return tl::unexpected(done.error());
     return source;
 }

@@ -10,12 +10,14 @@
 #include "base/result.h"
 #include "frame/frame_source.h"
 #include "vgi/atlas_chunks.h"
+#include "vgi/cut.h"
 
 namespace lodestone::vgi {
 
 struct VgiOptions {
     uint64_t resident_bytes = uint64_t{1} << 30;  // for pools, tables and index lists together
     uint32_t instances = 1;                       // most instances in the scene, of all assets
+    Raster raster = Raster::bintree;
 };
 
 // Fault::machine where the coarsest pages alone exceed the budget; Fault::format where one of them is damaged.

@@ -5,7 +5,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "vgi/bintree_cut.h"
+#include "vgi/cut.h"
 
 namespace lodestone::vgi {
 

@@ -89,7 +89,7 @@ TriMesh VgiSourceTest::mesh_;
 
 TEST_F(VgiSourceTest, DrawsFromTheFirstFrameAndGetsFinerAsPagesArrive) {
     const auto vgi = source();
-    PlanMirror mirror(vgi->recipe(), pulled_vertex);
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
     std::vector<Arrival> arrivals;
     uint64_t before = 0, first = 0;
     int quiet = 0;
@@ -157,7 +157,7 @@ TEST_F(VgiSourceTest, GetsCoarserAndNeverBreaksWithRoomForFewPagesAndPagesThatFa
     const uint64_t base_bytes = uint64_t{about->about().charts()} * 2 * 8720;
     EXPECT_THAT(open_vgi({atlas()}, {base_bytes / 2, 1}).error().message, testing::HasSubstr("raise the budget"));
     const auto vgi = source(base_bytes * 2);
-    PlanMirror mirror(vgi->recipe(), pulled_vertex);
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
     Random random(9);
     std::vector<Arrival> arrivals;
     double evicted = 0, failed = 0;
@@ -256,7 +256,7 @@ TEST_F(VgiSourceTest, KeepsToABudgetOfTriangles) {
 TEST_F(VgiSourceTest, DrawsACoarseLevelAsItIsWhereNoErrorIsLargeEnoughForTheBudget) {
     const auto drawn = [](uint64_t most, int64_t level) {
         const auto vgi = source();
-        PlanMirror mirror(vgi->recipe(), pulled_vertex);
+        PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
         // A needle, whose errors count as if it were as thick as long, right before the eye.
         FrameInput input = look_from({0.1f, 0, 0}, 0);
         input.views[0].culls_back_faces = false;
@@ -276,7 +276,7 @@ TEST_F(VgiSourceTest, DrawsACoarseLevelAsItIsWhereNoErrorIsLargeEnoughForTheBudg
 
 TEST_F(VgiSourceTest, DrawsEveryInstanceAndCullsForEachView) {
     const auto vgi = source();
-    PlanMirror mirror(vgi->recipe(), pulled_vertex);
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
     FrameInput input = look_from({0, 0, 6}, 0);
     input.views[1] = shadow_view({0.2f, -1, 0.1f}, {0, 0, 0}, 5, 256);
     input.instances.assign(3, Instance{});
@@ -303,7 +303,7 @@ TEST_F(VgiSourceTest, MovesNothingFarInOneFrame) {
     // Flying towards the rock, vertices that stay are where they were, and those that appear do so in place: the
     // surface drawn moves by less than a fraction of the pixel error from frame to frame.
     const auto vgi = source();
-    PlanMirror mirror(vgi->recipe(), pulled_vertex);
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
     std::vector<Arrival> arrivals;
     uint64_t frame = 0;
     const auto draw = [&](float distance) {

@@ -49,7 +49,7 @@ fill(at('rows'), [{ text: 'row' }, ...columns.map(([text]) => ({ text }))], rows
 const metricNames = { ssim: 'SSIM', max_pixel_deviation: 'deviation' };
 fill(at('equal'), [{ text: 'row' }, ...curves.flatMap(c => Object.values(metricNames).map(m => ({ text: `${c}, same ${m}` })))],
   rows.map((r, i) => [{ text: rowName(r) }, ...curves.flatMap(c => Object.keys(metricNames).map(metric => {
-    const e = report.equal_error.find(x => x.row === i && x.metric === metric && curveName({ raster: '', ...x }) === c);
+    const e = report.equal_error.find(x => x.row === i && x.metric === metric && curveName(x) === c);
     if (!e) return { text: '-', kind: 'faint' };
     if (e.where === 'never') return { text: `never as good (best ${number(e.ratio, 2)}x)`, kind: 'faint' };
     const where = e.backend === 'full' ? '' : ` at ${px(e.pixel_error)}`;
@@ -112,9 +112,9 @@ if (report.steered.length === 0) {
   const targets = [...new Set(report.steered.map(s => s.target_ms))].map(ms => ({
     ...series(`target ${number(ms, 1)} ms`, report.steered[0].ms.map(() => ms), '#111827'), borderDash: [6, 4] }));
   lines('steered-ms', 'Frame time', axis('frame'), axis('ms'),
-    [...report.steered.map(s => series(curveName({ raster: '', ...s }), s.ms, colourOf(curveName({ raster: '', ...s })))), ...targets]);
+    [...report.steered.map(s => series(curveName(s), s.ms, colourOf(curveName(s)))), ...targets]);
   lines('steered-error', 'Pixel error', axis('frame'), axis('pixels', 'logarithmic'),
-    report.steered.map(s => series(curveName({ raster: '', ...s }), s.pixel_error, colourOf(curveName({ raster: '', ...s })))));
+    report.steered.map(s => series(curveName(s), s.pixel_error, colourOf(curveName(s)))));
 }
 
 const shown = report.pictures.filter(p => images[p.picture]);

@@ -1,10 +1,11 @@
+// Cuts through small atlases, however they are made of triangles.
 #include "vgi/bintree_cut.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <glm/geometric.hpp>
-#include <map>
 #include <set>
 
 #include "base/disjoint_sets.h"
@@ -16,6 +17,8 @@
 #include "mesh/repair.h"
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/frame_cuts.h"
+#include "vgi/grid_cut.h"
+#include "vgi/grid_patch.h"
 #include "vgi/sample_errors.h"
 #include "vgi/small_atlas.h"
 
@@ -72,8 +75,7 @@ Sample sample_of(const Residency& residency, uint32_t index) {
 // Edges that are not met once each way, those on the end of the surface left out.
 size_t bad_edges(const Residency& residency, Glue& glue, const std::vector<uint32_t>& indices) {
     const Atlas& atlas = glue.atlas;
-    std::map<std::pair<uint32_t, uint32_t>, int> edges;
-    std::set<std::pair<uint32_t, uint32_t>> rim;
+    std::vector<std::pair<uint32_t, uint32_t>> edges, rim;
     size_t bad = 0;
     for (size_t t = 0; t + 2 < indices.size(); t += 3) {
         Sample s[3];
@@ -89,7 +91,7 @@ size_t bad_edges(const Residency& residency, Glue& glue, const std::vector<uint3
         }
         for (size_t k = 0; k < 3; ++k) {
             const Sample &a = s[k], &b = s[(k + 1) % 3];
-            ++edges[{id[k], id[(k + 1) % 3]}];
+            edges.emplace_back(id[k], id[(k + 1) % 3]);
             const uint32_t n = atlas.cells;
             const int side = a.y == 0 && b.y == 0   ? 0
                              : a.x == n && b.x == n ? 1
@@ -97,12 +99,15 @@ size_t bad_edges(const Residency& residency, Glue& glue, const std::vector<uint3
                              : a.x == 0 && b.x == 0 ? 3
                                                     : -1;
             if (side >= 0 && atlas.sides[size_t{a.chart} * 4 + static_cast<size_t>(side)].chart == ~0u)
-                rim.insert({id[k], id[(k + 1) % 3]});
+                rim.emplace_back(id[k], id[(k + 1) % 3]);
         }
     }
-    for (const auto& [edge, count] : edges) {
-        if (count != 1) ++bad;
-        if (!edges.contains({edge.second, edge.first}) && !rim.contains(edge)) ++bad;
+    std::ranges::sort(edges);
+    std::ranges::sort(rim);
+    for (size_t e = 0; e < edges.size(); ++e) {
+        const std::pair back(edges[e].second, edges[e].first);
+        if (e > 0 && edges[e] == edges[e - 1]) ++bad;
+        if (!std::ranges::binary_search(edges, back) && !std::ranges::binary_search(rim, edges[e])) ++bad;
     }
     return bad;
 }
@@ -129,7 +134,21 @@ std::vector<uint32_t> all_triangles(const Cut& cut) {
     return all;
 }
 
-size_t count_bad(const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint64_t seed,
+Cut cut_as(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand) {
+    return raster == Raster::bintree ? cut_bintree(residency, request, demand)
+                                     : cut_grid(residency, request, demand, GridOutput::indices);
+}
+
+class Cuts : public testing::TestWithParam<Raster> {
+protected:
+    static Cut cut(const Residency& residency, const CutRequest& request, PageDemand& demand) {
+        return cut_as(GetParam(), residency, request, demand);
+    }
+};
+INSTANTIATE_TEST_SUITE_P(By, Cuts, testing::Values(Raster::bintree, Raster::grid),
+                         [](const auto& one) { return one.param == Raster::bintree ? "Bintree" : "Grid"; });
+
+size_t count_bad(Raster raster, const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint64_t seed,
                  size_t* triangles = nullptr) {
     Glue glue(atlas);
     Random random(seed);
@@ -143,7 +162,7 @@ size_t count_bad(const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint
         request.views = views;
         request.pixel_error = std::exp2(random.unit() * 5 - 2);
         if (i % 3 == 0) request.margin = {static_cast<float>(atlas.step * 65535 * random.unit() * 0.3), 0.1f};
-        const Cut cut = cut_bintree(residency, request, demand);
+        const Cut cut = cut_as(raster, residency, request, demand);
         const auto all = all_triangles(cut);
         if (triangles != nullptr) *triangles += all.size() / 3;
         bad += bad_edges(residency, glue, all);
@@ -151,19 +170,19 @@ size_t count_bad(const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint
     return bad;
 }
 
-TEST(BintreeCut, FitsTogetherForAnyCameraAndAnyPages) {
+TEST_P(Cuts, FitTogetherForAnyCameraAndAnyPages) {
     size_t triangles = 0;
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
         for (const uint32_t cells : {8u, 64u, 128u}) {
             const Atlas atlas = small_atlas(f.mesh, cells);
-            EXPECT_EQ(count_bad(atlas, atlas, cells == 128 ? 8 : 24, cells, &triangles), 0u) << cells;
+            EXPECT_EQ(count_bad(GetParam(), atlas, atlas, cells == 128 ? 8 : 24, cells, &triangles), 0u) << cells;
         }
     }
     EXPECT_GT(triangles, 100000u);
 }
 
-TEST(BintreeCut, FallsApartWhereItsRulesAreBroken) {
+TEST(Cuts, FallApartWhereTheirRulesAreBroken) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     // Errors that are not saturated.
     Atlas broken = atlas;
@@ -174,7 +193,7 @@ TEST(BintreeCut, FallsApartWhereItsRulesAreBroken) {
                 broken.sample_errors[broken.texel(c, x, y)] = static_cast<uint8_t>(150 + random.next() % 60);
         }
     }
-    EXPECT_GT(count_bad(broken, broken, 16, 5), 0u);
+    EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5), 0u);
     // Errors that glued samples do not share.
     broken = atlas;
     for (uint32_t c = 0; c < broken.charts(); ++c) {
@@ -182,14 +201,16 @@ TEST(BintreeCut, FallsApartWhereItsRulesAreBroken) {
             broken.sample_errors[broken.texel(c, k, 0)] =
                 static_cast<uint8_t>(std::max(0, broken.sample_errors[broken.texel(c, k, 0)] - 8 * (c % 2 ? 1 : 3)));
     }
-    EXPECT_GT(count_bad(broken, broken, 16, 5), 0u);
+    EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5), 0u);
     // Pages that are used although what is next to them is not there.
     broken = atlas;
     broken.sides.assign(broken.sides.size(), GluedSide{});
-    EXPECT_GT(count_bad(atlas, broken, 16, 5), 0u);
+    EXPECT_GT(count_bad(Raster::bintree, atlas, broken, 16, 5), 0u);
+    // Nodes that do not know how coarse their neighbours are.
+    EXPECT_GT(count_bad(Raster::grid, atlas, broken, 16, 5), 0u);
 }
 
-TEST(BintreeCut, HoldsWhateverAViewWithinItsMarginWants) {
+TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     const Residency residency = partly_resident(atlas, 1, 1);
     Random random(17);
@@ -255,7 +276,7 @@ TEST(BintreeCut, HoldsWhateverAViewWithinItsMarginWants) {
     }
 }
 
-TEST(BintreeCut, LeavesOutNoSampleThatCostsMoreThanThePixelError) {
+TEST_P(Cuts, LeaveOutNoSampleThatCostsMoreThanThePixelError) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     const Residency residency = partly_resident(atlas, 1, 1);
     const ErrorCodes codes(atlas.extent());
@@ -266,7 +287,7 @@ TEST(BintreeCut, LeavesOutNoSampleThatCostsMoreThanThePixelError) {
         request.views = views;
         PageDemand demand(residency.pages());
         std::set<std::tuple<uint32_t, uint32_t, uint32_t>> there;
-        for (const uint32_t index : all_triangles(cut_bintree(residency, request, demand))) {
+        for (const uint32_t index : all_triangles(cut(residency, request, demand))) {
             const Sample s = sample_of(residency, index);
             there.insert({s.chart, s.x, s.y});
         }
@@ -286,7 +307,7 @@ TEST(BintreeCut, LeavesOutNoSampleThatCostsMoreThanThePixelError) {
     }
 }
 
-TEST(BintreeCut, DrawsAForcedLevelAsTheAtlasHasIt) {
+TEST_P(Cuts, DrawAForcedLevelAsTheAtlasHasIt) {
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
         const Atlas atlas = small_atlas(f.mesh, 64);
@@ -298,12 +319,12 @@ TEST(BintreeCut, DrawsAForcedLevelAsTheAtlasHasIt) {
             request.views = views;
             request.forced_level = level;
             PageDemand demand(residency.pages());
-            EXPECT_EQ(all_triangles(cut_bintree(residency, request, demand)).size() / 3, atlas.triangles_at(level));
+            EXPECT_EQ(all_triangles(cut(residency, request, demand)).size() / 3, atlas.triangles_at(level));
         }
     }
 }
 
-TEST(BintreeCut, IsTheSameForAnyNumberOfThreadsAndAsksForWhatIsMissing) {
+TEST_P(Cuts, AreTheSameForAnyNumberOfThreadsAndAskForWhatIsMissing) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 128);
     Random random(13);
     for (uint32_t i = 0; i < 10; ++i) {
@@ -314,9 +335,9 @@ TEST(BintreeCut, IsTheSameForAnyNumberOfThreadsAndAsksForWhatIsMissing) {
         request.pixel_error = 0.25;
         set_thread_count(1);
         PageDemand one(residency.pages()), many(residency.pages());
-        const Cut a = cut_bintree(residency, request, one);
+        const Cut a = cut(residency, request, one);
         set_thread_count(8);
-        const Cut b = cut_bintree(residency, request, many);
+        const Cut b = cut(residency, request, many);
         set_thread_count(0);
         EXPECT_EQ(a.parts, b.parts);
         EXPECT_EQ(one.touched, many.touched);
@@ -327,7 +348,7 @@ TEST(BintreeCut, IsTheSameForAnyNumberOfThreadsAndAsksForWhatIsMissing) {
     }
 }
 
-TEST(BintreeCut, GetsWhatItAsksForUntilNothingIsMissing) {
+TEST_P(Cuts, GetWhatTheyAskForUntilNothingIsMissing) {
     // Whatever is asked for comes: in the end the cut is the one with every page there.
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::torus, 3000), 128);
     const Residency all = partly_resident(atlas, 1, 1);
@@ -339,11 +360,11 @@ TEST(BintreeCut, GetsWhatItAsksForUntilNothingIsMissing) {
         request.views = views;
         request.pixel_error = 0.5;
         PageDemand unused(all.pages());
-        const Cut wanted = cut_bintree(all, request, unused);
+        const Cut wanted = cut(all, request, unused);
         uint32_t rounds = 0;
         for (;; ++rounds) {
             PageDemand demand(some.pages());
-            const Cut cut = cut_bintree(some, request, demand);
+            const Cut now = cut(some, request, demand);
             bool missing = false;
             for (uint32_t number = 0; number < some.pages(); ++number) {
                 if (demand.wanted[number] == 0) continue;
@@ -352,14 +373,22 @@ TEST(BintreeCut, GetsWhatItAsksForUntilNothingIsMissing) {
             }
             some.update();
             if (missing) continue;
-            EXPECT_EQ(cut.parts, wanted.parts);
+            EXPECT_EQ(now.parts, wanted.parts);
             break;
         }
         EXPECT_LE(rounds, 12u);
     }
 }
 
-TEST(BintreeCut, CullsOnlyWhatAViewCannotSee) {
+bool is_half_a_square(const Sample (&s)[3]) {
+    const auto [low_x, high_x] = std::minmax({s[0].x, s[1].x, s[2].x});
+    const auto [low_y, high_y] = std::minmax({s[0].y, s[1].y, s[2].y});
+    uint32_t corners = 0;
+    for (const Sample& one : s) corners += (one.x == low_x || one.x == high_x) && (one.y == low_y || one.y == high_y);
+    return corners == 3 && high_x - low_x == high_y - low_y;
+}
+
+TEST_P(Cuts, CullOnlyWhatAViewCannotSee) {
     // Every triangle that faces the camera inside its frustum is in the camera's parts.
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     const Residency residency = partly_resident(atlas, 1, 1);
@@ -371,15 +400,18 @@ TEST(BintreeCut, CullsOnlyWhatAViewCannotSee) {
         request.views = views;
         PageDemand demand(residency.pages());
         const Frustum frustum = frustum_of(views[0]);
-        for (const auto& [mask, indices] : cut_bintree(residency, request, demand).parts) {
+        for (const auto& [mask, indices] : cut(residency, request, demand).parts) {
             if ((mask & 1) != 0) continue;
             for (size_t t = 0; t < indices.size(); t += 3) {
                 glm::vec3 p[3];
+                Sample s[3];
                 for (size_t k = 0; k < 3; ++k) {
-                    const Sample s = sample_of(residency, indices[t + k]);
-                    p[k] = atlas.position(atlas.texel(s.chart, s.x, s.y));
+                    s[k] = sample_of(residency, indices[t + k]);
+                    p[k] = atlas.position(atlas.texel(s[k].chart, s[k].x, s[k].y));
                 }
                 ++culled;
+                // Cones know nothing of what is collapsed: that may be left out, where it costs less than the error.
+                if (GetParam() == Raster::grid && !is_half_a_square(s)) continue;
                 const glm::vec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
                 if (glm::dot(normal, views[0].eye - p[0]) <= 0) continue;
                 bool outside = false;
@@ -394,6 +426,46 @@ TEST(BintreeCut, CullsOnlyWhatAViewCannotSee) {
         }
     }
     EXPECT_GT(culled, 1000u);
+}
+
+TEST(GridCut, SaysTheSameAsPatchesAndAsTriangles) {
+    for (const uint32_t cells : {4u, 16u, 128u}) {
+        const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), cells);
+        Random random(23);
+        size_t patches = 0, smaller = 0;
+        for (uint32_t i = 0; i < 12; ++i) {
+            const Residency residency = partly_resident(atlas, i % 2 == 0 ? 1 : random.unit(), i);
+            const auto views = random_views(atlas, random);
+            CutRequest request;
+            request.views = views;
+            request.pixel_error = std::exp2(random.unit() * 6 - 1);
+            PageDemand demand(residency.pages()), again(residency.pages());
+            const Cut triangles = cut_grid(residency, request, demand, GridOutput::indices);
+            const Cut nodes = cut_grid(residency, request, again, GridOutput::patches);
+            EXPECT_EQ(triangles.triangles, nodes.triangles);
+            EXPECT_EQ(demand.touched, again.touched);
+            ASSERT_EQ(triangles.parts.size(), nodes.parts.size());
+            uint64_t counted = 0;
+            for (size_t part = 0; part < nodes.parts.size(); ++part) {
+                const auto& [mask, words] = nodes.parts[part];
+                EXPECT_EQ(mask, triangles.parts[part].first);
+                std::vector<uint32_t> indices;
+                for (size_t w = 0; w < words.size(); w += LODE_VGI_PATCH_WORDS) {
+                    const GridPatch patch = GridPatch::of_words(std::span(words).subspan(w));
+                    const size_t before = indices.size();
+                    patch.append_indices(atlas.cells, residency.tree().cells_per_page(), indices);
+                    EXPECT_EQ(patch.triangles() * 3, indices.size() - before);
+                    ++patches;
+                    smaller += patch.cells() < 8;
+                }
+                EXPECT_EQ(indices, triangles.parts[part].second);
+                if ((mask & 1) != 0) counted += indices.size() / 3;
+            }
+            EXPECT_EQ(counted, triangles.triangles);
+        }
+        EXPECT_GT(patches, 300u);
+        EXPECT_GT(smaller, 0u);
+    }
 }
 
 }  // namespace

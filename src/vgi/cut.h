@@ -1,0 +1,118 @@
+// What cuts through an atlas for one instance have in common, however they are made of triangles: what is asked for,
+// what comes of it, and when a sample is wanted. Two ways: bintree_cut.h and grid_cut.h.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <glm/mat4x4.hpp>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "frame/view.h"
+#include "vgi/residency.h"
+
+namespace lodestone::vgi {
+
+// By how much eyes and frusta may be elsewhere than where the views of a request have them.
+struct CutMargin {
+    float distance = 0;  // world units, of eyes and planes
+    float widening = 0;  // of the tangents of a camera's half angles, as a share
+    bool operator==(const CutMargin&) const = default;
+};
+
+// What a frame wants of an instance.
+struct CutRequest {
+    glm::mat4 object_to_world{1};
+    std::span<const View> views;
+    const View* level_view = nullptr;  // sets the levels; views[0] where there is none
+    double pixel_error = 1;            // pixels, > 0
+    int64_t forced_level = -1;         // >= 0: this level everywhere
+    bool cull_back_faces = true;       // views[0] may leave out what shows it none but back faces
+    CutMargin margin;
+    const View& sets_levels() const { return level_view != nullptr ? *level_view : views[0]; }
+};
+
+// How long a distance of an error is in a view: a sample of error E and radius r is wanted from within
+// scale * (E * magnification + r), world units. Smaller than wanted errors are taken where the atlas asks for it.
+double magnification_of(const View& view, double pixel_error);
+
+// How what is drawn is made of triangles.
+enum class Raster {
+    bintree,  // bintree_cut.h, pulled from pages by index lists
+    grid,     // grid_cut.h, the same way
+    tess,     // grid_cut.h, a patch for each node, which the device tessellates
+};
+
+struct Cut {
+    // Triangles by the set of views they are for (bit v: views[v]), in ascending order, each an index list: slot of the
+    // sample's page times LODE_VGI_PAGE_TEXELS, plus its place in the page; counter-clockwise seen from outside. Or, of
+    // patches that a device tessellates, their records (shaders/shared/vgi_texels.h).
+    std::vector<std::pair<uint32_t, std::vector<uint32_t>>> parts;
+    uint64_t triangles = 0;  // of all parts that views[0] has, without flat ones
+};
+
+// What a cut found of pages; accumulates over instances. Sized as the residency's pages.
+struct PageDemand {
+    std::vector<uint8_t> touched;  // 1: a sample of the page is in the cut
+    // Of a missing page: how many times the pixel error leaving it out may cost, less where no camera sees it; 0: not
+    // wanted.
+    std::vector<float> wanted;
+    explicit PageDemand(uint32_t pages = 0) : touched(pages, 0), wanted(pages, 0.0f) {}
+};
+
+// Whether a sample is wanted, as a pure function of its texel.
+class Wanted {
+public:
+    Wanted(const CutRequest& request, const Atlas& about);
+    bool operator()(const GeometryTexel& t) const {
+        const glm::vec3 p = offset_ + lattice_[0] * static_cast<float>(t.x) + lattice_[1] * static_cast<float>(t.y) +
+                            lattice_[2] * static_cast<float>(t.z);
+        const float reach = reach_[t.error] + radii_[t.radius];
+        return reach * reach > glm::dot(p, p);
+    }
+    // The same of samples that are not looked at: of the most there can be among them, all within the sphere of
+    // `bounds`. Returns how many times larger than the pixel error leaving them out would be on screen, at least 1
+    // where a sample may be wanted.
+    float excess(const PageBounds& bounds, SampleCodes most) const;
+    float excess(const PageBounds& bounds) const { return excess(bounds, {bounds.sample_error, bounds.sample_radius}); }
+
+private:
+    std::array<float, 256> errors_, reach_, radii_;
+    float scale_, margin_;
+    glm::mat4 to_world_;
+    glm::vec3 eye_;
+    glm::mat3 lattice_;
+    glm::vec3 offset_;
+};
+
+inline constexpr float unseen = 0.25f;  // what a missing page counts where no camera sees it
+
+// The parts of a cut while it is made.
+class CutParts {
+public:
+    std::vector<uint32_t>& list(uint32_t mask) {
+        if (parts_.empty() || mask != parts_[last_].first) {
+            last_ = 0;
+            while (last_ < parts_.size() && parts_[last_].first != mask) ++last_;
+            if (last_ == parts_.size()) parts_.emplace_back(mask, std::vector<uint32_t>{});
+        }
+        return parts_[last_].second;
+    }
+    // Appends those of another.
+    void add(const CutParts& other);
+    // In order of their masks.
+    std::vector<std::pair<uint32_t, std::vector<uint32_t>>> take();
+
+private:
+    std::vector<std::pair<uint32_t, std::vector<uint32_t>>> parts_;
+    size_t last_ = 0;
+};
+
+// Pages that views[0] of the request, an eye further along the camera's way, would want and `wanted` does not ask for.
+// Both are sized as the residency's pages; what is foreseen counts less than what is wanted now.
+void foresee(const Residency& residency, const CutRequest& request, std::span<const float> wanted,
+             std::vector<float>& foreseen);
+
+}  // namespace lodestone::vgi

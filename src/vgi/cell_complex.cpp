@@ -6,7 +6,9 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <map>
+#include <numeric>
 #include <string>
+#include <unordered_map>
 
 #include "base/check.h"
 
@@ -56,7 +58,8 @@ CellMoments moments_of(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c, const glm::dvec
 
 }  // namespace
 
-CellComplex::CellComplex(const Surface& surface, std::span<const float> density, const FeatureLines& features)
+CellComplex::CellComplex(const Surface& surface, std::span<const float> density, const FeatureLines& features,
+                         const glm::dvec3& middle)
     : triangle_cells_(static_cast<uint32_t>(surface.triangles.size())) {
     const std::vector<uint32_t> twin = surface.twins();
     const auto count = static_cast<uint32_t>(twin.size());
@@ -80,12 +83,6 @@ CellComplex::CellComplex(const Surface& surface, std::span<const float> density,
     perimeter_.resize(triangle_cells_);
     moments_.resize(triangle_cells_);
     parent_.resize(triangle_cells_);
-    glm::dvec3 low(1e300), high(-1e300);
-    for (const glm::dvec3& p : surface.positions) {
-        low = glm::min(low, p);
-        high = glm::max(high, p);
-    }
-    const glm::dvec3 middle = surface.positions.empty() ? glm::dvec3(0) : (low + high) * 0.5;
     for (uint32_t t = 0; t < triangle_cells_; ++t) {
         const auto& v = surface.triangles[t].vertices;
         moments_[t] = moments_of(surface.positions[v[0]], surface.positions[v[1]], surface.positions[v[2]], middle);
@@ -104,21 +101,86 @@ CellComplex::CellComplex(const Surface& surface, std::span<const float> density,
             if (features.at(surface.triangles, twin, t * 3 + k)) feature_[h >> 1] = length_[h >> 1];
         }
     }
-    // Boundary loops: the half-edges that no triangle has, each going on where its twin's vertex leads.
-    for (uint32_t h = 0; h < count; ++h) {
-        if (twin[h] != none) continue;
-        const uint32_t mine = half[h] ^ 1;
-        origin_[mine] = surface.triangles[h / 3].vertices[next_corner(h) % 3];
-        // From the end of `mine` on along the boundary: turn around that vertex through its triangles.
+    close_boundary();
+}
+
+CellComplex::CellComplex(std::span<const CellPart> parts, size_t vertices, const FeatureLines& features) {
+    struct End {
+        uint32_t half_edge, source;
+    };
+    std::unordered_map<uint64_t, End> open;                 // edges that end in none so far, by their ends
+    std::vector<std::vector<uint32_t>> half(parts.size());  // half-edge of the complex, by those of the part
+    out_.assign(vertices, none);
+    uint32_t first_cell = 0;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        const CellPart& part = parts[i];
+        half[i].assign(part.edges.size() * 2, none);
+        for (size_t e = 0; e < part.edges.size(); ++e) {
+            const CellPart::Edge& edge = part.edges[e];
+            const bool ends = edge.cell[0] == none || edge.cell[1] == none;
+            const size_t mine = edge.cell[0] != none ? 0 : 1;
+            const uint64_t there = uint64_t{edge.origin[mine]} << 32 | edge.origin[1 - mine],
+                           back = uint64_t{edge.origin[1 - mine]} << 32 | edge.origin[mine];
+            auto h = static_cast<uint32_t>(cell_.size());
+            if (const auto met = ends ? open.find(back) : open.end(); met != open.end()) {
+                h = met->second.half_edge ^ 1;
+                if (features.between(edge.source, met->second.source)) feature_[h >> 1] = edge.length;
+                open.erase(met);
+            } else {
+                cell_.insert(cell_.end(), {none, none});
+                origin_.insert(origin_.end(), {edge.origin[mine], edge.origin[1 - mine]});
+                length_.push_back(edge.length);
+                feature_.push_back(edge.feature);
+                if (ends) open.emplace(there, End{h, edge.source});
+            }
+            half[i][2 * e + mine] = h;
+            cell_[h] = edge.cell[mine] + first_cell;
+            if (ends) continue;
+            half[i][2 * e + 1 - mine] = h ^ 1;
+            cell_[h ^ 1] = edge.cell[1 - mine] + first_cell;
+        }
+        first_cell += static_cast<uint32_t>(part.cells.size());
+    }
+    triangle_cells_ = first_cell;
+    next_.resize(cell_.size());
+    prev_.resize(cell_.size());
+    parent_.resize(triangle_cells_);
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    for (size_t i = 0; i < parts.size(); ++i) {
+        for (const CellPart::Cell& cell : parts[i].cells) {
+            first_.push_back(half[i][cell.first]);
+            sides_.push_back(cell.sides);
+            perimeter_.push_back(cell.perimeter);
+            moments_.push_back(cell.moments);
+        }
+        for (size_t k = 0; k < half[i].size(); ++k) {
+            const uint32_t h = half[i][k];
+            if (h == none) continue;
+            next_[h] = half[i][parts[i].edges[k / 2].next[k % 2]];
+            prev_[next_[h]] = h;
+            out_[origin_[h]] = h;
+        }
+        half[i] = {};
+    }
+    close_boundary();
+}
+
+// Boundary loops: the half-edges that no cell has, each going on where its twin's vertex leads, become cells.
+void CellComplex::close_boundary() {
+    for (uint32_t h = 0; h < cell_.size(); ++h) {
+        const uint32_t mine = h ^ 1;
+        if (cell_[h] == none || cell_[mine] != none) continue;
+        origin_[mine] = origin_[next_[h]];
+        // From the end of `mine` on along the boundary: turn around that vertex through its cells.
         uint32_t g = h;
         for (;;) {
-            const uint32_t in = previous_corner(g);  // comes into the origin of g
-            if (twin[in] == none) {
-                next_[mine] = half[in] ^ 1;
-                prev_[half[in] ^ 1] = mine;
+            const uint32_t in = prev_[g];  // comes into the origin of g
+            if (cell_[in ^ 1] == none) {
+                next_[mine] = in ^ 1;
+                prev_[in ^ 1] = mine;
                 break;
             }
-            g = twin[in];
+            g = in ^ 1;
         }
     }
     for (uint32_t h = 0; h < cell_.size(); ++h) {
@@ -271,6 +333,45 @@ std::vector<uint32_t> CellComplex::labels() const {
     // A cell is only ever merged into one of lower number.
     for (uint32_t t = 0; t < triangle_cells_; ++t) label[t] = parent_[t] == t ? t : label[parent_[t]];
     return label;
+}
+
+CellPart CellComplex::part(const Surface& surface, std::span<const uint32_t> vertices,
+                           std::vector<uint32_t>& cell_of) const {
+    CellPart part;
+    std::vector<uint32_t> number(first_.size(), none), half(next_.size(), none);
+    for (uint32_t c = 0; c < triangle_cells_; ++c) {
+        if (!alive(c)) continue;
+        number[c] = static_cast<uint32_t>(part.cells.size());
+        part.cells.push_back({moments_[c], perimeter_[c], first_[c], sides_[c]});
+    }
+    uint32_t edges = 0;
+    for (uint32_t e = 0; e < length_.size(); ++e) {
+        if (!edge_alive(e)) continue;
+        half[2 * e] = 2 * edges;
+        half[2 * e + 1] = 2 * edges + 1;
+        ++edges;
+    }
+    part.edges.reserve(edges);
+    for (uint32_t e = 0; e < length_.size(); ++e) {
+        if (!edge_alive(e)) continue;
+        CellPart::Edge edge;
+        for (uint32_t side = 0; side < 2; ++side) {
+            const uint32_t h = 2 * e + side;
+            edge.origin[side] = vertices[origin_[h]];
+            edge.next[side] = half[next_[h]];
+            edge.cell[side] = number[cell_[h]];
+            if (cell_[h ^ 1] < triangle_cells_) continue;
+            LODE_CHECK(sides_[cell_[h]] == 3, cell_[h]);
+            edge.source = surface.triangles[cell_[h]].source;
+        }
+        edge.length = length_[e];
+        edge.feature = feature_[e];
+        part.edges.push_back(edge);
+    }
+    for (CellPart::Cell& cell : part.cells) cell.first = half[cell.first];
+    cell_of = labels();
+    for (uint32_t& cell : cell_of) cell = number[cell];
+    return part;
 }
 
 Result<void> CellComplex::validate() const {

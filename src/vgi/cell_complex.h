@@ -5,6 +5,7 @@
 // edges inside a merged cell go and arcs with the same cell on either side become one.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <span>
@@ -29,13 +30,34 @@ struct CellMoments {
     double flatness() const;
 };
 
+// What merging has left of one part of a surface: cells, and the edges between them. Vertices have the numbers of the
+// whole surface; half-edges 2 e and 2 e + 1 are the sides of edge e.
+struct CellPart {
+    struct Cell {
+        CellMoments moments;
+        double perimeter = 0;
+        uint32_t first = 0, sides = 0;  // first: some half-edge of it
+    };
+    struct Edge {
+        std::array<uint32_t, 2> origin, next, cell;  // of either side; cell: none where the part ends
+        double length = 0, feature = 0;
+        uint32_t source = none;  // where the part ends: triangle of the source mesh on this side
+    };
+    std::vector<Cell> cells;
+    std::vector<Edge> edges;
+};
+
 class CellComplex {
 public:
     // One cell per triangle, and a cell that is never merged per boundary loop. The surface must be valid and have no
     // inner edge between boundary vertices (surface_of sees to it).
-    // density: per triangle, > 0, for CellMoments::weighted; empty for 1 everywhere.
-    explicit CellComplex(const Surface& surface, std::span<const float> density = {},
-                         const FeatureLines& features = {});
+    // density: per triangle, > 0, for CellMoments::weighted; empty for 1 everywhere. middle: positions in moments are
+    // relative to it; where moments are to be added it must be the same.
+    explicit CellComplex(const Surface& surface, std::span<const float> density = {}, const FeatureLines& features = {},
+                         const glm::dvec3& middle = glm::dvec3(0));
+    // Of the parts of a surface of so many vertices, joined where they have edges in common. The cells of the first
+    // part come first.
+    CellComplex(std::span<const CellPart> parts, size_t vertices, const FeatureLines& features);
 
     uint32_t edge_slots() const { return static_cast<uint32_t>(length_.size()); }
     bool edge_alive(uint32_t edge) const { return length_[edge] >= 0; }
@@ -48,7 +70,8 @@ public:
     uint32_t sides(uint32_t cell) const { return sides_[cell]; }
     double perimeter(uint32_t cell) const { return perimeter_[cell]; }
     const CellMoments& moments(uint32_t cell) const { return moments_[cell]; }
-    // Cells below are triangles (or what was merged into them); from here on they stand for boundary loops.
+    // Cells below are triangles, or of parts (or what was merged into them); from here on they stand for boundary
+    // loops.
     uint32_t triangle_cells() const { return triangle_cells_; }
     bool alive(uint32_t cell) const { return first_[cell] != none; }
 
@@ -57,8 +80,12 @@ public:
     // Merges them; may_merge must hold. Returns the cell they become.
     uint32_t merge(uint32_t edge);
 
-    // Per triangle of the surface: its cell.
+    // Per cell that there was at first (a triangle, or one of a part): its cell.
     std::vector<uint32_t> labels() const;
+    // The cells that are left of a surface as a part, with their edges to boundary loops ending in none; there every
+    // cell must still be one triangle. vertices: number of each on the whole surface. cell_of: per triangle, its cell's
+    // number in the part.
+    CellPart part(const Surface& surface, std::span<const uint32_t> vertices, std::vector<uint32_t>& cell_of) const;
 
     // Every link, and the invariant by looking at all pairs of cells that touch.
     Result<void> validate() const;
@@ -67,6 +94,7 @@ private:
     template <class Visit>
     void around(uint32_t vertex, Visit&& visit) const;  // visit(half-edge out of it), in turn
     void dissolve(uint32_t vertex);
+    void close_boundary();
     uint32_t degree(uint32_t vertex) const;
 
     uint32_t triangle_cells_ = 0;

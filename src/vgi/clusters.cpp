@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <queue>
 
 #include "base/clock.h"
@@ -15,23 +16,33 @@ namespace lodestone::vgi {
 
 namespace {
 
-// The bucket of each triangle: the surface is halved at the median of its longest extent until the parts are small.
-std::vector<uint32_t> cut_into_buckets(const Surface& surface, uint32_t wanted, uint32_t* count) {
+// Triangles bucket by bucket, in rising order within each: the surface is halved at the median of its longest extent
+// until the parts are small.
+struct Buckets {
+    std::vector<uint32_t> triangles;
+    std::vector<size_t> first;  // of each, and the end
+    size_t count() const { return first.size() - 1; }
+    std::span<const uint32_t> of(size_t bucket) const {
+        return std::span(triangles).subspan(first[bucket], first[bucket + 1] - first[bucket]);
+    }
+};
+Buckets cut_into_buckets(const Surface& surface, uint32_t wanted) {
     std::vector<glm::vec3> centre(surface.triangles.size());
     for (size_t t = 0; t < centre.size(); ++t) {
         const auto& v = surface.triangles[t].vertices;
         centre[t] = glm::vec3((surface.positions[v[0]] + surface.positions[v[1]] + surface.positions[v[2]]) / 3.0);
     }
-    std::vector<uint32_t> order(centre.size()), bucket(centre.size(), 0);
+    Buckets buckets;
+    std::vector<uint32_t>& order = buckets.triangles;
+    order.resize(centre.size());
     std::iota(order.begin(), order.end(), 0u);
     std::vector<std::pair<size_t, size_t>> parts{{0, order.size()}};
-    *count = 0;
     while (!parts.empty()) {
         const auto [begin, end] = parts.back();
         parts.pop_back();
         if (end - begin <= wanted) {
-            for (size_t i = begin; i < end; ++i) bucket[order[i]] = *count;
-            ++*count;
+            std::sort(order.begin() + static_cast<ptrdiff_t>(begin), order.begin() + static_cast<ptrdiff_t>(end));
+            buckets.first.push_back(begin);
             continue;
         }
         glm::vec3 low(1e30f), high(-1e30f);
@@ -49,7 +60,8 @@ std::vector<uint32_t> cut_into_buckets(const Surface& surface, uint32_t wanted, 
         parts.push_back({middle, end});
         parts.push_back({begin, middle});
     }
-    return bucket;
+    buckets.first.push_back(order.size());
+    return buckets;
 }
 
 class Merging {
@@ -131,70 +143,126 @@ private:
     std::vector<uint32_t> version_;
 };
 
+// What merging needs to know of the whole surface.
+struct Whole {
+    double area = 0, weighted = 0;
+    glm::dvec3 middle{0};
+    Whole(const Surface& surface, std::span<const float> density) {
+        for (size_t t = 0; t < surface.triangles.size(); ++t) {
+            const auto& v = surface.triangles[t].vertices;
+            const double a =
+                glm::length(area_vector(surface.positions[v[0]], surface.positions[v[1]], surface.positions[v[2]])) / 2;
+            area += a;
+            weighted += a * (density.empty() ? 1.0 : static_cast<double>(density[t]));
+        }
+        glm::dvec3 low(1e300), high(-1e300);
+        for (const glm::dvec3& p : surface.positions) {
+            low = glm::min(low, p);
+            high = glm::max(high, p);
+        }
+        if (!surface.positions.empty()) middle = (low + high) * 0.5;
+    }
+};
+
+// The triangles of a bucket as a surface of their own. vertices: their numbers on the whole.
+Surface taken_out(const Surface& surface, std::span<const uint32_t> triangles, std::vector<uint32_t>& vertices) {
+    Surface own;
+    own.triangles.reserve(triangles.size());
+    for (const uint32_t t : triangles) {
+        own.triangles.push_back(surface.triangles[t]);
+        vertices.insert(vertices.end(), own.triangles.back().vertices.begin(), own.triangles.back().vertices.end());
+    }
+    std::ranges::sort(vertices);
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    for (SurfaceTriangle& t : own.triangles) {
+        for (uint32_t& v : t.vertices)
+            v = static_cast<uint32_t>(std::ranges::lower_bound(vertices, v) - vertices.begin());
+    }
+    for (const uint32_t v : vertices) own.positions.push_back(surface.positions[v]);
+    return own;
+}
+
+// Clusters inside a bucket, down to several times those it will have: the last merges are better made with sight of
+// all. A triangle at the bucket's border, or the surface's, stays as it is, so that parts fit together.
+CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangles, const ClusterOptions& options,
+                       const Whole& whole, std::vector<uint32_t>& cell_of) {
+    std::vector<uint32_t> vertices;
+    const Surface own = taken_out(surface, triangles, vertices);
+    std::vector<float> density;
+    for (const uint32_t t : triangles) {
+        if (!options.density.empty()) density.push_back(options.density[t]);
+    }
+    CellComplex complex(own, density, options.features, whole.middle);
+    std::vector<bool> rim(own.positions.size(), false), frozen(triangles.size(), false);
+    for (uint32_t h = 0; h < complex.edge_slots() * 2; ++h) {
+        if (complex.cell_of(h) >= complex.triangle_cells()) rim[complex.origin(h)] = true;
+    }
+    size_t free_cells = 0;
+    for (size_t t = 0; t < own.triangles.size(); ++t) {
+        for (const uint32_t v : own.triangles[t].vertices) frozen[t] = frozen[t] || rim[v];
+        free_cells += !frozen[t];
+    }
+    std::vector<uint32_t> edges;
+    for (uint32_t e = 0; e < complex.edge_slots(); ++e) {
+        const uint32_t a = complex.cell_of(e * 2), b = complex.cell_of(e * 2 + 1);
+        if (a < complex.triangle_cells() && b < complex.triangle_cells() && !frozen[a] && !frozen[b])
+            edges.push_back(e);
+    }
+    const double wanted = options.clusters * (whole.area > 0 ? whole.weighted / whole.area : 1);
+    const auto target = static_cast<size_t>(16 + 16 * wanted * static_cast<double>(free_cells) /
+                                                     static_cast<double>(surface.triangles.size()));
+    Merging(complex, options, whole.area).run(edges, free_cells, target, frozen);
+    return complex.part(own, vertices, cell_of);
+}
+
 }  // namespace
 
 Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& options, const Progress& progress) {
     Clusters result;
     if (surface.triangles.empty()) return result;
     const Stopwatch cut_watch;
-    CellComplex complex(surface, options.density, options.features);
-    const double area = surface.area();
-    double weighted = 0;
-    for (uint32_t c = 0; c < complex.triangle_cells(); ++c) weighted += complex.moments(c).weighted;
-    const auto wanted_clusters =
-        static_cast<uint32_t>(std::lround(options.clusters * (area > 0 ? weighted / area : 1)));
-    Merging merging(complex, options, area);
-    std::vector<bool> frozen(complex.triangle_cells(), false);
-    const std::vector<uint32_t> bucket = cut_into_buckets(surface, options.bucket_triangles, &result.buckets);
+    const Whole whole(surface, options.density);
+    const Buckets buckets = cut_into_buckets(surface, options.bucket_triangles);
+    result.buckets = static_cast<uint32_t>(buckets.count());
     result.cut_seconds = cut_watch.wall();
     const Stopwatch bucket_watch;
-    size_t cells = complex.triangle_cells();
-    std::vector<uint32_t> all;
-    for (uint32_t e = 0; e < complex.edge_slots(); ++e) all.push_back(e);
-    if (result.buckets > 1) {
+    std::optional<CellComplex> complex;
+    if (buckets.count() == 1) {
+        complex.emplace(surface, options.density, options.features, whole.middle);
+    } else {
         progress.at("clusters inside buckets", 0);
-        // A triangle that shares a vertex with another bucket, or lies on the boundary, waits: then no merge touches
-        // what another bucket reads.
-        std::vector<uint32_t> only(surface.positions.size(), none);
-        std::vector<bool> shared(surface.positions.size(), false);
-        for (size_t t = 0; t < surface.triangles.size(); ++t) {
-            for (const uint32_t v : surface.triangles[t].vertices) {
-                if (only[v] == none) only[v] = bucket[t];
-                if (only[v] != bucket[t]) shared[v] = true;
-            }
-        }
-        for (uint32_t h = 0; h < complex.edge_slots() * 2; ++h) {
-            if (complex.cell_of(h) >= complex.triangle_cells()) shared[complex.origin(h)] = true;
-        }
-        std::vector<uint32_t> free_cells(result.buckets, 0);
-        for (size_t t = 0; t < surface.triangles.size(); ++t) {
-            for (const uint32_t v : surface.triangles[t].vertices) frozen[t] = frozen[t] || shared[v];
-            free_cells[bucket[t]] += !frozen[t];
-        }
-        std::vector<std::vector<uint32_t>> edges(result.buckets);
-        for (uint32_t e = 0; e < complex.edge_slots(); ++e) {
-            const uint32_t a = complex.cell_of(e * 2), b = complex.cell_of(e * 2 + 1);
-            if (a < complex.triangle_cells() && b < complex.triangle_cells() && !frozen[a] && !frozen[b])
-                edges[bucket[a]].push_back(e);
-        }
-        // Down to several times the clusters a bucket will have: the last merges are better made with sight of all.
-        std::vector<size_t> left(result.buckets);
-        parallel_for(result.buckets, 1, [&](size_t begin, size_t end) {
-            for (size_t b = begin; b < end; ++b) {
-                const auto share = static_cast<double>(free_cells[b]) / static_cast<double>(surface.triangles.size());
-                const auto target = static_cast<size_t>(16 + 16 * share * wanted_clusters);
-                left[b] = merging.run(edges[b], free_cells[b], target, frozen);
+        std::vector<CellPart> parts(buckets.count());
+        result.label.resize(surface.triangles.size());
+        parallel_for(buckets.count(), 1, [&](size_t begin, size_t end) {
+            for (size_t b = begin; b < end && !progress.stopped(); ++b) {
+                std::vector<uint32_t> cell_of;
+                parts[b] = merged_bucket(surface, buckets.of(b), options, whole, cell_of);
+                for (size_t i = 0; i < cell_of.size(); ++i) result.label[buckets.of(b)[i]] = cell_of[i];
             }
         });
-        for (uint32_t b = 0; b < result.buckets; ++b) cells -= free_cells[b] - left[b];
         if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
+        uint32_t first = 0;
+        for (size_t b = 0; b < buckets.count(); ++b) {
+            for (const uint32_t t : buckets.of(b)) result.label[t] += first;
+            first += static_cast<uint32_t>(parts[b].cells.size());
+        }
+        complex.emplace(parts, surface.positions.size(), options.features);
     }
     result.bucket_seconds = bucket_watch.wall();
     const Stopwatch merge_watch;
     progress.at("clusters", 0);
-    merging.run(all, cells, wanted_clusters, {});
-    result.label = complex.labels();
-    std::vector<uint32_t> number(complex.triangle_cells(), none);
+    std::vector<uint32_t> all(complex->edge_slots());
+    std::iota(all.begin(), all.end(), 0u);
+    const auto wanted =
+        static_cast<size_t>(std::lround(options.clusters * (whole.area > 0 ? whole.weighted / whole.area : 1)));
+    Merging(*complex, options, whole.area).run(all, complex->triangle_cells(), wanted, {});
+    const std::vector<uint32_t> cell = complex->labels();
+    if (result.label.empty()) {
+        result.label = cell;
+    } else {
+        for (uint32_t& label : result.label) label = cell[label];
+    }
+    std::vector<uint32_t> number(complex->triangle_cells(), none);
     for (uint32_t& label : result.label) {
         if (number[label] == none) number[label] = result.count++;
         label = number[label];

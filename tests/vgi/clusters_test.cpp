@@ -97,11 +97,12 @@ TEST(CellComplex, AddsUpMomentsToThoseOfTheWhole) {
 
 TEST(Clusters, ReachTheCountWantedOrWhatComponentsNeed) {
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
-        for (const uint32_t wanted : {1u, 6u, 12u, 40u}) {
+        for (const uint32_t wanted : {1u, 6u, 12u, 40u, 60u}) {
             SCOPED_TRACE(f.name + " " + std::to_string(wanted));
             const Surface surface = surface_of(f.mesh);
             ClusterOptions options;
             options.clusters = wanted;
+            if (wanted % 20 == 0) options.bucket_triangles = wanted * 4;
             const auto clusters = make_clusters(surface, options);
             ASSERT_TRUE(clusters);
             EXPECT_GE(clusters->count, std::min<size_t>(wanted, surface.triangles.size()));

@@ -61,20 +61,23 @@ Box bounding_box(std::span<const glm::vec3> points) {
     return box;
 }
 
-void compute_normals(TriMesh& mesh) {
+std::vector<glm::vec3> vertex_normals(const TriMesh& mesh) {
     std::vector<glm::dvec3> sums(mesh.vertex_count(), glm::dvec3(0));
     for (size_t t = 0; t < mesh.triangle_count(); ++t) {
         const glm::dvec3 a = mesh.position_of(t, 0), b = mesh.position_of(t, 1), c = mesh.position_of(t, 2);
         const glm::dvec3 normal = glm::cross(b - a, c - a);  // twice the area long
         for (int k = 0; k < 3; ++k) sums[mesh.vertex_of(t, k)] += normal;
     }
-    mesh.normals.resize(mesh.wedge_count());
+    std::vector<glm::vec3> normals(mesh.wedge_count());
     for (size_t w = 0; w < mesh.wedge_count(); ++w) {
         const glm::dvec3 sum = sums[mesh.wedge_vertex[w]];
         const double length = glm::length(sum);
-        mesh.normals[w] = length > 0 ? glm::vec3(sum / length) : glm::vec3(0, 0, 1);
+        normals[w] = length > 0 ? glm::vec3(sum / length) : glm::vec3(0, 0, 1);
     }
+    return normals;
 }
+
+void compute_normals(TriMesh& mesh) { mesh.normals = vertex_normals(mesh); }
 
 size_t drop_unreferenced(TriMesh& mesh) {
     constexpr uint32_t gone = ~0u;

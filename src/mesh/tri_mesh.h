@@ -74,6 +74,8 @@ Box bounding_box(std::span<const glm::vec3> points);  // of no points: a point a
 // Area-weighted vertex normals (Gouraud), written to mesh.normals for every wedge; all wedges of a vertex get the same
 // one. A vertex without area around it gets (0, 0, 1).
 void compute_normals(TriMesh& mesh);
+// The same, per wedge, without writing them to the mesh.
+std::vector<glm::vec3> vertex_normals(const TriMesh& mesh);
 
 // Drops vertices and wedges no triangle refers to, keeping the order of the rest. Returns how many vertices went.
 size_t drop_unreferenced(TriMesh& mesh);

@@ -1,5 +1,7 @@
 #include "vgi/bake.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -38,10 +40,10 @@ constexpr float denser = 3;  // times, where a chart was stretched too much
 // One attempt: clusters, quads and charts of a surface with a density of clusters.
 class Attempt {
 public:
-    Attempt(const TriMesh& mesh, const Surface& surface, const FeatureLines& features, const AtlasOptions& options,
-            AtlasReport& report, const Progress& progress)
+    Attempt(const TriMesh& mesh, std::span<const glm::vec3> normals, const FeatureLines& features,
+            const AtlasOptions& options, AtlasReport& report, const Progress& progress)
         : mesh_(mesh),
-          surface_(surface),
+          normals_(normals),
           features_(features),
           options_(options),
           report_(report),
@@ -49,11 +51,11 @@ public:
 
     // Clusters whose charts are stretched too much or could not be made go to bad_clusters(), `fault` says what was
     // wrong with the last of the latter.
-    Result<void> run(const std::vector<float>& density) {
+    Result<void> run(Surface surface, const std::vector<float>& density) {
         ClusterOptions cluster_options = options_.clusters;
         cluster_options.density = density;
         cluster_options.features = features_;
-        auto clusters = make_clusters(surface_, cluster_options, progress_);
+        auto clusters = make_clusters(surface, cluster_options, progress_);
         if (!clusters) return tl::unexpected(clusters.error());
         label_ = std::move(clusters->label);
         bad_.assign(clusters->count, false);
@@ -65,7 +67,7 @@ public:
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         progress_.at("quads", 0);
         const Stopwatch watch;
-        auto cut = quadrangulate(surface_, label_, clusters->count);
+        auto cut = quadrangulate(std::move(surface), label_, clusters->count);
         if (!cut) return tl::unexpected(cut.error());
         quads_ = std::move(*cut);
         report_.uniform_clusters = quads_.uniform_clusters;
@@ -119,6 +121,9 @@ public:
         if (report_.missing_samples > 0)
             return fail(Fault::invariant, std::to_string(report_.missing_samples) + " samples lie in no triangle");
         Atlas atlas = resampler_->take();
+        quads_ = {};
+        patches_ = {};
+        charts_ = {};
         double largest = 0;
         for (const double error : level_errors) {
             largest = std::max(largest, error);
@@ -170,12 +175,11 @@ private:
     Result<void> make_charts() {
         const Stopwatch watch;
         const auto count = static_cast<uint32_t>(quads_.quads.size());
-        const std::vector<uint32_t> twin = quads_.surface.twins();
+        std::vector<uint32_t> twin = quads_.surface.twins();
         auto patches = trace_patches(quads_.surface, twin, quads_.label, count);
         if (!patches) return tl::unexpected(patches.error());
         patches_ = std::move(*patches);
-        std::vector<std::vector<uint32_t>> members(count);
-        for (uint32_t t = 0; t < quads_.label.size(); ++t) members[quads_.label[t]].push_back(t);
+        std::vector<std::vector<uint32_t>> members = members_of(quads_.label, count);
         for (uint32_t q = 0; q < count; ++q) {
             auto& sides = patches_.sides[q];
             if (sides.size() != 4) return fail(Fault::invariant, "quad " + std::to_string(q) + " has not four sides");
@@ -186,8 +190,11 @@ private:
             std::rotate(sides.begin(), std::ranges::find_if(sides, begins), sides.end());
         }
         measure_features(twin);
+        twin = {};
+        malloc_trim(0);  // what the stages before have given back
         report_.cells = cells_for(count);
-        resampler_.emplace(mesh_, quads_.surface, patches_, report_.cells, report_.cells * options_.attribute_ratio);
+        resampler_.emplace(mesh_, normals_, quads_.surface, patches_, report_.cells,
+                           report_.cells * options_.attribute_ratio);
         charts_.assign(count, {});
         std::vector<std::string> faults(count);
         std::mutex clock_mutex;
@@ -207,6 +214,7 @@ private:
                     faults[q] = chart.error().message;
                     continue;
                 }
+                members[q] = {};
                 const double parameterised = chart_watch.wall();
                 PerChart& c = charts_[q];
                 c.area = chart->area;
@@ -243,7 +251,7 @@ private:
     }
 
     const TriMesh& mesh_;
-    const Surface& surface_;
+    const std::span<const glm::vec3> normals_;
     const FeatureLines& features_;
     const AtlasOptions& options_;
     AtlasReport& report_;
@@ -262,20 +270,19 @@ private:
 Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, AtlasReport& report,
                          const Progress& progress) {
     LODE_CHECK(source.triangle_count() > 0 && options.cells >= 2 && options.most_rounds > 0);
-    TriMesh with_normals;
-    const TriMesh* mesh = &source;
-    if (source.normals.empty()) {
-        with_normals = source;
-        compute_normals(with_normals);
-        mesh = &with_normals;
-    }
-    const Surface surface = surface_of(*mesh, longest_edge(*mesh, options.clusters.clusters), &report.changes);
+    std::vector<glm::vec3> made;
+    if (source.normals.empty()) made = vertex_normals(source);
+    const std::span<const glm::vec3> normals = made.empty() ? source.normals : made;
+    const auto surface_now = [&] {
+        return surface_of(source, longest_edge(source, options.clusters.clusters), &report.changes);
+    };
+    Surface surface = surface_now();
     FeatureLines features = options.clusters.weights.feature > 0 ? FeatureLines(source) : FeatureLines();
-    std::vector<float> density(surface.triangles.size(), 1.0f);
+    std::vector<float> density;  // 1 everywhere
     for (;;) {
         ++report.rounds;
-        Attempt attempt(*mesh, surface, features, options, report, progress);
-        if (auto done = attempt.run(density); !done) return tl::unexpected(done.error());
+        Attempt attempt(source, normals, features, options, report, progress);
+        if (auto done = attempt.run(std::move(surface), density); !done) return tl::unexpected(done.error());
         const std::vector<bool>& bad = attempt.bad_clusters();
         const bool last = report.rounds >= options.most_rounds;
         if (last && !attempt.fault().empty()) return fail(Fault::invariant, attempt.fault());
@@ -285,7 +292,9 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
             return atlas;
         }
         // There clusters become finer, and borders need not be kept on features any more.
-        std::vector<bool> forgotten(mesh->triangle_count(), false);
+        surface = surface_now();
+        density.resize(surface.triangles.size(), 1.0f);
+        std::vector<bool> forgotten(source.triangle_count(), false);
         for (uint32_t t = 0; t < density.size(); ++t) {
             if (!bad[attempt.label()[t]]) continue;
             density[t] *= denser;

@@ -1,8 +1,11 @@
 #include "vgi/chart_error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numeric>
+#include <optional>
 
 #include "base/random.h"
 #include "base/threads.h"
@@ -114,26 +117,73 @@ std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint3
     return result;
 }
 
+namespace {
+
+// Distance of every point to the mesh, slab by slab of space for memory's sake. likely: that hardly any exceeds.
+std::vector<double> distances_to(const TriMesh& mesh, const std::vector<glm::dvec3>& points, double likely) {
+    constexpr size_t triangles_per_slab = 1000000;
+    const Box box = bounding_box(mesh.positions);
+    const glm::vec3 extent = box.high - box.low;
+    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+    std::vector<uint32_t> order(points.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::ranges::stable_sort(order, {}, [&](uint32_t i) { return points[i][axis]; });
+    const size_t slabs = 1 + mesh.triangle_count() / triangles_per_slab;
+    std::vector<double> distance(points.size());
+    std::vector<uint32_t> indices;
+    for (size_t slab = 0; slab < slabs; ++slab) {
+        const size_t first = points.size() * slab / slabs, last = points.size() * (slab + 1) / slabs;
+        if (first == last) continue;
+        const double low = points[order[first]][axis] - likely, high = points[order[last - 1]][axis] + likely;
+        indices.clear();
+        for (size_t t = 0; t < mesh.triangle_count(); ++t) {
+            double least = 1e300, most = -1e300;
+            for (int k = 0; k < 3; ++k) {
+                const auto at = static_cast<double>(mesh.position_of(t, k)[axis]);
+                least = std::min(least, at);
+                most = std::max(most, at);
+            }
+            if (slabs > 1 && (most < low || least > high)) continue;
+            for (int k = 0; k < 3; ++k) indices.push_back(mesh.vertex_of(t, k));
+        }
+        std::optional<ClosestSurface> surface;
+        if (!indices.empty()) surface.emplace(mesh.positions, indices);
+        parallel_for(last - first, 1024, [&](size_t begin, size_t end) {
+            for (size_t i = first + begin; i < first + end; ++i) {
+                const glm::dvec3& p = points[order[i]];
+                double& nearest = distance[order[i]];
+                nearest = surface ? surface->closest(p).distance : 1e300;
+                if (slabs == 1 || nearest <= likely) continue;
+                // Something outside the slab may be nearer.
+                for (size_t t = 0; t < mesh.triangle_count(); ++t) {
+                    const glm::dvec3 q =
+                        closest_on_triangle(p, mesh.position_of(t, 0), mesh.position_of(t, 1), mesh.position_of(t, 2));
+                    nearest = std::min(nearest, glm::length(p - q));
+                }
+            }
+        });
+    }
+    return distance;
+}
+
+}  // namespace
+
 AtlasDistance measure_finest(const Atlas& atlas, const TriMesh& source, const std::vector<SourceSample>& samples) {
     if (samples.empty()) return {};
-    std::vector<uint32_t> indices;
-    indices.reserve(source.triangle_count() * 3);
-    for (size_t t = 0; t < source.triangle_count(); ++t) {
-        for (int k = 0; k < 3; ++k) indices.push_back(source.vertex_of(t, k));
-    }
-    const ClosestSurface surface(source.positions, indices);
-    std::vector<double> forth(samples.size()), back(samples.size());
+    std::vector<double> forth(samples.size());
+    std::vector<glm::dvec3> drawn(samples.size());
     parallel_for(samples.size(), 1024, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
             const SourceSample& s = samples[i];
             forth[i] = std::sqrt(squared_distance(atlas, s.chart, s.place, s.position));
             Random random(mix64(i + 12345));
             const double x = random.unit(), y = random.unit();
-            back[i] = surface.closest(image_point(atlas, s.chart, 0, {x, y})).distance;
+            drawn[i] = image_point(atlas, s.chart, 0, {x, y});
         }
     });
+    const std::vector<double> back = distances_to(source, drawn, static_cast<double>(atlas.errors[0]));
     AtlasDistance distance;
-    for (const auto* side : {&forth, &back}) {
+    for (const std::vector<double>* side : std::array<const std::vector<double>*, 2>{&forth, &back}) {
         double sum = 0;
         for (const double d : *side) {
             sum += d * d;

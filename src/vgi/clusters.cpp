@@ -175,6 +175,7 @@ Surface taken_out(const Surface& surface, std::span<const uint32_t> triangles, s
     std::ranges::sort(vertices);
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     for (SurfaceTriangle& t : own.triangles) {
+        t.places = none;
         for (uint32_t& v : t.vertices)
             v = static_cast<uint32_t>(std::ranges::lower_bound(vertices, v) - vertices.begin());
     }

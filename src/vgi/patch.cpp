@@ -19,9 +19,12 @@ uint32_t Patch::split_edge(uint32_t h, double at, double flat_at) {
         const auto far_number = static_cast<uint32_t>(triangles.size());
         SurfaceTriangle& near = triangles[t];
         SurfaceTriangle far = near;
-        const glm::vec2 place = near.place[k] + (near.place[end] - near.place[k]) * static_cast<float>(share);
+        CutPlaces::Corners nearer = places.of(near), farther = nearer;
+        nearer[end] = farther[k] = nearer[k] + (nearer[end] - nearer[k]) * static_cast<float>(share);
         near.vertices[end] = far.vertices[k] = middle;
-        near.place[end] = far.place[k] = place;
+        far.places = none;
+        places.set(near, nearer);
+        places.set(far, farther);
         triangles.push_back(far);
         // far: k..end is the far half of the edge, end..apex what was next, apex..k the cut.
         twin.resize(triangles.size() * 3, none);
@@ -50,7 +53,8 @@ uint32_t Patch::split_triangle(uint32_t t) {
     positions.push_back((positions[v[0]] + positions[v[1]] + positions[v[2]]) / 3.0);
     if (!flat.empty()) flat.push_back((flat[v[0]] + flat[v[1]] + flat[v[2]]) / 3.0);
     origin.push_back(none);
-    const glm::vec2 place = (whole.place[0] + whole.place[1] + whole.place[2]) / 3.0f;
+    const CutPlaces::Corners place = places.of(whole);
+    const glm::vec2 centre = (place[0] + place[1] + place[2]) / 3.0f;
     const auto count = static_cast<uint32_t>(triangles.size());
     const uint32_t part[3] = {t, count, count + 1};  // part k has edge k
     const uint32_t outside[3] = {twin[t * 3], twin[t * 3 + 1], twin[t * 3 + 2]};
@@ -58,7 +62,8 @@ uint32_t Patch::split_triangle(uint32_t t) {
     twin.resize(triangles.size() * 3, none);
     for (uint32_t k = 0; k < 3; ++k) {
         SurfaceTriangle& p = triangles[part[k]];
-        p = {{v[k], v[(k + 1) % 3], middle}, whole.source, {whole.place[k], whole.place[(k + 1) % 3], place}};
+        p = {{v[k], v[(k + 1) % 3], middle}, whole.source};
+        places.set(p, {place[k], place[(k + 1) % 3], centre});
         twin[part[k] * 3] = outside[k];
         if (outside[k] != none) twin[outside[k]] = part[k] * 3;
         twin[part[k] * 3 + 1] = part[(k + 1) % 3] * 3 + 2;
@@ -127,7 +132,7 @@ Patch take_patch(const Surface& surface, std::span<const uint32_t> triangles) {
     std::unordered_map<uint32_t, uint32_t> number;
     number.reserve(triangles.size());
     for (const uint32_t t : triangles) {
-        SurfaceTriangle local = surface.triangles[t];
+        SurfaceTriangle local = patch.places.adopt(surface.triangles[t], surface.places);
         for (uint32_t& v : local.vertices) {
             const auto [at, fresh] = number.try_emplace(v, static_cast<uint32_t>(patch.positions.size()));
             if (fresh) {

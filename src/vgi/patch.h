@@ -19,7 +19,8 @@ struct Patch {
     std::vector<glm::dvec2> flat;            // where each vertex lies in the plane, once flattened
     std::vector<uint32_t> origin;            // vertex of the surface; none for those that splits made
     std::vector<SurfaceTriangle> triangles;  // with vertices of the patch
-    std::vector<uint32_t> twin;              // per half-edge 3 t + k; none on the patch's boundary
+    CutPlaces places;
+    std::vector<uint32_t> twin;  // per half-edge 3 t + k; none on the patch's boundary
 
     uint32_t from(uint32_t h) const { return triangles[h / 3].vertices[h % 3]; }
     uint32_t to(uint32_t h) const { return from(next_corner(h)); }

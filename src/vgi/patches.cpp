@@ -86,8 +86,7 @@ private:
         // Euler: a connected patch is a disk iff vertices - edges + triangles is 1.
         std::vector<int64_t> euler(count_, 0);
         std::vector<uint32_t> last(surface_.positions.size(), none);
-        std::vector<std::vector<uint32_t>> triangles(count_);
-        for (uint32_t t = 0; t < surface_.triangles.size(); ++t) triangles[label_[t]].push_back(t);
+        const std::vector<std::vector<uint32_t>> triangles = members_of(label_, count_);
         for (uint32_t p = 0; p < count_; ++p) {
             for (const uint32_t t : triangles[p]) {
                 ++euler[p];
@@ -138,6 +137,15 @@ private:
 };
 
 }  // namespace
+
+std::vector<std::vector<uint32_t>> members_of(std::span<const uint32_t> label, uint32_t count) {
+    std::vector<size_t> sizes(count, 0);
+    for (const uint32_t patch : label) ++sizes[patch];
+    std::vector<std::vector<uint32_t>> members(count);
+    for (uint32_t patch = 0; patch < count; ++patch) members[patch].reserve(sizes[patch]);
+    for (uint32_t t = 0; t < label.size(); ++t) members[label[t]].push_back(t);
+    return members;
+}
 
 Result<Patches> trace_patches(const Surface& surface, std::span<const uint32_t> twins, std::span<const uint32_t> label,
                               uint32_t count) {

@@ -28,6 +28,9 @@ struct Patches {
     std::vector<std::vector<Side>> sides;  // per patch, counter-clockwise seen from outside
 };
 
+// Triangles of each patch, in rising order.
+std::vector<std::vector<uint32_t>> members_of(std::span<const uint32_t> label, uint32_t count);
+
 // label: per triangle, 0 .. count - 1. Fault::invariant where a patch is not a disk with at least three sides or two
 // patches touch in more than a point or an arc; the message names them.
 Result<Patches> trace_patches(const Surface& surface, std::span<const uint32_t> twins, std::span<const uint32_t> label,

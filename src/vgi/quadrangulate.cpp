@@ -281,7 +281,7 @@ uint32_t put_back(const ClusterCut& cut, std::span<const uint32_t> quads, Surfac
         surface.positions.push_back(cut.patch.positions[v]);
     }
     for (size_t t = 0; t < cut.patch.triangles.size(); ++t) {
-        SurfaceTriangle global = cut.patch.triangles[t];
+        SurfaceTriangle global = surface.places.adopt(cut.patch.triangles[t], cut.patch.places);
         for (uint32_t& v : global.vertices) v = number[v];
         triangles.push_back(global);
         label.push_back(quads[cut.quad[t]]);
@@ -289,64 +289,87 @@ uint32_t put_back(const ClusterCut& cut, std::span<const uint32_t> quads, Surfac
     return number[cut.centre];
 }
 
+// A few at a time, for memory's sake: work(i) side by side, then put(i) in order, whatever thread was first.
+// members: triangles of each.
+template <class Work, class Put>
+void in_batches(const std::vector<std::vector<uint32_t>>& members, Work&& work, Put&& put) {
+    constexpr size_t most_triangles = 400000;
+    for (size_t begin = 0, end = 0; begin < members.size(); begin = end) {
+        size_t triangles = 0;
+        do {
+            triangles += members[end].size();
+            ++end;
+        } while (end < members.size() && triangles + members[end].size() <= most_triangles);
+        parallel_for(end - begin, 1, [&](size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i) work(begin + i);
+        });
+        for (size_t i = begin; i < end; ++i) put(i);
+    }
+}
+
 }  // namespace
 
-Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>& label, uint32_t count) {
+Result<Quads> quadrangulate(Surface surface, const std::vector<uint32_t>& label, uint32_t count) {
     Quads result;
     std::vector<uint32_t> clusters = label;
     Patch whole;
     whole.twin = surface.twins();
     const auto traced = trace_patches(surface, whole.twin, clusters, count);
     if (!traced) return tl::unexpected(traced.error());
-    whole.positions = surface.positions;
-    whole.triangles = surface.triangles;
+    whole.positions = std::move(surface.positions);
+    whole.triangles = std::move(surface.triangles);
+    whole.places = std::move(surface.places);
     whole.origin.resize(whole.positions.size());
     std::iota(whole.origin.begin(), whole.origin.end(), 0u);
     insert_middles(whole, clusters, *traced);
     result.surface.positions = std::move(whole.positions);
     result.surface.triangles = std::move(whole.triangles);
+    result.surface.places = std::move(whole.places);
     const auto patches = trace_patches(result.surface, whole.twin, clusters, count);
     if (!patches) return tl::unexpected(patches.error());
+    whole = {};
     std::vector<uint32_t> middle(patches->arcs.size());
     for (size_t a = 0; a < middle.size(); ++a) {
         const size_t at = middle_of(patches->arcs[a], result.surface.positions, 0.5);
         LODE_CHECK(at > 0, a);
         middle[a] = patches->arcs[a].vertices[at];
     }
-    std::vector<std::vector<uint32_t>> members(count);
-    for (uint32_t t = 0; t < clusters.size(); ++t) members[clusters[t]].push_back(t);
+    std::vector<std::vector<uint32_t>> members = members_of(clusters, count);
     std::vector<std::unique_ptr<ClusterCut>> cuts(count);
     std::vector<std::string> faults(count);
     std::vector<std::vector<uint32_t>> corners(count), middles(count);
-    parallel_for(count, 1, [&](size_t begin, size_t end) {
-        for (size_t c = begin; c < end; ++c) {
-            for (const Side& side : patches->sides[c]) {
-                const Arc& arc = patches->arcs[side.arc];
-                corners[c].push_back(side.reversed ? arc.vertices.back() : arc.vertices.front());
-                middles[c].push_back(middle[side.arc]);
-            }
-            cuts[c] = std::make_unique<ClusterCut>(result.surface, members[c]);
-            faults[c] = cuts[c]->run(corners[c], middles[c]);
-        }
-    });
-    for (uint32_t c = 0; c < count; ++c) {
-        if (faults[c].empty()) continue;
-        if (result.failed.empty()) result.fault = faults[c];
-        result.failed.push_back(c);
-    }
-    if (!result.failed.empty()) return result;
-    // Put together in the order of clusters, whatever thread was first.
     std::vector<SurfaceTriangle> triangles;
-    for (uint32_t c = 0; c < count; ++c) {
-        const size_t sides = corners[c].size();
-        std::vector<uint32_t> quads(sides);
-        std::iota(quads.begin(), quads.end(), static_cast<uint32_t>(result.quads.size()));
-        const uint32_t centre = put_back(*cuts[c], quads, result.surface, triangles, result.label);
-        for (size_t s = 0; s < sides; ++s)
-            result.quads.push_back({c, {corners[c][s], middles[c][s], centre, middles[c][(s + sides - 1) % sides]}});
-        result.uniform_clusters += cuts[c]->uniform;
+    triangles.reserve(clusters.size() + clusters.size() / 16);
+    result.label.reserve(triangles.capacity());
+    const auto cut = [&](size_t c) {
+        for (const Side& side : patches->sides[c]) {
+            const Arc& arc = patches->arcs[side.arc];
+            corners[c].push_back(side.reversed ? arc.vertices.back() : arc.vertices.front());
+            middles[c].push_back(middle[side.arc]);
+        }
+        cuts[c] = std::make_unique<ClusterCut>(result.surface, members[c]);
+        faults[c] = cuts[c]->run(corners[c], middles[c]);
+    };
+    const auto put = [&](size_t at) {
+        const auto c = static_cast<uint32_t>(at);
+        if (!faults[c].empty()) {
+            if (result.failed.empty()) result.fault = faults[c];
+            result.failed.push_back(c);
+        }
+        if (result.failed.empty()) {
+            const size_t sides = corners[c].size();
+            std::vector<uint32_t> quads(sides);
+            std::iota(quads.begin(), quads.end(), static_cast<uint32_t>(result.quads.size()));
+            const uint32_t centre = put_back(*cuts[c], quads, result.surface, triangles, result.label);
+            for (size_t s = 0; s < sides; ++s)
+                result.quads.push_back(
+                    {c, {corners[c][s], middles[c][s], centre, middles[c][(s + sides - 1) % sides]}});
+            result.uniform_clusters += cuts[c]->uniform;
+        }
         cuts[c].reset();
-    }
+        members[c] = {};
+    };
+    in_batches(members, cut, put);
     result.surface.triangles = std::move(triangles);
     return result;
 }
@@ -378,10 +401,11 @@ std::set<std::pair<uint32_t, uint32_t>> borders_on_features(const Quads& quads, 
 Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& features) {
     LODE_CHECK(pivot == 0 || pivot == 2, pivot);
     const auto count = static_cast<uint32_t>(quads.quads.size());
-    const std::vector<uint32_t> twin = quads.surface.twins();
+    std::vector<uint32_t> twin = quads.surface.twins();
     auto patches = trace_patches(quads.surface, twin, quads.label, count);
     if (!patches) return tl::unexpected(patches.error());
     const auto kept = borders_on_features(quads, twin, features);
+    twin = {};
     uint32_t left = 0;
     // Sides of a quad by the corner they begin at, and what is across.
     std::vector<std::array<uint32_t, 4>> across(count, {none, none, none, none});
@@ -428,6 +452,8 @@ Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& feat
     std::vector<std::vector<uint32_t>> members(rings.size());
     std::vector<SurfaceTriangle> triangles;
     std::vector<uint32_t> label;
+    triangles.reserve(quads.label.size() + quads.label.size() / 32);
+    label.reserve(triangles.capacity());
     for (uint32_t t = 0; t < quads.label.size(); ++t) {
         if (const uint32_t ring = ring_of[quads.label[t]]; ring != none) {
             members[ring].push_back(t);
@@ -437,30 +463,30 @@ Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& feat
         }
     }
     std::vector<std::unique_ptr<ClusterCut>> cuts(rings.size());
-    parallel_for(rings.size(), 1, [&](size_t begin, size_t end) {
-        for (size_t r = begin; r < end; ++r) {
-            std::vector<uint32_t> corners, middles;
-            for (const uint32_t q : rings[r]) {
-                corners.push_back(quads.quads[q].corners[corner]);
-                middles.push_back(quads.quads[q].corners[middle]);
-            }
-            cuts[r] = std::make_unique<ClusterCut>(quads.surface, members[r]);
-            if (!cuts[r]->run(corners, middles).empty() || cuts[r]->uniform) cuts[r].reset();
+    const auto cut = [&](size_t r) {
+        std::vector<uint32_t> corners, middles;
+        for (const uint32_t q : rings[r]) {
+            corners.push_back(quads.quads[q].corners[corner]);
+            middles.push_back(quads.quads[q].corners[middle]);
         }
-    });
-    for (uint32_t r = 0; r < rings.size(); ++r) {
+        cuts[r] = std::make_unique<ClusterCut>(quads.surface, members[r]);
+        if (!cuts[r]->run(corners, middles).empty() || cuts[r]->uniform) cuts[r].reset();
+    };
+    const auto put = [&](size_t r) {
         if (cuts[r] == nullptr) {
             ++left;
             for (const uint32_t t : members[r]) {
                 triangles.push_back(quads.surface.triangles[t]);
                 label.push_back(quads.label[t]);
             }
-            continue;
+        } else {
+            const uint32_t centre = put_back(*cuts[r], rings[r], quads.surface, triangles, label);
+            for (const uint32_t q : rings[r]) quads.quads[q].corners[pivot] = centre;
+            cuts[r].reset();
         }
-        const uint32_t centre = put_back(*cuts[r], rings[r], quads.surface, triangles, label);
-        for (const uint32_t q : rings[r]) quads.quads[q].corners[pivot] = centre;
-        cuts[r].reset();
-    }
+        members[r] = {};
+    };
+    in_batches(members, cut, put);
     quads.surface.triangles = std::move(triangles);
     quads.label = std::move(label);
     return left;

@@ -30,7 +30,7 @@ struct Quads {
 
 // label: clusters of the surface's triangles, 0 .. count - 1, valid for trace_patches; else
 // Fault::invariant.
-Result<Quads> quadrangulate(const Surface& surface, const std::vector<uint32_t>& label, uint32_t count);
+Result<Quads> quadrangulate(Surface surface, const std::vector<uint32_t>& label, uint32_t count);
 
 // Stages 4 and 5 again, with the roles changed: the quads around every cluster corner inside the surface (pivot 0), or
 // around every centre (pivot 2), are flattened together, their common vertex moves to the middle of the picture, and

@@ -15,10 +15,10 @@ constexpr float most_uv = 16383;
 constexpr int64_t fine = int64_t{1} << 18;  // integer steps per cell: edge functions stay below 2^62 up to 4096 cells
 }  // namespace
 
-Resampler::Resampler(const TriMesh& mesh, const Surface& surface, const Patches& patches, uint32_t cells,
-                     uint32_t attribute_cells)
-    : mesh_(mesh), patches_(patches) {
-    LODE_CHECK(mesh.normals.size() == mesh.wedge_count());
+Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, const Surface& surface,
+                     const Patches& patches, uint32_t cells, uint32_t attribute_cells)
+    : mesh_(mesh), normals_(normals), patches_(patches) {
+    LODE_CHECK(normals.size() == mesh.wedge_count());
     const auto quads = static_cast<uint32_t>(patches.sides.size());
     atlas_.cells = cells;
     atlas_.attribute_cells = attribute_cells;
@@ -92,8 +92,8 @@ Resampler::Resampler(const TriMesh& mesh, const Surface& surface, const Patches&
     }
 }
 
-void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, const SurfaceTriangle& triangle,
-                    const glm::dvec3& weights) {
+void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, uint32_t source,
+                    const CutPlaces::Corners& places, const glm::dvec3& weights) {
     const uint32_t ratio = atlas_.attribute_cells / atlas_.cells;
     if (x % ratio == 0 && y % ratio == 0) {
         auto& point = atlas_.positions[atlas_.texel(chart, x / ratio, y / ratio)];
@@ -103,21 +103,21 @@ void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& po
     const size_t texel = atlas_.attribute_texel(chart, x, y);
     // From corners of the part to corners of the source triangle.
     glm::dvec2 place(0);
-    for (int k = 0; k < 3; ++k) place += weights[k] * glm::dvec2(triangle.place[static_cast<size_t>(k)]);
+    for (int k = 0; k < 3; ++k) place += weights[k] * glm::dvec2(places[static_cast<size_t>(k)]);
     const double w[3] = {1 - place.x - place.y, place.x, place.y};
-    const Triangle& wedges = mesh_.triangles[triangle.source];
+    const Triangle& wedges = mesh_.triangles[source];
     glm::dvec3 normal(0);
     glm::dvec2 uv(0);
     glm::dvec4 colour(0);
     uint32_t largest = 0;
     for (uint32_t k = 0; k < 3; ++k) {
-        normal += w[k] * glm::dvec3(mesh_.normals[wedges[k]]);
+        normal += w[k] * glm::dvec3(normals_[wedges[k]]);
         if (!mesh_.uvs.empty()) uv += w[k] * glm::dvec2(mesh_.uvs[wedges[k]]);
         if (!mesh_.colours.empty()) colour += w[k] * glm::dvec4(mesh_.colours[wedges[k]]);
         if (w[k] > w[largest]) largest = k;
     }
     const double length = glm::length(normal);
-    const auto packed = pack_normal(length > 1e-12 ? glm::vec3(normal / length) : mesh_.normals[wedges[largest]]);
+    const auto packed = pack_normal(length > 1e-12 ? glm::vec3(normal / length) : normals_[wedges[largest]]);
     for (size_t k = 0; k < 2; ++k)
         atlas_.normals[texel][k] = static_cast<int8_t>(std::lround(packed[k] * (127.0 / 32767)));
     if (!mesh_.uvs.empty()) {
@@ -152,7 +152,8 @@ uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
             weights[static_cast<int>(h % 3)] = 1 - share;
             weights[static_cast<int>(next_corner(h) % 3)] = share;
             const auto [x, y] = on_side(s, k, cells);
-            put(quad, x, y, b.position, patch.triangles[h / 3], weights);
+            const SurfaceTriangle& t = patch.triangles[h / 3];
+            put(quad, x, y, b.position, t.source, patch.places.of(t), weights);
         }
     }
     // Inside.
@@ -187,7 +188,8 @@ uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
                 const glm::dvec3 position = patch.positions[t.vertices[0]] * weights.x +
                                             patch.positions[t.vertices[1]] * weights.y +
                                             patch.positions[t.vertices[2]] * weights.z;
-                put(quad, static_cast<uint32_t>(x), static_cast<uint32_t>(y), position, t, weights);
+                put(quad, static_cast<uint32_t>(x), static_cast<uint32_t>(y), position, t.source, patch.places.of(t),
+                    weights);
             }
         }
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "vgi/atlas.h"
@@ -14,9 +15,9 @@ namespace lodestone::vgi {
 // Fills the images of one chart after the other; a chart may be dropped once it is sampled.
 class Resampler {
 public:
-    // The mesh (with normals), the surface cut into quads, and its patches must outlive the resampler.
-    Resampler(const TriMesh& mesh, const Surface& surface, const Patches& patches, uint32_t cells,
-              uint32_t attribute_cells);
+    // The mesh, its normals per wedge, the surface cut into quads and its patches must outlive the sampling.
+    Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, const Surface& surface, const Patches& patches,
+              uint32_t cells, uint32_t attribute_cells);
 
     // Samples of the chart of a quad, 0 .. quads - 1. Different charts may be sampled at once. Returns how many samples
     // no triangle covered (none, unless the chart is folded).
@@ -32,10 +33,11 @@ private:
         double share;  // of the segment
     };
     // x, y: 0 .. attribute_cells.
-    void put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, const SurfaceTriangle& triangle,
-             const glm::dvec3& weights);
+    void put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, uint32_t source,
+             const CutPlaces::Corners& places, const glm::dvec3& weights);
 
     const TriMesh& mesh_;
+    const std::span<const glm::vec3> normals_;
     const Patches& patches_;
     std::vector<std::vector<BorderSample>> borders_;  // per arc
     Atlas atlas_;

@@ -42,7 +42,7 @@ Result<void> Surface::validate() const {
             if (i >= positions.size()) return wrong(name + " has a vertex that is not there");
         }
         if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) return wrong(name + " uses a vertex twice");
-        for (const glm::vec2& p : triangles[t].place) {
+        for (const glm::vec2& p : places.of(triangles[t])) {
             if (!(p.x >= -1e-6f && p.y >= -1e-6f && p.x + p.y <= 1 + 1e-5f))
                 return wrong(name + " lies outside its source triangle");
         }
@@ -137,6 +137,7 @@ Surface surface_of(const TriMesh& mesh, double longest, SurfaceChanges* changes)
     Surface surface;
     surface.positions = std::move(whole.positions);
     surface.triangles = std::move(whole.triangles);
+    surface.places = std::move(whole.places);
     return surface;
 }
 

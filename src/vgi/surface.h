@@ -20,8 +20,36 @@ inline constexpr uint32_t none = no_neighbour;
 struct SurfaceTriangle {
     std::array<uint32_t, 3> vertices;  // counter-clockwise seen from outside
     uint32_t source;                   // triangle of the source mesh it is part of
+    uint32_t places = none;            // entry of CutPlaces; none: it is all of that triangle
+};
+
+// Where on their source triangles those lie that are only parts of them.
+class CutPlaces {
+public:
     // Per corner: weights of the source triangle's corners 1 and 2; that of corner 0 is what is left to 1.
-    std::array<glm::vec2, 3> place{glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(0, 1)};
+    using Corners = std::array<glm::vec2, 3>;
+    const Corners& of(const SurfaceTriangle& t) const { return t.places == none ? whole : entries_[t.places]; }
+    // Takes the triangle's own entry, or makes one.
+    void set(SurfaceTriangle& t, const Corners& corners) {
+        if (t.places == none) {
+            t.places = static_cast<uint32_t>(entries_.size());
+            entries_.push_back(corners);
+        } else {
+            entries_[t.places] = corners;
+        }
+    }
+    // The triangle with an entry of its own here, if it needs one.
+    SurfaceTriangle adopt(SurfaceTriangle t, const CutPlaces& from) {
+        if (t.places == none) return t;
+        const Corners corners = from.of(t);
+        t.places = none;
+        set(t, corners);
+        return t;
+    }
+
+private:
+    static constexpr Corners whole{glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(0, 1)};
+    std::vector<Corners> entries_;
 };
 
 // As half_edge_twins of mesh/topology.h.
@@ -30,6 +58,7 @@ std::vector<uint32_t> twins_of(std::span<const SurfaceTriangle> triangles, size_
 struct Surface {
     std::vector<glm::dvec3> positions;
     std::vector<SurfaceTriangle> triangles;
+    CutPlaces places;
 
     // 3 t + k: the half-edge across the edge of triangle t from corner k to corner k + 1; none on the boundary.
     std::vector<uint32_t> twins() const { return twins_of(triangles, positions.size()); }

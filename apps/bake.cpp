@@ -51,17 +51,39 @@ SimplifyOptions simplify_options(const BakeOptions& options) {
     return simplify;
 }
 
-// The progressive mesh with its measured errors; figures go into `report`.
-Result<ProgressiveMesh> bake_lod(const TriMesh& mesh, const BakeOptions& options, Json& report,
-                                 const Progress& progress) {
-    const auto simplifier = options.simplifier == "openmesh" ? make_openmesh_simplifier() : make_quadric_simplifier();
+// The progressive mesh with its measured errors. Figures that are not told by it go into `report`.
+Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options, Json& report,
+                                 const Progress& progress, const WorkFolder* work) {
+    struct Simplified {
+        CollapseList list;
+        double cpu = 0;
+    };
     progress.at("simplify", 0);
-    const Stopwatch simplify_watch;
-    auto list = simplifier->simplify(mesh, simplify_options(options), progress);
-    if (!list) return tl::unexpected(list.error());
-    report["simplify_cpu_seconds"] = simplify_watch.cpu();
+    auto simplified = kept_or_made<Simplified>(
+        work, "lod-collapses",
+        [](const ChunkFile& file) -> std::optional<Simplified> {
+            auto list = CollapseList::open(file);
+            const auto cpu = file.array<double>("cpu");
+            if (!list || !cpu || cpu->size() != 1) return std::nullopt;
+            return Simplified{std::move(*list), (*cpu)[0]};
+        },
+        [&]() -> Result<Simplified> {
+            const auto simplifier =
+                options.simplifier == "openmesh" ? make_openmesh_simplifier() : make_quadric_simplifier();
+            const Stopwatch watch;
+            auto list = simplifier->simplify(mesh, simplify_options(options), progress);
+            if (!list) return tl::unexpected(list.error());
+            return Simplified{std::move(*list), watch.cpu()};
+        },
+        [](const Simplified& made, ChunkWriter& writer) {
+            auto done = made.list.write_chunks(writer);
+            return done ? writer.add_array("cpu", std::span(&made.cpu, 1)) : done;
+        });
+    if (!simplified) return tl::unexpected(simplified.error());
+    const CollapseList& list = simplified->list;
+    report["simplify_cpu_seconds"] = simplified->cpu;
     const Stopwatch order_watch;
-    auto pm = bake_progressive_mesh(mesh, *list, options.orders, options.order, progress);
+    auto pm = bake_progressive_mesh(mesh, list, options.orders, options.order, progress);
     if (!pm) return tl::unexpected(pm.error());
     report["order_seconds"] = order_watch.wall();
     const Stopwatch error_watch;
@@ -71,24 +93,43 @@ Result<ProgressiveMesh> bake_lod(const TriMesh& mesh, const BakeOptions& options
     if (!errors) return tl::unexpected(errors.error());
     pm->set_errors(std::move(*errors));
     report["error_seconds"] = error_watch.wall();
+    report["stopped_because"] = describe(list.stop);
+    report["blocked_by_topology"] = list.blocked_by_topology;
+    report["blocked_by_flips"] = list.blocked_by_flips;
+    report["search_stopped_early"] =
+        std::ranges::any_of(pm->orders, [](const FaceOrder& order) { return order.searched_less; });
+    return pm;
+}
 
+Result<ProgressiveMesh> bake_lod(const TriMesh& mesh, const BakeOptions& options, Json& report,
+                                 const Progress& progress, const WorkFolder* work) {
+    auto pm = kept_or_made<ProgressiveMesh>(
+        work, "lod",
+        [&](const ChunkFile& file) -> std::optional<ProgressiveMesh> {
+            auto kept = ProgressiveMesh::open(file);
+            const auto figures = file.text("figures");
+            if (!kept || !figures) return std::nullopt;
+            report = Json::parse(*figures);
+            return std::move(*kept);
+        },
+        [&] { return make_lod(mesh, options, report, progress, work); },
+        [&](const ProgressiveMesh& made, ChunkWriter& writer) {
+            auto done = made.write_chunks(writer);
+            return done ? writer.add_text("figures", report.dump()) : done;
+        });
+    if (!pm) return pm;
     const uint32_t base = pm->triangles_at(pm->levels() - 1);
     report["levels"] = pm->levels();
     report["base_triangles"] = base;
-    report["stopped_because"] = describe(list->stop);
-    report["blocked_by_topology"] = list->blocked_by_topology;
-    report["blocked_by_flips"] = list->blocked_by_flips;
     uint64_t most_permutation_bytes = 0;
     for (const FaceOrder& order : pm->orders)
         most_permutation_bytes = std::max(most_permutation_bytes, order.permutation_bytes());
     report["permutation_bytes"] = most_permutation_bytes;
-    report["search_stopped_early"] =
-        std::ranges::any_of(pm->orders, [](const FaceOrder& order) { return order.searched_less; });
     report["moved_per_ecol"] = pm->orders[0].moved_per_ecol(pm->ecols.size());
     if (mesh.triangle_count() >= 64 && base > mesh.triangle_count() / 2) {
         progress.warning("the hierarchy is of little use: the coarsest level still has " + std::to_string(base) +
                          " of " + std::to_string(mesh.triangle_count()) + " triangles, because " +
-                         describe(list->stop));
+                         report["stopped_because"].get<std::string>());
     }
     return pm;
 }
@@ -158,7 +199,7 @@ uint64_t bake_memory(const BakeInput& input, const BakeOptions& options) {
         if (backend == "vgi") {
             // About six charts to a cluster.
             const double side = options.atlas.cells * options.atlas.attribute_ratio + 1;
-            bytes = 310 * triangles + 26 * 6.0 * options.atlas.clusters.clusters * side * side;
+            bytes = 125 * triangles + 26 * 6.0 * options.atlas.clusters.clusters * side * side;
         }
         most = std::max(most, bytes);
     }
@@ -166,7 +207,7 @@ uint64_t bake_memory(const BakeInput& input, const BakeOptions& options) {
 }
 
 Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
-                        const Progress& progress) {
+                        const Progress& progress, const WorkFolder* work) {
     const Stopwatch watch;
     const Json option_json = options.to_json();
     const std::string option_text = option_json.dump();
@@ -195,7 +236,7 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     auto writer = ChunkWriter::create(out, {input.source, hash_of(std::span(option_text.data(), option_text.size()))});
     if (!writer) return tl::unexpected(writer.error());
     if (wants(options, "lod")) {
-        auto pm = bake_lod(mesh, options, report["lod"], progress);
+        auto pm = bake_lod(mesh, options, report["lod"], progress, work);
         if (!pm) return tl::unexpected(pm.error());
         about["lod"] = {{"levels", report["lod"]["levels"]},
                         {"base_triangles", report["lod"]["base_triangles"]},
@@ -206,7 +247,7 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     }
     if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
     if (wants(options, "vgi")) {
-        auto atlas = bake_atlas(mesh, options, report["vgi"], progress);
+        auto atlas = bake_atlas(mesh, options, report["vgi"], progress, work);
         if (!atlas) return fail_at(input.name, atlas.error());
         for (const char* figure :
              {"clusters", "charts", "resolution", "l2_stretch_rms", "l2_stretch_worst", "rms_error", "max_error"})
@@ -219,7 +260,14 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
     if (wants(options, "discrete")) {
         const Stopwatch discrete_watch;
-        auto chain = make_discrete_chain(mesh, progress);
+        auto chain = kept_or_made<DiscreteChain>(
+            work, "discrete",
+            [](const ChunkFile& file) -> std::optional<DiscreteChain> {
+                auto kept = DiscreteChain::open(file);
+                return kept ? std::optional(std::move(*kept)) : std::nullopt;
+            },
+            [&] { return make_discrete_chain(mesh, progress); },
+            [](const DiscreteChain& made, ChunkWriter& to) { return made.write_chunks(to); });
         if (!chain) return tl::unexpected(chain.error());
         const uint64_t before = writer->bytes();
         if (auto done = chain->write_chunks(*writer); !done) return tl::unexpected(done.error());
@@ -236,6 +284,12 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     report["peak_rss_bytes"] = peak_rss_bytes();
     report["out_bytes"] = *bytes;
     return report;
+}
+
+Hash128 bake_key(const Hash128& source, const BakeOptions& options) {
+    const std::string text =
+        source.hex() + options.to_json().dump() + LODESTONE_VERSION + "." + std::to_string(bake_revision);
+    return hash_of(std::span(text.data(), text.size()));
 }
 
 }  // namespace lodestone

@@ -28,14 +28,14 @@ void fit(vgi::AtlasOptions& options, size_t triangles) {
 }  // namespace
 
 Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, nlohmann::json& report,
-                              const Progress& progress) {
+                              const Progress& progress, const WorkFolder* work) {
     if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
     vgi::AtlasOptions atlas_options = options.atlas;
     if (options.fit_atlas) fit(atlas_options, mesh.triangle_count());
     const double diagonal = std::max(1e-30, static_cast<double>(bounding_box(mesh.positions).diagonal()));
     for (;;) {
         vgi::AtlasReport made;
-        auto atlas = vgi::make_atlas(mesh, atlas_options, made, progress);
+        auto atlas = vgi::make_atlas(mesh, atlas_options, made, progress, work);
         if (!atlas) return tl::unexpected(atlas.error());
         const double finest = static_cast<double>(atlas->errors[0]);
         uint32_t& clusters = atlas_options.clusters.clusters;

@@ -1,4 +1,6 @@
 #include <cstdio>
+#include <filesystem>
+#include <optional>
 
 #include "apps/bake.h"
 #include "apps/commands.h"
@@ -14,7 +16,9 @@ namespace {
 struct Options {
     std::string mesh, out, backends = "lod", orders = "keyframe,static,classic", cache = "fifo16", report;
     unsigned threads = 0;
-    uint64_t memory_mib = 0;                              // 0: whatever it takes
+    uint64_t memory_mib = 0;  // 0: whatever it takes
+    std::string tmp;          // for the work folder; empty: the system's
+    bool resume = false;
     uint32_t resolution = 129, attribute_resolution = 0;  // of attributes: 0 for the same
     bool json = false;
     BakeOptions bake;
@@ -96,8 +100,21 @@ Result<int> bake(const Options& given) {
                                         " MiB and --memory allows " + std::to_string(given.memory_mib) +
                                         "; allow more, or bake fewer triangles: baking out of core is not there yet");
     }
-    auto report = bake_asset(std::move(*input), options, given.out, progress);
+    std::optional<WorkFolder> work;
+    if (given.resume) {
+        std::error_code error;
+        auto folder = WorkFolder::open(
+            given.tmp.empty() ? std::filesystem::temp_directory_path(error) : std::filesystem::path(given.tmp),
+            bake_key(input->source, options));
+        if (!folder) return tl::unexpected(folder.error());
+        work = std::move(*folder);
+        if (work->begun()) announce("going on with what " + work->path().string() + " has kept");
+    }
+    auto report = bake_asset(std::move(*input), options, given.out, progress, work ? &*work : nullptr);
+    if (!report && report.error().fault == Fault::interrupted && work)
+        announce("the same command goes on from " + work->path().string());
     if (!report) return tl::unexpected(report.error());
+    if (work) work->remove();
     end_progress();
     if (!given.report.empty()) {
         if (auto done = write_json(given.report, report->dump(2)); !done) return tl::unexpected(done.error());
@@ -182,6 +199,11 @@ void add_bake(CLI::App& app, Run& run) {
         ->add_option("--memory", o->memory_mib,
                      "What baking may take, MiB; a mesh that would take more is refused before anything is done")
         ->check(CLI::Range(1, 1 << 30));
+    command->add_flag("--resume", o->resume,
+                      "Keep finished stages in a work folder until the asset is written: the same command goes on from "
+                      "them, also after it was killed");
+    command->add_option("--tmp", o->tmp, "Where --resume has its work folder; the system's unless given")
+        ->check(CLI::ExistingDirectory);
     command->add_option("--report", o->report, "Also write the bake report to this JSON file");
     command->add_flag("--json", o->json, "Print the bake report as JSON");
     command->add_option("--simplifier", o->bake.simplifier, "quadric (ours) or openmesh")

@@ -58,6 +58,12 @@ void note(const std::string& line) {
     std::fprintf(stderr, "lodestone: %s\n", line.c_str());
 }
 
+void announce(const std::string& line) {
+    if (g_verbosity == Verbosity::quiet) return;
+    end_progress();
+    std::fprintf(stderr, "lodestone: %s\n", line.c_str());
+}
+
 void catch_interrupts() {
     struct sigaction action {};
     action.sa_handler = on_signal;

@@ -23,6 +23,8 @@ void end_progress();
 
 // A fact of interest, to stderr, when verbose.
 void note(const std::string& line);
+// A line on stderr unless --quiet.
+void announce(const std::string& line);
 
 // Makes Ctrl-C and SIGTERM set the flag that Progress::stopped() reads.
 void catch_interrupts();

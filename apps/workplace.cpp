@@ -60,9 +60,7 @@ template <class MakeInput>
 Result<Asset> cached(const std::string& name, const Hash128& source, bool atlas, const MakeInput& make_input,
                      const Progress& progress, double& bake_seconds) {
     const BakeOptions options = cache_options(atlas);
-    const std::string text =
-        source.hex() + options.to_json().dump() + LODESTONE_VERSION + "." + std::to_string(bake_revision);
-    const Hash128 key = hash_of(std::span(text.data(), text.size()));
+    const Hash128 key = bake_key(source, options);
     const fs::path folder = cache_folder();
     const fs::path path = folder / (name + "-" + key.hex().substr(0, 16) + ".lode");
     std::error_code error;

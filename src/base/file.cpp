@@ -101,6 +101,14 @@ Result<OutputFile> OutputFile::create(const fs::path& path) {
     OutputFile file;
     file.path_ = path;
     std::string pattern = path.string() + ".part-XXXXXX";
+    // Without a name until it is whole, so that nothing is left where the program is killed; where the file system cannot
+    // do that, under a name of its own.
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+    file.descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (file.descriptor_ >= 0) {
+        file.nameless_ = true;
+        return file;
+    }
     file.descriptor_ = mkostemp(pattern.data(), O_CLOEXEC);
     if (file.descriptor_ < 0) return fail(Fault::machine, path.string() + ": cannot be written: " + reason());
     file.temporary_ = pattern;
@@ -110,6 +118,7 @@ Result<OutputFile> OutputFile::create(const fs::path& path) {
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : path_(std::move(other.path_)),
       temporary_(std::move(other.temporary_)),
+      nameless_(other.nameless_),
       descriptor_(std::exchange(other.descriptor_, -1)),
       size_(other.size_),
       buffer_(std::move(other.buffer_)) {}
@@ -117,7 +126,22 @@ OutputFile::OutputFile(OutputFile&& other) noexcept
 OutputFile::~OutputFile() {
     if (descriptor_ < 0) return;
     ::close(descriptor_);
-    ::unlink(temporary_.c_str());
+    if (!nameless_) ::unlink(temporary_.c_str());
+}
+
+// A nameless file gets a name beside its path, from where it can be renamed over what is there.
+bool OutputFile::name() {
+    if (!nameless_) return true;
+    const std::string self = "/proc/self/fd/" + std::to_string(descriptor_);
+    for (unsigned i = 0; i < 100; ++i) {
+        temporary_ = path_.string() + ".part" + std::to_string(getpid()) + "-" + std::to_string(i);
+        if (linkat(AT_FDCWD, self.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) == 0) {
+            nameless_ = false;
+            return true;
+        }
+        if (errno != EEXIST) return false;
+    }
+    return false;
 }
 
 Result<void> OutputFile::flush() {
@@ -156,7 +180,7 @@ Result<void> OutputFile::commit() {
     // mkostemp makes files private to the user; outputs take the permissions any new file would have.
     const mode_t mask = umask(0);
     umask(mask);
-    const bool good = fchmod(descriptor_, 0666 & ~mask) == 0 && fsync(descriptor_) == 0 &&
+    const bool good = fchmod(descriptor_, 0666 & ~mask) == 0 && fsync(descriptor_) == 0 && name() &&
                       ::rename(temporary_.c_str(), path_.c_str()) == 0;
     if (!good) return fail(Fault::machine, path_.string() + ": cannot be written: " + reason());
     ::close(std::exchange(descriptor_, -1));

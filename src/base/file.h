@@ -54,7 +54,9 @@ public:
 private:
     OutputFile() = default;
     Result<void> flush();
+    bool name();
     std::filesystem::path path_, temporary_;
+    bool nameless_ = false;  // there is no temporary_ yet
     int descriptor_ = -1;
     uint64_t size_ = 0;
     std::vector<std::byte> buffer_;

@@ -124,6 +124,31 @@ private:
 
 }  // namespace
 
+Result<void> CollapseList::write_chunks(ChunkWriter& writer) const {
+    if (auto done = writer.add_array("lod/collapses", std::span(collapses)); !done) return done;
+    if (auto done = writer.add_array("lod/wedge_pairs", std::span(wedge_pairs)); !done) return done;
+    const std::array<uint64_t, 3> counts{static_cast<uint64_t>(stop), blocked_by_topology, blocked_by_flips};
+    return writer.add_array("lod/collapse_counts", std::span<const uint64_t>(counts));
+}
+
+Result<CollapseList> CollapseList::open(const ChunkFile& file) {
+    const auto collapses = file.array<Collapse>("lod/collapses");
+    if (!collapses) return tl::unexpected(collapses.error());
+    const auto pairs = file.array<WedgePair>("lod/wedge_pairs");
+    if (!pairs) return tl::unexpected(pairs.error());
+    const auto counts = file.array<uint64_t>("lod/collapse_counts");
+    if (!counts) return tl::unexpected(counts.error());
+    if (counts->size() != 3 || (*counts)[0] > static_cast<uint64_t>(StopReason::flips))
+        return fail(Fault::format, file.path().string() + ": its collapses are not counted");
+    CollapseList list;
+    list.collapses.assign(collapses->begin(), collapses->end());
+    list.wedge_pairs.assign(pairs->begin(), pairs->end());
+    list.stop = static_cast<StopReason>((*counts)[0]);
+    list.blocked_by_topology = (*counts)[1];
+    list.blocked_by_flips = (*counts)[2];
+    return list;
+}
+
 Result<void> CollapseList::validate(const TriMesh& mesh) const {
     Connectivity connectivity(mesh);
     for (size_t i = 0; i < collapses.size(); ++i) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/chunk_file.h"
 #include "base/progress.h"
 #include "base/result.h"
 #include "mesh/tri_mesh.h"
@@ -39,6 +40,11 @@ struct CollapseList {
     StopReason stop = StopReason::target_reached;
     uint64_t blocked_by_topology = 0;  // candidate collapses refused in the end, by reason
     uint64_t blocked_by_flips = 0;
+
+    // Chunks lod/collapses, lod/wedge_pairs, lod/collapse_counts.
+    Result<void> write_chunks(ChunkWriter& writer) const;
+    // Fault::format where the chunks are not there. Does not look at what is in them: validate() does.
+    static Result<CollapseList> open(const ChunkFile& file);
 
     // Replays the list on the connectivity of `mesh`: indices in range, each removed vertex alive until its collapse
     // and joined to `kept` by an edge, every wedge in use paired, no triangle made twice, manifold kept. Names the

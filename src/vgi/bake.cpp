@@ -14,6 +14,7 @@
 #include "base/threads.h"
 #include "mesh/distance.h"
 #include "vgi/chart_error.h"
+#include "vgi/kept_stages.h"
 #include "vgi/quadrangulate.h"
 #include "vgi/resample.h"
 #include "vgi/sample_errors.h"
@@ -36,18 +37,20 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
 }
 
 constexpr float denser = 3;  // times, where a chart was stretched too much
+constexpr size_t charts_kept_at_once = 64;
 
 // One attempt: clusters, quads and charts of a surface with a density of clusters.
 class Attempt {
 public:
     Attempt(const TriMesh& mesh, std::span<const glm::vec3> normals, const FeatureLines& features,
-            const AtlasOptions& options, AtlasReport& report, const Progress& progress)
+            const AtlasOptions& options, AtlasReport& report, const Progress& progress, const WorkFolder* work)
         : mesh_(mesh),
           normals_(normals),
           features_(features),
           options_(options),
           report_(report),
-          progress_(progress) {}
+          progress_(progress),
+          work_(work) {}
 
     // Clusters whose charts are stretched too much or could not be made go to bad_clusters(), `fault` says what was
     // wrong with the last of the latter.
@@ -55,7 +58,9 @@ public:
         ClusterOptions cluster_options = options_.clusters;
         cluster_options.density = density;
         cluster_options.features = features_;
-        auto clusters = make_clusters(surface, cluster_options, progress_);
+        auto clusters = kept_or_made<Clusters>(
+            work_, stage("clusters"), read_clusters, [&] { return make_clusters(surface, cluster_options, progress_); },
+            [](const Clusters& made, ChunkWriter& writer) { return write_stage(made, writer); });
         if (!clusters) return tl::unexpected(clusters.error());
         label_ = std::move(clusters->label);
         bad_.assign(clusters->count, false);
@@ -65,27 +70,18 @@ public:
         report_.bucket_seconds += clusters->bucket_seconds;
         report_.merge_seconds += clusters->merge_seconds;
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
-        progress_.at("quads", 0);
-        const Stopwatch watch;
-        auto cut = quadrangulate(std::move(surface), label_, clusters->count);
-        if (!cut) return tl::unexpected(cut.error());
-        quads_ = std::move(*cut);
+        auto straight = kept_or_made<StraightQuads>(
+            work_, stage("quads"), read_quads, [&] { return make_quads(std::move(surface), clusters->count); },
+            [](const StraightQuads& made, ChunkWriter& writer) { return write_stage(made, writer); });
+        if (!straight) return tl::unexpected(straight.error());
+        quads_ = std::move(straight->quads);
+        report_.not_recentred = straight->not_recentred;
         report_.uniform_clusters = quads_.uniform_clusters;
-        report_.quadrangulate_seconds += watch.wall();
         for (const uint32_t c : quads_.failed) {
             bad_[c] = true;
             fault_ = "cluster " + std::to_string(c) + " " + quads_.fault;
         }
         if (!quads_.failed.empty()) return {};
-        progress_.at("straighten", 0);
-        const Stopwatch straighten_watch;
-        report_.not_recentred = 0;
-        for (uint32_t pass = 0; pass < options_.recentre_passes; ++pass) {
-            auto left = recentre(quads_, pass % 2 == 0 ? 0 : 2, features_);
-            if (!left) return tl::unexpected(left.error());
-            report_.not_recentred += *left;
-        }
-        report_.straighten_seconds += straighten_watch.wall();
         return make_charts();
     }
 
@@ -101,18 +97,19 @@ public:
         std::vector<double> level_errors(resampler_->atlas().levels(), 0);
         std::vector<std::vector<double>> page_errors;
         for (uint32_t q = 0; q < charts_.size(); ++q) {
-            const PerChart& c = charts_[q];
+            const ChartResult& made = charts_[q];
+            const ChartResult::Figures& c = made.figures;
             area += c.area;
-            tutte += c.area * c.tutte * c.tutte;
+            tutte += c.area * c.tutte_stretch * c.tutte_stretch;
             stretch += c.area * c.stretch * c.stretch;
             report_.l2_stretch_worst = std::max(report_.l2_stretch_worst, c.stretch);
             report_.missing_samples += c.missing;
             report_.flipped_triangles += c.flipped;
             report_.uniform_charts += c.uniform;
-            for (size_t level = 0; level < c.errors.levels.size(); ++level)
-                level_errors[level] = std::max(level_errors[level], c.errors.levels[level]);
-            page_errors.push_back(c.errors.pages);
-            samples.insert(samples.end(), c.samples.begin(), c.samples.end());
+            for (size_t level = 0; level < made.errors.levels.size(); ++level)
+                level_errors[level] = std::max(level_errors[level], made.errors.levels[level]);
+            page_errors.push_back(made.errors.pages);
+            samples.insert(samples.end(), made.samples.begin(), made.samples.end());
             resampler_->atlas().cluster[q] = quads_.quads[q].cluster;
         }
         report_.charts = static_cast<uint32_t>(charts_.size());
@@ -142,13 +139,31 @@ public:
     }
 
 private:
-    struct PerChart {
-        double area = 0, stretch = 0, tutte = 0;
-        uint32_t missing = 0, flipped = 0;
-        bool uniform = false;
-        ChartErrors errors;
-        std::vector<SourceSample> samples;
-    };
+    // Its name in the work folder.
+    std::string stage(const std::string& what) const {
+        return "atlas-" + std::to_string(options_.clusters.clusters) + "-" + std::to_string(report_.rounds) + "-" +
+               what;
+    }
+
+    // Quads of the clusters of label_, made straight; or what has failed.
+    Result<StraightQuads> make_quads(Surface surface, uint32_t clusters) {
+        progress_.at("quads", 0);
+        const Stopwatch watch;
+        auto cut = quadrangulate(std::move(surface), label_, clusters);
+        if (!cut) return tl::unexpected(cut.error());
+        StraightQuads made{std::move(*cut), 0};
+        report_.quadrangulate_seconds += watch.wall();
+        if (!made.quads.failed.empty()) return made;
+        progress_.at("straighten", 0);
+        const Stopwatch straighten_watch;
+        for (uint32_t pass = 0; pass < options_.recentre_passes; ++pass) {
+            auto left = recentre(made.quads, pass % 2 == 0 ? 0 : 2, features_);
+            if (!left) return tl::unexpected(left.error());
+            made.not_recentred += *left;
+        }
+        report_.straighten_seconds += straighten_watch.wall();
+        return made;
+    }
 
     uint32_t cells_for(uint32_t charts) const {
         constexpr double charts_per_cluster = 12;  // of what is wanted; usual are six
@@ -196,7 +211,6 @@ private:
         resampler_.emplace(mesh_, normals_, quads_.surface, patches_, report_.cells,
                            report_.cells * options_.attribute_ratio);
         charts_.assign(count, {});
-        std::vector<std::string> faults(count);
         std::mutex clock_mutex;
         double parameterise_seconds = 0, resample_seconds = 0, error_seconds = 0;
         const double whole_area = std::max(quads_.surface.area(), 1e-300);
@@ -204,44 +218,58 @@ private:
         std::vector<uint32_t> order(count);
         std::iota(order.begin(), order.end(), 0u);
         std::ranges::stable_sort(order, std::greater<>(), [&](uint32_t q) { return members[q].size(); });
-        parallel_for(count, 1, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end && !progress_.stopped(); ++i) {
-                const uint32_t q = order[i];
-                const Stopwatch chart_watch;
-                auto chart =
-                    parameterise(quads_.surface, members[q], patches_.sides[q], patches_.arcs, options_.parameterise);
-                if (!chart) {
-                    faults[q] = chart.error().message;
-                    continue;
-                }
-                members[q] = {};
-                const double parameterised = chart_watch.wall();
-                PerChart& c = charts_[q];
-                c.area = chart->area;
-                c.stretch = chart->stretch;
-                c.tutte = chart->tutte_stretch;
-                c.uniform = chart->uniform;
-                c.missing = resampler_->sample(q, *chart);
-                c.flipped = chart->patch.flipped();
-                const double sampled = chart_watch.wall() - parameterised;
-                if (c.missing == 0) {
-                    const double share = static_cast<double>(options_.error_samples) * chart->area / whole_area;
-                    c.errors = measure_samples(resampler_->atlas(), q, *chart);
-                    c.samples = sample_source(q, *chart, static_cast<uint32_t>(std::ceil(share)));
-                }
-                const double measured = chart_watch.wall() - parameterised - sampled;
-                const std::lock_guard lock(clock_mutex);
-                parameterise_seconds += parameterised;
-                resample_seconds += sampled;
-                error_seconds += measured;
-                progress_.at("charts", static_cast<double>(i) / count);
+        const auto make = [&](uint32_t q) {
+            const Stopwatch chart_watch;
+            auto chart =
+                parameterise(quads_.surface, members[q], patches_.sides[q], patches_.arcs, options_.parameterise);
+            ChartResult& c = charts_[q] = {};
+            if (!chart) {
+                c.fault = chart.error().message;
+                return;
             }
-        });
-        if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+            members[q] = {};
+            const double parameterised = chart_watch.wall();
+            c.figures = {chart->area, chart->stretch, chart->tutte_stretch};
+            c.figures.uniform = chart->uniform;
+            c.figures.missing = resampler_->sample(q, *chart);
+            c.figures.flipped = chart->patch.flipped();
+            const double sampled = chart_watch.wall() - parameterised;
+            if (c.figures.missing == 0) {
+                const double share = static_cast<double>(options_.error_samples) * chart->area / whole_area;
+                c.errors = measure_samples(resampler_->atlas(), q, *chart);
+                c.samples = sample_source(q, *chart, static_cast<uint32_t>(std::ceil(share)));
+            }
+            const double measured = chart_watch.wall() - parameterised - sampled;
+            const std::lock_guard lock(clock_mutex);
+            parameterise_seconds += parameterised;
+            resample_seconds += sampled;
+            error_seconds += measured;
+        };
+        const size_t at_once = work_ != nullptr ? charts_kept_at_once : count;
+        for (size_t first = 0; first < count; first += at_once) {
+            const auto some = std::span<const uint32_t>(order).subspan(first, std::min(at_once, count - first));
+            const std::string name = stage("charts-" + std::to_string(first));
+            if (const auto kept = work_ != nullptr ? work_->find(name) : std::nullopt;
+                kept && read_charts(*kept, some, charts_, resampler_->atlas()))
+                continue;
+            parallel_for(some.size(), 1, [&](size_t begin, size_t end) {
+                for (size_t i = begin; i < end && !progress_.stopped(); ++i) {
+                    make(some[i]);
+                    const std::lock_guard lock(clock_mutex);
+                    progress_.at("charts", static_cast<double>(first + i) / count);
+                }
+            });
+            if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+            if (work_ == nullptr) continue;
+            auto done = work_->keep(
+                name, [&](ChunkWriter& writer) { return write_stage(some, charts_, resampler_->atlas(), writer); });
+            if (!done) return done;
+        }
         for (uint32_t q = 0; q < count; ++q) {
-            if (faults[q].empty() && charts_[q].missing == 0 && charts_[q].stretch <= options_.worst_stretch) continue;
+            const ChartResult& c = charts_[q];
+            if (c.fault.empty() && c.figures.missing == 0 && c.figures.stretch <= options_.worst_stretch) continue;
             bad_[quads_.quads[q].cluster] = true;
-            if (!faults[q].empty()) fault_ = "chart " + std::to_string(q) + ": " + faults[q];
+            if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
         }
         const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
         report_.parameterise_seconds += parameterise_seconds * share;
@@ -256,19 +284,20 @@ private:
     const AtlasOptions& options_;
     AtlasReport& report_;
     const Progress& progress_;
+    const WorkFolder* work_;
     std::vector<uint32_t> label_;
     std::vector<bool> bad_;
     std::string fault_;
     Quads quads_;
     Patches patches_;
     std::optional<Resampler> resampler_;
-    std::vector<PerChart> charts_;
+    std::vector<ChartResult> charts_;
 };
 
 }  // namespace
 
 Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, AtlasReport& report,
-                         const Progress& progress) {
+                         const Progress& progress, const WorkFolder* work) {
     LODE_CHECK(source.triangle_count() > 0 && options.cells >= 2 && options.most_rounds > 0);
     std::vector<glm::vec3> made;
     if (source.normals.empty()) made = vertex_normals(source);
@@ -281,7 +310,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     std::vector<float> density;  // 1 everywhere
     for (;;) {
         ++report.rounds;
-        Attempt attempt(source, normals, features, options, report, progress);
+        Attempt attempt(source, normals, features, options, report, progress, work);
         if (auto done = attempt.run(std::move(surface), density); !done) return tl::unexpected(done.error());
         const std::vector<bool>& bad = attempt.bad_clusters();
         const bool last = report.rounds >= options.most_rounds;

@@ -5,6 +5,7 @@
 
 #include "base/progress.h"
 #include "base/result.h"
+#include "base/work_folder.h"
 #include "vgi/atlas.h"
 #include "vgi/clusters.h"
 #include "vgi/parameterise.h"
@@ -44,7 +45,8 @@ struct AtlasReport {
 };
 
 // The mesh must be what repair() leaves, and have a triangle. Fault::invariant where a stage cannot do its work.
+// work: stages found there are not made again, others are kept there; null for none. The same atlas either way.
 Result<Atlas> make_atlas(const TriMesh& mesh, const AtlasOptions& options, AtlasReport& report,
-                         const Progress& progress = {});
+                         const Progress& progress = {}, const WorkFolder* work = nullptr);
 
 }  // namespace lodestone::vgi

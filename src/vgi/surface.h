@@ -28,6 +28,9 @@ class CutPlaces {
 public:
     // Per corner: weights of the source triangle's corners 1 and 2; that of corner 0 is what is left to 1.
     using Corners = std::array<glm::vec2, 3>;
+    CutPlaces() = default;
+    explicit CutPlaces(std::vector<Corners> entries) : entries_(std::move(entries)) {}
+    const std::vector<Corners>& entries() const { return entries_; }
     const Corners& of(const SurfaceTriangle& t) const { return t.places == none ? whole : entries_[t.places]; }
     // Takes the triangle's own entry, or makes one.
     void set(SurfaceTriangle& t, const Corners& corners) {

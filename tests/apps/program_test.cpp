@@ -230,6 +230,49 @@ TEST_F(ProgramTest, AnInterruptedBakeLeavesNothing) {
         EXPECT_EQ(entry.path().string().find("large.lode"), std::string::npos) << entry.path();
 }
 
+TEST_F(ProgramTest, AKilledBakeGoesOnWhereItWas) {
+    succeeds("generate rock --triangles 30000 -o rock.ply");
+    const std::string options = "bake rock.ply --backends lod,vgi,discrete --clusters 20 --order static --error-samples 1000 -o ";
+    succeeds(options + "whole.lode");
+    fs::create_directory(folder_ / "work");
+    // Killed later and later, until nothing is left to kill; and once asked to stop.
+    uint32_t killed = 0;
+    bool done = false;
+    for (int ms = 300; !done && ms < 60000; ms += 300) {
+        const pid_t child = fork();
+        if (child == 0) {
+            if (chdir(folder_.c_str()) != 0) _exit(99);
+            if (freopen("said.txt", "a", stderr) == nullptr || freopen("/dev/null", "w", stdout) == nullptr) _exit(99);
+            execl("/bin/sh", "sh", "-c",
+                  ("exec " LODESTONE_PROGRAM " " + options + "killed.lode --resume --tmp work").c_str(),
+                  static_cast<char*>(nullptr));
+            _exit(98);
+        }
+        int status = 0;
+        for (int waited = 0; waited < ms && !done; waited += 20) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+            done = waitpid(child, &status, WNOHANG) == child;
+        }
+        if (done) {
+            ASSERT_TRUE(WIFEXITED(status));
+            EXPECT_EQ(WEXITSTATUS(status), 0);
+            break;
+        }
+        kill(child, killed == 1 ? SIGINT : SIGKILL);
+        waitpid(child, &status, 0);
+        ++killed;
+        // Nothing half done beside the work folder.
+        for (const auto& entry : fs::directory_iterator(folder_))
+            EXPECT_EQ(entry.path().string().find("killed.lode"), std::string::npos) << entry.path();
+    }
+    ASSERT_TRUE(done);
+    EXPECT_GT(killed, 1u);
+    EXPECT_THAT(content_of(folder_ / "said.txt"), HasSubstr("going on with what"));
+    EXPECT_TRUE(content_of(folder_ / "killed.lode") == content_of(folder_ / "whole.lode"));
+    EXPECT_TRUE(fs::is_empty(folder_ / "work"));
+    fails("bake rock.ply -o x.lode --resume --tmp nowhere", 2, "--tmp");
+}
+
 TEST_F(ProgramTest, ScenesAreCheckedMemberByMember) {
 #ifndef LODESTONE_WITH_RENDER
     GTEST_SKIP() << "scenes are read by render and bench, which this build leaves out";

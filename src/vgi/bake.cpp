@@ -176,6 +176,29 @@ private:
         return cells;
     }
 
+    // From the error of sampling, as a few charts show it.
+    void choose_lattice(const std::vector<std::vector<uint32_t>>& members) {
+        constexpr uint32_t charts_looked_at = 12, samples_of_each = 1000;
+        const auto count = static_cast<uint32_t>(members.size()), looked_at = std::min(count, charts_looked_at);
+        std::vector<double> area(looked_at, 0), squared(looked_at, 0);
+        parallel_for(looked_at, 1, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i) {
+                const auto q = static_cast<uint32_t>(i * count / looked_at);
+                const auto chart =
+                    parameterise(quads_.surface, members[q], patches_.sides[q], patches_.arcs, options_.parameterise);
+                if (!chart || resampler_->sample(q, *chart) > 0) continue;
+                area[i] = chart->area;
+                squared[i] =
+                    chart->area * mean_squared_distance(resampler_->atlas(), sample_source(q, *chart, samples_of_each));
+            }
+        });
+        const double whole = std::accumulate(area.begin(), area.end(), 0.0);
+        if (!(whole > 0)) return;
+        const double rms = std::sqrt(std::accumulate(squared.begin(), squared.end(), 0.0) / whole);
+        // What is rounded to steps is off by a step over the square root of 12 in any direction.
+        resampler_->set_step(options_.rounding_share * rms * std::sqrt(12.0));
+    }
+
     void measure_features(std::span<const uint32_t> twin) {
         const Surface& surface = quads_.surface;
         double on_border = 0, all = 0;
@@ -211,6 +234,7 @@ private:
         resampler_.emplace(mesh_, normals_, quads_.surface, patches_, report_.cells,
                            report_.cells * options_.attribute_ratio);
         charts_.assign(count, {});
+        choose_lattice(members);
         std::mutex clock_mutex;
         double parameterise_seconds = 0, resample_seconds = 0, error_seconds = 0;
         const double whole_area = std::max(quads_.surface.area(), 1e-300);

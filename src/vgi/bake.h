@@ -20,6 +20,9 @@ struct AtlasOptions {
     // components has several charts for each.
     uint32_t cells = 128;
     double most_texels_per_triangle = 40;
+    // How much rounding positions to the lattice may add to the error of sampling, rms: the lattice has no more points
+    // than that needs. 0 for as many as 16 bits count.
+    double rounding_share = 0.5;
     uint32_t attribute_ratio = 1;  // samples of attributes for one of positions, along a side; a power of two
     // A cluster with a chart stretched more than this is cut finer, and so again for so many rounds; shapes that are
     // needles stay what they are.

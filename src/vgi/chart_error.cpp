@@ -93,6 +93,12 @@ glm::dvec3 image_point(const Atlas& atlas, uint32_t chart, uint32_t level, const
     return c.e + (c.d - c.e) * (1 - fx) + (c.b - c.e) * (1 - fy);
 }
 
+double mean_squared_distance(const Atlas& atlas, const std::vector<SourceSample>& samples) {
+    double sum = 0;
+    for (const SourceSample& s : samples) sum += squared_distance(atlas, s.chart, s.place, s.position, 0);
+    return samples.empty() ? 0 : sum / static_cast<double>(samples.size());
+}
+
 std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint32_t samples) {
     const Patch& patch = chart.patch;
     std::vector<SourceSample> result;

@@ -26,6 +26,9 @@ struct AtlasDistance {
 };
 AtlasDistance measure_finest(const Atlas& atlas, const TriMesh& source, const std::vector<SourceSample>& samples);
 
+// The samples' distance to the finest level of their own charts, whose neighbours need not be there yet: mean square.
+double mean_squared_distance(const Atlas& atlas, const std::vector<SourceSample>& samples);
+
 // The image's surface at a place of the square, 0 .. 1 each way, as Atlas::extract triangulates a level.
 glm::dvec3 image_point(const Atlas& atlas, uint32_t chart, uint32_t level, const glm::dvec2& place);
 

@@ -32,7 +32,8 @@ Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, co
     }
     const glm::dvec3 extent = high - low;
     atlas_.origin = low;
-    atlas_.step = std::max({extent.x, extent.y, extent.z, 1e-30}) / 65535;
+    extent_ = std::max({extent.x, extent.y, extent.z, 1e-30});
+    set_step(0);
     if (!mesh.uvs.empty()) {
         glm::vec2 uv_low(1e30f), uv_high(-1e30f);
         for (const glm::vec2& uv : mesh.uvs) {
@@ -91,6 +92,8 @@ Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, co
         LODE_CHECK(borders_[a].back().segment + 2 == arc.vertices.size(), a);
     }
 }
+
+void Resampler::set_step(double step) { atlas_.step = std::clamp(step, extent_ / most_points, extent_ / least_points); }
 
 void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, uint32_t source,
                     const CutPlaces::Corners& places, const glm::dvec3& weights) {

@@ -23,6 +23,10 @@ public:
     // no triangle covered (none, unless the chart is folded).
     uint32_t sample(uint32_t quad, const Chart& chart);
 
+    // The lattice begins with as many steps along the longest extent as 16 bits count; it may be made coarser, to
+    // `least_points` at least, before charts are sampled for good. step: object units, taken as far as that allows.
+    static constexpr uint32_t most_points = 65535, least_points = 4095;
+    void set_step(double step);
     Atlas take() { return std::move(atlas_); }
     Atlas& atlas() { return atlas_; }
 
@@ -40,6 +44,7 @@ private:
     const std::span<const glm::vec3> normals_;
     const Patches& patches_;
     std::vector<std::vector<BorderSample>> borders_;  // per arc
+    double extent_;                                   // the longest of the surface
     Atlas atlas_;
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <set>
 
@@ -112,10 +113,24 @@ size_t bad_edges(const Residency& residency, Glue& glue, const std::vector<uint3
     return bad;
 }
 
+// Where it lies: middle and longest extent.
+struct Extent {
+    glm::vec3 centre;
+    float size;
+};
+Extent extent_of(const Atlas& atlas) {
+    glm::dvec3 low(1e300), high(-1e300);
+    for (size_t t = 0; t < atlas.positions.size(); ++t) {
+        low = glm::min(low, atlas.point(t));
+        high = glm::max(high, atlas.point(t));
+    }
+    const glm::dvec3 extent = high - low;
+    return {glm::vec3((low + high) * 0.5), static_cast<float>(std::max({extent.x, extent.y, extent.z}))};
+}
+
 // A camera somewhere around the atlas, near or far, and a shadow view that sees all of it.
 std::vector<View> random_views(const Atlas& atlas, Random& random) {
-    glm::vec3 centre(atlas.origin + atlas.step * glm::dvec3(32768));
-    const float size = static_cast<float>(atlas.step * 65535);
+    const auto [centre, size] = extent_of(atlas);
     const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
     Camera camera;
     camera.eye = centre + glm::vec3(unit(), unit(), unit()) * size * std::exp2(unit() * 2.5f);
@@ -161,7 +176,7 @@ size_t count_bad(Raster raster, const Atlas& atlas, const Atlas& gluing, uint32_
         CutRequest request;
         request.views = views;
         request.pixel_error = std::exp2(random.unit() * 5 - 2);
-        if (i % 3 == 0) request.margin = {static_cast<float>(atlas.step * 65535 * random.unit() * 0.3), 0.1f};
+        if (i % 3 == 0) request.margin = {extent_of(atlas).size * static_cast<float>(random.unit()) * 0.3f, 0.1f};
         const Cut cut = cut_as(raster, residency, request, demand);
         const auto all = all_triangles(cut);
         if (triangles != nullptr) *triangles += all.size() / 3;
@@ -214,13 +229,12 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     const Residency residency = partly_resident(atlas, 1, 1);
     Random random(17);
-    const auto size = static_cast<float>(atlas.step * 65535);
+    const auto [centre, size] = extent_of(atlas);
     size_t held = 0, more = 0;
     for (uint32_t i = 0; i < 40; ++i) {
         FrameInput last, now, next;
         Camera camera;
         const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
-        const glm::vec3 centre(atlas.origin + atlas.step * glm::dvec3(32768));
         camera.eye = centre + glm::vec3(unit(), unit(), unit()) * size;
         camera.target = centre + glm::vec3(unit(), unit(), unit()) * size * 0.2f;
         const glm::vec3 step = glm::vec3(unit(), unit(), unit()) * size * 0.02f, drift = step * 0.2f;

@@ -194,6 +194,12 @@ void add_bake(CLI::App& app, Run& run) {
                      "vgi: clusters are made finer where a chart is stretched more")
         ->check(CLI::Range(1.1, 1e6))
         ->capture_default_str();
+    command
+        ->add_option("--rounding-share", o->bake.atlas.rounding_share,
+                     "vgi: how much rounding positions may add to the error of sampling, as a share of it; less takes "
+                     "more bytes")
+        ->check(CLI::Range(0.0, 10.0))
+        ->capture_default_str();
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command
         ->add_option("--memory", o->memory_mib,

@@ -14,7 +14,8 @@ constexpr std::pair<DebugView, const char*> colourings[] = {
     {DebugView::triangle, "triangle"}, {DebugView::chart, "chart"},
     {DebugView::page, "page"},         {DebugView::missing, "missing pages"},
     {DebugView::normal, "normal"},     {DebugView::uv, "texture coordinates"},
-    {DebugView::material, "material"}};
+    {DebugView::material, "material"}, {DebugView::error, "error in pixels"},
+    {DebugView::stretch, "stretch"}};
 
 Result<void> choose(Viewer& viewer, const char* backend) {
     return viewer.choose(0, ways_of(backend, viewer.scene()).front());

@@ -23,6 +23,8 @@ void main() {
     s.chart = 0u;
     s.page = 0u;
     s.missing = 0.0;
+    s.error = uintBitsToFloat(draw_constants.words[2]) / distance(in_position, frame.views[draw_constants.view].eye.xyz);
+    s.stretch = -1.0;
     s.triangle = uint(gl_PrimitiveID);
     out_colour = vec4(lit(s), 1.0);  // alpha marks coverage
 }

@@ -23,6 +23,8 @@
 #define LODE_DEBUG_CHART 6
 #define LODE_DEBUG_PAGE 7
 #define LODE_DEBUG_MISSING 8
+#define LODE_DEBUG_ERROR 9
+#define LODE_DEBUG_STRETCH 10
 
 #ifdef __cplusplus
 #include <cstdint>

@@ -68,6 +68,11 @@ vec3 lit(Surface s) {
     if (frame.debug_view == LODE_DEBUG_PAGE) albedo = colour_of_number(s.page);
     if (frame.debug_view == LODE_DEBUG_MISSING)
         albedo = s.missing > 0.0 ? vec3(0.9, 0.35 / s.missing, 0.05) : vec3(0.35);
+    // An eighth of a pixel is blue, a pixel green, eight are red; samples half or twice as far apart as the mean, likewise.
+    if (frame.debug_view == LODE_DEBUG_ERROR)
+        albedo = s.error < 0.0 ? vec3(0.35) : colour_of_share(clamp(0.5 + log2(max(s.error, 1e-6)) / 6.0, 0.0, 1.0));
+    if (frame.debug_view == LODE_DEBUG_STRETCH)
+        albedo = s.stretch < 0.0 ? vec3(0.35) : colour_of_share(clamp(0.5 + log2(max(s.stretch, 1e-6)) / 2.0, 0.0, 1.0));
     if (frame.debug_view == LODE_DEBUG_NORMAL) return normal * 0.5 + 0.5;
 
     float towards_light = max(dot(normal, frame.to_light.xyz), 0.0);

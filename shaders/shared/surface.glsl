@@ -13,6 +13,8 @@ struct Surface {
     uint chart;     // a number that differs between neighbouring charts, 0 where there are none
     uint page;      // a number that differs between neighbouring pages, 0 where there are none
     float missing;  // levels coarser than wanted, because the page is not there
+    float error;    // pixels: of a level, what it is off by; of samples, what leaving them out would cost; below 0: not known
+    float stretch;  // times as far apart as the mean, that samples are; below 0 where there are none
     uint triangle;  // a number that differs between neighbouring triangles
 };
 

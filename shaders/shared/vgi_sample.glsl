@@ -11,6 +11,7 @@ struct PulledSample {
     vec2 place;   // in the chart, 0 .. 1
     uint chart;
     uint level;   // of the page
+    vec2 measures;  // as Surface::error and Surface::stretch; where the debug view asks for them
     float lod;    // level of the attributes whose samples are as far apart as pixels
 };
 
@@ -60,6 +61,20 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
     float pixel = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_PIXEL]) *
                   distance(s.world.xyz, frame.views[draw_constants.view].eye.xyz);
     s.lod = log2(max(pixel, 1e-30) / sample_spacing[asset.first_chart + s.chart]);
+    s.measures = vec2(-1.0);
+    if (frame.debug_view == LODE_DEBUG_ERROR) {
+        float error = codes[draw_constants.words[LODE_VGI_WORD_ASSET] * 512u + ((texel.y >> 16) & 255u)];
+        s.measures.x = corner ? 0.0 : error / max(pixel, 1e-30);
+    }
+    if (frame.debug_view == LODE_DEBUG_STRETCH) {
+        ivec2 low = max(p - 1, ivec2(0)), high = min(p + 1, ivec2(row - 1));
+        uint at = slot * LODE_VGI_PAGE_TEXELS;
+        vec3 along_x = (lattice(geometry_at(at + uint(p.y * row + high.x))) - lattice(geometry_at(at + uint(p.y * row + low.x)))) / float(high.x - low.x);
+        vec3 along_y = (lattice(geometry_at(at + uint(high.y * row + p.x))) - lattice(geometry_at(at + uint(low.y * row + p.x)))) / float(high.y - low.y);
+        float cells = float(1u << ((draw_constants.words[LODE_VGI_WORD_IMAGES] >> 16) & 15u)) / float(asset.cells);
+        s.measures.y = asset.step * sqrt(0.5 * (dot(along_x, along_x) + dot(along_y, along_y))) / float(1u << level) /
+                       (cells * sample_spacing[asset.first_chart + s.chart]);
+    }
     return s;
 }
 

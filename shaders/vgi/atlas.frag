@@ -12,6 +12,7 @@ layout(location = 3) flat in uint in_level;
 layout(location = 4) flat in uint in_first_material;
 layout(location = 5) in float in_lod;
 layout(location = 6) flat in mat3 in_normal_to_world;
+layout(location = 9) in vec2 in_measures;  // error, stretch
 
 layout(location = 0) out vec4 out_colour;
 
@@ -98,6 +99,8 @@ void main() {
     s.chart = in_chart + 1u;
     s.page = slot + 1u;
     s.missing = float(level - wanted);
+    s.error = in_measures.x;
+    s.stretch = in_measures.y;
     s.triangle = uint(gl_PrimitiveID);
     out_colour = vec4(lit(s), 1.0);  // alpha marks coverage
 }

@@ -10,6 +10,7 @@ layout(location = 3) flat out uint out_level;   // of the page the last corner i
 layout(location = 4) flat out uint out_first_material;
 layout(location = 5) out float out_lod;
 layout(location = 6) flat out mat3 out_normal_to_world;
+layout(location = 9) out vec2 out_measures;  // as PulledSample's
 
 // The depth pre-pass and the colour pass must agree to the last bit, and so must charts along their borders.
 invariant gl_Position;
@@ -27,5 +28,6 @@ void main() {
     out_level = s.level;
     out_first_material = instances[id].first_material;
     out_lod = s.lod;
+    out_measures = s.measures;
     out_normal_to_world = mat3(instances[id].normal_to_world);
 }

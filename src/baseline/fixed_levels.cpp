@@ -62,6 +62,7 @@ public:
                 range.index_count = static_cast<uint32_t>(asset.levels.levels[l].indices.size());
                 range.triangles = range.index_count / 3;
                 range.level = static_cast<uint32_t>(l);
+                range.error = asset.levels.levels[l].error;
                 range.levels = static_cast<uint32_t>(chosen[a].size());
                 range.instances = std::move(chosen[a][l]);
                 ranges.push_back(std::move(range));

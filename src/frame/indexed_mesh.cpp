@@ -1,6 +1,7 @@
 #include "frame/indexed_mesh.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -25,7 +26,9 @@ PipelineSpec indexed_mesh_pipeline() {
     return spec;
 }
 
-Words indexed_mesh_words(uint32_t level, uint32_t levels) { return {level, levels}; }
+Words indexed_mesh_words(uint32_t level, uint32_t levels, float pixels) {
+    return {level, levels, std::bit_cast<uint32_t>(pixels)};
+}
 
 Sphere bounding_sphere(std::span<const MeshVertex> vertices) {
     std::vector<glm::vec3> positions;
@@ -53,10 +56,14 @@ void draw_ranges(Plan& plan, const FrameInput& input, uint32_t pipeline, std::sp
             draw.index_offset = range.index_offset;
             draw.count = range.index_count;
             draw.first_id = static_cast<uint32_t>(plan.instance_ids.size());
-            draw.words = indexed_mesh_words(range.level, range.levels);
+            float scale = 0;
             for (const uint32_t i : range.instances) {
-                if (frustum.touches(world[i].centre, world[i].radius)) plan.instance_ids.push_back(i);
+                if (!frustum.touches(world[i].centre, world[i].radius)) continue;
+                plan.instance_ids.push_back(i);
+                scale = std::max(scale, largest_scale(input.instances[i].object_to_world));
             }
+            draw.words =
+                indexed_mesh_words(range.level, range.levels, static_cast<float>(range.error) * scale * view.focal_px);
             draw.instances = static_cast<uint32_t>(plan.instance_ids.size()) - draw.first_id;
             if (v == 0) {
                 plan.stats.instances_drawn += draw.instances;

@@ -16,8 +16,9 @@ namespace lodestone {
 // The pipeline over shaders/mesh, drawing MeshVertex (shaders/shared/mesh_vertex.h) vertices.
 PipelineSpec indexed_mesh_pipeline();
 
-// Words of a draw with that pipeline: [0] the level, [1] the levels there are, for the debug view of levels.
-Words indexed_mesh_words(uint32_t level, uint32_t levels);
+// Words of a draw with that pipeline, for the debug views: [0] the level, [1] the levels there are, [2] float bits of
+// the pixels that the level is off by at distance 1.
+Words indexed_mesh_words(uint32_t level, uint32_t levels, float pixels);
 
 // A sphere around all vertices, centred in their box; of no vertices: a point at the origin.
 Sphere bounding_sphere(std::span<const MeshVertex> vertices);
@@ -29,6 +30,7 @@ struct IndexedRange {
     uint32_t index_count = 0;                      // indices drawn, degenerate triangles included
     uint32_t triangles = 0;                        // of them not degenerate, for the statistics
     uint32_t level = 0, levels = 1;
+    double error = 0;                 // of the level, object units
     std::vector<uint32_t> instances;  // numbers into FrameInput::instances
 };
 

@@ -75,6 +75,7 @@ public:
                 range.triangles = served.cursor.triangle_count();
                 range.level = served.cursor.level();
                 range.levels = asset.pm->levels();
+                if (!asset.pm->errors.empty()) range.error = static_cast<double>(asset.pm->errors[range.level]);
                 range.instances = served.instances;
                 ranges.push_back(std::move(range));
             }

@@ -36,7 +36,7 @@ struct DeviceInfo {
 };
 Result<std::vector<DeviceInfo>> list_devices();
 
-enum class DebugView : uint32_t { none, level, triangle, normal, uv, material, chart, page, missing };
+enum class DebugView : uint32_t { none, level, triangle, normal, uv, material, chart, page, missing, error, stretch };
 
 // How a frame is lit and shown; the same for every backend.
 struct Look {

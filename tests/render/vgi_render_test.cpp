@@ -206,6 +206,40 @@ TEST_F(VgiRenderTest, DrawsTheSameFromPoolsInPieces) {
     EXPECT_EQ(pictures[0].colour, pictures[1].colour);
 }
 
+TEST_F(VgiRenderTest, ColoursWhatSamplesWouldCostAndHowFarApartTheyAre) {
+    const auto atlas = atlas_of(mesh_of(Shape::rock, 20000));
+    Renderer& renderer = make();
+    Look look;
+    Random random(6);
+    const auto mean_red_over_blue = [&](vgi::Raster raster, DebugView view, double pixel_error) {
+        auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 26, 1, raster});
+        EXPECT_TRUE(vgi && renderer.load((*vgi)->recipe(), plain()));
+        frame_ = 0;
+        look.debug = view;
+        FrameInput input = look_from({0.4f, 0.6f, 2.2f});
+        input.budget.pixel_error = pixel_error;
+        const Picture picture = draw(**vgi, input, look, 1, random);
+        double red = 0, blue = 0;
+        for (size_t i = 0; i < picture.colour.size(); i += 4) {
+            if (picture.colour[i + 3] == 0) continue;
+            red += picture.colour[i];
+            blue += picture.colour[i + 2];
+        }
+        return red / blue;
+    };
+    // A bintree has what costs more than the pixel error; a grid also what is beside it and costs less.
+    const double two = mean_red_over_blue(vgi::Raster::bintree, DebugView::error, 2),
+                 half = mean_red_over_blue(vgi::Raster::bintree, DebugView::error, 0.5),
+                 grid = mean_red_over_blue(vgi::Raster::grid, DebugView::error, 2);
+    EXPECT_GT(two, half);
+    EXPECT_GT(two, grid);
+    // Samples are about as far apart as the mean.
+    const double even = mean_red_over_blue(vgi::Raster::bintree, DebugView::stretch, 1);
+    EXPECT_GT(even, 0.5);
+    EXPECT_LT(even, 4.0);
+    EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
+}
+
 TEST_F(VgiRenderTest, TessellatesWhatTheGridDraws) {
     const TriMesh mesh = mesh_of(Shape::rock, 20000);
     Renderer& renderer = make();

@@ -16,7 +16,7 @@ namespace {
 
 struct Options {
     StageOptions stage;
-    std::string backend = "lod", right = "full", keys;
+    std::string backend = "lod", right = "full", keys, shaders = "shaders";
     double pixel_error = 1;
     uint64_t frames = 0;
 };
@@ -75,6 +75,7 @@ Result<int> view(const Options& o) {
         viewer.panes[0].way.backend = o.backend;
         viewer.panes[1].way.backend = o.right;
         viewer.pixel_error = o.pixel_error;
+        viewer.shader_folder = o.shaders;
         if (auto done = viewer.show(std::move(stage->scene)); !done) return tl::unexpected(done.error());
         uint32_t wait = frames_per_key;
         while ((*window)->poll() && !progress.stopped()) {
@@ -121,6 +122,7 @@ void add_view(CLI::App& app, Run& run) {
     command->add_option("--pixel-error", o->pixel_error, "To begin with, pixels")
         ->check(CLI::Range(1.0 / 16, 64.0))
         ->capture_default_str();
+    command->add_option("--shaders", o->shaders, "Folder that F5 compiles shaders from")->capture_default_str();
     command->add_option("--keys", o->keys,
                         "Press these keys one after another, as F1 names them, and then end: 2,V,wait:30,F12; "
                         "load:FILE does as if FILE was dropped");

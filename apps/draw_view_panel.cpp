@@ -128,6 +128,7 @@ const std::vector<ViewKey>& view_keys() {
         set('F', "F", "fly or turn about", [](Viewer& v) { v.flies = !v.flies; });
         set('P', "P", "fly the path", [](Viewer& v) { v.play(); });
         set('R', "R", "record a path", [](Viewer& v) { v.record(); });
+        add(static_cast<int>(Key::f5), "F5", "compile the shaders anew", [](Viewer& v) { return v.reload_shaders(); });
         set(static_cast<int>(Key::home), "Home", "back to where it began", [](Viewer& v) { v.reset_camera(); });
         set(static_cast<int>(Key::f12), "F12", "screenshot", [](Viewer& v) { v.take_screenshot(); });
         return all;

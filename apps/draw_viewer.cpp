@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
+#include "apps/draw_shaders.h"
 #include "mesh/io/image_file.h"
 
 namespace lodestone {
@@ -66,6 +67,32 @@ Result<void> Viewer::choose(uint32_t p, const Way& chosen) {
         return tl::unexpected(opened.error());
     }
     pane = {way, std::move(*opened), {}, {}, {}, {}, {}, {}};
+    return {};
+}
+
+Result<void> Viewer::reload_shaders() {
+    const auto replaced = compile_shaders(shader_folder);
+    if (!replaced) {
+        message = replaced.error().message;
+        return {};
+    }
+    const std::array<bool, 2> open{panes[0].session != nullptr, panes[1].session != nullptr};
+    const auto open_panes = [&]() -> Result<void> {
+        for (uint32_t p = 0; p < panes.size(); ++p) {
+            if (!open[p]) continue;
+            if (auto done = choose(p, panes[p].way); !done) return done;
+        }
+        return {};
+    };
+    if (replaced->count() == 0) {
+        message = "no shader has changed";
+    } else if (auto done = open_panes(); done) {
+        message = std::to_string(replaced->count()) + " shaders compiled anew";
+    } else {
+        replaced->undo();
+        message = done.error().message;
+        return open_panes();
+    }
     return {};
 }
 

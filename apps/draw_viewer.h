@@ -4,6 +4,7 @@
 
 #include <array>
 #include <atomic>
+#include <filesystem>
 #include <future>
 #include <mutex>
 #include <optional>
@@ -59,6 +60,10 @@ public:
 
     std::array<Pane, 2> panes;
     Result<void> choose(uint32_t pane, const Way& way);
+    // Compiles shader_folder anew and draws with what it gives; what does not work is told in `message`, and changes
+    // nothing.
+    Result<void> reload_shaders();
+    std::filesystem::path shader_folder = "shaders";
 
     // The look of both panes, and what both are asked for.
     Look look;

@@ -11,15 +11,27 @@ std::map<std::string, std::span<const uint32_t>>& library() {
     static std::map<std::string, std::span<const uint32_t>> shaders;
     return shaders;
 }
+
+const std::map<std::string, std::span<const uint32_t>>& all_shaders() {
+    static const bool added = (add_built_in_shaders(), true);
+    static_cast<void>(added);
+    return library();
+}
+
 }  // namespace
 
 void add_shader(const std::string& name, std::span<const uint32_t> words) { library()[name] = words; }
 
 std::span<const uint32_t> shader_words(const std::string& name) {
-    static const bool added = (add_built_in_shaders(), true);
-    static_cast<void>(added);
-    const auto found = library().find(name);
-    return found == library().end() ? std::span<const uint32_t>{} : found->second;
+    const auto& shaders = all_shaders();
+    const auto found = shaders.find(name);
+    return found == shaders.end() ? std::span<const uint32_t>{} : found->second;
+}
+
+std::vector<std::string> shader_names() {
+    std::vector<std::string> names;
+    for (const auto& [name, words] : all_shaders()) names.push_back(name);
+    return names;
 }
 
 }  // namespace lodestone

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace lodestone {
 
@@ -13,5 +14,8 @@ void add_shader(const std::string& name, std::span<const uint32_t> words);
 
 // Empty where there is no such shader.
 std::span<const uint32_t> shader_words(const std::string& name);
+
+// Of all there are.
+std::vector<std::string> shader_names();
 
 }  // namespace lodestone

@@ -13,6 +13,10 @@
 #include <thread>
 
 #include "apps/bake.h"
+#ifdef LODESTONE_WITH_RENDER
+#include "apps/draw_shaders.h"
+#include "render/shader_library.h"
+#endif
 #include "base/file.h"
 #include "base/hash.h"
 #include "mesh/io/read.h"
@@ -232,7 +236,8 @@ TEST_F(ProgramTest, AnInterruptedBakeLeavesNothing) {
 
 TEST_F(ProgramTest, AKilledBakeGoesOnWhereItWas) {
     succeeds("generate rock --triangles 30000 -o rock.ply");
-    const std::string options = "bake rock.ply --backends lod,vgi,discrete --clusters 20 --order static --error-samples 1000 -o ";
+    const std::string options =
+        "bake rock.ply --backends lod,vgi,discrete --clusters 20 --order static --error-samples 1000 -o ";
     succeeds(options + "whole.lode");
     fs::create_directory(folder_ / "work");
     // Killed later and later, until nothing is left to kill; and once asked to stop.
@@ -364,9 +369,10 @@ TEST_F(ProgramTest, ViewsInAWindowAndSwitchesEverythingByKeys) {
         GTEST_SKIP() << "no display; install xvfb to run this test";
     // Every key but the last screenshots' once, both backends split and apart, another mesh baked on the way.
     const Ended e =
-        run("view rock.ply --size 320x240 --validation --keys "
+        run("view rock.ply --size 320x240 --validation --shaders " LODESTONE_SOURCE_DIR
+            "/shaders --keys "
             "F12,1,2,3,4,O,V,V,V,X,X,L,K,wait:3,L,K,B,F12,N,F12,N,B,T,wait:10,T,F,R,wait:5,R,P,wait:10,Home,"
-            "F1,H,H,load:nosuch.ply,load:second.ply,4,F12",
+            "F5,F1,H,H,load:nosuch.ply,load:second.ply,4,F12",
             display);
     ASSERT_EQ(e.code, 0) << e.err;
     EXPECT_EQ(e.err, "");
@@ -378,6 +384,44 @@ TEST_F(ProgramTest, ViewsInAWindowAndSwitchesEverythingByKeys) {
     EXPECT_NE(content_of(folder_ / "lodestone-1.png"), content_of(folder_ / "lodestone-3.png"));
     EXPECT_EQ(json::parse(content_of(folder_ / "recorded-1.path.json"))["lodestone"], "camera-path");
 }
+
+#ifdef LODESTONE_WITH_RENDER
+TEST_F(ProgramTest, CompilesShadersAnewAndKeepsWhatItHasWhereTheyAreBroken) {
+    const fs::path shaders = folder_ / "shaders";
+    fs::copy(fs::path(LODESTONE_SOURCE_DIR) / "shaders", shaders, fs::copy_options::recursive);
+    const auto unchanged = compile_shaders(shaders);
+    ASSERT_TRUE(unchanged) << unchanged.error().message;
+    EXPECT_EQ(unchanged->count(), 0u);
+    const auto words_of = [](const char* name) {
+        const auto words = shader_words(name);
+        return std::vector<uint32_t>(words.begin(), words.end());
+    };
+    const auto before = words_of("mesh/mesh.frag");
+    const auto change = [&](const char* file, const std::string& from, const std::string& to) {
+        std::string text = content_of(shaders / file);
+        const size_t at = text.find(from);
+        ASSERT_NE(at, std::string::npos) << file;
+        std::ofstream(shaders / file) << text.replace(at, from.size(), to);
+    };
+    // What is included counts, too: two fragment shaders light their surfaces.
+    change("shared/lighting.glsl", "albedo = vec3(0.5)", "albedo = vec3(0.25)");
+    const auto changed = compile_shaders(shaders);
+    ASSERT_TRUE(changed) << changed.error().message;
+    EXPECT_EQ(changed->count(), 2u);
+    EXPECT_NE(words_of("mesh/mesh.frag"), before);
+    changed->undo();
+    EXPECT_EQ(words_of("mesh/mesh.frag"), before);
+    change("vgi/sample.vert", "s.place", "s.nowhere");
+    const auto broken = compile_shaders(shaders);
+    ASSERT_FALSE(broken);
+    EXPECT_THAT(broken.error().message, HasSubstr("sample.vert:"));
+    EXPECT_THAT(broken.error().message, HasSubstr("nowhere"));
+    EXPECT_EQ(words_of("mesh/mesh.frag"), before);
+    const auto nowhere = compile_shaders(folder_ / "nowhere");
+    ASSERT_FALSE(nowhere);
+    EXPECT_THAT(nowhere.error().message, HasSubstr("nowhere"));
+}
+#endif
 
 TEST_F(ProgramTest, ProbesTheDeviceAndBakesForIt) {
     bake_rock();

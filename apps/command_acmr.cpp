@@ -97,6 +97,9 @@ void add_acmr(CLI::App& app, Run& run) {
         ->capture_default_str();
     command->add_flag("--compare", o->compare, "Also orders made afresh for every level, and the fixed ones");
     command->add_flag("--json", o->json, "Print as JSON");
+    command->footer(
+        examples("lodestone acmr bunny.lode --cache fifo16 --compare\n"
+                 "lodestone acmr bunny.lode --order classic --levels 20 --json"));
     command->callback([o, &run] { run = [o] { return acmr(*o); }; });
 }
 

@@ -232,6 +232,11 @@ void add_bake(CLI::App& app, Run& run) {
         ->add_option("--pixel-size", o->bake.read.pixel_size,
                      "Height maps: object units between samples; 0 takes the file's")
         ->capture_default_str();
+    command->footer(
+        examples("lodestone bake bunny.obj -o bunny.lode\n"
+                 "lodestone bake scan.ply.gz -o scan.lode --backends lod,vgi --report scan.json\n"
+                 "lodestone bake large.ply -o large.lode --backends vgi --resume   # and again, should it be stopped\n"
+                 "lodestone bake dem.tif -o dem.lode --backends vgi --clusters 300 --resolution 65"));
     command->callback([o, &run] { run = [o] { return bake(*o); }; });
 }
 

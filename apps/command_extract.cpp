@@ -94,6 +94,9 @@ void add_extract(CLI::App& app, Run& run) {
         ->check(CLI::NonNegativeNumber);
     command->add_option("--level", o->level, "This level; 0 is full detail");
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
+    command->footer(
+        examples("lodestone extract bunny.lode --backend lod --triangles 5000 -o bunny-5k.glb\n"
+                 "lodestone extract atlas.lode --backend vgi --level 1 -o atlas.ply"));
     command->callback([o, &run] { run = [o] { return extract(*o); }; });
 }
 

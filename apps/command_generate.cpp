@@ -22,6 +22,7 @@ void add_generate(CLI::App& app, Run& run) {
     command->add_option("--seed", o->seed, "Another seed, another rock");
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core");
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
+    command->footer(examples("lodestone generate rock --triangles 300000 --seed 7 -o rock.ply"));
     command->callback([o, &run] {
         run = [o]() -> Result<int> {
             set_thread_count(o->threads);

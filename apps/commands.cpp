@@ -32,6 +32,12 @@ Result<std::vector<std::string>> parse_list(const std::string& option, const std
     return words;
 }
 
+std::string examples(const std::string& lines) {
+    std::string text = "Examples:\n  ";
+    for (const char c : lines) text += c == '\n' ? std::string("\n  ") : std::string(1, c);
+    return text;
+}
+
 void print_line(const std::string& text) {
     std::fwrite(text.data(), 1, text.size(), stdout);
     std::fputc('\n', stdout);

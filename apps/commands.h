@@ -28,6 +28,9 @@ Result<std::pair<uint32_t, uint32_t>> parse_size(const std::string& text);
 // Comma-separated words; Fault::usage names `option` for an empty one.
 Result<std::vector<std::string>> parse_list(const std::string& option, const std::string& text);
 
+// What --help ends with: the lines, under a heading.
+std::string examples(const std::string& lines);
+
 // Prints to stdout, with a newline.
 void print_line(const std::string& text);
 // A JSON document written whole or not at all.

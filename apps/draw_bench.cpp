@@ -374,6 +374,10 @@ void add_bench(CLI::App& app, Run& run) {
         ->capture_default_str();
     command->add_option("-o,--out", o->out, "Folder for report.html, report.json and pictures")->required();
     command->add_flag("--json", o->json, "Print the report as JSON");
+    command->footer(
+        examples("lodestone bench assets/rock.scene.json --pixel-error 1,2,4 -o report\n"
+                 "lodestone bench scan.lode --backends vgi --rasters bintree,grid,tess -o report\n"
+                 "lodestone bench assets/cliff.scene.json --backends lod,vgi --fps 30 -o report"));
     command->callback([o, &run] { run = [o] { return bench(*o); }; });
 }
 

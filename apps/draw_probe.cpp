@@ -128,6 +128,9 @@ void add_probe(CLI::App& app, Run& run) {
     command->add_option("--device", o->device, "Number or part of the name; the first real GPU unless given");
     command->add_flag("--validation", o->validation, "Vulkan validation; any message is an error");
     command->add_flag("--json", o->json, "Print as JSON, with every candidate and pattern");
+    command->footer(
+        examples("lodestone probe\n"
+                 "lodestone bake bunny.obj -o bunny.lode --cache auto   # bakes for what it found"));
     command->callback([o, &run] { run = [o] { return probe(*o); }; });
 }
 

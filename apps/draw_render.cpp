@@ -150,6 +150,10 @@ void add_render(CLI::App& app, Run& run) {
         ->capture_default_str();
     command->add_option("-o,--out", o->out, "PNG to write")->required();
     command->add_option("--stats", o->stats, "Also write counts and times to this JSON file");
+    command->footer(
+        examples("lodestone render bunny.obj --backend lod --pixel-error 1 -o bunny.png\n"
+                 "lodestone render atlas.lode --backend vgi --raster grid --debug error -o error.png\n"
+                 "lodestone render assets/rock.scene.json --camera @0.9 --stats stats.json -o near.png"));
     command->callback([o, &run] { run = [o] { return render(*o); }; });
 }
 

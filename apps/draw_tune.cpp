@@ -189,6 +189,7 @@ void add_tune(CLI::App& app, Run& run) {
         ->check(CLI::Range(1u, 1000000u))
         ->capture_default_str();
     command->add_flag("--json", o->json, "Print a JSON document: the error, every flight, the controlled flight");
+    command->footer(examples("lodestone tune assets/rock.scene.json --backend vgi --fps 60"));
     command->callback([o, &run] { run = [o] { return tune(*o); }; });
 }
 

@@ -127,6 +127,9 @@ void add_view(CLI::App& app, Run& run) {
                         "Press these keys one after another, as F1 names them, and then end: 2,V,wait:30,F12; "
                         "load:FILE does as if FILE was dropped");
     command->add_option("--frames", o->frames, "End after so many frames; 0 for never")->capture_default_str();
+    command->footer(
+        examples("lodestone view bunny.obj\n"
+                 "lodestone view assets/cliff.scene.json --backend vgi --right full"));
     command->callback([o, &run] { run = [o] { return view(*o); }; });
 }
 

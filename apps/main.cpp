@@ -18,6 +18,15 @@ int run_program(int argc, char** argv) {
     bool verbose = false, quiet = false;
     app.add_flag("-v,--verbose", verbose, "Say more on stderr");
     app.add_flag("-q,--quiet", quiet, "No progress and no warnings");
+    app.footer(
+        "Meshes are PLY, OBJ, STL, OFF, glTF or GLB, or height maps (16-bit PNG, GeoTIFF) as terrain; .gz of any of "
+        "them.\n"
+        "A mesh or a scene given to render, bench, tune or view is baked on first use into the cache folder\n"
+        "($XDG_CACHE_HOME/lodestone, or ~/.cache/lodestone).\n\n"
+        "Results go to stdout, progress and warnings to stderr. Exit codes: 0 done; 1 an invariant or comparison "
+        "failed;\n"
+        "2 wrong usage; 3 bad input or unreadable asset; 4 machine, device or disk cannot; 130 interrupted.\n\n"
+        "lodestone SUBCOMMAND --help lists the options of a subcommand.");
     app.require_subcommand(1);
     app.fallthrough();
     Run run;

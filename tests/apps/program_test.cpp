@@ -198,6 +198,8 @@ TEST_F(ProgramTest, EndsWithTheCodesScriptsRelyOn) {
     EXPECT_FALSE(fs::exists(folder_ / "x.lode"));
     EXPECT_EQ(run("--version").code, 0);
     EXPECT_THAT(run("--help").out, HasSubstr("bake"));
+    EXPECT_THAT(run("--help").out, HasSubstr("Exit codes: 0 done"));
+    EXPECT_THAT(run("bake --help").out, HasSubstr("Examples:\n  lodestone bake"));
 }
 
 TEST_F(ProgramTest, ADamagedAssetIsOneClearLine) {

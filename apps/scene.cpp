@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "base/file.h"
 #include "base/random.h"
+#include "mesh/io/read.h"
 
 namespace lodestone {
 
@@ -323,6 +326,37 @@ Result<CameraPath> read_camera_path(const fs::path& path) {
     return camera_from({*json, path.string()});
 }
 
+namespace {
+
+bool is_gltf(fs::path path) {
+    if (path.extension() == ".gz") path = path.stem();
+    return path.extension() == ".gltf" || path.extension() == ".glb";
+}
+
+// An asset per mesh. Nothing where one mesh stands there once, or there are so many that each by itself would be too
+// little to simplify: then the file is one mesh.
+std::optional<Scene> scene_of(const std::vector<PlacedMesh>& placed, const fs::path& path) {
+    constexpr size_t most_meshes = 64;
+    Scene scene;
+    scene.name = path.stem().string();
+    std::map<uint32_t, uint32_t> asset_of;
+    for (const PlacedMesh& one : placed) {
+        const auto [at, fresh] = asset_of.try_emplace(one.mesh, static_cast<uint32_t>(scene.assets.size()));
+        if (fresh) {
+            SceneAsset asset;
+            asset.name = scene.name + "-mesh" + std::to_string(one.mesh);
+            asset.file = path;
+            asset.gltf_mesh = static_cast<int>(one.mesh);
+            scene.assets.push_back(std::move(asset));
+        }
+        scene.instances.push_back({at->second, one.to_scene});
+    }
+    if (placed.size() < 2 || scene.assets.size() > most_meshes) return std::nullopt;
+    return scene;
+}
+
+}  // namespace
+
 Result<Scene> read_scene(const fs::path& path) {
     if (path.extension() == ".json") {
         auto json = parse_file(path);
@@ -331,6 +365,11 @@ Result<Scene> read_scene(const fs::path& path) {
     }
     Scene scene;
     scene.name = path.stem().string();
+    if (is_gltf(path)) {
+        auto placed = read_gltf_nodes(path);
+        if (!placed) return tl::unexpected(placed.error());
+        if (auto several = scene_of(*placed, path)) return std::move(*several);
+    }
     SceneAsset asset;
     asset.name = scene.name;
     asset.file = path;

@@ -24,6 +24,7 @@ struct GeneratedSource {
 struct SceneAsset {
     std::string name;
     std::filesystem::path file;  // a mesh or a .lode; empty where generated
+    int gltf_mesh = -1;          // of a glTF file: that mesh alone
     std::optional<GeneratedSource> generated;
     bool is_lode() const { return file.extension() == ".lode"; }
 };
@@ -43,7 +44,8 @@ struct Scene {
     uint64_t resident_bytes = uint64_t{1} << 30;
 };
 
-// A scene file, or a single mesh or asset, which then stands alone at the origin. Paths are relative to the file that
+// A scene file; a glTF file, whose meshes stand where its nodes put them; or a single mesh or asset, which then stands
+// alone at the origin. Paths are relative to the file that
 // names them. Fault::format with file and place.
 Result<Scene> read_scene(const std::filesystem::path& path);
 Result<CameraPath> read_camera_path(const std::filesystem::path& path);

@@ -131,7 +131,15 @@ Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, cons
         if (!content) return tl::unexpected(content.error());
         name = asset.file.stem().string();
         source = hash_bytes((*content)->bytes());
-        make = [&](const BakeOptions& options) { return read_bake_input(asset.file, options, progress); };
+        make = [&](BakeOptions options) {
+            options.read.gltf_mesh = asset.gltf_mesh;
+            return read_bake_input(asset.file, options, progress);
+        };
+        if (asset.gltf_mesh >= 0) {
+            name = asset.name;
+            const std::string part = source.hex() + " mesh " + std::to_string(asset.gltf_mesh);
+            source = hash_of(std::span<const char>(part));
+        }
     }
     if (!needs.meshes) return cached(name, source, true, make, progress, bake_seconds);
     auto ready = cached(name, source, false, make, progress, bake_seconds);

@@ -236,6 +236,47 @@ TEST_F(ProgramTest, AnInterruptedBakeLeavesNothing) {
         EXPECT_EQ(entry.path().string().find("large.lode"), std::string::npos) << entry.path();
 }
 
+TEST_F(ProgramTest, AGltfFileIsAScene) {
+    bake_rock();
+    succeeds("extract rock.lode --backend lod --level 0 -o rock.glb");
+    // The rock three times: as it is, moved, and mirrored; below a node that stands for nothing itself.
+    std::string glb = content_of(folder_ / "rock.glb");
+    uint32_t json_bytes = 0;
+    std::memcpy(&json_bytes, glb.data() + 12, sizeof json_bytes);
+    json document = json::parse(glb.substr(20, json_bytes));
+    const std::string rest = glb.substr(20 + json_bytes);
+    document["nodes"] = {{{"children", {1, 2, 3}}, {"scale", {2, 2, 2}}},
+                         {{"mesh", 0}},
+                         {{"mesh", 0}, {"translation", {4, 0, 0}}},
+                         {{"mesh", 0}, {"translation", {-4, 0, 0}}, {"scale", {-1, 1, 1}}}};
+    document["scenes"] = {{{"nodes", {0}}}};
+    std::string text = document.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    const auto number = [](uint32_t value) { return std::string(reinterpret_cast<const char*>(&value), 4); };
+    std::ofstream(folder_ / "three.glb", std::ios::binary)
+        << glb.substr(0, 8) << number(static_cast<uint32_t>(20 + text.size() + rest.size()))
+        << number(static_cast<uint32_t>(text.size())) << "JSON" << text << rest;
+    // Baked as one mesh, where that is asked for.
+    succeeds("bake three.glb -o three.lode --report three.json");
+    const json baked = json::parse(content_of(folder_ / "three.json"));
+    EXPECT_EQ(baked["input"]["components"], 3);
+#ifdef LODESTONE_WITH_RENDER
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    for (const std::string backend : {"full", "vgi"}) {
+        succeeds("render three.glb --backend " + backend +
+                 " --size 320x200 -o three.png --stats stats.json --validation");
+        const json row = json::parse(content_of(folder_ / "stats.json"))["rows"][0];
+        EXPECT_EQ(row["instances_drawn"], 3) << backend;
+        if (backend == "full") { EXPECT_EQ(row["triangles"], baked["input"]["triangles"]); }
+    }
+    // One asset, three times as little to keep.
+    size_t cached = 0;
+    for (const auto& entry : fs::directory_iterator(folder_ / "cache" / "lodestone"))
+        cached += entry.path().filename().string().starts_with("three-mesh0-");
+    EXPECT_EQ(cached, 2u);  // a progressive mesh and an atlas
+#endif
+}
+
 TEST_F(ProgramTest, AKilledBakeGoesOnWhereItWas) {
     succeeds("generate rock --triangles 30000 -o rock.ply");
     const std::string options =

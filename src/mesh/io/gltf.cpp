@@ -165,15 +165,10 @@ public:
         parse();
         check_extensions();
         read_materials();
-        const bool scenes = !model_.scenes.empty();
-        if (scenes) {
-            const size_t scene =
-                model_.defaultScene >= 0 && static_cast<size_t>(model_.defaultScene) < model_.scenes.size()
-                    ? static_cast<size_t>(model_.defaultScene)
-                    : 0;
-            for (const int node : model_.scenes[scene].nodes) visit(node, glm::dmat4(1), 0);
+        if (options_.gltf_mesh >= 0) {
+            add_mesh(options_.gltf_mesh, glm::dmat4(1));
         } else {
-            for (size_t m = 0; m < model_.meshes.size(); ++m) add_mesh(static_cast<int>(m), glm::dmat4(1));
+            for_placed([&](int mesh, const glm::dmat4& world) { add_mesh(mesh, world); });
         }
         if (!model_.skins.empty()) warn("has a skin; the mesh is taken in its bind pose");
         if (!model_.animations.empty()) warn("has animations; they are left out");
@@ -183,6 +178,22 @@ public:
         }
         finish();
         return std::move(mesh_);
+    }
+
+    std::vector<PlacedMesh> nodes() {
+        parse();
+        check_extensions();
+        std::vector<PlacedMesh> placed;
+        for_placed([&](int mesh, const glm::dmat4& world) {
+            if (static_cast<size_t>(mesh) >= model_.meshes.size())
+                throw WrongFile{"nodes", "one refers to a mesh that is not there"};
+            const auto& primitives = model_.meshes[static_cast<size_t>(mesh)].primitives;
+            const bool triangles =
+                std::any_of(primitives.begin(), primitives.end(), [](const auto& p) { return makes_triangles(p); });
+            if (triangles && glm::determinant(glm::dmat3(world)) != 0)
+                placed.push_back({static_cast<uint32_t>(mesh), glm::mat4(world)});
+        });
+        return placed;
     }
 
 private:
@@ -275,7 +286,30 @@ private:
         return found->second = static_cast<int32_t>(mesh_.images.size()) - 1;
     }
 
-    void visit(int number, const glm::dmat4& parent, int depth) {
+    static int mode_of(const tinygltf::Primitive& primitive) {
+        return primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+    }
+    static bool makes_triangles(const tinygltf::Primitive& primitive) {
+        const int mode = mode_of(primitive);
+        return mode == TINYGLTF_MODE_TRIANGLES || mode == TINYGLTF_MODE_TRIANGLE_STRIP ||
+               mode == TINYGLTF_MODE_TRIANGLE_FAN;
+    }
+
+    // Calls place(mesh, where it is) for all that stands in the scene; of files without one, for every mesh.
+    template <class Place>
+    void for_placed(Place&& place) const {
+        if (model_.scenes.empty()) {
+            for (size_t m = 0; m < model_.meshes.size(); ++m) place(static_cast<int>(m), glm::dmat4(1));
+            return;
+        }
+        const size_t scene = model_.defaultScene >= 0 && static_cast<size_t>(model_.defaultScene) < model_.scenes.size()
+                                 ? static_cast<size_t>(model_.defaultScene)
+                                 : 0;
+        for (const int node : model_.scenes[scene].nodes) visit(node, glm::dmat4(1), 0, place);
+    }
+
+    template <class Place>
+    void visit(int number, const glm::dmat4& parent, int depth, Place& place) const {
         if (number < 0 || static_cast<size_t>(number) >= model_.nodes.size())
             throw WrongFile{"nodes", "one refers to a node that is not there"};
         if (depth > deepest_node) throw WrongFile{"nodes", "are nested more than 256 deep or in a circle"};
@@ -296,8 +330,8 @@ private:
         }
         const glm::dmat4 world = parent * local;
         // A skinned mesh stands where its joints say, not where its node is.
-        if (node.mesh >= 0) add_mesh(node.mesh, node.skin >= 0 ? glm::dmat4(1) : world);
-        for (const int child : node.children) visit(child, world, depth + 1);
+        if (node.mesh >= 0) place(node.mesh, node.skin >= 0 ? glm::dmat4(1) : world);
+        for (const int child : node.children) visit(child, world, depth + 1, place);
     }
 
     void add_mesh(int number, const glm::dmat4& world) {
@@ -311,9 +345,8 @@ private:
     }
 
     void add_primitive(const tinygltf::Primitive& primitive, const std::string& name, const glm::dmat4& world) {
-        const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
-        if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
-            mode != TINYGLTF_MODE_TRIANGLE_FAN) {
+        const int mode = mode_of(primitive);
+        if (!makes_triangles(primitive)) {
             skipped_points_ = true;
             warn("has points or lines; they are left out");
             return;
@@ -435,7 +468,27 @@ private:
             mesh_.materials.clear();
             mesh_.material_table.clear();
         }
+        if (options_.gltf_mesh >= 0) drop_unused_images();
         mesh_.set_identity_wedges();
+    }
+
+    // Of materials that the mesh has nothing of.
+    void drop_unused_images() {
+        std::vector<bool> used(mesh_.material_table.size(), false);
+        for (const uint16_t material : mesh_.materials) used[material] = true;
+        std::vector<int32_t> number(mesh_.images.size(), -1);
+        std::vector<Image> images;
+        for (size_t m = 0; m < used.size(); ++m) {
+            int32_t& image = mesh_.material_table[m].base_colour_image;
+            if (image < 0) continue;
+            int32_t& becomes = number[static_cast<size_t>(image)];
+            if (used[m] && becomes < 0) {
+                becomes = static_cast<int32_t>(images.size());
+                images.push_back(std::move(mesh_.images[static_cast<size_t>(image)]));
+            }
+            image = used[m] ? becomes : -1;
+        }
+        mesh_.images = std::move(images);
     }
 
     const SourceFile& file_;
@@ -452,6 +505,16 @@ private:
 Result<TriMesh> read_gltf(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
     try {
         return GltfReader(file, options, report).read();
+    } catch (const WrongFile& wrong) { return file.wrong(wrong.place, wrong.what); }
+}
+
+Result<std::vector<PlacedMesh>> read_gltf_nodes(const std::filesystem::path& path) {
+    auto content = read_file(path);
+    if (!content) return tl::unexpected(content.error());
+    const SourceFile file{path, std::move(*content)};
+    ReadReport report;
+    try {
+        return GltfReader(file, {}, report).nodes();
     } catch (const WrongFile& wrong) { return file.wrong(wrong.place, wrong.what); }
 }
 

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <glm/mat4x4.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ struct ReadOptions {
     bool load_images = true;  // decode textures
     float height_scale = 1;   // height maps: object units per height unit
     float pixel_size = 0;     // height maps: object units between samples, 0 takes the file's own (1 where it has none)
+    int gltf_mesh = -1;       // glTF: this mesh alone, before nodes place it; -1: all that stands in the scene, as one
 };
 
 struct ReadReport {
@@ -44,5 +46,12 @@ Result<std::unique_ptr<MeshStream>> open_mesh_stream(const std::filesystem::path
                                                      ReadReport* report = nullptr);
 
 const char* name_of(MeshFormat format);
+
+// What stands in a glTF file's scene, in the order of its nodes: meshes with triangles, by number, and where they are.
+struct PlacedMesh {
+    uint32_t mesh = 0;
+    glm::mat4 to_scene{1};
+};
+Result<std::vector<PlacedMesh>> read_gltf_nodes(const std::filesystem::path& path);
 
 }  // namespace lodestone

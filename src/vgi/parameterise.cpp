@@ -22,14 +22,9 @@ void place_boundary(Chart& chart, const Surface& surface, std::span<const Side> 
     chart.patch.flat.assign(chart.patch.positions.size(), {0.5, 0.5});
     for (size_t s = 0; s < 4; ++s) {
         const Arc& arc = arcs[sides[s].arc];
-        double run = 0;
+        const std::vector<double> places = places_along(arc, surface.positions);
         for (size_t i = 0; i < arc.vertices.size(); ++i) {
-            if (i > 0) run += glm::length(surface.positions[arc.vertices[i]] - surface.positions[arc.vertices[i - 1]]);
-            double share = arc.length > 0 ? run / arc.length
-                                          : static_cast<double>(i) / static_cast<double>(arc.vertices.size() - 1);
-            if (i == 0) share = 0;
-            if (i + 1 == arc.vertices.size()) share = 1;
-            if (sides[s].reversed) share = 1 - share;
+            const double share = sides[s].reversed ? 1 - places[i] : places[i];
             const uint32_t v = number.at(arc.vertices[i]);
             const bool last = sides[s].reversed ? i == 0 : i + 1 == arc.vertices.size();
             if (!last) chart.patch.flat[v] = begin[s] + along[s] * share;

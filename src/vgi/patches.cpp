@@ -138,6 +138,19 @@ private:
 
 }  // namespace
 
+std::vector<double> places_along(const Arc& arc, const std::vector<glm::dvec3>& positions) {
+    constexpr double least_step = 1e-5;
+    const size_t steps = arc.vertices.size() - 1;
+    std::vector<double> places(steps + 1, 0);
+    for (size_t i = 0; i < steps; ++i) {
+        const double length = glm::length(positions[arc.vertices[i + 1]] - positions[arc.vertices[i]]);
+        places[i + 1] = places[i] + (arc.length > 0 ? std::max(length, least_step * arc.length) : 1);
+    }
+    const double whole = places.back();
+    for (double& place : places) place /= whole;
+    return places;
+}
+
 std::vector<std::vector<uint32_t>> members_of(std::span<const uint32_t> label, uint32_t count) {
     std::vector<size_t> sizes(count, 0);
     for (const uint32_t patch : label) ++sizes[patch];

@@ -18,6 +18,10 @@ struct Arc {
     double length = 0;
 };
 
+// Where its vertices lie along it, 0 .. 1, rising: by length, but no step is less than a hundred-thousandth of it, so
+// that edges of hardly any length do not fold the chart beside them.
+std::vector<double> places_along(const Arc& arc, const std::vector<glm::dvec3>& positions);
+
 struct Side {
     uint32_t arc = 0;
     bool reversed = false;  // run against the arc's direction

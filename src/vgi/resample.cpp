@@ -70,26 +70,21 @@ Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, co
     borders_.resize(patches.arcs.size());
     for (size_t a = 0; a < borders_.size(); ++a) {
         const Arc& arc = patches.arcs[a];
+        const std::vector<double> places = places_along(arc, surface.positions);
+        const auto last = static_cast<uint32_t>(arc.vertices.size()) - 2;
         uint32_t segment = 0;
-        double run = 0, next = 0;
-        const auto length_of = [&](uint32_t i) {
-            return glm::length(surface.positions[arc.vertices[i + 1]] - surface.positions[arc.vertices[i]]);
-        };
-        next = length_of(0);
         for (uint32_t k = 0; k <= attribute_cells; ++k) {
-            const double wanted = arc.length * k / attribute_cells;
-            while (run + next < wanted && segment + 2 < arc.vertices.size()) {
-                run += next;
-                next = length_of(++segment);
+            const double wanted = static_cast<double>(k) / attribute_cells;
+            while (places[segment + 1] < wanted && segment < last) ++segment;
+            double share = std::clamp((wanted - places[segment]) / (places[segment + 1] - places[segment]), 0.0, 1.0);
+            if (k == attribute_cells) {
+                segment = last;
+                share = 1;
             }
-            double share = next > 0 ? std::clamp((wanted - run) / next, 0.0, 1.0) : 0;
-            if (k == 0) share = 0;
-            if (k == attribute_cells) share = 1;
             const glm::dvec3 &p = surface.positions[arc.vertices[segment]],
                              &q = surface.positions[arc.vertices[segment + 1]];
             borders_[a].push_back({share == 1 ? q : p + (q - p) * share, segment, share});
         }
-        LODE_CHECK(borders_[a].back().segment + 2 == arc.vertices.size(), a);
     }
 }
 

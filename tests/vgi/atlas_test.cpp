@@ -276,5 +276,32 @@ TEST(PageTree, NumbersPagesCoarsestFirst) {
     EXPECT_EQ(PageTree{16}.pages(), 1u);
 }
 
+TEST(Atlas, TakesEdgesOfHardlyAnyLength) {
+    // Every other column of a grid lies on the one before but for a last bit: borders end in steps that add nothing.
+    for (const size_t triangles : {200u, 800u}) {
+        TriMesh mesh = generate(Shape::grid, triangles, 1);
+        for (glm::vec3& p : mesh.positions) p.y = 0;
+        std::vector<float> columns;
+        for (const glm::vec3& p : mesh.positions) columns.push_back(p.x);
+        std::ranges::sort(columns);
+        columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+        for (glm::vec3& p : mesh.positions) {
+            const auto column = static_cast<size_t>(std::ranges::lower_bound(columns, p.x) - columns.begin());
+            if (column % 2 == 1) p = {columns[column - 1], 1e-35f, p.z};
+        }
+        ASSERT_TRUE(repair(mesh));
+        for (const uint32_t clusters : {3u, 6u, 12u, 40u}) {
+            AtlasOptions options;
+            options.clusters.clusters = clusters;
+            options.cells = 16;
+            options.error_samples = 1000;
+            AtlasReport report;
+            const auto atlas = make_atlas(mesh, options, report);
+            ASSERT_TRUE(atlas) << atlas.error().message;
+            EXPECT_TRUE(atlas->validate());
+        }
+    }
+}
+
 }  // namespace
 }  // namespace lodestone::vgi

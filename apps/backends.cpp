@@ -101,7 +101,9 @@ std::vector<std::string> backend_names() {
 
 Result<void> check_raster(const std::string& option, const std::string& name) {
     if (raster_named(name) != nullptr) return {};
-    return fail(Fault::usage, option + " " + name + ": there is no such way; choose from bintree, grid, tess");
+    std::string choices;
+    for (const auto& raster : rasters) choices += (choices.empty() ? "" : ", ") + std::string(raster.first);
+    return fail(Fault::usage, option + " " + name + ": there is no such way; choose from " + choices);
 }
 
 std::vector<Way> ways_of(const std::string& backend, const ReadyScene& scene) {

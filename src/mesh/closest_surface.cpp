@@ -57,8 +57,7 @@ struct ClosestSurface::Tree {
             nodes[n].low = low;
             nodes[n].high = high;
             if (size <= leaf_size) continue;
-            const glm::vec3 extent = centre_high - centre_low;
-            const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+            const int axis = Box{centre_low, centre_high}.longest_axis();
             const float middle = (centre_low[axis] + centre_high[axis]) * 0.5f;
             auto split = std::partition(begin, end, [&](uint32_t t) { return centres[t][axis] < middle; });
             if (split - begin < size / 16 || end - split < size / 16) {

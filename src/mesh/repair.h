@@ -23,10 +23,10 @@ struct RepairReport {
     uint64_t welded_vertices = 0;  // vertices merged into another
     uint64_t degenerate_triangles =
         0;  // dropped: a vertex repeated; flat ones with three vertices stay, they close gaps
-    uint64_t duplicate_triangles = 0;  // dropped: same three vertices as an earlier one, either way round
-    uint64_t flipped_triangles = 0;    // turned round to agree with their neighbours or to face outwards
-    uint64_t non_manifold_edges = 0;   // edges with more than two triangles: those that enclose a wedge of the inside
-                                      // stay paired, the rest is cut
+    uint64_t duplicate_triangles = 0;    // dropped: same three vertices as an earlier one, either way round
+    uint64_t flipped_triangles = 0;      // turned round to agree with their neighbours or to face outwards
+    uint64_t non_manifold_edges = 0;     // edges with more than two triangles: those that enclose a wedge of the inside
+                                         // stay paired, the rest is cut
     uint64_t non_orientable_edges = 0;   // edges cut because no orientation agrees across them (a Moebius strip)
     uint64_t non_manifold_vertices = 0;  // vertices whose triangles formed several fans, split
     uint64_t unreferenced_vertices = 0;  // dropped

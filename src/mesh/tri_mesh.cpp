@@ -51,6 +51,11 @@ Result<void> TriMesh::validate() const {
 
 float Box::diagonal() const { return glm::length(high - low); }
 
+int Box::longest_axis() const {
+    const glm::vec3 extent = high - low;
+    return extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+}
+
 Box bounding_box(std::span<const glm::vec3> points) {
     if (points.empty()) return {};
     Box box{points[0], points[0]};

@@ -68,6 +68,7 @@ struct Box {
     glm::vec3 low{0}, high{0};
     glm::vec3 centre() const { return (low + high) * 0.5f; }
     float diagonal() const;
+    int longest_axis() const;  // the first of several
 };
 Box bounding_box(std::span<const glm::vec3> points);  // of no points: a point at the origin
 

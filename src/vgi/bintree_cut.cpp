@@ -135,9 +135,7 @@ private:
         need(residency_.neighbour(parent, y % 2 == 0 ? 0 : 2), mask);
         need(residency_.neighbour(parent, x % 2 == 0 ? 3 : 1), mask);
     }
-    void ask(uint32_t number, float excess, uint32_t mask) {
-        asked_.emplace_back(number, std::max(excess, 1e-6f) * ((mask & 1) != 0 ? 1.0f : unseen));
-    }
+    void ask(uint32_t number, float excess, uint32_t mask) { asked_.emplace_back(number, wish_for(excess, mask)); }
 
     const Residency& residency_;
     const Visibility& visibility_;
@@ -169,7 +167,7 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDeman
     CutParts parts;
     for (const auto& part_of : done) {
         parts.add(part_of->parts());
-        for (const auto& [page, pixels] : part_of->asked()) demand.wanted[page] = std::max(demand.wanted[page], pixels);
+        for (const auto& [page, wish] : part_of->asked()) demand.ask(page, wish);
     }
     Cut result;
     result.parts = parts.take();

@@ -128,9 +128,7 @@ namespace {
 // Distance of every point to the mesh, slab by slab of space for memory's sake. likely: that hardly any exceeds.
 std::vector<double> distances_to(const TriMesh& mesh, const std::vector<glm::dvec3>& points, double likely) {
     constexpr size_t triangles_per_slab = 1000000;
-    const Box box = bounding_box(mesh.positions);
-    const glm::vec3 extent = box.high - box.low;
-    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+    const int axis = bounding_box(mesh.positions).longest_axis();
     std::vector<uint32_t> order(points.size());
     std::iota(order.begin(), order.end(), 0u);
     std::ranges::stable_sort(order, {}, [&](uint32_t i) { return points[i][axis]; });

@@ -11,6 +11,7 @@
 
 #include "base/clock.h"
 #include "base/threads.h"
+#include "vgi/patch.h"
 
 namespace lodestone::vgi {
 
@@ -45,13 +46,12 @@ Buckets cut_into_buckets(const Surface& surface, uint32_t wanted) {
             buckets.first.push_back(begin);
             continue;
         }
-        glm::vec3 low(1e30f), high(-1e30f);
+        Box box{glm::vec3(1e30f), glm::vec3(-1e30f)};
         for (size_t i = begin; i < end; ++i) {
-            low = glm::min(low, centre[order[i]]);
-            high = glm::max(high, centre[order[i]]);
+            box.low = glm::min(box.low, centre[order[i]]);
+            box.high = glm::max(box.high, centre[order[i]]);
         }
-        const glm::vec3 extent = high - low;
-        const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+        const int axis = box.longest_axis();
         const size_t middle = begin + (end - begin) / 2;
         std::nth_element(order.begin() + static_cast<ptrdiff_t>(begin), order.begin() + static_cast<ptrdiff_t>(middle),
                          order.begin() + static_cast<ptrdiff_t>(end), [&](uint32_t a, uint32_t b) {
@@ -164,31 +164,15 @@ struct Whole {
     }
 };
 
-// The triangles of a bucket as a surface of their own. vertices: their numbers on the whole.
-Surface taken_out(const Surface& surface, std::span<const uint32_t> triangles, std::vector<uint32_t>& vertices) {
-    Surface own;
-    own.triangles.reserve(triangles.size());
-    for (const uint32_t t : triangles) {
-        own.triangles.push_back(surface.triangles[t]);
-        vertices.insert(vertices.end(), own.triangles.back().vertices.begin(), own.triangles.back().vertices.end());
-    }
-    std::ranges::sort(vertices);
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-    for (SurfaceTriangle& t : own.triangles) {
-        t.places = none;
-        for (uint32_t& v : t.vertices)
-            v = static_cast<uint32_t>(std::ranges::lower_bound(vertices, v) - vertices.begin());
-    }
-    for (const uint32_t v : vertices) own.positions.push_back(surface.positions[v]);
-    return own;
-}
-
 // Clusters inside a bucket, down to several times those it will have: the last merges are better made with sight of
 // all. A triangle at the bucket's border, or the surface's, stays as it is, so that parts fit together.
 CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangles, const ClusterOptions& options,
                        const Whole& whole, std::vector<uint32_t>& cell_of) {
-    std::vector<uint32_t> vertices;
-    const Surface own = taken_out(surface, triangles, vertices);
+    Patch patch = take_patch(surface, triangles);
+    Surface own;
+    own.positions = std::move(patch.positions);
+    own.triangles = std::move(patch.triangles);
+    own.places = std::move(patch.places);
     std::vector<float> density;
     for (const uint32_t t : triangles) {
         if (!options.density.empty()) density.push_back(options.density[t]);
@@ -213,7 +197,7 @@ CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangl
     const auto target = static_cast<size_t>(16 + 16 * wanted * static_cast<double>(free_cells) /
                                                      static_cast<double>(surface.triangles.size()));
     Merging(complex, options, whole.area).run(edges, free_cells, target, frozen);
-    return complex.part(own, vertices, cell_of);
+    return complex.part(own, patch.origin, cell_of);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // what comes of it, and when a sample is wanted. Two ways: bintree_cut.h and grid_cut.h.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <glm/geometric.hpp>
@@ -60,6 +61,7 @@ struct PageDemand {
     // wanted.
     std::vector<float> wanted;
     explicit PageDemand(uint32_t pages = 0) : touched(pages, 0), wanted(pages, 0.0f) {}
+    void ask(uint32_t page, float wish) { wanted[page] = std::max(wanted[page], wish); }
 };
 
 // Whether a sample is wanted, as a pure function of its texel.
@@ -87,7 +89,10 @@ private:
     glm::vec3 offset_;
 };
 
-inline constexpr float unseen = 0.25f;  // what a missing page counts where no camera sees it
+// What a missing page counts, for the views in `mask`: less where views[0] does not see it.
+inline float wish_for(float excess, uint32_t mask) {
+    return std::max(excess, 1e-6f) * ((mask & 1) != 0 ? 1.0f : 0.25f);
+}
 
 // The parts of a cut while it is made.
 class CutParts {

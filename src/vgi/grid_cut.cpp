@@ -13,9 +13,8 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr uint32_t most_node_shift = 3;  // log2 of a node's cells along a side
-constexpr uint32_t most_difference =
-    3;  // between levels of neighbours: a corner of the finer is a sample of the coarser
+// Between levels of neighbours: so far, a corner of the finer is a sample of the coarser.
+constexpr uint32_t most_difference = most_node_shift;
 
 // Nodes of a chart by level. Levels up to `top` have nodes of 8 x 8 cells, each divided into four; above, the whole
 // chart is one node of fewer cells, divided into one of twice as many along a side.
@@ -198,10 +197,7 @@ private:
                 if (!may) continue;
                 const uint32_t number = page(n, level - 1);
                 if (residency_.entry(number).texels == nullptr) {
-                    const bool seen_now = seen(n, 1) != 0;
-                    demand_.wanted[number] =
-                        std::max(demand_.wanted[number],
-                                 std::max(wanted_.excess(about_.bounds[number]), 1e-6f) * (seen_now ? 1.0f : unseen));
+                    demand_.ask(number, wish_for(wanted_.excess(about_.bounds[number]), seen(n, 1)));
                 } else {
                     state_[index(n)] |= divided;
                 }

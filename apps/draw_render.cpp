@@ -43,17 +43,10 @@ Result<Camera> choose_camera(const ReadyScene& scene, const std::string& text) {
 }
 
 Result<DebugView> debug_named(const std::string& name) {
-    static constexpr std::pair<const char*, DebugView> names[] = {
-        {"none", DebugView::none},     {"level", DebugView::level},    {"triangle", DebugView::triangle},
-        {"normal", DebugView::normal}, {"uv", DebugView::uv},          {"material", DebugView::material},
-        {"chart", DebugView::chart},   {"page", DebugView::page},      {"missing", DebugView::missing},
-        {"error", DebugView::error},   {"stretch", DebugView::stretch}};
-    for (const auto& [known, view] : names) {
-        if (name == known) return view;
+    for (const DebugChoice& choice : debug_choices()) {
+        if (name == choice.name) return choice.view;
     }
-    return fail(Fault::usage,
-                "--debug " + name +
-                    ": choose from none, level, triangle, normal, uv, material, chart, page, missing, error, stretch");
+    return fail(Fault::usage, "--debug " + name + ": choose " + debug_names());
 }
 
 Result<int> render(const Options& o) {
@@ -72,7 +65,8 @@ Result<int> render(const Options& o) {
     if (!camera) return tl::unexpected(camera.error());
 
     progress.at("draw on " + renderer.device().name, 0);
-    auto session = DrawSession::open(ready, renderer, {o.backend, o.order, o.raster}, false, progress);
+    auto session =
+        DrawSession::open(ready, renderer, {o.backend, o.order, o.raster}, *debug == DebugView::misses, progress);
     if (!session) return tl::unexpected(session.error());
     (*session)->look.debug = *debug;
     Budget budget;
@@ -144,10 +138,7 @@ void add_render(CLI::App& app, Run& run) {
         ->excludes(error);
     command->add_option("--camera", o->camera,
                         "Camera path, PATH[@T] or @T with T from 0 to 1; the scene's own unless given");
-    command
-        ->add_option("--debug", o->debug,
-                     "none, level, triangle, normal, uv, material, chart, page, missing, error or stretch")
-        ->capture_default_str();
+    command->add_option("--debug", o->debug, "Colour by this: " + debug_names())->capture_default_str();
     command->add_option("-o,--out", o->out, "PNG to write")->required();
     command->add_option("--stats", o->stats, "Also write counts and times to this JSON file");
     command->footer(

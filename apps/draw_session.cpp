@@ -7,6 +7,8 @@
 #include <chrono>
 #include <ctime>
 
+#include "mesh/vertex_cache.h"
+
 namespace lodestone {
 
 namespace {
@@ -17,7 +19,27 @@ double thread_cpu_ms() {
     return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
 }
 
+double ms_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
 constexpr uint32_t shadow_texels = 2048;
+
+// How many corners of every triangle in the camera's picture a FIFO-16 misses.
+TriangleMarks cache_misses(const PlanMirror& mirror, size_t commands) {
+    TriangleMarks marks;
+    marks.first.assign(commands, TriangleMarks::no_marks);
+    std::vector<uint8_t> misses;
+    for (const PlanMirror::MirroredDraw& draw : mirror.draws()) {
+        // Of patches the hardware makes the triangles, and numbers none.
+        const bool patches = mirror.recipe().pipelines[draw.draw.pipeline].patch_vertices > 0;
+        if (draw.stage != Stage::colour || draw.indices.empty() || patches) continue;
+        simulate(CacheModel{}, draw.indices, &misses);
+        marks.first[draw.command] = static_cast<uint32_t>(marks.of_triangles.size());
+        marks.of_triangles.insert(marks.of_triangles.end(), misses.begin(), misses.end());
+    }
+    return marks;
+}
 
 // Frames free and take the same megabytes again, those of a software rasteriser most of all. Left to itself, glibc
 // gives them back to the system each time, and faulting them in anew is a seventh of a frame.
@@ -93,17 +115,22 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     drawn.plan_cpu_ms = thread_cpu_ms() - cpu_start;
     outstanding_ = !plan.requests.empty() || !input.arrivals.empty();
     reader_.request(plan.requests);
-    if (auto done = renderer_->submit(plan, input, look, place_); !done) return tl::unexpected(done.error());
+    const double plan_ms = ms_since(start);
+    Look shown = look;
+    if (mirror_) {
+        if (auto done = mirror_->execute(plan, input); !done) return tl::unexpected(done.error());
+        if (look.debug == DebugView::misses)
+            shown.marks = std::make_shared<const TriangleMarks>(cache_misses(*mirror_, plan.commands.size()));
+    }
+    const auto submitted = std::chrono::steady_clock::now();
+    if (auto done = renderer_->submit(plan, input, shown, place_); !done) return tl::unexpected(done.error());
     if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
-    drawn.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    drawn.ms = plan_ms + ms_since(submitted);
     drawn.stats = plan.stats;
     for (const FrameCounters& counters : renderer_->take_counters()) {
         if (counters.frame == input.frame) drawn.counters = counters;
     }
     readbacks_ = renderer_->take_readbacks();
-    if (mirror_) {
-        if (auto done = mirror_->execute(plan, input); !done) return tl::unexpected(done.error());
-    }
     return drawn;
 }
 

@@ -17,7 +17,7 @@ struct DrawnFrame {
     FrameCounters counters;
     PlanStats stats;
     double plan_cpu_ms = 0;  // CPU of the calling thread inside FrameSource::plan
-    double ms = 0;           // wall clock, from plan() entered to the fence seen signalled
+    double ms = 0;           // wall clock, from plan() entered to the fence seen signalled; simulations left out
 };
 
 // A picture as an image to write; its alpha only marked coverage.
@@ -38,7 +38,7 @@ public:
     Result<DrawnFrame> settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                               uint32_t frames = 4096);
 
-    // What the last frame looked like to a CPU; null unless mirrored.
+    // What the last frame looked like to a CPU; null unless mirrored. Colours of cache misses need it.
     const PlanMirror* mirror() const { return mirror_ ? &*mirror_ : nullptr; }
     const View& view() const { return view_; }  // views[0] of the last frame
     FrameSource& source() { return *source_; }

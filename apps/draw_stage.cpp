@@ -36,6 +36,35 @@ Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs
     return DrawStage{size->first, size->second, std::move(*renderer), std::move(*ready)};
 }
 
+std::span<const DebugChoice> debug_choices() {
+    static constexpr DebugChoice choices[] = {{DebugView::none, "none", "lit"},
+                                              {DebugView::level, "level", "level"},
+                                              {DebugView::triangle, "triangle", "triangle"},
+                                              {DebugView::chart, "chart", "chart"},
+                                              {DebugView::page, "page", "page"},
+                                              {DebugView::missing, "missing", "missing pages"},
+                                              {DebugView::normal, "normal", "normal"},
+                                              {DebugView::uv, "uv", "texture coordinates"},
+                                              {DebugView::material, "material", "material"},
+                                              {DebugView::error, "error", "error in pixels"},
+                                              {DebugView::stretch, "stretch", "stretch"},
+                                              {DebugView::misses, "misses", "cache misses"}};
+    return choices;
+}
+
+std::string debug_names() {
+    std::string names;
+    for (const DebugChoice& choice : debug_choices()) {
+        if (&choice == &debug_choices().back()) {
+            names += " or ";
+        } else if (!names.empty()) {
+            names += ", ";
+        }
+        names += choice.name;
+    }
+    return names;
+}
+
 Machine DrawStage::machine() const {
     const DeviceInfo& device = renderer->device();
     return {cpu_name(), device.name, device.driver, source_commit(), device.software};

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "apps/workplace.h"
@@ -17,6 +18,16 @@ struct StageOptions {
     bool validation = false;
 };
 void add_stage_options(CLI::App& command, StageOptions& options);
+
+// What can be coloured: its name on the command line, and in the viewer.
+struct DebugChoice {
+    DebugView view;
+    const char* name;
+    const char* title;
+};
+std::span<const DebugChoice> debug_choices();
+// "none, level, ... or misses"
+std::string debug_names();
 
 struct DrawStage {
     uint32_t width = 0, height = 0;

@@ -5,17 +5,13 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "apps/draw_stage.h"
+
 namespace lodestone {
 
 namespace {
 
-constexpr std::pair<DebugView, const char*> colourings[] = {
-    {DebugView::none, "lit"},          {DebugView::level, "level"},
-    {DebugView::triangle, "triangle"}, {DebugView::chart, "chart"},
-    {DebugView::page, "page"},         {DebugView::missing, "missing pages"},
-    {DebugView::normal, "normal"},     {DebugView::uv, "texture coordinates"},
-    {DebugView::material, "material"}, {DebugView::error, "error in pixels"},
-    {DebugView::stretch, "stretch"}};
+auto colouring_of(const Viewer& v) { return std::ranges::find(debug_choices(), v.look.debug, &DebugChoice::view); }
 
 Result<void> choose(Viewer& viewer, const char* backend) {
     return viewer.choose(0, ways_of(backend, viewer.scene()).front());
@@ -113,8 +109,8 @@ const std::vector<ViewKey>& view_keys() {
             return v.choose(0, at == ways.end() || at + 1 == ways.end() ? ways.front() : *(at + 1));
         });
         set('V', "V", "the next colouring", [](Viewer& v) {
-            const auto* at = std::ranges::find(colourings, v.look.debug, &std::pair<DebugView, const char*>::first);
-            v.look.debug = at + 1 == std::end(colourings) ? colourings[0].first : (at + 1)->first;
+            const auto at = colouring_of(v) + 1;
+            v.look.debug = (at == debug_choices().end() ? debug_choices().begin() : at)->view;
         });
         set('X', "X", "wireframe", [](Viewer& v) { v.look.wireframe = !v.look.wireframe; });
         set('L', "L", "freeze levels", [](Viewer& v) { v.freeze(!v.freeze_levels, v.freeze_culling); });
@@ -178,10 +174,9 @@ void describe_panel(Viewer& v) {
     ImGui::Checkbox("wireframe", &v.look.wireframe);
     ImGui::SameLine();
     ImGui::Checkbox("both sides", &v.look.double_sided);
-    const auto* colouring = std::ranges::find(colourings, v.look.debug, &std::pair<DebugView, const char*>::first);
-    if (ImGui::BeginCombo("colours", colouring->second)) {
-        for (const auto& [view, name] : colourings) {
-            if (ImGui::Selectable(name, view == v.look.debug)) v.look.debug = view;
+    if (ImGui::BeginCombo("colours", colouring_of(v)->title)) {
+        for (const DebugChoice& choice : debug_choices()) {
+            if (ImGui::Selectable(choice.title, choice.view == v.look.debug)) v.look.debug = choice.view;
         }
         ImGui::EndCombo();
     }

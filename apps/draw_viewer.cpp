@@ -59,7 +59,7 @@ Result<void> Viewer::show(ReadyScene scene) {
 Result<void> Viewer::choose(uint32_t p, const Way& chosen) {
     const Way way = chosen;  // which may be the pane's own
     Pane& pane = panes[p];
-    auto opened = DrawSession::open(*scene_, renderer_, way, false, progress_, p);
+    auto opened = DrawSession::open(*scene_, renderer_, way, look.debug == DebugView::misses, progress_, p);
     if (!opened) {
         message = way.backend + ": " + opened.error().message;
         // What was shown goes on, unless its recipe is gone already.
@@ -260,6 +260,10 @@ Result<void> Viewer::draw_panes() {
     budget.resident_bytes = scene_->scene.resident_bytes;
     for (uint32_t p = 0; p < (split ? 2u : 1u); ++p) {
         Pane& pane = panes[p];
+        // A mirror must see every frame from the first on, and costs where nobody looks through it.
+        if ((look.debug == DebugView::misses) != (pane.session->mirror() != nullptr)) {
+            if (auto done = choose(p, pane.way); !done) return done;
+        }
         pane.session->look = look;
         pane.session->frozen_levels = frozen_levels_;
         pane.session->frozen_culling = frozen_culling_;

@@ -12,5 +12,7 @@ layout(set = 0, binding = LODE_MATERIALS, std430) readonly buffer MaterialBlock 
 layout(set = 0, binding = LODE_TEXTURES) uniform sampler2DArray textures;
 layout(set = 0, binding = LODE_SHADOW_DEPTH) uniform sampler2D shadow_depth;
 layout(set = 0, binding = LODE_SHADOW_TRANSMITTANCE) uniform sampler2D shadow_transmittance;
+// A byte a triangle, four to a word; from draw_constants.first_mark on they are the draw's own.
+layout(set = 0, binding = LODE_TRIANGLE_MARKS, std430) readonly buffer MarkBlock { uint triangle_marks[]; };
 
 #endif

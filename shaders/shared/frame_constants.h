@@ -12,6 +12,7 @@
 #define LODE_TEXTURES 4
 #define LODE_SHADOW_DEPTH 5
 #define LODE_SHADOW_TRANSMITTANCE 6
+#define LODE_TRIANGLE_MARKS 7
 
 // FrameConstants::debug_view.
 #define LODE_DEBUG_NONE 0
@@ -25,6 +26,7 @@
 #define LODE_DEBUG_MISSING 8
 #define LODE_DEBUG_ERROR 9
 #define LODE_DEBUG_STRETCH 10
+#define LODE_DEBUG_MISSES 11
 
 #ifdef __cplusplus
 #include <cstdint>

@@ -15,7 +15,7 @@ struct Surface {
     float missing;  // levels coarser than wanted, because the page is not there
     float error;    // pixels: of a level, what it is off by; of samples, what leaving them out would cost; below 0: not known
     float stretch;  // times as far apart as the mean, that samples are; below 0 where there are none
-    uint triangle;  // a number that differs between neighbouring triangles
+    uint triangle;  // its number in the draw
 };
 
 // Octahedral decoding: Cigolle et al., "A survey of efficient representations for independent unit vectors", JCGT 2014.

@@ -134,11 +134,12 @@ void PlanMirror::mirror_draws(const Plan& plan) {
     draws_.clear();
     pulled_indices_.clear();
     instance_ids_ = plan.instance_ids;
-    for (const Command& command : plan.commands) {
+    for (size_t i = 0; i < plan.commands.size(); ++i) {
+        const Command& command = plan.commands[i];
         const auto* draw = std::get_if<Draw>(&command.what);
         if (draw == nullptr) continue;
         MirroredDraw mirrored{
-            command.stage, *draw, {}, {}, std::span(instance_ids_).subspan(draw->first_id, draw->instances)};
+            i, command.stage, *draw, {}, {}, std::span(instance_ids_).subspan(draw->first_id, draw->instances)};
         if (draw->index_buffer != no_buffer) {
             const std::byte* bytes = buffers_[draw->index_buffer].bytes.data() + draw->index_offset;
             mirrored.indices = {reinterpret_cast<const uint32_t*>(bytes), draw->count};

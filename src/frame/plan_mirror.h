@@ -35,6 +35,7 @@ public:
     Result<void> execute(const Plan& plan, const FrameInput& input);
 
     struct MirroredDraw {
+        size_t command = 0;  // of the plan
         Stage stage = Stage::colour;
         Draw draw;
         std::span<const uint32_t> indices;    // empty where not indexed, and where the puller tells none

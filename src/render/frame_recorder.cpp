@@ -27,6 +27,7 @@ VkPipelineStageFlags2 stages_of(const PipelineSpec& spec) {
 
 const Draw* direct_draw(const Command& command) { return std::get_if<Draw>(&command.what); }
 const DrawIndirect* indirect_draw(const Command& command) { return std::get_if<DrawIndirect>(&command.what); }
+static_assert(TriangleMarks::no_marks == LODE_NO_MARKS);
 bool draws(const Command& command) { return direct_draw(command) != nullptr || indirect_draw(command) != nullptr; }
 
 }  // namespace
@@ -92,6 +93,7 @@ void FrameRecorder::upload_frame_data() {
     put(c_.slot.constants, &constants, sizeof constants);
     put(c_.slot.instances, instances.data(), instances.size() * sizeof instances[0]);
     put(c_.slot.instance_ids, plan_.instance_ids.data(), plan_.instance_ids.size() * sizeof plan_.instance_ids[0]);
+    if (look_.marks != nullptr) put(c_.slot.marks, look_.marks->of_triangles.data(), look_.marks->of_triangles.size());
     memory_barrier(commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, shader_stages,
                    VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
 }
@@ -184,7 +186,13 @@ void FrameRecorder::use_storage(const PipelineSpec& spec, VkPipelineStageFlags2 
     }
 }
 
-void FrameRecorder::bind(const BuiltPipeline& pipeline, VkPipeline variant, uint32_t view, const Words& words) {
+uint32_t FrameRecorder::first_mark_of(const Command& command) const {
+    const auto number = static_cast<size_t>(&command - plan_.commands.data());
+    return look_.marks != nullptr && number < look_.marks->first.size() ? look_.marks->first[number] : LODE_NO_MARKS;
+}
+
+void FrameRecorder::bind(const BuiltPipeline& pipeline, VkPipeline variant, uint32_t view, const Words& words,
+                         uint32_t first_mark) {
     if (bound_pipeline_ != variant) {
         vkCmdBindPipeline(commands_, pipeline.bind_point, variant);
         const VkDescriptorSet sets[] = {c_.slot.frame_set, pipeline.storage_set};
@@ -193,6 +201,7 @@ void FrameRecorder::bind(const BuiltPipeline& pipeline, VkPipeline variant, uint
     }
     DrawConstants constants{};
     constants.view = view;
+    constants.first_mark = first_mark;
     std::copy(words.begin(), words.end(), constants.words);
     vkCmdPushConstants(commands_, pipeline.layout.get(), pipeline.stages, 0, sizeof constants, &constants);
 }
@@ -260,7 +269,10 @@ void FrameRecorder::use_draw_buffers(const Draw& draw, const DrawIndirect* indir
                        {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
 }
 
-void FrameRecorder::draw(Stage stage, const Draw& d, const DrawIndirect* indirect) {
+void FrameRecorder::draw(const Command& command) {
+    const Stage stage = command.stage;
+    const DrawIndirect* indirect = indirect_draw(command);
+    const Draw& d = indirect != nullptr ? indirect->draw : *direct_draw(command);
     LODE_CHECK(d.view < input_.views.size(), d.view);
     LODE_CHECK(stage == Stage::shadow ? input_.views[d.view].kind == View::Kind::shadow : d.view == 0, d.view);
     if (indirect == nullptr && (d.count == 0 || d.instances == 0)) return;
@@ -270,7 +282,7 @@ void FrameRecorder::draw(Stage stage, const Draw& d, const DrawIndirect* indirec
                             : stage == Stage::depth ? Variant::depth
                             : wire_                 ? Variant::wire
                                                     : Variant::colour;
-    bind(pipeline, pipeline.draw[static_cast<int>(variant)].get(), d.view, d.words);
+    bind(pipeline, pipeline.draw[static_cast<int>(variant)].get(), d.view, d.words, first_mark_of(command));
     if (c_.recipe.pipelines[d.pipeline].layout.stride > 0) {
         const VkBuffer vertices = c_.built.buffers[d.vertex_buffer].whole();
         if (vertices != bound_vertices_ || d.vertex_offset != bound_vertex_offset_)
@@ -357,8 +369,7 @@ void FrameRecorder::record_stage(Stage stage) {
                 rendering = true;
                 clear = false;
             }
-            const DrawIndirect* indirect = indirect_draw(command);
-            draw(stage, indirect != nullptr ? indirect->draw : *direct_draw(command), indirect);
+            draw(command);
             continue;
         }
         stop_rendering();

@@ -10,6 +10,7 @@
 #include "render/hazards.h"
 #include "render/recipe_build.h"
 #include "render/targets.h"
+#include "shaders/shared/draw_constants.h"
 
 namespace lodestone {
 
@@ -47,9 +48,11 @@ private:
     void record_stage(Stage stage);
     void begin_rendering(Stage stage, bool clear);
     void use_draw_buffers(const Draw& draw, const DrawIndirect* indirect);
-    void draw(Stage stage, const Draw& draw, const DrawIndirect* indirect);
+    void draw(const Command& command);
     void use_storage(const PipelineSpec& spec, VkPipelineStageFlags2 stages);
-    void bind(const BuiltPipeline& pipeline, VkPipeline variant, uint32_t view, const Words& words);
+    void bind(const BuiltPipeline& pipeline, VkPipeline variant, uint32_t view, const Words& words,
+              uint32_t first_mark = LODE_NO_MARKS);
+    uint32_t first_mark_of(const Command& command) const;
 
     FrameContext c_;
     const Plan& plan_;

@@ -35,6 +35,7 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
         {LODE_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_SHADOW_DEPTH, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_SHADOW_TRANSMITTANCE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+        {LODE_TRIANGLE_MARKS, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
     };
     VkDescriptorSetLayoutCreateInfo layout_info{};
     layout_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
@@ -45,7 +46,7 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
     layout_ = OwnedSetLayout(device.handle(), layout);
 
     const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, slots},
-                                          {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 3 * slots},
+                                          {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 4 * slots},
                                           {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * slots}};
     VkDescriptorPoolCreateInfo pool_info{};
     pool_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
@@ -72,30 +73,36 @@ VkDescriptorSet FrameSets::allocate() const {
 }
 
 void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, const Targets& targets) const {
-    const VkDescriptorBufferInfo buffers[] = {{slot.constants.get(), 0, VK_WHOLE_SIZE},
-                                              {slot.instances.get(), 0, VK_WHOLE_SIZE},
-                                              {slot.instance_ids.get(), 0, VK_WHOLE_SIZE},
-                                              {materials.table.get(), 0, VK_WHOLE_SIZE}};
-    const VkDescriptorImageInfo images[] = {
-        {texture_sampler_.get(), materials.textures.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
-        {texel_sampler_.get(), targets.shadow_depth.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
-        {texel_sampler_.get(), targets.shadow_transmittance.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
+    const std::pair<uint32_t, VkDescriptorBufferInfo> buffers[] = {
+        {LODE_FRAME_CONSTANTS, {slot.constants.get(), 0, VK_WHOLE_SIZE}},
+        {LODE_INSTANCES, {slot.instances.get(), 0, VK_WHOLE_SIZE}},
+        {LODE_INSTANCE_IDS, {slot.instance_ids.get(), 0, VK_WHOLE_SIZE}},
+        {LODE_MATERIALS, {materials.table.get(), 0, VK_WHOLE_SIZE}},
+        {LODE_TRIANGLE_MARKS, {slot.marks.get(), 0, VK_WHOLE_SIZE}}};
+    const std::pair<uint32_t, VkDescriptorImageInfo> images[] = {
+        {LODE_TEXTURES, {texture_sampler_.get(), materials.textures.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
+        {LODE_SHADOW_DEPTH,
+         {texel_sampler_.get(), targets.shadow_depth.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
+        {LODE_SHADOW_TRANSMITTANCE,
+         {texel_sampler_.get(), targets.shadow_transmittance.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}}};
+    std::vector<VkWriteDescriptorSet> writes;
+    const auto write = [&](uint32_t binding, VkDescriptorType type) -> VkWriteDescriptorSet& {
+        VkWriteDescriptorSet& w = writes.emplace_back();
+        w.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+        w.dstSet = slot.frame_set;
+        w.dstBinding = binding;
+        w.descriptorCount = 1;
+        w.descriptorType = type;
+        return w;
     };
-    VkWriteDescriptorSet writes[7] = {};
-    for (uint32_t b = 0; b < 7; ++b) {
-        writes[b].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
-        writes[b].dstSet = slot.frame_set;
-        writes[b].dstBinding = b;
-        writes[b].descriptorCount = 1;
-        if (b < 4) {
-            writes[b].descriptorType = b == 0 ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
-            writes[b].pBufferInfo = &buffers[b];
-        } else {
-            writes[b].descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
-            writes[b].pImageInfo = &images[b - 4];
-        }
+    for (const auto& [binding, buffer] : buffers) {
+        const bool constants = binding == LODE_FRAME_CONSTANTS;
+        write(binding, constants ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER).pBufferInfo =
+            &buffer;
     }
-    vkUpdateDescriptorSets(device_.handle(), std::size(writes), writes, 0, nullptr);
+    for (const auto& [binding, image] : images)
+        write(binding, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER).pImageInfo = &image;
+    vkUpdateDescriptorSets(device_.handle(), static_cast<uint32_t>(writes.size()), writes.data(), 0, nullptr);
 }
 
 gpu::FrameConstants frame_constants(const FrameInput& input, const Look& look, uint32_t shadow_size) {

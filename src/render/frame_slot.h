@@ -37,7 +37,7 @@ struct FrameSlot {
     uint32_t place = 0;  // whose recipe it draws
     std::chrono::steady_clock::time_point submitted_at;
     Staging staging;
-    Buffer constants, instances, instance_ids;  // device-local
+    Buffer constants, instances, instance_ids, marks;  // device-local
     VkDescriptorSet frame_set = VK_NULL_HANDLE;
     OwnedQueryPool statistics, timestamps;
     struct PendingReadback {

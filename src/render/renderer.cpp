@@ -73,6 +73,9 @@ public:
             ensure_buffer(allocator_, slot.instance_ids,
                           std::max<size_t>(plan.instance_ids.size(), 1) * sizeof(uint32_t),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, "instance ids");
+            const size_t marks = look.marks != nullptr ? look.marks->of_triangles.size() : 0;
+            ensure_buffer(allocator_, slot.marks, (marks + 4) / 4 * 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                          "triangle marks");
             sets_.write(slot, loaded.materials, targets_);
             CommandPool::begin(slot.commands);
             FrameRecorder({device_, pool_, allocator_, loaded.recipe, loaded.built, loaded.hazards, targets_,

@@ -36,7 +36,27 @@ struct DeviceInfo {
 };
 Result<std::vector<DeviceInfo>> list_devices();
 
-enum class DebugView : uint32_t { none, level, triangle, normal, uv, material, chart, page, missing, error, stretch };
+enum class DebugView : uint32_t {
+    none,
+    level,
+    triangle,
+    normal,
+    uv,
+    material,
+    chart,
+    page,
+    missing,
+    error,
+    stretch,
+    misses
+};
+
+// A number for every triangle of some of a plan's draws, for DebugView::misses: 0 blue .. 3 red.
+struct TriangleMarks {
+    std::vector<uint8_t> of_triangles;  // draw after draw; every instance of a draw has the same
+    std::vector<uint32_t> first;        // by command of the plan, into of_triangles; no_marks where it has none
+    static constexpr uint32_t no_marks = ~0u;
+};
 
 // How a frame is lit and shown; the same for every backend.
 struct Look {
@@ -48,6 +68,7 @@ struct Look {
     bool double_sided = false;                        // false culls back faces
     bool wireframe = false;                           // lines only; where RendererOptions::presents
     DebugView debug = DebugView::none;
+    std::shared_ptr<const TriangleMarks> marks;  // of the plan that is drawn; may be null
 };
 
 // What the GPU counted in one frame. Counts are of all passes together and per stage.

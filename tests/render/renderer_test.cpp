@@ -14,6 +14,7 @@
 #include "baseline/full.h"
 #include "fixtures/meshes.h"
 #include "frame/indexed_mesh.h"
+#include "frame/plan_mirror.h"
 #include "lod/bake.h"
 #include "lod/lod_source.h"
 #include "mesh/generate.h"
@@ -142,6 +143,41 @@ TEST_F(RendererTest, DrawsTheGoldenPictures) {
     small.object_to_world = glm::mat4(0.5f);
     small.object_to_world[3] = glm::vec4(-0.7f, 1.2f, 0, 1);
     expect_golden(drawn(renderer, *textured, look_at({2, 1.6f, 3}, 2, {Instance{}, small})), "cubes");
+}
+
+TEST_F(RendererTest, ColoursTrianglesByTheirMarks) {
+    Renderer& renderer = make();
+    auto full = full_of(rock(3000));
+    ASSERT_TRUE(renderer.load(full->recipe(), plain_materials()));
+    const Plan plan = full->plan(look_at({0, 0, 3}, 0));
+    PlanMirror mirror(full->recipe());
+    ASSERT_TRUE(mirror.execute(plan, look_at({0, 0, 3}, 0)));
+    // Colour draws alone have marks, beginning at an odd place: those above the middle 3, those below 0.
+    const auto marks = std::make_shared<TriangleMarks>();
+    marks->of_triangles.assign(3, 1);
+    for (const Command& command : plan.commands)
+        marks->first.push_back(command.stage == Stage::colour ? 3 : TriangleMarks::no_marks);
+    for (const auto& corners : mirror.triangles_of(0))
+        marks->of_triangles.push_back(corners[0].y + corners[1].y + corners[2].y > 0 ? 3 : 0);
+    ASSERT_EQ(marks->of_triangles.size() - 3, plan.stats.triangles);
+    Look look;
+    look.debug = DebugView::misses;
+    look.marks = marks;
+    ASSERT_TRUE(renderer.submit(plan, look_at({0, 0, 3}, 0), look));
+    const auto picture = renderer.read_picture();
+    ASSERT_TRUE(picture);
+    size_t red_above = 0, red_below = 0, blue_above = 0, blue_below = 0;
+    for (uint32_t y = 0; y < height; ++y) {
+        for (uint32_t x = 0; x < width; ++x) {
+            const uint8_t* p = &picture->colour[(size_t{y} * width + x) * 4];
+            if (p[3] == 0) continue;
+            (y < height / 2 ? (p[0] > p[2] ? red_above : blue_above) : (p[0] > p[2] ? red_below : blue_below)) += 1;
+        }
+    }
+    // Triangles that cross the middle belong to either.
+    EXPECT_GT(red_above, 20 * blue_above);
+    EXPECT_GT(blue_below, 20 * red_below);
+    EXPECT_GT(blue_below, 500u);
 }
 
 TEST_F(RendererTest, ADepthBufferHoldsReversedDepth) {

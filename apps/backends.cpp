@@ -7,6 +7,7 @@
 #include "baseline/full.h"
 #include "lod/cursor.h"
 #include "lod/lod_source.h"
+#include "lod/morphed_vertex.h"
 #include "vgi/pulled_vertex.h"
 #include "vgi/vgi_source.h"
 
@@ -17,14 +18,11 @@ namespace {
 using Open = Result<std::unique_ptr<FrameSource>> (*)(const Way& way, const ReadyScene& scene,
                                                       const Progress& progress);
 
-constexpr std::pair<const char*, vgi::Raster> rasters[] = {
+// How vgi makes triangles.
+constexpr std::pair<const char*, vgi::Raster> vgi_rasters[] = {
     {"bintree", vgi::Raster::bintree}, {"grid", vgi::Raster::grid}, {"tess", vgi::Raster::tess}};
-const std::pair<const char*, vgi::Raster>* raster_named(const std::string& name) {
-    for (const auto& raster : rasters) {
-        if (name.empty() || name == raster.first) return &raster;
-    }
-    return nullptr;
-}
+// And lod.
+constexpr const char* lod_geomorph = "geomorph";
 
 Result<std::unique_ptr<FrameSource>> open_full(const Way&, const ReadyScene& scene, const Progress&) {
     std::vector<FixedLevels> levels;
@@ -51,25 +49,35 @@ Result<std::unique_ptr<FrameSource>> open_discrete(const Way&, const ReadyScene&
 Result<std::unique_ptr<FrameSource>> open_lod_scene(const Way& way, const ReadyScene& scene, const Progress&) {
     std::vector<std::shared_ptr<const ProgressiveMesh>> assets;
     for (const Asset& asset : scene.assets) assets.push_back(asset.lod);
-    return open_lod(std::move(assets), {way.order, scene.scene.resident_bytes, scene.most_instances});
+    return open_lod(std::move(assets), {.order = way.order,
+                                        .resident_bytes = scene.scene.resident_bytes,
+                                        .instances = scene.most_instances,
+                                        .geomorph = way.raster == lod_geomorph});
 }
 
 Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Way& way, const ReadyScene& scene, const Progress&) {
     std::vector<std::shared_ptr<const vgi::AtlasFile>> assets;
     for (const Asset& asset : scene.assets) assets.push_back(asset.atlas_file);
-    return vgi::open_vgi(std::move(assets), {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size()),
-                                             raster_named(way.raster)->second});
+    const auto* raster = std::ranges::find(vgi_rasters, way.raster, &std::pair<const char*, vgi::Raster>::first);
+    if (raster == std::end(vgi_rasters)) raster = vgi_rasters;
+    return vgi::open_vgi(std::move(assets),
+                         {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size()), raster->second});
 }
 
 struct Backend {
     const char* name;
     Open open;
-    PlanMirror::Puller puller;  // of its vertices, where they are pulled
+    PlanMirror::Puller puller;         // of its vertices, where they are pulled
+    std::vector<std::string> rasters;  // the first is drawn by unless told otherwise
 };
-const Backend backends[] = {{"full", open_full, {}},
-                            {"discrete", open_discrete, {}},
-                            {"lod", open_lod_scene, {}},
-                            {"vgi", open_vgi_scene, {vgi::pulled_vertex, vgi::patch_indices}}};
+const Backend backends[] = {{"full", open_full, {}, {""}},
+                            {"discrete", open_discrete, {}, {""}},
+                            {"lod", open_lod_scene, {morphed_vertex, {}}, {"", lod_geomorph}},
+                            {"vgi", open_vgi_scene, {vgi::pulled_vertex, vgi::patch_indices}, [] {
+                                 std::vector<std::string> names;
+                                 for (const auto& raster : vgi_rasters) names.emplace_back(raster.first);
+                                 return names;
+                             }()}};
 
 const Backend* backend_named(const std::string& name) {
     for (const Backend& b : backends) {
@@ -99,31 +107,41 @@ std::vector<std::string> backend_names() {
     return names;
 }
 
-Result<void> check_raster(const std::string& option, const std::string& name) {
-    if (raster_named(name) != nullptr) return {};
+Result<void> check_raster(const std::string& option, const std::string& name, const std::string& backend) {
+    if (name.empty()) return {};
     std::string choices;
-    for (const auto& raster : rasters) choices += (choices.empty() ? "" : ", ") + std::string(raster.first);
-    return fail(Fault::usage, option + " " + name + ": there is no such way; choose from " + choices);
+    for (const Backend& b : backends) {
+        const bool asked = backend.empty() || backend == b.name;
+        if (asked && std::ranges::find(b.rasters, name) != b.rasters.end()) return {};
+        for (const std::string& raster : b.rasters) {
+            if (raster.empty()) continue;
+            choices += (choices.empty() ? "" : ", ") + raster + " (" + b.name + ")";
+        }
+    }
+    return fail(Fault::usage, option + " " + name + ": there is no such way" +
+                                  (backend.empty() ? "" : " to draw by " + backend) + "; there are " + choices);
 }
 
 std::vector<Way> ways_of(const std::string& backend, const ReadyScene& scene) {
-    std::vector<Way> ways;
-    if (backend == "vgi") {
-        for (const auto& raster : rasters) ways.push_back({backend, "", raster.first});
-        return ways;
+    std::vector<std::string> orders{""};
+    if (backend == "lod") {
+        orders.clear();
+        for (const FaceOrder& o : scene.assets[0].lod->orders) {
+            const bool everywhere = std::all_of(scene.assets.begin(), scene.assets.end(),
+                                                [&](const Asset& a) { return a.lod->order_named(o.name) != nullptr; });
+            if (everywhere) orders.push_back(o.name);
+        }
     }
-    if (backend != "lod") return {{backend, "", ""}};
-    for (const FaceOrder& o : scene.assets[0].lod->orders) {
-        const bool everywhere = std::all_of(scene.assets.begin(), scene.assets.end(),
-                                            [&](const Asset& a) { return a.lod->order_named(o.name) != nullptr; });
-        if (everywhere) ways.push_back({backend, o.name, ""});
+    std::vector<Way> ways;
+    for (const std::string& raster : backend_named(backend)->rasters) {
+        for (const std::string& order : orders) ways.push_back({backend, order, raster});
     }
     return ways;
 }
 
 Result<std::unique_ptr<FrameSource>> open_backend(const Way& way, const ReadyScene& scene, const Progress& progress) {
     if (auto known = check_backend("--backend", way.backend); !known) return tl::unexpected(known.error());
-    if (auto known = check_raster("--raster", way.raster); !known) return tl::unexpected(known.error());
+    if (auto known = check_raster("--raster", way.raster, way.backend); !known) return tl::unexpected(known.error());
     return backend_named(way.backend)->open(way, scene, progress);
 }
 

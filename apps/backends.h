@@ -17,10 +17,11 @@ std::vector<std::string> backend_names();
 Result<void> check_backend(const std::string& option, const std::string& name);
 // What a scene has to hold for these backends.
 SceneNeeds needs_of(const std::vector<std::string>& names);
-// Fault::usage, naming the option, unless it is one of `vgi`'s, or empty for its usual one.
-Result<void> check_raster(const std::string& option, const std::string& name);
-// The ways a backend can draw the scene, the usual one first: by the orders that every asset holds for `lod`, by how
-// triangles are made for `vgi`.
+// Fault::usage, naming the option, unless it is one of the backend's (of any's, where that is empty), or empty for the
+// usual one.
+Result<void> check_raster(const std::string& option, const std::string& name, const std::string& backend);
+// The ways a backend can draw the scene, the usual one first: by how triangles are made and moved, and for `lod` by the
+// orders that every asset holds.
 std::vector<Way> ways_of(const std::string& backend, const ReadyScene& scene);
 
 // Choices may be left empty, for the usual ones. Fault::usage for an unknown backend.

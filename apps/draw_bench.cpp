@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
+#include <tuple>
 #include <utility>
 
 #include "apps/commands.h"
@@ -13,7 +15,9 @@
 #include "base/statistics.h"
 #include "mesh/distance.h"
 #include "mesh/io/image_file.h"
+#include "report/error_search.h"
 #include "report/image_metrics.h"
+#include "report/markdown.h"
 #include "report/page.h"
 #include "report/rows.h"
 
@@ -24,6 +28,7 @@ namespace {
 struct Options {
     StageOptions stage;
     std::string backends = "full,discrete,lod,vgi", orders, rasters, pixel_errors = "1", out;
+    std::string equal_error;  // a metric, or empty
     uint32_t frames = 120, quality_frames = 5, rounds = 1;
     double fps = 0;
     bool json = false;
@@ -88,13 +93,37 @@ public:
         row.frames = options_.frames;
         row.bake_seconds = scene_.bake_seconds;
         row.asset_bytes = scene_.asset_bytes;
-        Budget budget;
-        budget.pixel_error = pixel_error;
-        budget.resident_bytes = scene_.scene.resident_bytes;
-        if (auto done = measure_times(way, budget, row); !done) return done;
-        if (auto done = measure_quality(way, budget, row); !done) return done;
+        if (auto done = measure_times(row); !done) return done;
+        if (auto done = measure_quality(row, true); !done) return done;
         report.rows.push_back(std::move(row));
         return {};
+    }
+
+    // Adds a row of `way` at the largest pixel error at which it is no worse than `like`. None where it never is.
+    Result<void> measure_like(const Way& way, const Row& like, const ErrorMetric& metric) {
+        const double worst = metric.worse(like);
+        const auto at = largest_good({.start = like.pixel_error}, [&](double pixel_error) -> Result<bool> {
+            if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+            const auto [tried, is_new] = tried_.try_emplace({way, metric.name, pixel_error});
+            if (is_new) {
+                Row row;
+                static_cast<Way&>(row) = way;
+                row.pixel_error = pixel_error;
+                if (auto done = measure_quality(row, false); !done) return tl::unexpected(done.error());
+                tried->second = metric.worse(row);
+            }
+            return tried->second <= worst;
+        });
+        if (!at) return tl::unexpected(at.error());
+        if (!*at) {
+            progress_.warning(name_of(way) + ": no " + metric.name + " as good as that of " + name_of(like) + " at " +
+                              std::to_string(like.pixel_error) + " px");
+            return {};
+        }
+        const bool measured = std::ranges::any_of(report.rows, [&](const Row& row) {
+            return static_cast<const Way&>(row) == way && row.pixel_error == **at;
+        });
+        return measured ? Result<void>{} : measure(way, **at);
     }
 
     // Flies once more with the pixel error steered to hold a frame rate.
@@ -117,10 +146,14 @@ public:
     Result<void> write() const {
         const std::filesystem::path folder(options_.out);
         if (auto done = write_json((folder / "report.json").string(), json_of(report).dump(2)); !done) return done;
-        auto file = OutputFile::create(folder / "report.html");
-        if (!file) return tl::unexpected(file.error());
-        if (auto done = file->write(report_page(report, images_)); !done) return done;
-        return file->commit();
+        for (const auto& [name, text] : {std::pair("report.html", report_page(report, images_)),
+                                         std::pair("report.md", report_markdown(report))}) {
+            auto file = OutputFile::create(folder / name);
+            if (!file) return tl::unexpected(file.error());
+            if (auto done = file->write(text); !done) return done;
+            if (auto done = file->commit(); !done) return done;
+        }
+        return {};
     }
 
     Report report;
@@ -164,7 +197,16 @@ private:
         return {};
     }
 
-    Result<void> measure_times(const Way& way, const Budget& budget, Row& row) {
+    Budget budget_of(const Row& row) const {
+        Budget budget;
+        budget.pixel_error = row.pixel_error;
+        budget.resident_bytes = scene_.scene.resident_bytes;
+        return budget;
+    }
+
+    Result<void> measure_times(Row& row) {
+        const Way& way = row;
+        const Budget budget = budget_of(row);
         if (auto done = renderer_.resize(width_, height_); !done) return done;
         auto session = DrawSession::open(scene_, renderer_, way, false, progress_);
         if (!session) return tl::unexpected(session.error());
@@ -208,7 +250,11 @@ private:
         return {};
     }
 
-    Result<void> measure_quality(const Way& way, const Budget& budget, Row& row) {
+    // keep: the pictures go into the report, with the row that is added next.
+    Result<void> measure_quality(Row& row, bool keep) {
+        const Way& way = row;
+        const Budget budget = budget_of(row);
+        if (auto done = renderer_.resize(width_, height_); !done) return done;
         auto session = DrawSession::open(scene_, renderer_, way, true, progress_);
         if (!session) return tl::unexpected(session.error());
         std::vector<double> psnrs, ssims, acmrs;
@@ -219,7 +265,9 @@ private:
                 return tl::unexpected(drawn.error());
             auto picture = renderer_.read_picture();
             if (!picture) return tl::unexpected(picture.error());
-            if (auto done = save_compared(*picture, reference, row, static_cast<uint32_t>(i)); !done) return done;
+            if (keep) {
+                if (auto done = save_compared(*picture, reference, row, static_cast<uint32_t>(i)); !done) return done;
+            }
             const auto mask = covered_union(*picture, reference.supersampled);
             psnrs.push_back(psnr_db(*picture, reference.supersampled, mask));
             ssims.push_back(ssim(*picture, reference.supersampled, mask));
@@ -269,6 +317,7 @@ private:
     const Progress& progress_;
     std::vector<Reference> references_;
     std::vector<PageImage> images_;
+    std::map<std::tuple<Way, std::string, double>, double> tried_;  // by way, metric and pixel error: how bad
 };
 
 Result<int> bench(const Options& o) {
@@ -288,17 +337,19 @@ Result<int> bench(const Options& o) {
         }
         pixel_errors.push_back(value);
     }
-    // Unless asked for more, each backend draws in its usual way.
-    std::vector<std::string> wanted;
-    for (const auto& [option, text] : {std::pair("--orders", o.orders), std::pair("--rasters", o.rasters)}) {
-        if (text.empty()) continue;
-        auto words = parse_list(option, text);
+    const auto metric = std::ranges::find(error_metrics(), o.equal_error, &ErrorMetric::name);
+    if (!o.equal_error.empty() && metric == error_metrics().end())
+        return fail(Fault::usage, "--equal-error " + o.equal_error + ": choose ssim or max_pixel_deviation");
+    std::vector<std::string> orders, rasters;
+    for (const auto& [option, text, wanted] :
+         {std::tuple("--orders", &o.orders, &orders), std::tuple("--rasters", &o.rasters, &rasters)}) {
+        if (text->empty()) continue;
+        auto words = parse_list(option, *text);
         if (!words) return tl::unexpected(words.error());
-        for (const std::string& word : *words) {
-            if (text != o.rasters) continue;
-            if (auto known = check_raster(option, word); !known) return tl::unexpected(known.error());
-        }
-        wanted.insert(wanted.end(), words->begin(), words->end());
+        *wanted = std::move(*words);
+    }
+    for (const std::string& raster : rasters) {
+        if (auto known = check_raster("--rasters", raster, ""); !known) return tl::unexpected(known.error());
     }
     const Progress progress = terminal_progress();
     SceneNeeds needs = needs_of(*backends);
@@ -316,12 +367,17 @@ Result<int> bench(const Options& o) {
     bench.report.size = o.stage.size;
     for (const std::string& backend : *backends) {
         const std::vector<Way> ways = ways_of(backend, stage->scene);
-        const std::string& asked = backend == "vgi" ? o.rasters : o.orders;
+        for (const std::string& order : orders) {
+            if (backend != "lod" || std::ranges::find(ways, order, &Way::order) != ways.end()) continue;
+            return fail(Fault::usage, "--orders " + order + ": the scene's meshes are not baked with it");
+        }
+        // What none of its ways goes by is for other backends, and it draws in its usual way.
+        const auto chosen = [&](const std::vector<std::string>& wanted, std::string Way::*what, const Way& way) {
+            const auto is_wanted = [&](const Way& w) { return std::ranges::find(wanted, w.*what) != wanted.end(); };
+            return std::ranges::any_of(ways, is_wanted) ? is_wanted(way) : way.*what == ways.front().*what;
+        };
         for (const Way& way : ways) {
-            const bool chosen = asked.empty() || ways.size() == 1
-                                    ? way == ways.front()
-                                    : std::ranges::find(wanted, way.order + way.raster) != wanted.end();
-            if (!chosen) continue;
+            if (!chosen(orders, &Way::order, way) || !chosen(rasters, &Way::raster, way)) continue;
             for (const double pixel_error : pixel_errors) {
                 auto done = bench.measure(way, pixel_error);
                 if (!done && done.error().fault == Fault::machine) {
@@ -334,6 +390,16 @@ Result<int> bench(const Options& o) {
                 if (auto steered = bench.steer(way, o.fps, pixel_error); !steered)
                     return tl::unexpected(steered.error());
             }
+        }
+    }
+    if (metric != error_metrics().end()) {
+        const std::vector<Row> rows = bench.report.rows;
+        for (const Row& like : rows) {
+            const bool wanted = like.backend != "full" && like.backend != "discrete" &&
+                                std::ranges::find(*backends, "discrete") != backends->end();
+            if (!wanted) continue;
+            if (auto done = bench.measure_like({"discrete", "", ""}, like, *metric); !done)
+                return tl::unexpected(done.error());
         }
     }
     if (auto done = bench.write(); !done) return tl::unexpected(done.error());
@@ -358,7 +424,7 @@ void add_bench(CLI::App& app, Run& run) {
     command->add_option("--orders", o->orders,
                         "lod: face orders to draw, separated by commas; the first of the asset unless given");
     command->add_option("--rasters", o->rasters,
-                        "vgi: bintree, grid or tess, separated by commas; bintree unless given");
+                        "vgi: bintree, grid or tess; lod: geomorph; separated by commas; bintree unless given");
     command->add_option("--pixel-error", o->pixel_errors, "Largest errors on screen, pixels, separated by commas")
         ->capture_default_str();
     command->add_option("--frames", o->frames, "Frames of the flight")
@@ -367,12 +433,15 @@ void add_bench(CLI::App& app, Run& run) {
     command->add_option("--quality-frames", o->quality_frames, "Pictures compared along the flight")
         ->check(CLI::Range(1u, 1000u))
         ->capture_default_str();
+    command->add_option("--equal-error", o->equal_error,
+                        "Also draw discrete where its ssim, or its max_pixel_deviation, is as good as that of each "
+                        "row of lod and vgi");
     command->add_option("--fps", o->fps, "Also fly with the pixel error steered to hold this frame rate")
         ->check(CLI::Range(0.1, 100000.0));
     command->add_option("--rounds", o->rounds, "Times the flight is flown; figures are over all of them")
         ->check(CLI::Range(1u, 1000u))
         ->capture_default_str();
-    command->add_option("-o,--out", o->out, "Folder for report.html, report.json and pictures")->required();
+    command->add_option("-o,--out", o->out, "Folder for report.html, report.md, report.json and pictures")->required();
     command->add_flag("--json", o->json, "Print the report as JSON");
     command->footer(
         examples("lodestone bench assets/rock.scene.json --pixel-error 1,2,4 -o report\n"

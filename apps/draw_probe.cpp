@@ -61,7 +61,7 @@ public:
         range.triangles = range.index_count / 3;
         range.instances = {0};
         const Sphere in_sight{{0, 0, 0}, 1e6f};
-        draw_ranges(plan, input, 0, std::span(&range, 1), std::span(&in_sight, 1));
+        draw_ranges(plan, input, std::span(&range, 1), std::span(&in_sight, 1));
         if (auto done = renderer_->submit(plan, input, Look{}); !done) return tl::unexpected(done.error());
         if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
         uint64_t runs = 0;

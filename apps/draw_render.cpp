@@ -52,10 +52,8 @@ Result<DebugView> debug_named(const std::string& name) {
 Result<int> render(const Options& o) {
     const auto debug = debug_named(o.debug);
     if (!debug) return tl::unexpected(debug.error());
-    if (auto known = check_raster("--raster", o.raster); !known) return tl::unexpected(known.error());
-    if (!o.raster.empty() && o.backend != "vgi")
-        return fail(Fault::usage, "--raster " + o.raster + ": is for --backend vgi");
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
+    if (auto known = check_raster("--raster", o.raster, o.backend); !known) return tl::unexpected(known.error());
     const Progress progress = terminal_progress();
     auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
     if (!stage) return tl::unexpected(stage.error());
@@ -129,7 +127,8 @@ void add_render(CLI::App& app, Run& run) {
     add_stage_options(*command, o->stage);
     command->add_option("--backend", o->backend, "full, discrete, lod or vgi")->capture_default_str();
     command->add_option("--order", o->order, "lod: face order to draw");
-    command->add_option("--raster", o->raster, "vgi: bintree, grid or tess; how triangles are made and drawn");
+    command->add_option("--raster", o->raster,
+                        "vgi: bintree, grid or tess; lod: geomorph; how triangles are made and moved");
     auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, pixels")
                       ->check(CLI::Range(1e-6, 1e6))
                       ->capture_default_str();

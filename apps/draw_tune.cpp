@@ -100,7 +100,7 @@ Result<int> tune(const Options& o) {
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
     if (o.backend == "full")
         return fail(Fault::usage, "--backend full: has one level and no error to tune; choose discrete, lod or vgi");
-    if (auto known = check_raster("--raster", o.raster); !known) return tl::unexpected(known.error());
+    if (auto known = check_raster("--raster", o.raster, o.backend); !known) return tl::unexpected(known.error());
     const Progress progress = terminal_progress();
     auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
     if (!stage) return tl::unexpected(stage.error());
@@ -184,7 +184,7 @@ void add_tune(CLI::App& app, Run& run) {
         ->capture_default_str();
     command->add_option("--backend", o->backend, "discrete, lod or vgi")->capture_default_str();
     command->add_option("--order", o->order, "lod: face order to draw");
-    command->add_option("--raster", o->raster, "vgi: bintree, grid or tess");
+    command->add_option("--raster", o->raster, "vgi: bintree, grid or tess; lod: geomorph");
     command->add_option("--frames", o->frames, "Frames of every flight")
         ->check(CLI::Range(1u, 1000000u))
         ->capture_default_str();

@@ -17,8 +17,6 @@ Result<void> choose(Viewer& viewer, const char* backend) {
     return viewer.choose(0, ways_of(backend, viewer.scene()).front());
 }
 
-std::string choice_of(const Way& way) { return way.order + way.raster; }
-
 void steer(Viewer& viewer, bool on) {
     viewer.controller.reset();
     if (on) viewer.controller.emplace(1000 / viewer.fps, viewer.pixel_error);
@@ -36,9 +34,9 @@ void choose_in_combo(Viewer& viewer, uint32_t p) {
     }
     const auto ways = ways_of(way.backend, viewer.scene());
     if (std::ranges::find(ways, way) == ways.end()) way = ways.front();
-    if (ways.size() > 1 && ImGui::BeginCombo(way.order.empty() ? "raster" : "face order", choice_of(way).c_str())) {
+    if (ways.size() > 1 && ImGui::BeginCombo("way", choices_of(way).c_str())) {
         for (const Way& other : ways) {
-            if (ImGui::Selectable(choice_of(other).c_str(), other == way)) way = other;
+            if (ImGui::Selectable(choices_of(other).c_str(), other == way)) way = other;
         }
         ImGui::EndCombo();
     }

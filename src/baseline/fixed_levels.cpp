@@ -68,7 +68,7 @@ public:
                 ranges.push_back(std::move(range));
             }
         }
-        draw_ranges(plan, input, mesh_pipeline, ranges, spheres);
+        draw_ranges(plan, input, ranges, spheres);
         for (const BufferSpec& buffer : recipe_.buffers) plan.stats.resident_bytes += buffer.bytes;
         plan.stats.index_bytes = recipe_.buffers[index_buffer].bytes;
         return plan;

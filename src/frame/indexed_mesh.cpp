@@ -37,7 +37,7 @@ Sphere bounding_sphere(std::span<const MeshVertex> vertices) {
     return bounding_sphere_of(positions);
 }
 
-void draw_ranges(Plan& plan, const FrameInput& input, uint32_t pipeline, std::span<const IndexedRange> ranges,
+void draw_ranges(Plan& plan, const FrameInput& input, std::span<const IndexedRange> ranges,
                  std::span<const Sphere> spheres) {
     LODE_CHECK(spheres.size() == input.instances.size(), spheres.size(), input.instances.size());
     std::vector<Sphere> world;
@@ -48,7 +48,7 @@ void draw_ranges(Plan& plan, const FrameInput& input, uint32_t pipeline, std::sp
         const Frustum frustum = frustum_of(view);
         for (const IndexedRange& range : ranges) {
             Draw draw;
-            draw.pipeline = pipeline;
+            draw.pipeline = range.pipeline;
             draw.view = v;
             draw.vertex_buffer = range.vertex_buffer;
             draw.index_buffer = range.index_buffer;
@@ -64,6 +64,7 @@ void draw_ranges(Plan& plan, const FrameInput& input, uint32_t pipeline, std::sp
             }
             draw.words =
                 indexed_mesh_words(range.level, range.levels, static_cast<float>(range.error) * scale * view.focal_px);
+            std::ranges::copy(range.words, draw.words.begin() + indexed_mesh_words_used);
             draw.instances = static_cast<uint32_t>(plan.instance_ids.size()) - draw.first_id;
             if (v == 0) {
                 plan.stats.instances_drawn += draw.instances;

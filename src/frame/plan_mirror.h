@@ -3,8 +3,10 @@
 // simulations look at frames through it, with no GPU and no trust in what a backend says about itself.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <glm/vec3.hpp>
 #include <span>
@@ -45,6 +47,15 @@ public:
     // Direct draws of the last plan, valid until the next execute().
     const std::vector<MirroredDraw>& draws() const { return draws_; }
     std::span<const std::byte> buffer(uint32_t number) const { return buffers_[number].bytes; }
+    // The number-th T of the storage buffer that the draw's pipeline has at a binding.
+    template <class T>
+    T stored(const Draw& draw, uint32_t binding, uint64_t number) const {
+        const auto& storage = recipe_.pipelines[draw.pipeline].storage;
+        const auto at = std::ranges::find(storage, binding, &StorageBinding::binding);
+        T value;
+        std::memcpy(&value, buffers_[at->buffer].bytes.data() + number * sizeof(T), sizeof(T));
+        return value;
+    }
     const Recipe& recipe() const { return recipe_; }
 
     // Object-space triangles that instance `instance` shows in views[0]'s colour stage, from draws whose pipeline has

@@ -15,9 +15,14 @@
 namespace lodestone {
 
 struct LodOptions {
-    std::string order;                            // face order to draw; empty: the asset's first
+    std::string order = {};                       // face order to draw; empty: the asset's first
     uint64_t resident_bytes = uint64_t{1} << 30;  // for vertex and index buffers of all assets together
     uint32_t instances = 1;  // most instances of one asset in the scene: more cursors than that are never made
+    // A level stays while its error is between this share and all of what is allowed, so that views that tremble change
+    // nothing, and leaves that range only as far as it must. 1: the coarsest level that is allowed.
+    double steady_share = 0.9;
+    // Vertices are on their way to their parents before they go, so that nothing pops.
+    bool geomorph = false;
 };
 
 // Cursors. Where memory allows, every instance has its own. Otherwise an asset's cursors are of falling size: the
@@ -26,6 +31,10 @@ struct LodOptions {
 // instance uses the smallest cursor that can hold what it asks for, at the finest level any of that cursor's instances
 // asks for: never coarser than asked, and at most 2^(1/m) times the slots. Where not even one full index buffer fits,
 // the finest levels are out of reach, and stats "levels_out_of_reach" counts the instances that had to be coarser.
+//
+// Geomorphs. The level that errors ask for is what is morphed to; drawn is the level with an eighth more wedges, and
+// those more are the further on their way to their parents the sooner they go. A parent may be on its way, too. When
+// the level moves on by one, every one of them moves on by one part in their number.
 //
 // Fault::machine where the vertices alone exceed the budget; Fault::usage where an asset lacks the order.
 Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const ProgressiveMesh>> assets,

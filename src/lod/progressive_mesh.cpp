@@ -120,6 +120,12 @@ uint32_t ProgressiveMesh::level_for_error(double error) const {
     return past == errors.begin() ? 0 : static_cast<uint32_t>(past - errors.begin()) - 1;
 }
 
+uint32_t ProgressiveMesh::level_for_wedges(uint64_t wedges) const {
+    const auto found =
+        std::partition_point(wedges_at_.begin(), wedges_at_.end(), [&](uint32_t w) { return w > wedges; });
+    return std::min(static_cast<uint32_t>(found - wedges_at_.begin()), levels() - 1);
+}
+
 uint32_t ProgressiveMesh::level_for_triangles(uint64_t triangles) const {
     const auto found =
         std::partition_point(triangles_at_.begin(), triangles_at_.end(), [&](uint32_t t) { return t > triangles; });

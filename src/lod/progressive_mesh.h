@@ -143,6 +143,8 @@ struct ProgressiveMesh {
 
     // The coarsest level whose error is at most `error` (object units); 0 where none is.
     uint32_t level_for_error(double error) const;
+    // The finest level of at most this many wedges; the last level where none is.
+    uint32_t level_for_wedges(uint64_t wedges) const;
     // The finest level of at most this many triangles; the last level where none is.
     uint32_t level_for_triangles(uint64_t triangles) const;
 

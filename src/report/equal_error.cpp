@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 
 #include "report/rows.h"
@@ -9,13 +8,10 @@ namespace lodestone {
 
 namespace {
 
-struct Metric {
-    const char* name;
-    double (*of)(const Row&);  // larger is worse
-};
-constexpr Metric metrics[] = {
-    {"ssim", [](const Row& r) { return 1 - r.ssim; }},
-    {"max_pixel_deviation", [](const Row& r) { return r.max_pixel_deviation; }},
+constexpr ErrorMetric metrics[] = {
+    {"ssim", [](const Row& r) { return r.ssim; }, [](const Row& r) { return 1 - r.ssim; }},
+    {"max_pixel_deviation", [](const Row& r) { return r.max_pixel_deviation; },
+     [](const Row& r) { return r.max_pixel_deviation; }},
 };
 
 double mean_ms(const Row& row) { return row.fps_mean > 0 ? 1000 / row.fps_mean : 0; }
@@ -24,7 +20,7 @@ double mean_ms(const Row& row) { return row.fps_mean > 0 ? 1000 / row.fps_mean :
 using Curve = std::vector<const Row*>;
 
 // The cheapest place of a curve that is no worse than `worst`.
-EqualError read_curve(const Curve& curve, const Metric& metric, double worst) {
+EqualError read_curve(const Curve& curve, const ErrorMetric& metric, double worst) {
     EqualError found;
     static_cast<Way&>(found) = *curve[0];
     const auto take = [&](const Row& row, const char* where) {
@@ -33,11 +29,11 @@ EqualError read_curve(const Curve& curve, const Metric& metric, double worst) {
         found.where = where;
         return found;
     };
-    if (metric.of(*curve.back()) <= worst) return take(*curve.back(), "at least");
+    if (metric.worse(*curve.back()) <= worst) return take(*curve.back(), "at least");
     // From the coarse end: the first pair of neighbours of which the finer is good enough.
     for (size_t i = curve.size() - 1; i-- > 0;) {
         const Row &fine = *curve[i], &coarse = *curve[i + 1];
-        const double good = metric.of(fine), bad = metric.of(coarse);
+        const double good = metric.worse(fine), bad = metric.worse(coarse);
         if (good > worst) continue;
         const double t = bad > good ? (worst - good) / (bad - good) : 0;
         found.pixel_error = fine.pixel_error * std::pow(coarse.pixel_error / fine.pixel_error, t);
@@ -45,10 +41,12 @@ EqualError read_curve(const Curve& curve, const Metric& metric, double worst) {
         found.where = "between";
         return found;
     }
-    return take(**std::ranges::min_element(curve, {}, [&](const Row* r) { return metric.of(*r); }), "never");
+    return take(**std::ranges::min_element(curve, {}, [&](const Row* r) { return metric.worse(*r); }), "never");
 }
 
 }  // namespace
+
+std::span<const ErrorMetric> error_metrics() { return metrics; }
 
 std::vector<EqualError> at_equal_error(std::span<const Row> rows) {
     std::map<Way, Curve> curves;
@@ -58,13 +56,13 @@ std::vector<EqualError> at_equal_error(std::span<const Row> rows) {
     for (uint32_t i = 0; i < rows.size(); ++i) {
         for (const auto& [name, curve] : curves) {
             if (name == static_cast<const Way&>(rows[i])) continue;
-            for (const Metric& metric : metrics) {
+            for (const ErrorMetric& metric : metrics) {
                 // `full` deviates from itself by nothing: nobody else could.
-                if (rows[i].backend == "full" && metric.of(rows[i]) <= 0) continue;
-                EqualError found = read_curve(curve, metric, metric.of(rows[i]));
+                if (rows[i].backend == "full" && metric.worse(rows[i]) <= 0) continue;
+                EqualError found = read_curve(curve, metric, metric.worse(rows[i]));
                 found.row = i;
                 found.metric = metric.name;
-                found.value = metric.name == std::string("ssim") ? rows[i].ssim : rows[i].max_pixel_deviation;
+                found.value = metric.of(rows[i]);
                 found.ratio = mean_ms(rows[i]) > 0 ? found.ms / mean_ms(rows[i]) : 0;
                 result.push_back(std::move(found));
             }

@@ -89,22 +89,24 @@ Json json_of(const Report& report) {
     return json;
 }
 
+std::string choices_of(const Way& way, char between) {
+    const bool both = !way.order.empty() && !way.raster.empty();
+    return way.order + (both ? std::string(1, between) : "") + way.raster;
+}
+
 std::string name_of(const Way& way, char between) {
-    std::string name = way.backend;
-    for (const std::string& choice : {way.order, way.raster}) {
-        if (!choice.empty()) name += between + choice;
-    }
-    return name;
+    const std::string choices = choices_of(way, between);
+    return choices.empty() ? way.backend : way.backend + between + choices;
 }
 
 std::string report_table(std::span<const Row> rows) {
     char line[256];
-    std::snprintf(line, sizeof line, "%-9s %-8s %6s %10s %9s %9s %12s %6s %8s %7s %9s %6s", "backend", "way", "px err",
+    std::snprintf(line, sizeof line, "%-9s %-17s %6s %10s %9s %9s %12s %6s %8s %7s %9s %6s", "backend", "way", "px err",
                   "triangles", "ms", "floor ms", "vertex runs", "ACMR", "PSNR dB", "SSIM", "deviation", "leaks");
     std::string table = line;
     for (const Row& r : rows) {
-        const std::string& chosen = r.order.empty() ? r.raster : r.order;
-        std::snprintf(line, sizeof line, "\n%-9s %-8s %6g %10.0f %9.2f %9.2f %12.0f %6.3f %8.2f %7.4f %6.2f px %6llu",
+        const std::string chosen = choices_of(r);
+        std::snprintf(line, sizeof line, "\n%-9s %-17s %6g %10.0f %9.2f %9.2f %12.0f %6.3f %8.2f %7.4f %6.2f px %6llu",
                       r.backend.c_str(), chosen.empty() ? "-" : chosen.c_str(), r.pixel_error, r.triangles, r.ms_median,
                       r.ms_floor, r.vertex_invocations, r.acmr, r.psnr_db, r.ssim, r.max_pixel_deviation,
                       static_cast<unsigned long long>(r.background_leaks));

@@ -23,6 +23,8 @@ struct Way {
     std::string raster;  // vgi: how what is drawn is made of triangles
     auto operator<=>(const Way&) const = default;
 };
+// What is chosen, without the backend; empty where nothing is.
+std::string choices_of(const Way& way, char between = ' ');
 std::string name_of(const Way& way, char between = ' ');
 
 // Field names are the JSON names of the report. Means are over frames unless the name says otherwise.
@@ -80,6 +82,14 @@ struct Report {
     std::vector<std::string> references;  // files, by frame
     std::vector<SteeredFlight> steered;
 };
+
+// What a row can be judged by.
+struct ErrorMetric {
+    const char* name;             // as in EqualError
+    double (*of)(const Row&);     // the row's
+    double (*worse)(const Row&);  // the same, turned so that larger is worse
+};
+std::span<const ErrorMetric> error_metrics();
 
 // Every row that has an error (`full` has none) against every other curve, and `full` against all.
 std::vector<EqualError> at_equal_error(std::span<const Row> rows);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <glm/geometric.hpp>
 
 #include "shaders/shared/vgi_texels.h"
@@ -13,29 +12,16 @@
 
 namespace lodestone::vgi {
 
-namespace {
-
-template <class T>
-T read(const PlanMirror& mirror, const PipelineSpec& pipeline, uint32_t binding, uint64_t number) {
-    const auto at = std::ranges::find(pipeline.storage, binding, &StorageBinding::binding);
-    T value;
-    std::memcpy(&value, mirror.buffer(at->buffer).data() + number * sizeof(T), sizeof(T));
-    return value;
-}
-
-}  // namespace
-
 glm::vec3 pulled_vertex(const PlanMirror& mirror, const Draw& draw, const FrameInput& input, uint32_t instance,
                         uint32_t index) {
-    const PipelineSpec& pipeline = mirror.recipe().pipelines[draw.pipeline];
     const uint32_t number = draw.words[LODE_VGI_WORD_ASSET];
-    const auto asset = read<gpu::VgiAsset>(mirror, pipeline, LODE_VGI_ASSETS, number);
+    const auto asset = mirror.stored<gpu::VgiAsset>(draw, LODE_VGI_ASSETS, number);
     const uint32_t slot = index / LODE_VGI_PAGE_TEXELS, place = index % LODE_VGI_PAGE_TEXELS,
                    row = asset.page_cells + 1;
     const GridPoint p{static_cast<int32_t>(place % row), static_cast<int32_t>(place / row)};
     const auto texel_at = [&](GridPoint q) {
-        return read<GeometryTexel>(
-            mirror, pipeline, LODE_VGI_GEOMETRY,
+        return mirror.stored<GeometryTexel>(
+            draw, LODE_VGI_GEOMETRY,
             uint64_t{slot} * LODE_VGI_PAGE_TEXELS + static_cast<uint32_t>(q.y) * row + static_cast<uint32_t>(q.x));
     };
     const auto lattice = [](const GeometryTexel& t) { return glm::vec3(t.x, t.y, t.z); };
@@ -47,8 +33,8 @@ glm::vec3 pulled_vertex(const PlanMirror& mirror, const Draw& draw, const FrameI
     if (magnification > 0 && !tree.is_corner(p)) {
         const auto scale = std::bit_cast<float>(draw.words[LODE_VGI_WORD_SCALE]);
         const float error =
-            read<float>(mirror, pipeline, LODE_VGI_CODES, number * 512 + texel.error) * magnification * scale;
-        const float radius = read<float>(mirror, pipeline, LODE_VGI_CODES, number * 512 + 256 + texel.radius) * scale;
+            mirror.stored<float>(draw, LODE_VGI_CODES, number * 512 + texel.error) * magnification * scale;
+        const float radius = mirror.stored<float>(draw, LODE_VGI_CODES, number * 512 + 256 + texel.radius) * scale;
         const glm::vec3 world(input.instances[instance].object_to_world * glm::vec4(origin + asset.step * point, 1));
         constexpr auto morph_share = static_cast<float>(1 - 1 / error_ratio);
         const float t =
@@ -64,13 +50,12 @@ glm::vec3 pulled_vertex(const PlanMirror& mirror, const Draw& draw, const FrameI
 
 std::vector<uint32_t> patch_indices(const PlanMirror& mirror, const Draw& draw) {
     std::vector<uint32_t> indices;
-    const PipelineSpec& pipeline = mirror.recipe().pipelines[draw.pipeline];
-    if (pipeline.patch_vertices == 0) return indices;
-    const auto asset = read<gpu::VgiAsset>(mirror, pipeline, LODE_VGI_ASSETS, draw.words[LODE_VGI_WORD_ASSET]);
+    if (mirror.recipe().pipelines[draw.pipeline].patch_vertices == 0) return indices;
+    const auto asset = mirror.stored<gpu::VgiAsset>(draw, LODE_VGI_ASSETS, draw.words[LODE_VGI_WORD_ASSET]);
     std::array<uint32_t, LODE_VGI_PATCH_WORDS> words;
     for (uint32_t i = 0; i < draw.count; ++i) {
         for (uint32_t k = 0; k < words.size(); ++k) {
-            words[k] = read<uint32_t>(mirror, pipeline, LODE_VGI_PATCHES,
+            words[k] = mirror.stored<uint32_t>(draw, LODE_VGI_PATCHES,
                                       uint64_t{draw.words[LODE_VGI_WORD_PATCH]} + i * LODE_VGI_PATCH_WORDS + k);
         }
         GridPatch::of_words(words).append_indices(asset.cells, asset.page_cells, indices);

@@ -372,6 +372,23 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
         const double slack = row["backend"] == "vgi" ? 1.5 : 1.05;
         EXPECT_LE(row["max_pixel_deviation"], slack * row["pixel_error"].get<double>()) << row;
     }
+    EXPECT_THAT(content_of(folder_ / "bench/report.md"), HasSubstr("| vgi bintree | 4 |"));
+    // Ways are chosen backend by backend, and discrete is looked for where it is as good as each of them.
+    succeeds(
+        "bench s.scene.json --size 160x120 --frames 3 --quality-frames 1 --backends discrete,lod --rasters "
+        "geomorph,tess "
+        "--pixel-error 2 --equal-error ssim -o equal");
+    const json equal = json::parse(content_of(folder_ / "equal/report.json"));
+    ASSERT_EQ(equal["rows"].size(), 3u);
+    EXPECT_EQ(equal["rows"][1]["raster"], "geomorph");
+    EXPECT_EQ(equal["rows"][2]["backend"], "discrete");
+    EXPECT_GE(equal["rows"][2]["ssim"], equal["rows"][1]["ssim"]);
+    fails("bench s.scene.json --equal-error mood -o x", 2, "ssim or max_pixel_deviation");
+    fails("bench s.scene.json --orders nosuch -o x", 2, "--orders nosuch");
+    fails("tune s.scene.json --backend lod --raster tess", 2, "geomorph (lod)");
+    succeeds("render s.scene.json --size 160x120 --backend lod --raster geomorph --debug misses --validation -o m.png");
+    EXPECT_GT(fs::file_size(folder_ / "m.png"), 2000u);
+    fails("render s.scene.json --debug mood -o x.png", 2, "stretch or misses");
     fails("render s.scene.json --backend nosuch -o x.png", 2, "full, discrete, lod, vgi");
     fails("render s.scene.json --device nosuch -o x.png", 4, "nosuch");
 }

@@ -33,7 +33,7 @@ struct OneTriangle {
         range.triangles = 1;
         range.instances = {0};
         const Sphere sphere{{0, 0, 0}, 2};
-        draw_ranges(plan, input, 0, {&range, 1}, {&sphere, 1});
+        draw_ranges(plan, input, {&range, 1}, {&sphere, 1});
     }
     Draw& draw(size_t command) { return std::get<Draw>(plan.commands[command].what); }
     std::string fault() const {
@@ -133,7 +133,7 @@ TEST(DrawRanges, CullsPerViewAndDrawsShadowsOfWhatTheCameraDoesNotSee) {
     range.instances = {0};
     const Sphere sphere{{0, 0, 0}, 2};
     Plan plan;
-    draw_ranges(plan, input, 0, {&range, 1}, {&sphere, 1});
+    draw_ranges(plan, input, {&range, 1}, {&sphere, 1});
     ASSERT_EQ(plan.commands.size(), 1u);
     EXPECT_EQ(plan.commands[0].stage, Stage::shadow);
     EXPECT_EQ(plan.stats.instances_culled, 1u);

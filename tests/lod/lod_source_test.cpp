@@ -10,7 +10,9 @@
 #include "frame/plan_mirror.h"
 #include "lod/bake.h"
 #include "lod/cursor.h"
+#include "lod/morphed_vertex.h"
 #include "mesh/generate.h"
+#include "shaders/shared/lod_morph.h"
 
 namespace lodestone {
 namespace {
@@ -46,7 +48,7 @@ std::unique_ptr<FrameSource> open_one(std::shared_ptr<const ProgressiveMesh> pm,
 TEST(LodSource, DrawsExactlyTheFacesOfExtractInTheirOrder) {
     const auto pm = rock(3000);
     for (const std::string order : {"static", "classic"}) {
-        const auto source = open_one(pm, {order});
+        const auto source = open_one(pm, {.order = order, .steady_share = 1});
         PlanMirror mirror(source->recipe());
         for (const float distance : {3.0f, 30.0f, 300.0f, 10.0f}) {
             const FrameInput input = input_at(distance);
@@ -104,6 +106,7 @@ TEST(LodSource, ManyInstancesInMotionStayWithinTheBudget) {
     const auto pm = rock(8000);
     LodOptions options;
     options.instances = 300;
+    options.steady_share = 1;
     options.resident_bytes = pm->vertices.size_bytes() + 4 * pm->orders[0].indices.size_bytes();
     const auto source = open_one(pm, options);
     PlanMirror mirror(source->recipe());
@@ -178,7 +181,7 @@ TEST(LodSource, AnOrderTheAssetLacksIsRefusedByName) {
 // A slow zoom: every frame changes a few levels; what a GPU would see is what the cursor shows.
 TEST(LodSource, ASlowZoomKeepsTheMirrorInStepWithTheCursor) {
     const auto pm = rock(4000);
-    const auto source = open_one(pm);
+    const auto source = open_one(pm, {.steady_share = 1});
     PlanMirror mirror(source->recipe());
     uint64_t uploaded = 0;
     for (int frame = 0; frame < 120; ++frame) {
@@ -190,6 +193,92 @@ TEST(LodSource, ASlowZoomKeepsTheMirrorInStepWithTheCursor) {
         ASSERT_EQ(mirror.triangles_of(0).size(), pm->triangles_at(pm->level_for_error(error)));
     }
     EXPECT_GT(uploaded, 0u);
+}
+
+// Views that tremble by less than what levels may be finer change nothing; those that go on are followed, and no level
+// is ever coarser than asked for, or finer by more.
+TEST(LodSource, ALevelStaysWhileItIsGoodEnough) {
+    const auto pm = rock(4000);
+    const auto source = open_one(pm, {.steady_share = 0.9});
+    const Sphere sphere = bounding_sphere(pm->vertices);
+    const auto at = [&](float distance) {
+        const FrameInput input = input_at(distance);
+        const Plan plan = source->plan(input);
+        const double error = error_under(input.views[0], sphere, glm::mat4(1), 1);
+        EXPECT_GE(plan.stats.triangles, pm->triangles_at(pm->level_for_error(error)));
+        EXPECT_LE(plan.stats.triangles, pm->triangles_at(pm->level_for_error(0.9 * error)));
+        return plan.stats.uploaded_bytes;
+    };
+    at(20);
+    at(19.5f);
+    for (int i = 0; i < 20; ++i) EXPECT_EQ(at(i % 2 == 0 ? 20.4f : 19.6f), 0u);
+    uint64_t uploaded = 0;
+    for (const float distance : {22.0f, 30.0f, 40.0f, 25.0f, 10.0f}) uploaded += at(distance);
+    EXPECT_GT(uploaded, 0u);
+}
+
+// What is drawn where wedge 0 .. n of full detail are: itself while it lasts, and then what it became.
+std::vector<glm::vec3> drawn_places(const ProgressiveMesh& pm, const PlanMirror& mirror) {
+    const PlanMirror::MirroredDraw& draw = mirror.draws().back();
+    const uint32_t wedges = draw.draw.words[LODE_LOD_WORD_WEDGES];
+    std::vector<glm::vec3> places;
+    for (uint32_t w = 0; w < pm.wedges_at(0); ++w) {
+        uint32_t alive = w;
+        while (alive >= wedges) alive = pm.parents[pm.wedges_at(0) - 1 - alive];
+        places.push_back(morphed_vertex(mirror, draw.draw, {}, 0, alive));
+    }
+    return places;
+}
+
+TEST(LodSource, NothingPopsWhereVerticesMorph) {
+    const auto pm = rock(6000);
+    const auto source = open_one(pm, {.steady_share = 1, .geomorph = true});
+    PlanMirror mirror(source->recipe(), {morphed_vertex, {}});
+    std::vector<glm::vec3> before;
+    uint32_t level_before = 0;
+    double most_morphed = 0, most_popped = 0;
+    size_t went = 0;
+    for (int frame = 0; frame < 60; ++frame) {
+        const FrameInput input = input_at(20 + 0.02f * static_cast<float>(frame));
+        const Plan plan = source->plan(input);
+        const auto done = mirror.execute(plan, input);
+        ASSERT_TRUE(done) << done.error().message;
+        const auto& words = mirror.draws().back().draw.words;
+        const double error = error_under(input.views[0], bounding_sphere(pm->vertices), glm::mat4(1), 1);
+        const uint32_t asked = pm->level_for_error(error), level = words[0];
+        EXPECT_EQ(words[LODE_LOD_WORD_STAYING], pm->wedges_at(asked));
+        EXPECT_EQ(words[LODE_LOD_WORD_WEDGES], pm->wedges_at(level));
+        EXPECT_LT(level, asked);
+        // Those that stay are where they belong.
+        const std::vector<glm::vec3> places = drawn_places(*pm, mirror);
+        for (uint32_t w = 0; w < pm->wedges_at(asked); ++w) {
+            const auto& p = pm->vertices[w].position;
+            ASSERT_EQ(places[w], glm::vec3(p[0], p[1], p[2]));
+        }
+        for (size_t w = 0; w < before.size(); ++w)
+            most_morphed = std::max(most_morphed, static_cast<double>(glm::distance(before[w], places[w])));
+        if (!before.empty()) {
+            went += pm->wedges_at(level_before) - pm->wedges_at(level);
+            for (uint32_t w = pm->wedges_at(level); w < pm->wedges_at(level_before); ++w) {
+                const auto &from = pm->vertices[w].position,
+                           &to = pm->vertices[pm->parents[pm->wedges_at(0) - 1 - w]].position;
+                most_popped = std::max<double>(
+                    most_popped, glm::distance(glm::vec3(from[0], from[1], from[2]), glm::vec3(to[0], to[1], to[2])));
+            }
+        }
+        before = places;
+        level_before = level;
+    }
+    EXPECT_GT(went, 30u);
+    EXPECT_LT(most_morphed, most_popped / 4);
+    // Looked at from elsewhere, levels are as chosen and nothing morphs; a forced level is just that.
+    FrameInput input = input_at(20);
+    input.level_view = input.views[0];
+    ASSERT_TRUE(mirror.execute(source->plan(input), input));
+    const auto& frozen = mirror.draws().back().draw.words;
+    EXPECT_EQ(frozen[LODE_LOD_WORD_STAYING], frozen[LODE_LOD_WORD_WEDGES]);
+    input.budget.forced_level = 100;
+    EXPECT_EQ(source->plan(input).stats.triangles, pm->triangles_at(100));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <deque>
 #include <filesystem>
+#include <numeric>
 
 #include "baseline/discrete.h"
 #include "baseline/fixed_levels.h"
@@ -17,11 +18,13 @@
 #include "frame/plan_mirror.h"
 #include "lod/bake.h"
 #include "lod/lod_source.h"
+#include "lod/morphed_vertex.h"
 #include "mesh/generate.h"
 #include "mesh/io/image_file.h"
 #include "mesh/packed_vertices.h"
 #include "mesh/repair.h"
 #include "render/device_test.h"
+#include "shaders/shared/lod_morph.h"
 
 namespace lodestone {
 
@@ -178,6 +181,55 @@ TEST_F(RendererTest, ColoursTrianglesByTheirMarks) {
     EXPECT_GT(red_above, 20 * blue_above);
     EXPECT_GT(blue_below, 20 * red_below);
     EXPECT_GT(blue_below, 500u);
+}
+
+// Vertices on their way are where the CPU says they are: the same depths as a mesh of the triangles it tells.
+TEST_F(RendererTest, MorphsAsTheMirrorDoes) {
+    Renderer& renderer = make();
+    auto source = open_lod({baked(rock(3000))}, {.order = "static", .geomorph = true});
+    ASSERT_TRUE(source);
+    FrameInput input = look_at({0, 0.6f, 3}, 0);
+    input.budget.pixel_error = 1.5;
+    const Plan plan = (*source)->plan(input);
+    PlanMirror mirror((*source)->recipe(), {morphed_vertex, {}});
+    const auto done = mirror.execute(plan, input);
+    ASSERT_TRUE(done) << done.error().message;
+    ASSERT_TRUE(renderer.load((*source)->recipe(), plain_materials()));
+    ASSERT_TRUE(renderer.submit(plan, input, Look{}));
+    const auto morphed = renderer.read_picture();
+    ASSERT_TRUE(morphed);
+    const auto as_mesh = [](const std::vector<std::array<glm::vec3, 3>>& triangles) {
+        TriMesh mesh;
+        for (const auto& corners : triangles) {
+            const auto first = static_cast<uint32_t>(mesh.positions.size());
+            mesh.positions.insert(mesh.positions.end(), corners.begin(), corners.end());
+            mesh.triangles.push_back({first, first + 1, first + 2});
+        }
+        mesh.wedge_vertex.resize(mesh.positions.size());
+        std::iota(mesh.wedge_vertex.begin(), mesh.wedge_vertex.end(), 0u);
+        return mesh;
+    };
+    // Pixels whose depths are not the same.
+    const auto differing = [&](const std::vector<std::array<glm::vec3, 3>>& triangles) {
+        auto full = full_of(as_mesh(triangles));
+        EXPECT_TRUE(renderer.load(full->recipe(), plain_materials()));
+        const Picture plain = drawn(renderer, *full, look_at({0, 0.6f, 3}, 0));
+        size_t differ = 0;
+        for (size_t i = 0; i < plain.depth.size(); ++i)
+            differ += std::abs(plain.depth[i] - morphed->depth[i]) > 1e-4f * plain.depth[i];
+        return differ;
+    };
+    EXPECT_LE(differing(mirror.triangles_of(0)), 3u);
+    // And the level without morphs is not the same.
+    PlanMirror unmoved((*source)->recipe(),
+                       {[](const PlanMirror& m, const Draw& draw, const FrameInput& i, uint32_t n, uint32_t index) {
+                            Draw still = draw;
+                            still.words[LODE_LOD_WORD_STAYING] = still.words[LODE_LOD_WORD_WEDGES];
+                            return morphed_vertex(m, still, i, n, index);
+                        },
+                        {}});
+    ASSERT_TRUE(unmoved.execute(plan, input));
+    EXPECT_GT(differing(unmoved.triangles_of(0)), 200u);
 }
 
 TEST_F(RendererTest, ADepthBufferHoldsReversedDepth) {

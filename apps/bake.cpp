@@ -192,23 +192,6 @@ Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const
     return input;
 }
 
-uint64_t bake_memory(const BakeInput& input, const BakeOptions& options) {
-    const auto triangles = static_cast<double>(input.mesh.triangle_count());
-    double most = 0;
-    for (const std::string& backend : options.backends) {
-        double bytes = 0;
-        if (backend == "lod") bytes = (160 + 100.0 * static_cast<double>(options.orders.size())) * triangles;
-        if (backend == "discrete") bytes = 270 * triangles;
-        if (backend == "vgi") {
-            // About six charts to a cluster.
-            const double side = options.atlas.cells * options.atlas.attribute_ratio + 1;
-            bytes = 125 * triangles + 26 * 6.0 * options.atlas.clusters.clusters * side * side;
-        }
-        most = std::max(most, bytes);
-    }
-    return static_cast<uint64_t>(1.1 * most);
-}
-
 Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
                         const Progress& progress, const WorkFolder* work) {
     const Stopwatch watch;

@@ -52,9 +52,6 @@ Result<BakeInput> read_bake_input(const std::filesystem::path& path, const BakeO
 Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const Hash128& source,
                                      const Progress& progress);
 
-// About the most memory the bake will hold, bytes: measured on meshes of 1M to 10M triangles, 10% added.
-uint64_t bake_memory(const BakeInput& input, const BakeOptions& options);
-
 // Writes the asset and returns the bake report of docs/cli.md. Outputs appear whole or not at all. work: stages found
 // there are not made again, others are kept there; null for none. The same asset either way.
 Result<nlohmann::json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,

@@ -6,12 +6,15 @@
 #include "apps/commands.h"
 #include "apps/probed_cache.h"
 #include "apps/terminal.h"
+#include "base/spill.h"
 #include "base/threads.h"
 #include "lod/face_order.h"
 
 namespace lodestone {
 
 namespace {
+
+constexpr uint64_t least_bake_memory_mib = 192;  // the program itself, and what small blocks take
 
 struct Options {
     std::string mesh, out, backends = "lod", orders = "keyframe,static,classic", cache = "fifo16", report;
@@ -93,19 +96,21 @@ Result<int> bake(const Options& given) {
     options.orders = *orders;
     set_thread_count(given.threads);
     const Progress progress = terminal_progress();
+    std::error_code no_folder;
+    const std::filesystem::path tmp =
+        given.tmp.empty() ? std::filesystem::temp_directory_path(no_folder) : std::filesystem::path(given.tmp);
+    if (given.memory_mib > 0) {
+        if (given.memory_mib < least_bake_memory_mib) {
+            return fail(Fault::usage, "--memory " + std::to_string(given.memory_mib) + ": baking takes at least " +
+                                          std::to_string(least_bake_memory_mib) + " MiB");
+        }
+        if (auto done = begin_spilling({tmp, given.memory_mib << 20}); !done) return tl::unexpected(done.error());
+    }
     auto input = read_bake_input(given.mesh, options, progress);
     if (!input) return tl::unexpected(input.error());
-    if (const uint64_t need = bake_memory(*input, options) >> 20; given.memory_mib > 0 && need > given.memory_mib) {
-        return fail(Fault::machine, given.mesh + ": baking it takes about " + std::to_string(need) +
-                                        " MiB and --memory allows " + std::to_string(given.memory_mib) +
-                                        "; allow more, or bake fewer triangles: baking out of core is not there yet");
-    }
     std::optional<WorkFolder> work;
     if (given.resume) {
-        std::error_code error;
-        auto folder = WorkFolder::open(
-            given.tmp.empty() ? std::filesystem::temp_directory_path(error) : std::filesystem::path(given.tmp),
-            bake_key(input->source, options));
+        auto folder = WorkFolder::open(tmp, bake_key(input->source, options));
         if (!folder) return tl::unexpected(folder.error());
         work = std::move(*folder);
         if (work->begun()) announce("going on with what " + work->path().string() + " has kept");
@@ -203,12 +208,12 @@ void add_bake(CLI::App& app, Run& run) {
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command
         ->add_option("--memory", o->memory_mib,
-                     "What baking may take, MiB; a mesh that would take more is refused before anything is done")
+                     "What baking may keep in memory, about, MiB; the rest waits in nameless files in --tmp")
         ->check(CLI::Range(1, 1 << 30));
     command->add_flag("--resume", o->resume,
                       "Keep finished stages in a work folder until the asset is written: the same command goes on from "
                       "them, also after it was killed");
-    command->add_option("--tmp", o->tmp, "Where --resume has its work folder; the system's unless given")
+    command->add_option("--tmp", o->tmp, "Folder for the files of --resume and --memory; the system's unless given")
         ->check(CLI::ExistingDirectory);
     command->add_option("--report", o->report, "Also write the bake report to this JSON file");
     command->add_flag("--json", o->json, "Print the bake report as JSON");

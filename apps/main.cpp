@@ -6,6 +6,7 @@
 #include "apps/commands.h"
 #include "apps/machine.h"
 #include "apps/terminal.h"
+#include "base/spill.h"
 
 using namespace lodestone;
 
@@ -68,6 +69,9 @@ int main(int argc, char** argv) {
     try {
         return run_program(argc, argv);
     } catch (const std::bad_alloc&) {
-        return report_error({Fault::machine, "out of memory; use a smaller mesh or a machine with more"});
+        return report_error({Fault::machine, spill_statistics().full
+                                                 ? "what does not fit --memory has no room in the folder for temporary "
+                                                   "files; name another by --tmp, or allow more"
+                                                 : "out of memory; use a smaller mesh, or bake with --memory"});
     } catch (const std::exception& e) { return report_error({Fault::machine, e.what()}); }
 }

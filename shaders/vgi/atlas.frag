@@ -31,7 +31,7 @@ void main() {
     uint images = draw_constants.words[LODE_VGI_WORD_IMAGES];
     uint attribute_cells = 1u << ((images >> 16) & 15u), has = (images >> 20) & ever;
     vec2 at = in_place * float(attribute_cells);
-    int fit = max(0, int(floor(in_lod + 0.5)));
+    int fit = max(0, int(floor(in_lod)));
     uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
     uint base = uint(findMSB(attribute_cells) - findMSB(cells));
     uint wanted = min(uint(fit), base);

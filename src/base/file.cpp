@@ -10,6 +10,8 @@
 #include <cstring>
 #include <utility>
 
+#include "base/spill.h"
+
 namespace lodestone {
 
 namespace fs = std::filesystem;
@@ -79,13 +81,16 @@ Result<std::shared_ptr<const MappedFile>> MappedFile::open(const fs::path& path)
             return fail(Fault::machine, path.string() + ": cannot be mapped: " + why);
         }
         file->bytes_ = {static_cast<const std::byte*>(address), size};
+        spill_mapping(address, size);
     }
     ::close(descriptor);
     return file;
 }
 
 MappedFile::~MappedFile() {
-    if (!bytes_.empty()) munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+    if (bytes_.empty()) return;
+    end_spill_mapping(bytes_.data());
+    munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
 }
 
 Result<FileBytes> read_file(const fs::path& path, uint64_t max_bytes) {
@@ -101,8 +106,8 @@ Result<OutputFile> OutputFile::create(const fs::path& path) {
     OutputFile file;
     file.path_ = path;
     std::string pattern = path.string() + ".part-XXXXXX";
-    // Without a name until it is whole, so that nothing is left where the program is killed; where the file system cannot
-    // do that, under a name of its own.
+    // Without a name until it is whole, so that nothing is left where the program is killed; where the file system
+    // cannot do that, under a name of its own.
     const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
     file.descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
     if (file.descriptor_ >= 0) {

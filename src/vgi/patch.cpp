@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "base/check.h"
+#include "mesh/predicates.h"
 
 namespace lodestone::vgi {
 
@@ -123,7 +124,10 @@ double Patch::area(uint32_t t) const {
 
 uint32_t Patch::flipped() const {
     uint32_t count = 0;
-    for (uint32_t t = 0; t < triangles.size(); ++t) count += !(signed_flat_area(t) > 0);
+    for (const SurfaceTriangle& t : triangles) {
+        const auto& v = t.vertices;
+        count += orientation(flat[v[0]], flat[v[1]], flat[v[2]]) <= 0;
+    }
     return count;
 }
 

@@ -37,7 +37,9 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
 }
 
 constexpr float denser = 3;  // times, where a chart was stretched too much
-constexpr size_t charts_kept_at_once = 64;
+constexpr size_t charts_at_once = 64;
+// Clusters that making them finer may lead to: so many times those wanted, and some.
+constexpr uint32_t most_finer = 4, few_clusters = 256;
 
 // One attempt: clusters, quads and charts of a surface with a density of clusters.
 class Attempt {
@@ -70,6 +72,8 @@ public:
         report_.bucket_seconds += clusters->bucket_seconds;
         report_.merge_seconds += clusters->merge_seconds;
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+        last_ = report_.rounds >= options_.most_rounds ||
+                report_.clusters > most_finer * options_.clusters.clusters + few_clusters;
         auto straight = kept_or_made<StraightQuads>(
             work_, stage("quads"), read_quads, [&] { return make_quads(std::move(surface), clusters->count); },
             [](const StraightQuads& made, ChunkWriter& writer) { return write_stage(made, writer); });
@@ -88,6 +92,8 @@ public:
     const std::vector<uint32_t>& label() const { return label_; }
     const std::vector<bool>& bad_clusters() const { return bad_; }
     const std::string& fault() const { return fault_; }
+    // Whether stretched charts are taken as they are.
+    bool is_last() const { return last_; }
 
     Result<Atlas> take() {
         report_.l2_stretch_tutte = report_.l2_stretch_rms = report_.l2_stretch_worst = 0;
@@ -242,6 +248,11 @@ private:
         std::vector<uint32_t> order(count);
         std::iota(order.begin(), order.end(), 0u);
         std::ranges::stable_sort(order, std::greater<>(), [&](uint32_t q) { return members[q].size(); });
+        // Some chart will be made anew and all others with it: what is left to know is which else are bad.
+        bool rejected = false;
+        const auto is_bad = [&](const ChartResult& c) {
+            return !c.fault.empty() || c.figures.missing > 0 || c.figures.stretch > options_.worst_stretch;
+        };
         const auto make = [&](uint32_t q) {
             const Stopwatch chart_watch;
             auto chart =
@@ -255,8 +266,9 @@ private:
             const double parameterised = chart_watch.wall();
             c.figures = {chart->area, chart->stretch, chart->tutte_stretch};
             c.figures.uniform = chart->uniform;
-            c.figures.missing = resampler_->sample(q, *chart);
             c.figures.flipped = chart->patch.flipped();
+            if (rejected) return;
+            c.figures.missing = resampler_->sample(q, *chart);
             const double sampled = chart_watch.wall() - parameterised;
             if (c.figures.missing == 0) {
                 const double share = static_cast<double>(options_.error_samples) * chart->area / whole_area;
@@ -269,13 +281,18 @@ private:
             resample_seconds += sampled;
             error_seconds += measured;
         };
-        const size_t at_once = work_ != nullptr ? charts_kept_at_once : count;
-        for (size_t first = 0; first < count; first += at_once) {
-            const auto some = std::span<const uint32_t>(order).subspan(first, std::min(at_once, count - first));
+        for (size_t first = 0; first < count; first += charts_at_once) {
+            const auto some = std::span<const uint32_t>(order).subspan(first, std::min(charts_at_once, count - first));
+            const auto look = [&] {
+                rejected =
+                    rejected || (!last_ && std::ranges::any_of(some, [&](uint32_t q) { return is_bad(charts_[q]); }));
+            };
             const std::string name = stage("charts-" + std::to_string(first));
             if (const auto kept = work_ != nullptr ? work_->find(name) : std::nullopt;
-                kept && read_charts(*kept, some, charts_, resampler_->atlas()))
+                kept && read_charts(*kept, some, charts_, resampler_->atlas())) {
+                look();
                 continue;
+            }
             parallel_for(some.size(), 1, [&](size_t begin, size_t end) {
                 for (size_t i = begin; i < end && !progress_.stopped(); ++i) {
                     make(some[i]);
@@ -284,6 +301,7 @@ private:
                 }
             });
             if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+            look();
             if (work_ == nullptr) continue;
             auto done = work_->keep(
                 name, [&](ChunkWriter& writer) { return write_stage(some, charts_, resampler_->atlas(), writer); });
@@ -291,9 +309,11 @@ private:
         }
         for (uint32_t q = 0; q < count; ++q) {
             const ChartResult& c = charts_[q];
-            if (c.fault.empty() && c.figures.missing == 0 && c.figures.stretch <= options_.worst_stretch) continue;
+            if (!is_bad(c)) continue;
             bad_[quads_.quads[q].cluster] = true;
             if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
+            if (c.figures.missing > 0)
+                fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
         }
         const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
         report_.parameterise_seconds += parameterise_seconds * share;
@@ -312,6 +332,7 @@ private:
     std::vector<uint32_t> label_;
     std::vector<bool> bad_;
     std::string fault_;
+    bool last_ = false;
     Quads quads_;
     Patches patches_;
     std::optional<Resampler> resampler_;
@@ -337,9 +358,10 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         Attempt attempt(source, normals, features, options, report, progress, work);
         if (auto done = attempt.run(std::move(surface), density); !done) return tl::unexpected(done.error());
         const std::vector<bool>& bad = attempt.bad_clusters();
-        const bool last = report.rounds >= options.most_rounds;
-        if (last && !attempt.fault().empty()) return fail(Fault::invariant, attempt.fault());
-        if (last || std::ranges::find(bad, true) == bad.end()) {
+        // What is stretched is taken in the end, what could not be made never is.
+        if (report.rounds >= options.most_rounds && !attempt.fault().empty())
+            return fail(Fault::invariant, attempt.fault());
+        if ((attempt.is_last() && attempt.fault().empty()) || std::ranges::find(bad, true) == bad.end()) {
             auto atlas = attempt.take();
             if (atlas) atlas->attributes = attributes_of(source);
             return atlas;

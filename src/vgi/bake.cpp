@@ -38,19 +38,21 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
 
 constexpr float denser = 3;  // times, where a chart was stretched too much
 constexpr size_t charts_at_once = 64;
-// Clusters that making them finer may lead to: so many times those wanted, and some.
+// Clusters that making them finer may lead to: so many times those wanted, or those there had to be, and some.
 constexpr uint32_t most_finer = 4, few_clusters = 256;
 
 // One attempt: clusters, quads and charts of a surface with a density of clusters.
 class Attempt {
 public:
     Attempt(const TriMesh& mesh, std::span<const glm::vec3> normals, const FeatureLines& features,
-            const AtlasOptions& options, AtlasReport& report, const Progress& progress, const WorkFolder* work)
+            const AtlasOptions& options, AtlasReport& report, uint32_t& most_clusters, const Progress& progress,
+            const WorkFolder* work)
         : mesh_(mesh),
           normals_(normals),
           features_(features),
           options_(options),
           report_(report),
+          most_clusters_(most_clusters),
           progress_(progress),
           work_(work) {}
 
@@ -72,8 +74,9 @@ public:
         report_.bucket_seconds += clusters->bucket_seconds;
         report_.merge_seconds += clusters->merge_seconds;
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
-        last_ = report_.rounds >= options_.most_rounds ||
-                report_.clusters > most_finer * options_.clusters.clusters + few_clusters;
+        if (most_clusters_ == 0)
+            most_clusters_ = most_finer * std::max(options_.clusters.clusters, report_.clusters) + few_clusters;
+        last_ = report_.rounds >= options_.most_rounds || report_.clusters > most_clusters_;
         auto straight = kept_or_made<StraightQuads>(
             work_, stage("quads"), read_quads, [&] { return make_quads(std::move(surface), clusters->count); },
             [](const StraightQuads& made, ChunkWriter& writer) { return write_stage(made, writer); });
@@ -312,8 +315,7 @@ private:
             if (!is_bad(c)) continue;
             bad_[quads_.quads[q].cluster] = true;
             if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
-            if (c.figures.missing > 0)
-                fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
+            if (c.figures.missing > 0) fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
         }
         const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
         report_.parameterise_seconds += parameterise_seconds * share;
@@ -327,6 +329,7 @@ private:
     const FeatureLines& features_;
     const AtlasOptions& options_;
     AtlasReport& report_;
+    uint32_t& most_clusters_;  // 0 until the first clusters are there
     const Progress& progress_;
     const WorkFolder* work_;
     std::vector<uint32_t> label_;
@@ -353,9 +356,10 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     Surface surface = surface_now();
     FeatureLines features = options.clusters.weights.feature > 0 ? FeatureLines(source) : FeatureLines();
     std::vector<float> density;  // 1 everywhere
+    uint32_t most_clusters = 0;
     for (;;) {
         ++report.rounds;
-        Attempt attempt(source, normals, features, options, report, progress, work);
+        Attempt attempt(source, normals, features, options, report, most_clusters, progress, work);
         if (auto done = attempt.run(std::move(surface), density); !done) return tl::unexpected(done.error());
         const std::vector<bool>& bad = attempt.bad_clusters();
         // What is stretched is taken in the end, what could not be made never is.

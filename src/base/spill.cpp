@@ -41,6 +41,7 @@ struct Spill {
     char folder[4096] = {};
     uint64_t resident_bytes = 0;
     size_t least = 0;
+    int statm = -1;  // /proc/self/statm
     std::atomic<bool> begun{false};
 };
 Spill& spill() {
@@ -109,22 +110,26 @@ uint64_t resident_now(int statm) {
     return resident * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-[[noreturn]] void watch(int statm) {
-    Spill& s = spill();
+// Where too much is resident, drops blocks in turn, each at most once: what is in use comes back at once, and what is
+// not stays out.
+void drop_where_needed(Spill& s) {
     const auto allowed = static_cast<double>(s.resident_bytes);
     const double drop_from = allowed - std::min(headroom_bytes + 0.1 * allowed, most_headroom * allowed);
+    if (static_cast<double>(resident_now(s.statm)) < drop_from) return;
+    const std::lock_guard lock(s.mutex);
+    for (size_t tried = 0; tried < s.count; ++tried) {
+        s.next_dropped = s.next_dropped + 1 < s.count ? s.next_dropped + 1 : 0;
+        const Block& block = s.blocks[s.next_dropped];
+        madvise(block.begin, block.bytes, MADV_DONTNEED);
+        ++s.statistics.dropped;
+        if (static_cast<double>(resident_now(s.statm)) < drop_further * drop_from) break;
+    }
+}
+
+[[noreturn]] void watch() {
     for (;;) {
         std::this_thread::sleep_for(watch_every);
-        if (static_cast<double>(resident_now(statm)) < drop_from) continue;
-        // In turn, each at most once: what is in use comes back at once, and what is not stays out.
-        const std::lock_guard lock(s.mutex);
-        for (size_t tried = 0; tried < s.count; ++tried) {
-            s.next_dropped = s.next_dropped + 1 < s.count ? s.next_dropped + 1 : 0;
-            const Block& block = s.blocks[s.next_dropped];
-            madvise(block.begin, block.bytes, MADV_DONTNEED);
-            ++s.statistics.dropped;
-            if (static_cast<double>(resident_now(statm)) < drop_further * drop_from) break;
-        }
+        drop_where_needed(spill());
     }
 }
 
@@ -138,13 +143,13 @@ Result<void> begin_spilling(const SpillOptions& options) {
     void* probe = map_file(folder.c_str(), whole_pages(1));
     if (probe == nullptr) return fail(Fault::machine, folder + ": cannot be spilled to: " + std::strerror(errno));
     munmap(probe, whole_pages(1));
-    const int statm = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
-    if (statm < 0) return fail(Fault::machine, "/proc/self/statm cannot be read, so memory cannot be watched");
+    s.statm = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+    if (s.statm < 0) return fail(Fault::machine, "/proc/self/statm cannot be read, so memory cannot be watched");
     std::memcpy(s.folder, folder.c_str(), folder.size() + 1);
     s.resident_bytes = options.resident_bytes;
     s.least = std::max<size_t>(options.least, 1);
     s.begun = true;
-    std::thread(watch, statm).detach();
+    std::thread(watch).detach();
     return {};
 }
 
@@ -157,6 +162,8 @@ SpillStatistics spill_statistics() {
 void* spill_allocate(size_t bytes) {
     Spill& s = spill();
     if (!s.begun.load(std::memory_order_relaxed) || bytes < s.least) return nullptr;
+    // Whoever asks for more also makes room, however late the watching thread gets its turn.
+    drop_where_needed(s);
     const size_t mapped = whole_pages(bytes);
     void* begin = map_file(s.folder, mapped);
     const std::lock_guard lock(s.mutex);

@@ -11,7 +11,7 @@ echo "\`scripts/results.sh\` made this page: flights through every scene by ever
 echo "looks as good (SSIM against a picture of the whole mesh with 16 samples a pixel) as \`lod\` and \`vgi\` do. What the columns mean is told"
 echo "in the report that \`lodestone bench\` leaves."
 for scene in "$@"; do
-  "$program" -q bench "$scene" --frames 60 --quality-frames 4 --pixel-error 1,2,4 --equal-error ssim -o "$out" > /dev/null
+  "$program" -q bench "$scene" --frames 30 --quality-frames 3 --pixel-error 1,2,4 --equal-error ssim -o "$out" > /dev/null
   echo
   cat "$out/report.md"
 done

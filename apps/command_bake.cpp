@@ -213,7 +213,10 @@ void add_bake(CLI::App& app, Run& run) {
     command->add_flag("--resume", o->resume,
                       "Keep finished stages in a work folder until the asset is written: the same command goes on from "
                       "them, also after it was killed");
-    command->add_option("--tmp", o->tmp, "Folder for the files of --resume and --memory; the system's unless given")
+    command
+        ->add_option(
+            "--tmp", o->tmp,
+            "Folder, on a disk, for the files of --resume and --memory; the system's for temporary files unless given")
         ->check(CLI::ExistingDirectory);
     command->add_option("--report", o->report, "Also write the bake report to this JSON file");
     command->add_flag("--json", o->json, "Print the bake report as JSON");

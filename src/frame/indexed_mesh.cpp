@@ -62,9 +62,10 @@ void draw_ranges(Plan& plan, const FrameInput& input, std::span<const IndexedRan
                 plan.instance_ids.push_back(i);
                 scale = std::max(scale, largest_scale(input.instances[i].object_to_world));
             }
-            draw.words =
+            draw.words = range.words;
+            const Words own =
                 indexed_mesh_words(range.level, range.levels, static_cast<float>(range.error) * scale * view.focal_px);
-            std::ranges::copy(range.words, draw.words.begin() + indexed_mesh_words_used);
+            std::copy_n(own.begin(), indexed_mesh_words_used, draw.words.begin());
             draw.instances = static_cast<uint32_t>(plan.instance_ids.size()) - draw.first_id;
             if (v == 0) {
                 plan.stats.instances_drawn += draw.instances;

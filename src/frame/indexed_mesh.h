@@ -34,7 +34,7 @@ struct IndexedRange {
     uint32_t level = 0, levels = 1;
     double error = 0;                 // of the level, object units
     std::vector<uint32_t> instances;  // numbers into FrameInput::instances
-    std::array<uint32_t, 5> words{};  // of its draws after indexed_mesh_words
+    Words words{};                    // of its draws; the first are indexed_mesh_words
 };
 
 // Adds draws of `ranges` to the plan: each shadow view in the shadow stage, views[0] and every other camera in depth

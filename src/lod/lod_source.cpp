@@ -75,17 +75,17 @@ public:
                 served.cursor.goto_level(served.drawn_level);
                 upload_dirty(served, plan);
                 IndexedRange range;
-                range.vertex_buffer = geomorph_ ? no_buffer : vertex_buffer;
-                range.index_buffer = index_buffer;
-                range.vertex_offset = geomorph_ ? 0 : asset.vertex_offset;
                 if (geomorph_) {
-                    range.words[LODE_LOD_WORD_WEDGES - indexed_mesh_words_used] =
-                        asset.pm->wedges_at(served.drawn_level);
-                    range.words[LODE_LOD_WORD_STAYING - indexed_mesh_words_used] =
+                    range.vertex_buffer = no_buffer;
+                    range.words[LODE_LOD_WORD_WEDGES] = asset.pm->wedges_at(served.drawn_level);
+                    range.words[LODE_LOD_WORD_STAYING] =
                         asset.pm->wedges_at(input.level_view ? served.drawn_level : served.wanted_level);
-                    range.words[LODE_LOD_WORD_FIRST - indexed_mesh_words_used] =
-                        static_cast<uint32_t>(asset.vertex_offset / sizeof(MeshVertex));
+                    range.words[LODE_LOD_WORD_FIRST] = static_cast<uint32_t>(asset.vertex_offset / sizeof(MeshVertex));
+                } else {
+                    range.vertex_buffer = vertex_buffer;
+                    range.vertex_offset = asset.vertex_offset;
                 }
+                range.index_buffer = index_buffer;
                 range.index_offset = served.first_byte + uint64_t{served.cursor.drawn().first} * 4;
                 range.index_count = served.cursor.slot_count() * 3;
                 range.triangles = served.cursor.triangle_count();

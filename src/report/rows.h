@@ -20,7 +20,7 @@ nlohmann::ordered_json json_of(const Machine& machine);
 struct Way {
     std::string backend;
     std::string order;   // lod: of faces
-    std::string raster;  // vgi: how what is drawn is made of triangles
+    std::string raster;  // vgi, lod: how triangles are made and moved
     auto operator<=>(const Way&) const = default;
 };
 // What is chosen, without the backend; empty where nothing is.

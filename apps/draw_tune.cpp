@@ -7,6 +7,7 @@
 #include "apps/draw_stage.h"
 #include "apps/terminal.h"
 #include "base/statistics.h"
+#include "report/error_search.h"
 
 namespace lodestone {
 
@@ -22,9 +23,7 @@ struct Options {
     bool json = false;
 };
 
-constexpr double close_enough = 0.03;  // of the frame's time
-constexpr double near_by = 0.15;       // of the frame's time: worth another look
-constexpr uint32_t most_flights = 12;
+constexpr double near_by = 0.15;  // of the frame's time: worth another look
 
 struct Tried {
     double pixel_error, ms_median, ms_p95, triangles, cpu_plan_ms, gpu_ms;
@@ -35,39 +34,8 @@ public:
     Tuner(DrawSession& session, const Flight& flight, double target_ms, const Progress& progress)
         : session_(session), flight_(flight), target_ms_(target_ms), progress_(progress) {}
 
-    // Tries errors until one holds the target or the range ends; the best of them.
-    Result<Tried> search(const ErrorController::Range& range) {
-        double error = 1;
-        std::optional<Tried> slow, fast;  // the errors tried next to the one looked for, from both sides
-        while (tried.size() < most_flights) {
-            auto now = fly_at(error);
-            if (!now) return tl::unexpected(now.error());
-            if (std::abs(now->ms_median / target_ms_ - 1) < close_enough) return now;
-            (now->ms_median > target_ms_ ? slow : fast) = *now;
-            if (slow && fast) {
-                // Where a power law through both would hit, but not at the very ends.
-                const double share =
-                    std::log(slow->ms_median / target_ms_) / std::log(slow->ms_median / fast->ms_median);
-                const double width = std::log(fast->pixel_error / slow->pixel_error);
-                if (width < 0.02) break;
-                error = slow->pixel_error * std::exp(width * std::clamp(share, 0.1, 0.9));
-            } else {
-                const double end = slow ? range.most : range.least;
-                if (now->pixel_error == end) break;
-                error =
-                    std::clamp(now->pixel_error * std::pow(now->ms_median / target_ms_, 2.0) * (slow ? 1.2 : 1 / 1.2),
-                               range.least, range.most);
-            }
-        }
-        return *std::ranges::min_element(tried, {},
-                                         [&](const Tried& t) { return std::abs(std::log(t.ms_median / target_ms_)); });
-    }
-
-    std::vector<Tried> tried;
-
-private:
-    // Flown twice where it may be the answer.
-    Result<Tried> fly_at(double error) {
+    // The median of frames flown at an error, ms; flown twice where it may be the answer.
+    Result<double> median_ms_at(double error) {
         flight_.budget.pixel_error = error;
         char label[64];
         std::snprintf(label, sizeof label, "at %.3g px", error);
@@ -87,9 +55,12 @@ private:
             if (std::abs(now.ms_median / target_ms_ - 1) > near_by) break;
         }
         tried.push_back(now);
-        return now;
+        return now.ms_median;
     }
 
+    std::vector<Tried> tried;
+
+private:
     DrawSession& session_;
     Flight flight_;
     double target_ms_;
@@ -112,18 +83,19 @@ Result<int> tune(const Options& o) {
     Flight flight{&stage->scene.camera, o.frames, {}, stage->width, stage->height, nullptr};
     flight.budget.resident_bytes = stage->scene.scene.resident_bytes;
     Tuner tuner(**session, flight, target_ms, progress);
-    const auto best = tuner.search(range);
-    if (!best) return tl::unexpected(best.error());
+    const FrameTimeSearch wanted{.target_ms = target_ms, .least = range.least, .most = range.most};
+    const auto found = error_that_holds(wanted, [&](double pixel_error) { return tuner.median_ms_at(pixel_error); });
+    if (!found) return tl::unexpected(found.error());
+    const Tried& best = tuner.tried[found->which];
 
     // The same flight with the controller at the wheel.
-    ErrorController controller(target_ms, best->pixel_error, range);
+    ErrorController controller(target_ms, best.pixel_error, range);
     flight.controller = &controller;
     const auto held = fly(**session, flight, "controlled", progress);
     if (!held) return tl::unexpected(held.error());
     const auto held_ms = of_frames(*held, [](const FlownFrame& f) { return f.ms; });
     end_progress();
 
-    const bool too_slow = best->ms_median > target_ms * (1 + close_enough) && best->pixel_error >= range.most * 0.99;
     if (o.json) {
         Json json;
         json["machine"] = json_of(stage->machine());
@@ -133,11 +105,11 @@ Result<int> tune(const Options& o) {
         json["size"] = o.stage.size;
         json["fps"] = o.fps;
         json["frames"] = o.frames;
-        json["pixel_error"] = best->pixel_error;
-        json["holds"] = !too_slow;
-        json["ms_median"] = best->ms_median;
-        json["ms_p95"] = best->ms_p95;
-        json["fps_median"] = 1000 / best->ms_median;
+        json["pixel_error"] = best.pixel_error;
+        json["holds"] = found->holds;
+        json["ms_median"] = best.ms_median;
+        json["ms_p95"] = best.ms_p95;
+        json["fps_median"] = 1000 / best.ms_median;
         for (const Tried& t : tuner.tried) {
             json["tried"].push_back({{"pixel_error", t.pixel_error},
                                      {"ms_median", t.ms_median},
@@ -151,25 +123,25 @@ Result<int> tune(const Options& o) {
                               {"ms", held_ms},
                               {"pixel_error", of_frames(*held, [](const FlownFrame& f) { return f.pixel_error; })}};
         print_line(json.dump(2));
-    } else if (!too_slow) {
+    } else if (found->holds) {
         const auto errors = of_frames(*held, [](const FlownFrame& f) { return f.pixel_error; });
         char line[256];
         std::snprintf(line, sizeof line,
                       "%s: a pixel error of %.3g holds %g frames per second on %s: median %.2f ms (%.1f per second)",
-                      o.backend.c_str(), best->pixel_error, o.fps, stage->device_text().c_str(), best->ms_median,
-                      1000 / best->ms_median);
+                      o.backend.c_str(), best.pixel_error, o.fps, stage->device_text().c_str(), best.ms_median,
+                      1000 / best.ms_median);
         print_line(line);
         std::snprintf(line, sizeof line, "steered frame by frame: median %.2f ms with errors from %.3g to %.3g px",
                       median(held_ms), percentile(errors, 0), percentile(errors, 1));
         print_line(line);
     }
-    if (!too_slow) return stage->exit_code();
+    if (found->holds) return stage->exit_code();
     char line[256];
     std::snprintf(
         line, sizeof line,
-        "%s cannot be drawn %g times a second here: even at %g px a frame takes %.2f ms; ask for fewer, or for a "
-        "smaller --size",
-        o.stage.scene.c_str(), o.fps, best->pixel_error, best->ms_median);
+        "%s cannot be drawn %g times a second here: of all errors up to %g px the fastest, %g px, takes %.2f ms a "
+        "frame; ask for fewer, or for a smaller --size",
+        o.stage.scene.c_str(), o.fps, range.most, best.pixel_error, best.ms_median);
     return fail(Fault::machine, line);
 }
 

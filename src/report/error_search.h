@@ -1,6 +1,8 @@
-// The largest setting that is good enough, found by trying.
+// Settings found by trying: the largest that is good enough, and the error that holds a frame's time.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 
@@ -16,5 +18,20 @@ struct ErrorSearch {
 // good: whether a setting is, which smaller ones then are, too; measured, so it may fail. Nothing where not even the
 // smallest is good.
 Result<std::optional<double>> largest_good(const ErrorSearch& search, const std::function<Result<bool>(double)>& good);
+
+struct FrameTimeSearch {
+    double target_ms = 0;                // what a frame may take, > 0
+    double least = 1.0 / 16, most = 64;  // pixel errors to look among, 0 < least <= 1 <= most
+    double nearness = 0.03;              // of the target: near enough to stop, and to hold it
+    uint32_t most_tries = 12;            // > 0
+};
+struct FrameTimeFound {
+    size_t which;  // try, in the order they were made
+    bool holds;    // the target, within nearness
+};
+// median_ms_at: what a frame takes at a pixel error, ms, > 0; measured, so it may fail, and two tries may differ by
+// chance. Of the errors tried that hold the target the smallest; where none does, the fastest of all.
+Result<FrameTimeFound> error_that_holds(const FrameTimeSearch& search,
+                                        const std::function<Result<double>(double)>& median_ms_at);
 
 }  // namespace lodestone

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+#include <vector>
+
 namespace lodestone {
 namespace {
 
@@ -37,6 +41,41 @@ TEST(ErrorSearch, PassesOnWhatFails) {
     const auto failed = largest_good({}, [](double) -> Result<bool> { return fail(Fault::machine, "no device"); });
     ASSERT_FALSE(failed);
     EXPECT_EQ(failed.error().message, "no device");
+}
+
+// The error that was found where a frame takes ms(error), and whether it holds 10 ms.
+std::pair<double, bool> held(const std::function<double(double)>& ms) {
+    std::vector<double> errors;
+    const auto best = error_that_holds({.target_ms = 10}, [&](double error) -> Result<double> {
+        errors.push_back(error);
+        return ms(error);
+    });
+    EXPECT_TRUE(best);
+    EXPECT_LE(errors.size(), 12u);
+    return {errors[best->which], best->holds};
+}
+
+TEST(ErrorSearch, FindsTheErrorThatHoldsAFrameTime) {
+    for (const double at_one : {3.0, 9.0, 10.0, 14.0, 40.0}) {
+        const auto curve = [&](double error) { return at_one * std::pow(error, -0.7); };
+        const auto [error, holds] = held(curve);
+        EXPECT_TRUE(holds) << at_one;
+        EXPECT_NEAR(curve(error), 10, 0.31) << at_one;
+    }
+}
+
+TEST(ErrorSearch, TakesTheFasterSideOfAStep) {
+    const auto [error, holds] = held([](double at) { return at < 3.3 ? 20 : 6; });
+    EXPECT_TRUE(holds);
+    EXPECT_GE(error, 3.3);
+    EXPECT_LT(error, 4);
+}
+
+TEST(ErrorSearch, EndsWhereItsRangeEnds) {
+    EXPECT_EQ(held([](double) { return 0.1; }), std::pair(1.0 / 16, true));
+    EXPECT_EQ(held([](double error) { return 100 - error; }), std::pair(64.0, false));
+    // Nothing changes but by chance, and the coarsest happens to be slow.
+    EXPECT_EQ(held([](double error) { return error == 1 ? 20 : 21; }), std::pair(1.0, false));
 }
 
 }  // namespace

@@ -19,8 +19,11 @@ using Open = Result<std::unique_ptr<FrameSource>> (*)(const Way& way, const Read
                                                       const Progress& progress);
 
 // How vgi makes triangles.
-constexpr std::pair<const char*, vgi::Raster> vgi_rasters[] = {
-    {"bintree", vgi::Raster::bintree}, {"grid", vgi::Raster::grid}, {"tess", vgi::Raster::tess}};
+constexpr std::pair<const char*, vgi::Raster> vgi_rasters[] = {{"bintree", vgi::Raster::bintree},
+                                                               {"grid", vgi::Raster::grid},
+                                                               {"grid-area", vgi::Raster::grid_area},
+                                                               {"tess", vgi::Raster::tess},
+                                                               {"device", vgi::Raster::device}};
 // And lod.
 constexpr const char* lod_geomorph = "geomorph";
 

@@ -423,8 +423,9 @@ void add_bench(CLI::App& app, Run& run) {
     command->add_option("--backends", o->backends, "Which backends, separated by commas")->capture_default_str();
     command->add_option("--orders", o->orders,
                         "lod: face orders to draw, separated by commas; the first of the asset unless given");
-    command->add_option("--rasters", o->rasters,
-                        "vgi: bintree, grid or tess; lod: geomorph; separated by commas; bintree unless given");
+    command->add_option(
+        "--rasters", o->rasters,
+        "vgi: bintree, grid, grid-area, tess or device; lod: geomorph; separated by commas; bintree unless given");
     command->add_option("--pixel-error", o->pixel_errors, "Largest errors on screen, pixels, separated by commas")
         ->capture_default_str();
     command->add_option("--frames", o->frames, "Frames of the flight")

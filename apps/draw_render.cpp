@@ -127,8 +127,9 @@ void add_render(CLI::App& app, Run& run) {
     add_stage_options(*command, o->stage);
     command->add_option("--backend", o->backend, "full, discrete, lod or vgi")->capture_default_str();
     command->add_option("--order", o->order, "lod: face order to draw");
-    command->add_option("--raster", o->raster,
-                        "vgi: bintree, grid or tess; lod: geomorph; how triangles are made and moved");
+    command->add_option(
+        "--raster", o->raster,
+        "vgi: bintree, grid, grid-area, tess or device; lod: geomorph; how triangles are made and moved");
     auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, pixels")
                       ->check(CLI::Range(1e-6, 1e6))
                       ->capture_default_str();

@@ -4,8 +4,10 @@
 #include <malloc.h>
 #endif
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <variant>
 
 #include "mesh/vertex_cache.h"
 
@@ -24,6 +26,7 @@ double ms_since(std::chrono::steady_clock::time_point start) {
 }
 
 constexpr uint32_t shadow_texels = 2048;
+constexpr uint32_t mirrored_tag = 1u << 31;  // of readbacks for the mirror; the rest is the buffer
 
 // How many corners of every triangle in the camera's picture a FIFO-16 misses.
 TriangleMarks cache_misses(const PlanMirror& mirror, size_t commands) {
@@ -71,7 +74,7 @@ DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer, uint32_t p
 Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer, const Way& way,
                                                        bool mirrored, const Progress& progress, uint32_t place) {
     keep_freed_memory();
-    if (way.raster == "tess" && !renderer.device().tessellates) {
+    if ((way.raster == "tess" || way.raster == "device") && !renderer.device().tessellates) {
         return fail(Fault::machine, renderer.device().name + " does not tessellate; choose --raster grid or bintree");
     }
     std::unique_ptr<DrawSession> session(new DrawSession(scene, renderer, place));
@@ -111,9 +114,11 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
         planned.views[0] = *frozen_culling;
         planned.views[0].culls_back_faces = input.views[0].culls_back_faces;
     }
-    const Plan plan = source_->plan(planned);
+    Plan plan = source_->plan(planned);
     drawn.plan_cpu_ms = thread_cpu_ms() - cpu_start;
     outstanding_ = !plan.requests.empty() || !input.arrivals.empty();
+    reads_back_ = std::ranges::any_of(
+        plan.commands, [](const Command& command) { return std::holds_alternative<Readback>(command.what); });
     reader_.request(plan.requests);
     const double plan_ms = ms_since(start);
     Look shown = look;
@@ -121,6 +126,12 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
         if (auto done = mirror_->execute(plan, input); !done) return tl::unexpected(done.error());
         if (look.debug == DebugView::misses)
             shown.marks = std::make_shared<const TriangleMarks>(cache_misses(*mirror_, plan.commands.size()));
+    }
+    std::vector<uint32_t> computed;
+    if (mirror_) computed = mirror_->computed_for_draws(plan);
+    for (const uint32_t buffer : computed) {
+        plan.commands.push_back(
+            {Stage::composite, Readback{buffer, 0, mirror_->recipe().buffers[buffer].bytes, mirrored_tag | buffer}});
     }
     const auto submitted = std::chrono::steady_clock::now();
     if (auto done = renderer_->submit(plan, input, shown, place_); !done) return tl::unexpected(done.error());
@@ -131,17 +142,23 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
         if (counters.frame == input.frame) drawn.counters = counters;
     }
     readbacks_ = renderer_->take_readbacks();
+    for (const ReadbackResult& r : readbacks_) {
+        if ((r.tag & mirrored_tag) != 0 && r.frame == input.frame)
+            mirror_->learn(r.tag & ~mirrored_tag, {r.blob.data(), r.blob.size()});
+    }
+    std::erase_if(readbacks_, [](const ReadbackResult& r) { return (r.tag & mirrored_tag) != 0; });
     return drawn;
 }
 
 Result<DrawnFrame> DrawSession::settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                                        uint32_t frames) {
-    for (;; --frames) {
+    for (bool first = true;; --frames, first = false) {
         auto drawn = draw(camera, budget, width, height);
         if (!drawn || frames <= 1) return drawn;
         // What arrived with this frame is decoded by the next, and shown by it.
         reader_.wait();
-        if (!outstanding_ && !late_) return drawn;
+        // And what a device finds out about a frame is answered by the next.
+        if (!outstanding_ && !late_ && !(first && reads_back_)) return drawn;
         late_ = outstanding_;
     }
 }

@@ -57,6 +57,7 @@ private:
     PageReader reader_;
     bool outstanding_ = false;  // the last frame asked for pages, or pages arrived with it
     bool late_ = false;         // and so did the one before
+    bool reads_back_ = false;   // the last frame reads something back
     std::vector<ReadbackResult> readbacks_;
     View view_;
     uint64_t frame_ = 0;

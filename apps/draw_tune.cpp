@@ -156,7 +156,7 @@ void add_tune(CLI::App& app, Run& run) {
         ->capture_default_str();
     command->add_option("--backend", o->backend, "discrete, lod or vgi")->capture_default_str();
     command->add_option("--order", o->order, "lod: face order to draw");
-    command->add_option("--raster", o->raster, "vgi: bintree, grid or tess; lod: geomorph");
+    command->add_option("--raster", o->raster, "vgi: bintree, grid, grid-area, tess or device; lod: geomorph");
     command->add_option("--frames", o->frames, "Frames of every flight")
         ->check(CLI::Range(1u, 1000000u))
         ->capture_default_str();

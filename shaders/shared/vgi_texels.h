@@ -19,8 +19,9 @@
 #define LODE_VGI_PATCHES 7     // words of patches; where they are drawn
 
 // A node of a grid cut as a patch to tessellate: level | log2 of its cells << 4 | levels that the node across side s is
-// coarser << (8 + 2 s); lowest corner x | y << 16, in finest cells; slots of the pages that it lies in, from that of its
+// coarser << (8 + 2 s) | views it is drawn in << 16, a bit each; lowest corner x | y << 16, in finest cells; slots of the pages that it lies in, from that of its
 // own level (or the coarsest there is) upwards.
+#define LODE_VGI_PATCH_VIEWS 16
 #define LODE_VGI_PATCH_SLOTS 8
 #define LODE_VGI_PATCH_WORDS 10
 
@@ -32,7 +33,7 @@
 #define LODE_VGI_WORD_PIXEL 4          // float bits: object units of the instance a pixel spans at distance 1
 #define LODE_VGI_WORD_TABLE 5          // of the asset: first entry of the page table
 #define LODE_VGI_WORD_IMAGES 6         // attribute pages of a chart | log2 of attribute cells << 16 | LODE_VGI_HAS_... << 20
-#define LODE_VGI_WORD_PATCH 7          // patches: the draw's first word in their list
+#define LODE_VGI_WORD_PATCH 7          // patches: word of vertex 0 in their list
 #define LODE_VGI_HAS_UVS 1
 #define LODE_VGI_HAS_COLOURS 2
 #define LODE_VGI_HAS_MATERIALS 4

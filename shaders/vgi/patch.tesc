@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // As many cells as the node has, on all sides: borders are collapsed where the vertices are made.
+#include "shared/frame.glsl"
 #include "shared/vgi.glsl"
 
 layout(vertices = 1) out;
@@ -11,7 +12,9 @@ layout(location = 0) out uint out_first[];
 layout(location = 1) out uint out_instance[];
 
 void main() {
-    float cells = float(1u << ((patch_words[in_first[0]] >> 4) & 3u));
+    uint shape = patch_words[in_first[0]];
+    bool drawn = ((shape >> (LODE_VGI_PATCH_VIEWS + draw_constants.view)) & 1u) != 0u;
+    float cells = drawn ? float(1u << ((shape >> 4) & 3u)) : 0.0;
     for (int k = 0; k < 4; ++k) gl_TessLevelOuter[k] = cells;
     for (int k = 0; k < 2; ++k) gl_TessLevelInner[k] = cells;
     out_first[gl_InvocationID] = in_first[0];

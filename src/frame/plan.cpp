@@ -41,7 +41,7 @@ void print(std::ostream& out, const Words& words) {
 void print(std::ostream& out, const Draw& d) {
     out << "draw pipeline " << d.pipeline << " view " << d.view << " vertices " << static_cast<int32_t>(d.vertex_buffer)
         << '+' << d.vertex_offset << " indices " << static_cast<int32_t>(d.index_buffer) << '+' << d.index_offset
-        << " count " << d.count << " ids " << d.first_id << '+' << d.instances;
+        << " count " << d.count << " from " << d.first_vertex << " ids " << d.first_id << '+' << d.instances;
     print(out, d.words);
 }
 

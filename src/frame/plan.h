@@ -77,6 +77,7 @@ struct Draw {
     uint32_t index_buffer = no_buffer;   // no_buffer: not indexed
     uint64_t vertex_offset = 0;          // bytes to vertex 0
     uint64_t index_offset = 0;           // bytes to the first index
+    uint32_t first_vertex = 0;           // where not indexed
     uint32_t count = 0;                  // indices, or vertices where not indexed; 0 draws nothing
     uint32_t first_id = 0;               // Plan::instance_ids[first_id .. first_id + instances)
     uint32_t instances = 1;
@@ -87,7 +88,7 @@ struct Draw {
 // As Draw, with count, instances and the rest read from a buffer (VkDrawIndexedIndirectCommand or
 // VkDrawIndirectCommand).
 struct DrawIndirect {
-    Draw draw;                          // count, first_id and instances are taken from the buffer
+    Draw draw;                          // count, first_vertex, first_id and instances are taken from the buffer
     uint32_t arguments = 0;             // buffer
     uint64_t offset = 0;                // bytes to the first argument record
     uint32_t draws = 1;                 // records at most

@@ -130,27 +130,86 @@ void PlanMirror::apply(const Command& command) {
     }
 }
 
-void PlanMirror::mirror_draws(const Plan& plan) {
+std::vector<uint32_t> PlanMirror::read_by(const DrawIndirect& draw) const {
+    std::vector<uint32_t> buffers{draw.arguments};
+    if (draw.count_buffer != no_buffer) buffers.push_back(draw.count_buffer);
+    if (draw.draw.index_buffer != no_buffer) buffers.push_back(draw.draw.index_buffer);
+    if (draw.draw.vertex_buffer != no_buffer) buffers.push_back(draw.draw.vertex_buffer);
+    for (const StorageBinding& binding : recipe_.pipelines[draw.draw.pipeline].storage)
+        buffers.push_back(binding.buffer);
+    std::erase_if(buffers, [&](uint32_t b) { return !buffers_[b].gpu_written; });
+    return buffers;
+}
+
+std::vector<uint32_t> PlanMirror::computed_for_draws(const Plan& plan) const {
+    std::vector<uint32_t> buffers;
+    for (const Command& command : plan.commands) {
+        if (const auto* draw = std::get_if<DrawIndirect>(&command.what)) {
+            const auto read = read_by(*draw);
+            buffers.insert(buffers.end(), read.begin(), read.end());
+        }
+    }
+    std::ranges::sort(buffers);
+    buffers.erase(std::unique(buffers.begin(), buffers.end()), buffers.end());
+    return buffers;
+}
+
+void PlanMirror::learn(uint32_t buffer, std::span<const std::byte> bytes) {
+    LODE_CHECK(buffer < buffers_.size() && bytes.size() == buffers_[buffer].bytes.size(), buffer, bytes.size());
+    std::copy(bytes.begin(), bytes.end(), buffers_[buffer].bytes.begin());
+    buffers_[buffer].learnt = true;
+    mirror_draws();
+}
+
+void PlanMirror::mirror(size_t command, Stage stage, const Draw& draw) {
+    LODE_CHECK(uint64_t{draw.first_id} + draw.instances <= instance_ids_.size(), draw.first_id, draw.instances);
+    MirroredDraw mirrored{command, stage, draw,
+                          {},      {},    std::span(instance_ids_).subspan(draw.first_id, draw.instances)};
+    if (draw.index_buffer != no_buffer) {
+        const std::byte* bytes = buffers_[draw.index_buffer].bytes.data() + draw.index_offset;
+        mirrored.indices = {reinterpret_cast<const uint32_t*>(bytes), draw.count};
+    }
+    if (draw.index_buffer == no_buffer && puller_.indices) {
+        pulled_indices_.push_back(puller_.indices(*this, draw));
+        mirrored.indices = pulled_indices_.back();
+    }
+    if (draw.vertex_buffer != no_buffer)
+        mirrored.vertices = std::span(buffers_[draw.vertex_buffer].bytes).subspan(draw.vertex_offset);
+    draws_.push_back(mirrored);
+}
+
+void PlanMirror::mirror_draws() {
     draws_.clear();
     pulled_indices_.clear();
-    instance_ids_ = plan.instance_ids;
-    for (size_t i = 0; i < plan.commands.size(); ++i) {
-        const Command& command = plan.commands[i];
-        const auto* draw = std::get_if<Draw>(&command.what);
-        if (draw == nullptr) continue;
-        MirroredDraw mirrored{
-            i, command.stage, *draw, {}, {}, std::span(instance_ids_).subspan(draw->first_id, draw->instances)};
-        if (draw->index_buffer != no_buffer) {
-            const std::byte* bytes = buffers_[draw->index_buffer].bytes.data() + draw->index_offset;
-            mirrored.indices = {reinterpret_cast<const uint32_t*>(bytes), draw->count};
+    for (const auto& [number, command] : drawing_) {
+        if (const auto* draw = std::get_if<Draw>(&command.what)) mirror(number, command.stage, *draw);
+        const auto* indirect = std::get_if<DrawIndirect>(&command.what);
+        if (indirect == nullptr) continue;
+        const auto read = read_by(*indirect);
+        const bool known = std::ranges::all_of(read, [&](uint32_t b) { return buffers_[b].learnt; });
+        const auto word = [&](uint32_t buffer, uint64_t offset) {
+            uint32_t value;
+            std::memcpy(&value, buffers_[buffer].bytes.data() + offset, sizeof value);
+            return value;
+        };
+        uint32_t records = known ? indirect->draws : 0;
+        if (known && indirect->count_buffer != no_buffer)
+            records = std::min(records, word(indirect->count_buffer, indirect->count_offset));
+        for (uint32_t r = 0; r < records; ++r) {
+            const uint64_t at = indirect->offset + uint64_t{r} * indirect->stride;
+            const bool indexed = indirect->draw.index_buffer != no_buffer;
+            Draw draw = indirect->draw;
+            draw.count = word(indirect->arguments, at);
+            draw.instances = word(indirect->arguments, at + 4);
+            const uint32_t first = word(indirect->arguments, at + 8);
+            draw.first_id = word(indirect->arguments, at + (indexed ? 16 : 12));
+            if (indexed) {
+                draw.index_offset += uint64_t{first} * 4;
+            } else {
+                draw.first_vertex = first;
+            }
+            if (draw.count > 0 && draw.instances > 0) mirror(number, command.stage, draw);
         }
-        if (draw->index_buffer == no_buffer && puller_.indices) {
-            pulled_indices_.push_back(puller_.indices(*this, *draw));
-            mirrored.indices = pulled_indices_.back();
-        }
-        if (draw->vertex_buffer != no_buffer)
-            mirrored.vertices = std::span(buffers_[draw->vertex_buffer].bytes).subspan(draw->vertex_offset);
-        draws_.push_back(mirrored);
     }
 }
 
@@ -165,7 +224,15 @@ Result<void> PlanMirror::execute(const Plan& plan, const FrameInput& input) {
             apply(command);
         }
     }
-    mirror_draws(plan);
+    instance_ids_ = plan.instance_ids;
+    drawing_.clear();
+    for (size_t i = 0; i < plan.commands.size(); ++i) {
+        const auto& what = plan.commands[i].what;
+        if (std::holds_alternative<Draw>(what) || std::holds_alternative<DrawIndirect>(what))
+            drawing_.emplace_back(i, plan.commands[i]);
+    }
+    for (Buffer& buffer : buffers_) buffer.learnt = false;
+    mirror_draws();
     input_.views = input.views;
     input_.instances = input.instances;
     for (const MirroredDraw& draw : draws_) {

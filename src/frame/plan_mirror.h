@@ -7,9 +7,11 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <deque>
 #include <functional>
 #include <glm/vec3.hpp>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -36,6 +38,11 @@ public:
     // written. Buffers that a compute pipeline may write are not followed past that point.
     Result<void> execute(const Plan& plan, const FrameInput& input);
 
+    // Buffers that indirect draws of a plan look at and that a device may have written, in ascending order.
+    std::vector<uint32_t> computed_for_draws(const Plan& plan) const;
+    // What a device that carried out the last plan executed has in such a buffer, from its first byte on.
+    void learn(uint32_t buffer, std::span<const std::byte> bytes);
+
     struct MirroredDraw {
         size_t command = 0;  // of the plan
         Stage stage = Stage::colour;
@@ -44,7 +51,8 @@ public:
         std::span<const std::byte> vertices;  // from vertex 0 on; empty for pipelines that pull
         std::span<const uint32_t> instances;  // numbers into FrameInput::instances
     };
-    // Direct draws of the last plan, valid until the next execute().
+    // Draws of the last plan; of indirect ones those whose buffers all have been learnt of since. Valid until the next
+    // execute() or learn().
     const std::vector<MirroredDraw>& draws() const { return draws_; }
     std::span<const std::byte> buffer(uint32_t number) const { return buffers_[number].bytes; }
     // The number-th T of the storage buffer that the draw's pipeline has at a binding.
@@ -68,20 +76,24 @@ private:
         std::vector<std::byte> bytes;
         std::vector<bool> written;  // per 4 bytes
         bool gpu_written = false;   // contents unknown
+        bool learnt = false;        // since the last plan
     };
     Result<void> check(const Command& command, const Plan& plan, const FrameInput& input) const;
     Result<void> check_draw(Stage stage, const Draw& draw, bool indirect, const Plan& plan,
                             const FrameInput& input) const;
     Result<void> check_range(uint32_t buffer, uint64_t offset, uint64_t bytes, uint32_t use, bool read) const;
     void apply(const Command& command);
-    void mirror_draws(const Plan& plan);
+    std::vector<uint32_t> read_by(const DrawIndirect& draw) const;
+    void mirror_draws();
+    void mirror(size_t command, Stage stage, const Draw& draw);
 
     Recipe recipe_;
     Puller puller_;
-    FrameInput input_;  // views and instances of the last plan
+    FrameInput input_;                                 // views and instances of the last plan
+    std::vector<std::pair<size_t, Command>> drawing_;  // draws of the last plan, by their numbers
     std::vector<Buffer> buffers_;
     std::vector<MirroredDraw> draws_;
-    std::vector<std::vector<uint32_t>> pulled_indices_;  // that draws_ refer to
+    std::deque<std::vector<uint32_t>> pulled_indices_;  // that draws_ refer to
     std::vector<uint32_t> instance_ids_;
 };
 

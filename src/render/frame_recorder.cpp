@@ -302,7 +302,7 @@ void FrameRecorder::draw(const Command& command) {
         if (indexed) {
             vkCmdDrawIndexed(commands_, d.count, d.instances, 0, 0, d.first_id);
         } else {
-            vkCmdDraw(commands_, d.count, d.instances, 0, d.first_id);
+            vkCmdDraw(commands_, d.count, d.instances, d.first_vertex, d.first_id);
         }
         return;
     }

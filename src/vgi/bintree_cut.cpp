@@ -118,9 +118,9 @@ private:
     void guess(uint32_t number, uint32_t level, uint32_t mask) {
         const uint32_t parent = first_page_ + tree_.parent(number - first_page_);
         if (residency_.entry(parent).texels == nullptr) return;  // its turn comes first
-        const float excess = wanted_.excess(residency_.about().bounds[number]);
-        const bool want = forced_level_ >= 0 ? static_cast<int64_t>(level) >= forced_level_ : excess > 1;
-        if (want) ask(number, excess, mask);
+        const PageBounds& bounds = residency_.about().bounds[number];
+        if (forced_level_ >= 0 ? static_cast<int64_t>(level) >= forced_level_ : wanted_.may_be(bounds))
+            ask(number, wanted_.excess(bounds), mask);
     }
     // Something that makes the page usable is missing: the first such thing is asked for.
     void need(uint32_t number, uint32_t mask) {

@@ -19,27 +19,42 @@ Wanted::Wanted(const CutRequest& request, const Atlas& about) {
     const View& view = request.sets_levels();
     scale_ = largest_scale(request.object_to_world);
     margin_ = request.margin.distance;
-    to_world_ = request.object_to_world;
-    eye_ = view.eye;
-    const auto magnification = static_cast<float>(magnification_of(view, request.pixel_error));
+    magnification_ = static_cast<float>(magnification_of(view, request.pixel_error));
     const ErrorCodes codes(about.extent());
     for (size_t code = 0; code < 256; ++code) {
-        errors_[code] = codes.error(static_cast<uint8_t>(code)) * magnification * scale_;
-        // A sample without error is wanted by no eye, however near.
-        reach_[code] = errors_[code] > 0 ? errors_[code] + request.margin.distance : 0;
+        const float error = codes.error(static_cast<uint8_t>(code));
+        errors_[code] = gpu::lode_reach(error, magnification_, scale_, 0);
+        reach_[code] = gpu::lode_reach(error, magnification_, scale_, margin_);
         radii_[code] = codes.radius(static_cast<uint8_t>(code)) * scale_;
     }
-    // Lattice to world, seen from the eye.
     const glm::dmat4 to_world(request.object_to_world);
-    lattice_ = glm::mat3(glm::dmat3(to_world) * about.step);
-    offset_ = glm::vec3(glm::dvec3(to_world * glm::dvec4(about.origin, 1)) - glm::dvec3(view.eye));
+    const auto seen_from_eye = [&](double step, const glm::dvec3& origin) {
+        const glm::dmat3 axes = glm::dmat3(to_world) * step;
+        return SeenFromEye{axes[0], axes[1], axes[2],
+                           glm::dvec3(to_world * glm::dvec4(origin, 1)) - glm::dvec3(view.eye)};
+    };
+    lattice_ = seen_from_eye(about.step, about.origin);
+    object_ = seen_from_eye(1, glm::dvec3(0));
 }
 
-float Wanted::excess(const PageBounds& bounds, SampleCodes most) const {
-    const float away = glm::distance(glm::vec3(to_world_ * glm::vec4(bounds.centre, 1)), eye_) -
-                       bounds.radius * scale_ - radii_[most.radius] - margin_;
-    const float error = errors_[most.error];
+float Wanted::excess(const PageBounds& bounds) const {
+    const float away =
+        glm::length(object_.seen(bounds.centre)) - bounds.radius * scale_ - radii_[bounds.sample_radius] - margin_;
+    const float error = errors_[bounds.sample_error];
     return error > 0 ? error / std::max(away, 1e-3f * error) : 0;
+}
+
+void Wanted::describe(gpu::VgiCutInstance& instance) const {
+    LODE_CHECK(margin_ == 0, margin_);
+    const auto put = [](const SeenFromEye& map, float* to) {
+        for (const glm::vec3& column : {map.x, map.y, map.z, map.offset}) {
+            for (int k = 0; k < 3; ++k) *to++ = column[k];
+        }
+    };
+    put(lattice_, instance.lattice);
+    put(object_, instance.object);
+    instance.magnification = magnification_;
+    instance.scale = scale_;
 }
 
 void CutParts::add(const CutParts& other) {
@@ -64,9 +79,9 @@ void foresee(const Residency& residency, const CutRequest& request, std::span<co
         if (residency.entry(number).texels != nullptr || wanted_now[number] > 0 ||
             residency.entry(number - page + residency.tree().parent(page)).texels == nullptr)
             continue;
-        const float excess = wanted.excess(residency.about().bounds[number]);
-        if (excess > 1 && visibility.seen(1, number) != 0)
-            foreseen[number] = std::max(foreseen[number], std::min(excess * 1e-3f, 1e-2f));
+        const PageBounds& bounds = residency.about().bounds[number];
+        if (wanted.may_be(bounds) && visibility.seen(1, number) != 0)
+            foreseen[number] = std::max(foreseen[number], std::min(wanted.excess(bounds) * 1e-3f, 1e-2f));
     }
 }
 

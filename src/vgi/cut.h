@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "frame/view.h"
+#include "shaders/shared/vgi_cut.h"
 #include "vgi/residency.h"
 
 namespace lodestone::vgi {
@@ -30,10 +31,15 @@ struct CutRequest {
     const View* level_view = nullptr;  // sets the levels; views[0] where there is none
     double pixel_error = 1;            // pixels, > 0
     int64_t forced_level = -1;         // >= 0: this level everywhere
-    bool cull_back_faces = true;       // views[0] may leave out what shows it none but back faces
+    // grid_cut.h: nodes are divided by what they cover on screen, as in the seed, with no regard to errors; a cell may
+    // be pixels_per_cell * pixel_error pixels wide.
+    bool by_area = false;
+    bool cull_back_faces = true;  // views[0] may leave out what shows it none but back faces
     CutMargin margin;
     const View& sets_levels() const { return level_view != nullptr ? *level_view : views[0]; }
 };
+
+inline constexpr double pixels_per_cell = 8;
 
 // How long a distance of an error is in a view: a sample of error E and radius r is wanted from within
 // scale * (E * magnification + r), world units. Smaller than wanted errors are taken where the atlas asks for it.
@@ -41,9 +47,11 @@ double magnification_of(const View& view, double pixel_error);
 
 // How what is drawn is made of triangles.
 enum class Raster {
-    bintree,  // bintree_cut.h, pulled from pages by index lists
-    grid,     // grid_cut.h, the same way
-    tess,     // grid_cut.h, a patch for each node, which the device tessellates
+    bintree,    // bintree_cut.h, pulled from pages by index lists
+    grid,       // grid_cut.h, the same way
+    grid_area,  // the same by areas on screen, not by errors
+    tess,       // grid_cut.h, a patch for each node, which the device tessellates
+    device,     // device_cut.h: as tess, by nodes that the device chooses
 };
 
 struct Cut {
@@ -69,24 +77,36 @@ class Wanted {
 public:
     Wanted(const CutRequest& request, const Atlas& about);
     bool operator()(const GeometryTexel& t) const {
-        const glm::vec3 p = offset_ + lattice_[0] * static_cast<float>(t.x) + lattice_[1] * static_cast<float>(t.y) +
-                            lattice_[2] * static_cast<float>(t.z);
-        const float reach = reach_[t.error] + radii_[t.radius];
-        return reach * reach > glm::dot(p, p);
+        const glm::vec3 p = lattice_.seen(glm::vec3(t.x, t.y, t.z));
+        return gpu::lode_within(reach_[t.error] + radii_[t.radius], p.x, p.y, p.z);
     }
-    // The same of samples that are not looked at: of the most there can be among them, all within the sphere of
-    // `bounds`. Returns how many times larger than the pixel error leaving them out would be on screen, at least 1
-    // where a sample may be wanted.
-    float excess(const PageBounds& bounds, SampleCodes most) const;
-    float excess(const PageBounds& bounds) const { return excess(bounds, {bounds.sample_error, bounds.sample_radius}); }
+    // The same of samples that are not looked at: whether any may be wanted, of the most there can be among them, all
+    // within the sphere of `bounds`.
+    bool may_be(const PageBounds& bounds, SampleCodes most) const {
+        const glm::vec3 p = object_.seen(bounds.centre);
+        return reach_[most.error] > 0 &&
+               gpu::lode_within(reach_[most.error] + radii_[most.radius] + bounds.radius * scale_, p.x, p.y, p.z);
+    }
+    bool may_be(const PageBounds& bounds) const { return may_be(bounds, {bounds.sample_error, bounds.sample_radius}); }
+    // How many times larger than the pixel error leaving them out would be on screen.
+    float excess(const PageBounds& bounds) const;
+
+    // For a device to tell the same.
+    void describe(gpu::VgiCutInstance& instance) const;
 
 private:
+    // Of a point: where it is, seen from the eye, in world axes.
+    struct SeenFromEye {
+        glm::vec3 x, y, z, offset;
+        glm::vec3 seen(const glm::vec3& p) const {
+            return {gpu::lode_mapped(offset.x, x.x, y.x, z.x, p.x, p.y, p.z),
+                    gpu::lode_mapped(offset.y, x.y, y.y, z.y, p.x, p.y, p.z),
+                    gpu::lode_mapped(offset.z, x.z, y.z, z.z, p.x, p.y, p.z)};
+        }
+    };
     std::array<float, 256> errors_, reach_, radii_;
-    float scale_, margin_;
-    glm::mat4 to_world_;
-    glm::vec3 eye_;
-    glm::mat3 lattice_;
-    glm::vec3 offset_;
+    float magnification_, scale_, margin_;
+    SeenFromEye lattice_, object_;
 };
 
 // What a missing page counts, for the views in `mask`: less where views[0] does not see it.

@@ -15,9 +15,8 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr double raise = 1.189207115;  // of errors, where there are too many triangles: a quarter of an octave
-constexpr float frames_ahead = 12;     // that the camera's way is foreseen
-constexpr float most_wasted = 2;       // times smaller than wanted, that an error may be
+constexpr float frames_ahead = 12;  // that the camera's way is foreseen
+constexpr float most_wasted = 2;    // times smaller than wanted, that an error may be
 
 // How the camera moved from one view to the next.
 struct Step {
@@ -53,13 +52,14 @@ bool inside(const View& view, const Frustum& frustum) {
     return true;
 }
 
-CutRequest request_for(const CutRegion& region, const Instance& instance, double raised, int64_t level) {
+CutRequest request_for(Raster raster, const CutRegion& region, const Instance& instance, double raised, int64_t level) {
     CutRequest request;
     request.object_to_world = instance.object_to_world;
     request.views = region.views;
     request.level_view = region.level_view ? &*region.level_view : nullptr;
     request.pixel_error = region.budget.pixel_error * raised;
     request.forced_level = level;
+    request.by_area = raster == Raster::grid_area;
     request.cull_back_faces = region.views[0].culls_back_faces;
     request.margin = region.margin;
     return request;
@@ -67,7 +67,7 @@ CutRequest request_for(const CutRegion& region, const Instance& instance, double
 
 Cut cut_atlas(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand) {
     if (raster == Raster::bintree) return cut_bintree(residency, request, demand);
-    return cut_grid(residency, request, demand, raster == Raster::grid ? GridOutput::indices : GridOutput::patches);
+    return cut_grid(residency, request, demand, raster == Raster::tess ? GridOutput::patches : GridOutput::indices);
 }
 
 // What was found of one atlas' pages.
@@ -139,8 +139,9 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
         uint64_t words = 0;
         for (const Instance& instance : region.instances) {
             LODE_CHECK(instance.asset < atlases.size(), instance.asset, atlases.size());
+            if (raster == Raster::device) continue;
             cuts.push_back(cut_atlas(raster, *atlases[instance.asset].residency,
-                                     request_for(region, instance, result.raised, result.level),
+                                     request_for(raster, region, instance, result.raised, result.level),
                                      found[instance.asset].demand));
             result.triangles += cuts.back().triangles;
             for (const auto& part : cuts.back().parts) words += part.second.size();
@@ -187,7 +188,7 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
     for (const Instance& instance : region.instances) {
         const OpenAtlas& atlas = atlases[instance.asset];
         Found& f = found[instance.asset];
-        CutRequest request = request_for(region, instance, result.raised, result.level);
+        CutRequest request = request_for(raster, region, instance, result.raised, result.level);
         atlas.attributes->want(atlas.residency->about(), atlas.spacing, request, f.attribute_demand,
                                f.attribute_touched);
         if (!moves) continue;
@@ -213,11 +214,15 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
             }
         }
     }
-    std::ranges::sort(result.wishes, [](const FrameCuts::Wish& x, const FrameCuts::Wish& y) {
+    sort_wishes(result.wishes);
+    return result;
+}
+
+void sort_wishes(std::vector<FrameCuts::Wish>& wishes) {
+    std::ranges::sort(wishes, [](const FrameCuts::Wish& x, const FrameCuts::Wish& y) {
         return x.wanted != y.wanted ? x.wanted > y.wanted
                                     : std::tuple(x.layer, x.atlas, x.number) < std::tuple(y.layer, y.atlas, y.number);
     });
-    return result;
 }
 
 }  // namespace lodestone::vgi

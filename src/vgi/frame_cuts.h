@@ -57,11 +57,16 @@ struct FrameCuts {
     std::vector<Wish> wishes;  // pages that were not there, the most wanted first
 };
 
+void sort_wishes(std::vector<FrameCuts::Wish>& wishes);  // the most wanted first
+
+inline constexpr double raise = 1.189207115;  // of errors, where there are too many triangles: a quarter of an octave
+
 struct CutLimits {
     uint64_t most_words;
     double raised;  // of the cuts before: errors fall again step by step
 };
 
+// Where the device cuts, nothing is cut here: what comes of it are attributes, and what is foreseen of positions.
 // last: the frame before `region`, for what is foreseen further along the way; null for nothing. Reads the atlases, and
 // brings Residency::usable up to date first.
 FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion region, const FrameInput* last,

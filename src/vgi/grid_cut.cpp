@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <glm/geometric.hpp>
 #include <optional>
 
 #include "base/check.h"
 #include "base/threads.h"
+#include "frame/screen_error.h"
 #include "vgi/grid_patch.h"
 #include "vgi/visibility.h"
 
@@ -137,13 +140,34 @@ private:
         if (mask == 0) return;
         const uint32_t number = page(n, n.level - 1);
         const bool forced = request_.forced_level >= 0;
-        if (!forced && wanted_.excess(about_.bounds[number], residency_.below(number)) <= 1) return;
+        if (!forced && request_.by_area) {
+            if (pixels_across(n) <= pixels_per_cell * request_.pixel_error * (1u << nodes_.cell_shift(n.level))) return;
+            to.push_back(n);
+            if (residency_.entry(number).texels != nullptr)
+                children(n, [&](const Node& child) { look_into(child, mask, to); });
+            return;
+        }
+        if (!forced && !wanted_.may_be(about_.bounds[number], residency_.below(number))) return;
         if (forced || wants_division(n, number)) to.push_back(n);
         if (residency_.entry(number).texels == nullptr) return;
         children(n, [&](const Node& child) { look_into(child, mask, to); });
     }
+    // Side of a square that covers as many pixels as the box around the node's sphere, at most.
+    double pixels_across(const Node& n) const {
+        const PageBounds& bounds = about_.bounds[page(n, n.level > 2 ? n.level - 2 : 0)];
+        // The finest pages hold nodes of levels 2, 1 and 0; parts of them are as much smaller as they are fewer cells.
+        const double share = n.level < 2 ? std::ldexp(1.0, static_cast<int>(n.level) - 2) : 1.0;
+        const View& view = request_.sets_levels();
+        const double scale = static_cast<double>(largest_scale(request_.object_to_world));
+        const double radius = static_cast<double>(bounds.radius) * scale;
+        const glm::vec3 centre(request_.object_to_world * glm::vec4(bounds.centre, 1));
+        const double away = static_cast<double>(glm::distance(centre, view.eye)) - radius -
+                            static_cast<double>(request_.margin.distance);
+        const double near = static_cast<double>(view.near_plane);
+        return 2 * radius * share * static_cast<double>(view.focal_px) / std::max(away, near);
+    }
     bool wants_division(const Node& n, uint32_t number) const {
-        if (wanted_.excess(about_.bounds[number]) <= 1) return false;
+        if (!wanted_.may_be(about_.bounds[number])) return false;
         const GeometryTexel* texels = residency_.entry(number).first;
         if (texels == nullptr) return true;  // it may be: that is all that is known
         // Samples of level n.level - 1, in the page's own steps.

@@ -5,8 +5,12 @@
 //   Losasso, Hoppe, Smith, Warren, "Smooth geometry images", SGP 2003, for images drawn by mip level; the seed, section
 //   2.2, for nodes and collapsed borders.
 //
-// A node is divided iff the next finer level has a sample in it that is wanted, so every sample that a bintree cut of
-// the same request has is drawn here too, and the two can be compared. Neighbours differ by three levels at most: then
+// By error (the default) a node is divided iff the next finer level has a sample in it that is wanted, so every sample
+// that a bintree cut of the same request has is drawn here too, and the two can be compared. By area, as the seed has
+// it, a node is divided iff the square root of the area that it covers on screen, by a bound, is more than its cells
+// may take; flat and rough parts are drawn alike.
+//
+// Neighbours differ by three levels at most: then
 // corners of nodes are samples of all nodes that touch them, and a border is the business of two nodes alone.
 #pragma once
 

@@ -12,7 +12,7 @@ uint32_t GridPatch::triangles() const {
 }
 
 void GridPatch::append_words(std::vector<uint32_t>& to) const {
-    uint32_t shape = level | cell_shift << 4;
+    uint32_t shape = level | cell_shift << 4 | views << LODE_VGI_PATCH_VIEWS;
     for (uint32_t side = 0; side < 4; ++side) shape |= coarser[side] << (8 + 2 * side);
     to.push_back(shape);
     to.push_back(x | y << 16);
@@ -23,6 +23,7 @@ GridPatch GridPatch::of_words(std::span<const uint32_t> words) {
     GridPatch patch;
     patch.level = words[0] & 15;
     patch.cell_shift = words[0] >> 4 & 3;
+    patch.views = words[0] >> LODE_VGI_PATCH_VIEWS & 255;
     for (uint32_t side = 0; side < 4; ++side) patch.coarser[side] = words[0] >> (8 + 2 * side) & 3;
     patch.x = words[1] & 0xffff;
     patch.y = words[1] >> 16;

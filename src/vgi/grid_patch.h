@@ -50,6 +50,7 @@ struct GridPatch {
     uint32_t cell_shift = 0;                             // log2 of its cells along a side, 0 .. 3
     std::array<uint32_t, 4> coarser{};                   // per side: levels that the node across is coarser, 0 .. 3
     uint32_t x = 0, y = 0;                               // its lowest corner, in cells of the chart's level 0
+    uint32_t views = 255;                                // that it is drawn in, a bit each
     std::array<uint32_t, LODE_VGI_PATCH_SLOTS> slots{};  // of the pages it lies in, from that of its level upwards
 
     uint32_t cells() const { return 1u << cell_shift; }

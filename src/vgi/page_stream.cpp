@@ -93,6 +93,12 @@ void PageStream::touch(const std::array<std::vector<uint32_t>, 2>& pages) {
     }
 }
 
+void PageStream::touch_positions(std::span<const uint32_t> pages) {
+    for (const uint32_t page : pages) {
+        if (pool(Layer::geometry).holds(page)) pool(Layer::geometry).touch(page);
+    }
+}
+
 // What was decoded since the last frame.
 void PageStream::take_decoded() {
     for (auto& page : decoding_) ready_.push_back(page.get());
@@ -183,6 +189,7 @@ void PageStream::evict(Layer layer, uint32_t key) {
     const uint32_t number = key - atlases_[a].first[l];
     if (layer == Layer::geometry) {
         atlases_[a].residency->drop(number);
+        slots_changed_ = true;
     } else {
         atlases_[a].attributes->drop(number);
     }
@@ -195,6 +202,7 @@ void PageStream::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
     changed_ = true;
     if (page.layer == Layer::geometry) {
         atlas.residency->put(page.number, page.geometry, slot);
+        slots_changed_ = true;
         const auto bytes = std::as_bytes(std::span(*page.geometry));
         add_upload(plan, geometry_pool, slot * geometry_slot_bytes, Blob(page.geometry, bytes.data(), bytes.size()));
         const PageTree& tree = atlas.trees[0];

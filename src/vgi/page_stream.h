@@ -25,7 +25,16 @@ enum Buffers : uint32_t {
     asset_table,
     code_table,
     chart_table,
-    draw_lists
+    draw_lists,
+    // Where the device cuts (device_cut.h).
+    cut_instances,
+    cut_bounds,
+    cut_slots,
+    cut_sides,
+    cut_states,
+    cut_leaves,
+    cut_records,
+    cut_findings
 };
 inline constexpr uint64_t geometry_slot_bytes = uint64_t{LODE_VGI_PAGE_TEXELS} * sizeof(GeometryTexel);
 
@@ -41,6 +50,7 @@ public:
     // many bytes as may be uploaded, and what has arrived goes to be decoded; pages are asked for.
     void begin_frame(uint64_t frame, uint64_t completed);
     void touch(const std::array<std::vector<uint32_t>, 2>& pages);
+    void touch_positions(std::span<const uint32_t> pages);  // those of them that are still there
     // all: with no regard to Budget::upload_bytes.
     void place(const FrameInput& input, bool all, Plan& plan);
     // Returns how many of the pages wanted now are not there.
@@ -48,6 +58,8 @@ public:
 
     // Pages came or went since this was last asked.
     bool take_changed() { return std::exchange(changed_, false); }
+    // Pages of positions have other slots than when this was last asked.
+    bool slots_changed() { return std::exchange(slots_changed_, false); }
     uint32_t resident() const { return pools_[0].resident() + pools_[1].resident(); }
     uint32_t uploaded() const { return uploaded_; }  // by this frame
     uint32_t evicted() const { return evicted_; }
@@ -88,7 +100,7 @@ private:
     std::vector<Decoded> ready_;                  // decoded, without a slot yet
     std::vector<std::future<Decoded>> decoding_;
     uint32_t waiting_ = 0, uploaded_ = 0, evicted_ = 0, failed_ = 0;
-    bool changed_ = true;
+    bool changed_ = true, slots_changed_ = true;
     Worker decoder_;  // last: its thread ends before what it works for
 };
 

@@ -55,8 +55,9 @@ std::vector<uint32_t> patch_indices(const PlanMirror& mirror, const Draw& draw) 
     std::array<uint32_t, LODE_VGI_PATCH_WORDS> words;
     for (uint32_t i = 0; i < draw.count; ++i) {
         for (uint32_t k = 0; k < words.size(); ++k) {
-            words[k] = mirror.stored<uint32_t>(draw, LODE_VGI_PATCHES,
-                                      uint64_t{draw.words[LODE_VGI_WORD_PATCH]} + i * LODE_VGI_PATCH_WORDS + k);
+            words[k] = mirror.stored<uint32_t>(
+                draw, LODE_VGI_PATCHES,
+                uint64_t{draw.words[LODE_VGI_WORD_PATCH]} + uint64_t{draw.first_vertex + i} * LODE_VGI_PATCH_WORDS + k);
         }
         GridPatch::of_words(words).append_indices(asset.cells, asset.page_cells, indices);
     }

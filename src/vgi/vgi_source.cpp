@@ -7,7 +7,9 @@
 
 #include "base/check.h"
 #include "frame/screen_error.h"
+#include "shaders/shared/vgi_cut.h"
 #include "shaders/shared/vgi_texels.h"
+#include "vgi/device_cut.h"
 #include "vgi/frame_cuts.h"
 #include "vgi/page_stream.h"
 #include "vgi/sample_errors.h"
@@ -19,7 +21,7 @@ namespace {
 constexpr uint32_t list_regions = 3;                      // one is written while the last frames' are drawn
 constexpr uint64_t most_list_bytes = uint64_t{48} << 20;  // per list
 // To a draw: lavapipe takes time by their square (800 at once: 2.5 times as long as 100 at a time).
-constexpr uint32_t most_patches = 128;
+constexpr uint32_t most_patches = LODE_CUT_RECORD_PATCHES;
 
 class VgiSource final : public FrameSource {
 public:
@@ -30,7 +32,9 @@ public:
           raster_(raster),
           texel_words_(texel_words),
           list_capacity_(list_capacity),
-          stream_(atlases_, slots, texel_words) {}
+          stream_(atlases_, slots, texel_words) {
+        if (raster == Raster::device) device_.emplace(atlases_);
+    }
     ~VgiSource() override {
         if (next_.valid()) next_.wait();
     }
@@ -61,21 +65,26 @@ public:
             upload_tables(plan);
             stream_.place(input, true, plan);
         }
-        const bool missed = !cuts_ || !cuts_->region.covers(input);
+        const bool missed = !cuts_ || (!device_ && !cuts_->region.covers(input));
         if (missed) take_cuts(make_cuts(atlases_, raster_, CutRegion::of(input), nullptr, limits()));
+        if (device_) take_findings(input);
         stream_.touch(cuts_->touched);
         if (last) stream_.place(input, false, plan);
-        draw_cuts(input, plan);
+        device_ ? draw_device_cuts(input, plan) : draw_cuts(input, plan);
         const uint32_t missing = stream_.request(cuts_->wishes, input.frame, plan);
         begin_next_cuts(last, input);
 
         for (const BufferSpec& buffer : recipe_.buffers) plan.stats.resident_bytes += buffer.bytes;
         plan.stats.index_bytes = recipe_.buffers[draw_lists].bytes;
-        plan.stats.triangles = cuts_->triangles;
-        plan.stats.more = {{"pages_resident", stream_.resident()}, {"pages_missing", missing},
-                           {"pages_uploaded", stream_.uploaded()}, {"pages_evicted", stream_.evicted()},
-                           {"pages_failed", stream_.failed()},     {"requests_waiting", stream_.waiting()},
-                           {"raised_error", cuts_->raised},        {"cut_in_frame", missed ? 1 : 0}};
+        plan.stats.triangles = device_ ? found_.triangles : cuts_->triangles;
+        plan.stats.more = {{"pages_resident", stream_.resident()},
+                           {"pages_missing", missing},
+                           {"pages_uploaded", stream_.uploaded()},
+                           {"pages_evicted", stream_.evicted()},
+                           {"pages_failed", stream_.failed()},
+                           {"requests_waiting", stream_.waiting()},
+                           {"raised_error", device_ ? raised_ : cuts_->raised},
+                           {"cut_in_frame", missed ? 1 : 0}};
         return plan;
     }
 
@@ -134,6 +143,46 @@ private:
         add_upload(plan, asset_table, 0, Blob::copy_of(records.data(), records.size()));
         add_upload(plan, code_table, 0, Blob::copy_of(codes.data(), codes.size()));
         add_upload(plan, chart_table, 0, Blob::copy_of(spacing.data(), spacing.size()));
+        if (device_) device_->upload_tables(plan);
+    }
+
+    // What the device found out in a frame before is what this one goes on from: pages that are used and missed.
+    void take_findings(const FrameInput& input) {
+        if (auto found = device_->findings(input.readbacks, input.instances)) {
+            found_ = std::move(*found);
+            if (found_.triangles > input.budget.max_triangles) {
+                raised_ *= raise;
+            } else {
+                raised_ = std::max(1.0, raised_ / raise);
+            }
+        }
+        stream_.touch_positions(found_.touched);
+        auto& wishes = cuts_->wishes;
+        std::erase_if(wishes, [](const FrameCuts::Wish& w) { return w.layer == Layer::geometry && !w.foreseen; });
+        for (const auto& w : found_.wishes) wishes.push_back({w.wanted, Layer::geometry, false, w.atlas, w.number});
+        sort_wishes(wishes);
+    }
+
+    void draw_device_cuts(const FrameInput& input, Plan& plan) {
+        if (stream_.slots_changed()) device_->upload_slots(plan);
+        const double pixel_error = input.budget.pixel_error * raised_;
+        const auto places = device_->cut(input, pixel_error, plan);
+        const double magnification =
+            input.budget.forced_level >= 0 || input.level_view ? 0 : magnification_of(input.views[0], pixel_error);
+        for (uint32_t i = 0; i < input.instances.size(); ++i) {
+            DrawIndirect draw;
+            const Draw whole = draw_of(input, i, magnification, plan);
+            draw.arguments = cut_records;
+            draw.offset = places[i].record_offset;
+            draw.draws = places[i].records;
+            draw.stride = LODE_CUT_RECORD_WORDS * sizeof(uint32_t);
+            for (uint32_t v = 0; v < input.views.size(); ++v) {
+                draw.draw = in_view(whole, input, i, v);
+                draw.draw.words[LODE_VGI_WORD_PATCH] = static_cast<uint32_t>(places[i].first_word);
+                add_draw(draw, input.views[v].kind, plan);
+            }
+            ++plan.stats.instances_drawn;
+        }
     }
 
     void draw_cuts(const FrameInput& input, Plan& plan) {
@@ -148,9 +197,10 @@ private:
             }
             uploaded_ = true;
         }
-        // Cuts may be made with a smaller error than is asked for, never with a larger.
+        // Cuts may be made with a smaller error than is asked for, never with a larger. By area there are samples that
+        // no error asks for, and nowhere for them to come from.
         const double magnification =
-            cuts_->level >= 0 || input.level_view
+            cuts_->level >= 0 || input.level_view || raster_ == Raster::grid_area
                 ? 0
                 : magnification_of(input.views[0], std::max(input.budget.pixel_error, cuts_->pixel_error));
         uint64_t first = region_ * list_capacity_;
@@ -161,12 +211,7 @@ private:
             for (; part != cuts_->parts.end() && part->instance == i; ++part) {
                 for (uint32_t v = 0; v < input.views.size(); ++v) {
                     if ((part->views >> v & 1) == 0) continue;
-                    Draw draw = whole;
-                    draw.view = v;
-                    const float focal = input.views[v].focal_px;
-                    const float scale = largest_scale(input.instances[i].object_to_world);
-                    draw.words[LODE_VGI_WORD_PIXEL] = std::bit_cast<uint32_t>(focal > 0 ? 1 / (focal * scale) : 0.0f);
-                    draw_list(draw, input.views[v].kind, first, part->words, plan);
+                    draw_list(in_view(whole, input, i, v), input.views[v].kind, first, part->words, plan);
                     drawn = drawn || v == 0;
                 }
                 first += part->words;
@@ -177,26 +222,35 @@ private:
 
     // The triangles or patches of `words` words of the lists, from `first` on.
     void draw_list(Draw draw, View::Kind kind, uint64_t first, uint32_t words, Plan& plan) const {
-        const auto add = [&] {
-            if (kind == View::Kind::shadow) {
-                plan.commands.push_back({Stage::shadow, draw});
-            } else {
-                plan.commands.push_back({Stage::depth, draw});
-                plan.commands.push_back({Stage::colour, draw});
-            }
-        };
         if (raster_ != Raster::tess) {
             draw.index_buffer = draw_lists;
             draw.index_offset = first * sizeof(uint32_t);
             draw.count = words;
-            return add();
+            return add_draw(draw, kind, plan);
         }
-        constexpr uint32_t at_once = most_patches * LODE_VGI_PATCH_WORDS;
-        for (uint32_t done = 0; done < words; done += at_once) {
-            draw.words[LODE_VGI_WORD_PATCH] = static_cast<uint32_t>(first + done);
-            draw.count = std::min(at_once, words - done) / LODE_VGI_PATCH_WORDS;
-            add();
+        draw.words[LODE_VGI_WORD_PATCH] = static_cast<uint32_t>(first);
+        const uint32_t patches = words / LODE_VGI_PATCH_WORDS;
+        for (draw.first_vertex = 0; draw.first_vertex < patches; draw.first_vertex += most_patches) {
+            draw.count = std::min(most_patches, patches - draw.first_vertex);
+            add_draw(draw, kind, plan);
         }
+    }
+    template <class AnyDraw>
+    static void add_draw(const AnyDraw& draw, View::Kind kind, Plan& plan) {
+        if (kind == View::Kind::shadow) {
+            plan.commands.push_back({Stage::shadow, draw});
+        } else {
+            plan.commands.push_back({Stage::depth, draw});
+            plan.commands.push_back({Stage::colour, draw});
+        }
+    }
+
+    static Draw in_view(Draw draw, const FrameInput& input, uint32_t instance, uint32_t view) {
+        draw.view = view;
+        const float focal = input.views[view].focal_px,
+                    scale = largest_scale(input.instances[instance].object_to_world);
+        draw.words[LODE_VGI_WORD_PIXEL] = std::bit_cast<uint32_t>(focal > 0 ? 1 / (focal * scale) : 0.0f);
+        return draw;
     }
 
     // What all draws of an instance have in common; adds it to the plan's instances.
@@ -228,6 +282,9 @@ private:
     uint64_t list_capacity_;  // words of one region
     PageStream stream_;
     std::optional<FrameCuts> cuts_;  // that are drawn
+    std::optional<DeviceCut> device_;
+    DeviceCut::Findings found_;  // of the last frame that is known of
+    double raised_ = 1;          // times the pixel error, to save triangles where the device cuts
     std::optional<FrameInput> last_;
     uint64_t region_ = 0;    // of the lists, where cuts_ are
     bool uploaded_ = false;  // they are there
@@ -265,14 +322,23 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
                                              uint64_t{LODE_VGI_PAGE_TEXELS} * texel_words * sizeof(uint32_t)};
     // A quarter of the budget is for what is drawn, or what the coarsest level of a few instances takes; the rest for
     // pages, halves for each kind unless one needs less.
-    const uint64_t tables = (pages[1] + base[0]) * sizeof(uint32_t) + atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
-    const bool tess = options.raster == Raster::tess;
+    const bool on_device = options.raster == Raster::device, tess = options.raster == Raster::tess || on_device;
+    DeviceCutSizes sizes;
+    for (const OpenAtlas& atlas : atlases) sizes.raise(DeviceCutSizes::of(atlas.file->about()));
+    sizes = sizes.times(std::max(1u, options.instances));
     const uint64_t least_list_bytes =
         base[0] * std::max(1u, options.instances) * (tess ? LODE_VGI_PATCH_WORDS * sizeof(uint32_t) : 24);
     const uint64_t list_bytes =
         std::clamp(options.resident_bytes / 4 / list_regions / 120 * 120, least_list_bytes,
                    std::max(tess ? most_list_bytes / 8 / 120 * 120 : most_list_bytes, least_list_bytes));
-    uint64_t left = options.resident_bytes - std::min(options.resident_bytes, tables + list_bytes * list_regions);
+    // The device's own lists are for whatever may be drawn, and for one frame after the other.
+    const uint64_t all_list_bytes = on_device ? sizes.list_bytes() : list_bytes * list_regions;
+    uint64_t tables = (pages[1] + base[0]) * sizeof(uint32_t) + atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
+    if (on_device) {
+        tables += sizes.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
+                  pages[0] * (sizeof(gpu::VgiCutPage) + 3 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t);
+    }
+    uint64_t left = options.resident_bytes - std::min(options.resident_bytes, tables + all_list_bytes);
     const uint64_t need = base[0] * slot_bytes[0] + base[1] * slot_bytes[1];
     if (need > left) {
         return fail(Fault::machine, "the coarsest pages need " + std::to_string(need) +
@@ -296,7 +362,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         {"assets", atlases.size() * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
         {"errors and radii", atlases.size() * 2048, use_storage, 2048},
         {"spacing of samples", base[0] * sizeof(float), use_storage, 4},
-        {"draw lists", list_bytes * list_regions, tess ? use_storage : use_index, 4}};
+        {"draw lists", all_list_bytes, tess ? use_storage : use_index, 4}};
     PipelineSpec pipeline;
     pipeline.name = tess ? "patches" : "samples";
     pipeline.vertex = tess ? "vgi/patch.vert" : "vgi/sample.vert";
@@ -322,6 +388,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         {LODE_VGI_CHARTS, chart_table, Access::read, 1}};
     if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read, 1});
     recipe.pipelines = {pipeline};
+    if (on_device) DeviceCut::add_to(recipe, atlases, sizes, std::max(1u, options.instances));
     auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, slots, texel_words,
                                               list_bytes / sizeof(uint32_t));
     if (auto done = source->load_base_pages(); !done) return tl::unexpected(done.error());

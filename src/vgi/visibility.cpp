@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "base/check.h"
 #include "frame/screen_error.h"
 
 namespace lodestone::vgi {
@@ -44,19 +45,53 @@ Visibility::Visibility(const CutRequest& request, const Atlas& about) : about_(a
 uint32_t Visibility::seen(uint32_t mask, uint32_t number) const {
     const PageBounds& bounds = about_.bounds[number];
     for (uint32_t v = 0; v < frusta_.size(); ++v) {
-        if ((mask >> v & 1) != 0 && !frusta_[v].touches(bounds.centre, bounds.radius)) mask &= ~(1u << v);
+        const auto outside = [&](const glm::vec4& p) {
+            const glm::vec3& c = bounds.centre;
+            return gpu::lode_outside(p.x, p.y, p.z, p.w, c.x, c.y, c.z, bounds.radius);
+        };
+        if ((mask >> v & 1) != 0 && std::ranges::any_of(frusta_[v].planes, outside)) mask &= ~(1u << v);
     }
     if ((mask & 1) != 0 && cones_ && bounds.cosine > 0 && turned_away(bounds)) mask &= ~1u;
     return mask;
 }
 
-// Every normal of the cone turns away from the eye, wherever in the sphere it stands.
-bool Visibility::turned_away(const PageBounds& bounds) const {
+gpu::VgiCutPage cut_page_of(const PageBounds& bounds, SampleCodes below) {
+    gpu::VgiCutPage page{};
+    page.centre_x = bounds.centre.x;
+    page.centre_y = bounds.centre.y;
+    page.centre_z = bounds.centre.z;
+    page.radius = bounds.radius;
+    page.codes = bounds.sample_error | uint32_t{bounds.sample_radius} << 8 | uint32_t{below.error} << 16 |
+                 uint32_t{below.radius} << 24;
+    if (bounds.cosine <= 0) return page;
     const glm::vec3 axis = glm::normalize(glm::vec3(bounds.axis[0], bounds.axis[1], bounds.axis[2]));
-    const glm::vec3 v = bounds.centre - eye_;
-    const float cosine = static_cast<float>(bounds.cosine) / 127, sine = std::sqrt(1 - cosine * cosine);
-    const float along = glm::dot(axis, v), across = std::sqrt(std::max(0.0f, glm::dot(v, v) - along * along));
-    return along * cosine - across * sine > bounds.radius + eye_margin_;
+    page.axis_x = axis.x;
+    page.axis_y = axis.y;
+    page.axis_z = axis.z;
+    page.cosine = static_cast<float>(bounds.cosine) / 127;
+    page.sine_squared = 1 - page.cosine * page.cosine;
+    return page;
+}
+
+bool Visibility::turned_away(const PageBounds& bounds) const {
+    const gpu::VgiCutPage p = cut_page_of(bounds, {});
+    return gpu::lode_turned_away(p.axis_x, p.axis_y, p.axis_z, p.cosine, p.sine_squared, p.centre_x - eye_.x,
+                                 p.centre_y - eye_.y, p.centre_z - eye_.z, p.radius + eye_margin_);
+}
+
+void Visibility::describe(gpu::VgiCutInstance& instance) const {
+    LODE_CHECK(eye_margin_ == 0 && frusta_.size() <= LODE_CUT_VIEWS, eye_margin_, frusta_.size());
+    instance.eye_x = eye_.x;
+    instance.eye_y = eye_.y;
+    instance.eye_z = eye_.z;
+    instance.views = all();
+    instance.cones = cones_ ? 1 : 0;
+    float* to = instance.planes;
+    for (const Frustum& frustum : frusta_) {
+        for (const glm::vec4& plane : frustum.planes) {
+            for (int k = 0; k < 4; ++k) *to++ = plane[k];
+        }
+    }
 }
 
 }  // namespace lodestone::vgi

@@ -12,6 +12,9 @@ namespace lodestone::vgi {
 // Holds the frusta of all views that differ from this one by no more than the margin; planes as frustum_of.
 Frustum widened_frustum(const View& view, const CutMargin& margin);
 
+// A page as a device looks at it. below: Residency::below.
+gpu::VgiCutPage cut_page_of(const PageBounds& bounds, SampleCodes below);
+
 class Visibility {
 public:
     // about: its bounds are used; must outlive this.
@@ -20,6 +23,9 @@ public:
     uint32_t all() const { return (1u << frusta_.size()) - 1; }
     // Of the views in `mask`, those that may see something of the page, numbered over all charts.
     uint32_t seen(uint32_t mask, uint32_t number) const;
+
+    // For a device to tell the same.
+    void describe(gpu::VgiCutInstance& instance) const;
 
 private:
     bool turned_away(const PageBounds& bounds) const;

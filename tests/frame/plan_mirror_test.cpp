@@ -55,6 +55,43 @@ TEST(PlanMirror, AcceptsAGoodPlanAndTellsWhatIsDrawn) {
     EXPECT_EQ(one.plan.stats.instances_drawn, 1u);
 }
 
+TEST(PlanMirror, TellsIndirectDrawsOnceItHasLearntWhatTheDeviceWrote) {
+    OneTriangle one;
+    const auto records = static_cast<uint32_t>(one.recipe.buffers.size());
+    one.recipe.buffers.push_back({"records", 40, use_storage | use_indirect, 4});
+    PipelineSpec pass;
+    pass.kind = PipelineKind::compute;
+    pass.compute = "some/pass.comp";
+    pass.storage = {{0, records, Access::write, 1}};
+    const auto number = static_cast<uint32_t>(one.recipe.pipelines.size());
+    one.recipe.pipelines.push_back(pass);
+    DrawIndirect indirect;
+    for (Command& command : one.plan.commands) {
+        if (const auto* draw = std::get_if<Draw>(&command.what)) {
+            indirect.draw = *draw;
+            indirect.arguments = records;
+            indirect.draws = 2;
+            command.what = indirect;
+        }
+    }
+    Dispatch dispatch;
+    dispatch.pipeline = number;
+    one.plan.commands.push_back({Stage::update, dispatch});
+    PlanMirror mirror(one.recipe);
+    const auto done = mirror.execute(one.plan, one.input);
+    ASSERT_TRUE(done) << done.error().message;
+    EXPECT_TRUE(mirror.draws().empty()) << "nobody knows yet what is drawn";
+    EXPECT_THAT(mirror.computed_for_draws(one.plan), testing::ElementsAre(records));
+    // The second half of the indices, and a record that draws nothing.
+    const std::array<uint32_t, 10> written{3, 1, 3, 0, 0, 0, 1, 0, 0, 0};
+    mirror.learn(records, std::as_bytes(std::span(written)));
+    ASSERT_EQ(mirror.draws().size(), 2u);  // depth and colour
+    EXPECT_THAT(mirror.draws()[0].indices, testing::ElementsAre(0, 0, 1));
+    EXPECT_EQ(mirror.draws()[0].draw.count, 3u);
+    ASSERT_TRUE(mirror.execute(one.plan, one.input));
+    EXPECT_TRUE(mirror.draws().empty()) << "of another frame";
+}
+
 TEST(PlanMirror, NamesAnUploadOutsideItsBuffer) {
     OneTriangle one;
     std::get<Upload>(one.plan.commands[1].what).offset = 4;

@@ -4,6 +4,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -16,6 +18,9 @@
 #include "render/device_test.h"
 #include "report/image_metrics.h"
 #include "vgi/bake.h"
+#include "vgi/grid_cut.h"
+#include "vgi/grid_patch.h"
+#include "vgi/page_stream.h"
 #include "vgi/vgi_source.h"
 
 namespace lodestone {
@@ -55,23 +60,33 @@ protected:
             input.frame = frame_++;
             input.completed_frame = renderer_->completed_frame();
             input.arrivals = std::move(arrivals);
-            arrivals.clear();
             const Plan plan = source.plan(input);
-            const auto submitted = renderer_->submit(plan, input, look);
-            EXPECT_TRUE(submitted) << submitted.error().message;
-            for (const PageRequest& r : plan.requests) {
-                if (random.unit() >= luck) {
-                    arrivals.push_back({r.id, {}});
-                    continue;
-                }
-                const auto part = file_->file().unchecked_bytes(r.chunk)->subspan(r.offset, r.bytes);
-                arrivals.push_back({r.id, Blob(std::vector<std::byte>(part.begin(), part.end()))});
-            }
+            input.readbacks = submit(plan, input, look);
+            arrivals = arrivals_of(plan, luck, random);
             quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
         }
         auto picture = renderer_->read_picture();
         EXPECT_TRUE(picture) << picture.error().message;
         return std::move(*picture);
+    }
+    // What is read back of it.
+    std::vector<ReadbackResult> submit(const Plan& plan, const FrameInput& input, const Look& look) {
+        const auto submitted = renderer_->submit(plan, input, look);
+        EXPECT_TRUE(submitted) << submitted.error().message;
+        EXPECT_TRUE(renderer_->wait());
+        return renderer_->take_readbacks();
+    }
+    std::vector<Arrival> arrivals_of(const Plan& plan, double luck, Random& random) const {
+        std::vector<Arrival> arrivals;
+        for (const PageRequest& r : plan.requests) {
+            if (random.unit() >= luck) {
+                arrivals.push_back({r.id, {}});
+                continue;
+            }
+            const auto part = file_->file().unchecked_bytes(r.chunk)->subspan(r.offset, r.bytes);
+            arrivals.push_back({r.id, Blob(std::vector<std::byte>(part.begin(), part.end()))});
+        }
+        return arrivals;
     }
     FrameInput look_from(const glm::vec3& eye) {
         Camera camera;
@@ -166,8 +181,9 @@ TEST_F(VgiRenderTest, HasNoHoleFromAnyViewWithWhateverPages) {
     Random random(2);
     const auto atlas = atlas_of(mesh);
     size_t drawn = 0;
+    const std::array rasters{vgi::Raster::bintree, vgi::Raster::grid, vgi::Raster::tess, vgi::Raster::device};
     for (int pool = 0; pool < 12; ++pool) {
-        const auto raster = std::array{vgi::Raster::bintree, vgi::Raster::grid, vgi::Raster::tess}[pool % 3];
+        const auto raster = rasters[static_cast<size_t>(pool) % rasters.size()];
         auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << (pool % 2 == 0 ? 22 : 26), 1, raster});
         ASSERT_TRUE(vgi) << vgi.error().message;
         ASSERT_TRUE(renderer.load((*vgi)->recipe(), plain()));
@@ -248,7 +264,7 @@ TEST_F(VgiRenderTest, TessellatesWhatTheGridDraws) {
     for (const double pixel_error : {0.25, 1.0, 4.0, 30.0}) {
         std::vector<Picture> pictures;
         std::vector<uint64_t> triangles;
-        for (const auto raster : {vgi::Raster::grid, vgi::Raster::tess}) {
+        for (const auto raster : {vgi::Raster::grid, vgi::Raster::tess, vgi::Raster::device}) {
             Random random(4);
             auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 26, 1, raster});
             ASSERT_TRUE(vgi);
@@ -262,6 +278,8 @@ TEST_F(VgiRenderTest, TessellatesWhatTheGridDraws) {
             triangles.push_back((*vgi)->plan(input).stats.triangles);
         }
         EXPECT_EQ(triangles[0], triangles[1]);
+        EXPECT_EQ(triangles[0], triangles[2]);
+        EXPECT_EQ(pictures[1].colour, pictures[2].colour) << "the device's own nodes, in another order";
         // The same triangles; their corners may come in another order, which rounds otherwise.
         size_t covered = 0, unlike = 0, far = 0;
         for (size_t i = 0; i < pictures[0].colour.size(); i += 4) {
@@ -278,6 +296,144 @@ TEST_F(VgiRenderTest, TessellatesWhatTheGridDraws) {
         EXPECT_LE(far, covered / 1000) << pixel_error;
     }
     EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
+}
+
+// A node that is drawn, as its patch has it.
+using PatchWords = std::array<uint32_t, LODE_VGI_PATCH_WORDS>;
+std::vector<PatchWords> patches_of(std::span<const uint32_t> words, uint32_t views) {
+    std::vector<PatchWords> patches;
+    for (size_t at = 0; at < words.size(); at += LODE_VGI_PATCH_WORDS) {
+        vgi::GridPatch patch = vgi::GridPatch::of_words(words.subspan(at, LODE_VGI_PATCH_WORDS));
+        if (views != 0) patch.views = views;
+        std::vector<uint32_t> again;
+        patch.append_words(again);
+        std::copy(again.begin(), again.end(), patches.emplace_back().begin());
+    }
+    return patches;
+}
+std::vector<uint32_t> words_of(const Blob& blob) {
+    std::vector<uint32_t> words(blob.size() / sizeof(uint32_t));
+    std::memcpy(words.data(), blob.data(), words.size() * sizeof(uint32_t));
+    return words;
+}
+
+// From any eye, with whatever pages are there, for instances that lie anyhow, at any error: the same nodes, with the
+// same neighbours, in the same views, as the processor cuts, bit for bit.
+TEST_F(VgiRenderTest, TheDeviceCutsTheNodesThatTheProcessorCuts) {
+    Renderer& renderer = make();
+    if (!renderer.device().tessellates) GTEST_SKIP() << renderer.device().name << " does not tessellate";
+    Random random(8);
+    const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+    size_t cuts = 0, nodes = 0, pages = 0, shadows_only = 0;
+    for (const Shape shape : {Shape::rock, Shape::terrain}) {
+        const auto atlas = atlas_of(mesh_of(shape, 20000));
+        const vgi::Atlas& about = atlas->about();
+        constexpr uint32_t instances = 3;
+        auto source = vgi::open_vgi({atlas}, {uint64_t{1} << 26, instances, vgi::Raster::device});
+        ASSERT_TRUE(source) << source.error().message;
+        const auto loaded = renderer.load((*source)->recipe(), plain());
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        const auto& buffers = (*source)->recipe().buffers;
+        std::vector<ReadbackResult> readbacks;
+        std::vector<Arrival> arrivals;
+        // Pages as they are told to be there by the slots the device reads.
+        std::vector<std::shared_ptr<const vgi::GeometryPage>> texels;
+        const vgi::PageTree tree = vgi::tree_of(about, vgi::Layer::geometry);
+        const auto channels = vgi::channels_of(about.attributes, vgi::Layer::geometry);
+        std::vector<vgi::Page> plain_pages;  // parents are pointed to while it grows
+        plain_pages.reserve(size_t{about.charts()} * tree.pages());
+        for (uint32_t chart = 0; chart < about.charts(); ++chart) {
+            for (uint32_t page = 0; page < tree.pages(); ++page) {
+                const vgi::Page* parent =
+                    page == 0 ? nullptr : &plain_pages[size_t{chart} * tree.pages() + tree.parent(page)];
+                auto decoded =
+                    vgi::decode_page(tree, channels, page, atlas->bytes(vgi::Layer::geometry, chart, page), parent);
+                ASSERT_TRUE(decoded);
+                plain_pages.push_back(std::move(*decoded));
+                texels.push_back(
+                    std::make_shared<const vgi::GeometryPage>(vgi::packed_geometry(plain_pages.back(), tree)));
+            }
+        }
+        for (frame_ = 0; frame_ < 60; ++frame_) {
+            const glm::vec3 eye = glm::normalize(glm::vec3(unit(), unit(), unit()) + glm::vec3(0.01f)) *
+                                  (1.1f + 3 * static_cast<float>(random.unit()));
+            FrameInput input = look_from(eye);
+            input.views[0].culls_back_faces = frame_ % 3 != 0;
+            if (frame_ % 4 == 0) input.views.pop_back();
+            if (frame_ % 5 == 4) input.level_view = look_from(eye * 1.5f).views[0];
+            input.instances.resize(1 + frame_ % instances);
+            for (size_t i = 1; i < input.instances.size(); ++i) {
+                glm::mat4& m = input.instances[i].object_to_world;
+                m = glm::translate(glm::mat4(1), glm::vec3(unit(), unit(), unit()) * 2.0f);
+                m = glm::rotate(m, 3 * unit(), glm::normalize(glm::vec3(unit(), 1.1f, unit())));
+                m = glm::scale(m, glm::vec3(i == 2 ? -1 : 1, 0.7f + 0.4f * unit(), 1));
+            }
+            input.budget.pixel_error = std::exp2(3 * static_cast<double>(unit()));
+            input.budget.forced_level = frame_ % 7 == 6 ? static_cast<int64_t>(frame_) / 7 % about.levels() : -1;
+            input.frame = frame_;
+            input.completed_frame = frame_;
+            input.readbacks = std::move(readbacks);
+            input.arrivals = std::move(arrivals);
+            Plan plan = (*source)->plan(input);
+            for (const uint32_t b : {vgi::cut_slots, vgi::draw_lists, vgi::cut_records})
+                plan.commands.push_back({Stage::update, Readback{b, 0, buffers[b].bytes, 100 + b}});
+            readbacks = submit(plan, input, {});
+            arrivals = arrivals_of(plan, 0.1, random);
+            std::vector<uint32_t> slots, list, records;
+            for (const ReadbackResult& r : readbacks) {
+                if (r.tag == 100 + vgi::cut_slots) slots = words_of(r.blob);
+                if (r.tag == 100 + vgi::draw_lists) list = words_of(r.blob);
+                if (r.tag == 100 + vgi::cut_records) records = words_of(r.blob);
+            }
+            ASSERT_EQ(slots.size(), texels.size());
+            vgi::Residency residency(about);
+            for (uint32_t page = 0; page < slots.size(); ++page) {
+                if (slots[page] != ~0u) residency.put(page, texels[page], slots[page]);
+                pages += slots[page] != ~0u;
+            }
+            residency.update();
+            for (uint32_t i = 0; i < input.instances.size(); ++i) {
+                vgi::CutRequest request;
+                request.object_to_world = input.instances[i].object_to_world;
+                request.views = input.views;
+                request.level_view = input.level_view ? &*input.level_view : nullptr;
+                request.pixel_error = input.budget.pixel_error;
+                request.forced_level = input.budget.forced_level;
+                request.cull_back_faces = input.views[0].culls_back_faces;
+                vgi::PageDemand demand(residency.pages());
+                std::vector<PatchWords> expected, found;
+                const vgi::Cut cut = vgi::cut_grid(residency, request, demand, vgi::GridOutput::patches);
+                for (const auto& [views, words] : cut.parts) {
+                    for (const PatchWords& patch : patches_of(words, views)) expected.push_back(patch);
+                    shadows_only += views == 2;
+                }
+                // Where the instance's draws say that its patches are.
+                uint32_t first = ~0u, first_record = 0, of_draw = 0;
+                for (const Command& command : plan.commands) {
+                    const auto* draw = std::get_if<DrawIndirect>(&command.what);
+                    if (draw == nullptr || command.stage != Stage::colour || of_draw++ != i) continue;
+                    first = draw->draw.words[LODE_VGI_WORD_PATCH];
+                    first_record = static_cast<uint32_t>(draw->offset / sizeof(uint32_t));
+                    for (uint32_t r = 0; r < draw->draws; ++r) {
+                        const uint32_t* record = records.data() + first_record + 4 * r;
+                        const auto part = std::span(list).subspan(first + record[2] * LODE_VGI_PATCH_WORDS,
+                                                                  record[0] * LODE_VGI_PATCH_WORDS);
+                        for (const PatchWords& patch : patches_of(part, 0)) found.push_back(patch);
+                        EXPECT_EQ(record[3], i);
+                    }
+                }
+                std::ranges::sort(expected);
+                std::ranges::sort(found);
+                ASSERT_EQ(found, expected) << "frame " << frame_ << " instance " << i;
+                nodes += found.size();
+                ++cuts;
+            }
+        }
+    }
+    EXPECT_EQ(cuts, 240u);
+    EXPECT_GT(nodes, 240u * 50u);
+    EXPECT_GT(pages, 120u * 40u);
+    EXPECT_GT(shadows_only, 10u) << "some nodes are in the shadow's view alone";
 }
 
 }  // namespace

@@ -150,8 +150,10 @@ std::vector<uint32_t> all_triangles(const Cut& cut) {
 }
 
 Cut cut_as(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand) {
-    return raster == Raster::bintree ? cut_bintree(residency, request, demand)
-                                     : cut_grid(residency, request, demand, GridOutput::indices);
+    CutRequest wanted = request;
+    wanted.by_area = raster == Raster::grid_area;
+    return raster == Raster::bintree ? cut_bintree(residency, wanted, demand)
+                                     : cut_grid(residency, wanted, demand, GridOutput::indices);
 }
 
 class Cuts : public testing::TestWithParam<Raster> {
@@ -160,8 +162,14 @@ protected:
         return cut_as(GetParam(), residency, request, demand);
     }
 };
-INSTANTIATE_TEST_SUITE_P(By, Cuts, testing::Values(Raster::bintree, Raster::grid),
-                         [](const auto& one) { return one.param == Raster::bintree ? "Bintree" : "Grid"; });
+const char* name_of(Raster raster) {
+    return raster == Raster::bintree ? "Bintree" : raster == Raster::grid ? "Grid" : "GridByArea";
+}
+INSTANTIATE_TEST_SUITE_P(By, Cuts, testing::Values(Raster::bintree, Raster::grid, Raster::grid_area),
+                         [](const auto& one) { return name_of(one.param); });
+using ErrorCuts = Cuts;
+INSTANTIATE_TEST_SUITE_P(By, ErrorCuts, testing::Values(Raster::bintree, Raster::grid),
+                         [](const auto& one) { return name_of(one.param); });
 
 size_t count_bad(Raster raster, const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint64_t seed,
                  size_t* triangles = nullptr) {
@@ -290,7 +298,7 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
     }
 }
 
-TEST_P(Cuts, LeaveOutNoSampleThatCostsMoreThanThePixelError) {
+TEST_P(ErrorCuts, LeaveOutNoSampleThatCostsMoreThanThePixelError) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     const Residency residency = partly_resident(atlas, 1, 1);
     const ErrorCodes codes(atlas.extent());
@@ -425,7 +433,7 @@ TEST_P(Cuts, CullOnlyWhatAViewCannotSee) {
                 }
                 ++culled;
                 // Cones know nothing of what is collapsed: that may be left out, where it costs less than the error.
-                if (GetParam() == Raster::grid && !is_half_a_square(s)) continue;
+                if (GetParam() != Raster::bintree && !is_half_a_square(s)) continue;
                 const glm::vec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
                 if (glm::dot(normal, views[0].eye - p[0]) <= 0) continue;
                 bool outside = false;
@@ -440,6 +448,42 @@ TEST_P(Cuts, CullOnlyWhatAViewCannotSee) {
         }
     }
     EXPECT_GT(culled, 1000u);
+}
+
+TEST(GridCut, ByAreaHasNoCellWiderThanItMayBe) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 128);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    Random random(29);
+    size_t nodes = 0;
+    for (uint32_t i = 0; i < 20; ++i) {
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        request.by_area = true;
+        request.pixel_error = std::exp2(random.unit() * 3 - 1);
+        PageDemand demand(residency.pages());
+        const Cut cut = cut_grid(residency, request, demand, GridOutput::patches);
+        double widest = 0;
+        for (const auto& [mask, words] : cut.parts) {
+            if ((mask & 1) == 0) continue;
+            for (size_t at = 0; at < words.size(); at += LODE_VGI_PATCH_WORDS) {
+                const GridPatch patch = GridPatch::of_words(std::span(words).subspan(at, LODE_VGI_PATCH_WORDS));
+                const uint32_t slot = patch.slots[0], size = patch.cells() << patch.level;
+                const uint32_t chart = slot / residency.tree().pages();
+                ++nodes;
+                if (patch.level == 0) continue;  // nothing is finer
+                // As wide as its corners are apart: less than the bound.
+                const auto corner = [&](uint32_t dx, uint32_t dy) {
+                    return atlas.point(atlas.texel(chart, patch.x + dx * size, patch.y + dy * size));
+                };
+                const double away = glm::length(0.5 * (corner(0, 0) + corner(1, 1)) - glm::dvec3(views[0].eye));
+                widest = std::max(widest, glm::length(corner(1, 0) - corner(0, 0)) *
+                                              static_cast<double>(views[0].focal_px) / away / patch.cells());
+            }
+        }
+        EXPECT_LT(widest, pixels_per_cell * request.pixel_error) << i;
+    }
+    EXPECT_GT(nodes, 1000u);
 }
 
 TEST(GridCut, SaysTheSameAsPatchesAndAsTriangles) {

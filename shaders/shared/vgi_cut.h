@@ -1,0 +1,120 @@
+// A grid cut made by the device (shaders/vgi/cut_*.comp), declared once for C++ and GLSL: what it reads, and the
+// arithmetic of its tests. Both compile the same lines; they add and multiply and do nothing that a device may round in
+// its own way, so both choose the same nodes, bit for bit.
+#ifndef LODESTONE_VGI_CUT_H
+#define LODESTONE_VGI_CUT_H
+
+// Bindings of descriptor set 1, beside those of vgi_texels.h.
+#define LODE_CUT_INSTANCES 8  // VgiCutInstance records
+#define LODE_CUT_BOUNDS 9     // VgiCutPage per page of positions
+#define LODE_CUT_SLOTS 10     // per page of positions: its slot; LODE_CUT_ABSENT where it is not there
+#define LODE_CUT_SIDES 11     // four per chart: chart | side << 30; LODE_CUT_ABSENT where the surface ends
+#define LODE_CUT_STATES 12    // per node
+#define LODE_CUT_LEAVES 13    // per chart of every instance: nodes that are drawn
+#define LODE_CUT_RECORDS 14   // VkDrawIndirectCommand
+#define LODE_CUT_FINDINGS 15  // triangles of views[0], nodes, then two words per page: 1 where it is used, and a wish
+
+#define LODE_CUT_VIEWS 8  // as LODE_MOST_VIEWS
+#define LODE_CUT_ABSENT 0xffffffffu
+#define LODE_CUT_GROUP 64         // invocations of a workgroup
+#define LODE_CUT_RECORD_PATCHES 128  // to a draw: lavapipe takes time by their square
+#define LODE_CUT_RECORD_WORDS 4
+#define LODE_CUT_FIRST_FINDING 2  // word of the first page
+
+// Dispatch words.
+#define LODE_CUT_WORD_LEVEL 0
+
+// Bits of a node's state, and where the views that see it stand: of those that are looked into, of those that exist.
+#define LODE_NODE_OPEN 1u      // what it is divided into is looked into
+#define LODE_NODE_WANTED 2u    // it is to be divided
+#define LODE_NODE_DIVIDED 4u
+#define LODE_NODE_EXISTS 8u
+#define LODE_NODE_LEAF 16u     // it is drawn
+#define LODE_NODE_LOOKED_SHIFT 8
+#define LODE_NODE_SEEN_SHIFT 16
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace lodestone {
+namespace gpu {
+using uint = uint32_t;
+#define LODE_FUNCTION inline
+#define LODE_EXACT  // our flags let nothing be contracted
+#else
+#define LODE_FUNCTION
+#define LODE_EXACT precise
+#endif
+
+// 40 bytes, object units.
+struct VgiCutPage {
+    float centre_x, centre_y, centre_z, radius;
+    float axis_x, axis_y, axis_z;  // of the normals' cone, of length 1
+    float cosine, sine_squared;    // of its half angle; a cosine of at most 0: no cone
+    uint codes;  // sample_error | sample_radius << 8 of PageBounds | error << 16 | radius << 24 of Residency::below
+};
+
+// An instance to cut.
+struct VgiCutInstance {
+    float lattice[12];             // columns: a lattice point, seen from the eye that sets the levels, in world axes
+    float object[12];              // the same of object space
+    float magnification, scale;    // as CutRequest's and magnification_of
+    float eye_x, eye_y, eye_z;     // of views[0], object space
+    uint asset;
+    uint first_page, pages;        // of positions: its first one, and how many a chart has
+    uint first_chart, charts;      // among all atlases'
+    uint first_state, first_leaf;  // of its nodes, of its charts
+    uint first_patch;              // word of the draw lists
+    uint first_record, records;
+    uint first_id;                 // as Draw::first_id
+    uint views;                    // a bit each
+    uint cones;                    // 1: views[0] leaves out back faces
+    int forced_level;
+    float planes[LODE_CUT_VIEWS * 24];  // per view six of four, object space
+};
+
+// One coordinate of a point: columns of an affine map times the point.
+LODE_FUNCTION float lode_mapped(float offset, float a, float b, float c, float x, float y, float z) {
+    LODE_EXACT float mapped = offset + a * x + b * y + c * z;
+    return mapped;
+}
+LODE_FUNCTION float lode_dot(float ax, float ay, float az, float bx, float by, float bz) {
+    LODE_EXACT float sum = ax * bx + ay * by + az * bz;
+    return sum;
+}
+// How far an error matters, world units; 0 of none, which no eye sees, however near.
+LODE_FUNCTION float lode_reach(float error, float magnification, float scale, float margin) {
+    LODE_EXACT float reach = error * magnification * scale + margin;
+    return error > 0.0f ? reach : 0.0f;
+}
+// Whether something at a point seen from the eye is within its reach.
+LODE_FUNCTION bool lode_within(float reach, float x, float y, float z) {
+    LODE_EXACT float squared = reach * reach;
+    return squared > lode_dot(x, y, z, x, y, z);
+}
+// Whether a sphere lies wholly outside a plane.
+LODE_FUNCTION bool lode_outside(float plane_x, float plane_y, float plane_z, float plane_w, float x, float y, float z,
+                                float radius) {
+    LODE_EXACT float distance = lode_dot(plane_x, plane_y, plane_z, x, y, z) + plane_w;
+    return distance < -radius;
+}
+// Whether every normal of a cone turns away from the eye, wherever in a sphere of `radius` it stands.
+// x, y, z: from the eye to the sphere's centre.
+LODE_FUNCTION bool lode_turned_away(float axis_x, float axis_y, float axis_z, float cosine, float sine_squared, float x,
+                                    float y, float z, float radius) {
+    LODE_EXACT float along = lode_dot(axis_x, axis_y, axis_z, x, y, z);
+    LODE_EXACT float across_squared = lode_dot(x, y, z, x, y, z) - along * along;
+    LODE_EXACT float ahead = along * cosine - radius;
+    LODE_EXACT float ahead_squared = ahead * ahead;
+    LODE_EXACT float needed = across_squared * sine_squared;
+    return ahead > 0.0f && ahead_squared > needed;
+}
+
+#ifdef __cplusplus
+#undef LODE_FUNCTION
+#undef LODE_EXACT
+static_assert(sizeof(VgiCutPage) == 40);
+}  // namespace gpu
+}  // namespace lodestone
+#endif
+
+#endif

@@ -1,0 +1,148 @@
+// Nodes of a grid cut, as cut_grid (vgi/grid_cut.h) numbers and tests them, for the passes that make one on the device.
+// A workgroup works on one chart of one instance: gl_WorkGroupID is (group of its nodes, instance, chart).
+#ifndef LODESTONE_VGI_NODES_GLSL
+#define LODESTONE_VGI_NODES_GLSL
+
+#include "shared/draw_constants.h"
+#include "shared/pool.glsl"
+#include "shared/vgi_cut.h"
+#include "shared/vgi_texels.h"
+
+layout(local_size_x = LODE_CUT_GROUP) in;
+
+LODE_POOL(LODE_VGI_GEOMETRY, geometry, uvec2, 2)
+layout(set = 1, binding = LODE_VGI_ASSETS, std430) readonly buffer VgiAssetBlock { VgiAsset assets[]; };
+layout(set = 1, binding = LODE_VGI_CODES, std430) readonly buffer VgiCodeBlock { float codes[]; };
+layout(set = 1, binding = LODE_CUT_INSTANCES, std430) readonly buffer CutInstanceBlock { VgiCutInstance cuts[]; };
+layout(set = 1, binding = LODE_CUT_BOUNDS, std430) readonly buffer CutPageBlock { VgiCutPage bounds[]; };
+layout(set = 1, binding = LODE_CUT_SLOTS, std430) readonly buffer CutSlotBlock { uint page_slots[]; };
+layout(set = 1, binding = LODE_CUT_SIDES, std430) readonly buffer CutSideBlock { uint sides[]; };
+layout(set = 1, binding = LODE_CUT_STATES, std430) buffer CutStateBlock { uint states[]; };
+layout(set = 1, binding = LODE_CUT_LEAVES, std430) buffer CutLeafBlock { uint leaves[]; };
+layout(set = 1, binding = LODE_CUT_RECORDS, std430) writeonly buffer CutRecordBlock { uint records[]; };
+layout(set = 1, binding = LODE_CUT_FINDINGS, std430) buffer CutFindingBlock { uint findings[]; };
+
+struct Node {
+    uint level, chart, x, y;  // as in grid_cut.cpp; chart LODE_CUT_ABSENT where the surface ends
+};
+
+uint instance = gl_WorkGroupID.y;  // that is cut
+
+// Of its charts, as NodeTree has them.
+uint levels, node_top, page_shift, base_level;
+
+// False where the workgroup has nothing to do.
+bool begin_chart() {
+    if (gl_WorkGroupID.z >= cuts[instance].charts) return false;
+    VgiAsset asset = assets[cuts[instance].asset];
+    levels = asset.levels - 1u;
+    node_top = levels > 3u ? levels - 3u : 0u;
+    page_shift = uint(findMSB(asset.page_cells));
+    base_level = levels - page_shift;
+    return true;
+}
+
+uint nodes_per_chart() { return levels - node_top + ((1u << (2u * node_top + 2u)) - 1u) / 3u; }
+uint side_shift(uint level) { return level < node_top ? node_top - level : 0u; }
+uint cell_shift(uint level) { return min(3u, levels - level); }
+uint size_shift(uint level) { return level + cell_shift(level); }
+uint state_of(Node n) {
+    uint shift = side_shift(n.level);
+    uint number = n.level > node_top ? levels - n.level
+                                     : levels - node_top + ((1u << (2u * shift)) - 1u) / 3u + (n.y << shift) + n.x;
+    return cuts[instance].first_state + n.chart * nodes_per_chart() + number;
+}
+Node up(Node n, uint level) {
+    uint shift = side_shift(n.level) - side_shift(level);
+    return Node(level, n.chart, n.x >> shift, n.y >> shift);
+}
+// The node of a level that this invocation works on; false where there is none.
+bool own_node(uint level, out Node n) {
+    uint shift = side_shift(level), id = gl_GlobalInvocationID.x;
+    n = Node(level, gl_WorkGroupID.z, id & ((1u << shift) - 1u), id >> shift);
+    return level <= levels && id < (1u << (2u * shift));
+}
+// As Atlas::across.
+Node across(Node n, uint side) {
+    uint last = (1u << side_shift(n.level)) - 1u;
+    bool inside = side == 0u ? n.y > 0u : side == 1u ? n.x < last : side == 2u ? n.y < last : n.x > 0u;
+    if (inside) {
+        return Node(n.level, n.chart, side == 1u ? n.x + 1u : side == 3u ? n.x - 1u : n.x,
+                    side == 2u ? n.y + 1u : side == 0u ? n.y - 1u : n.y);
+    }
+    uint other = sides[(cuts[instance].first_chart + n.chart) * 4u + side];
+    if (other == LODE_CUT_ABSENT) return Node(n.level, LODE_CUT_ABSENT, 0u, 0u);
+    uint along = side == 0u ? n.x : side == 1u ? n.y : side == 2u ? last - n.x : last - n.y;
+    uint from = last - along, to_side = other >> 30, chart = other & 0x3fffffffu;
+    if (to_side == 0u) return Node(n.level, chart, from, 0u);
+    if (to_side == 1u) return Node(n.level, chart, last, from);
+    if (to_side == 2u) return Node(n.level, chart, last - from, last);
+    return Node(n.level, chart, 0u, last - from);
+}
+// What has to be divided for a node to be: the nodes it is part of, and what would be too coarse beside its parts.
+// k: 0 .. 4; false where there is no such node.
+bool needed_for(Node n, uint k, out Node needed) {
+    if (k == 0u) {
+        needed = n.level < levels ? up(n, n.level + 1u) : n;
+        return n.level < levels;
+    }
+    needed = across(n, k - 1u);
+    uint coarse = n.level + 3u;
+    if (coarse > levels || needed.chart == LODE_CUT_ABSENT) return false;
+    needed = up(needed, coarse);
+    return true;
+}
+// The page of a level, or of the coarsest, that holds the node's lowest corner's part; of all pages of positions.
+uint page_of(Node n, uint level) {
+    level = min(level, base_level);
+    uint down = level + page_shift, size = size_shift(n.level), shift = base_level - level;
+    uint page = ((1u << (2u * shift)) - 1u) / 3u + ((n.y << size) >> down << shift) + ((n.x << size) >> down);
+    return cuts[instance].first_page + n.chart * cuts[instance].pages + page;
+}
+
+// As Visibility::seen.
+uint seen(Node n, uint mask) {
+    VgiCutPage page = bounds[page_of(n, n.level > 2u ? n.level - 2u : 0u)];
+    for (uint v = 0u; v < LODE_CUT_VIEWS; ++v) {
+        if (((mask >> v) & 1u) == 0u) continue;
+        for (uint k = 0u; k < 6u; ++k) {
+            uint at = (v * 6u + k) * 4u;
+            if (lode_outside(cuts[instance].planes[at], cuts[instance].planes[at + 1u], cuts[instance].planes[at + 2u],
+                             cuts[instance].planes[at + 3u], page.centre_x, page.centre_y, page.centre_z, page.radius))
+                mask &= ~(1u << v);
+        }
+    }
+    if ((mask & 1u) != 0u && cuts[instance].cones != 0u && page.cosine > 0.0 &&
+        lode_turned_away(page.axis_x, page.axis_y, page.axis_z, page.cosine, page.sine_squared,
+                         page.centre_x - cuts[instance].eye_x, page.centre_y - cuts[instance].eye_y,
+                         page.centre_z - cuts[instance].eye_z, page.radius))
+        mask &= ~1u;
+    return mask;
+}
+
+float reach_of(uint code) {
+    return lode_reach(codes[cuts[instance].asset * 512u + code], cuts[instance].magnification, cuts[instance].scale,
+                      0.0);
+}
+float radius_of(uint code) {
+    precise float radius = codes[cuts[instance].asset * 512u + 256u + code] * cuts[instance].scale;
+    return radius;
+}
+vec3 from_lattice(vec3 p) {
+    return vec3(lode_mapped(cuts[instance].lattice[9], cuts[instance].lattice[0], cuts[instance].lattice[3],
+                            cuts[instance].lattice[6], p.x, p.y, p.z),
+                lode_mapped(cuts[instance].lattice[10], cuts[instance].lattice[1], cuts[instance].lattice[4],
+                            cuts[instance].lattice[7], p.x, p.y, p.z),
+                lode_mapped(cuts[instance].lattice[11], cuts[instance].lattice[2], cuts[instance].lattice[5],
+                            cuts[instance].lattice[8], p.x, p.y, p.z));
+}
+vec3 from_object(vec3 p) {
+    return vec3(lode_mapped(cuts[instance].object[9], cuts[instance].object[0], cuts[instance].object[3],
+                            cuts[instance].object[6], p.x, p.y, p.z),
+                lode_mapped(cuts[instance].object[10], cuts[instance].object[1], cuts[instance].object[4],
+                            cuts[instance].object[7], p.x, p.y, p.z),
+                lode_mapped(cuts[instance].object[11], cuts[instance].object[2], cuts[instance].object[5],
+                            cuts[instance].object[8], p.x, p.y, p.z));
+}
+
+#endif

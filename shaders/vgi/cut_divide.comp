@@ -1,0 +1,44 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// A grid cut on the device, third: nodes of a level are divided where that is wanted and pages are there, and it is told
+// which views see what is left (GridCut::divide and see). Levels from the coarsest to the finest, a dispatch each.
+#include "shared/vgi_nodes.glsl"
+
+// As Wanted::excess and wish_for; only the order in which pages are read comes from it.
+float wish(Node n, uint number) {
+    VgiCutPage page = bounds[number];
+    float error = reach_of(page.codes & 255u), away = length(from_object(vec3(page.centre_x, page.centre_y, page.centre_z))) -
+                                                      page.radius * cuts[instance].scale - radius_of((page.codes >> 8) & 255u);
+    float excess = error > 0.0 ? error / max(away, 1e-3 * error) : 0.0;
+    return max(excess, 1e-6) * (seen(n, 1u) != 0u ? 1.0 : 0.25);
+}
+
+void main() {
+    if (!begin_chart()) return;
+    Node n, needed;
+    if (!own_node(draw_constants.words[LODE_CUT_WORD_LEVEL], n)) return;
+    uint at = state_of(n), state = states[at], mask = cuts[instance].views;
+    bool exists = true;
+    if (n.level < levels) {
+        uint parent = states[state_of(up(n, n.level + 1u))];
+        exists = (parent & LODE_NODE_DIVIDED) != 0u;
+        mask = exists ? (parent >> LODE_NODE_SEEN_SHIFT) & 255u : 0u;
+    }
+    if (mask != 0u) mask = seen(n, mask);
+    if (n.level > 0u && (state & LODE_NODE_WANTED) != 0u) {
+        bool may = true;
+        for (uint k = 0u; k < 5u; ++k) {
+            if (needed_for(n, k, needed)) may = may && (states[state_of(needed)] & LODE_NODE_DIVIDED) != 0u;
+        }
+        uint number = page_of(n, n.level - 1u);
+        if (may && page_slots[number] == LODE_CUT_ABSENT) {
+            // Bits of numbers that are not negative are in the numbers' order.
+            atomicMax(findings[LODE_CUT_FIRST_FINDING + 2u * number + 1u], floatBitsToUint(wish(n, number)));
+        } else if (may) {
+            state |= LODE_NODE_DIVIDED;
+        }
+    }
+    if (exists) state |= LODE_NODE_EXISTS;
+    if (exists && mask != 0u && (state & LODE_NODE_DIVIDED) == 0u) state |= LODE_NODE_LEAF;
+    states[at] = state | mask << LODE_NODE_SEEN_SHIFT;
+}

@@ -1,5 +1,5 @@
 // Nodes of a grid cut, as cut_grid (vgi/grid_cut.h) numbers and tests them, for the passes that make one on the device.
-// A workgroup works on one chart of one instance: gl_WorkGroupID is (group of its nodes, instance, chart).
+// gl_WorkGroupID.y is the instance. Passes over nodes go by invocation (own_node), those over charts by workgroup.
 #ifndef LODESTONE_VGI_NODES_GLSL
 #define LODESTONE_VGI_NODES_GLSL
 
@@ -31,15 +31,12 @@ uint instance = gl_WorkGroupID.y;  // that is cut
 // Of its charts, as NodeTree has them.
 uint levels, node_top, page_shift, base_level;
 
-// False where the workgroup has nothing to do.
-bool begin_chart() {
-    if (gl_WorkGroupID.z >= cuts[instance].charts) return false;
+void begin() {
     VgiAsset asset = assets[cuts[instance].asset];
     levels = asset.levels - 1u;
     node_top = levels > 3u ? levels - 3u : 0u;
     page_shift = uint(findMSB(asset.page_cells));
     base_level = levels - page_shift;
-    return true;
 }
 
 uint nodes_per_chart() { return levels - node_top + ((1u << (2u * node_top + 2u)) - 1u) / 3u; }
@@ -56,11 +53,13 @@ Node up(Node n, uint level) {
     uint shift = side_shift(n.level) - side_shift(level);
     return Node(level, n.chart, n.x >> shift, n.y >> shift);
 }
-// The node of a level that this invocation works on; false where there is none.
-bool own_node(uint level, out Node n) {
-    uint shift = side_shift(level), id = gl_GlobalInvocationID.x;
-    n = Node(level, gl_WorkGroupID.z, id & ((1u << shift) - 1u), id >> shift);
-    return level <= levels && id < (1u << (2u * shift));
+uint own_group() { return gl_WorkGroupID.z * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
+// The node of the dispatch's level that this invocation works on, nodes of a chart in a row; false where there is none.
+bool own_node(out Node n) {
+    uint level = draw_constants.words[LODE_CUT_WORD_LEVEL], shift = side_shift(level);
+    uint id = own_group() * LODE_CUT_GROUP + gl_LocalInvocationID.x;
+    n = Node(level, id >> (2u * shift), id & ((1u << shift) - 1u), (id >> shift) & ((1u << shift) - 1u));
+    return level <= levels && n.chart < cuts[instance].charts;
 }
 // As Atlas::across.
 Node across(Node n, uint side) {
@@ -103,8 +102,8 @@ uint page_of(Node n, uint level) {
 // As Visibility::seen.
 uint seen(Node n, uint mask) {
     VgiCutPage page = bounds[page_of(n, n.level > 2u ? n.level - 2u : 0u)];
-    for (uint v = 0u; v < LODE_CUT_VIEWS; ++v) {
-        if (((mask >> v) & 1u) == 0u) continue;
+    for (uint rest = mask; rest != 0u; rest &= rest - 1u) {
+        uint v = uint(findLSB(rest));
         for (uint k = 0u; k < 6u; ++k) {
             uint at = (v * 6u + k) * 4u;
             if (lode_outside(cuts[instance].planes[at], cuts[instance].planes[at + 1u], cuts[instance].planes[at + 2u],
@@ -120,29 +119,36 @@ uint seen(Node n, uint mask) {
     return mask;
 }
 
-float reach_of(uint code) {
-    return lode_reach(codes[cuts[instance].asset * 512u + code], cuts[instance].magnification, cuts[instance].scale,
-                      0.0);
+// An affine map's columns, and where a point goes: seen from the eye, in world axes.
+struct SeenFromEye {
+    vec3 x, y, z, offset;
+};
+SeenFromEye of_lattice() {
+    float m[12] = cuts[instance].lattice;
+    return SeenFromEye(vec3(m[0], m[1], m[2]), vec3(m[3], m[4], m[5]), vec3(m[6], m[7], m[8]), vec3(m[9], m[10], m[11]));
 }
-float radius_of(uint code) {
-    precise float radius = codes[cuts[instance].asset * 512u + 256u + code] * cuts[instance].scale;
+SeenFromEye of_object() {
+    float m[12] = cuts[instance].object;
+    return SeenFromEye(vec3(m[0], m[1], m[2]), vec3(m[3], m[4], m[5]), vec3(m[6], m[7], m[8]), vec3(m[9], m[10], m[11]));
+}
+vec3 mapped(SeenFromEye map, vec3 p) {
+    return vec3(lode_mapped(map.offset.x, map.x.x, map.y.x, map.z.x, p.x, p.y, p.z),
+                lode_mapped(map.offset.y, map.x.y, map.y.y, map.z.y, p.x, p.y, p.z),
+                lode_mapped(map.offset.z, map.x.z, map.y.z, map.z.z, p.x, p.y, p.z));
+}
+
+// What codes of errors and radii say.
+struct Reaches {
+    uint first;  // code
+    float magnification, scale;
+};
+Reaches own_reaches() {
+    return Reaches(cuts[instance].asset * 512u, cuts[instance].magnification, cuts[instance].scale);
+}
+float reach_of(Reaches r, uint code) { return lode_reach(codes[r.first + code], r.magnification, r.scale, 0.0); }
+float radius_of(Reaches r, uint code) {
+    precise float radius = codes[r.first + 256u + code] * r.scale;
     return radius;
-}
-vec3 from_lattice(vec3 p) {
-    return vec3(lode_mapped(cuts[instance].lattice[9], cuts[instance].lattice[0], cuts[instance].lattice[3],
-                            cuts[instance].lattice[6], p.x, p.y, p.z),
-                lode_mapped(cuts[instance].lattice[10], cuts[instance].lattice[1], cuts[instance].lattice[4],
-                            cuts[instance].lattice[7], p.x, p.y, p.z),
-                lode_mapped(cuts[instance].lattice[11], cuts[instance].lattice[2], cuts[instance].lattice[5],
-                            cuts[instance].lattice[8], p.x, p.y, p.z));
-}
-vec3 from_object(vec3 p) {
-    return vec3(lode_mapped(cuts[instance].object[9], cuts[instance].object[0], cuts[instance].object[3],
-                            cuts[instance].object[6], p.x, p.y, p.z),
-                lode_mapped(cuts[instance].object[10], cuts[instance].object[1], cuts[instance].object[4],
-                            cuts[instance].object[7], p.x, p.y, p.z),
-                lode_mapped(cuts[instance].object[11], cuts[instance].object[2], cuts[instance].object[5],
-                            cuts[instance].object[8], p.x, p.y, p.z));
 }
 
 #endif

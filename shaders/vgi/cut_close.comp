@@ -5,9 +5,9 @@
 #include "shared/vgi_nodes.glsl"
 
 void main() {
-    if (!begin_chart()) return;
+    begin();
     Node n, needed;
-    if (!own_node(draw_constants.words[LODE_CUT_WORD_LEVEL], n) || (states[state_of(n)] & LODE_NODE_WANTED) == 0u) return;
+    if (!own_node(n) || (states[state_of(n)] & LODE_NODE_WANTED) == 0u) return;
     for (uint k = 0u; k < 5u; ++k) {
         if (needed_for(n, k, needed)) atomicOr(states[state_of(needed)], LODE_NODE_WANTED);
     }

@@ -7,17 +7,20 @@
 // As Wanted::excess and wish_for; only the order in which pages are read comes from it.
 float wish(Node n, uint number) {
     VgiCutPage page = bounds[number];
-    float error = reach_of(page.codes & 255u), away = length(from_object(vec3(page.centre_x, page.centre_y, page.centre_z))) -
-                                                      page.radius * cuts[instance].scale - radius_of((page.codes >> 8) & 255u);
+    Reaches reaches = own_reaches();
+    float error = reach_of(reaches, page.codes & 255u);
+    float away = length(mapped(of_object(), vec3(page.centre_x, page.centre_y, page.centre_z))) -
+                 page.radius * reaches.scale - radius_of(reaches, (page.codes >> 8) & 255u);
     float excess = error > 0.0 ? error / max(away, 1e-3 * error) : 0.0;
     return max(excess, 1e-6) * (seen(n, 1u) != 0u ? 1.0 : 0.25);
 }
 
 void main() {
-    if (!begin_chart()) return;
+    begin();
     Node n, needed;
-    if (!own_node(draw_constants.words[LODE_CUT_WORD_LEVEL], n)) return;
-    uint at = state_of(n), state = states[at], mask = cuts[instance].views;
+    if (!own_node(n)) return;
+    // Nodes of level 0 are not looked into.
+    uint at = state_of(n), state = n.level > 0u ? states[at] : 0u, mask = cuts[instance].views;
     bool exists = true;
     if (n.level < levels) {
         uint parent = states[state_of(up(n, n.level + 1u))];

@@ -18,11 +18,11 @@ uint coarser_across(Node n, uint side) {
     return drawn ? other.level - n.level : 0u;
 }
 
-Node node_of(uint number) {
-    if (number < levels - node_top) return Node(levels - number, gl_WorkGroupID.z, 0u, 0u);
+Node node_of(uint chart, uint number) {
+    if (number < levels - node_top) return Node(levels - number, chart, 0u, 0u);
     uint within = number - (levels - node_top), shift = uint(findMSB(3u * within + 1u)) / 2u;
     uint place = within - ((1u << (2u * shift)) - 1u) / 3u;
-    return Node(node_top - shift, gl_WorkGroupID.z, place & ((1u << shift) - 1u), place >> shift);
+    return Node(node_top - shift, chart, place & ((1u << shift) - 1u), place >> shift);
 }
 
 void write_patch(Node n, uint mask, uint to) {
@@ -49,16 +49,18 @@ void write_patch(Node n, uint mask, uint to) {
 }
 
 void main() {
-    if (!begin_chart()) return;
+    begin();
+    uint chart = own_group();
+    if (chart >= cuts[instance].charts) return;
     uint lane = gl_LocalInvocationID.x, first_leaf = cuts[instance].first_leaf;
     // Nodes of the charts before.
     if (lane == 0u) before = 0u;
     barrier();
     uint sum = 0u;
-    for (uint c = lane; c < gl_WorkGroupID.z; c += LODE_CUT_GROUP) sum += leaves[first_leaf + c];
+    for (uint c = lane; c < chart; c += LODE_CUT_GROUP) sum += leaves[first_leaf + c];
     atomicAdd(before, sum);
     // A run of nodes each, and where in the list they begin.
-    uint nodes = nodes_per_chart(), first = cuts[instance].first_state + gl_WorkGroupID.z * nodes;
+    uint nodes = nodes_per_chart(), first = cuts[instance].first_state + chart * nodes;
     uint run = (nodes + LODE_CUT_GROUP - 1u) / LODE_CUT_GROUP, begin = min(lane * run, nodes), end = min(begin + run, nodes);
     uint mine = 0u;
     for (uint i = begin; i < end; ++i) mine += (states[first + i] & LODE_NODE_LEAF) != 0u ? 1u : 0u;
@@ -69,11 +71,11 @@ void main() {
     for (uint i = begin; i < end; ++i) {
         uint state = states[first + i];
         if ((state & LODE_NODE_LEAF) == 0u) continue;
-        write_patch(node_of(i), (state >> LODE_NODE_SEEN_SHIFT) & 255u, cuts[instance].first_patch + to * LODE_VGI_PATCH_WORDS);
+        write_patch(node_of(chart, i), (state >> LODE_NODE_SEEN_SHIFT) & 255u, cuts[instance].first_patch + to * LODE_VGI_PATCH_WORDS);
         ++to;
     }
-    if (gl_WorkGroupID.z + 1u < cuts[instance].charts) return;
-    uint total = before + leaves[first_leaf + gl_WorkGroupID.z];
+    if (chart + 1u < cuts[instance].charts) return;
+    uint total = before + leaves[first_leaf + chart];
     if (lane == 0u) atomicAdd(findings[1], total);
     for (uint r = lane; r < cuts[instance].records; r += LODE_CUT_GROUP) {
         uint done = r * LODE_CUT_RECORD_PATCHES, at = (cuts[instance].first_record + r) * LODE_CUT_RECORD_WORDS;

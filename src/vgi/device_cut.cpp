@@ -19,6 +19,7 @@ namespace {
 static_assert(LODE_CUT_ABSENT == ~0u && most_node_shift == 3);
 
 constexpr uint32_t findings_tag = 1;
+constexpr uint64_t most_groups = 65535;                           // in a row: what every device takes
 enum Passes : uint32_t { look = 1, close, divide, count, emit };  // pipelines; the first one draws
 
 uint32_t levels_of(const Atlas& about) { return about.levels() - 1; }
@@ -122,7 +123,8 @@ std::vector<DeviceCut::Place> DeviceCut::cut(const FrameInput& input, double pix
     std::vector<Place> places;
     std::vector<gpu::VgiCutInstance> records;
     DeviceCutSizes used;
-    uint32_t most_levels = 0, most_charts = 0;
+    std::vector<uint64_t> most_nodes;  // by level, in the largest of the atlases
+    uint32_t most_charts = 0;
     for (const Instance& instance : input.instances) {
         LODE_CHECK(instance.asset < atlases_.size(), instance.asset, atlases_.size());
         const OpenAtlas& atlas = atlases_[instance.asset];
@@ -152,29 +154,33 @@ std::vector<DeviceCut::Place> DeviceCut::cut(const FrameInput& input, double pix
         places.push_back({r.first_patch, used.records * LODE_CUT_RECORD_WORDS * sizeof(uint32_t), r.records});
         used = {used.states + sizes.states, used.leaves + sizes.leaves, used.patches + sizes.patches,
                 used.records + sizes.records};
-        most_levels = std::max(most_levels, levels_of(about));
+        if (most_nodes.size() <= levels_of(about)) most_nodes.resize(levels_of(about) + 1, 0);
+        for (uint32_t level = 0; level <= levels_of(about); ++level) {
+            const uint32_t shift = level < top_of(about) ? top_of(about) - level : 0;
+            most_nodes[level] = std::max(most_nodes[level], uint64_t{about.charts()} << (2 * shift));
+        }
         most_charts = std::max(most_charts, about.charts());
     }
     if (records.empty()) return places;
     add_upload(plan, cut_instances, 0, Blob::copy_of(records.data(), records.size()));
-    const auto dispatch = [&](Passes pass, uint32_t level, uint32_t groups) {
+    const auto dispatch = [&](Passes pass, uint32_t level, uint64_t groups) {
         Dispatch d;
         d.pipeline = pass;
-        d.groups = {groups, static_cast<uint32_t>(records.size()), most_charts};
+        const uint64_t rows = (groups + most_groups - 1) / most_groups;
+        d.groups = {static_cast<uint32_t>((groups + rows - 1) / rows), static_cast<uint32_t>(records.size()),
+                    static_cast<uint32_t>(rows)};
         d.words[LODE_CUT_WORD_LEVEL] = level;
         plan.commands.push_back({Stage::update, d});
     };
-    // Of a chart's nodes of a level, in the largest of the atlases.
-    const auto groups = [&](uint32_t level) {
-        const uint32_t top = most_levels > most_node_shift ? most_levels - most_node_shift : 0;
-        const uint32_t shift = level < top ? top - level : 0;
-        return std::max(1u, (1u << (2 * shift)) / LODE_CUT_GROUP);
+    const auto over_nodes = [&](Passes pass, uint32_t level) {
+        dispatch(pass, level, (most_nodes[level] + LODE_CUT_GROUP - 1) / LODE_CUT_GROUP);
     };
-    for (uint32_t level = most_levels + 1; level-- > 0;) dispatch(look, level, groups(level));
-    for (uint32_t level = 1; level <= most_levels; ++level) dispatch(close, level, groups(level));
-    for (uint32_t level = most_levels + 1; level-- > 0;) dispatch(divide, level, groups(level));
-    dispatch(count, 0, 1);
-    dispatch(emit, 0, 1);
+    const auto levels = static_cast<uint32_t>(most_nodes.size());
+    for (uint32_t level = levels; level-- > 1;) over_nodes(look, level);
+    for (uint32_t level = 1; level < levels; ++level) over_nodes(close, level);
+    for (uint32_t level = levels; level-- > 0;) over_nodes(divide, level);
+    dispatch(count, 0, most_charts);
+    dispatch(emit, 0, most_charts);
     Readback back;
     back.buffer = cut_findings;
     for (const OpenAtlas& atlas : atlases_) back.bytes += 2 * sizeof(uint32_t) * atlas.residency->pages();

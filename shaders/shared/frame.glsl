@@ -6,6 +6,9 @@
 #include "shared/frame_constants.h"
 
 layout(set = 0, binding = LODE_FRAME_CONSTANTS, std140) uniform FrameBlock { FrameConstants frame; };
+// Pipelines that show no debug view say so: software rasterisers run every branch of a shader.
+layout(constant_id = LODE_DEBUG_CONSTANT) const bool shows_debug_views = true;
+uint debug_view() { return shows_debug_views ? frame.debug_view : LODE_DEBUG_NONE; }
 layout(set = 0, binding = LODE_INSTANCES, std430) readonly buffer InstanceBlock { InstanceConstants instances[]; };
 layout(set = 0, binding = LODE_INSTANCE_IDS, std430) readonly buffer InstanceIdBlock { uint instance_ids[]; };
 layout(set = 0, binding = LODE_MATERIALS, std430) readonly buffer MaterialBlock { MaterialConstants materials[]; };

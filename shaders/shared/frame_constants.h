@@ -14,6 +14,9 @@
 #define LODE_SHADOW_TRANSMITTANCE 6
 #define LODE_TRIANGLE_MARKS 7
 
+// Specialisation constant of every pipeline: false where no debug view is shown.
+#define LODE_DEBUG_CONSTANT 15
+
 // FrameConstants::debug_view.
 #define LODE_DEBUG_NONE 0
 #define LODE_DEBUG_LEVEL 1

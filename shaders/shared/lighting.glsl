@@ -57,29 +57,29 @@ vec3 lit(Surface s) {
     bool bare = material.layer < 0 && all(greaterThan(min(s.colour, material.base_colour), vec4(0.999)));
     if (bare) albedo = vec3(0.5);
 
-    if (frame.debug_view == LODE_DEBUG_LEVEL) albedo = colour_of_share(s.level);
-    if (frame.debug_view == LODE_DEBUG_TRIANGLE) albedo = colour_of_number(s.triangle);
-    if (frame.debug_view == LODE_DEBUG_UV) {
+    if (debug_view() == LODE_DEBUG_LEVEL) albedo = colour_of_share(s.level);
+    if (debug_view() == LODE_DEBUG_TRIANGLE) albedo = colour_of_number(s.triangle);
+    if (debug_view() == LODE_DEBUG_UV) {
         vec2 cell = floor(s.uv * 32.0);
         albedo = mix(vec3(0.9), vec3(fract(s.uv), 0.2), 0.35 + 0.5 * mod(cell.x + cell.y, 2.0));
     }
-    if (frame.debug_view == LODE_DEBUG_MATERIAL) albedo = colour_of_number(s.material + 1u);
-    if (frame.debug_view == LODE_DEBUG_CHART) albedo = colour_of_number(s.chart);
-    if (frame.debug_view == LODE_DEBUG_PAGE) albedo = colour_of_number(s.page);
-    if (frame.debug_view == LODE_DEBUG_MISSING)
+    if (debug_view() == LODE_DEBUG_MATERIAL) albedo = colour_of_number(s.material + 1u);
+    if (debug_view() == LODE_DEBUG_CHART) albedo = colour_of_number(s.chart);
+    if (debug_view() == LODE_DEBUG_PAGE) albedo = colour_of_number(s.page);
+    if (debug_view() == LODE_DEBUG_MISSING)
         albedo = s.missing > 0.0 ? vec3(0.9, 0.35 / s.missing, 0.05) : vec3(0.35);
     // An eighth of a pixel is blue, a pixel green, eight are red; samples half or twice as far apart as the mean, likewise.
-    if (frame.debug_view == LODE_DEBUG_ERROR)
+    if (debug_view() == LODE_DEBUG_ERROR)
         albedo = s.error < 0.0 ? vec3(0.35) : colour_of_share(clamp(0.5 + log2(max(s.error, 1e-6)) / 6.0, 0.0, 1.0));
-    if (frame.debug_view == LODE_DEBUG_STRETCH)
+    if (debug_view() == LODE_DEBUG_STRETCH)
         albedo = s.stretch < 0.0 ? vec3(0.35) : colour_of_share(clamp(0.5 + log2(max(s.stretch, 1e-6)) / 2.0, 0.0, 1.0));
-    if (frame.debug_view == LODE_DEBUG_MISSES) {
+    if (debug_view() == LODE_DEBUG_MISSES) {
         uint mark = draw_constants.first_mark + s.triangle;
         albedo = draw_constants.first_mark == LODE_NO_MARKS
                      ? vec3(0.35)
                      : colour_of_share(float(triangle_marks[mark >> 2] >> (8u * (mark & 3u)) & 255u) / 3.0);
     }
-    if (frame.debug_view == LODE_DEBUG_NORMAL) return normal * 0.5 + 0.5;
+    if (debug_view() == LODE_DEBUG_NORMAL) return normal * 0.5 + 0.5;
 
     float towards_light = max(dot(normal, frame.to_light.xyz), 0.0);
     float direct = towards_light > 0.0 ? towards_light * light_reaching(s.position, normal) : 0.0;

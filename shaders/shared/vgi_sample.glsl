@@ -62,11 +62,11 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
                   distance(s.world.xyz, frame.views[draw_constants.view].eye.xyz);
     s.lod = log2(max(pixel, 1e-30) / sample_spacing[asset.first_chart + s.chart]);
     s.measures = vec2(-1.0);
-    if (frame.debug_view == LODE_DEBUG_ERROR) {
+    if (debug_view() == LODE_DEBUG_ERROR) {
         float error = codes[draw_constants.words[LODE_VGI_WORD_ASSET] * 512u + ((texel.y >> 16) & 255u)];
         s.measures.x = corner ? 0.0 : error / max(pixel, 1e-30);
     }
-    if (frame.debug_view == LODE_DEBUG_STRETCH) {
+    if (debug_view() == LODE_DEBUG_STRETCH) {
         ivec2 low = max(p - 1, ivec2(0)), high = min(p + 1, ivec2(row - 1));
         uint at = slot * LODE_VGI_PAGE_TEXELS;
         vec3 along_x = (lattice(geometry_at(at + uint(p.y * row + high.x))) - lattice(geometry_at(at + uint(p.y * row + low.x)))) / float(high.x - low.x);

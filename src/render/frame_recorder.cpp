@@ -278,10 +278,11 @@ void FrameRecorder::draw(const Command& command) {
     if (indirect == nullptr && (d.count == 0 || d.instances == 0)) return;
     if (wire_ && stage == Stage::depth) return;
     const BuiltPipeline& pipeline = c_.built.pipelines[d.pipeline];
-    const Variant variant = stage == Stage::shadow  ? Variant::shadow
-                            : stage == Stage::depth ? Variant::depth
-                            : wire_                 ? Variant::wire
-                                                    : Variant::colour;
+    const Variant variant = stage == Stage::shadow           ? Variant::shadow
+                            : stage == Stage::depth          ? Variant::depth
+                            : wire_                          ? Variant::wire
+                            : look_.debug != DebugView::none ? Variant::debug
+                                                             : Variant::colour;
     bind(pipeline, pipeline.draw[static_cast<int>(variant)].get(), d.view, d.words, first_mark_of(command));
     if (c_.recipe.pipelines[d.pipeline].layout.stride > 0) {
         const VkBuffer vertices = c_.built.buffers[d.vertex_buffer].whole();

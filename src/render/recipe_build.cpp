@@ -6,6 +6,7 @@
 #include "render/shader_library.h"
 #include "render/targets.h"
 #include "shaders/shared/draw_constants.h"
+#include "shaders/shared/frame_constants.h"
 
 namespace lodestone {
 
@@ -71,15 +72,16 @@ VkFormat format_of(VertexFormat format) {
 // The pipeline's own constants, and those that tell shaders how a split buffer is laid out (shaders/shared/pool.glsl).
 class ShaderConstants {
 public:
-    ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers) {
+    ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers, bool debug_views) {
         constexpr uint32_t first_words = 16,
                            first_count = 48;  // LODE_FIRST_SEGMENT_CONSTANT, LODE_FIRST_COUNT_CONSTANT
         const auto add = [&](uint32_t id, uint64_t value) {
             entries_.push_back({id, static_cast<uint32_t>(words_.size() * sizeof(uint32_t)), sizeof(uint32_t)});
             words_.push_back(static_cast<uint32_t>(value));
         };
-        LODE_CHECK(spec.constants.size() < first_words, spec.name);
+        LODE_CHECK(spec.constants.size() < LODE_DEBUG_CONSTANT, spec.name);
         for (uint32_t id = 0; id < spec.constants.size(); ++id) add(id, spec.constants[id]);
+        add(LODE_DEBUG_CONSTANT, debug_views ? 1 : 0);
         for (const StorageBinding& s : spec.storage) {
             add(first_words + s.binding, buffers[s.buffer].segment_bytes / sizeof(uint32_t));
             add(first_count + s.binding, buffers[s.buffer].segments.size());
@@ -120,7 +122,7 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     stages.add(device, VK_SHADER_STAGE_VERTEX_BIT, spec.vertex);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, spec.tessellation_control);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, spec.tessellation_evaluation);
-    const bool coloured = variant == Variant::colour || variant == Variant::wire;
+    const bool coloured = variant != Variant::shadow && variant != Variant::depth;
     if (coloured) stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, spec.fragment);
 
     std::vector<VkVertexInputAttributeDescription> attributes;
@@ -154,9 +156,10 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     VkPipelineDepthStencilStateCreateInfo depth{};
     depth.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO;
     depth.depthTestEnable = VK_TRUE;
-    depth.depthWriteEnable = variant != Variant::colour;
+    const bool after_depth = variant == Variant::colour || variant == Variant::debug;
+    depth.depthWriteEnable = !after_depth;
     // Reversed depth; what the pre-pass left is drawn once.
-    depth.depthCompareOp = variant == Variant::colour ? VK_COMPARE_OP_EQUAL : VK_COMPARE_OP_GREATER_OR_EQUAL;
+    depth.depthCompareOp = after_depth ? VK_COMPARE_OP_EQUAL : VK_COMPARE_OP_GREATER_OR_EQUAL;
     VkPipelineColorBlendAttachmentState blend_attachment{};
     blend_attachment.colorWriteMask = 0xf;
     VkPipelineColorBlendStateCreateInfo blend{};
@@ -218,7 +221,6 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
         if (buffers[s.buffer].segments.size() > s.segments)
             throw VulkanFailure("a buffer of pipeline '" + spec.name + "' is too large to be bound at once");
     }
-    const ShaderConstants constants(spec, buffers);
     BuiltPipeline built;
     const bool compute = spec.kind == PipelineKind::compute;
     built.bind_point = compute ? VK_PIPELINE_BIND_POINT_COMPUTE : VK_PIPELINE_BIND_POINT_GRAPHICS;
@@ -249,11 +251,14 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
     LODE_VK(vkCreatePipelineLayout(device.handle(), &layout_info, nullptr, &layout));
     built.layout = OwnedPipelineLayout(device.handle(), layout);
     if (compute) {
+        const ShaderConstants constants(spec, buffers, false);
         built.compute = make_compute_pipeline(device, spec, layout, constants.get());
     } else {
         for (int v = 0; v < variant_count; ++v) {
             if (static_cast<Variant>(v) == Variant::wire && !device.draws_lines()) continue;
-            built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), static_cast<Variant>(v));
+            const auto variant = static_cast<Variant>(v);
+            const ShaderConstants constants(spec, buffers, variant == Variant::debug || variant == Variant::wire);
+            built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), variant);
         }
     }
     return built;

@@ -24,8 +24,9 @@ struct SplitBuffer {
 };
 
 // Where a draw pipeline is used decides what of it runs.
-enum class Variant { shadow, depth, colour, wire };  // wire: colour as lines, with no depth pass before
-inline constexpr int variant_count = 4;
+// debug: colour by the frame's debug view; wire: the same as lines, with no depth pass before.
+enum class Variant { shadow, depth, colour, debug, wire };
+inline constexpr int variant_count = 5;
 
 struct BuiltPipeline {
     OwnedPipelineLayout layout;

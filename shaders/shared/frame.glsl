@@ -8,6 +8,8 @@
 layout(set = 0, binding = LODE_FRAME_CONSTANTS, std140) uniform FrameBlock { FrameConstants frame; };
 // Pipelines that show no debug view say so: software rasterisers run every branch of a shader.
 layout(constant_id = LODE_DEBUG_CONSTANT) const bool shows_debug_views = true;
+// False where nothing but depths is drawn: vertices need no more than their places.
+layout(constant_id = LODE_FRAGMENTS_CONSTANT) const bool has_fragments = true;
 uint debug_view() { return shows_debug_views ? frame.debug_view : LODE_DEBUG_NONE; }
 layout(set = 0, binding = LODE_INSTANCES, std430) readonly buffer InstanceBlock { InstanceConstants instances[]; };
 layout(set = 0, binding = LODE_INSTANCE_IDS, std430) readonly buffer InstanceIdBlock { uint instance_ids[]; };

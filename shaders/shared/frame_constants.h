@@ -14,7 +14,8 @@
 #define LODE_SHADOW_TRANSMITTANCE 6
 #define LODE_TRIANGLE_MARKS 7
 
-// Specialisation constant of every pipeline: false where no debug view is shown.
+// Specialisation constants of every pipeline: false where there is no fragment shader; where no debug view is shown.
+#define LODE_FRAGMENTS_CONSTANT 14
 #define LODE_DEBUG_CONSTANT 15
 
 // FrameConstants::debug_view.

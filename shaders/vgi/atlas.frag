@@ -5,14 +5,11 @@
 #include "shared/lighting.glsl"
 #include "shared/vgi.glsl"
 
-layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec2 in_place;
-layout(location = 2) flat in uint in_chart;
-layout(location = 3) flat in uint in_level;
-layout(location = 4) flat in uint in_first_material;
-layout(location = 5) in float in_lod;
-layout(location = 6) flat in mat3 in_normal_to_world;
-layout(location = 9) in vec2 in_measures;  // error, stretch
+// As in shared/vgi_vertex.glsl.
+layout(location = 0) in vec4 in_position_and_lod;
+layout(location = 1) in vec4 in_place_and_measures;  // error, stretch
+layout(location = 2) flat in uvec3 in_numbers;
+layout(location = 3) flat in mat3 in_normal_to_world;
 
 layout(location = 0) out vec4 out_colour;
 
@@ -28,6 +25,10 @@ vec3 direction_of(uint word) {
 }
 
 void main() {
+    vec3 in_position = in_position_and_lod.xyz;
+    float in_lod = in_position_and_lod.w;
+    vec2 in_place = in_place_and_measures.xy, in_measures = in_place_and_measures.zw;
+    uint in_chart = in_numbers.x, in_level = in_numbers.y, in_first_material = in_numbers.z;
     uint images = draw_constants.words[LODE_VGI_WORD_IMAGES];
     uint attribute_cells = 1u << ((images >> 16) & 15u), has = (images >> 20) & ever;
     vec2 at = in_place * float(attribute_cells);

@@ -62,7 +62,7 @@ struct PipelineSpec {
     VertexLayout layout;                                        // draw
     std::vector<StorageBinding> storage;
     uint32_t patch_vertices = 0;      // tessellation: control points per patch
-    std::vector<uint32_t> constants;  // specialisation constants 0, 1, ... of all its shaders; fewer than 15
+    std::vector<uint32_t> constants;  // specialisation constants 0, 1, ... of all its shaders; fewer than 14
     bool operator==(const PipelineSpec&) const = default;
 };
 

@@ -72,15 +72,17 @@ VkFormat format_of(VertexFormat format) {
 // The pipeline's own constants, and those that tell shaders how a split buffer is laid out (shaders/shared/pool.glsl).
 class ShaderConstants {
 public:
-    ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers, bool debug_views) {
+    ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers, bool fragments,
+                    bool debug_views) {
         constexpr uint32_t first_words = 16,
                            first_count = 48;  // LODE_FIRST_SEGMENT_CONSTANT, LODE_FIRST_COUNT_CONSTANT
         const auto add = [&](uint32_t id, uint64_t value) {
             entries_.push_back({id, static_cast<uint32_t>(words_.size() * sizeof(uint32_t)), sizeof(uint32_t)});
             words_.push_back(static_cast<uint32_t>(value));
         };
-        LODE_CHECK(spec.constants.size() < LODE_DEBUG_CONSTANT, spec.name);
+        LODE_CHECK(spec.constants.size() < LODE_FRAGMENTS_CONSTANT, spec.name);
         for (uint32_t id = 0; id < spec.constants.size(); ++id) add(id, spec.constants[id]);
+        add(LODE_FRAGMENTS_CONSTANT, fragments ? 1 : 0);
         add(LODE_DEBUG_CONSTANT, debug_views ? 1 : 0);
         for (const StorageBinding& s : spec.storage) {
             add(first_words + s.binding, buffers[s.buffer].segment_bytes / sizeof(uint32_t));
@@ -116,13 +118,15 @@ struct ShaderStages {
     }
 };
 
+bool has_fragments(Variant variant) { return variant != Variant::shadow && variant != Variant::depth; }
+
 OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout,
                                  const VkSpecializationInfo* constants, Variant variant) {
     ShaderStages stages{constants, {}, {}};
     stages.add(device, VK_SHADER_STAGE_VERTEX_BIT, spec.vertex);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, spec.tessellation_control);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, spec.tessellation_evaluation);
-    const bool coloured = variant != Variant::shadow && variant != Variant::depth;
+    const bool coloured = has_fragments(variant);
     if (coloured) stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, spec.fragment);
 
     std::vector<VkVertexInputAttributeDescription> attributes;
@@ -251,13 +255,14 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
     LODE_VK(vkCreatePipelineLayout(device.handle(), &layout_info, nullptr, &layout));
     built.layout = OwnedPipelineLayout(device.handle(), layout);
     if (compute) {
-        const ShaderConstants constants(spec, buffers, false);
+        const ShaderConstants constants(spec, buffers, false, false);
         built.compute = make_compute_pipeline(device, spec, layout, constants.get());
     } else {
         for (int v = 0; v < variant_count; ++v) {
             if (static_cast<Variant>(v) == Variant::wire && !device.draws_lines()) continue;
             const auto variant = static_cast<Variant>(v);
-            const ShaderConstants constants(spec, buffers, variant == Variant::debug || variant == Variant::wire);
+            const ShaderConstants constants(spec, buffers, has_fragments(variant),
+                                            variant == Variant::debug || variant == Variant::wire);
             built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), variant);
         }
     }

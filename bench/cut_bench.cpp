@@ -1,0 +1,89 @@
+// What a cut through an atlas costs, from scratch and on one thread, all pages there: nanoseconds per triangle that is
+// drawn (items), for views from all around at several pixel errors.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "base/check.h"
+#include "base/threads.h"
+#include "fixtures/meshes.h"
+#include "vgi/bake.h"
+#include "vgi/bintree_cut.h"
+#include "vgi/grid_cut.h"
+
+namespace lodestone::vgi {
+namespace {
+
+// A rock of a million triangles, 4 samples to each; made once.
+const Residency& rock() {
+    static const Atlas atlas = [] {
+        AtlasOptions options;
+        options.clusters.clusters = 60;
+        options.cells = 128;
+        options.error_samples = 1000;
+        AtlasReport report;
+        auto made = make_atlas(fixtures::repaired(Shape::rock, 1000000), options, report);
+        LODE_CHECK(made.has_value());
+        return std::move(*made);
+    }();
+    static const Residency residency = [] {
+        Residency all(atlas);
+        for (uint32_t number = 0; number < all.pages(); ++number) {
+            const uint32_t chart = number / all.tree().pages(), page = number % all.tree().pages();
+            all.put(number,
+                    std::make_shared<const GeometryPage>(
+                        packed_geometry(read_page(atlas, Layer::geometry, chart, page), all.tree())),
+                    number);
+        }
+        all.update();
+        return all;
+    }();
+    return residency;
+}
+
+void cut(benchmark::State& state, Raster raster, double pixel_error) {
+    const Residency& residency = rock();
+    set_thread_count(1);
+    std::vector<View> views;
+    constexpr int around = 12;
+    for (int i = 0; i < around; ++i) {
+        const float angle = 6.2831853f * static_cast<float>(i) / around;
+        Camera camera;
+        camera.eye = 2.6f * glm::vec3(std::cos(angle), 0.3f, std::sin(angle));
+        camera.near_plane = 0.05f;
+        views.push_back(view_of(camera, 1280, 720));
+    }
+    uint64_t triangles = 0;
+    size_t next = 0;
+    for (auto _ : state) {
+        CutRequest request;
+        request.views = std::span(views).subspan(next++ % around, 1);
+        request.pixel_error = pixel_error;
+        request.by_area = raster == Raster::grid_area;
+        PageDemand demand(residency.pages());
+        const Cut made = raster == Raster::bintree
+                             ? cut_bintree(residency, request, demand)
+                             : cut_grid(residency, request, demand,
+                                        raster == Raster::tess ? GridOutput::patches : GridOutput::indices);
+        triangles += made.triangles;
+        benchmark::DoNotOptimize(made.parts.data());
+    }
+    state.SetItemsProcessed(static_cast<int64_t>(triangles));
+    state.counters["triangles"] = static_cast<double>(triangles) / static_cast<double>(state.iterations());
+    state.counters["ns_per_triangle"] = benchmark::Counter(static_cast<double>(triangles) * 1e-9,
+                                                           benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+    set_thread_count(0);
+}
+
+BENCHMARK_CAPTURE(cut, bintree_quarter, Raster::bintree, 0.25)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(cut, bintree_1, Raster::bintree, 1.0)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(cut, bintree_4, Raster::bintree, 4.0)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(cut, grid_1, Raster::grid, 1.0)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(cut, grid_area_1, Raster::grid_area, 1.0)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(cut, tess_1, Raster::tess, 1.0)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace lodestone::vgi
+
+BENCHMARK_MAIN();

@@ -15,6 +15,8 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr int compression = 12;
+// What every zstd frame begins with (RFC 8878, 3.1.1); pages leave it out, streams being small.
+constexpr std::array<std::byte, 4> magic{std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}};
 
 // Calls visit(channel, get, set) for the numbers of a texel in the order of channels_of; get and set take the texel.
 template <class Images, class Visit>
@@ -258,8 +260,12 @@ std::vector<std::byte> encode_page(const PageTree& tree, std::span<const Channel
     Page copy = samples;
     std::vector<std::byte> packed;
     static thread_local std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
+    // How much there is is known to whoever unpacks.
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, compression);
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_contentSizeFlag, 0);
     size_t first = 0;
     std::vector<uint8_t> plain;
+    std::vector<std::byte> frame;
     for (const Stream& stream : streams_of(channels)) {
         while (channels[first].group != stream.group) ++first;
         plain.clear();
@@ -275,17 +281,20 @@ std::vector<std::byte> encode_page(const PageTree& tree, std::span<const Channel
         }
         LODE_CHECK(plain.size() == coded * stream.channels, plain.size());
         // Two bytes of size, 0 for nothing but zeros.
-        const size_t at = packed.size();
-        packed.resize(at + 2 + (zero ? 0 : ZSTD_compressBound(plain.size())));
         size_t size = 0;
         if (!zero) {
-            size = ZSTD_compressCCtx(context.get(), packed.data() + at + 2, packed.size() - at - 2, plain.data(),
-                                     plain.size(), compression);
-            LODE_CHECK(!ZSTD_isError(size) && size < 65536, page);
+            frame.resize(ZSTD_compressBound(plain.size()));
+            size = ZSTD_compress2(context.get(), frame.data(), frame.size(), plain.data(), plain.size());
+            LODE_CHECK(!ZSTD_isError(size) && size < 65536 && size > magic.size() &&
+                           std::equal(magic.begin(), magic.end(), frame.begin()),
+                       page);
+            size -= magic.size();
         }
-        packed[at] = static_cast<std::byte>(size);
-        packed[at + 1] = static_cast<std::byte>(size >> 8);
-        packed.resize(at + 2 + size);
+        packed.push_back(static_cast<std::byte>(size));
+        packed.push_back(static_cast<std::byte>(size >> 8));
+        if (size > 0)
+            packed.insert(packed.end(), frame.begin() + magic.size(),
+                          frame.begin() + static_cast<ptrdiff_t>(magic.size() + size));
     }
     return packed;
 }
@@ -302,6 +311,7 @@ Result<Page> decode_page(const PageTree& tree, std::span<const Channel> channels
     static thread_local std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
     std::vector<uint16_t> folded(channels.size() * coded, 0);
     std::vector<uint8_t> plain;
+    std::vector<std::byte> frame;
     size_t first = 0, at = 0;
     for (const Stream& stream : streams_of(channels)) {
         while (channels[first].group != stream.group) ++first;
@@ -311,7 +321,10 @@ Result<Page> decode_page(const PageTree& tree, std::span<const Channel> channels
         if (at + size > bytes.size()) return broken();
         if (size == 0) continue;
         plain.resize(coded * stream.channels);
-        const size_t got = ZSTD_decompressDCtx(context.get(), plain.data(), plain.size(), bytes.data() + at, size);
+        frame.assign(magic.begin(), magic.end());
+        frame.insert(frame.end(), bytes.begin() + static_cast<ptrdiff_t>(at),
+                     bytes.begin() + static_cast<ptrdiff_t>(at + size));
+        const size_t got = ZSTD_decompressDCtx(context.get(), plain.data(), plain.size(), frame.data(), frame.size());
         if (ZSTD_isError(got) || got != plain.size()) return broken();
         at += size;
         for (size_t i = 0; i < plain.size(); ++i)

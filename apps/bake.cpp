@@ -162,6 +162,8 @@ Json BakeOptions::to_json() const {
                  {"load_images", read.load_images},
                  {"height_scale", read.height_scale},
                  {"pixel_size", read.pixel_size}};
+    if (read.fill_voids) json["fill_voids"] = true;
+    if (read.void_height) json["void_height"] = *read.void_height;
     if (read.gltf_mesh >= 0) json["gltf_mesh"] = read.gltf_mesh;
     return json;
 }

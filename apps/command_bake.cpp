@@ -240,11 +240,15 @@ void add_bake(CLI::App& app, Run& run) {
         ->add_option("--pixel-size", o->bake.read.pixel_size,
                      "Height maps: object units between samples; 0 takes the file's")
         ->capture_default_str();
+    command->add_option("--void-height", o->bake.read.void_height,
+                        "Height maps: samples of this height, before scaling, hold no data");
+    command->add_flag("--fill-voids", o->bake.read.fill_voids,
+                      "Height maps: fill samples that hold no data from around them, instead of leaving holes");
     command->footer(
         examples("lodestone bake bunny.obj -o bunny.lode\n"
                  "lodestone bake scan.ply.gz -o scan.lode --backends lod,vgi --report scan.json\n"
                  "lodestone bake large.ply -o large.lode --backends vgi --resume   # and again, should it be stopped\n"
-                 "lodestone bake dem.tif -o dem.lode --backends vgi --clusters 300 --resolution 65"));
+                 "lodestone bake dem.tif -o dem.lode --backends vgi --fill-voids --clusters 300 --resolution 65"));
     command->callback([o, &run] { run = [o] { return bake(*o); }; });
 }
 

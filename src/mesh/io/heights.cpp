@@ -25,8 +25,14 @@ bool srtm_void(float value) { return value == -32768.0f || value == -32767.0f; }
 Result<TriMesh> finished(const SourceFile& file, HeightMap& map, const ReadOptions& options, ReadReport& report) {
     size_t holes = 0;
     for (float& sample : map.samples) {
+        if (options.void_height && sample == *options.void_height) sample = hole;
         sample *= options.height_scale;
         holes += std::isfinite(sample) ? 0 : 1;
+    }
+    if (options.fill_voids && holes > 0) {
+        const size_t filled = fill_voids(map);
+        report.warnings.push_back(std::to_string(filled) + " samples held no data; they were filled from around");
+        holes -= filled;
     }
     if (options.pixel_size > 0) map.spacing_x = map.spacing_y = static_cast<double>(options.pixel_size);
     if (holes > 0) report.warnings.push_back(std::to_string(holes) + " samples hold no data; they are holes");

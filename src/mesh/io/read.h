@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <glm/mat4x4.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct ReadOptions {
     bool load_images = true;  // decode textures
     float height_scale = 1;   // height maps: object units per height unit
     float pixel_size = 0;     // height maps: object units between samples, 0 takes the file's own (1 where it has none)
+    std::optional<float> void_height;  // height maps: samples of this height hold no data, as those the file marks
+    bool fill_voids = false;  // height maps: samples without data are filled from around instead of being holes
     int gltf_mesh = -1;       // glTF: this mesh alone, before nodes place it; -1: all that stands in the scene, as one
 };
 

@@ -353,6 +353,53 @@ TEST_F(ReadTest, HeightMapsBecomeTerrainWithHoles) {
     for (const glm::vec3& n : mesh->normals) EXPECT_GT(n.y, 0);
 }
 
+TEST_F(ReadTest, FillsVoidsOfHeightMapsFromAroundThem) {
+    // A slope with voids of both kinds: a block at the edge, one inside, and single samples.
+    constexpr uint32_t side = 40;
+    std::vector<uint16_t> samples;
+    const auto slope = [](uint32_t x, uint32_t y) { return 1000 + 20 * x + 10 * y; };
+    size_t voids = 0;
+    for (uint32_t y = 0; y < side; ++y) {
+        for (uint32_t x = 0; x < side; ++x) {
+            const bool inside = x >= 10 && x < 18 && y >= 12 && y < 20, edge = x < 5 && y >= 30 && y < 36;
+            const bool alone = x % 13 == 5 && y % 11 == 3;
+            voids += inside || edge || alone;
+            samples.push_back(static_cast<uint16_t>(inside || edge ? 0x8000 : alone ? 7 : slope(x, y)));
+        }
+    }
+    const fs::path path = write_heights(folder_ / "v.png", samples, side, side);
+    ReadOptions options;
+    options.void_height = 7;
+    ReadReport report;
+    auto holes = read_mesh(path, options, &report);
+    ASSERT_TRUE(holes) << holes.error().message;
+    EXPECT_LT(holes->triangle_count(), size_t{2} * 39 * 39 - voids);
+    EXPECT_THAT(report.warnings, testing::ElementsAre(HasSubstr("they are holes")));
+    options.fill_voids = true;
+    report = {};
+    auto filled = read_mesh(path, options, &report);
+    ASSERT_TRUE(filled) << filled.error().message;
+    EXPECT_THAT(report.warnings,
+                testing::ElementsAre(std::to_string(voids) + " samples held no data; they were filled from around"));
+    EXPECT_EQ(filled->triangle_count(), 2u * 39 * 39);
+    for (size_t v = 0; v < filled->vertex_count(); ++v) {
+        const glm::vec3& p = filled->positions[v];
+        const auto x = static_cast<uint32_t>(p.x + 19.5f), y = static_cast<uint32_t>(p.z + 19.5f);
+        const uint16_t given = samples[y * side + x];
+        if (given != 7 && given != 0x8000) {
+            EXPECT_EQ(p.y, given);
+        } else {
+            // A slope goes on as a slope; at the map's edge it levels off.
+            EXPECT_NEAR(p.y, static_cast<float>(slope(x, y)), x < 5 && y >= 30 ? 60 : 8) << x << " " << y;
+        }
+    }
+    const std::vector<uint16_t> nothing(9, 0x8000);
+    options = {};
+    options.fill_voids = true;
+    EXPECT_THAT(read_mesh(write_heights(folder_ / "n.png", nothing, 3, 3), options).error().message,
+                HasSubstr("nothing to read"));
+}
+
 TEST_F(ReadTest, GeoTiffBringsItsOwnSpacingAndNoData) {
     const fs::path path = folder_ / "h.tif";
     static const TIFFFieldInfo fields[] = {

@@ -150,9 +150,11 @@ private:
     void take_findings(const FrameInput& input) {
         if (auto found = device_->findings(input.readbacks, input.instances)) {
             found_ = std::move(*found);
+            // Known a frame late, so back only where that much room is left: it would go to and fro.
             if (found_.triangles > input.budget.max_triangles) {
                 raised_ *= raise;
-            } else {
+            } else if (static_cast<double>(found_.triangles) * raise * raise <
+                       static_cast<double>(input.budget.max_triangles)) {
                 raised_ = std::max(1.0, raised_ / raise);
             }
         }

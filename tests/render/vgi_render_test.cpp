@@ -436,5 +436,37 @@ TEST_F(VgiRenderTest, TheDeviceCutsTheNodesThatTheProcessorCuts) {
     EXPECT_GT(shadows_only, 10u) << "some nodes are in the shadow's view alone";
 }
 
+TEST_F(VgiRenderTest, TheDeviceKeepsToABudgetOfTrianglesAndStaysThere) {
+    const auto atlas = atlas_of(mesh_of(Shape::rock, 20000));
+    Renderer& renderer = make();
+    if (!renderer.device().tessellates) GTEST_SKIP() << renderer.device().name << " does not tessellate";
+    auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 26, 1, vgi::Raster::device});
+    ASSERT_TRUE(vgi && renderer.load((*vgi)->recipe(), plain()));
+    Random random(9);
+    FrameInput input = look_from({0.4f, 0.6f, 2.2f});
+    input.budget.pixel_error = 0.5;
+    draw(**vgi, input, {}, 1, random);
+    input.frame = input.completed_frame = frame_;
+    const uint64_t all = (*vgi)->plan(input).stats.triangles;
+    input.budget.max_triangles = all / 3;
+    std::vector<double> raised;
+    std::vector<uint64_t> triangles;
+    for (int f = 0; f < 40; ++f) {
+        input.frame = ++frame_;
+        input.completed_frame = frame_;
+        const Plan plan = (*vgi)->plan(input);
+        input.readbacks = submit(plan, input, {});
+        triangles.push_back(plan.stats.triangles);
+        for (const auto& [name, value] : plan.stats.more) {
+            if (name == "raised_error") raised.push_back(value);
+        }
+    }
+    ASSERT_EQ(raised.size(), 40u);
+    EXPECT_LE(triangles.back(), all / 3);
+    EXPECT_GT(triangles.back(), all / 8);
+    for (size_t f = 25; f < 40; ++f) EXPECT_EQ(raised[f], raised.back()) << f;
+    EXPECT_GT(raised.back(), 1);
+}
+
 }  // namespace
 }  // namespace lodestone

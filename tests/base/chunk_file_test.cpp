@@ -85,11 +85,17 @@ TEST_F(ChunkFileTest, AnyTruncationIsFound) {
     }
 }
 
-TEST_F(ChunkFileTest, ANewerVersionIsRefusedByName) {
+TEST_F(ChunkFileTest, OtherVersionsAreRefusedByName) {
     std::string bytes = content();
-    bytes[12] = 2;
-    replace(bytes);
-    EXPECT_THAT(ChunkFile::open(path_).error().message, testing::HasSubstr("newer"));
+    const auto refused = [&](uint32_t version) {
+        bytes[12] = static_cast<char>(version);
+        replace(bytes);
+        const auto opened = ChunkFile::open(path_);
+        EXPECT_FALSE(opened);
+        return opened ? "" : opened.error().message;
+    };
+    EXPECT_THAT(refused(chunk_file_version + 1), testing::HasSubstr("newer"));
+    EXPECT_THAT(refused(chunk_file_version - 1), testing::HasSubstr("no longer read"));
 }
 
 TEST_F(ChunkFileTest, AnAbandonedWriterLeavesNothing) {

@@ -1,8 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // A grid cut on the device, first: the nodes of a level that some view sees and that have a wanted sample of the next
-// finer level (GridCut::look_into of vgi/grid_cut.cpp). Levels from the coarsest to level 1, a dispatch
-// each.
+// finer level (GridCut::look_into of vgi/grid_cut.cpp). Levels from the coarsest to level 1, a dispatch each.
 #include "shared/vgi_nodes.glsl"
 
 // As Wanted::may_be.

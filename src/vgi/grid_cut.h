@@ -10,8 +10,8 @@
 // it, a node is divided iff the square root of the area that it covers on screen, by a bound, is more than its cells
 // may take; flat and rough parts are drawn alike.
 //
-// Neighbours differ by three levels at most: then
-// corners of nodes are samples of all nodes that touch them, and a border is the business of two nodes alone.
+// Neighbours differ by three levels at most: then corners of nodes are samples of all nodes that touch them, and a
+// border is the business of two nodes alone.
 #pragma once
 
 #include "vgi/cut.h"

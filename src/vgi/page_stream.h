@@ -59,7 +59,7 @@ public:
     // Pages came or went since this was last asked.
     bool take_changed() { return std::exchange(changed_, false); }
     // Pages of positions have other slots than when this was last asked.
-    bool slots_changed() { return std::exchange(slots_changed_, false); }
+    bool take_slots_changed() { return std::exchange(slots_changed_, false); }
     uint32_t resident() const { return pools_[0].resident() + pools_[1].resident(); }
     uint32_t uploaded() const { return uploaded_; }  // by this frame
     uint32_t evicted() const { return evicted_; }

@@ -166,7 +166,7 @@ private:
     }
 
     void draw_device_cuts(const FrameInput& input, Plan& plan) {
-        if (stream_.slots_changed()) device_->upload_slots(plan);
+        if (stream_.take_slots_changed()) device_->upload_slots(plan);
         const double pixel_error = input.budget.pixel_error * raised_;
         const auto places = device_->cut(input, pixel_error, plan);
         const double magnification =

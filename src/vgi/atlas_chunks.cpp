@@ -24,23 +24,22 @@ const LayerName layers[] = {{Layer::geometry, "vgi/geometry_ends", "vgi/geometry
 Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter& writer) {
     const PageTree tree = tree_of(atlas, name.layer);
     const std::vector<Channel> channels = channels_of(atlas.attributes, name.layer);
-    std::vector<std::vector<std::byte>> packed(size_t{atlas.charts()} * tree.pages());
+    std::vector<std::vector<std::byte>> packed(size_t{atlas.charts()} * tree.families());
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
         for (size_t c = begin; c < end; ++c) {
             std::vector<Page> pages;
-            for (uint32_t p = 0; p < tree.pages(); ++p) {
+            for (uint32_t p = 0; p < tree.pages(); ++p)
                 pages.push_back(read_page(atlas, name.layer, static_cast<uint32_t>(c), p));
-                packed[c * tree.pages() + p] =
-                    encode_page(tree, channels, p, pages[p], p == 0 ? nullptr : &pages[tree.parent(p)]);
-            }
+            for (uint32_t f = 0; f < tree.families(); ++f)
+                packed[c * tree.families() + f] = encode_family(tree, channels, f, pages);
         }
     });
     std::vector<uint64_t> ends;
     std::vector<std::byte> bytes;
-    for (auto& page : packed) {
-        bytes.insert(bytes.end(), page.begin(), page.end());
+    for (auto& family : packed) {
+        bytes.insert(bytes.end(), family.begin(), family.end());
         ends.push_back(bytes.size());
-        page = {};
+        family = {};
     }
     if (auto done = writer.add_array(name.ends, std::span<const uint64_t>(ends)); !done) return done;
     return writer.add_array(name.bytes, std::span<const std::byte>(bytes));
@@ -122,11 +121,12 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
         if (!ends) return tl::unexpected(ends.error());
         auto bytes = file.unchecked_bytes(layer.bytes);  // pages may be more than memory holds
         if (!bytes) return tl::unexpected(bytes.error());
-        if (ends->size() != size_t{charts} * tree_of(atlas, layer.layer).pages())
-            return named(std::string(layer.ends) + ": is not one per page");
+        if (ends->size() != size_t{charts} * tree_of(atlas, layer.layer).families())
+            return named(std::string(layer.ends) + ": is not one per family of pages");
         uint64_t before = 0;
         for (const uint64_t end : *ends) {
-            if (end < before || end > bytes->size()) return named(std::string(layer.ends) + ": a page has no end");
+            if (end < before || end > bytes->size())
+                return named(std::string(layer.ends) + ": a family of pages has no end");
             before = end;
         }
         opened.ends_[static_cast<size_t>(layer.layer)] = *ends;
@@ -141,7 +141,8 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
 
 AtlasFile::Place AtlasFile::place(Layer layer, uint32_t chart, uint32_t page) const {
     const auto l = static_cast<size_t>(layer);
-    const size_t i = size_t{chart} * tree_of(about_, layer).pages() + page;
+    const PageTree tree = tree_of(about_, layer);
+    const size_t i = size_t{chart} * tree.families() + tree.family(page);
     LODE_CHECK(i < ends_[l].size(), chart, page);
     const uint64_t first = i == 0 ? 0 : ends_[l][i - 1];
     return {layers[l].bytes, first, ends_[l][i] - first};
@@ -172,15 +173,19 @@ Result<Atlas> open_atlas(const ChunkFile& file) {
         parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
                 std::vector<Page> pages;
-                for (uint32_t p = 0; p < tree.pages(); ++p) {
-                    auto page = decode_page(tree, channels, p, opened->bytes(name.layer, c, p),
-                                            p == 0 ? nullptr : &pages[tree.parent(p)]);
-                    if (!page) {
-                        faults[c] = "chart " + std::to_string(c) + ", " + page.error().message;
+                pages.resize(tree.pages());
+                for (uint32_t f = 0; f < tree.families(); ++f) {
+                    const auto family =
+                        PageFamily::unpack(tree, channels, f, opened->bytes(name.layer, c, tree.member(f, 0)));
+                    if (!family) {
+                        faults[c] = "chart " + std::to_string(c) + ", " + family.error().message;
                         break;
                     }
-                    write_page(atlas, name.layer, c, p, *page);
-                    pages.push_back(std::move(*page));
+                    for (uint32_t k = 0; k < PageTree::members(f); ++k) {
+                        const uint32_t p = tree.member(f, k);
+                        pages[p] = family->page(p, p == 0 ? nullptr : &pages[tree.parent(p)]);
+                        write_page(atlas, name.layer, c, p, pages[p]);
+                    }
                 }
             }
         });

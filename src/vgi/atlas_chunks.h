@@ -22,7 +22,7 @@ public:
     const Atlas& about() const { return about_; }
     const ChunkFile& file() const { return file_; }
 
-    // Where a page's bytes lie: in which chunk, and from where to where in it.
+    // Where the bytes of a page's family lie: in which chunk, and from where to where in it.
     struct Place {
         const char* chunk;
         uint64_t offset, bytes;

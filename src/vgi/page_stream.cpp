@@ -71,13 +71,14 @@ Result<void> PageStream::load_base_pages() {
 PageStream::Decoded PageStream::decode(Decoded decoded, const PageTree& tree, std::span<const Channel> channels,
                                        uint32_t page, std::span<const std::byte> bytes, const Page* parent,
                                        const PresentAttributes& attributes, uint32_t texel_words) {
-    const auto plain = decode_page(tree, channels, page, bytes, parent);
-    if (!plain) return decoded;
+    const auto family = PageFamily::unpack(tree, channels, tree.family(page), bytes);
+    if (!family) return decoded;
+    const Page plain = family->page(page, parent);
     if (decoded.layer == Layer::geometry) {
-        decoded.geometry = std::make_shared<const GeometryPage>(packed_geometry(*plain, tree));
+        decoded.geometry = std::make_shared<const GeometryPage>(packed_geometry(plain, tree));
     } else {
         decoded.attributes =
-            std::make_shared<const AttributePage>(packed_attributes(*plain, tree, attributes, texel_words));
+            std::make_shared<const AttributePage>(packed_attributes(plain, tree, attributes, texel_words));
     }
     return decoded;
 }

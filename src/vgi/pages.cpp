@@ -2,6 +2,7 @@
 
 #include <zstd.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <memory>
@@ -67,12 +68,16 @@ void for_samples(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page,
 
 // One channel of a page while it is coded: samples are known one after the other, in the order of `for_order`.
 struct Plane {
-    uint16_t* values;
-    int32_t n;  // cells
+    const uint16_t* page;  // its first channel; those before this one are known
+    uint32_t number;       // of the channel
+    int32_t n;             // cells
     Channel channel;
 
+    size_t size() const { return static_cast<size_t>(n + 1) * static_cast<size_t>(n + 1); }
+    size_t index(int32_t x, int32_t y) const { return number * size() + static_cast<size_t>(y * (n + 1) + x); }
+
     int32_t at(int32_t x, int32_t y) const {
-        const uint16_t v = values[y * (n + 1) + x];
+        const uint16_t v = page[index(x, y)];
         return channel.is_signed ? static_cast<int16_t>(v) : v;
     }
     static int32_t rounded(int32_t sum, int32_t count) {
@@ -93,6 +98,7 @@ struct Plane {
             Bintree{n}.for_parents({x, y}, [&](GridPoint p) { least = std::min(least, at(p.x, p.y)); });
             return static_cast<uint16_t>(least);
         }
+        if (channel.kind == Channel::Kind::radius) return radius_around({x, y});
         if ((y & 1) == 0) {
             if (x < 3 || x + 3 > n) return static_cast<uint16_t>(rounded(at(x - 1, y) + at(x + 1, y), 2));
             return static_cast<uint16_t>(cubic(at(x - 3, y), at(x - 1, y), at(x + 1, y), at(x + 3, y)));
@@ -101,7 +107,32 @@ struct Plane {
             if (y < 3 || y + 3 > n) return static_cast<uint16_t>(rounded(at(x, y - 1) + at(x, y + 1), 2));
             return static_cast<uint16_t>(cubic(at(x, y - 3), at(x, y - 1), at(x, y + 1), at(x, y + 3)));
         }
-        return static_cast<uint16_t>(rounded(at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1), 4));
+        const int32_t edges = at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1);
+        if (channel.kind != Channel::Kind::smooth) return static_cast<uint16_t>(rounded(edges, 4));
+        const int32_t corners = at(x - 1, y - 1) + at(x + 1, y - 1) + at(x - 1, y + 1) + at(x + 1, y + 1);
+        return static_cast<uint16_t>(rounded(3 * edges - corners, 8));
+    }
+    // Code of the distance to the farthest corner of the triangles that p splits, as ErrorCodes::of_radius has it, in
+    // integers: half octaves of a length are octaves of its square, and code 255 is that of 3 * 2^40 lattice steps,
+    // squared.
+    uint16_t radius_around(GridPoint p) const {
+        const size_t here = static_cast<size_t>(p.y * (n + 1) + p.x);
+        if (page[3 * size() + here] == 0) return 0;  // an error of 0 is never wanted
+        uint64_t largest = 1;
+        const auto reach = [&](GridPoint q) {
+            uint64_t squared = 0;
+            for (size_t k = 0; k < 3; ++k) {
+                const int64_t off =
+                    int64_t{page[k * size() + static_cast<size_t>(q.y * (n + 1) + q.x)]} - page[k * size() + here];
+                squared += static_cast<uint64_t>(off * off);
+            }
+            largest = std::max(largest, squared);
+        };
+        const Bintree tree{n};
+        for (const GridPoint end : tree.hypotenuse(p)) reach(end);
+        tree.for_parents(p, reach);
+        const auto octave = static_cast<uint32_t>(std::bit_width(largest)) - 1;
+        return static_cast<uint16_t>(214 + octave + (2 * largest > uint64_t{3} << octave ? 1 : 0));
     }
     // Samples that are coded: all of a base page; otherwise middles of edges and centres, whichever tell more of the
     // others first.
@@ -211,14 +242,22 @@ uint32_t PageTree::parent(uint32_t number) const {
     return page(level + 1, x / 2, y / 2);
 }
 
+uint32_t PageTree::member(uint32_t family, uint32_t k) const {
+    if (family == 0) return 0;
+    uint32_t level = 0, x = 0, y = 0;
+    place(family - 1, &level, &x, &y);
+    return page(level - 1, 2 * x + k % 2, 2 * y + k / 2);
+}
+
 PageTree tree_of(const Atlas& atlas, Layer layer) {
     return {layer == Layer::geometry ? atlas.cells : atlas.attribute_cells};
 }
 
 std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer) {
-    constexpr auto bound = Channel::Kind::bound, name = Channel::Kind::name;
-    constexpr Channel lattice{0, true, false}, error{1, false, false, bound}, radius{2, false, false, bound},
-        normal{0, false, true}, uv{1, true, false}, colour{2, false, false}, material{3, true, false, name};
+    using Kind = Channel::Kind;
+    constexpr Channel lattice{0, true, false, Kind::smooth}, error{1, false, false, Kind::bound},
+        radius{2, false, false, Kind::radius}, normal{0, false, true, Kind::smooth}, uv{1, true, false},
+        colour{2, false, false}, material{3, true, false, Kind::name};
     if (layer == Layer::geometry) return {lattice, lattice, lattice, error, radius};
     std::vector<Channel> channels{normal, normal};
     if (attributes.uvs) channels.insert(channels.end(), 2, uv);
@@ -251,13 +290,11 @@ void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const 
     });
 }
 
-std::vector<std::byte> encode_page(const PageTree& tree, std::span<const Channel> channels, uint32_t page,
-                                   const Page& samples, const Page* parent) {
-    LODE_CHECK((page == 0) == (parent == nullptr), page);
+std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
+                                     std::span<const Page> pages) {
+    LODE_CHECK(pages.size() == tree.pages(), pages.size());
     const auto n = static_cast<int32_t>(tree.cells_per_page());
-    const size_t plane_size = size_t{tree.samples_per_side()} * tree.samples_per_side(),
-                 coded = coded_samples(tree, page == 0);
-    Page copy = samples;
+    const size_t coded = coded_samples(tree, family == 0), members = PageTree::members(family);
     std::vector<std::byte> packed;
     static thread_local std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
     // How much there is is known to whoever unpacks.
@@ -271,15 +308,18 @@ std::vector<std::byte> encode_page(const PageTree& tree, std::span<const Channel
         plain.clear();
         bool zero = true;
         for (size_t c = first; c < first + stream.channels; ++c) {
-            const Plane plane{copy.values.data() + c * plane_size, n, channels[c]};
-            plane.for_order(page == 0, [&](int32_t x, int32_t y, uint16_t expected) {
-                const uint16_t folded =
-                    fold(static_cast<uint16_t>(plane.values[y * (n + 1) + x] - expected), channels[c].wide);
-                plain.push_back(static_cast<uint8_t>(stream.high ? folded >> 8 : folded));
-                zero = zero && plain.back() == 0;
-            });
+            for (uint32_t k = 0; k < members; ++k) {
+                const uint16_t* values = pages[tree.member(family, k)].values.data();
+                const Plane plane{values, static_cast<uint32_t>(c), n, channels[c]};
+                plane.for_order(family == 0, [&](int32_t x, int32_t y, uint16_t expected) {
+                    const uint16_t folded =
+                        fold(static_cast<uint16_t>(values[plane.index(x, y)] - expected), channels[c].wide);
+                    plain.push_back(static_cast<uint8_t>(stream.high ? folded >> 8 : folded));
+                    zero = zero && plain.back() == 0;
+                });
+            }
         }
-        LODE_CHECK(plain.size() == coded * stream.channels, plain.size());
+        LODE_CHECK(plain.size() == coded * members * stream.channels, plain.size());
         // Two bytes of size, 0 for nothing but zeros.
         size_t size = 0;
         if (!zero) {
@@ -287,7 +327,7 @@ std::vector<std::byte> encode_page(const PageTree& tree, std::span<const Channel
             size = ZSTD_compress2(context.get(), frame.data(), frame.size(), plain.data(), plain.size());
             LODE_CHECK(!ZSTD_isError(size) && size < 65536 && size > magic.size() &&
                            std::equal(magic.begin(), magic.end(), frame.begin()),
-                       page);
+                       family);
             size -= magic.size();
         }
         packed.push_back(static_cast<std::byte>(size));
@@ -299,17 +339,16 @@ std::vector<std::byte> encode_page(const PageTree& tree, std::span<const Channel
     return packed;
 }
 
-Result<Page> decode_page(const PageTree& tree, std::span<const Channel> channels, uint32_t page,
-                         std::span<const std::byte> bytes, const Page* parent) {
-    LODE_CHECK((page == 0) == (parent == nullptr), page);
+Result<PageFamily> PageFamily::unpack(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
+                                      std::span<const std::byte> bytes) {
     const auto broken = [&]() {
-        return fail(Fault::format, "page " + std::to_string(page) + " cannot be unpacked; bake the asset again");
+        return fail(Fault::format,
+                    "family " + std::to_string(family) + " of pages cannot be unpacked; bake the asset again");
     };
-    const auto n = static_cast<int32_t>(tree.cells_per_page());
-    const size_t plane_size = size_t{tree.samples_per_side()} * tree.samples_per_side(),
-                 coded = coded_samples(tree, page == 0);
+    const size_t coded = coded_samples(tree, family == 0) * PageTree::members(family);
     static thread_local std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
-    std::vector<uint16_t> folded(channels.size() * coded, 0);
+    PageFamily unpacked(tree, channels, family);
+    unpacked.folded_.assign(channels.size() * coded, 0);
     std::vector<uint8_t> plain;
     std::vector<std::byte> frame;
     size_t first = 0, at = 0;
@@ -328,17 +367,27 @@ Result<Page> decode_page(const PageTree& tree, std::span<const Channel> channels
         if (ZSTD_isError(got) || got != plain.size()) return broken();
         at += size;
         for (size_t i = 0; i < plain.size(); ++i)
-            folded[first * coded + i] |= static_cast<uint16_t>(plain[i] << (stream.high ? 8 : 0));
+            unpacked.folded_[first * coded + i] |= static_cast<uint16_t>(plain[i] << (stream.high ? 8 : 0));
     }
     if (at != bytes.size()) return broken();
+    return unpacked;
+}
+
+Page PageFamily::page(uint32_t number, const Page* parent) const {
+    LODE_CHECK(tree_.family(number) == family_ && (number == 0) == (parent == nullptr), number);
+    const auto n = static_cast<int32_t>(tree_.cells_per_page());
+    const size_t plane_size = size_t{tree_.samples_per_side()} * tree_.samples_per_side(),
+                 coded = coded_samples(tree_, family_ == 0), members = PageTree::members(family_);
+    size_t k = 0;
+    while (tree_.member(family_, static_cast<uint32_t>(k)) != number) ++k;
     Page samples;
-    samples.values.resize(channels.size() * plane_size);
-    if (parent != nullptr) copy_from_parent(tree, page, channels.size(), *parent, samples);
-    for (size_t c = 0; c < channels.size(); ++c) {
-        const Plane plane{samples.values.data() + c * plane_size, n, channels[c]};
-        const uint16_t* next = folded.data() + c * coded;
-        plane.for_order(page == 0, [&](int32_t x, int32_t y, uint16_t expected) {
-            plane.values[y * (n + 1) + x] = wrapped(uint32_t{expected} + unfold(*next++), channels[c]);
+    samples.values.resize(channels_.size() * plane_size);
+    if (parent != nullptr) copy_from_parent(tree_, number, channels_.size(), *parent, samples);
+    for (size_t c = 0; c < channels_.size(); ++c) {
+        const Plane plane{samples.values.data(), static_cast<uint32_t>(c), n, channels_[c]};
+        const uint16_t* next = folded_.data() + (c * members + k) * coded;
+        plane.for_order(number == 0, [&](int32_t x, int32_t y, uint16_t expected) {
+            samples.values[plane.index(x, y)] = wrapped(uint32_t{expected} + unfold(*next++), channels_[c]);
         });
     }
     return samples;

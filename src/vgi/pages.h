@@ -1,7 +1,8 @@
 // The images of an atlas as pages: what is read, decoded and cached as one. A page is 32 x 32 cells of one chart at one
 // level, its outer samples included (fewer where the chart has fewer cells). Every page but a chart's coarsest is coded
 // as what its parent page cannot tell: samples the parent has are left out, the others are differences from what their
-// neighbours let expect.
+// neighbours let expect. The four children of a page are compressed together: they are mostly wanted together, and a
+// page alone is so small that code tables would take a sixth of it.
 //
 // Geometry (positions, errors and radii for the cut) and attributes (normals, texture coordinates, colours, materials)
 // are images of their own, each with its own number of cells and its own pages.
@@ -35,6 +36,12 @@ struct PageTree {
     uint32_t page(uint32_t level, uint32_t x, uint32_t y) const { return page_of(base_level() - level, x, y); }
     void place(uint32_t page, uint32_t* level, uint32_t* x, uint32_t* y) const;
     uint32_t parent(uint32_t page) const;  // page is not 0
+
+    // What is compressed as one: the coarsest page (family 0), and the four children of page p (family p + 1).
+    uint32_t families() const { return 1 + (pages() - 1) / 4; }
+    uint32_t family(uint32_t page) const { return page == 0 ? 0 : parent(page) + 1; }
+    static uint32_t members(uint32_t family) { return family == 0 ? 1 : 4; }
+    uint32_t member(uint32_t family, uint32_t k) const;  // page number; k < members(family)
 };
 
 enum class Layer : uint8_t { geometry, attributes };
@@ -43,8 +50,10 @@ enum class Layer : uint8_t { geometry, attributes };
 struct Channel {
     enum class Kind : uint8_t {
         amount,
-        name,   // of a thing: the mean of two is neither
-        bound,  // not above that of the sample's parents in the bintree
+        smooth,  // an amount with more slope than noise
+        name,    // of a thing: the mean of two is neither
+        bound,   // not above that of the sample's parents in the bintree
+        radius,  // mostly that of the sphere around the triangles that the sample splits; channels of geometry alone
     };
     uint8_t group;
     bool wide;  // 16 bits, else 8
@@ -63,11 +72,26 @@ struct Page {
 Page read_page(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page);
 void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const Page& samples);
 
-// Compresses one page (zstd). parent: of every page but 0. Deterministic.
-std::vector<std::byte> encode_page(const PageTree& tree, std::span<const Channel> channels, uint32_t page,
-                                   const Page& samples, const Page* parent);
-// Fault::format where the bytes are not those of such a page.
-Result<Page> decode_page(const PageTree& tree, std::span<const Channel> channels, uint32_t page,
-                         std::span<const std::byte> bytes, const Page* parent);
+// Compresses the pages of a family (zstd). pages: all of the chart, by number. Deterministic.
+std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
+                                     std::span<const Page> pages);
+
+// A family as it was stored, its pages still differences from their parent.
+class PageFamily {
+public:
+    // Fault::format where the bytes are not those of such a family. channels: must outlive this.
+    static Result<PageFamily> unpack(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
+                                     std::span<const std::byte> bytes);
+    // number: of a page of this family. parent: of every page but 0.
+    Page page(uint32_t number, const Page* parent) const;
+
+private:
+    PageFamily(const PageTree& tree, std::span<const Channel> channels, uint32_t family)
+        : tree_(tree), channels_(channels), family_(family) {}
+    PageTree tree_;
+    std::span<const Channel> channels_;
+    uint32_t family_;
+    std::vector<uint16_t> folded_;  // channel after channel, member after member
+};
 
 }  // namespace lodestone::vgi

@@ -22,6 +22,12 @@ constexpr double most_radius = 16;                   // extents
 constexpr double rounding = 1e-6;                    // what float arithmetic may lose, as a share
 
 Bintree bintree_of(const Atlas& atlas) { return {static_cast<int32_t>(atlas.cells)}; }
+// Errors of the finest samples, of which there are most, take every fourth code, those of the next level every second:
+// they are bounds, and half an octave there costs little where a code's bits cost much.
+uint8_t rounded_up(uint8_t code, uint32_t depth) {
+    const int step = depth < 2 ? 4 : depth < 4 ? 2 : 1;
+    return static_cast<uint8_t>(std::min(255, (code + step - 1) / step * step));
+}
 size_t texel_of(const Atlas& atlas, uint32_t chart, GridPoint p) {
     return atlas.texel(chart, static_cast<uint32_t>(p.x), static_cast<uint32_t>(p.y));
 }
@@ -416,6 +422,7 @@ void saturate(Atlas& atlas) {
                         child = std::max<double>(child, codes.error(atlas.sample_errors[texel_of(atlas, c, q)]));
                     });
                     if (child > 0) code = std::max(code, codes.of_error(std::min(child * error_ratio, atlas.extent())));
+                    code = rounded_up(code, depth);
                 });
             }
         });

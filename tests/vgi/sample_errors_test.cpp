@@ -193,29 +193,34 @@ TEST(SampleErrors, ConesHoldTheNormalsOfEveryTriangleThatMayBeDrawn) {
 TEST(Pages, CodeAnyNumbers) {
     // Noise, extremes and constants come back as they were.
     const PageTree tree{64};
+    using Kind = Channel::Kind;
     const std::vector<Channel> channels{{0, true, false},
-                                        {1, false, true},
-                                        {2, false, false, Channel::Kind::bound},
-                                        {3, true, false, Channel::Kind::name}};
+                                        {0, true, false, Kind::smooth},
+                                        {0, true, false, Kind::name},
+                                        {1, false, false, Kind::bound},
+                                        {2, false, false, Kind::radius},
+                                        {3, false, true},
+                                        {4, true, false}};
+    constexpr size_t kinds = 7;
     const size_t plane = 33 * 33;
     std::vector<Page> pages(tree.pages());
     uint32_t state = 1;
     const auto next = [&] { return state = state * 1664525u + 1013904223u; };
     for (uint32_t p = 0; p < tree.pages(); ++p) {
         Page& page = pages[p];
-        page.values.resize(4 * plane);
+        page.values.resize(kinds * plane);
         for (size_t i = 0; i < plane; ++i) {
-            page.values[i] = static_cast<uint16_t>(next() >> 16);
-            page.values[plane + i] = static_cast<uint16_t>(static_cast<int8_t>(next() >> 24));
-            page.values[2 * plane + i] = static_cast<uint16_t>(next() >> 24);
-            page.values[3 * plane + i] = p < 2 ? 7 : 65535;
+            for (size_t c = 0; c < 3; ++c) page.values[c * plane + i] = static_cast<uint16_t>(next() >> 16);
+            for (size_t c = 3; c < 5; ++c) page.values[c * plane + i] = static_cast<uint16_t>(next() >> 24);
+            page.values[5 * plane + i] = static_cast<uint16_t>(static_cast<int8_t>(next() >> 24));
+            page.values[6 * plane + i] = p < 2 ? 7 : 65535;
         }
     }
     // A page has its parent's samples.
     for (uint32_t p = 1; p < tree.pages(); ++p) {
         uint32_t level = 0, x = 0, y = 0;
         tree.place(p, &level, &x, &y);
-        for (size_t c = 0; c < 4; ++c) {
+        for (size_t c = 0; c < kinds; ++c) {
             for (size_t v = 0; v < 33; v += 2) {
                 for (size_t u = 0; u < 33; u += 2)
                     pages[p].values[(c * 33 + v) * 33 + u] =
@@ -223,18 +228,36 @@ TEST(Pages, CodeAnyNumbers) {
             }
         }
     }
-    for (uint32_t p = 0; p < tree.pages(); ++p) {
-        const Page* parent = p == 0 ? nullptr : &pages[0];
-        auto bytes = encode_page(tree, channels, p, pages[p], parent);
-        const auto back = decode_page(tree, channels, p, bytes, parent);
+    ASSERT_EQ(tree.families(), 2u);
+    for (uint32_t f = 0; f < tree.families(); ++f) {
+        auto bytes = encode_family(tree, channels, f, pages);
+        const auto back = PageFamily::unpack(tree, channels, f, bytes);
         ASSERT_TRUE(back);
-        EXPECT_EQ(back->values, pages[p].values) << p;
-        // Anything cut off or turned over is refused, never read past.
+        for (uint32_t k = 0; k < PageTree::members(f); ++k) {
+            const uint32_t p = tree.member(f, k);
+            EXPECT_EQ(tree.family(p), f);
+            EXPECT_EQ(back->page(p, p == 0 ? nullptr : &pages[0]).values, pages[p].values) << p;
+        }
+        // Anything cut off or added is refused, never read past.
         for (size_t size = 0; size < bytes.size(); size += 97)
-            EXPECT_FALSE(decode_page(tree, channels, p, std::span(bytes).first(size), parent));
+            EXPECT_FALSE(PageFamily::unpack(tree, channels, f, std::span(bytes).first(size)));
         bytes.push_back(std::byte{0});
-        EXPECT_FALSE(decode_page(tree, channels, p, bytes, parent));
+        EXPECT_FALSE(PageFamily::unpack(tree, channels, f, bytes));
     }
+}
+
+TEST(Pages, EveryPageIsInOneFamily) {
+    const PageTree tree{256};
+    std::vector<uint32_t> met(tree.pages(), 0);
+    for (uint32_t f = 0; f < tree.families(); ++f) {
+        for (uint32_t k = 0; k < PageTree::members(f); ++k) {
+            const uint32_t p = tree.member(f, k);
+            ++met.at(p);
+            EXPECT_EQ(tree.family(p), f);
+            EXPECT_EQ(p == 0 ? 0 : tree.parent(p) + 1, f);
+        }
+    }
+    EXPECT_THAT(met, testing::Each(1u));
 }
 
 }  // namespace

@@ -8,10 +8,12 @@
 #include <cstring>
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
+#include <tuple>
 
 #include "base/random.h"
 #include "baseline/full.h"
 #include "fixtures/meshes.h"
+#include "frame/plan_mirror.h"
 #include "mesh/generate.h"
 #include "mesh/packed_vertices.h"
 #include "mesh/repair.h"
@@ -21,6 +23,7 @@
 #include "vgi/grid_cut.h"
 #include "vgi/grid_patch.h"
 #include "vgi/page_stream.h"
+#include "vgi/pulled_vertex.h"
 #include "vgi/vgi_source.h"
 
 namespace lodestone {
@@ -54,13 +57,19 @@ protected:
         return file_;
     }
     // Draws, with those of the pages asked for that luck lets through.
-    Picture draw(FrameSource& source, FrameInput input, const Look& look, double luck, Random& random) {
+    // mirror: executes the plans, too, where there is one.
+    Picture draw(FrameSource& source, FrameInput input, const Look& look, double luck, Random& random,
+                 PlanMirror* mirror = nullptr) {
         std::vector<Arrival> arrivals;
         for (int quiet = 0, frames = 0; quiet < 3 && frames < 40; ++frames) {
             input.frame = frame_++;
             input.completed_frame = renderer_->completed_frame();
             input.arrivals = std::move(arrivals);
             const Plan plan = source.plan(input);
+            if (mirror != nullptr) {
+                const auto mirrored = mirror->execute(plan, input);
+                EXPECT_TRUE(mirrored) << mirrored.error().message;
+            }
             input.readbacks = submit(plan, input, look);
             arrivals = arrivals_of(plan, luck, random);
             quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
@@ -256,6 +265,18 @@ TEST_F(VgiRenderTest, ColoursWhatSamplesWouldCostAndHowFarApartTheyAre) {
     EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
 }
 
+// By their corners, each beginning with its least.
+std::vector<std::array<glm::vec3, 3>> sorted(std::vector<std::array<glm::vec3, 3>> triangles) {
+    const auto less = [](const glm::vec3& a, const glm::vec3& b) {
+        return std::tuple(a.x, a.y, a.z) < std::tuple(b.x, b.y, b.z);
+    };
+    for (auto& t : triangles) std::ranges::rotate(t, std::ranges::min_element(t, less));
+    std::ranges::sort(triangles, [&](const auto& a, const auto& b) {
+        return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), less);
+    });
+    return triangles;
+}
+
 TEST_F(VgiRenderTest, TessellatesWhatTheGridDraws) {
     const TriMesh mesh = mesh_of(Shape::rock, 20000);
     Renderer& renderer = make();
@@ -264,6 +285,7 @@ TEST_F(VgiRenderTest, TessellatesWhatTheGridDraws) {
     for (const double pixel_error : {0.25, 1.0, 4.0, 30.0}) {
         std::vector<Picture> pictures;
         std::vector<uint64_t> triangles;
+        std::vector<std::vector<std::array<glm::vec3, 3>>> drawn;
         for (const auto raster : {vgi::Raster::grid, vgi::Raster::tess, vgi::Raster::device}) {
             Random random(4);
             // Room for the lists of all triangles: nobody has to raise the error.
@@ -274,18 +296,27 @@ TEST_F(VgiRenderTest, TessellatesWhatTheGridDraws) {
             frame_ = 0;
             FrameInput input = look_from({0.4f, 0.6f, 2.2f});
             input.budget.pixel_error = pixel_error;
-            pictures.push_back(draw(**vgi, input, {}, 1, random));
+            if (raster == vgi::Raster::device) {
+                pictures.push_back(draw(**vgi, input, {}, 1, random));
+            } else {
+                PlanMirror mirror((*vgi)->recipe(), {vgi::pulled_vertex, vgi::patch_indices});
+                pictures.push_back(draw(**vgi, input, {}, 1, random, &mirror));
+                drawn.push_back(sorted(mirror.triangles_of(0)));
+            }
             input.frame = input.completed_frame = frame_;
             triangles.push_back((*vgi)->plan(input).stats.triangles);
         }
         EXPECT_EQ(triangles[0], triangles[1]);
         EXPECT_EQ(triangles[0], triangles[2]);
-        EXPECT_EQ(pictures[1].colour, pictures[2].colour) << "the device's own nodes, in another order";
-        // The same triangles; their corners may come in another order, which rounds otherwise.
-        size_t covered = 0, unlike = 0, far = 0;
+        EXPECT_TRUE(drawn[0] == drawn[1]) << "the same triangles, bit for bit";
+        // Corners may come in another order, which rounds otherwise; and where triangles seen edge-on meet just in the
+        // middle of a pixel, a rasteriser may extrapolate their depths to beyond the far plane, or not.
+        size_t covered = 0, unlike = 0, far = 0, order = 0, edges = 0;
         for (size_t i = 0; i < pictures[0].colour.size(); i += 4) {
+            const auto* tess = &pictures[1].colour[i];
             covered += pictures[0].colour[i + 3] > 0;
-            EXPECT_EQ(pictures[0].colour[i + 3], pictures[1].colour[i + 3]);
+            edges += pictures[0].colour[i + 3] != tess[3];
+            order += !std::equal(tess, tess + 4, &pictures[2].colour[i]);
             int most = 0;
             for (size_t k = 0; k < 3; ++k)
                 most = std::max(most, std::abs(pictures[0].colour[i + k] - pictures[1].colour[i + k]));
@@ -293,6 +324,8 @@ TEST_F(VgiRenderTest, TessellatesWhatTheGridDraws) {
             far += most > 8;
         }
         EXPECT_GT(covered, 5000u);
+        EXPECT_LE(edges, 1u) << pixel_error;
+        EXPECT_LE(order, 1u) << "the device's own nodes, in another order; at " << pixel_error;
         EXPECT_LT(unlike, covered / 20) << pixel_error;
         EXPECT_LE(far, covered / 1000) << pixel_error;
     }

@@ -78,6 +78,8 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                     {"hierarchy", made.error_seconds}}},
                   {"flipped_triangles", made.flipped_triangles},
                   {"missing_samples", made.missing_samples},
+                  {"folded_cells", made.folded_cells},
+                  {"still_folded_cells", made.still_folded_cells},
                   {"l2_stretch_tutte", made.l2_stretch_tutte},
                   {"l2_stretch_rms", made.l2_stretch_rms},
                   {"l2_stretch_worst", made.l2_stretch_worst},

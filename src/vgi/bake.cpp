@@ -101,6 +101,7 @@ public:
     Result<Atlas> take() {
         report_.l2_stretch_tutte = report_.l2_stretch_rms = report_.l2_stretch_worst = 0;
         report_.missing_samples = report_.flipped_triangles = report_.uniform_charts = 0;
+        report_.folded_cells = report_.still_folded_cells = 0;
         double area = 0, tutte = 0, stretch = 0;
         std::vector<SourceSample> samples;
         std::vector<double> level_errors(resampler_->atlas().levels(), 0);
@@ -112,7 +113,9 @@ public:
             tutte += c.area * c.tutte_stretch * c.tutte_stretch;
             stretch += c.area * c.stretch * c.stretch;
             report_.l2_stretch_worst = std::max(report_.l2_stretch_worst, c.stretch);
-            report_.missing_samples += c.missing;
+            report_.missing_samples += c.sampled.missing;
+            report_.folded_cells += c.sampled.folded;
+            report_.still_folded_cells += c.sampled.still_folded;
             report_.flipped_triangles += c.flipped;
             report_.uniform_charts += c.uniform;
             for (size_t level = 0; level < made.errors.levels.size(); ++level)
@@ -195,7 +198,7 @@ private:
                 const auto q = static_cast<uint32_t>(i * count / looked_at);
                 const auto chart =
                     parameterise(quads_.surface, members[q], patches_.sides[q], patches_.arcs, options_.parameterise);
-                if (!chart || resampler_->sample(q, *chart) > 0) continue;
+                if (!chart || resampler_->sample(q, *chart).missing > 0) continue;
                 area[i] = chart->area;
                 squared[i] =
                     chart->area * mean_squared_distance(resampler_->atlas(), sample_source(q, *chart, samples_of_each));
@@ -254,7 +257,7 @@ private:
         // Some chart will be made anew and all others with it: what is left to know is which else are bad.
         bool rejected = false;
         const auto is_bad = [&](const ChartResult& c) {
-            return !c.fault.empty() || c.figures.missing > 0 || c.figures.stretch > options_.worst_stretch;
+            return !c.fault.empty() || c.figures.sampled.missing > 0 || c.figures.stretch > options_.worst_stretch;
         };
         const auto make = [&](uint32_t q) {
             const Stopwatch chart_watch;
@@ -267,13 +270,15 @@ private:
             }
             members[q] = {};
             const double parameterised = chart_watch.wall();
-            c.figures = {chart->area, chart->stretch, chart->tutte_stretch};
+            c.figures.area = chart->area;
+            c.figures.stretch = chart->stretch;
+            c.figures.tutte_stretch = chart->tutte_stretch;
             c.figures.uniform = chart->uniform;
             c.figures.flipped = chart->patch.flipped();
             if (rejected) return;
-            c.figures.missing = resampler_->sample(q, *chart);
+            c.figures.sampled = resampler_->sample(q, *chart);
             const double sampled = chart_watch.wall() - parameterised;
-            if (c.figures.missing == 0) {
+            if (c.figures.sampled.missing == 0) {
                 const double share = static_cast<double>(options_.error_samples) * chart->area / whole_area;
                 c.errors = measure_samples(resampler_->atlas(), q, *chart);
                 c.samples = sample_source(q, *chart, static_cast<uint32_t>(std::ceil(share)));
@@ -315,7 +320,8 @@ private:
             if (!is_bad(c)) continue;
             bad_[quads_.quads[q].cluster] = true;
             if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
-            if (c.figures.missing > 0) fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
+            if (c.figures.sampled.missing > 0)
+                fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
         }
         const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
         report_.parameterise_seconds += parameterise_seconds * share;

@@ -39,7 +39,8 @@ struct AtlasReport {
     uint32_t not_recentred = 0;                         // corners and centres that were left where they were
     uint32_t uniform_clusters = 0, uniform_charts = 0;  // laid out with equal weights, because the better ones folded
     uint32_t flipped_triangles = 0, missing_samples = 0;
-    double features_on_borders = 1;  // of the length of creases and seams
+    uint32_t folded_cells = 0, still_folded_cells = 0;  // of the finest level, before and after unfold()
+    double features_on_borders = 1;                     // of the length of creases and seams
     double l2_stretch_tutte = 0, l2_stretch_rms = 0, l2_stretch_worst = 0;
     double rms_error = 0, max_error = 0;  // of the finest level, two-sided, object units
     double cut_seconds = 0, bucket_seconds = 0, merge_seconds = 0, quadrangulate_seconds = 0, straighten_seconds = 0,

@@ -10,6 +10,7 @@
 #include "vgi/chart_error.h"
 #include "vgi/clusters.h"
 #include "vgi/quadrangulate.h"
+#include "vgi/resample.h"
 #include "vgi/sample_errors.h"
 
 namespace lodestone::vgi {
@@ -29,7 +30,8 @@ std::optional<StraightQuads> read_quads(const ChunkFile& file);
 struct ChartResult {
     struct Figures {
         double area = 0, stretch = 0, tutte_stretch = 0;
-        uint32_t missing = 0, flipped = 0, uniform = 0;
+        uint32_t flipped = 0, uniform = 0;
+        Sampled sampled;
         uint32_t samples = 0;
     } figures;
     ChartErrors errors;

@@ -12,7 +12,28 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr double densest = 1e4;  // ratio of densities to 1, either way
+constexpr double densest = 9.21;  // logarithm of the ratio of densities to 1, either way
+constexpr int smoothing_passes = 8;
+
+// Each triangle's becomes the mean of its own and its neighbours'. Where densities jump, so does the shear of what is
+// laid out, and samples either side of the jump may fold.
+void smooth(const Patch& patch, std::vector<double>& logarithms) {
+    std::vector<double> before;
+    for (int pass = 0; pass < smoothing_passes; ++pass) {
+        before = logarithms;
+        for (uint32_t t = 0; t < before.size(); ++t) {
+            double sum = before[t];
+            int count = 1;
+            for (uint32_t k = 0; k < 3; ++k) {
+                const uint32_t g = patch.twin[t * 3 + k];
+                if (g == none) continue;
+                sum += before[g / 3];
+                ++count;
+            }
+            logarithms[t] = sum / count;
+        }
+    }
+}
 
 // Vertices of the sides onto the sides of the square, by arc length from the arc's own beginning, so that the two
 // charts that share it agree bit for bit up to the direction.
@@ -73,19 +94,21 @@ Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> tri
                                               " triangles folds however its edges are weighed");
     }
     chart.tutte_stretch = chart.stretch = l2_stretch(patch);
-    std::vector<double> density(patch.triangles.size(), 1.0), tried;
+    std::vector<double> logarithms(patch.triangles.size(), 0.0), tried, density(patch.triangles.size());
     double exponent = 1;
     std::vector<glm::dvec2> best = patch.flat;
     while (!chart.uniform && chart.solves < options.most_solves) {
         // Where the surface is stretched its springs give way.
-        tried = density;
+        tried = logarithms;
         const double mean = std::sqrt(chart.area) * chart.stretch;
         for (uint32_t t = 0; t < tried.size(); ++t) {
             const double sigma = std::sqrt(squared_stretch(patch, t)) / mean;
-            tried[t] = std::clamp(tried[t] / std::pow(std::max(sigma, 1e-6), exponent), 1 / densest, densest);
+            tried[t] = std::clamp(tried[t] - exponent * std::log(std::max(sigma, 1e-6)), -densest, densest);
         }
+        smooth(patch, tried);
+        for (uint32_t t = 0; t < tried.size(); ++t) density[t] = std::exp(tried[t]);
         ++chart.solves;
-        const bool solved = solver.solve(tried) && patch.flipped() == 0;
+        const bool solved = solver.solve(density) && patch.flipped() == 0;
         const double stretch = solved ? l2_stretch(patch) : 0;
         if (!solved || !(stretch < chart.stretch)) {
             patch.flat = best;
@@ -95,7 +118,7 @@ Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> tri
         }
         const double gain = 1 - stretch / chart.stretch;
         chart.stretch = stretch;
-        density.swap(tried);
+        logarithms.swap(tried);
         best = patch.flat;
         if (gain < options.least_gain) break;
     }

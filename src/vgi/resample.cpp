@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "base/check.h"
+#include "vgi/unfold.h"
 
 namespace lodestone::vgi {
 
@@ -17,7 +18,7 @@ constexpr int64_t fine = int64_t{1} << 18;  // integer steps per cell: edge func
 
 Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, const Surface& surface,
                      const Patches& patches, uint32_t cells, uint32_t attribute_cells)
-    : mesh_(mesh), normals_(normals), patches_(patches) {
+    : mesh_(mesh), normals_(normals), patches_(patches), up_(height_axis(mesh)) {
     LODE_CHECK(normals.size() == mesh.wedge_count());
     const auto quads = static_cast<uint32_t>(patches.sides.size());
     atlas_.cells = cells;
@@ -129,9 +130,13 @@ void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& po
     if (!mesh_.materials.empty()) atlas_.materials[texel] = mesh_.materials[wedges[largest]];
 }
 
-uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
+Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
     const Patch& patch = chart.patch;
-    const uint32_t cells = atlas_.attribute_cells;
+    const uint32_t cells = atlas_.attribute_cells, ratio = cells / atlas_.cells, row = atlas_.cells + 1;
+    std::vector<SamplePlace> places(size_t{row} * row);  // of positions
+    const auto note = [&](uint32_t x, uint32_t y, uint32_t triangle, const glm::dvec3& weights) {
+        if (x % ratio == 0 && y % ratio == 0) places[size_t{y} / ratio * row + x / ratio] = {triangle, weights};
+    };
     // Borders.
     const auto number = patch.numbers();
     std::vector<uint32_t> along(patch.positions.size(), none);  // boundary half-edge out of a vertex
@@ -152,6 +157,7 @@ uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
             const auto [x, y] = on_side(s, k, cells);
             const SurfaceTriangle& t = patch.triangles[h / 3];
             put(quad, x, y, b.position, t.source, patch.places.of(t), weights);
+            note(x, y, h / 3, weights);
         }
     }
     // Inside.
@@ -161,7 +167,16 @@ uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
             at[v][static_cast<size_t>(k)] = std::llround(patch.flat[v][k] * static_cast<double>(cells * fine));
     }
     std::vector<uint8_t> filled(size_t{cells + 1} * (cells + 1), 0);
-    for (const SurfaceTriangle& t : patch.triangles) {
+    // Where the weights of a triangle's corners say.
+    const auto put_inside = [&](uint32_t x, uint32_t y, uint32_t triangle, const glm::dvec3& weights) {
+        const SurfaceTriangle& t = patch.triangles[triangle];
+        const glm::dvec3 position = patch.positions[t.vertices[0]] * weights.x +
+                                    patch.positions[t.vertices[1]] * weights.y +
+                                    patch.positions[t.vertices[2]] * weights.z;
+        put(quad, x, y, position, t.source, patch.places.of(t), weights);
+    };
+    for (uint32_t triangle = 0; triangle < patch.triangles.size(); ++triangle) {
+        const SurfaceTriangle& t = patch.triangles[triangle];
         const auto &a = at[t.vertices[0]], &b = at[t.vertices[1]], &c = at[t.vertices[2]];
         const auto edge = [](const std::array<int64_t, 2>& p, const std::array<int64_t, 2>& q, int64_t x, int64_t y) {
             return (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]);
@@ -183,19 +198,22 @@ uint32_t Resampler::sample(uint32_t quad, const Chart& chart) {
                 const glm::dvec3 weights =
                     glm::dvec3(static_cast<double>(wa), static_cast<double>(wb), static_cast<double>(wc)) /
                     static_cast<double>(twice);
-                const glm::dvec3 position = patch.positions[t.vertices[0]] * weights.x +
-                                            patch.positions[t.vertices[1]] * weights.y +
-                                            patch.positions[t.vertices[2]] * weights.z;
-                put(quad, static_cast<uint32_t>(x), static_cast<uint32_t>(y), position, t.source, patch.places.of(t),
-                    weights);
+                put_inside(static_cast<uint32_t>(x), static_cast<uint32_t>(y), triangle, weights);
+                note(static_cast<uint32_t>(x), static_cast<uint32_t>(y), triangle, weights);
             }
         }
     }
-    uint32_t missing = 0;
+    Sampled sampled;
     for (uint32_t y = 1; y < cells; ++y) {
-        for (uint32_t x = 1; x < cells; ++x) missing += !filled[y * (cells + 1) + x];
+        for (uint32_t x = 1; x < cells; ++x) sampled.missing += !filled[y * (cells + 1) + x];
     }
-    return missing;
+    if (sampled.missing > 0) return sampled;
+    const Unfolded unfolded = unfold(patch, places, atlas_.cells, atlas_.origin, atlas_.step, up_);
+    for (const uint32_t s : unfolded.moved)
+        put_inside(s % row * ratio, s / row * ratio, places[s].triangle, places[s].weights);
+    sampled.folded = unfolded.before;
+    sampled.still_folded = unfolded.left;
+    return sampled;
 }
 
 }  // namespace lodestone::vgi

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,12 @@
 
 namespace lodestone::vgi {
 
+// What became of the samples of a chart.
+struct Sampled {
+    uint32_t missing = 0;                   // samples that no triangle covered: none, unless the chart is folded
+    uint32_t folded = 0, still_folded = 0;  // cells with a triangle that looks inwards, before and after unfold()
+};
+
 // Fills the images of one chart after the other; a chart may be dropped once it is sampled.
 class Resampler {
 public:
@@ -19,9 +26,8 @@ public:
     Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, const Surface& surface, const Patches& patches,
               uint32_t cells, uint32_t attribute_cells);
 
-    // Samples of the chart of a quad, 0 .. quads - 1. Different charts may be sampled at once. Returns how many samples
-    // no triangle covered (none, unless the chart is folded).
-    uint32_t sample(uint32_t quad, const Chart& chart);
+    // Samples of the chart of a quad, 0 .. quads - 1. Different charts may be sampled at once.
+    Sampled sample(uint32_t quad, const Chart& chart);
 
     // The lattice begins with as many steps along the longest extent as 16 bits count; it may be made coarser, to
     // `least_points` at least, before charts are sampled for good. step: object units, taken as far as that allows.
@@ -44,6 +50,7 @@ private:
     const std::span<const glm::vec3> normals_;
     const Patches& patches_;
     std::vector<std::vector<BorderSample>> borders_;  // per arc
+    const std::optional<glm::dvec3> up_;              // of a height field
     double extent_;                                   // the longest of the surface
     Atlas atlas_;
 };

@@ -1,0 +1,376 @@
+#include "vgi/unfold.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <optional>
+
+#include "vgi/atlas.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+constexpr std::array<int, 3> reaches{3, 6, 12};  // cells around a fold that may move, one after the other
+constexpr int most_sweeps = 100;
+constexpr double most_outside = 0.5;   // weight: a sample at a concave border may have to lie outside of all triangles
+constexpr double least_cosine = 0.05;  // between the plane of a region and the surface in it
+
+double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
+
+// Twice the area of a triangle around a vertex, as the vertex moves: constant + dot(slope, vertex).
+struct Area {
+    double constant;
+    glm::dvec2 slope;
+    double at(const glm::dvec2& p) const { return constant + glm::dot(slope, p); }
+};
+
+// Where the smallest of the areas is largest. It exists: together they are constant, the ring being closed.
+std::optional<glm::dvec2> fairest(std::span<const Area> areas) {
+    std::optional<glm::dvec2> best;
+    double best_least = 0;
+    for (size_t i = 0; i < areas.size(); ++i) {
+        for (size_t j = i + 1; j < areas.size(); ++j) {
+            for (size_t k = j + 1; k < areas.size(); ++k) {
+                // Where these three are equal.
+                const glm::dvec2 a = areas[i].slope - areas[j].slope, b = areas[i].slope - areas[k].slope;
+                const double u = areas[j].constant - areas[i].constant, v = areas[k].constant - areas[i].constant;
+                const double det = cross(a, b);
+                if (std::abs(det) <= 1e-12 * (glm::length(a) * glm::length(b))) continue;
+                const glm::dvec2 p((u * b.y - v * a.y) / det, (v * a.x - u * b.x) / det);
+                const double equal = areas[i].at(p);
+                if (best && equal <= best_least) continue;
+                const double slack = 1e-9 * (std::abs(equal) + std::abs(areas[i].constant));
+                if (std::ranges::any_of(areas, [&](const Area& area) { return area.at(p) < equal - slack; })) continue;
+                best = p;
+                best_least = equal;
+            }
+        }
+    }
+    return best;
+}
+
+class Unfolding {
+public:
+    Unfolding(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const glm::dvec3& origin, double step,
+              const std::optional<glm::dvec3>& up)
+        : patch_(patch), places_(places), n_(static_cast<int>(cells)), origin_(origin), step_(step), up_(up) {
+        for (size_t i = 0; i < places.size(); ++i) {
+            points_.push_back(rounded(point(places[i])));
+            normals_.push_back(up ? *up : normal_of(places[i].triangle));
+        }
+    }
+
+    Unfolded run() {
+        Unfolded result;
+        std::vector<bool> moved(places_.size(), false);
+        std::vector<bool> folded = folded_cells();
+        const auto count = [&] { return static_cast<uint32_t>(std::ranges::count(folded, true)); };
+        result.before = result.left = count();
+        for (const bool with_margin : {false, true}) {
+            for (const int reach : reaches) {
+                // Of other meshes than height fields many are true edges of the surface.
+                if (result.left == 0 || (!up_ && (with_margin || reach > reaches[0]))) break;
+                for (const std::vector<int>& region : regions(folded, reach)) unfold_region(region, with_margin, moved);
+                folded = folded_cells();
+                result.left = count();
+            }
+        }
+        for (uint32_t i = 0; i < moved.size(); ++i) {
+            if (moved[i]) result.moved.push_back(i);
+        }
+        return result;
+    }
+
+private:
+    using Corners = std::array<int, 3>;  // samples
+
+    int sample(int x, int y) const { return y * (n_ + 1) + x; }
+    bool inside(int sample) const {
+        const int x = sample % (n_ + 1), y = sample / (n_ + 1);
+        return x > 0 && y > 0 && x < n_ && y < n_;
+    }
+    glm::dvec3 point(const SamplePlace& place) const {
+        const auto& v = patch_.triangles[place.triangle].vertices;
+        return patch_.positions[v[0]] * place.weights.x + patch_.positions[v[1]] * place.weights.y +
+               patch_.positions[v[2]] * place.weights.z;
+    }
+    glm::dvec3 rounded(const glm::dvec3& p) const { return origin_ + glm::round((p - origin_) / step_) * step_; }
+    glm::dvec3 normal_of(uint32_t triangle) const {
+        const auto& v = patch_.triangles[triangle].vertices;
+        const glm::dvec3 area = area_vector(patch_.positions[v[0]], patch_.positions[v[1]], patch_.positions[v[2]]);
+        const double length = glm::length(area);
+        return length > 0 ? area / length : area;
+    }
+    std::array<Corners, 2> triangles_of(int cell) const {
+        const int x = cell % n_, y = cell / n_;
+        const int a = sample(x, y), b = sample(x + 1, y), c = sample(x + 1, y + 1), d = sample(x, y + 1);
+        if (rising_diagonal(static_cast<uint32_t>(x), static_cast<uint32_t>(y))) return {{{a, b, c}, {a, c, d}}};
+        return {{{a, b, d}, {b, c, d}}};
+    }
+    bool is_folded(const Corners& t) const {
+        const auto [a, b, c] = t;
+        return glm::dot(area_vector(point_of(a), point_of(b), point_of(c)), normal(a) + normal(b) + normal(c)) <= 0;
+    }
+    const glm::dvec3& point_of(int sample) const { return points_[static_cast<size_t>(sample)]; }
+    const glm::dvec3& normal(int sample) const { return normals_[static_cast<size_t>(sample)]; }
+
+    std::vector<bool> folded_cells() const {
+        std::vector<bool> folded(static_cast<size_t>(n_) * static_cast<size_t>(n_));
+        for (int cell = 0; cell < n_ * n_; ++cell)
+            folded[static_cast<size_t>(cell)] =
+                std::ranges::any_of(triangles_of(cell), [&](const Corners& t) { return is_folded(t); });
+        return folded;
+    }
+
+    // Cells up to `reach` from folded ones, those that hang together in one list.
+    std::vector<std::vector<int>> regions(const std::vector<bool>& folded, int reach) const {
+        std::vector<uint8_t> near(folded.size(), 0);
+        const auto around = [&](int cell, int by, auto&& visit) {
+            const int x = cell % n_, y = cell / n_;
+            for (int v = std::max(0, y - by); v <= std::min(n_ - 1, y + by); ++v) {
+                for (int u = std::max(0, x - by); u <= std::min(n_ - 1, x + by); ++u) visit(v * n_ + u);
+            }
+        };
+        for (int cell = 0; cell < n_ * n_; ++cell) {
+            if (folded[static_cast<size_t>(cell)])
+                around(cell, reach, [&](int other) { near[static_cast<size_t>(other)] = 1; });
+        }
+        std::vector<std::vector<int>> found;
+        for (int cell = 0; cell < n_ * n_; ++cell) {
+            if (near[static_cast<size_t>(cell)] == 0) continue;
+            std::vector<int> region{cell};
+            near[static_cast<size_t>(cell)] = 0;
+            for (size_t i = 0; i < region.size(); ++i) {
+                around(region[i], 1, [&](int other) {
+                    if (near[static_cast<size_t>(other)] == 0) return;
+                    near[static_cast<size_t>(other)] = 0;
+                    region.push_back(other);
+                });
+            }
+            found.push_back(std::move(region));
+        }
+        return found;
+    }
+
+    // Seen along the mean normal, where the surface must be a height field. with_margin: triangles are made large
+    // enough for rounding, which where all are small may leave none so.
+    void unfold_region(const std::vector<int>& cells, bool with_margin, std::vector<bool>& moved) {
+        std::vector<Corners> triangles;
+        std::vector<std::vector<uint32_t>> ring;  // per sample of the region: its triangles
+        std::vector<int> samples;
+        std::vector<int> index(places_.size(), -1);
+        const auto number = [&](int s) {
+            int& i = index[static_cast<size_t>(s)];
+            if (i < 0) {
+                i = static_cast<int>(samples.size());
+                samples.push_back(s);
+                ring.emplace_back();
+            }
+            return static_cast<size_t>(i);
+        };
+        for (const int cell : cells) {
+            for (const Corners& t : triangles_of(cell)) {
+                for (const int s : t) ring[number(s)].push_back(static_cast<uint32_t>(triangles.size()));
+                triangles.push_back(t);
+            }
+        }
+        glm::dvec3 up(0);
+        for (const int s : samples) up += normal(s);
+        if (!(glm::length(up) > 0)) return;
+        up = glm::normalize(up);
+        if (std::ranges::any_of(samples, [&](int s) { return glm::dot(normal(s), up) < least_cosine; })) return;
+        const glm::dvec3 aside = std::abs(up.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+        const glm::dvec3 right = glm::normalize(glm::cross(aside, up)), forward = glm::cross(up, right);
+        const auto seen = [&](const glm::dvec3& p) { return glm::dvec2(glm::dot(p, right), glm::dot(p, forward)); };
+
+        std::vector<glm::dvec2> flat;
+        for (const int s : samples) flat.push_back(seen(point_of(s)));
+        const auto at = [&](int s) -> const glm::dvec2& {
+            return flat[static_cast<size_t>(index[static_cast<size_t>(s)])];
+        };
+        const auto area = [&](const Corners& t) { return cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0])); };
+        // By what rounding may take, a step across the longest side, or some of it. Then, along an axis, where places
+        // are seen as they will be rounded, from one of the lattice's points to the other.
+        bool on_lattice = false;
+        const auto is_good = [&](const Corners& t) {
+            if (on_lattice) return area(t) > 0.5 * step_ * step_;
+            double longest = 0;
+            for (size_t k = 0; k < 3; ++k) longest = std::max(longest, glm::distance(at(t[k]), at(t[(k + 1) % 3])));
+            return area(t) >= (with_margin ? 1 : 0.25) * step_ * longest;
+        };
+        const auto lattice = [&](const glm::dvec2& p) { return (p - seen(origin_)) / step_; };
+        // The place itself, or of the lattice's points around it the one where the smallest area is largest.
+        const auto nearby = [&](const glm::dvec2& p, const glm::dvec2& now, std::span<const Area> areas) {
+            if (!on_lattice) return p;
+            glm::dvec2 best = now;
+            const auto least = [&](const glm::dvec2& q) {
+                double smallest = 1e300;
+                for (const Area& a : areas) smallest = std::min(smallest, a.at(q));
+                return smallest;
+            };
+            for (const int u : {0, 1}) {
+                for (const int v : {0, 1}) {
+                    const glm::dvec2 q = seen(origin_) + (glm::floor(lattice(p)) + glm::dvec2(u, v)) * step_;
+                    if (least(q) > least(best)) best = q;
+                }
+            }
+            return best;
+        };
+        // Free are those inside the region; every sample has four or eight triangles around it.
+        const auto is_free = [&](size_t i) {
+            const int s = samples[i], x = s % (n_ + 1), y = s / (n_ + 1);
+            return inside(s) && ring[i].size() == ((x + y) % 2 == 0 ? 8u : 4u);
+        };
+        std::vector<Area> areas;
+        // Whether all are good.
+        const auto sweep = [&] {
+            bool good = true;
+            for (size_t i = 0; i < samples.size(); ++i) {
+                if (std::ranges::all_of(ring[i], [&](uint32_t t) { return is_good(triangles[t]); })) continue;
+                good = false;
+                if (!is_free(i)) continue;
+                areas.clear();
+                for (const uint32_t t : ring[i]) {
+                    size_t k = 0;
+                    while (triangles[t][k] != samples[i]) ++k;
+                    const glm::dvec2 &a = at(triangles[t][(k + 1) % 3]), &b = at(triangles[t][(k + 2) % 3]);
+                    // cross(b - a, p - a)
+                    const glm::dvec2 e = b - a;
+                    areas.push_back({-cross(e, a), {-e.y, e.x}});
+                }
+                if (const auto p = fairest(areas)) flat[i] = nearby(*p, flat[i], areas);
+            }
+            return good;
+        };
+        if (!up_ || with_margin) {
+            for (int i = 0; i < most_sweeps && !sweep(); ++i) {}
+        }
+        if (up_) {
+            on_lattice = true;
+            for (glm::dvec2& p : flat) p = seen(origin_) + glm::round(lattice(p)) * step_;
+            for (int i = 0; i < most_sweeps && !sweep(); ++i) {}
+        }
+        keep(samples, flat, seen, triangles, up, moved);
+    }
+
+    // Puts samples on the surface where they are seen, if that leaves fewer folds.
+    template <class Seen>
+    void keep(const std::vector<int>& samples, const std::vector<glm::dvec2>& flat, const Seen& seen,
+              const std::vector<Corners>& triangles, const glm::dvec3& up, std::vector<bool>& moved) {
+        const auto folds = [&] {
+            return std::ranges::count_if(triangles, [&](const Corners& t) { return is_folded(t); });
+        };
+        struct Was {
+            size_t sample;
+            SamplePlace place;
+            glm::dvec3 point, normal;
+        };
+        std::vector<Was> was;
+        const auto before = folds();
+        for (size_t i = 0; i < samples.size(); ++i) {
+            const auto s = static_cast<size_t>(samples[i]);
+            if (!inside(samples[i]) || seen(points_[s]) == flat[i]) continue;
+            const auto place = find(places_[s].triangle, flat[i], seen, up);
+            if (!place) continue;
+            was.push_back({s, places_[s], points_[s], normals_[s]});
+            places_[s] = *place;
+            points_[s] = rounded(point(*place));
+            if (!up_) normals_[s] = normal_of(place->triangle);
+        }
+        const bool better = folds() < before;
+        for (const Was& w : was) {
+            if (better) {
+                moved[w.sample] = true;
+                continue;
+            }
+            places_[w.sample] = w.place;
+            points_[w.sample] = w.point;
+            normals_[w.sample] = w.normal;
+        }
+    }
+
+    // The triangle that holds a place, or, just outside of the chart, the one that it is least outside of.
+    template <class Seen>
+    std::optional<SamplePlace> find_anywhere(const glm::dvec2& wanted, const Seen& seen, const glm::dvec3& up) const {
+        std::optional<SamplePlace> best;
+        double outside = most_outside;
+        for (uint32_t t = 0; t < patch_.triangles.size(); ++t) {
+            if (glm::dot(normal_of(t), up) <= 0) continue;
+            const glm::dvec3 weights = weights_of(t, wanted, seen);
+            const double off = -std::min({weights.x, weights.y, weights.z, 0.0});
+            if (off >= outside) continue;
+            outside = off;
+            best = SamplePlace{t, weights};
+        }
+        return best;
+    }
+
+    // Of the corners of a triangle, at a place in the plane.
+    template <class Seen>
+    glm::dvec3 weights_of(uint32_t triangle, const glm::dvec2& wanted, const Seen& seen) const {
+        glm::dvec2 corner[3];
+        for (uint32_t k = 0; k < 3; ++k) corner[k] = seen(patch_.positions[patch_.from(triangle * 3 + k)]);
+        const double twice = cross(corner[1] - corner[0], corner[2] - corner[0]);
+        glm::dvec3 weights;
+        for (int k = 0; k < 3; ++k) {  // of the corner across from edge k
+            const glm::dvec2 &a = corner[k], &b = corner[(k + 1) % 3];
+            weights[(k + 2) % 3] = cross(b - a, wanted - a) / twice;
+        }
+        return weights;
+    }
+
+    // Walks from triangle to triangle towards a place in the plane.
+    template <class Seen>
+    std::optional<SamplePlace> find(uint32_t triangle, const glm::dvec2& wanted, const Seen& seen,
+                                    const glm::dvec3& up) const {
+        for (int steps = 0; steps < 4 * n_; ++steps) {
+            if (glm::dot(normal_of(triangle), up) <= 0) return std::nullopt;
+            const glm::dvec3 weights = weights_of(triangle, wanted, seen);
+            uint32_t least = 0;
+            for (uint32_t k = 1; k < 3; ++k) {
+                if (weights[static_cast<int>(k)] < weights[static_cast<int>(least)]) least = k;
+            }
+            if (weights[static_cast<int>(least)] >= -1e-9) return SamplePlace{triangle, glm::clamp(weights, 0.0, 1.0)};
+            const uint32_t across = patch_.twin[triangle * 3 + (least + 1) % 3];
+            if (across == none) return find_anywhere(wanted, seen, up);
+            triangle = across / 3;
+        }
+        return std::nullopt;
+    }
+
+    const Patch& patch_;
+    std::span<SamplePlace> places_;
+    const int n_;
+    const glm::dvec3 origin_;
+    const double step_;
+    const std::optional<glm::dvec3> up_;
+    std::vector<glm::dvec3> points_, normals_;  // per sample: rounded; of the surface where it lies
+};
+
+}  // namespace
+
+std::optional<glm::dvec3> height_axis(const TriMesh& mesh) {
+    for (int k = 0; k < 3; ++k) {
+        size_t towards = 0, away = 0;
+        for (size_t t = 0; t < mesh.triangle_count() && (towards == 0 || away == 0); ++t) {
+            const double along = area_vector(glm::dvec3(mesh.position_of(t, 0)), glm::dvec3(mesh.position_of(t, 1)),
+                                             glm::dvec3(mesh.position_of(t, 2)))[k];
+            towards += along > 0;
+            away += along <= 0;
+        }
+        glm::dvec3 axis(0);
+        axis[k] = towards > 0 ? 1 : -1;
+        if ((away == 0) != (towards == 0)) return axis;
+    }
+    return std::nullopt;
+}
+
+Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const glm::dvec3& origin,
+                double step, const std::optional<glm::dvec3>& up) {
+    return Unfolding(patch, places, cells, origin, step, up).run();
+}
+
+}  // namespace lodestone::vgi

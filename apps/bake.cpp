@@ -158,6 +158,7 @@ Json BakeOptions::to_json() const {
                  {"resolution", atlas.cells + 1},
                  {"attribute_ratio", atlas.attribute_ratio},
                  {"worst_stretch", atlas.worst_stretch},
+                 {"curvature_importance", atlas.parameterise.curvature_importance},
                  {"rounding_share", atlas.rounding_share},
                  {"load_images", read.load_images},
                  {"height_scale", read.height_scale},

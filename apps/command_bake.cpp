@@ -200,6 +200,11 @@ void add_bake(CLI::App& app, Run& run) {
         ->check(CLI::Range(1.1, 1e6))
         ->capture_default_str();
     command
+        ->add_option("--curvature-importance", o->bake.atlas.parameterise.curvature_importance,
+                     "vgi: samples lie denser by curvature to this power; 0 spreads them evenly")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    command
         ->add_option("--rounding-share", o->bake.atlas.rounding_share,
                      "vgi: how much rounding positions may add to the error of sampling, as a share of it; less takes "
                      "more bytes")

@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -111,6 +112,10 @@ struct Atlas {
         return origin + step * glm::dvec3(p[0], p[1], p[2]);
     }
     glm::vec3 position(size_t texel) const { return glm::vec3(point(texel)); }
+    // The nearest lattice point, 0 .. 65535 each way.
+    glm::dvec3 rounded(const glm::dvec3& point) const {
+        return glm::clamp(glm::round((point - origin) / step), 0.0, 65535.0);
+    }
     glm::vec3 normal(size_t attribute_texel) const;  // unit length
     // 2 * charts * (cells >> level)^2
     uint64_t triangles_at(uint32_t level) const { return uint64_t{2} * charts() * (cells >> level) * (cells >> level); }

@@ -15,7 +15,13 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr int compression = 12;
+// Residuals repeat little but for runs of zeros: what counts is how they are divided into blocks and their code
+// lengths, not searching for matches. Level 12 as it comes takes 1.7 times as long for half a percent more bytes.
+constexpr std::array<std::pair<ZSTD_cParameter, int>, 5> compression{{{ZSTD_c_compressionLevel, 12},
+                                                                      {ZSTD_c_strategy, ZSTD_btultra},
+                                                                      {ZSTD_c_minMatch, 7},
+                                                                      {ZSTD_c_searchLog, 1},
+                                                                      {ZSTD_c_contentSizeFlag, 0}}};
 // What every zstd frame begins with (RFC 8878, 3.1.1); pages leave it out, streams being small.
 constexpr std::array<std::byte, 4> magic{std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}};
 
@@ -297,9 +303,8 @@ std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Chann
     const size_t coded = coded_samples(tree, family == 0), members = PageTree::members(family);
     std::vector<std::byte> packed;
     static thread_local std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
-    // How much there is is known to whoever unpacks.
-    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, compression);
-    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_contentSizeFlag, 0);
+    // How much there is is known to whoever unpacks: no size is stored.
+    for (const auto& [parameter, value] : compression) ZSTD_CCtx_setParameter(context.get(), parameter, value);
     size_t first = 0;
     std::vector<uint8_t> plain;
     std::vector<std::byte> frame;

@@ -96,7 +96,7 @@ void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& po
     const uint32_t ratio = atlas_.attribute_cells / atlas_.cells;
     if (x % ratio == 0 && y % ratio == 0) {
         auto& point = atlas_.positions[atlas_.texel(chart, x / ratio, y / ratio)];
-        const glm::dvec3 lattice = glm::clamp(glm::round((position - atlas_.origin) / atlas_.step), 0.0, 65535.0);
+        const glm::dvec3 lattice = atlas_.rounded(position);
         for (int k = 0; k < 3; ++k) point[static_cast<size_t>(k)] = static_cast<uint16_t>(lattice[k]);
     }
     const size_t texel = atlas_.attribute_texel(chart, x, y);
@@ -208,7 +208,7 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
         for (uint32_t x = 1; x < cells; ++x) sampled.missing += !filled[y * (cells + 1) + x];
     }
     if (sampled.missing > 0) return sampled;
-    const Unfolded unfolded = unfold(patch, places, atlas_.cells, atlas_.origin, atlas_.step, up_);
+    const Unfolded unfolded = unfold(patch, places, atlas_, up_);
     for (const uint32_t s : unfolded.moved)
         put_inside(s % row * ratio, s / row * ratio, places[s].triangle, places[s].weights);
     sampled.folded = unfolded.before;

@@ -118,10 +118,7 @@ private:
             drawn = fx + fy <= 1 ? at(x, y) * (1 - fx - fy) + at(x + 1, y) * fx + at(x, y + 1) * fy
                                  : at(x + 1, y + 1) * (fx + fy - 1) + at(x, y + 1) * (1 - fx) + at(x + 1, y) * (1 - fy);
         }
-        // Samples that moved to unfold their neighbourhood are paired with what lies a little off.
-        double squared = square(drawn - point);
-        if (squared > errors_.levels[0]) squared = std::min(squared, squared_to_image(point, place, 4));
-        note(0, place, squared);
+        note(0, place, square(drawn - point));
     }
 
     // Squared distance from a point to the image about a place: first by steps from sample to sample, long ones at

@@ -7,8 +7,6 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
-#include "vgi/atlas.h"
-
 namespace lodestone::vgi {
 
 namespace {
@@ -54,9 +52,9 @@ std::optional<glm::dvec2> fairest(std::span<const Area> areas) {
 
 class Unfolding {
 public:
-    Unfolding(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const glm::dvec3& origin, double step,
+    Unfolding(const Patch& patch, std::span<SamplePlace> places, const Atlas& atlas,
               const std::optional<glm::dvec3>& up)
-        : patch_(patch), places_(places), n_(static_cast<int>(cells)), origin_(origin), step_(step), up_(up) {
+        : patch_(patch), places_(places), atlas_(atlas), n_(static_cast<int>(atlas.cells)), up_(up) {
         for (size_t i = 0; i < places.size(); ++i) {
             points_.push_back(rounded(point(places[i])));
             normals_.push_back(up ? *up : normal_of(places[i].triangle));
@@ -97,7 +95,7 @@ private:
         return patch_.positions[v[0]] * place.weights.x + patch_.positions[v[1]] * place.weights.y +
                patch_.positions[v[2]] * place.weights.z;
     }
-    glm::dvec3 rounded(const glm::dvec3& p) const { return origin_ + glm::round((p - origin_) / step_) * step_; }
+    glm::dvec3 rounded(const glm::dvec3& p) const { return atlas_.origin + atlas_.rounded(p) * atlas_.step; }
     glm::dvec3 normal_of(uint32_t triangle) const {
         const auto& v = patch_.triangles[triangle].vertices;
         const glm::dvec3 area = area_vector(patch_.positions[v[0]], patch_.positions[v[1]], patch_.positions[v[2]]);
@@ -112,7 +110,9 @@ private:
     }
     bool is_folded(const Corners& t) const {
         const auto [a, b, c] = t;
-        return glm::dot(area_vector(point_of(a), point_of(b), point_of(c)), normal(a) + normal(b) + normal(c)) <= 0;
+        // Twice an area along an axis is a whole number of the lattice's squares.
+        const double least = up_ ? 1.5 * atlas_.step * atlas_.step : 0;
+        return glm::dot(area_vector(point_of(a), point_of(b), point_of(c)), normal(a) + normal(b) + normal(c)) <= least;
     }
     const glm::dvec3& point_of(int sample) const { return points_[static_cast<size_t>(sample)]; }
     const glm::dvec3& normal(int sample) const { return normals_[static_cast<size_t>(sample)]; }
@@ -194,14 +194,16 @@ private:
         const auto area = [&](const Corners& t) { return cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0])); };
         // By what rounding may take, a step across the longest side, or some of it. Then, along an axis, where places
         // are seen as they will be rounded, from one of the lattice's points to the other.
+        const double step = atlas_.step;
+        const glm::dvec2 origin = seen(atlas_.origin);
         bool on_lattice = false;
         const auto is_good = [&](const Corners& t) {
-            if (on_lattice) return area(t) > 0.5 * step_ * step_;
+            if (on_lattice) return area(t) > 0.5 * step * step;
             double longest = 0;
             for (size_t k = 0; k < 3; ++k) longest = std::max(longest, glm::distance(at(t[k]), at(t[(k + 1) % 3])));
-            return area(t) >= (with_margin ? 1 : 0.25) * step_ * longest;
+            return area(t) >= (with_margin ? 1 : 0.25) * step * longest;
         };
-        const auto lattice = [&](const glm::dvec2& p) { return (p - seen(origin_)) / step_; };
+        const auto lattice = [&](const glm::dvec2& p) { return (p - origin) / step; };
         // The place itself, or of the lattice's points around it the one where the smallest area is largest.
         const auto nearby = [&](const glm::dvec2& p, const glm::dvec2& now, std::span<const Area> areas) {
             if (!on_lattice) return p;
@@ -213,7 +215,7 @@ private:
             };
             for (const int u : {0, 1}) {
                 for (const int v : {0, 1}) {
-                    const glm::dvec2 q = seen(origin_) + (glm::floor(lattice(p)) + glm::dvec2(u, v)) * step_;
+                    const glm::dvec2 q = origin + (glm::floor(lattice(p)) + glm::dvec2(u, v)) * step;
                     if (least(q) > least(best)) best = q;
                 }
             }
@@ -250,7 +252,7 @@ private:
         }
         if (up_) {
             on_lattice = true;
-            for (glm::dvec2& p : flat) p = seen(origin_) + glm::round(lattice(p)) * step_;
+            for (glm::dvec2& p : flat) p = origin + glm::round(lattice(p)) * step;
             for (int i = 0; i < most_sweeps && !sweep(); ++i) {}
         }
         keep(samples, flat, seen, triangles, up, moved);
@@ -343,9 +345,8 @@ private:
 
     const Patch& patch_;
     std::span<SamplePlace> places_;
-    const int n_;
-    const glm::dvec3 origin_;
-    const double step_;
+    const Atlas& atlas_;
+    const int n_;  // cells
     const std::optional<glm::dvec3> up_;
     std::vector<glm::dvec3> points_, normals_;  // per sample: rounded; of the surface where it lies
 };
@@ -368,9 +369,9 @@ std::optional<glm::dvec3> height_axis(const TriMesh& mesh) {
     return std::nullopt;
 }
 
-Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const glm::dvec3& origin,
-                double step, const std::optional<glm::dvec3>& up) {
-    return Unfolding(patch, places, cells, origin, step, up).run();
+Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, const Atlas& lattice,
+                const std::optional<glm::dvec3>& up) {
+    return Unfolding(patch, places, lattice, up).run();
 }
 
 }  // namespace lodestone::vgi

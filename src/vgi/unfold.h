@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "vgi/atlas.h"
 #include "vgi/parameterise.h"
 
 namespace lodestone::vgi {
@@ -30,11 +31,11 @@ struct Unfolded {
 // The axis, 1 or -1 along x, y or z, to whose side all triangles of a height field look; none for other meshes.
 std::optional<glm::dvec3> height_axis(const TriMesh& mesh);
 
-// places: of (cells + 1)^2 samples, row by row; those inside the chart may be changed. step: of the lattice that
-// positions are rounded to; origin: where it begins. A triangle of the finest level looks inwards if its area vector
+// places: of all samples of one chart of the atlas, row by row; those inside may be changed. lattice: the atlas, whose
+// cells and lattice are taken. A triangle of the finest level looks inwards if its area vector
 // does not look to the side of `up`, or, where there is none, to where the triangles that its corners lie in look
 // together.
-Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const glm::dvec3& origin,
-                double step, const std::optional<glm::dvec3>& up);
+Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, const Atlas& lattice,
+                const std::optional<glm::dvec3>& up);
 
 }  // namespace lodestone::vgi

@@ -50,6 +50,111 @@ std::optional<glm::dvec2> fairest(std::span<const Area> areas) {
     return best;
 }
 
+using Corners = std::array<int, 3>;  // samples
+
+// A part of a chart's grid as it is seen in a plane, to be put in order there.
+class PlaneRegion {
+public:
+    // row: samples to a row of the chart's grid, which `triangles` are of.
+    PlaneRegion(std::vector<Corners> triangles, int row) : triangles_(std::move(triangles)), row_(row) {
+        index_.assign(static_cast<size_t>(row) * static_cast<size_t>(row), none);
+        for (uint32_t t = 0; t < triangles_.size(); ++t) {
+            for (const int s : triangles_[t]) {
+                uint32_t& i = index_[static_cast<size_t>(s)];
+                if (i == none) {
+                    i = static_cast<uint32_t>(samples_.size());
+                    samples_.push_back(s);
+                    ring_.emplace_back();
+                }
+                ring_[i].push_back(t);
+            }
+        }
+    }
+    const std::vector<Corners>& triangles() const { return triangles_; }
+    const std::vector<int>& samples() const { return samples_; }
+
+    // Where the samples lie, in their order; those inside the region may move. Until every triangle is as large as what
+    // rounding by a step may take from it, times `margin`, or nothing more can be done.
+    void put_in_order(std::vector<glm::dvec2>& flat, double step, double margin) const {
+        const auto is_good = [&](const Corners& t) {
+            double longest = 0;
+            for (size_t k = 0; k < 3; ++k)
+                longest = std::max(longest, glm::distance(at(flat, t[k]), at(flat, t[(k + 1) % 3])));
+            return area(flat, t) >= margin * step * longest;
+        };
+        sweep(flat, is_good, [](const glm::dvec2& best, const glm::dvec2&, std::span<const Area>) { return best; });
+    }
+
+    // From lattice point to lattice point, until every triangle has an area.
+    void put_in_order_on(const glm::dvec2& origin, double step, std::vector<glm::dvec2>& flat) const {
+        const auto lattice = [&](const glm::dvec2& p) { return (p - origin) / step; };
+        for (glm::dvec2& p : flat) p = origin + glm::round(lattice(p)) * step;
+        const auto is_good = [&](const Corners& t) { return area(flat, t) > 0.5 * step * step; };
+        // Of the four points around the best place the one where the smallest area is largest.
+        const auto nearby = [&](const glm::dvec2& best, const glm::dvec2& now, std::span<const Area> areas) {
+            const auto least = [&](const glm::dvec2& p) {
+                double smallest = areas[0].at(p);
+                for (const Area& a : areas) smallest = std::min(smallest, a.at(p));
+                return smallest;
+            };
+            glm::dvec2 chosen = now;
+            for (const int u : {0, 1}) {
+                for (const int v : {0, 1}) {
+                    const glm::dvec2 p = origin + (glm::floor(lattice(best)) + glm::dvec2(u, v)) * step;
+                    if (least(p) > least(chosen)) chosen = p;
+                }
+            }
+            return chosen;
+        };
+        sweep(flat, is_good, nearby);
+    }
+
+private:
+    const glm::dvec2& at(const std::vector<glm::dvec2>& flat, int sample) const {
+        return flat[index_[static_cast<size_t>(sample)]];
+    }
+    // Twice.
+    double area(const std::vector<glm::dvec2>& flat, const Corners& t) const {
+        return cross(at(flat, t[1]) - at(flat, t[0]), at(flat, t[2]) - at(flat, t[0]));
+    }
+    // Free are those inside the region and the chart; each has four or eight triangles around it.
+    bool is_free(size_t i) const {
+        const int x = samples_[i] % row_, y = samples_[i] / row_;
+        return x > 0 && y > 0 && x + 1 < row_ && y + 1 < row_ && ring_[i].size() == ((x + y) % 2 == 0 ? 8u : 4u);
+    }
+    // choose: where a sample goes, by its best place, the one it has, and the areas around it.
+    template <class IsGood, class Choose>
+    void sweep(std::vector<glm::dvec2>& flat, const IsGood& is_good, const Choose& choose) const {
+        std::vector<Area> areas;
+        bool good = false;
+        for (int sweeps = 0; sweeps < most_sweeps && !good; ++sweeps) {
+            good = true;
+            for (size_t i = 0; i < samples_.size(); ++i) {
+                if (std::ranges::all_of(ring_[i], [&](uint32_t t) { return is_good(triangles_[t]); })) continue;
+                good = false;
+                if (!is_free(i)) continue;
+                areas.clear();
+                for (const uint32_t t : ring_[i]) {
+                    size_t k = 0;
+                    while (triangles_[t][k] != samples_[i]) ++k;
+                    const glm::dvec2 &a = at(flat, triangles_[t][(k + 1) % 3]),
+                                     &b = at(flat, triangles_[t][(k + 2) % 3]);
+                    // cross(b - a, p - a)
+                    const glm::dvec2 e = b - a;
+                    areas.push_back({-cross(e, a), {-e.y, e.x}});
+                }
+                if (const auto best = fairest(areas)) flat[i] = choose(*best, flat[i], areas);
+            }
+        }
+    }
+
+    std::vector<Corners> triangles_;
+    int row_;
+    std::vector<int> samples_;
+    std::vector<std::vector<uint32_t>> ring_;  // per sample of the region: its triangles
+    std::vector<uint32_t> index_;              // per sample of the chart: which of the region's it is
+};
+
 class Unfolding {
 public:
     Unfolding(const Patch& patch, std::span<SamplePlace> places, const Atlas& atlas,
@@ -83,8 +188,6 @@ public:
     }
 
 private:
-    using Corners = std::array<int, 3>;  // samples
-
     int sample(int x, int y) const { return y * (n_ + 1) + x; }
     bool inside(int sample) const {
         const int x = sample % (n_ + 1), y = sample / (n_ + 1);
@@ -159,111 +262,34 @@ private:
     // enough for rounding, which where all are small may leave none so.
     void unfold_region(const std::vector<int>& cells, bool with_margin, std::vector<bool>& moved) {
         std::vector<Corners> triangles;
-        std::vector<std::vector<uint32_t>> ring;  // per sample of the region: its triangles
-        std::vector<int> samples;
-        std::vector<int> index(places_.size(), -1);
-        const auto number = [&](int s) {
-            int& i = index[static_cast<size_t>(s)];
-            if (i < 0) {
-                i = static_cast<int>(samples.size());
-                samples.push_back(s);
-                ring.emplace_back();
-            }
-            return static_cast<size_t>(i);
-        };
         for (const int cell : cells) {
-            for (const Corners& t : triangles_of(cell)) {
-                for (const int s : t) ring[number(s)].push_back(static_cast<uint32_t>(triangles.size()));
-                triangles.push_back(t);
-            }
+            const auto both = triangles_of(cell);
+            triangles.insert(triangles.end(), both.begin(), both.end());
         }
+        const PlaneRegion region(std::move(triangles), n_ + 1);
         glm::dvec3 up(0);
-        for (const int s : samples) up += normal(s);
+        for (const int s : region.samples()) up += normal(s);
         if (!(glm::length(up) > 0)) return;
         up = glm::normalize(up);
-        if (std::ranges::any_of(samples, [&](int s) { return glm::dot(normal(s), up) < least_cosine; })) return;
+        if (std::ranges::any_of(region.samples(), [&](int s) { return glm::dot(normal(s), up) < least_cosine; }))
+            return;
         const glm::dvec3 aside = std::abs(up.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
         const glm::dvec3 right = glm::normalize(glm::cross(aside, up)), forward = glm::cross(up, right);
         const auto seen = [&](const glm::dvec3& p) { return glm::dvec2(glm::dot(p, right), glm::dot(p, forward)); };
-
         std::vector<glm::dvec2> flat;
-        for (const int s : samples) flat.push_back(seen(point_of(s)));
-        const auto at = [&](int s) -> const glm::dvec2& {
-            return flat[static_cast<size_t>(index[static_cast<size_t>(s)])];
-        };
-        const auto area = [&](const Corners& t) { return cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0])); };
-        // By what rounding may take, a step across the longest side, or some of it. Then, along an axis, where places
-        // are seen as they will be rounded, from one of the lattice's points to the other.
-        const double step = atlas_.step;
-        const glm::dvec2 origin = seen(atlas_.origin);
-        bool on_lattice = false;
-        const auto is_good = [&](const Corners& t) {
-            if (on_lattice) return area(t) > 0.5 * step * step;
-            double longest = 0;
-            for (size_t k = 0; k < 3; ++k) longest = std::max(longest, glm::distance(at(t[k]), at(t[(k + 1) % 3])));
-            return area(t) >= (with_margin ? 1 : 0.25) * step * longest;
-        };
-        const auto lattice = [&](const glm::dvec2& p) { return (p - origin) / step; };
-        // The place itself, or of the lattice's points around it the one where the smallest area is largest.
-        const auto nearby = [&](const glm::dvec2& p, const glm::dvec2& now, std::span<const Area> areas) {
-            if (!on_lattice) return p;
-            glm::dvec2 best = now;
-            const auto least = [&](const glm::dvec2& q) {
-                double smallest = 1e300;
-                for (const Area& a : areas) smallest = std::min(smallest, a.at(q));
-                return smallest;
-            };
-            for (const int u : {0, 1}) {
-                for (const int v : {0, 1}) {
-                    const glm::dvec2 q = origin + (glm::floor(lattice(p)) + glm::dvec2(u, v)) * step;
-                    if (least(q) > least(best)) best = q;
-                }
-            }
-            return best;
-        };
-        // Free are those inside the region; every sample has four or eight triangles around it.
-        const auto is_free = [&](size_t i) {
-            const int s = samples[i], x = s % (n_ + 1), y = s / (n_ + 1);
-            return inside(s) && ring[i].size() == ((x + y) % 2 == 0 ? 8u : 4u);
-        };
-        std::vector<Area> areas;
-        // Whether all are good.
-        const auto sweep = [&] {
-            bool good = true;
-            for (size_t i = 0; i < samples.size(); ++i) {
-                if (std::ranges::all_of(ring[i], [&](uint32_t t) { return is_good(triangles[t]); })) continue;
-                good = false;
-                if (!is_free(i)) continue;
-                areas.clear();
-                for (const uint32_t t : ring[i]) {
-                    size_t k = 0;
-                    while (triangles[t][k] != samples[i]) ++k;
-                    const glm::dvec2 &a = at(triangles[t][(k + 1) % 3]), &b = at(triangles[t][(k + 2) % 3]);
-                    // cross(b - a, p - a)
-                    const glm::dvec2 e = b - a;
-                    areas.push_back({-cross(e, a), {-e.y, e.x}});
-                }
-                if (const auto p = fairest(areas)) flat[i] = nearby(*p, flat[i], areas);
-            }
-            return good;
-        };
-        if (!up_ || with_margin) {
-            for (int i = 0; i < most_sweeps && !sweep(); ++i) {}
-        }
-        if (up_) {
-            on_lattice = true;
-            for (glm::dvec2& p : flat) p = origin + glm::round(lattice(p)) * step;
-            for (int i = 0; i < most_sweeps && !sweep(); ++i) {}
-        }
-        keep(samples, flat, seen, triangles, up, moved);
+        for (const int s : region.samples()) flat.push_back(seen(point_of(s)));
+        // Along an axis places are seen as they will be rounded.
+        if (!up_ || with_margin) region.put_in_order(flat, atlas_.step, with_margin ? 1 : 0.25);
+        if (up_) region.put_in_order_on(seen(atlas_.origin), atlas_.step, flat);
+        keep(region, flat, seen, up, moved);
     }
 
     // Puts samples on the surface where they are seen, if that leaves fewer folds.
     template <class Seen>
-    void keep(const std::vector<int>& samples, const std::vector<glm::dvec2>& flat, const Seen& seen,
-              const std::vector<Corners>& triangles, const glm::dvec3& up, std::vector<bool>& moved) {
+    void keep(const PlaneRegion& region, const std::vector<glm::dvec2>& flat, const Seen& seen, const glm::dvec3& up,
+              std::vector<bool>& moved) {
         const auto folds = [&] {
-            return std::ranges::count_if(triangles, [&](const Corners& t) { return is_folded(t); });
+            return std::ranges::count_if(region.triangles(), [&](const Corners& t) { return is_folded(t); });
         };
         struct Was {
             size_t sample;
@@ -272,9 +298,9 @@ private:
         };
         std::vector<Was> was;
         const auto before = folds();
-        for (size_t i = 0; i < samples.size(); ++i) {
-            const auto s = static_cast<size_t>(samples[i]);
-            if (!inside(samples[i]) || seen(points_[s]) == flat[i]) continue;
+        for (size_t i = 0; i < flat.size(); ++i) {
+            const auto s = static_cast<size_t>(region.samples()[i]);
+            if (!inside(region.samples()[i]) || glm::distance(seen(points_[s]), flat[i]) < atlas_.step / 4) continue;
             const auto place = find(places_[s].triangle, flat[i], seen, up);
             if (!place) continue;
             was.push_back({s, places_[s], points_[s], normals_[s]});

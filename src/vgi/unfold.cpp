@@ -52,6 +52,12 @@ std::optional<glm::dvec2> fairest(std::span<const Area> areas) {
 
 using Corners = std::array<int, 3>;  // samples
 
+// Whether a sample lies inside a chart of `row` samples to a row.
+bool inside(int sample, int row) {
+    const int x = sample % row, y = sample / row;
+    return x > 0 && y > 0 && x + 1 < row && y + 1 < row;
+}
+
 // A part of a chart's grid as it is seen in a plane, to be put in order there.
 class PlaneRegion {
 public:
@@ -120,7 +126,7 @@ private:
     // Free are those inside the region and the chart; each has four or eight triangles around it.
     bool is_free(size_t i) const {
         const int x = samples_[i] % row_, y = samples_[i] / row_;
-        return x > 0 && y > 0 && x + 1 < row_ && y + 1 < row_ && ring_[i].size() == ((x + y) % 2 == 0 ? 8u : 4u);
+        return inside(samples_[i], row_) && ring_[i].size() == ((x + y) % 2 == 0 ? 8u : 4u);
     }
     // choose: where a sample goes, by its best place, the one it has, and the areas around it.
     template <class IsGood, class Choose>
@@ -189,10 +195,6 @@ public:
 
 private:
     int sample(int x, int y) const { return y * (n_ + 1) + x; }
-    bool inside(int sample) const {
-        const int x = sample % (n_ + 1), y = sample / (n_ + 1);
-        return x > 0 && y > 0 && x < n_ && y < n_;
-    }
     glm::dvec3 point(const SamplePlace& place) const {
         const auto& v = patch_.triangles[place.triangle].vertices;
         return patch_.positions[v[0]] * place.weights.x + patch_.positions[v[1]] * place.weights.y +
@@ -300,7 +302,8 @@ private:
         const auto before = folds();
         for (size_t i = 0; i < flat.size(); ++i) {
             const auto s = static_cast<size_t>(region.samples()[i]);
-            if (!inside(region.samples()[i]) || glm::distance(seen(points_[s]), flat[i]) < atlas_.step / 4) continue;
+            if (!inside(region.samples()[i], n_ + 1) || glm::distance(seen(points_[s]), flat[i]) < atlas_.step / 4)
+                continue;
             const auto place = find(places_[s].triangle, flat[i], seen, up);
             if (!place) continue;
             was.push_back({s, places_[s], points_[s], normals_[s]});

@@ -25,16 +25,15 @@ struct SamplePlace {
 
 struct Unfolded {
     std::vector<uint32_t> moved;    // samples, ascending
-    uint32_t before = 0, left = 0;  // triangles that look inwards
+    uint32_t before = 0, left = 0;  // cells with a triangle that looks inwards
 };
 
 // The axis, 1 or -1 along x, y or z, to whose side all triangles of a height field look; none for other meshes.
 std::optional<glm::dvec3> height_axis(const TriMesh& mesh);
 
 // places: of all samples of one chart of the atlas, row by row; those inside may be changed. lattice: the atlas, whose
-// cells and lattice are taken. A triangle of the finest level looks inwards if its area vector
-// does not look to the side of `up`, or, where there is none, to where the triangles that its corners lie in look
-// together.
+// cells and lattice are taken. A triangle of the finest level looks inwards if its area vector does not look to the
+// side of `up`, or, where there is none, to where the triangles that its corners lie in look together.
 Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, const Atlas& lattice,
                 const std::optional<glm::dvec3>& up);
 

@@ -66,19 +66,20 @@ public:
             work_, stage("clusters"), read_clusters, [&] { return make_clusters(surface, cluster_options, progress_); },
             [](const Clusters& made, ChunkWriter& writer) { return write_stage(made, writer); });
         if (!clusters) return tl::unexpected(clusters.error());
-        label_ = std::move(clusters->label);
-        bad_.assign(clusters->count, false);
-        report_.clusters = clusters->count;
-        report_.buckets = clusters->buckets;
-        report_.cut_seconds += clusters->cut_seconds;
-        report_.bucket_seconds += clusters->bucket_seconds;
-        report_.merge_seconds += clusters->merge_seconds;
+        clusters_ = std::move(*clusters);
+        bad_.assign(clusters_.count, false);
+        report_.clusters = clusters_.count;
+        report_.template_charts = static_cast<uint32_t>(clusters_.ready.size());
+        report_.buckets = clusters_.buckets;
+        report_.cut_seconds += clusters_.cut_seconds;
+        report_.bucket_seconds += clusters_.bucket_seconds;
+        report_.merge_seconds += clusters_.merge_seconds;
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         if (most_clusters_ == 0)
             most_clusters_ = most_finer * std::max(options_.clusters.clusters, report_.clusters) + few_clusters;
         last_ = report_.rounds >= options_.most_rounds || report_.clusters > most_clusters_;
         auto straight = kept_or_made<StraightQuads>(
-            work_, stage("quads"), read_quads, [&] { return make_quads(std::move(surface), clusters->count); },
+            work_, stage("quads"), read_quads, [&] { return make_quads(std::move(surface)); },
             [](const StraightQuads& made, ChunkWriter& writer) { return write_stage(made, writer); });
         if (!straight) return tl::unexpected(straight.error());
         quads_ = std::move(straight->quads);
@@ -92,7 +93,7 @@ public:
         return make_charts();
     }
 
-    const std::vector<uint32_t>& label() const { return label_; }
+    const std::vector<uint32_t>& label() const { return clusters_.label; }
     const std::vector<bool>& bad_clusters() const { return bad_; }
     const std::string& fault() const { return fault_; }
     // Whether stretched charts are taken as they are.
@@ -157,11 +158,11 @@ private:
                what;
     }
 
-    // Quads of the clusters of label_, made straight; or what has failed.
-    Result<StraightQuads> make_quads(Surface surface, uint32_t clusters) {
+    // Quads of the clusters, made straight; or what has failed.
+    Result<StraightQuads> make_quads(Surface surface) {
         progress_.at("quads", 0);
         const Stopwatch watch;
-        auto cut = quadrangulate(std::move(surface), label_, clusters);
+        auto cut = quadrangulate(std::move(surface), clusters_);
         if (!cut) return tl::unexpected(cut.error());
         StraightQuads made{std::move(*cut), 0};
         report_.quadrangulate_seconds += watch.wall();
@@ -226,7 +227,7 @@ private:
         const Stopwatch watch;
         const auto count = static_cast<uint32_t>(quads_.quads.size());
         std::vector<uint32_t> twin = quads_.surface.twins();
-        auto patches = trace_patches(quads_.surface, twin, quads_.label, count);
+        auto patches = trace_patches(quads_.surface, twin, quads_.label, count, quads_.corners());
         if (!patches) return tl::unexpected(patches.error());
         patches_ = std::move(*patches);
         std::vector<std::vector<uint32_t>> members = members_of(quads_.label, count);
@@ -338,7 +339,7 @@ private:
     uint32_t& most_clusters_;  // 0 until the first clusters are there
     const Progress& progress_;
     const WorkFolder* work_;
-    std::vector<uint32_t> label_;
+    Clusters clusters_;
     std::vector<bool> bad_;
     std::string fault_;
     bool last_ = false;

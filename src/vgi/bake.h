@@ -34,7 +34,8 @@ struct AtlasOptions {
 
 struct AtlasReport {
     uint32_t clusters = 0, charts = 0, buckets = 0, rounds = 0;
-    uint32_t cells = 0;  // taken
+    uint32_t template_charts = 0;  // of charts: those of components too small for clusters
+    uint32_t cells = 0;            // taken
     SurfaceChanges changes;
     uint32_t not_recentred = 0;                         // corners and centres that were left where they were
     uint32_t uniform_clusters = 0, uniform_charts = 0;  // laid out with equal weights, because the better ones folded

@@ -4,14 +4,17 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <optional>
 #include <queue>
 
 #include "base/clock.h"
+#include "base/disjoint_sets.h"
 #include "base/threads.h"
 #include "vgi/patch.h"
+#include "vgi/templates.h"
 
 namespace lodestone::vgi {
 
@@ -200,7 +203,79 @@ CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangl
     return complex.part(own, patch.origin, cell_of);
 }
 
+// Connected parts of a surface.
+struct Components {
+    struct One {
+        double wanted = 0;  // clusters, by its share of the area
+        bool closed = true;
+        // Whether it has more clusters than that whatever is wanted.
+        bool is_small() const { return wanted < (closed ? 4 : 3); }
+        bool takes_template() const { return wanted <= (closed ? 2 : 1); }
+    };
+    std::vector<One> all;
+    std::vector<uint32_t> of_vertex;
+
+    Components(const Surface& surface, const CellComplex& complex, const ClusterOptions& options, const Whole& whole) {
+        const size_t vertices = surface.positions.size();
+        DisjointSets joined(vertices);
+        for (const SurfaceTriangle& t : surface.triangles) {
+            joined.join(t.vertices[0], t.vertices[1]);
+            joined.join(t.vertices[1], t.vertices[2]);
+        }
+        of_vertex.resize(vertices);
+        for (uint32_t v = 0; v < vertices; ++v) {
+            const uint32_t lowest = joined.find(v);
+            of_vertex[v] = lowest == v ? static_cast<uint32_t>(all.size()) : of_vertex[lowest];
+            if (lowest == v) all.emplace_back();
+        }
+        for (size_t t = 0; t < surface.triangles.size(); ++t) {
+            const auto& v = surface.triangles[t].vertices;
+            const double area =
+                glm::length(area_vector(surface.positions[v[0]], surface.positions[v[1]], surface.positions[v[2]])) / 2;
+            const double density = options.density.empty() ? 1.0 : static_cast<double>(options.density[t]);
+            if (whole.area > 0) all[of_vertex[v[0]]].wanted += options.clusters * area * density / whole.area;
+        }
+        for (uint32_t h = 0; h < complex.edge_slots() * 2; ++h) {
+            if (complex.cell_of(h) >= complex.triangle_cells()) all[of_vertex[complex.origin(h)]].closed = false;
+        }
+    }
+    const One& of(uint32_t vertex) const { return all[of_vertex[vertex]]; }
+};
+
+// Merges the clusters of components that templates do for.
+std::vector<ReadyQuad> use_templates(const Surface& surface, const Components& components,
+                                     std::vector<uint32_t>& label) {
+    const auto component_of = [&](uint32_t t) { return components.of_vertex[surface.triangles[t].vertices[0]]; };
+    std::map<uint32_t, std::vector<uint32_t>> small;  // component: its triangles
+    for (uint32_t t = 0; t < label.size(); ++t) {
+        if (components.all[component_of(t)].takes_template()) small[component_of(t)].push_back(t);
+    }
+    std::vector<ReadyQuad> ready;
+    const auto take = [&](const TemplateQuad& quad) {
+        const uint32_t cluster = label[quad.triangles.front()];
+        for (const uint32_t t : quad.triangles) label[t] = cluster;
+        ready.push_back({cluster, quad.corners});
+    };
+    for (const auto& [component, triangles] : small) {
+        if (components.all[component].closed) {
+            std::vector<uint32_t> its_label;
+            for (const uint32_t t : triangles) its_label.push_back(label[t]);
+            const auto quads = sphere_template(surface, triangles, its_label);
+            if (quads) std::ranges::for_each(*quads, take);
+        } else if (const auto quad = disk_template(surface, triangles)) {
+            take(*quad);
+        }
+    }
+    return ready;
+}
+
 }  // namespace
+
+std::vector<uint32_t> Clusters::ready_corners() const {
+    std::vector<uint32_t> corners;
+    for (const ReadyQuad& quad : ready) corners.insert(corners.end(), quad.corners.begin(), quad.corners.end());
+    return corners;
+}
 
 Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& options, const Progress& progress) {
     Clusters result;
@@ -236,22 +311,32 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     result.bucket_seconds = bucket_watch.wall();
     const Stopwatch merge_watch;
     progress.at("clusters", 0);
-    std::vector<uint32_t> all(complex->edge_slots());
-    std::iota(all.begin(), all.end(), 0u);
-    const auto wanted =
-        static_cast<size_t>(std::lround(options.clusters * (whole.area > 0 ? whole.weighted / whole.area : 1)));
-    Merging(*complex, options, whole.area).run(all, complex->triangle_cells(), wanted, {});
+    const Components components(surface, *complex, options, whole);
+    std::vector<uint32_t> in_small, in_others;  // edges
+    for (uint32_t e = 0; e < complex->edge_slots(); ++e)
+        (components.of(complex->origin(e * 2)).is_small() ? in_small : in_others).push_back(e);
+    size_t others = 0;  // cells
+    for (uint32_t c = 0; c < complex->triangle_cells(); ++c)
+        others += !components.of(complex->origin(complex->first_half_edge(c))).is_small();
+    double wanted = 0;
+    for (const Components::One& one : components.all) wanted += one.is_small() ? 0 : one.wanted;
+    Merging merging(*complex, options, whole.area);
+    merging.run(in_others, others, static_cast<size_t>(std::lround(wanted)), {});
+    merging.run(in_small, complex->triangle_cells() - others, 0, {});
     const std::vector<uint32_t> cell = complex->labels();
     if (result.label.empty()) {
         result.label = cell;
     } else {
         for (uint32_t& label : result.label) label = cell[label];
     }
+    result.ready = use_templates(surface, components, result.label);
     std::vector<uint32_t> number(complex->triangle_cells(), none);
     for (uint32_t& label : result.label) {
         if (number[label] == none) number[label] = result.count++;
         label = number[label];
     }
+    for (ReadyQuad& quad : result.ready) quad.cluster = number[quad.cluster];
+    std::ranges::sort(result.ready, {}, &ReadyQuad::cluster);
     result.merge_seconds = merge_watch.wall();
     return result;
 }

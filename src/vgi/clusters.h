@@ -4,6 +4,7 @@
 // clustering on polygonal surfaces", I3D 2001), made scale-free.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -26,7 +27,10 @@ struct ClusterWeights {
 };
 
 struct ClusterOptions {
-    uint32_t clusters = 130;  // wanted in all; more where components need more (4 where closed, 3 with a boundary)
+    // Wanted in all. A component has at least 4 where it is closed, 3 with a boundary, or, where its share of the area
+    // comes to two clusters or to one at most, is made of templates (templates.h). What small components have beyond
+    // their share is not taken from others.
+    uint32_t clusters = 130;
     ClusterWeights weights;
     uint32_t bucket_triangles = 200000;  // about so many to a bucket
     // Per triangle of the surface: how many times as many clusters are wanted there as elsewhere, > 0; `clusters` is
@@ -35,9 +39,17 @@ struct ClusterOptions {
     FeatureLines features;  // that borders prefer
 };
 
+// A cluster that is a quad as it is.
+struct ReadyQuad {
+    uint32_t cluster = 0;
+    std::array<uint32_t, 4> corners{};  // vertices of the surface, counter-clockwise seen from outside
+};
+
 struct Clusters {
     std::vector<uint32_t> label;  // per triangle, 0 .. count - 1, by the lowest triangle
     uint32_t count = 0;
+    std::vector<ReadyQuad> ready;  // by their clusters
+    std::vector<uint32_t> ready_corners() const;
     uint32_t buckets = 0;
     double cut_seconds = 0, bucket_seconds = 0, merge_seconds = 0;  // into buckets; inside them; everywhere
 };

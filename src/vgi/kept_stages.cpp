@@ -47,13 +47,16 @@ void for_images(AtlasType& atlas, Visit&& visit) {
 
 Result<void> write_stage(const Clusters& clusters, ChunkWriter& writer) {
     if (auto done = put(writer, "label", clusters.label); !done) return done;
+    if (auto done = put(writer, "ready", clusters.ready); !done) return done;
     return put(writer, "counts", std::vector<uint32_t>{clusters.count, clusters.buckets});
 }
 
 std::optional<Clusters> read_clusters(const ChunkFile& file) {
     Clusters clusters;
     std::vector<uint32_t> counts;
-    if (!get(file, "label", clusters.label) || !get(file, "counts", counts) || counts.size() != 2) return std::nullopt;
+    if (!get(file, "label", clusters.label) || !get(file, "ready", clusters.ready) || !get(file, "counts", counts) ||
+        counts.size() != 2)
+        return std::nullopt;
     clusters.count = counts[0];
     clusters.buckets = counts[1];
     return clusters;

@@ -11,8 +11,16 @@ namespace {
 
 class Tracing {
 public:
-    Tracing(const Surface& surface, std::span<const uint32_t> twins, std::span<const uint32_t> label, uint32_t count)
-        : surface_(surface), twins_(twins), label_(label), count_(count) {}
+    Tracing(const Surface& surface, std::span<const uint32_t> twins, std::span<const uint32_t> label, uint32_t count,
+            std::span<const uint32_t> corners)
+        : surface_(surface),
+          twins_(twins),
+          label_(label),
+          count_(count),
+          is_corner_(surface.positions.size(), false),
+          is_given_(surface.positions.size(), false) {
+        for (const uint32_t v : corners) is_given_[v] = is_corner_[v] = true;
+    }
 
     Result<Patches> run() {
         // Borders that meet at each vertex, every border edge counted once.
@@ -22,13 +30,18 @@ public:
             ++borders[from(h)];
             ++borders[to(h)];
         }
+        for (uint32_t v = 0; v < borders.size(); ++v) {
+            if (borders[v] < 3) continue;
+            is_corner_[v] = true;
+            is_given_[v] = false;
+        }
         Patches patches;
         patches.sides.resize(count_);
         std::vector<uint32_t> arc_of(twins_.size(), none);  // border half-edge: its arc
         std::vector<uint32_t> loops(count_, 0);
         std::vector<bool> done(twins_.size(), false);
         for (uint32_t start = 0; start < twins_.size(); ++start) {
-            if (!border(start) || done[start] || borders[from(start)] < 3) continue;
+            if (!border(start) || done[start] || !is_corner_[from(start)]) continue;
             const uint32_t patch = label_[start / 3];
             ++loops[patch];
             uint32_t h = start;
@@ -39,7 +52,7 @@ public:
                     run.push_back(h);
                     done[h] = true;
                     h = next_border(h);
-                } while (borders[from(h)] < 3);
+                } while (!is_corner_[from(h)]);
                 const uint32_t across = twins_[run[0]];
                 if (across != none && arc_of[across] != none) {
                     patches.sides[patch].push_back({arc_of[across], true});
@@ -112,6 +125,7 @@ private:
             }
         }
         for (auto& [corner, around] : at_corner) {
+            if (is_given_[corner]) continue;
             std::sort(around.begin(), around.end());
             for (size_t i = 0; i < around.size(); ++i) {
                 for (size_t j = i + 1; j < around.size(); ++j) {
@@ -121,7 +135,8 @@ private:
             }
         }
         for (const Arc& arc : patches.arcs) {
-            if (arc.right != none) --contacts[std::minmax(arc.left, arc.right)];
+            const bool between_given = is_given_[arc.vertices.front()] && is_given_[arc.vertices.back()];
+            if (arc.right != none && !between_given) --contacts[std::minmax(arc.left, arc.right)];
         }
         for (const auto& [pair, number] : contacts) {
             if (number != 1)
@@ -134,6 +149,7 @@ private:
     const Surface& surface_;
     const std::span<const uint32_t> twins_, label_;
     const uint32_t count_;
+    std::vector<bool> is_corner_, is_given_;  // per vertex; given: and no more than two borders meet there
 };
 
 }  // namespace
@@ -161,8 +177,8 @@ std::vector<std::vector<uint32_t>> members_of(std::span<const uint32_t> label, u
 }
 
 Result<Patches> trace_patches(const Surface& surface, std::span<const uint32_t> twins, std::span<const uint32_t> label,
-                              uint32_t count) {
-    return Tracing(surface, twins, label, count).run();
+                              uint32_t count, std::span<const uint32_t> corners) {
+    return Tracing(surface, twins, label, count, corners).run();
 }
 
 }  // namespace lodestone::vgi

@@ -309,23 +309,31 @@ void in_batches(const std::vector<std::vector<uint32_t>>& members, Work&& work, 
 
 }  // namespace
 
-Result<Quads> quadrangulate(Surface surface, const std::vector<uint32_t>& label, uint32_t count) {
+std::vector<uint32_t> Quads::corners() const {
+    std::vector<uint32_t> all;
+    for (const Quad& quad : quads) all.insert(all.end(), quad.corners.begin(), quad.corners.end());
+    return all;
+}
+
+Result<Quads> quadrangulate(Surface surface, const Clusters& clusters) {
     Quads result;
-    std::vector<uint32_t> clusters = label;
+    const uint32_t count = clusters.count;
+    const std::vector<uint32_t> given = clusters.ready_corners();
+    std::vector<uint32_t> label = clusters.label;
     Patch whole;
     whole.twin = surface.twins();
-    const auto traced = trace_patches(surface, whole.twin, clusters, count);
+    const auto traced = trace_patches(surface, whole.twin, label, count, given);
     if (!traced) return tl::unexpected(traced.error());
     whole.positions = std::move(surface.positions);
     whole.triangles = std::move(surface.triangles);
     whole.places = std::move(surface.places);
     whole.origin.resize(whole.positions.size());
     std::iota(whole.origin.begin(), whole.origin.end(), 0u);
-    insert_middles(whole, clusters, *traced);
+    insert_middles(whole, label, *traced);
     result.surface.positions = std::move(whole.positions);
     result.surface.triangles = std::move(whole.triangles);
     result.surface.places = std::move(whole.places);
-    const auto patches = trace_patches(result.surface, whole.twin, clusters, count);
+    const auto patches = trace_patches(result.surface, whole.twin, label, count, given);
     if (!patches) return tl::unexpected(patches.error());
     whole = {};
     std::vector<uint32_t> middle(patches->arcs.size());
@@ -334,14 +342,17 @@ Result<Quads> quadrangulate(Surface surface, const std::vector<uint32_t>& label,
         LODE_CHECK(at > 0, a);
         middle[a] = patches->arcs[a].vertices[at];
     }
-    std::vector<std::vector<uint32_t>> members = members_of(clusters, count);
+    std::vector<std::vector<uint32_t>> members = members_of(label, count);
+    std::vector<const ReadyQuad*> ready(count, nullptr);
+    for (const ReadyQuad& quad : clusters.ready) ready[quad.cluster] = &quad;
     std::vector<std::unique_ptr<ClusterCut>> cuts(count);
     std::vector<std::string> faults(count);
     std::vector<std::vector<uint32_t>> corners(count), middles(count);
     std::vector<SurfaceTriangle> triangles;
-    triangles.reserve(clusters.size() + clusters.size() / 16);
+    triangles.reserve(label.size() + label.size() / 16);
     result.label.reserve(triangles.capacity());
     const auto cut = [&](size_t c) {
+        if (ready[c] != nullptr) return;
         for (const Side& side : patches->sides[c]) {
             const Arc& arc = patches->arcs[side.arc];
             corners[c].push_back(side.reversed ? arc.vertices.back() : arc.vertices.front());
@@ -356,7 +367,13 @@ Result<Quads> quadrangulate(Surface surface, const std::vector<uint32_t>& label,
             if (result.failed.empty()) result.fault = faults[c];
             result.failed.push_back(c);
         }
-        if (result.failed.empty()) {
+        if (result.failed.empty() && ready[c] != nullptr) {
+            for (const uint32_t t : members[c]) {
+                triangles.push_back(result.surface.triangles[t]);
+                result.label.push_back(static_cast<uint32_t>(result.quads.size()));
+            }
+            result.quads.push_back({c, ready[c]->corners});
+        } else if (result.failed.empty()) {
             const size_t sides = corners[c].size();
             std::vector<uint32_t> quads(sides);
             std::iota(quads.begin(), quads.end(), static_cast<uint32_t>(result.quads.size()));
@@ -402,7 +419,7 @@ Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& feat
     LODE_CHECK(pivot == 0 || pivot == 2, pivot);
     const auto count = static_cast<uint32_t>(quads.quads.size());
     std::vector<uint32_t> twin = quads.surface.twins();
-    auto patches = trace_patches(quads.surface, twin, quads.label, count);
+    auto patches = trace_patches(quads.surface, twin, quads.label, count, quads.corners());
     if (!patches) return tl::unexpected(patches.error());
     const auto kept = borders_on_features(quads, twin, features);
     twin = {};

@@ -1,6 +1,6 @@
-// Stage 5 of the atlas: every cluster of k sides becomes k quads around a centre. The cluster is flattened onto a disk
-// and cut along straight rays from the vertex nearest to the middle to the middle of each side; straight rays from one
-// point do not meet, so the quads are disks whatever the cluster looks like.
+// Stage 5 of the atlas: every cluster of k sides that is no quad yet becomes k quads around a centre. The cluster is
+// flattened onto a disk and cut along straight rays from the vertex nearest to the middle to the middle of each side;
+// straight rays from one point do not meet, so the quads are disks whatever the cluster looks like.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,14 @@
 #include <vector>
 
 #include "base/result.h"
+#include "vgi/clusters.h"
 #include "vgi/features.h"
 #include "vgi/surface.h"
 
 namespace lodestone::vgi {
 
 // A quad's corners in order: where the cluster meets others, the middle of the side after that, the cluster's centre,
-// the middle of the side before.
+// the middle of the side before. Those of a cluster that was ready: as they were.
 struct Quads {
     Surface surface;              // the input's, cut along all borders of quads
     std::vector<uint32_t> label;  // per triangle: its quad
@@ -26,11 +27,12 @@ struct Quads {
     std::vector<uint32_t> failed;   // clusters that could not be cut; then there is nothing else
     std::string fault;              // what was wrong with the first of them
     uint32_t uniform_clusters = 0;  // flattened with equal weights, because the better ones could not be solved
+
+    std::vector<uint32_t> corners() const;  // of all quads, in turn
 };
 
-// label: clusters of the surface's triangles, 0 .. count - 1, valid for trace_patches; else
-// Fault::invariant.
-Result<Quads> quadrangulate(Surface surface, const std::vector<uint32_t>& label, uint32_t count);
+// clusters: of the surface, valid for trace_patches; else Fault::invariant.
+Result<Quads> quadrangulate(Surface surface, const Clusters& clusters);
 
 // Stages 4 and 5 again, with the roles changed: the quads around every cluster corner inside the surface (pivot 0), or
 // around every centre (pivot 2), are flattened together, their common vertex moves to the middle of the picture, and

@@ -129,6 +129,7 @@ Surface surface_of(const TriMesh& mesh, double longest, SurfaceChanges* changes)
     for (uint32_t t = 0; t < given; ++t) {
         if (whole.twin[t * 3] != none || whole.twin[t * 3 + 1] != none || whole.twin[t * 3 + 2] != none) continue;
         whole.split_triangle(t);
+        whole.split_edge(t * 3, 0.5, 0.5);  // a boundary has room for a quad's corners then
         ++made.lone_triangles;
     }
     if (longest > 0) made.long_edges = split_long_edges(whole, longest);

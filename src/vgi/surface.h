@@ -74,7 +74,7 @@ struct Surface {
 
 // What surface_of changed so that clusters can be cut out of any mesh.
 struct SurfaceChanges {
-    uint32_t lone_triangles = 0;   // triangles without neighbours, made into three
+    uint32_t lone_triangles = 0;   // triangles without neighbours, made into four
     uint32_t boundary_chords = 0;  // inner edges with both ends on the boundary, split: no cluster may touch it twice
     uint32_t long_edges = 0;       // edges split because they were longer than wanted
 };

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::array<int, 3> reaches{3, 6, 12};  // cells around a fold that may move, one after the other
 constexpr int most_sweeps = 100;
+constexpr double least_move = 0.05;    // of a step of the lattice: a sweep in which nothing moves further is the last
 constexpr double most_outside = 0.5;   // weight: a sample at a concave border may have to lie outside of all triangles
 constexpr double least_cosine = 0.05;  // between the plane of a region and the surface in it
 
@@ -88,7 +89,8 @@ public:
                 longest = std::max(longest, glm::distance(at(flat, t[k]), at(flat, t[(k + 1) % 3])));
             return area(flat, t) >= margin * step * longest;
         };
-        sweep(flat, is_good, [](const glm::dvec2& best, const glm::dvec2&, std::span<const Area>) { return best; });
+        sweep(flat, is_good, step,
+              [](const glm::dvec2& best, const glm::dvec2&, std::span<const Area>) { return best; });
     }
 
     // From lattice point to lattice point, until every triangle has an area.
@@ -112,7 +114,7 @@ public:
             }
             return chosen;
         };
-        sweep(flat, is_good, nearby);
+        sweep(flat, is_good, step, nearby);
     }
 
 private:
@@ -130,15 +132,14 @@ private:
     }
     // choose: where a sample goes, by its best place, the one it has, and the areas around it.
     template <class IsGood, class Choose>
-    void sweep(std::vector<glm::dvec2>& flat, const IsGood& is_good, const Choose& choose) const {
+    void sweep(std::vector<glm::dvec2>& flat, const IsGood& is_good, double step, const Choose& choose) const {
         std::vector<Area> areas;
-        bool good = false;
-        for (int sweeps = 0; sweeps < most_sweeps && !good; ++sweeps) {
-            good = true;
+        bool moving = true;
+        for (int sweeps = 0; sweeps < most_sweeps && moving; ++sweeps) {
+            moving = false;
             for (size_t i = 0; i < samples_.size(); ++i) {
-                if (std::ranges::all_of(ring_[i], [&](uint32_t t) { return is_good(triangles_[t]); })) continue;
-                good = false;
                 if (!is_free(i)) continue;
+                if (std::ranges::all_of(ring_[i], [&](uint32_t t) { return is_good(triangles_[t]); })) continue;
                 areas.clear();
                 for (const uint32_t t : ring_[i]) {
                     size_t k = 0;
@@ -149,7 +150,11 @@ private:
                     const glm::dvec2 e = b - a;
                     areas.push_back({-cross(e, a), {-e.y, e.x}});
                 }
-                if (const auto best = fairest(areas)) flat[i] = choose(*best, flat[i], areas);
+                const auto best = fairest(areas);
+                if (!best) continue;
+                const glm::dvec2 chosen = choose(*best, flat[i], areas);
+                moving = moving || glm::distance(chosen, flat[i]) > least_move * step;
+                flat[i] = chosen;
             }
         }
     }

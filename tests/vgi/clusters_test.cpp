@@ -43,7 +43,7 @@ TEST(Surface, SplitsInnerEdgesBetweenBoundaryVerticesAndKeepsTheArea) {
     }
 }
 
-TEST(Surface, HalvesLongEdgesAndMakesThreeOfALoneTriangle) {
+TEST(Surface, HalvesLongEdgesAndMakesFourOfALoneTriangle) {
     TriMesh mesh = fixtures::tetrahedron();
     const double longest = 0.2 * bounding_box(mesh.positions).diagonal();
     SurfaceChanges changes;
@@ -59,7 +59,7 @@ TEST(Surface, HalvesLongEdgesAndMakesThreeOfALoneTriangle) {
     drop_unreferenced(mesh);
     const Surface lone = surface_of(mesh, 0, &changes);
     EXPECT_EQ(changes.lone_triangles, 1u);
-    EXPECT_EQ(lone.triangles.size(), 3u);
+    EXPECT_EQ(lone.triangles.size(), 4u);
     EXPECT_TRUE(CellComplex(lone).validate());
 }
 
@@ -107,7 +107,8 @@ TEST(Clusters, ReachTheCountWantedOrWhatComponentsNeed) {
             ASSERT_TRUE(clusters);
             EXPECT_GE(clusters->count, std::min<size_t>(wanted, surface.triangles.size()));
             EXPECT_LE(clusters->count, std::max(2 * wanted, 16u));
-            const auto patches = trace_patches(surface, surface.twins(), clusters->label, clusters->count);
+            const auto patches =
+                trace_patches(surface, surface.twins(), clusters->label, clusters->count, clusters->ready_corners());
             EXPECT_TRUE(patches) << patches.error().message;
         }
     }

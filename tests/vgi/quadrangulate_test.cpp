@@ -22,14 +22,14 @@ TEST(Quadrangulate, MakesFourSidedDisksThatCoverTheSurface) {
             options.clusters = wanted;
             const auto clusters = make_clusters(surface, options);
             ASSERT_TRUE(clusters);
-            const auto quads = quadrangulate(surface, clusters->label, clusters->count);
+            const auto quads = quadrangulate(surface, *clusters);
             ASSERT_TRUE(quads) << quads.error().message;
             ASSERT_TRUE(quads->failed.empty()) << quads->fault;
             const auto valid = quads->surface.validate();
             ASSERT_TRUE(valid) << valid.error().message;
             EXPECT_NEAR(quads->surface.area(), surface.area(), 1e-9 * surface.area());
             const auto patches = trace_patches(quads->surface, quads->surface.twins(), quads->label,
-                                               static_cast<uint32_t>(quads->quads.size()));
+                                               static_cast<uint32_t>(quads->quads.size()), quads->corners());
             ASSERT_TRUE(patches) << patches.error().message;
             for (size_t q = 0; q < quads->quads.size(); ++q) {
                 ASSERT_EQ(patches->sides[q].size(), 4u) << q;

@@ -57,6 +57,7 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
         report = {{"clusters", made.clusters},
                   {"charts", made.charts},
                   {"template_charts", made.template_charts},
+                  {"coarse_charts", made.coarse_charts},
                   {"resolution", made.cells + 1},
                   {"attribute_resolution", atlas->attribute_cells + 1},
                   {"buckets", made.buckets},

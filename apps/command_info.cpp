@@ -40,13 +40,11 @@ Json describe(const Asset& asset) {
         }
     }
     if (asset.atlas_file != nullptr) {
-        const uint64_t cells = info["vgi"]["resolution"].get<uint64_t>() - 1;
         const auto errors = asset.file.array<float>("vgi/errors");
-        for (size_t level = 0; errors && level < errors->size(); ++level) {
-            info["vgi"]["levels"].push_back(
-                {{"level", level},
-                 {"triangles", 2 * info["vgi"]["charts"].get<uint64_t>() * (cells >> level) * (cells >> level)},
-                 {"error", (*errors)[level]}});
+        for (uint32_t level = 0; errors && level < errors->size(); ++level) {
+            info["vgi"]["levels"].push_back({{"level", level},
+                                             {"triangles", asset.atlas_file->about().triangles_at(level)},
+                                             {"error", (*errors)[level]}});
         }
     }
     if (asset.discrete != nullptr) {

@@ -14,6 +14,39 @@ namespace lodestone::vgi {
 
 uint32_t Atlas::levels() const { return static_cast<uint32_t>(std::bit_width(cells)); }
 
+void Atlas::lay_out(std::vector<uint8_t> levels_left_out) {
+    left_out = std::move(levels_left_out);
+    const auto count = static_cast<uint32_t>(left_out.size());
+    cluster.resize(count);
+    first_texel.assign(1, 0);
+    first_attribute_texel.assign(1, 0);
+    const auto squared = [](size_t n) { return n * n; };
+    for (uint32_t c = 0; c < count; ++c) {
+        LODE_CHECK(cells_of(c) > 0, c);
+        first_texel.push_back(first_texel.back() + squared(cells_of(c) + 1));
+        first_attribute_texel.push_back(first_attribute_texel.back() + squared(attribute_cells_of(c) + 1));
+    }
+}
+
+void Atlas::make_room() {
+    positions.resize(texels());
+    sample_errors.resize(texels());
+    sample_radii.resize(texels());
+    normals.resize(attribute_texels());
+    if (attributes.uvs) uvs.resize(attribute_texels());
+    if (attributes.colours) colours.resize(attribute_texels());
+    if (attributes.materials) materials.resize(attribute_texels());
+}
+
+uint64_t Atlas::triangles_at(uint32_t level) const {
+    uint64_t count = 0;
+    for (uint32_t c = 0; c < charts(); ++c) {
+        const uint64_t n = cells_of(c) >> own_level(c, level);
+        count += 2 * n * n;
+    }
+    return count;
+}
+
 glm::vec3 Atlas::normal(size_t texel) const {
     const auto& n = normals[texel];
     const auto wide = [](int8_t v) { return static_cast<int16_t>(std::lround(v * (32767.0 / 127))); };
@@ -47,14 +80,19 @@ uint32_t Atlas::level_for_triangles(uint64_t triangles) const {
 
 TriMesh Atlas::extract(uint32_t level) const {
     LODE_CHECK(level < levels(), level, levels());
-    const uint32_t stride = 1u << level, n = cells >> level, row = n + 1, attribute_stride = attribute_cells / n;
-    const auto sample = [&](uint32_t chart, uint32_t x, uint32_t y) { return chart * row * row + y * row + x; };
+    const auto cells_at = [&](uint32_t chart) { return cells_of(chart) >> own_level(chart, level); };
+    std::vector<uint32_t> first(1, 0);  // sample of each chart
+    for (uint32_t c = 0; c < charts(); ++c) first.push_back(first[c] + (cells_at(c) + 1) * (cells_at(c) + 1));
+    const auto sample = [&](uint32_t chart, uint32_t x, uint32_t y) {
+        return first[chart] + y * (cells_at(chart) + 1) + x;
+    };
     const auto side_sample = [&](uint32_t chart, uint32_t side, uint32_t k) {
-        const auto [x, y] = on_side(side, k, n);
+        const auto [x, y] = on_side(side, k, cells_at(chart));
         return sample(chart, x, y);
     };
-    DisjointSets glued(size_t{charts()} * row * row);
+    DisjointSets glued(first.back());
     for (uint32_t c = 0; c < charts(); ++c) {
+        const uint32_t n = cells_at(c);
         for (uint32_t s = 0; s < 4; ++s) {
             const GluedSide& other = sides[size_t{c} * 4 + s];
             if (other.chart == ~0u) continue;
@@ -65,11 +103,12 @@ TriMesh Atlas::extract(uint32_t level) const {
     TriMesh mesh;
     mesh.material_table = material_table;
     mesh.images = images;
-    std::vector<uint32_t> vertex(size_t{charts()} * row * row, ~0u), wedge(vertex.size());
+    std::vector<uint32_t> vertex(first.back(), ~0u), wedge(vertex.size());
     // Wedges of a vertex by their attributes.
     using Attributes = std::tuple<std::array<int8_t, 2>, std::array<uint16_t, 2>, uint32_t, uint16_t>;
     std::map<std::pair<uint32_t, Attributes>, uint32_t> on_border;
     for (uint32_t c = 0; c < charts(); ++c) {
+        const uint32_t n = cells_at(c), stride = cells_of(c) / n, attribute_stride = attribute_cells_of(c) / n;
         for (uint32_t y = 0; y <= n; ++y) {
             for (uint32_t x = 0; x <= n; ++x) {
                 const uint32_t i = sample(c, x, y), root = glued.find(i);
@@ -100,6 +139,7 @@ TriMesh Atlas::extract(uint32_t level) const {
     }
     mesh.triangles.reserve(triangles_at(level));
     for (uint32_t c = 0; c < charts(); ++c) {
+        const uint32_t n = cells_at(c);
         for (uint32_t y = 0; y < n; ++y) {
             for (uint32_t x = 0; x < n; ++x) {
                 const uint32_t a = wedge[sample(c, x, y)], b = wedge[sample(c, x + 1, y)],
@@ -123,11 +163,14 @@ Result<void> Atlas::validate() const {
         !std::has_single_bit(attribute_cells))
         return wrong("cells are no powers of two, or fewer for attributes than for positions");
     if (!(step > 0)) return wrong("the lattice has no step");
-    const size_t texels = size_t{charts()} * texels_per_chart(), attribute_texels = attribute_texel(charts(), 0, 0);
-    if (sides.size() != size_t{charts()} * 4 || positions.size() != texels || sample_errors.size() != texels ||
-        sample_radii.size() != texels || normals.size() != attribute_texels ||
-        (!uvs.empty() && uvs.size() != attribute_texels) || (!colours.empty() && colours.size() != attribute_texels) ||
-        (!materials.empty() && materials.size() != attribute_texels))
+    if (left_out.size() != charts() || first_texel.size() != charts() + size_t{1} ||
+        first_attribute_texel.size() != first_texel.size())
+        return wrong("charts are not laid out");
+    if (sides.size() != size_t{charts()} * 4 || positions.size() != texels() || sample_errors.size() != texels() ||
+        sample_radii.size() != texels() || normals.size() != attribute_texels() ||
+        (!uvs.empty() && uvs.size() != attribute_texels()) ||
+        (!colours.empty() && colours.size() != attribute_texels()) ||
+        (!materials.empty() && materials.size() != attribute_texels()))
         return wrong("an image has the wrong size");
     if (!errors.empty() && (errors.size() != levels() || !std::is_sorted(errors.begin(), errors.end())))
         return wrong("errors fall, or are not one per level");
@@ -139,9 +182,10 @@ Result<void> Atlas::validate() const {
         for (uint32_t s = 0; s < 4; ++s) {
             const GluedSide& other = sides[size_t{c} * 4 + s];
             if (other.chart == ~0u) continue;
-            for (uint32_t k = 0; k <= cells; ++k) {
-                const auto [x, y] = on_side(s, k, cells);
-                const auto [u, v] = on_side(other.side, cells - k, cells);
+            const uint32_t n = cells_of(c);
+            for (uint32_t k = 0; k <= n; ++k) {
+                const auto [x, y] = on_side(s, k, n);
+                const auto [u, v] = on_side(other.side, n - k, n);
                 const size_t mine = texel(c, x, y), its = texel(other.chart, u, v);
                 if (positions[mine] != positions[its] || sample_errors[mine] != sample_errors[its] ||
                     sample_radii[mine] != sample_radii[its])
@@ -164,6 +208,8 @@ Result<void> Atlas::validate_gluing() const {
             if (other.chart >= charts() || other.side > 3) return wrong(place + ": is glued to nothing");
             if (sides[size_t{other.chart} * 4 + other.side] != GluedSide{c, s})
                 return wrong(place + ": is glued to a side that is glued elsewhere");
+            if (left_out[c] != left_out[other.chart])
+                return wrong(place + ": is glued to a chart that leaves out other levels");
         }
     }
     // Corners: turning around one from chart to chart leads back, or from one end of the surface to another.

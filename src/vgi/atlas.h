@@ -8,6 +8,9 @@
 // Samples of glued sides are equal bit for bit. A coarser level takes every 2^level-th sample, so that holds there too.
 //
 // Attributes are images of their own over the same square, as fine as positions or finer.
+//
+// Charts of small components do without their finest levels: their images have fewer texels, for which a coarse page
+// stands as it does for pages that are missing. Charts that are glued leave out the same levels.
 #pragma once
 
 #include <array>
@@ -63,14 +66,16 @@ struct PageBounds {
 static_assert(sizeof(PageBounds) == 28);
 
 struct Atlas {
-    uint32_t cells = 128;            // per side of a chart's positions, a power of two, 2 .. 4096
+    uint32_t cells = 128;            // per side of a whole chart's positions, a power of two, 2 .. 4096
     uint32_t attribute_cells = 128;  // per side of its attributes, a power of two, cells .. 4096
+    std::vector<uint8_t> left_out;   // per chart: finest levels it does without; lay_out() sets it
     glm::dvec3 origin{0};            // positions are origin + step * lattice point, one lattice for all charts
     double step = 1;                 // object units, > 0
     glm::vec2 uv_low{0}, uv_step{0};
-    PresentAttributes attributes;   // of the source; normals are always there
-    std::vector<GluedSide> sides;   // four per chart
-    std::vector<uint32_t> cluster;  // per chart: the cluster it is part of
+    PresentAttributes attributes;                                  // of the source; normals are always there
+    std::vector<GluedSide> sides;                                  // four per chart
+    std::vector<uint32_t> cluster;                                 // per chart: the cluster it is part of
+    std::vector<size_t> first_texel{0}, first_attribute_texel{0};  // per chart, and the end; lay_out() sets them
     // Per level: object units, two-sided distance to the source, never decreasing; empty until measured.
     std::vector<float> errors;
     std::vector<PageBounds> bounds;  // per page of positions, chart after chart; empty until measured
@@ -90,13 +95,26 @@ struct Atlas {
 
     uint32_t charts() const { return static_cast<uint32_t>(cluster.size()); }
     uint32_t levels() const;  // log2(cells) + 1
-    uint32_t texels_per_chart() const { return (cells + 1) * (cells + 1); }
+    // Sets the charts and what they leave out: of each fewer levels than there are of pages (pages.h).
+    void lay_out(std::vector<uint8_t> levels_left_out);
+    // Gives the images that `attributes` names their texels.
+    void make_room();
+    // Per side of a chart's own images.
+    uint32_t cells_of(uint32_t chart) const { return cells >> left_out[chart]; }
+    uint32_t attribute_cells_of(uint32_t chart) const { return attribute_cells >> left_out[chart]; }
+    // x, y: 0 .. cells_of(chart).
     size_t texel(uint32_t chart, uint32_t x, uint32_t y) const {
-        return size_t{chart} * texels_per_chart() + size_t{y} * (cells + 1) + x;
+        return first_texel[chart] + size_t{y} * (cells_of(chart) + 1) + x;
     }
+    // x, y: 0 .. attribute_cells_of(chart).
     size_t attribute_texel(uint32_t chart, uint32_t x, uint32_t y) const {
-        const size_t row = attribute_cells + 1;
-        return (size_t{chart} * row + y) * row + x;
+        return first_attribute_texel[chart] + size_t{y} * (attribute_cells_of(chart) + 1) + x;
+    }
+    size_t texels() const { return first_texel.back(); }  // of all charts
+    size_t attribute_texels() const { return first_attribute_texel.back(); }
+    // A chart's own level for a level of the atlas.
+    uint32_t own_level(uint32_t chart, uint32_t level) const {
+        return level > left_out[chart] ? level - left_out[chart] : 0u;
     }
     // The square across a side of square (x, y), where every chart is divided into per_side x per_side: in the chart,
     // or in the one glued to it. Its chart is ~0 where the surface ends.
@@ -117,8 +135,7 @@ struct Atlas {
         return glm::clamp(glm::round((point - origin) / step), 0.0, 65535.0);
     }
     glm::vec3 normal(size_t attribute_texel) const;  // unit length
-    // 2 * charts * (cells >> level)^2
-    uint64_t triangles_at(uint32_t level) const { return uint64_t{2} * charts() * (cells >> level) * (cells >> level); }
+    uint64_t triangles_at(uint32_t level) const;
 
     // The coarsest level whose error is at most `error`; 0 where none is.
     uint32_t level_for_error(double error) const;

@@ -1,5 +1,6 @@
 #include "vgi/atlas_chunks.h"
 
+#include <algorithm>
 #include <bit>
 #include <nlohmann/json.hpp>
 
@@ -27,11 +28,12 @@ Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter&
     std::vector<std::vector<std::byte>> packed(size_t{atlas.charts()} * tree.families());
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
         for (size_t c = begin; c < end; ++c) {
+            const PageTree own = tree_of(atlas, name.layer, static_cast<uint32_t>(c));
             std::vector<Page> pages;
-            for (uint32_t p = 0; p < tree.pages(); ++p)
+            for (uint32_t p = 0; p < own.pages(); ++p)
                 pages.push_back(read_page(atlas, name.layer, static_cast<uint32_t>(c), p));
-            for (uint32_t f = 0; f < tree.families(); ++f)
-                packed[c * tree.families() + f] = encode_family(tree, channels, f, pages);
+            for (uint32_t f = 0; f < own.families(); ++f)  // the others are left out
+                packed[c * tree.families() + f] = encode_family(own, channels, f, pages);
         }
     });
     std::vector<uint64_t> ends;
@@ -63,6 +65,7 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
     Result<void> done = writer.add_text("vgi/atlas", about.dump());
     if (done) done = writer.add_array("vgi/sides", std::span(atlas.sides));
     if (done) done = writer.add_array("vgi/clusters", std::span(atlas.cluster));
+    if (done) done = writer.add_array("vgi/left_out", std::span(atlas.left_out));
     if (done) done = writer.add_array("vgi/errors", std::span(atlas.errors));
     if (done) done = writer.add_array("vgi/bounds", std::span(atlas.bounds));
     for (const LayerName& layer : layers) {
@@ -102,16 +105,22 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
     if (!(atlas.step > 0)) return named("vgi/atlas: the lattice has no step");
     auto sides = file.array<GluedSide>("vgi/sides");
     auto clusters = file.array<uint32_t>("vgi/clusters");
+    auto left_out = file.array<uint8_t>("vgi/left_out");
     auto errors = file.array<float>("vgi/errors");
     auto bounds = file.array<PageBounds>("vgi/bounds");
     if (!sides) return tl::unexpected(sides.error());
     if (!clusters) return tl::unexpected(clusters.error());
+    if (!left_out) return tl::unexpected(left_out.error());
     if (!errors) return tl::unexpected(errors.error());
     if (!bounds) return tl::unexpected(bounds.error());
-    if (clusters->size() != charts || sides->size() != size_t{charts} * 4 || errors->size() != atlas.levels() ||
-        bounds->size() != size_t{charts} * tree_of(atlas, Layer::geometry).pages())
+    const uint32_t most_left_out = tree_of(atlas, Layer::geometry).base_level();
+    if (std::ranges::any_of(*left_out, [&](uint8_t levels) { return levels > most_left_out; }))
+        return named("vgi/left_out: a chart has no pages");
+    if (clusters->size() != charts || left_out->size() != charts || sides->size() != size_t{charts} * 4 ||
+        errors->size() != atlas.levels() || bounds->size() != size_t{charts} * tree_of(atlas, Layer::geometry).pages())
         return named("vgi/atlas: the number of charts does not fit the other chunks");
     atlas.sides.assign(sides->begin(), sides->end());
+    atlas.lay_out({left_out->begin(), left_out->end()});
     atlas.cluster.assign(clusters->begin(), clusters->end());
     atlas.errors.assign(errors->begin(), errors->end());
     atlas.bounds.assign(bounds->begin(), bounds->end());
@@ -157,21 +166,13 @@ Result<Atlas> open_atlas(const ChunkFile& file) {
     const auto opened = AtlasFile::open(file);
     if (!opened) return tl::unexpected(opened.error());
     Atlas atlas = opened->about();
-    const size_t texels = atlas.texel(atlas.charts(), 0, 0),
-                 attribute_texels = atlas.attribute_texel(atlas.charts(), 0, 0);
-    atlas.positions.resize(texels);
-    atlas.sample_errors.resize(texels);
-    atlas.sample_radii.resize(texels);
-    atlas.normals.resize(attribute_texels);
-    if (atlas.attributes.uvs) atlas.uvs.resize(attribute_texels);
-    if (atlas.attributes.colours) atlas.colours.resize(attribute_texels);
-    if (atlas.attributes.materials) atlas.materials.resize(attribute_texels);
+    atlas.make_room();
     for (const LayerName& name : layers) {
-        const PageTree tree = tree_of(atlas, name.layer);
         const std::vector<Channel> channels = channels_of(atlas.attributes, name.layer);
         std::vector<std::string> faults(atlas.charts());
         parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
+                const PageTree tree = tree_of(atlas, name.layer, c);
                 std::vector<Page> pages;
                 pages.resize(tree.pages());
                 for (uint32_t f = 0; f < tree.families(); ++f) {

@@ -14,6 +14,7 @@
 #include "base/threads.h"
 #include "mesh/distance.h"
 #include "vgi/chart_error.h"
+#include "vgi/chart_sizes.h"
 #include "vgi/kept_stages.h"
 #include "vgi/quadrangulate.h"
 #include "vgi/resample.h"
@@ -38,6 +39,7 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
 
 constexpr float denser = 3;  // times, where a chart was stretched too much
 constexpr size_t charts_at_once = 64;
+constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
 // Clusters that making them finer may lead to: so many times those wanted, or those there had to be, and some.
 constexpr uint32_t most_finer = 4, few_clusters = 256;
 
@@ -68,6 +70,11 @@ public:
         if (!clusters) return tl::unexpected(clusters.error());
         clusters_ = std::move(*clusters);
         bad_.assign(clusters_.count, false);
+        doubtful_.assign(clusters_.count, false);
+        for (size_t t = 0; t < density.size(); ++t) {
+            if (density[t] > 1) doubtful_[clusters_.label[t]] = true;
+        }
+        for (const ReadyQuad& quad : clusters_.ready) doubtful_[quad.cluster] = true;
         report_.clusters = clusters_.count;
         report_.template_charts = static_cast<uint32_t>(clusters_.ready.size());
         report_.buckets = clusters_.buckets;
@@ -119,8 +126,9 @@ public:
             report_.still_folded_cells += c.sampled.still_folded;
             report_.flipped_triangles += c.flipped;
             report_.uniform_charts += c.uniform;
-            for (size_t level = 0; level < made.errors.levels.size(); ++level)
-                level_errors[level] = std::max(level_errors[level], made.errors.levels[level]);
+            for (uint32_t level = 0; level < level_errors.size() && !made.errors.levels.empty(); ++level)
+                level_errors[level] =
+                    std::max(level_errors[level], made.errors.levels[resampler_->atlas().own_level(q, level)]);
             page_errors.push_back(made.errors.pages);
             samples.insert(samples.end(), made.samples.begin(), made.samples.end());
             resampler_->atlas().cluster[q] = quads_.quads[q].cluster;
@@ -178,15 +186,12 @@ private:
         return made;
     }
 
-    uint32_t cells_for(uint32_t charts) const {
+    ChartSizes sizes_of(const std::vector<std::vector<uint32_t>>& members) const {
         constexpr double charts_per_cluster = 12;  // of what is wanted; usual are six
-        constexpr uint32_t fewest_cells = 8;
-        const auto texels = [](uint32_t cells) { return (cells + 1.0) * (cells + 1.0); };
-        const double most = std::max(options_.most_texels_per_triangle * static_cast<double>(mesh_.triangle_count()),
-                                     charts_per_cluster * options_.clusters.clusters * texels(options_.cells));
-        uint32_t cells = options_.cells;
-        while (cells > fewest_cells && charts * texels(cells) > most) cells /= 2;
-        return cells;
+        const double row = options_.cells + 1,
+                     most = std::max(options_.most_texels_per_triangle * static_cast<double>(mesh_.triangle_count()),
+                                     charts_per_cluster * options_.clusters.clusters * row * row);
+        return chart_sizes(quads_.surface, members, patches_, options_.clusters.clusters, options_.cells, most);
     }
 
     // From the error of sampling, as a few charts show it.
@@ -243,22 +248,33 @@ private:
         measure_features(twin);
         twin = {};
         malloc_trim(0);  // what the stages before have given back
-        report_.cells = cells_for(count);
-        resampler_.emplace(mesh_, normals_, quads_.surface, patches_, report_.cells,
-                           report_.cells * options_.attribute_ratio);
+        ChartSizes sizes = sizes_of(members);
+        report_.cells = sizes.cells;
+        report_.coarse_charts = count - static_cast<uint32_t>(std::ranges::count(sizes.left_out, 0));
+        resampler_.emplace(mesh_, normals_, quads_.surface, patches_, sizes.cells,
+                           sizes.cells * options_.attribute_ratio, std::move(sizes.left_out));
         charts_.assign(count, {});
         choose_lattice(members);
         std::mutex clock_mutex;
         double parameterise_seconds = 0, resample_seconds = 0, error_seconds = 0;
         const double whole_area = std::max(quads_.surface.area(), 1e-300);
-        // The largest first, so that no thread is left with one at the end.
+        // Those first that may have to be made anew, and with them all others: then the others need not be sampled. Of
+        // either the largest first, so that no thread is left with one at the end.
         std::vector<uint32_t> order(count);
         std::iota(order.begin(), order.end(), 0u);
-        std::ranges::stable_sort(order, std::greater<>(), [&](uint32_t q) { return members[q].size(); });
+        std::ranges::stable_sort(order, std::greater<>(), [&](uint32_t q) {
+            return std::pair<bool, size_t>(doubtful_[quads_.quads[q].cluster], members[q].size());
+        });
+        std::vector<bool> is_template(count, false);
+        for (uint32_t q = 0, next = 0; q < count && next < clusters_.ready.size(); ++q) {
+            is_template[q] = quads_.quads[q].cluster == clusters_.ready[next].cluster;
+            next += is_template[q];
+        }
         // Some chart will be made anew and all others with it: what is left to know is which else are bad.
         bool rejected = false;
         const auto is_bad = [&](const ChartResult& c) {
-            return !c.fault.empty() || c.figures.sampled.missing > 0 || c.figures.stretch > options_.worst_stretch;
+            return !c.fault.empty() || c.figures.sampled.missing > 0 ||
+                   c.figures.stretch * c.figures.spacing > options_.worst_stretch;
         };
         const auto make = [&](uint32_t q) {
             const Stopwatch chart_watch;
@@ -273,6 +289,12 @@ private:
             const double parameterised = chart_watch.wall();
             c.figures.area = chart->area;
             c.figures.stretch = chart->stretch;
+            // Templates may be stretched more, as far as their samples are closer together than others.
+            if (is_template[q]) {
+                const double usual = options_.clusters.clusters * usual_charts_per_cluster * chart->area / whole_area,
+                             row_share = resampler_->atlas().cells_of(q) / static_cast<double>(report_.cells);
+                c.figures.spacing = std::min(1.0, std::sqrt(usual) / row_share);
+            }
             c.figures.tutte_stretch = chart->tutte_stretch;
             c.figures.uniform = chart->uniform;
             c.figures.flipped = chart->patch.flipped();
@@ -282,7 +304,7 @@ private:
             if (c.figures.sampled.missing == 0) {
                 const double share = static_cast<double>(options_.error_samples) * chart->area / whole_area;
                 c.errors = measure_samples(resampler_->atlas(), q, *chart);
-                c.samples = sample_source(q, *chart, static_cast<uint32_t>(std::ceil(share)));
+                c.samples = sample_source(q, *chart, std::max(fewest_samples, static_cast<uint32_t>(std::ceil(share))));
             }
             const double measured = chart_watch.wall() - parameterised - sampled;
             const std::lock_guard lock(clock_mutex);
@@ -341,6 +363,7 @@ private:
     const WorkFolder* work_;
     Clusters clusters_;
     std::vector<bool> bad_;
+    std::vector<bool> doubtful_;  // per cluster: templates, and what was bad before
     std::string fault_;
     bool last_ = false;
     Quads quads_;

@@ -29,12 +29,13 @@ struct AtlasOptions {
     double worst_stretch = 3;
     uint32_t most_rounds = 7;
     uint32_t recentre_passes = 2;     // half passes: around corners, around centres, around corners, ...
-    uint64_t error_samples = 200000;  // of all charts, either way; spread by area
+    uint64_t error_samples = 200000;  // of all charts, either way; spread by area, and some of every chart
 };
 
 struct AtlasReport {
     uint32_t clusters = 0, charts = 0, buckets = 0, rounds = 0;
     uint32_t template_charts = 0;  // of charts: those of components too small for clusters
+    uint32_t coarse_charts = 0;    // that leave out their finest levels (chart_sizes.h)
     uint32_t cells = 0;            // taken
     SurfaceChanges changes;
     uint32_t not_recentred = 0;                         // corners and centres that were left where they were

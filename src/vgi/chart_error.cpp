@@ -31,9 +31,9 @@ Cell cell_of(const Atlas& atlas, uint32_t chart, uint32_t level, uint32_t x, uin
 // Squared distance to the image's finest level within `reach` cells of a place of one chart.
 double squared_distance_in(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, int reach,
                            const glm::dvec3& point) {
-    const auto last = static_cast<int>(atlas.cells) - 1;
-    const int cx = std::clamp(static_cast<int>(place.x * atlas.cells), 0, last),
-              cy = std::clamp(static_cast<int>(place.y * atlas.cells), 0, last);
+    const auto last = static_cast<int>(atlas.cells_of(chart)) - 1;
+    const int cx = std::clamp(static_cast<int>(place.x * (last + 1)), 0, last),
+              cy = std::clamp(static_cast<int>(place.y * (last + 1)), 0, last);
     double least = 1e300;
     for (int y = std::max(0, cy - reach); y <= std::min(last, cy + reach); ++y) {
         for (int x = std::max(0, cx - reach); x <= std::min(last, cx + reach); ++x) {
@@ -70,7 +70,7 @@ double squared_distance(const Atlas& atlas, uint32_t chart, const glm::dvec2& pl
         const GluedSide& other = atlas.sides[size_t{chart} * 4 + side];
         double away = 0, along = 0;
         to_side(place, side, &away, &along);
-        if (other.chart == ~0u || away * atlas.cells > near_cells) continue;
+        if (other.chart == ~0u || away * atlas.cells_of(chart) > near_cells) continue;
         const auto [u, v] = on_side(other.side, 1 - along, 1.0);
         least = std::min(least, squared_distance(atlas, other.chart, {u, v}, point, borders - 1));
     }
@@ -80,7 +80,8 @@ double squared_distance(const Atlas& atlas, uint32_t chart, const glm::dvec2& pl
 }  // namespace
 
 glm::dvec3 image_point(const Atlas& atlas, uint32_t chart, uint32_t level, const glm::dvec2& place) {
-    const uint32_t n = atlas.cells >> level;
+    level = atlas.own_level(chart, level);
+    const uint32_t n = atlas.cells_of(chart) >> level;
     const double px = std::clamp(place.x, 0.0, 1.0) * n, py = std::clamp(place.y, 0.0, 1.0) * n;
     const uint32_t x = std::min(n - 1, static_cast<uint32_t>(px)), y = std::min(n - 1, static_cast<uint32_t>(py));
     const double fx = px - x, fy = py - y;
@@ -94,9 +95,13 @@ glm::dvec3 image_point(const Atlas& atlas, uint32_t chart, uint32_t level, const
 }
 
 double mean_squared_distance(const Atlas& atlas, const std::vector<SourceSample>& samples) {
-    double sum = 0;
-    for (const SourceSample& s : samples) sum += squared_distance(atlas, s.chart, s.place, s.position, 0);
-    return samples.empty() ? 0 : sum / static_cast<double>(samples.size());
+    double sum = 0, area = 0;
+    for (const SourceSample& s : samples) {
+        if (s.area == 0) continue;
+        sum += s.area * squared_distance(atlas, s.chart, s.place, s.position, 0);
+        area += s.area;
+    }
+    return area > 0 ? sum / area : 0;
 }
 
 std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint32_t samples) {
@@ -104,11 +109,16 @@ std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint3
     std::vector<SourceSample> result;
     Random random(mix64(quad + 1));
     // A sample whenever the area so far passes another share.
-    double area = 0, next = chart.area / samples * random.unit();
+    if (patch.positions.size() <= samples) {
+        for (size_t v = 0; v < patch.positions.size(); ++v)
+            result.push_back({patch.positions[v], patch.flat[v], quad, 0});
+    }
+    const double share = chart.area / samples;
+    double area = 0, next = share * random.unit();
     for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
         const auto& v = patch.triangles[t].vertices;
         area += patch.area(t);
-        for (; next < area; next += chart.area / samples) {
+        for (; next < area; next += share) {
             double s = random.unit(), r = random.unit();
             if (s + r > 1) {
                 s = 1 - s;
@@ -117,7 +127,7 @@ std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint3
             const auto at = [&](const auto& values) {
                 return values[v[0]] * (1 - s - r) + values[v[1]] * s + values[v[2]] * r;
             };
-            result.push_back({at(patch.positions), at(patch.flat), quad});
+            result.push_back({at(patch.positions), at(patch.flat), quad, share});
         }
     }
     return result;
@@ -188,12 +198,14 @@ AtlasDistance measure_finest(const Atlas& atlas, const TriMesh& source, const st
     const std::vector<double> back = distances_to(source, drawn, static_cast<double>(atlas.errors[0]));
     AtlasDistance distance;
     for (const std::vector<double>* side : std::array<const std::vector<double>*, 2>{&forth, &back}) {
-        double sum = 0;
-        for (const double d : *side) {
-            sum += d * d;
+        double sum = 0, area = 0;
+        for (size_t i = 0; i < samples.size(); ++i) {
+            const double d = (*side)[i];
+            sum += samples[i].area * d * d;
+            area += samples[i].area;
             distance.max = std::max(distance.max, d);
         }
-        distance.rms = std::max(distance.rms, std::sqrt(sum / static_cast<double>(samples.size())));
+        if (area > 0) distance.rms = std::max(distance.rms, std::sqrt(sum / area));
     }
     return distance;
 }

@@ -15,14 +15,15 @@ struct SourceSample {
     glm::dvec3 position;
     glm::dvec2 place;
     uint32_t chart = 0;
+    double area = 0;  // that it stands for, square object units
 };
-// So many, area-uniform over the chart.
+// So many, area-uniform over the chart; and its vertices, standing for no area, where they are no more.
 std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint32_t samples);
 
 // The finest level against the source. To the image by looking around each sample's place, across borders too; back
 // from random points of every chart, as many as it has samples, by a search of the whole source.
 struct AtlasDistance {
-    double rms = 0, max = 0;  // two-sided, object units
+    double rms = 0, max = 0;  // two-sided, object units; rms by area
 };
 AtlasDistance measure_finest(const Atlas& atlas, const TriMesh& source, const std::vector<SourceSample>& samples);
 

@@ -206,11 +206,11 @@ CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangl
 // Connected parts of a surface.
 struct Components {
     struct One {
-        double wanted = 0;  // clusters, by its share of the area
-        bool closed = true;
+        double wanted = 0;                 // clusters, by its share of the area
+        bool closed = true, plain = true;  // plain: no more clusters are wanted there than elsewhere
         // Whether it has more clusters than that whatever is wanted.
         bool is_small() const { return wanted < (closed ? 4 : 3); }
-        bool takes_template() const { return wanted <= (closed ? 2 : 1); }
+        bool takes_template() const { return plain && wanted <= (closed ? 2 : 1); }
     };
     std::vector<One> all;
     std::vector<uint32_t> of_vertex;
@@ -233,6 +233,7 @@ struct Components {
             const double area =
                 glm::length(area_vector(surface.positions[v[0]], surface.positions[v[1]], surface.positions[v[2]])) / 2;
             const double density = options.density.empty() ? 1.0 : static_cast<double>(options.density[t]);
+            all[of_vertex[v[0]]].plain = all[of_vertex[v[0]]].plain && density <= 1;
             if (whole.area > 0) all[of_vertex[v[0]]].wanted += options.clusters * area * density / whole.area;
         }
         for (uint32_t h = 0; h < complex.edge_slots() * 2; ++h) {

@@ -30,10 +30,10 @@ bool get_one(const ChunkFile& file, const char* name, T& value) {
     return true;
 }
 
-// Every image of the atlas that is there, as (name, vector, texels of a chart).
+// Every image of the atlas that is there, as (name, vector, first texel of every chart and the end).
 template <class AtlasType, class Visit>
 void for_images(AtlasType& atlas, Visit&& visit) {
-    const size_t texels = atlas.texels_per_chart(), attributes = atlas.attribute_texel(1, 0, 0);
+    const std::vector<size_t>&texels = atlas.first_texel, &attributes = atlas.first_attribute_texel;
     visit("positions", atlas.positions, texels);
     visit("errors", atlas.sample_errors, texels);
     visit("radii", atlas.sample_radii, texels);
@@ -115,12 +115,12 @@ Result<void> write_stage(std::span<const uint32_t> charts, const std::vector<Cha
     if (auto done = put(writer, "samples", samples); !done) return done;
     if (auto done = writer.add_text("faults", faults); !done) return done;
     Result<void> all{};
-    for_images(atlas, [&](const char* name, const auto& image, size_t texels) {
+    for_images(atlas, [&](const char* name, const auto& image, const std::vector<size_t>& first) {
         if (image.empty() || !all) return;
         std::remove_cvref_t<decltype(image)> part;
         for (const uint32_t q : charts)
-            part.insert(part.end(), image.begin() + static_cast<ptrdiff_t>(q * texels),
-                        image.begin() + static_cast<ptrdiff_t>((q + 1) * texels));
+            part.insert(part.end(), image.begin() + static_cast<ptrdiff_t>(first[q]),
+                        image.begin() + static_cast<ptrdiff_t>(first[q + 1]));
         all = put(writer, name, part);
     });
     return all;
@@ -140,13 +140,18 @@ bool read_charts(const ChunkFile& file, std::span<const uint32_t> charts, std::v
         std::ranges::count(*faults, '\n') != static_cast<ptrdiff_t>(charts.size()))
         return false;
     bool whole = true;
-    for_images(atlas, [&](const char* name, auto& image, size_t texels) {
+    for_images(atlas, [&](const char* name, auto& image, const std::vector<size_t>& first) {
         if (image.empty()) return;
         std::remove_cvref_t<decltype(image)> part;
-        whole = whole && get(file, name, part) && part.size() == charts.size() * texels;
-        for (size_t i = 0; i < charts.size() && whole; ++i)
-            std::copy_n(part.begin() + static_cast<ptrdiff_t>(i * texels), texels,
-                        image.begin() + static_cast<ptrdiff_t>(charts[i] * texels));
+        size_t count = 0, at = 0;
+        for (const uint32_t q : charts) count += first[q + 1] - first[q];
+        whole = whole && get(file, name, part) && part.size() == count;
+        for (size_t i = 0; i < charts.size() && whole; ++i) {
+            const size_t texels = first[charts[i] + 1] - first[charts[i]];
+            std::copy_n(part.begin() + static_cast<ptrdiff_t>(at), texels,
+                        image.begin() + static_cast<ptrdiff_t>(first[charts[i]]));
+            at += texels;
+        }
     });
     auto error = errors.begin();
     auto sample = samples.begin();

@@ -233,7 +233,12 @@ uint32_t PageStream::request(std::span<const FrameCuts::Wish> wishes, uint64_t f
     std::array<uint32_t, 2> room{}, asked{};
     // No more than there is room for: what is wanted least would only push out what is wanted more.
     for (const Layer layer : both_layers) room[index_of(layer)] = pool(layer).available();
-    const auto there = [&](const FrameCuts::Wish& w) { return atlases_[w.atlas].holds(w.layer, w.number); };
+    // What is left out is nowhere, and nothing is missing there.
+    const auto there = [&](const FrameCuts::Wish& w) {
+        const OpenAtlas& atlas = atlases_[w.atlas];
+        const uint32_t per_chart = atlas.trees[index_of(w.layer)].pages();
+        return atlas.holds(w.layer, w.number) || !atlas.file->has(w.layer, w.number / per_chart, w.number % per_chart);
+    };
     for (const FrameCuts::Wish& w : wishes) {
         missing += !w.foreseen && !there(w);
         uint32_t& left = room[index_of(w.layer)];

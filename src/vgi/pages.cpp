@@ -59,7 +59,7 @@ void for_channels(Images& a, Layer layer, Visit&& visit) {
 // Calls visit(local index, texel) for every sample of a page.
 template <class Visit>
 void for_samples(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, Visit&& visit) {
-    const PageTree tree = tree_of(atlas, layer);
+    const PageTree tree = tree_of(atlas, layer, chart);
     uint32_t level = 0, px = 0, py = 0;
     tree.place(page, &level, &px, &py);
     const uint32_t n = tree.cells_per_page();
@@ -257,6 +257,9 @@ uint32_t PageTree::member(uint32_t family, uint32_t k) const {
 
 PageTree tree_of(const Atlas& atlas, Layer layer) {
     return {layer == Layer::geometry ? atlas.cells : atlas.attribute_cells};
+}
+PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart) {
+    return {layer == Layer::geometry ? atlas.cells_of(chart) : atlas.attribute_cells_of(chart)};
 }
 
 std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer) {

@@ -63,12 +63,15 @@ struct Channel {
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture
 // coordinates (2), colour (4), material (1), each where the atlas has them.
 std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer);
+// Of charts that leave out nothing; the pages of one that does are the first of them.
 PageTree tree_of(const Atlas& atlas, Layer layer);
+PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart);  // its own
 
 // One page's samples: channel after channel, row by row.
 struct Page {
     std::vector<uint16_t> values;
 };
+// page: of the chart's own.
 Page read_page(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page);
 void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const Page& samples);
 

@@ -17,7 +17,7 @@ constexpr int64_t fine = int64_t{1} << 18;  // integer steps per cell: edge func
 }  // namespace
 
 Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, const Surface& surface,
-                     const Patches& patches, uint32_t cells, uint32_t attribute_cells)
+                     const Patches& patches, uint32_t cells, uint32_t attribute_cells, std::vector<uint8_t> left_out)
     : mesh_(mesh), normals_(normals), patches_(patches), up_(height_axis(mesh)) {
     LODE_CHECK(normals.size() == mesh.wedge_count());
     const auto quads = static_cast<uint32_t>(patches.sides.size());
@@ -44,16 +44,9 @@ Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, co
         atlas_.uv_low = uv_low;
         atlas_.uv_step = (uv_high - uv_low) / most_uv;
     }
-    const size_t texels = size_t{quads} * atlas_.texels_per_chart();
-    atlas_.cluster.resize(quads);
-    atlas_.positions.resize(texels);
-    atlas_.sample_errors.resize(texels);
-    atlas_.sample_radii.resize(texels);
-    const size_t attribute_texels = atlas_.attribute_texel(quads, 0, 0);
-    atlas_.normals.resize(attribute_texels);
-    if (!mesh.uvs.empty()) atlas_.uvs.resize(attribute_texels);
-    if (!mesh.colours.empty()) atlas_.colours.resize(attribute_texels);
-    if (!mesh.materials.empty()) atlas_.materials.resize(attribute_texels);
+    atlas_.lay_out(std::move(left_out));
+    LODE_CHECK(atlas_.charts() == quads, quads);
+    atlas_.make_room();
     // Sides of one arc are glued.
     atlas_.sides.resize(size_t{quads} * 4);
     std::vector<GluedSide> first(patches.arcs.size());
@@ -73,12 +66,13 @@ Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, co
         const Arc& arc = patches.arcs[a];
         const std::vector<double> places = places_along(arc, surface.positions);
         const auto last = static_cast<uint32_t>(arc.vertices.size()) - 2;
+        const uint32_t steps = atlas_.attribute_cells_of(arc.left);
         uint32_t segment = 0;
-        for (uint32_t k = 0; k <= attribute_cells; ++k) {
-            const double wanted = static_cast<double>(k) / attribute_cells;
+        for (uint32_t k = 0; k <= steps; ++k) {
+            const double wanted = static_cast<double>(k) / steps;
             while (places[segment + 1] < wanted && segment < last) ++segment;
             double share = std::clamp((wanted - places[segment]) / (places[segment + 1] - places[segment]), 0.0, 1.0);
-            if (k == attribute_cells) {
+            if (k == steps) {
                 segment = last;
                 share = 1;
             }
@@ -132,7 +126,8 @@ void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& po
 
 Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
     const Patch& patch = chart.patch;
-    const uint32_t cells = atlas_.attribute_cells, ratio = cells / atlas_.cells, row = atlas_.cells + 1;
+    const uint32_t cells = atlas_.attribute_cells_of(quad), ratio = atlas_.attribute_cells / atlas_.cells,
+                   row = cells / ratio + 1;
     std::vector<SamplePlace> places(size_t{row} * row);  // of positions
     const auto note = [&](uint32_t x, uint32_t y, uint32_t triangle, const glm::dvec3& weights) {
         if (x % ratio == 0 && y % ratio == 0) places[size_t{y} / ratio * row + x / ratio] = {triangle, weights};
@@ -208,7 +203,7 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
         for (uint32_t x = 1; x < cells; ++x) sampled.missing += !filled[y * (cells + 1) + x];
     }
     if (sampled.missing > 0) return sampled;
-    const Unfolded unfolded = unfold(patch, places, atlas_, up_);
+    const Unfolded unfolded = unfold(patch, places, row - 1, atlas_, up_);
     for (const uint32_t s : unfolded.moved)
         put_inside(s % row * ratio, s / row * ratio, places[s].triangle, places[s].weights);
     sampled.folded = unfolded.before;

@@ -22,9 +22,10 @@ struct Sampled {
 // Fills the images of one chart after the other; a chart may be dropped once it is sampled.
 class Resampler {
 public:
-    // The mesh, its normals per wedge, the surface cut into quads and its patches must outlive the sampling.
+    // The mesh, its normals per wedge, the surface cut into quads and its patches must outlive the sampling. left_out:
+    // Atlas::left_out.
     Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, const Surface& surface, const Patches& patches,
-              uint32_t cells, uint32_t attribute_cells);
+              uint32_t cells, uint32_t attribute_cells, std::vector<uint8_t> left_out);
 
     // Samples of the chart of a quad, 0 .. quads - 1. Different charts may be sampled at once.
     Sampled sample(uint32_t quad, const Chart& chart);
@@ -42,7 +43,7 @@ private:
         uint32_t segment;
         double share;  // of the segment
     };
-    // x, y: 0 .. attribute_cells.
+    // x, y: 0 .. attribute_cells_of(chart).
     void put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, uint32_t source,
              const CutPlaces::Corners& places, const glm::dvec3& weights);
 

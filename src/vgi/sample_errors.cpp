@@ -21,7 +21,7 @@ constexpr double error_steps = 8, radius_steps = 2;  // per octave
 constexpr double most_radius = 16;                   // extents
 constexpr double rounding = 1e-6;                    // what float arithmetic may lose, as a share
 
-Bintree bintree_of(const Atlas& atlas) { return {static_cast<int32_t>(atlas.cells)}; }
+Bintree bintree_of(const Atlas& atlas, uint32_t chart) { return {static_cast<int32_t>(atlas.cells_of(chart))}; }
 // Errors of the finest samples, of which there are most, take every fourth code, those of the next level every second:
 // they are bounds, and half an octave there costs little where a code's bits cost much.
 uint8_t rounded_up(uint8_t code, uint32_t depth) {
@@ -51,24 +51,28 @@ void for_split_triangles(const Bintree& tree, GridPoint p, Visit&& visit) {
 class Measure {
 public:
     Measure(Atlas& atlas, uint32_t chart)
-        : atlas_(atlas), chart_(chart), tree_{atlas.cells}, squared_(atlas.texels_per_chart(), 0.0) {
-        errors_.levels.assign(atlas.levels(), 0);
+        : atlas_(atlas),
+          chart_(chart),
+          cells_(atlas.cells_of(chart)),
+          tree_{cells_},
+          squared_(size_t{cells_ + 1} * (cells_ + 1), 0.0) {
+        errors_.levels.assign(atlas.levels() - atlas.left_out[chart], 0);
         errors_.pages.assign(tree_.pages(), 0);
     }
 
     ChartErrors run(const Chart& source) {
         const Patch& patch = source.patch;
-        const auto levels = atlas_.levels() - 1;
+        const auto levels = static_cast<uint32_t>(errors_.levels.size()) - 1;
         for (size_t v = 0; v < patch.positions.size(); ++v) {
-            const glm::dvec2 at = glm::clamp(patch.flat[v], 0.0, 1.0) * static_cast<double>(atlas_.cells);
+            const glm::dvec2 at = glm::clamp(patch.flat[v], 0.0, 1.0) * static_cast<double>(cells_);
             finest(at, patch.positions[v]);
             for (uint32_t level = 0; level < levels; ++level) look(level, at, patch.positions[v], false);
         }
         // Where the source has few vertices, its image's samples tell more; of coarse levels some are enough.
         for (uint32_t level = 0; level < levels; ++level) {
             const uint32_t stride = std::max(1u, (1u << level) / 4);
-            for (uint32_t y = 0; y <= atlas_.cells; y += stride) {
-                for (uint32_t x = 0; x <= atlas_.cells; x += stride) {
+            for (uint32_t y = 0; y <= cells_; y += stride) {
+                for (uint32_t x = 0; x <= cells_; x += stride) {
                     // Of these, fewer are enough to look back from.
                     const bool back = x % (2 * stride) == 0 && y % (2 * stride) == 0;
                     look(level, {x, y}, at(x, y), back || stride == 1);
@@ -78,8 +82,8 @@ public:
         const ErrorCodes codes(atlas_.extent());
         for (size_t i = 0; i < squared_.size(); ++i)
             atlas_.sample_errors[atlas_.texel(chart_, 0, 0) + i] = codes.of_error(std::sqrt(squared_[i]));
-        for (const uint32_t x : {0u, atlas_.cells}) {
-            for (const uint32_t y : {0u, atlas_.cells}) {
+        for (const uint32_t x : {0u, cells_}) {
+            for (const uint32_t y : {0u, cells_}) {
                 const size_t corner = atlas_.texel(chart_, x, y);
                 atlas_.sample_errors[corner] = atlas_.sample_radii[corner] = 255;
             }
@@ -106,7 +110,7 @@ private:
 
     // The finest grid at the place of a source vertex.
     void finest(const glm::dvec2& place, const glm::dvec3& point) {
-        const uint32_t last = atlas_.cells - 1;
+        const uint32_t last = cells_ - 1;
         const uint32_t x = std::min(last, static_cast<uint32_t>(place.x)),
                        y = std::min(last, static_cast<uint32_t>(place.y));
         const double fx = place.x - x, fy = place.y - y;
@@ -124,7 +128,7 @@ private:
     // Squared distance from a point to the image about a place: first by steps from sample to sample, long ones at
     // first, then to the cells around the best. Never less than to the whole surface.
     double squared_to_image(const glm::dvec3& point, const glm::dvec2& place, uint32_t reach) const {
-        const auto last = static_cast<int>(atlas_.cells);
+        const auto last = static_cast<int>(cells_);
         int bx = std::clamp(static_cast<int>(std::lround(place.x)), 0, last),
             by = std::clamp(static_cast<int>(std::lround(place.y)), 0, last);
         const auto to_sample = [&](int x, int y) {
@@ -160,14 +164,14 @@ private:
     // The triangles that the centre and the middles of edges of a cell of level + 1 split: how far the point is from
     // them, and, where they are looked back from, how far they are from the image there.
     void look(uint32_t level, const glm::dvec2& place, const glm::dvec3& point, bool back) {
-        const uint32_t half = 1u << level, size = 2 * half, last = atlas_.cells / size - 1;
+        const uint32_t half = 1u << level, size = 2 * half, last = cells_ / size - 1;
         const uint32_t cx = std::min(last, static_cast<uint32_t>(place.x) / size),
                        cy = std::min(last, static_cast<uint32_t>(place.y) / size), x = cx * size, y = cy * size;
         const double fx = (place.x - x) / size, fy = (place.y - y) / size;
         const glm::dvec3 corner[4] = {at(x, y), at(x + size, y), at(x + size, y + size), at(x, y + size)};
         const auto try_triangle = [&](uint32_t mx, uint32_t my, const glm::dvec3& drawn, const glm::dvec3& a,
                                       const glm::dvec3& b, const glm::dvec3& c) {
-            double& known = squared_[size_t{my} * (atlas_.cells + 1) + mx];
+            double& known = squared_[size_t{my} * (cells_ + 1) + mx];
             const double together = square(drawn - point);
             if (together > known) known = std::max(known, square(closest_on_triangle(point, a, b, c) - point));
             if (back && together > known)
@@ -201,8 +205,8 @@ private:
     }
 
     Atlas& atlas_;
-    uint32_t chart_;
-    PageTree tree_;
+    const uint32_t chart_, cells_;
+    const PageTree tree_;
     std::vector<double> squared_;  // per sample: own error so far
     ChartErrors errors_;
 };
@@ -215,9 +219,10 @@ void share(const Atlas& atlas, uint32_t depth, std::vector<uint8_t>& codes) {
         for (uint32_t s = 0; s < 4; ++s) {
             const GluedSide& other = atlas.sides[size_t{c} * 4 + s];
             if (other.chart == ~0u || std::pair(other.chart, other.side) < std::pair(c, s)) continue;
-            for (uint32_t k = stride; k < atlas.cells; k += 2 * stride) {
-                const auto [x, y] = on_side(s, k, atlas.cells);
-                const auto [u, v] = on_side(other.side, atlas.cells - k, atlas.cells);
+            const uint32_t n = atlas.cells_of(c);
+            for (uint32_t k = stride; k < n; k += 2 * stride) {
+                const auto [x, y] = on_side(s, k, n);
+                const auto [u, v] = on_side(other.side, n - k, n);
                 uint8_t &mine = codes[atlas.texel(c, x, y)], &its = codes[atlas.texel(other.chart, u, v)];
                 mine = its = std::max(mine, its);
             }
@@ -228,7 +233,7 @@ void share(const Atlas& atlas, uint32_t depth, std::vector<uint8_t>& codes) {
 // Texels of a page that its parent has not.
 template <class Visit>
 void for_own_samples(const Atlas& atlas, uint32_t chart, uint32_t page, Visit&& visit) {
-    const PageTree tree{atlas.cells};
+    const PageTree tree = tree_of(atlas, Layer::geometry, chart);
     uint32_t level = 0, px = 0, py = 0;
     tree.place(page, &level, &px, &py);
     const uint32_t n = tree.cells_per_page();
@@ -248,7 +253,12 @@ struct Cone {
 class ChartBounds {
 public:
     ChartBounds(Atlas& atlas, uint32_t chart, const std::vector<double>& errors)
-        : atlas_(atlas), chart_(chart), tree_{atlas.cells}, errors_(errors), cones_(tree_.pages()) {}
+        : atlas_(atlas),
+          chart_(chart),
+          tree_(tree_of(atlas, Layer::geometry, chart)),
+          of_atlas_(tree_of(atlas, Layer::geometry)),
+          errors_(errors),
+          cones_(tree_.pages()) {}
 
     void run() {
         // Children come after their parents.
@@ -256,7 +266,7 @@ public:
             uint32_t level = 0, px = 0, py = 0;
             tree_.place(page, &level, &px, &py);
             const uint32_t size = tree_.cells_per_page() << level, x = px * size, y = py * size;
-            PageBounds& bounds = atlas_.bounds[size_t{chart_} * tree_.pages() + page];
+            PageBounds& bounds = bounds_of(page);
             bound_sphere(x, y, size, bounds);
             for_own_samples(atlas_, chart_, page, [&](size_t texel) {
                 bounds.sample_error = std::max(bounds.sample_error, atlas_.sample_errors[texel]);
@@ -265,16 +275,22 @@ public:
             double error = errors_[page];
             if (level > 0) {
                 for_children(level, px, py, [&](uint32_t child) {
-                    error = std::max(error,
-                                     static_cast<double>(atlas_.bounds[size_t{chart_} * tree_.pages() + child].error));
+                    error = std::max(error, static_cast<double>(bounds_of(child).error));
                 });
             }
             bounds.error = std::nextafter(static_cast<float>(error), 1e30f);
             bound_cone(page, level, px, py, bounds);
         }
+        // Pages that are left out show what their parents do, and have nothing to be wanted for.
+        for (uint32_t page = tree_.pages(); page < of_atlas_.pages(); ++page) {
+            PageBounds& bounds = bounds_of(page);
+            bounds = bounds_of(of_atlas_.parent(page));
+            bounds.sample_error = bounds.sample_radius = 0;
+        }
     }
 
 private:
+    PageBounds& bounds_of(uint32_t page) { return atlas_.bounds[size_t{chart_} * of_atlas_.pages() + page]; }
     template <class Visit>
     void for_children(uint32_t level, uint32_t px, uint32_t py, Visit&& visit) const {
         for (uint32_t k = 0; k < 4; ++k) visit(tree_.page(level - 1, 2 * px + k % 2, 2 * py + k / 2));
@@ -378,8 +394,8 @@ private:
     }
 
     Atlas& atlas_;
-    uint32_t chart_;
-    PageTree tree_;
+    const uint32_t chart_;
+    const PageTree tree_, of_atlas_;  // the chart's own, and that of charts that leave out nothing
     const std::vector<double>& errors_;
     std::vector<Cone> cones_;
 };
@@ -410,11 +426,13 @@ ChartErrors measure_samples(Atlas& atlas, uint32_t chart, const Chart& source) {
 }
 
 void saturate(Atlas& atlas) {
-    const Bintree tree = bintree_of(atlas);
     const ErrorCodes codes(atlas.extent());
-    for (uint32_t depth = 0; depth < tree.depths(); ++depth) {
+    const uint32_t depths = Bintree{static_cast<int32_t>(atlas.cells)}.depths();
+    for (uint32_t depth = 0; depth < depths; ++depth) {
         parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
+                const Bintree tree = bintree_of(atlas, c);
+                if (depth >= tree.depths()) continue;
                 tree.for_depth(depth, [&](GridPoint p) {
                     uint8_t& code = atlas.sample_errors[texel_of(atlas, c, p)];
                     double child = 0;
@@ -429,6 +447,8 @@ void saturate(Atlas& atlas) {
         share(atlas, depth, atlas.sample_errors);
         parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
+                const Bintree tree = bintree_of(atlas, c);
+                if (depth >= tree.depths()) continue;
                 tree.for_depth(depth, [&](GridPoint p) {
                     const size_t texel = texel_of(atlas, c, p);
                     const glm::dvec3 here = atlas.point(texel);
@@ -457,24 +477,24 @@ void saturate(Atlas& atlas) {
 
 void bound_pages(Atlas& atlas, const std::vector<std::vector<double>>& page_errors) {
     LODE_CHECK(page_errors.size() == atlas.charts(), page_errors.size());
-    atlas.bounds.resize(size_t{atlas.charts()} * PageTree{atlas.cells}.pages());
+    atlas.bounds.resize(size_t{atlas.charts()} * tree_of(atlas, Layer::geometry).pages());
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
         for (size_t c = begin; c < end; ++c) ChartBounds(atlas, static_cast<uint32_t>(c), page_errors[c]).run();
     });
 }
 
 Result<void> validate_errors(const Atlas& atlas) {
-    const Bintree tree = bintree_of(atlas);
-    const PageTree pages{atlas.cells};
+    const PageTree of_atlas = tree_of(atlas, Layer::geometry);
     const ErrorCodes codes(atlas.extent());
     const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "atlas: " + what); };
-    if (atlas.bounds.size() != size_t{atlas.charts()} * pages.pages()) return wrong("bounds are not one per page");
+    if (atlas.bounds.size() != size_t{atlas.charts()} * of_atlas.pages()) return wrong("bounds are not one per page");
     std::vector<std::string> faults(atlas.charts());
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
         for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
             const auto name = [&](GridPoint p) {
                 return "chart " + std::to_string(c) + ", sample " + std::to_string(p.x) + ", " + std::to_string(p.y);
             };
+            const Bintree tree = bintree_of(atlas, c);
             for (uint32_t depth = 1; depth < tree.depths(); ++depth) {
                 tree.for_depth(depth, [&](GridPoint p) {
                     const size_t m = texel_of(atlas, c, p);
@@ -491,12 +511,13 @@ Result<void> validate_errors(const Atlas& atlas) {
                     });
                 });
             }
+            const PageTree pages = tree_of(atlas, Layer::geometry, c);
+            const PageBounds* const of_chart = &atlas.bounds[size_t{c} * of_atlas.pages()];
             for (uint32_t page = 0; page < pages.pages(); ++page) {
                 uint32_t level = 0, px = 0, py = 0;
                 pages.place(page, &level, &px, &py);
-                const PageBounds& bounds = atlas.bounds[size_t{c} * pages.pages() + page];
-                const PageBounds& parent =
-                    atlas.bounds[size_t{c} * pages.pages() + (page == 0 ? 0 : pages.parent(page))];
+                const PageBounds& bounds = of_chart[page];
+                const PageBounds& parent = of_chart[page == 0 ? 0 : pages.parent(page)];
                 const std::string place = "chart " + std::to_string(c) + ", page " + std::to_string(page);
                 for_own_samples(atlas, c, page, [&](size_t texel) {
                     if (atlas.sample_errors[texel] > bounds.sample_error ||
@@ -513,6 +534,13 @@ Result<void> validate_errors(const Atlas& atlas) {
                             faults[c] = place + ": a sample lies outside its sphere";
                     }
                 }
+            }
+            for (uint32_t page = pages.pages(); page < of_atlas.pages(); ++page) {
+                PageBounds wanted = of_chart[of_atlas.parent(page)];
+                wanted.sample_error = wanted.sample_radius = 0;
+                if (of_chart[page] != wanted)
+                    faults[c] = "chart " + std::to_string(c) + ", page " + std::to_string(page) +
+                                ": is left out and has other bounds than its parent";
             }
         }
     });

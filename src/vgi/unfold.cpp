@@ -168,9 +168,9 @@ private:
 
 class Unfolding {
 public:
-    Unfolding(const Patch& patch, std::span<SamplePlace> places, const Atlas& atlas,
+    Unfolding(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const Atlas& atlas,
               const std::optional<glm::dvec3>& up)
-        : patch_(patch), places_(places), atlas_(atlas), n_(static_cast<int>(atlas.cells)), up_(up) {
+        : patch_(patch), places_(places), atlas_(atlas), n_(static_cast<int>(cells)), up_(up) {
         for (size_t i = 0; i < places.size(); ++i) {
             points_.push_back(rounded(point(places[i])));
             normals_.push_back(up ? *up : normal_of(places[i].triangle));
@@ -403,9 +403,9 @@ std::optional<glm::dvec3> height_axis(const TriMesh& mesh) {
     return std::nullopt;
 }
 
-Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, const Atlas& lattice,
+Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const Atlas& lattice,
                 const std::optional<glm::dvec3>& up) {
-    return Unfolding(patch, places, lattice, up).run();
+    return Unfolding(patch, places, cells, lattice, up).run();
 }
 
 }  // namespace lodestone::vgi

@@ -31,10 +31,11 @@ struct Unfolded {
 // The axis, 1 or -1 along x, y or z, to whose side all triangles of a height field look; none for other meshes.
 std::optional<glm::dvec3> height_axis(const TriMesh& mesh);
 
-// places: of all samples of one chart of the atlas, row by row; those inside may be changed. lattice: the atlas, whose
-// cells and lattice are taken. A triangle of the finest level looks inwards if its area vector does not look to the
-// side of `up`, or, where there is none, to where the triangles that its corners lie in look together.
-Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, const Atlas& lattice,
+// places: of all samples of one chart of the atlas, of so many cells to a side, row by row; those inside may be
+// changed. lattice: the atlas, whose lattice is taken. A triangle of the finest level looks inwards if its area vector
+// does not look to the side of `up`, or, where there is none, to where the triangles that its corners lie in look
+// together.
+Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const Atlas& lattice,
                 const std::optional<glm::dvec3>& up);
 
 }  // namespace lodestone::vgi

@@ -33,6 +33,7 @@ Residency partly_resident(const Atlas& atlas, double share, uint64_t seed) {
     for (uint32_t number = 0; number < residency.pages(); ++number) {
         const uint32_t chart = number / residency.tree().pages(), page = number % residency.tree().pages();
         if (page > 0 && random.unit() >= share) continue;
+        if (page >= tree_of(atlas, Layer::geometry, chart).pages()) continue;  // left out
         residency.put(number,
                       std::make_shared<const GeometryPage>(
                           packed_geometry(read_page(atlas, Layer::geometry, chart, page), residency.tree())),
@@ -45,14 +46,15 @@ Residency partly_resident(const Atlas& atlas, double share, uint64_t seed) {
 struct Glue {
     const Atlas& atlas;
     DisjointSets sets;
-    explicit Glue(const Atlas& a) : atlas(a), sets(a.texel(a.charts(), 0, 0)) {
+    explicit Glue(const Atlas& a) : atlas(a), sets(a.texels()) {
         for (uint32_t c = 0; c < a.charts(); ++c) {
             for (uint32_t s = 0; s < 4; ++s) {
                 const GluedSide& other = a.sides[size_t{c} * 4 + s];
                 if (other.chart == ~0u) continue;
-                for (uint32_t k = 0; k <= a.cells; ++k) {
-                    const auto [x, y] = on_side(s, k, a.cells);
-                    const auto [u, v] = on_side(other.side, a.cells - k, a.cells);
+                const uint32_t n = a.cells_of(c);
+                for (uint32_t k = 0; k <= n; ++k) {
+                    const auto [x, y] = on_side(s, k, n);
+                    const auto [u, v] = on_side(other.side, n - k, n);
                     sets.join(static_cast<uint32_t>(a.texel(c, x, y)),
                               static_cast<uint32_t>(a.texel(other.chart, u, v)));
                 }
@@ -62,7 +64,7 @@ struct Glue {
 };
 
 struct Sample {
-    uint32_t chart, x, y;
+    uint32_t chart, x, y;  // of the chart's own
 };
 Sample sample_of(const Residency& residency, uint32_t index) {
     const uint32_t number = index / LODE_VGI_PAGE_TEXELS, texel = index % LODE_VGI_PAGE_TEXELS;
@@ -70,7 +72,8 @@ Sample sample_of(const Residency& residency, uint32_t index) {
     uint32_t level = 0, px = 0, py = 0;
     tree.place(number % tree.pages(), &level, &px, &py);
     const uint32_t row = tree.samples_per_side(), n = tree.cells_per_page();
-    return {number / tree.pages(), (px * n + texel % row) << level, (py * n + texel / row) << level};
+    const uint32_t chart = number / tree.pages(), own = level - residency.about().left_out[chart];
+    return {chart, (px * n + texel % row) << own, (py * n + texel / row) << own};
 }
 
 // Edges that are not met once each way, those on the end of the surface left out.
@@ -93,7 +96,7 @@ size_t bad_edges(const Residency& residency, Glue& glue, const std::vector<uint3
         for (size_t k = 0; k < 3; ++k) {
             const Sample &a = s[k], &b = s[(k + 1) % 3];
             edges.emplace_back(id[k], id[(k + 1) % 3]);
-            const uint32_t n = atlas.cells;
+            const uint32_t n = atlas.cells_of(a.chart);
             const int side = a.y == 0 && b.y == 0   ? 0
                              : a.x == n && b.x == n ? 1
                              : a.y == n && b.y == n ? 2

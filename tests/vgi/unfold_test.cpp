@@ -94,10 +94,9 @@ TEST(Unfold, PutsSamplesThatChangedPlacesBackInOrder) {
     Square square(cells);
     const auto in_order = square.places;
     Atlas lattice;
-    lattice.cells = cells;
     lattice.origin = {0, 0, -16};
     lattice.step = 1.0 / 256;
-    const auto run = [&] { return unfold(square.patch, square.places, lattice, glm::dvec3(0, 1, 0)); };
+    const auto run = [&] { return unfold(square.patch, square.places, cells, lattice, glm::dvec3(0, 1, 0)); };
     EXPECT_EQ(run().before, 0u);
     EXPECT_TRUE(run().moved.empty());
     std::swap(square.places[8 * row + 7], square.places[8 * row + 9]);

@@ -5,6 +5,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <set>
 
 #include "base/random.h"
+#include "fixtures/meshes.h"
 #include "frame/plan_mirror.h"
 #include "mesh/distance.h"
 #include "mesh/generate.h"
@@ -26,24 +28,31 @@ namespace {
 class VgiSourceTest : public testing::Test {
 protected:
     static void SetUpTestSuite() {
-        path_ = std::filesystem::temp_directory_path() / ("lodestone-vgi-" + std::to_string(getpid()) + ".lode");
+        path_ = path_of("rock");
         mesh_ = generate(Shape::rock, 20000, 3);
         ASSERT_TRUE(repair(mesh_));
+        bake(mesh_, path_);
+    }
+    static void TearDownTestSuite() { std::filesystem::remove(path_); }
+
+    static std::filesystem::path path_of(const std::string& name) {
+        return std::filesystem::temp_directory_path() /
+               ("lodestone-vgi-" + name + "-" + std::to_string(getpid()) + ".lode");
+    }
+    static void bake(const TriMesh& mesh, const std::filesystem::path& path) {
         AtlasOptions options;
         options.clusters.clusters = 12;
         options.error_samples = 1000;
         AtlasReport report;
-        const auto atlas = make_atlas(mesh_, options, report);
+        const auto atlas = make_atlas(mesh, options, report);
         ASSERT_TRUE(atlas);
-        auto writer = ChunkWriter::create(path_, {});
+        auto writer = ChunkWriter::create(path, {});
         ASSERT_TRUE(writer);
         ASSERT_TRUE(write_chunks(*atlas, *writer));
         ASSERT_TRUE(writer->commit());
     }
-    static void TearDownTestSuite() { std::filesystem::remove(path_); }
-
-    static std::shared_ptr<const AtlasFile> atlas() {
-        const auto file = ChunkFile::open(path_);
+    static std::shared_ptr<const AtlasFile> atlas(const std::filesystem::path& path = path_) {
+        const auto file = ChunkFile::open(path);
         EXPECT_TRUE(file);
         auto opened = AtlasFile::open(*file);
         EXPECT_TRUE(opened) << opened.error().message;
@@ -56,7 +65,10 @@ protected:
     }
     static Arrival answer(const PageRequest& request) {
         static const auto file = atlas();
-        const auto chunk = file->file().unchecked_bytes(request.chunk);
+        return answer(request, *file);
+    }
+    static Arrival answer(const PageRequest& request, const AtlasFile& file) {
+        const auto chunk = file.file().unchecked_bytes(request.chunk);
         EXPECT_TRUE(chunk);
         const auto part = chunk->subspan(request.offset, request.bytes);
         return {request.id, Blob(std::vector<std::byte>(part.begin(), part.end()))};
@@ -128,6 +140,35 @@ TEST_F(VgiSourceTest, DrawsFromTheFirstFrameAndGetsFinerAsPagesArrive) {
             EXPECT_GT(plan.stats.triangles, first);
             return;
         }
+    }
+    FAIL() << "pages never stop being asked for";
+}
+
+TEST_F(VgiSourceTest, AsksForNoPageThatAtlasesLeaveOut) {
+    const auto path = path_of("debris");
+    bake(fixtures::grid_with_debris(), path);
+    const auto file = atlas(path);
+    std::filesystem::remove(path);
+    ASSERT_GT(std::ranges::count(file->about().left_out, 2), 0);
+    auto opened = open_vgi({file}, {uint64_t{1} << 28, 3});
+    ASSERT_TRUE(opened) << opened.error().message;
+    std::vector<Arrival> arrivals;
+    for (uint64_t frame = 0, quiet = 0; frame < 200; ++frame) {
+        FrameInput input = look_from({0.4f, 0.8f, 1.6f}, frame);
+        input.budget.forced_level = 0;
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = (*opened)->plan(input);
+        for (const PageRequest& r : plan.requests) {
+            ASSERT_GT(r.bytes, 0u);
+            arrivals.push_back(answer(r, *file));
+        }
+        quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
+        if (quiet < 3) continue;
+        EXPECT_EQ(figure(plan, "pages_missing"), 0);
+        EXPECT_EQ(figure(plan, "pages_failed"), 0);
+        EXPECT_GT(plan.stats.triangles, 2 * file->about().triangles_at(1) / 3) << "but for what no view shows";
+        return;
     }
     FAIL() << "pages never stop being asked for";
 }

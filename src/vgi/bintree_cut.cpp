@@ -1,7 +1,9 @@
 #include "vgi/bintree_cut.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <glm/vec2.hpp>
 #include <optional>
 
 #include "base/check.h"
@@ -13,9 +15,11 @@ namespace lodestone::vgi {
 
 namespace {
 
-struct Corner {
-    int32_t x, y;
-    uint32_t index;
+// A square of 2^level finest cells, as wide as it is apart from others of its level; it is there as the two triangles
+// either side of its diagonal.
+struct Square {
+    uint32_t level, x, y;
+    std::array<uint32_t, 4> corners;  // indices: of (x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)
 };
 
 class ChartCut {
@@ -29,7 +33,7 @@ public:
           forced_level_(forced_level),
           touched_(touched),
           tree_(residency.tree()),
-          n_(static_cast<int32_t>(tree_.cells_per_page())),
+          n_(tree_.cells_per_page()),
           page_shift_(static_cast<uint32_t>(std::countr_zero(tree_.cells_per_page()))),
           base_(tree_.base_level()) {}
 
@@ -38,16 +42,8 @@ public:
         const uint32_t mask = visibility_.seen(visibility_.all(), first_page_);
         if (mask == 0) return;
         touched_[first_page_] = 1;
-        const auto cells = static_cast<int32_t>(tree_.cells);
-        const auto corner = [&](int32_t x, int32_t y) {
-            const Entry& e = residency_.entry(first_page_);
-            return Corner{x * cells, y * cells,
-                          e.slot * LODE_VGI_PAGE_TEXELS + static_cast<uint32_t>((y * n_) * (n_ + 1) + x * n_)};
-        };
-        const Corner a = corner(0, 0), b = corner(1, 0), c = corner(1, 1), d = corner(0, 1);
-        const uint32_t depth = Bintree{cells}.depths();
-        split(b, c, a, depth, mask);
-        split(d, a, c, depth, mask);
+        const Entry& e = residency_.entry(first_page_);
+        draw({base_ + page_shift_, 0, 0, {index(e, 0, 0), index(e, n_, 0), index(e, n_, n_), index(e, 0, n_)}}, mask);
     }
 
     const CutParts& parts() const { return parts_; }
@@ -57,61 +53,158 @@ public:
 private:
     using Entry = Residency::Entry;
 
-    // The triangle with its right angle at `apex`, counter-clockwise apex, a, b. depth: of the sample that would split
-    // it, plus one.
-    void split(const Corner& apex, const Corner& a, const Corner& b, uint32_t depth, uint32_t mask) {
-        if (depth > 0) {
-            Corner m{(a.x + b.x) / 2, (a.y + b.y) / 2, 0};
-            const uint32_t level = (depth - 1) / 2;
-            // The centre of a page's square: what is finer lies in the page.
-            if (depth % 2 == 0 && level + 1 < base_ + page_shift_ && level + 1 >= page_shift_) {
-                const uint32_t page_level = level + 1 - page_shift_;
-                mask = visibility_.seen(mask,
-                                        first_page_ + tree_.page(page_level, static_cast<uint32_t>(m.x) >> (level + 1),
-                                                                 static_cast<uint32_t>(m.y) >> (level + 1)));
-                if (mask == 0) return;
-            }
-            if (take(m, level, mask)) {
-                split(m, apex, a, depth - 1, mask);
-                split(m, b, apex, depth - 1, mask);
-                return;
-            }
-        }
-        std::vector<uint32_t>& out = parts_.list(mask);
-        out.insert(out.end(), {apex.index, a.index, b.index});
+    uint32_t index(const Entry& entry, uint32_t x, uint32_t y) const {
+        return entry.slot * LODE_VGI_PAGE_TEXELS + y * (n_ + 1) + x;
     }
 
-    // Whether the sample is in the cut; then also its index.
-    bool take(Corner& m, uint32_t level, uint32_t mask) {
-        const uint32_t page_level = std::min(level, base_);
-        const uint32_t side_shift = base_ - page_level;  // log2 of pages along a side
-        const int32_t last = (1 << side_shift) - 1;
-        const int32_t sx = m.x >> page_level, sy = m.y >> page_level;
-        const int32_t px = std::min(sx >> page_shift_, last), py = std::min(sy >> page_shift_, last);
-        const int32_t lx = sx - (px << page_shift_), ly = sy - (py << page_shift_);
-        const uint32_t number =
-            first_page_ + PageTree::page_of(side_shift, static_cast<uint32_t>(px), static_cast<uint32_t>(py));
+    // Triangles of one square, put into their list all at once.
+    class Fan {
+    public:
+        void add(uint32_t a, uint32_t b, uint32_t c) {
+            indices_[count_] = a;
+            indices_[count_ + 1] = b;
+            indices_[count_ + 2] = c;
+            count_ += 3;
+        }
+        void put(std::vector<uint32_t>& list) const {
+            list.insert(list.end(), indices_.begin(), indices_.begin() + count_);
+        }
+
+    private:
+        std::array<uint32_t, 24> indices_;
+        uint32_t count_ = 0;
+    };
+
+    // As the square of a page is seen; other squares are seen as the one they are part of.
+    uint32_t seen(uint32_t level, uint32_t x, uint32_t y, uint32_t mask) const {
+        if (level < page_shift_ || level >= base_ + page_shift_) return mask;
+        return visibility_.seen(mask, first_page_ + tree_.page(level - page_shift_, x, y));
+    }
+
+    // In the bintree a square's centre splits both its triangles, into four around it, and the middle of a side the one
+    // that has the side; a quarter is a square again once both middles beside it are in the cut. Its own centre cannot
+    // be before: errors are saturated.
+    void draw(const Square& square, uint32_t mask) {
+        mask = seen(square.level, square.x, square.y, mask);
+        if (mask == 0) return;
+        const auto& corner = square.corners;
+        Fan fan;
+        Samples in;
+        if (square.level == 0 || !find(square, mask, in)) {
+            const uint32_t from = rising_diagonal(square.x, square.y) ? 0 : 1;
+            fan.add(corner[from], corner[from + 1], corner[from + 2]);
+            fan.add(corner[from + 2], corner[(from + 3) % 4], corner[from]);
+            fan.put(parts_.list(mask));
+            return;
+        }
+        for (uint32_t k = 0; k < 4; ++k) {
+            if (in.middle[k] == nothing) fan.add(in.centre, corner[k], corner[(k + 1) % 4]);
+        }
+        fan.put(parts_.list(mask));
+        for (uint32_t k = 0; k < 4; ++k) {
+            const uint32_t after = in.middle[k], before = in.middle[(k + 3) % 4];
+            if (after == nothing && before == nothing) continue;
+            Square quarter{square.level - 1, 2 * square.x + (k == 1 || k == 2), 2 * square.y + (k >= 2), {}};
+            if (after != nothing && before != nothing) {
+                quarter.corners[k] = corner[k];
+                quarter.corners[(k + 1) % 4] = after;
+                quarter.corners[(k + 2) % 4] = in.centre;
+                quarter.corners[(k + 3) % 4] = before;
+                draw(quarter, mask);
+                continue;
+            }
+            const uint32_t half_mask = seen(quarter.level, quarter.x, quarter.y, mask);
+            if (half_mask == 0) continue;
+            Fan half;
+            if (after != nothing) {
+                half.add(in.centre, corner[k], after);
+            } else {
+                half.add(in.centre, before, corner[k]);
+            }
+            half.put(parts_.list(half_mask));
+        }
+    }
+
+    static constexpr uint32_t nothing = ~0u;
+    // Indices of a square's centre and of the middles of its sides, those that are in the cut.
+    struct Samples {
+        uint32_t centre = nothing;
+        std::array<uint32_t, 4> middle{nothing, nothing, nothing, nothing};
+    };
+
+    // Whether the centre is in the cut; then also which of the middles are.
+    bool find(const Square& square, uint32_t mask, Samples& in) {
+        const uint32_t level = square.level - 1, page_level = std::min(level, base_), side_shift = base_ - page_level;
+        // In steps of the page's level.
+        const uint32_t step = 1u << (level - page_level), sx = (2 * square.x + 1) * step,
+                       sy = (2 * square.y + 1) * step, px = sx >> page_shift_, py = sy >> page_shift_,
+                       lx = sx - (px << page_shift_), ly = sy - (py << page_shift_);
+        const uint32_t number = first_page_ + PageTree::page_of(side_shift, px, py);
         const Entry& entry = residency_.entry(number);
-        // On a border the page across is needed as well.
-        const uint32_t needed =
-            1u | (ly == 0 ? 2u : 0u) | (lx == n_ ? 4u : 0u) | (ly == n_ ? 8u : 0u) | (lx == 0 ? 16u : 0u);
         if (entry.first == nullptr) {
             guess(number, level, mask);
             return false;
         }
-        const GeometryTexel& texel = entry.first[ly * (n_ + 1) + lx];
-        const bool want = forced_level_ >= 0 ? static_cast<int64_t>(level) >= forced_level_ : wanted_(texel);
-        if (!want) return false;
+        const uint32_t row = n_ + 1;
+        const GeometryTexel* const centre = entry.first + ly * row + lx;
+        if (!is_wanted(*centre, level)) return false;
+        touched_[number] = 1;
+        if ((entry.usable & 1) == 0) {
+            need(number, mask);
+            return false;
+        }
+        in.centre = index(entry, lx, ly);
+        if (ly > step) {
+            if (is_wanted(centre[-static_cast<ptrdiff_t>(step * row)], level)) in.middle[0] = in.centre - step * row;
+        } else {
+            in.middle[0] = take_on_border({sx, sy - step}, level, mask);
+        }
+        if (lx + step < n_) {
+            if (is_wanted(centre[step], level)) in.middle[1] = in.centre + step;
+        } else {
+            in.middle[1] = take_on_border({sx + step, sy}, level, mask);
+        }
+        if (ly + step < n_) {
+            if (is_wanted(centre[step * row], level)) in.middle[2] = in.centre + step * row;
+        } else {
+            in.middle[2] = take_on_border({sx, sy + step}, level, mask);
+        }
+        if (lx > step) {
+            if (is_wanted(centre[-static_cast<ptrdiff_t>(step)], level)) in.middle[3] = in.centre - step;
+        } else {
+            in.middle[3] = take_on_border({sx - step, sy}, level, mask);
+        }
+        return true;
+    }
+    bool is_wanted(const GeometryTexel& texel, uint32_t level) const {
+        return forced_level_ >= 0 ? static_cast<int64_t>(level) >= forced_level_ : wanted_(texel);
+    }
+
+    // The index of a sample on a page's border, which needs the page across as well, or nothing. at: in steps of its
+    // page's level. Whichever side it is met from, it is the same index.
+    uint32_t take_on_border(glm::uvec2 at, uint32_t level, uint32_t mask) {
+        const uint32_t page_level = std::min(level, base_), side_shift = base_ - page_level,
+                       last = (1u << side_shift) - 1, px = std::min(at.x >> page_shift_, last),
+                       py = std::min(at.y >> page_shift_, last), lx = at.x - (px << page_shift_),
+                       ly = at.y - (py << page_shift_);
+        const uint32_t number = first_page_ + PageTree::page_of(side_shift, px, py);
+        const Entry& entry = residency_.entry(number);
+        const uint32_t needed =
+            1u | (ly == 0 ? 2u : 0u) | (lx == n_ ? 4u : 0u) | (ly == n_ ? 8u : 0u) | (lx == 0 ? 16u : 0u);
+        if (entry.first == nullptr) {
+            guess(number, level, mask);
+            return nothing;
+        }
+        if (!is_wanted(entry.first[ly * (n_ + 1) + lx], level)) return nothing;
         touched_[number] = 1;
         if ((entry.usable & needed) != needed) {
             for (uint32_t side = 0; side < 4; ++side) {
                 if ((needed >> (side + 1) & 1) != 0) need(residency_.neighbour(number, side), mask);
             }
             need(number, mask);
-            return false;
+            return nothing;
         }
-        m.index = entry.slot * LODE_VGI_PAGE_TEXELS + static_cast<uint32_t>(ly * (n_ + 1) + lx);
-        return true;
+        return index(entry, lx, ly);
     }
 
     // What a page that is not there holds is not known, but what its parent leaves out is.
@@ -145,7 +238,7 @@ private:
     CutParts parts_;
     std::vector<std::pair<uint32_t, float>> asked_;
     const PageTree tree_;
-    const int32_t n_;
+    const uint32_t n_;
     const uint32_t page_shift_, base_;
     uint32_t first_page_ = 0;
 };

@@ -43,7 +43,9 @@ public:
         if (mask == 0) return;
         touched_[first_page_] = 1;
         const Entry& e = residency_.entry(first_page_);
-        draw({base_ + page_shift_, 0, 0, {index(e, 0, 0), index(e, n_, 0), index(e, n_, n_), index(e, 0, n_)}}, mask);
+        const Square whole{
+            base_ + page_shift_, 0, 0, {index(e, 0, 0), index(e, n_, 0), index(e, n_, n_), index(e, 0, n_)}};
+        draw(whole, centres_around(whole), mask);
     }
 
     const CutParts& parts() const { return parts_; }
@@ -81,28 +83,62 @@ private:
         return visibility_.seen(mask, first_page_ + tree_.page(level - page_shift_, x, y));
     }
 
+    // Where the centres of squares lie: in one page for all four quarters of a square, in steps of its level.
+    struct Centres {
+        uint32_t level = 0, number = 0;
+        const Entry* entry = nullptr;
+        uint32_t step = 1, left = 0, top = 0;
+        glm::uvec2 of(const Square& square) const {
+            return {(2 * square.x + 1) * step - left, (2 * square.y + 1) * step - top};
+        }
+    };
+    // square: of level 1 at least.
+    Centres centres_around(const Square& square) const {
+        Centres c;
+        c.level = square.level - 1;
+        const uint32_t page_level = std::min(c.level, base_);
+        c.step = 1u << (c.level - page_level);
+        const uint32_t px = (2 * square.x + 1) * c.step >> page_shift_, py = (2 * square.y + 1) * c.step >> page_shift_;
+        c.left = px << page_shift_;
+        c.top = py << page_shift_;
+        c.number = first_page_ + PageTree::page_of(base_ - page_level, px, py);
+        c.entry = &residency_.entry(c.number);
+        return c;
+    }
+    void prefetch(const Centres& centres, const Square& first_quarter) const {
+        if (centres.entry->first == nullptr) return;
+        const glm::uvec2 at = centres.of(first_quarter);
+        const GeometryTexel* const texel = centres.entry->first + at.y * (n_ + 1) + at.x;
+        __builtin_prefetch(texel);
+        __builtin_prefetch(texel + 2 * size_t{centres.step} * (n_ + 1));
+    }
+
     // In the bintree a square's centre splits both its triangles, into four around it, and the middle of a side the one
     // that has the side; a quarter is a square again once both middles beside it are in the cut. Its own centre cannot
     // be before: errors are saturated.
-    void draw(const Square& square, uint32_t mask) {
+    void draw(const Square& square, const Centres& centres, uint32_t mask) {
         mask = seen(square.level, square.x, square.y, mask);
         if (mask == 0) return;
         const auto& corner = square.corners;
         Fan fan;
         Samples in;
-        if (square.level == 0 || !find(square, mask, in)) {
+        if (square.level == 0 || !find(centres, centres.of(square), mask, in)) {
             const uint32_t from = rising_diagonal(square.x, square.y) ? 0 : 1;
             fan.add(corner[from], corner[from + 1], corner[from + 2]);
             fan.add(corner[from + 2], corner[(from + 3) % 4], corner[from]);
             fan.put(parts_.list(mask));
             return;
         }
-        for (uint32_t k = 0; k < 4; ++k) {
-            if (in.middle[k] == nothing) fan.add(in.centre, corner[k], corner[(k + 1) % 4]);
+        Centres finer;
+        if (square.level > 1) {
+            const Square first_quarter{square.level - 1, 2 * square.x, 2 * square.y, {}};
+            finer = centres_around(first_quarter);
+            prefetch(finer, first_quarter);
         }
-        fan.put(parts_.list(mask));
+        // In turn around the centre: triangles that follow each other share vertices.
         for (uint32_t k = 0; k < 4; ++k) {
             const uint32_t after = in.middle[k], before = in.middle[(k + 3) % 4];
+            if (after == nothing) fan.add(in.centre, corner[k], corner[(k + 1) % 4]);
             if (after == nothing && before == nothing) continue;
             Square quarter{square.level - 1, 2 * square.x + (k == 1 || k == 2), 2 * square.y + (k >= 2), {}};
             if (after != nothing && before != nothing) {
@@ -110,19 +146,23 @@ private:
                 quarter.corners[(k + 1) % 4] = after;
                 quarter.corners[(k + 2) % 4] = in.centre;
                 quarter.corners[(k + 3) % 4] = before;
-                draw(quarter, mask);
+                fan.put(parts_.list(mask));
+                fan = {};
+                draw(quarter, finer, mask);
                 continue;
             }
             const uint32_t half_mask = seen(quarter.level, quarter.x, quarter.y, mask);
             if (half_mask == 0) continue;
             Fan half;
+            Fan& to = half_mask == mask ? fan : half;
             if (after != nothing) {
-                half.add(in.centre, corner[k], after);
+                to.add(in.centre, corner[k], after);
             } else {
-                half.add(in.centre, before, corner[k]);
+                to.add(in.centre, before, corner[k]);
             }
-            half.put(parts_.list(half_mask));
+            if (half_mask != mask) half.put(parts_.list(half_mask));
         }
+        fan.put(parts_.list(mask));
     }
 
     static constexpr uint32_t nothing = ~0u;
@@ -132,15 +172,11 @@ private:
         std::array<uint32_t, 4> middle{nothing, nothing, nothing, nothing};
     };
 
-    // Whether the centre is in the cut; then also which of the middles are.
-    bool find(const Square& square, uint32_t mask, Samples& in) {
-        const uint32_t level = square.level - 1, page_level = std::min(level, base_), side_shift = base_ - page_level;
-        // In steps of the page's level.
-        const uint32_t step = 1u << (level - page_level), sx = (2 * square.x + 1) * step,
-                       sy = (2 * square.y + 1) * step, px = sx >> page_shift_, py = sy >> page_shift_,
-                       lx = sx - (px << page_shift_), ly = sy - (py << page_shift_);
-        const uint32_t number = first_page_ + PageTree::page_of(side_shift, px, py);
-        const Entry& entry = residency_.entry(number);
+    // Whether a square's centre is in the cut; then also which of the middles are. at: the centre in its page.
+    bool find(const Centres& centres, const glm::uvec2& at, uint32_t mask, Samples& in) {
+        const auto& [level, number, entry_at, step, left, top] = centres;
+        const uint32_t lx = at.x, ly = at.y;
+        const Entry& entry = *entry_at;
         if (entry.first == nullptr) {
             guess(number, level, mask);
             return false;
@@ -157,22 +193,22 @@ private:
         if (ly > step) {
             if (is_wanted(centre[-static_cast<ptrdiff_t>(step * row)], level)) in.middle[0] = in.centre - step * row;
         } else {
-            in.middle[0] = take_on_border({sx, sy - step}, level, mask);
+            in.middle[0] = take_on_border({left + lx, top + ly - step}, level, mask);
         }
         if (lx + step < n_) {
             if (is_wanted(centre[step], level)) in.middle[1] = in.centre + step;
         } else {
-            in.middle[1] = take_on_border({sx + step, sy}, level, mask);
+            in.middle[1] = take_on_border({left + lx + step, top + ly}, level, mask);
         }
         if (ly + step < n_) {
             if (is_wanted(centre[step * row], level)) in.middle[2] = in.centre + step * row;
         } else {
-            in.middle[2] = take_on_border({sx, sy + step}, level, mask);
+            in.middle[2] = take_on_border({left + lx, top + ly + step}, level, mask);
         }
         if (lx > step) {
             if (is_wanted(centre[-static_cast<ptrdiff_t>(step)], level)) in.middle[3] = in.centre - step;
         } else {
-            in.middle[3] = take_on_border({sx - step, sy}, level, mask);
+            in.middle[3] = take_on_border({left + lx - step, top + ly}, level, mask);
         }
         return true;
     }

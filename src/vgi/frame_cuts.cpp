@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <optional>
 
 #include "base/check.h"
 #include "vgi/bintree_cut.h"
@@ -30,6 +31,27 @@ Step step_between(const View& from, const View& to) {
     const float cosine = (turn[0][0] + turn[1][1] + turn[2][2] - 1) / 2;
     return {to.eye - from.eye, turn, std::acos(std::clamp(cosine, -1.0f, 1.0f))};
 }
+CutMargin margin_for(const Step& step, const View& view) {
+    const float half = static_cast<float>(view.height) / 2 / view.focal_px;  // tangent
+    return {0.5f * glm::length(step.eye), 0.02f + 0.75f * step.angle / half};
+}
+CutMargin sum(const CutMargin& a, const CutMargin& b) { return {a.distance + b.distance, a.widening + b.widening}; }
+
+// What carries an instance from one place to another, where it keeps its size and shape.
+std::optional<glm::dmat4> rigid_motion(const Instance& from, const Instance& to) {
+    const glm::dmat4 motion = glm::dmat4(to.object_to_world) * glm::inverse(glm::dmat4(from.object_to_world));
+    const glm::dmat3 turn(motion), off = glm::transpose(turn) * turn - glm::dmat3(1);
+    double most = 0;
+    for (int k = 0; k < 3; ++k) most = std::max({most, std::abs(off[k][0]), std::abs(off[k][1]), std::abs(off[k][2])});
+    if (!(most < 1e-5)) return std::nullopt;
+    return motion;
+}
+View carried(const View& view, const glm::dmat4& motion) {
+    View along = view;
+    along.eye = glm::vec3(motion * glm::dvec4(view.eye, 1));
+    along.world_to_view = glm::mat4(glm::dmat4(view.world_to_view) * glm::inverse(motion));
+    return along;
+}
 View moved(const View& view, const glm::vec3& by, const glm::mat3& turn) {
     View next = view;
     next.eye += by;
@@ -52,16 +74,16 @@ bool inside(const View& view, const Frustum& frustum) {
     return true;
 }
 
-CutRequest request_for(Raster raster, const CutRegion& region, const Instance& instance, double raised, int64_t level) {
+CutRequest request_for(Raster raster, const CutRegion& region, size_t instance, double raised, int64_t level) {
     CutRequest request;
-    request.object_to_world = instance.object_to_world;
+    request.object_to_world = region.instances[instance].object_to_world;
     request.views = region.views;
     request.level_view = region.level_view ? &*region.level_view : nullptr;
     request.pixel_error = region.budget.pixel_error * raised;
     request.forced_level = level;
     request.by_area = raster == Raster::grid_area;
     request.cull_back_faces = region.views[0].culls_back_faces;
-    request.margin = region.margin;
+    request.margin = region.margins[instance];
     return request;
 }
 
@@ -80,18 +102,27 @@ struct Found {
 }  // namespace
 
 CutRegion CutRegion::of(const FrameInput& input) {
-    return {input.views, input.level_view, input.instances, input.budget, {}};
+    return {input.views, input.level_view, input.instances, std::vector<CutMargin>(input.instances.size()),
+            input.budget};
 }
 
-CutRegion CutRegion::after(const FrameInput& last, const FrameInput& now) {
+std::optional<CutRegion> CutRegion::after(const FrameInput& last, const FrameInput& now) {
+    if (last.instances.size() != now.instances.size()) return std::nullopt;
     CutRegion region = of(now);
     const Step step = step_between(last.views[0], now.views[0]);
     if (last.views.size() != now.views.size() || last.views[0].eye != now.views[0].eye ||
         last.views[0].world_to_view != now.views[0].world_to_view) {
         region.views[0] = moved(now.views[0], step.eye, step.turn);
-        const float half = static_cast<float>(now.views[0].height) / 2 / now.views[0].focal_px;  // tangent
-        region.margin.distance = 0.5f * glm::length(step.eye);
-        region.margin.widening = 0.02f + 0.75f * step.angle / half;
+        region.margins.assign(region.margins.size(), margin_for(step, now.views[0]));
+    }
+    for (size_t i = 0; i < now.instances.size(); ++i) {
+        if (last.instances[i] == now.instances[i]) continue;
+        const auto motion = rigid_motion(last.instances[i], now.instances[i]);
+        if (!motion || last.instances[i].asset != now.instances[i].asset) return std::nullopt;
+        region.instances[i].object_to_world = glm::mat4(*motion * glm::dmat4(now.instances[i].object_to_world));
+        // As far as the camera would have had to go to be seen so by the instance.
+        const Step as_seen = step_between(carried(now.views[0], *motion), now.views[0]);
+        region.margins[i] = sum(region.margins[i], margin_for(as_seen, now.views[0]));
     }
     // Errors are thought to go on as they did, too; a smaller one does no harm.
     const double ratio = now.budget.pixel_error / last.budget.pixel_error;
@@ -101,17 +132,39 @@ CutRegion CutRegion::after(const FrameInput& last, const FrameInput& now) {
 
 bool CutRegion::covers(const FrameInput& input) const {
     const double error = input.budget.pixel_error;
-    if (input.views.size() != views.size() || input.level_view != level_view || input.instances != instances ||
-        input.budget.forced_level != budget.forced_level || input.budget.max_triangles != budget.max_triangles ||
-        budget.pixel_error > error || budget.pixel_error * most_wasted < error)
+    if (input.views.size() != views.size() || input.level_view != level_view ||
+        input.instances.size() != instances.size() || input.budget.forced_level != budget.forced_level ||
+        input.budget.max_triangles != budget.max_triangles || budget.pixel_error > error ||
+        budget.pixel_error * most_wasted < error)
         return false;
-    if (input.views == views) return true;
-    const float away = glm::distance(input.views[0].eye, views[0].eye);
-    if (away > margin.distance || std::abs(input.views[0].focal_px / views[0].focal_px - 1) > 1e-5f) return false;
     for (size_t v = 0; v < views.size(); ++v) {
-        if (input.views[v].kind != views[v].kind || input.views[v].culls_back_faces != views[v].culls_back_faces)
+        const View &mine = views[v], &its = input.views[v];
+        if (its.kind != mine.kind || its.culls_back_faces != mine.culls_back_faces ||
+            std::abs(its.focal_px / mine.focal_px - 1) > 1e-5f)
             return false;
-        if (input.views[v] != views[v] && !inside(input.views[v], widened_frustum(views[v], margin))) return false;
+    }
+    // Views as an instance sees them that stands where it is thought to be.
+    const auto within = [&](std::span<const View> seen, const CutMargin& margin) {
+        if (glm::distance(seen[0].eye, views[0].eye) > margin.distance) return false;
+        for (size_t v = 0; v < views.size(); ++v) {
+            if (seen[v] != views[v] && !inside(seen[v], widened_frustum(views[v], margin))) return false;
+        }
+        return true;
+    };
+    std::optional<CutMargin> enough;  // for those that stand there
+    for (size_t i = 0; i < instances.size(); ++i) {
+        if (input.instances[i] == instances[i]) {
+            if (input.views == views || enough == margins[i]) continue;
+            if (!within(input.views, margins[i])) return false;
+            enough = margins[i];
+            continue;
+        }
+        if (level_view || input.instances[i].asset != instances[i].asset) return false;
+        const auto motion = rigid_motion(input.instances[i], instances[i]);
+        if (!motion) return false;
+        std::vector<View> seen;
+        for (const View& view : input.views) seen.push_back(carried(view, *motion));
+        if (!within(seen, margins[i])) return false;
     }
     return true;
 }
@@ -137,12 +190,12 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
         for (size_t a = 0; a < atlases.size(); ++a) found[a].demand = PageDemand(atlases[a].residency->pages());
         result.triangles = 0;
         uint64_t words = 0;
-        for (const Instance& instance : region.instances) {
-            LODE_CHECK(instance.asset < atlases.size(), instance.asset, atlases.size());
+        for (size_t i = 0; i < region.instances.size(); ++i) {
+            const uint32_t asset = region.instances[i].asset;
+            LODE_CHECK(asset < atlases.size(), asset, atlases.size());
             if (raster == Raster::device) continue;
-            cuts.push_back(cut_atlas(raster, *atlases[instance.asset].residency,
-                                     request_for(raster, region, instance, result.raised, result.level),
-                                     found[instance.asset].demand));
+            cuts.push_back(cut_atlas(raster, *atlases[asset].residency,
+                                     request_for(raster, region, i, result.raised, result.level), found[asset].demand));
             result.triangles += cuts.back().triangles;
             for (const auto& part : cuts.back().parts) words += part.second.size();
         }
@@ -185,10 +238,10 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
         const glm::vec3 step = region.views[0].eye - last->views[0].eye;
         ahead = {moved(region.views[0], step * frames_ahead, glm::mat3(1))};
     }
-    for (const Instance& instance : region.instances) {
-        const OpenAtlas& atlas = atlases[instance.asset];
-        Found& f = found[instance.asset];
-        CutRequest request = request_for(raster, region, instance, result.raised, result.level);
+    for (size_t i = 0; i < region.instances.size(); ++i) {
+        const OpenAtlas& atlas = atlases[region.instances[i].asset];
+        Found& f = found[region.instances[i].asset];
+        CutRequest request = request_for(raster, region, i, result.raised, result.level);
         atlas.attributes->want(atlas.residency->about(), atlas.spacing, request, f.attribute_demand,
                                f.attribute_touched);
         if (!moves) continue;

@@ -1,5 +1,6 @@
-// The cuts of all instances for a region of views: good for every frame whose eye and frusta lie within it. So a cut
-// can be made beside the frame before, for where the camera will be, and is kept for as long as it is good.
+// The cuts of all instances for a region of views: good for every frame whose eye and frusta lie within it, as seen
+// from each instance. So a cut can be made beside the frame before, for where camera and instances will be, and is kept
+// for as long as it is good.
 //
 // A cut for more than one eye holds whatever any of them wants, and is as conforming as one for a single eye: what is
 // wanted within a distance is wanted within a larger one, saturated alike. What a frame's own eye does not want is
@@ -19,16 +20,17 @@ namespace lodestone::vgi {
 
 // What cuts are made for.
 struct CutRegion {
-    std::vector<View> views;         // as FrameInput::views, where the camera is thought to be
-    std::optional<View> level_view;  // as FrameInput::level_view
-    std::vector<Instance> instances;
-    Budget budget;  // pixel_error, forced_level and max_triangles count
-    CutMargin margin;
+    std::vector<View> views;          // as FrameInput::views, where the camera is thought to be
+    std::optional<View> level_view;   // as FrameInput::level_view
+    std::vector<Instance> instances;  // where they are thought to be
+    std::vector<CutMargin> margins;   // of views as they are seen from each instance
+    Budget budget;                    // pixel_error, forced_level and max_triangles count
 
     // Exactly this frame.
     static CutRegion of(const FrameInput& input);
-    // The next frame, if the camera goes on as it did between the two; exact where nothing has moved.
-    static CutRegion after(const FrameInput& last, const FrameInput& now);
+    // The next frame, if camera and instances go on as they did between the two; exact where nothing has moved. None
+    // where instances came, went, or changed their size or shape.
+    static std::optional<CutRegion> after(const FrameInput& last, const FrameInput& now);
     bool covers(const FrameInput& input) const;
     bool operator==(const CutRegion&) const = default;
 };

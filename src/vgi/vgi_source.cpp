@@ -106,12 +106,11 @@ private:
 
     // Beside what follows of this frame: cuts for the next, unless those there are will be as good as new.
     void begin_next_cuts(const std::optional<FrameInput>& last, const FrameInput& now) {
-        // Of instances that move it is not known where they will be: every frame cuts for itself.
-        if (last && last->instances != now.instances) return;
-        CutRegion region = last ? CutRegion::after(*last, now) : CutRegion::of(now);
+        std::optional<CutRegion> region = last ? CutRegion::after(*last, now) : CutRegion::of(now);
+        if (!region) return;  // every frame cuts for itself
         const bool changed = stream_.take_changed() || std::exchange(behind_, false);
-        if (!changed && region == cuts_->region) return;
-        next_ = cutter_.start<FrameCuts>([this, region = std::move(region), now, limits = limits()] {
+        if (!changed && *region == cuts_->region) return;
+        next_ = cutter_.start<FrameCuts>([this, region = std::move(*region), now, limits = limits()] {
             return make_cuts(atlases_, raster_, region, &now, limits);
         });
     }

@@ -250,6 +250,16 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
         camera.target = centre + glm::vec3(unit(), unit(), unit()) * size * 0.2f;
         const glm::vec3 step = glm::vec3(unit(), unit(), unit()) * size * 0.02f, drift = step * 0.2f;
         const glm::vec3 look = glm::vec3(unit(), unit(), unit()) * size * 0.02f;
+        // The instance goes and turns, as it does or a little less in the end.
+        glm::mat4 place(1);
+        const glm::vec3 way = glm::vec3(unit(), unit(), unit()) * size * 0.02f;
+        const float turn = i % 3 == 0 ? 0 : unit() * 0.05f;
+        const auto turned = [](float angle) {
+            glm::mat4 m(1);
+            m[0] = {std::cos(angle), std::sin(angle), 0, 0};
+            m[1] = {-std::sin(angle), std::cos(angle), 0, 0};
+            return m;
+        };
         for (FrameInput* input : {&last, &now, &next}) {
             // Near and far planes follow, errors are steered.
             camera.near_plane = glm::distance(camera.eye, centre) * 0.01f;
@@ -257,27 +267,36 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
             input->views = {view_of(camera, 1280, 720)};
             input->views[0].culls_back_faces = i % 2 == 0;
             input->instances = {Instance{}};
+            input->instances[0].object_to_world = place;
             input->budget.pixel_error = last.views.empty() ? 2 : now.views.empty() ? 1.9 : 1.82;
             camera.eye += step + (now.views.empty() ? glm::vec3(0) : drift);
             camera.target += look;
+            const float share = now.views.empty() ? 1.0f : 0.9f;
+            place = turned(turn * share) * place;
+            place[3] += glm::vec4(way * share, 0);
         }
-        const CutRegion region = CutRegion::after(last, now);
-        ASSERT_TRUE(region.covers(next)) << i;
+        const auto region = CutRegion::after(last, now);
+        ASSERT_TRUE(region && region->covers(next)) << i;
         EXPECT_FALSE(CutRegion::of(now).covers(next));
         EXPECT_EQ(CutRegion::after(now, now), CutRegion::of(now));
+        FrameInput grown = now;
+        grown.instances[0].object_to_world[0] *= 1.01f;
+        EXPECT_FALSE(CutRegion::after(now, grown));
+        EXPECT_FALSE(region->covers(grown));
         const auto samples_of = [&](const CutRegion& of) {
             CutRequest request;
+            request.object_to_world = of.instances[0].object_to_world;
             request.views = of.views;
             request.pixel_error = of.budget.pixel_error;
             request.cull_back_faces = of.views[0].culls_back_faces;
-            request.margin = of.margin;
+            request.margin = of.margins[0];
             PageDemand demand(residency.pages());
             std::set<uint32_t> samples;
             for (const auto& [mask, indices] : cut_bintree(residency, request, demand).parts)
                 samples.insert(indices.begin(), indices.end());
             return samples;
         };
-        const auto wide = samples_of(region), exact = samples_of(CutRegion::of(next));
+        const auto wide = samples_of(*region), exact = samples_of(CutRegion::of(next));
         EXPECT_TRUE(std::ranges::includes(wide, exact)) << i;
         held += exact.size();
         more += wide.size();

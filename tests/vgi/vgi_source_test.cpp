@@ -256,7 +256,7 @@ TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereTheCameraMovesSteadily) 
     }
 }
 
-TEST_F(VgiSourceTest, CutsForItselfWhileInstancesMoveAndLosesNothingWhenTheyStop) {
+TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereInstancesMoveSteadilyAndLosesNothingWhenTheyStop) {
     // A rock that moves and stops is drawn as one that has stood there all the time.
     std::array<uint64_t, 2> triangles{};
     for (const bool moves : {false, true}) {
@@ -272,11 +272,48 @@ TEST_F(VgiSourceTest, CutsForItselfWhileInstancesMoveAndLosesNothingWhenTheyStop
             triangles[moves] = plan.stats.triangles;
             const auto valid = vgi->validate();
             ASSERT_TRUE(valid) << valid.error().message;
-            EXPECT_EQ(figure(plan, "cut_in_frame"), moves ? frame <= 10 : frame == 0) << frame;
+            // It is not known before that it will go; where it stops, the last cut is still good.
+            EXPECT_EQ(figure(plan, "cut_in_frame"), frame == 0 || (moves && frame == 1)) << frame;
             for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
         }
     }
     EXPECT_EQ(triangles[0], triangles[1]);
+}
+
+TEST_F(VgiSourceTest, SeesFromInstancesThatTurnWhatTheyWouldSeeStanding) {
+    // Rocks on a turntable, the camera going its own way: nothing is drawn coarser than a cut for that frame has it.
+    const auto vgi = source();
+    std::vector<Arrival> arrivals;
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
+    std::vector<uint32_t> indices;
+    for (size_t t = 0; t < mesh_.triangle_count(); ++t)
+        for (int k = 0; k < 3; ++k) indices.push_back(mesh_.vertex_of(t, k));
+    const ClosestSurface surface(mesh_.positions, indices);
+    for (uint64_t frame = 0; frame < 60; ++frame) {
+        FrameInput input = look_from({0.4f + 0.002f * static_cast<float>(frame), 0.5f, 1.6f}, frame);
+        const float angle = 0.03f * static_cast<float>(frame) + (frame >= 50 ? 1.0f : 0.0f);
+        glm::mat4& m = input.instances[0].object_to_world;
+        m = glm::mat4(std::cos(angle), 0, -std::sin(angle), 0, 0, 1, 0, 0, std::sin(angle), 0, std::cos(angle), 0, 0.1f,
+                      0, -0.2f, 1);
+        input.instances.push_back(Instance{});
+        input.instances[1].object_to_world[3] = {-1, 0, -1, 1};
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = vgi->plan(input);
+        EXPECT_EQ(figure(plan, "cut_in_frame"), frame < 2 || frame == 50 || frame == 51) << frame;
+        const auto done = mirror.execute(plan, input);
+        ASSERT_TRUE(done) << done.error().message;
+        for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
+        if (frame < 40) continue;  // pages are still on their way
+        const auto focal = static_cast<double>(input.views[0].focal_px);
+        const auto triangles = mirror.triangles_of(0);
+        EXPECT_GT(triangles.size(), 1000u);
+        for (size_t t = 0; t < triangles.size(); t += 7) {
+            const glm::vec3 centre = (triangles[t][0] + triangles[t][1] + triangles[t][2]) / 3.0f;
+            const float away = glm::distance(glm::vec3(m * glm::vec4(centre, 1)), input.views[0].eye);
+            EXPECT_LT(surface.closest(glm::dvec3(centre)).distance * focal / static_cast<double>(away), 1.5);
+        }
+    }
 }
 
 TEST_F(VgiSourceTest, KeepsToABudgetOfTriangles) {

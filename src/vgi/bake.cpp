@@ -37,24 +37,50 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
     return edge_share * std::sqrt(area / std::max(clusters, 1u));
 }
 
-constexpr float denser = 3;  // times, where a chart was stretched too much
+// Of clusters, where a chart was stretched too much: times as many are wanted. Where hardly any were wanted, and there
+// are as few as the topology allows, so many.
+constexpr double denser = 3, few_wanted = 0.5, least_wanted = 1.5 * ClusterOptions::most_wanted;
+// Per cluster: its share of all clusters, by what is wanted where it is.
+std::vector<double> wanted_of(const Surface& surface, const std::vector<float>& density,
+                              const std::vector<uint32_t>& label, size_t clusters) {
+    std::vector<double> wanted(clusters, 0);
+    double whole = 0;
+    for (size_t t = 0; t < label.size(); ++t) {
+        const double area = surface.area(t);
+        whole += area;
+        wanted[label[t]] += area * static_cast<double>(density[t]);
+    }
+    for (double& share : wanted) share /= std::max(whole, 1e-300);
+    return wanted;
+}
+
+// Where samples are closer together than this share of what is usual, a chart may be stretched more by as much:
+// clusters as small as the topology asks for are what they are, and have samples to spare.
+constexpr double close_samples = 0.25;
+constexpr double far_stretched = 4;  // times the bound: with such charts it is worth while to go on for little
 constexpr size_t charts_at_once = 64;
 constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
 // Clusters that making them finer may lead to: so many times those wanted, or those there had to be, and some.
 constexpr uint32_t most_finer = 4, few_clusters = 256;
 
+// What attempts know of those before.
+struct Rounds {
+    uint32_t most_clusters = 0;  // 0 until the first clusters are there
+    size_t bad_before = ~size_t{0};
+};
+
 // One attempt: clusters, quads and charts of a surface with a density of clusters.
 class Attempt {
 public:
     Attempt(const TriMesh& mesh, std::span<const glm::vec3> normals, const FeatureLines& features,
-            const AtlasOptions& options, AtlasReport& report, uint32_t& most_clusters, const Progress& progress,
+            const AtlasOptions& options, AtlasReport& report, Rounds& rounds, const Progress& progress,
             const WorkFolder* work)
         : mesh_(mesh),
           normals_(normals),
           features_(features),
           options_(options),
           report_(report),
-          most_clusters_(most_clusters),
+          rounds_(rounds),
           progress_(progress),
           work_(work) {}
 
@@ -82,9 +108,9 @@ public:
         report_.bucket_seconds += clusters_.bucket_seconds;
         report_.merge_seconds += clusters_.merge_seconds;
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
-        if (most_clusters_ == 0)
-            most_clusters_ = most_finer * std::max(options_.clusters.clusters, report_.clusters) + few_clusters;
-        last_ = report_.rounds >= options_.most_rounds || report_.clusters > most_clusters_;
+        if (rounds_.most_clusters == 0)
+            rounds_.most_clusters = most_finer * std::max(options_.clusters.clusters, report_.clusters) + few_clusters;
+        last_ = report_.rounds >= options_.most_rounds || report_.clusters > rounds_.most_clusters;
         auto straight = kept_or_made<StraightQuads>(
             work_, stage("quads"), read_quads, [&] { return make_quads(std::move(surface)); },
             [](const StraightQuads& made, ChunkWriter& writer) { return write_stage(made, writer); });
@@ -265,16 +291,13 @@ private:
         std::ranges::stable_sort(order, std::greater<>(), [&](uint32_t q) {
             return std::pair<bool, size_t>(doubtful_[quads_.quads[q].cluster], members[q].size());
         });
-        std::vector<bool> is_template(count, false);
-        for (uint32_t q = 0, next = 0; q < count && next < clusters_.ready.size(); ++q) {
-            is_template[q] = quads_.quads[q].cluster == clusters_.ready[next].cluster;
-            next += is_template[q];
-        }
         // Some chart will be made anew and all others with it: what is left to know is which else are bad.
         bool rejected = false;
+        const auto stretch_of = [](const ChartResult& c) {
+            return c.figures.stretch * std::min(1.0, c.figures.spacing / close_samples);
+        };
         const auto is_bad = [&](const ChartResult& c) {
-            return !c.fault.empty() || c.figures.sampled.missing > 0 ||
-                   c.figures.stretch * c.figures.spacing > options_.worst_stretch;
+            return !c.fault.empty() || c.figures.sampled.missing > 0 || stretch_of(c) > options_.worst_stretch;
         };
         const auto make = [&](uint32_t q) {
             const Stopwatch chart_watch;
@@ -289,12 +312,9 @@ private:
             const double parameterised = chart_watch.wall();
             c.figures.area = chart->area;
             c.figures.stretch = chart->stretch;
-            // Templates may be stretched more, as far as their samples are closer together than others.
-            if (is_template[q]) {
-                const double usual = options_.clusters.clusters * usual_charts_per_cluster * chart->area / whole_area,
-                             row_share = resampler_->atlas().cells_of(q) / static_cast<double>(report_.cells);
-                c.figures.spacing = std::min(1.0, std::sqrt(usual) / row_share);
-            }
+            const double usual = options_.clusters.clusters * usual_charts_per_cluster * chart->area / whole_area,
+                         row_share = resampler_->atlas().cells_of(q) / static_cast<double>(report_.cells);
+            c.figures.spacing = std::sqrt(usual) / row_share;
             c.figures.tutte_stretch = chart->tutte_stretch;
             c.figures.uniform = chart->uniform;
             c.figures.flipped = chart->patch.flipped();
@@ -312,6 +332,17 @@ private:
             resample_seconds += sampled;
             error_seconds += measured;
         };
+        const auto make_some = [&](std::span<const uint32_t> some, size_t done) -> Result<void> {
+            parallel_for(some.size(), 1, [&](size_t begin, size_t end) {
+                for (size_t i = begin; i < end && !progress_.stopped(); ++i) {
+                    make(some[i]);
+                    const std::lock_guard lock(clock_mutex);
+                    progress_.at("charts", static_cast<double>(done + i) / count);
+                }
+            });
+            if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+            return {};
+        };
         for (size_t first = 0; first < count; first += charts_at_once) {
             const auto some = std::span<const uint32_t>(order).subspan(first, std::min(charts_at_once, count - first));
             const auto look = [&] {
@@ -324,28 +355,39 @@ private:
                 look();
                 continue;
             }
-            parallel_for(some.size(), 1, [&](size_t begin, size_t end) {
-                for (size_t i = begin; i < end && !progress_.stopped(); ++i) {
-                    make(some[i]);
-                    const std::lock_guard lock(clock_mutex);
-                    progress_.at("charts", static_cast<double>(first + i) / count);
-                }
-            });
-            if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+            if (auto done = make_some(some, first); !done) return done;
             look();
             if (work_ == nullptr) continue;
             auto done = work_->keep(
                 name, [&](ChunkWriter& writer) { return write_stage(some, charts_, resampler_->atlas(), writer); });
             if (!done) return done;
         }
-        for (uint32_t q = 0; q < count; ++q) {
-            const ChartResult& c = charts_[q];
-            if (!is_bad(c)) continue;
-            bad_[quads_.quads[q].cluster] = true;
-            if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
-            if (c.figures.sampled.missing > 0)
-                fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
+        const auto judge = [&] {
+            for (uint32_t q = 0; q < count; ++q) {
+                const ChartResult& c = charts_[q];
+                if (!is_bad(c)) continue;
+                bad_[quads_.quads[q].cluster] = true;
+                if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
+                if (c.figures.sampled.missing > 0)
+                    fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
+            }
+        };
+        judge();
+        const auto bad = static_cast<size_t>(std::ranges::count(bad_, true));
+        const bool hopeless = std::ranges::any_of(
+            charts_, [&](const ChartResult& c) { return stretch_of(c) > far_stretched * options_.worst_stretch; });
+        const double little_less = hopeless ? 0.8 : 0.5;
+        if (rejected && fault_.empty() &&
+            static_cast<double>(bad) > little_less * static_cast<double>(rounds_.bad_before)) {
+            // Making them finer has not helped the most of them: they are taken, and what was left out is sampled.
+            last_ = true;
+            rejected = false;
+            std::erase_if(order, [&](uint32_t q) { return !charts_[q].errors.levels.empty(); });
+            members = members_of(quads_.label, count);
+            if (auto done = make_some(order, count - order.size()); !done) return done;
+            judge();
         }
+        rounds_.bad_before = bad;
         const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
         report_.parameterise_seconds += parameterise_seconds * share;
         report_.resample_seconds += resample_seconds * share;
@@ -358,7 +400,7 @@ private:
     const FeatureLines& features_;
     const AtlasOptions& options_;
     AtlasReport& report_;
-    uint32_t& most_clusters_;  // 0 until the first clusters are there
+    Rounds& rounds_;
     const Progress& progress_;
     const WorkFolder* work_;
     Clusters clusters_;
@@ -386,10 +428,10 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     Surface surface = surface_now();
     FeatureLines features = options.clusters.weights.feature > 0 ? FeatureLines(source) : FeatureLines();
     std::vector<float> density;  // 1 everywhere
-    uint32_t most_clusters = 0;
+    Rounds rounds;
     for (;;) {
         ++report.rounds;
-        Attempt attempt(source, normals, features, options, report, most_clusters, progress, work);
+        Attempt attempt(source, normals, features, options, report, rounds, progress, work);
         if (auto done = attempt.run(std::move(surface), density); !done) return tl::unexpected(done.error());
         const std::vector<bool>& bad = attempt.bad_clusters();
         // What is stretched is taken in the end, what could not be made never is.
@@ -403,10 +445,13 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         // There clusters become finer, and borders need not be kept on features any more.
         surface = surface_now();
         density.resize(surface.triangles.size(), 1.0f);
+        const std::vector<double> wanted = wanted_of(surface, density, attempt.label(), bad.size());
         std::vector<bool> forgotten(source.triangle_count(), false);
         for (uint32_t t = 0; t < density.size(); ++t) {
-            if (!bad[attempt.label()[t]]) continue;
-            density[t] *= denser;
+            const uint32_t cluster = attempt.label()[t];
+            if (!bad[cluster]) continue;
+            const double clusters = options.clusters.clusters * wanted[cluster];
+            density[t] *= static_cast<float>(clusters < few_wanted ? least_wanted / std::max(clusters, 1e-9) : denser);
             forgotten[surface.triangles[t].source] = true;
         }
         features.forget(forgotten);

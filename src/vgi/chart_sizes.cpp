@@ -34,9 +34,7 @@ ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uin
         ++component.charts;
         component.triangles += members[c].size();
         for (const uint32_t t : members[c]) {
-            const auto& v = surface.triangles[t].vertices;
-            const double area =
-                glm::length(area_vector(surface.positions[v[0]], surface.positions[v[1]], surface.positions[v[2]])) / 2;
+            const double area = surface.area(t);
             component.area += area;
             whole += area;
         }

@@ -94,6 +94,7 @@ public:
                 const Entry top = heap.top();
                 heap.pop();
                 if (!complex_.edge_alive(top.edge) || version_[top.edge] != top.version) continue;
+                if (!is_small_enough(top.edge)) continue;
                 if (!complex_.may_merge(top.edge)) continue;  // looked at again when all others are done
                 const uint32_t cell = complex_.merge(top.edge);
                 --cells;
@@ -118,6 +119,11 @@ private:
         bool operator<(const Entry& other) const { return cost != other.cost ? cost > other.cost : edge > other.edge; }
     };
 
+    bool is_small_enough(uint32_t edge) const {
+        return complex_.moments(complex_.cell_of(edge * 2)).weighted +
+                   complex_.moments(complex_.cell_of(edge * 2 + 1)).weighted <=
+               ClusterOptions::most_wanted * wanted_;
+    }
     double irregularity(double perimeter, double area) const {
         return area > 0 ? perimeter * perimeter / (4 * std::numbers::pi * area) : 1;
     }
@@ -152,9 +158,7 @@ struct Whole {
     glm::dvec3 middle{0};
     Whole(const Surface& surface, std::span<const float> density) {
         for (size_t t = 0; t < surface.triangles.size(); ++t) {
-            const auto& v = surface.triangles[t].vertices;
-            const double a =
-                glm::length(area_vector(surface.positions[v[0]], surface.positions[v[1]], surface.positions[v[2]])) / 2;
+            const double a = surface.area(t);
             area += a;
             weighted += a * (density.empty() ? 1.0 : static_cast<double>(density[t]));
         }
@@ -206,11 +210,11 @@ CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangl
 // Connected parts of a surface.
 struct Components {
     struct One {
-        double wanted = 0;                 // clusters, by its share of the area
+        double share = 0, wanted = 0;      // clusters, by its share of the area; by density too
         bool closed = true, plain = true;  // plain: no more clusters are wanted there than elsewhere
         // Whether it has more clusters than that whatever is wanted.
-        bool is_small() const { return wanted < (closed ? 4 : 3); }
-        bool takes_template() const { return plain && wanted <= (closed ? 2 : 1); }
+        bool is_small() const { return share < (closed ? 4 : 3); }
+        bool takes_template() const { return plain && share <= (closed ? 2 : 1); }
     };
     std::vector<One> all;
     std::vector<uint32_t> of_vertex;
@@ -230,11 +234,13 @@ struct Components {
         }
         for (size_t t = 0; t < surface.triangles.size(); ++t) {
             const auto& v = surface.triangles[t].vertices;
-            const double area =
-                glm::length(area_vector(surface.positions[v[0]], surface.positions[v[1]], surface.positions[v[2]])) / 2;
+            const double area = surface.area(t);
             const double density = options.density.empty() ? 1.0 : static_cast<double>(options.density[t]);
-            all[of_vertex[v[0]]].plain = all[of_vertex[v[0]]].plain && density <= 1;
-            if (whole.area > 0) all[of_vertex[v[0]]].wanted += options.clusters * area * density / whole.area;
+            One& one = all[of_vertex[v[0]]];
+            one.plain = one.plain && density <= 1;
+            if (!(whole.area > 0)) continue;
+            one.share += options.clusters * area / whole.area;
+            one.wanted += options.clusters * area * density / whole.area;
         }
         for (uint32_t h = 0; h < complex.edge_slots() * 2; ++h) {
             if (complex.cell_of(h) >= complex.triangle_cells()) all[of_vertex[complex.origin(h)]].closed = false;

@@ -33,6 +33,8 @@ struct ClusterOptions {
     uint32_t clusters = 130;
     ClusterWeights weights;
     uint32_t bucket_triangles = 200000;  // about so many to a bucket
+    // A cluster is not made of what this many are wanted for.
+    static constexpr double most_wanted = 4;
     // Per triangle of the surface: how many times as many clusters are wanted there as elsewhere, > 0; `clusters` is
     // then how many there would be without. Empty for 1 everywhere.
     std::vector<float> density;

@@ -30,7 +30,7 @@ std::optional<StraightQuads> read_quads(const ChunkFile& file);
 struct ChartResult {
     struct Figures {
         double area = 0, stretch = 0, tutte_stretch = 0;
-        double spacing = 1;  // of samples, against what is usual; at most 1
+        double spacing = 1;  // of samples, against what is usual
         uint32_t flipped = 0, uniform = 0;
         Sampled sampled;
         uint32_t samples = 0;

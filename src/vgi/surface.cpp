@@ -28,9 +28,13 @@ double Surface::length(uint32_t half_edge) const {
 
 double Surface::area() const {
     double sum = 0;
-    for (const SurfaceTriangle& t : triangles)
-        sum += glm::length(area_vector(positions[t.vertices[0]], positions[t.vertices[1]], positions[t.vertices[2]]));
-    return sum / 2;
+    for (size_t t = 0; t < triangles.size(); ++t) sum += area(t);
+    return sum;
+}
+
+double Surface::area(size_t triangle) const {
+    const auto& v = triangles[triangle].vertices;
+    return glm::length(area_vector(positions[v[0]], positions[v[1]], positions[v[2]])) / 2;
 }
 
 Result<void> Surface::validate() const {

@@ -67,6 +67,7 @@ struct Surface {
     std::vector<uint32_t> twins() const { return twins_of(triangles, positions.size()); }
     // Of half-edge 3 t + k, object units.
     double length(uint32_t half_edge) const;
+    double area(size_t triangle) const;
     double area() const;
     // Oriented manifold without bow-ties, indices in range, places within their source triangles.
     Result<void> validate() const;

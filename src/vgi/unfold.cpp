@@ -12,6 +12,7 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr std::array<int, 3> reaches{3, 6, 12};  // cells around a fold that may move, one after the other
+constexpr double most_folded = 1.0 / 64;         // of a chart's cells, where it is no height field
 constexpr int most_sweeps = 100;
 constexpr double least_move = 0.05;    // of a step of the lattice: a sweep in which nothing moves further is the last
 constexpr double most_outside = 0.5;   // weight: a sample at a concave border may have to lie outside of all triangles
@@ -183,6 +184,8 @@ public:
         std::vector<bool> folded = folded_cells();
         const auto count = [&] { return static_cast<uint32_t>(std::ranges::count(folded, true)); };
         result.before = result.left = count();
+        // So many are a surface rougher than its samples, not the shear of the chart.
+        if (!up_ && result.before > most_folded * static_cast<double>(folded.size())) return result;
         for (const bool with_margin : {false, true}) {
             for (const int reach : reaches) {
                 // Of other meshes than height fields many are true edges of the surface.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "vgi/bake.h"
+#include "vgi/chart_sizes.h"
 
 namespace lodestone {
 
@@ -14,12 +15,12 @@ constexpr uint32_t most_clusters = 1u << 14;
 // A cluster for so many triangles, and about so many samples for each: what 130 clusters of 129^2 samples are to three
 // million triangles.
 void fit(vgi::AtlasOptions& options, size_t triangles) {
-    constexpr uint32_t triangles_per_cluster = 20000, fewest_clusters = 8, charts_per_cluster = 6, fewest_cells = 32;
+    constexpr uint32_t triangles_per_cluster = 20000, fewest_clusters = 8, fewest_cells = 32;
     constexpr double most_samples = 8;
     uint32_t& clusters = options.clusters.clusters;
     clusters = std::clamp(static_cast<uint32_t>(triangles / triangles_per_cluster), std::min(fewest_clusters, clusters),
                           clusters);
-    const double charts = clusters * charts_per_cluster;
+    const double charts = clusters * vgi::usual_charts_per_cluster;
     while (options.cells > fewest_cells &&
            charts * options.cells * options.cells > most_samples * static_cast<double>(triangles))
         options.cells /= 2;

@@ -157,6 +157,10 @@ AtlasFile::Place AtlasFile::place(Layer layer, uint32_t chart, uint32_t page) co
     return {layers[l].bytes, first, ends_[l][i] - first};
 }
 
+bool AtlasFile::has(Layer layer, uint32_t chart, uint32_t page) const {
+    return page < tree_of(about_, layer, chart).pages();
+}
+
 std::span<const std::byte> AtlasFile::bytes(Layer layer, uint32_t chart, uint32_t page) const {
     const Place at = place(layer, chart, page);
     return pages_[static_cast<size_t>(layer)].subspan(at.offset, at.bytes);

@@ -28,7 +28,8 @@ public:
         uint64_t offset, bytes;
     };
     Place place(Layer layer, uint32_t chart, uint32_t page) const;
-    bool has(Layer layer, uint32_t chart, uint32_t page) const { return place(layer, chart, page).bytes > 0; }
+    // Whether the chart has the page, or leaves it out.
+    bool has(Layer layer, uint32_t chart, uint32_t page) const;
     std::span<const std::byte> bytes(Layer layer, uint32_t chart, uint32_t page) const;
 
 private:

@@ -40,20 +40,6 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
 // Of clusters, where a chart was stretched too much: times as many are wanted. Where hardly any were wanted, and there
 // are as few as the topology allows, so many.
 constexpr double denser = 3, few_wanted = 0.5, least_wanted = 1.5 * ClusterOptions::most_wanted;
-// Per cluster: its share of all clusters, by what is wanted where it is.
-std::vector<double> wanted_of(const Surface& surface, const std::vector<float>& density,
-                              const std::vector<uint32_t>& label, size_t clusters) {
-    std::vector<double> wanted(clusters, 0);
-    double whole = 0;
-    for (size_t t = 0; t < label.size(); ++t) {
-        const double area = surface.area(t);
-        whole += area;
-        wanted[label[t]] += area * static_cast<double>(density[t]);
-    }
-    for (double& share : wanted) share /= std::max(whole, 1e-300);
-    return wanted;
-}
-
 // Where samples are closer together than this share of what is usual, a chart may be stretched more by as much:
 // clusters as small as the topology asks for are what they are, and have samples to spare.
 constexpr double close_samples = 0.25;
@@ -62,6 +48,20 @@ constexpr size_t charts_at_once = 64;
 constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
 // Clusters that making them finer may lead to: so many times those wanted, or those there had to be, and some.
 constexpr uint32_t most_finer = 4, few_clusters = 256;
+
+// Per cluster: how many are wanted where it is, of `clusters` in all.
+std::vector<double> wanted_of(const Surface& surface, const std::vector<float>& density,
+                              const std::vector<uint32_t>& label, size_t count, double clusters) {
+    std::vector<double> wanted(count, 0);
+    double whole = 0;
+    for (size_t t = 0; t < label.size(); ++t) {
+        const double area = surface.area(t);
+        whole += area;
+        wanted[label[t]] += area * static_cast<double>(density[t]);
+    }
+    for (double& here : wanted) here *= clusters / std::max(whole, 1e-300);
+    return wanted;
+}
 
 // What attempts know of those before.
 struct Rounds {
@@ -213,7 +213,7 @@ private:
     }
 
     ChartSizes sizes_of(const std::vector<std::vector<uint32_t>>& members) const {
-        constexpr double charts_per_cluster = 12;  // of what is wanted; usual are six
+        constexpr double charts_per_cluster = 2 * usual_charts_per_cluster;  // of clusters wanted
         const double row = options_.cells + 1,
                      most = std::max(options_.most_texels_per_triangle * static_cast<double>(mesh_.triangle_count()),
                                      charts_per_cluster * options_.clusters.clusters * row * row);
@@ -445,13 +445,14 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         // There clusters become finer, and borders need not be kept on features any more.
         surface = surface_now();
         density.resize(surface.triangles.size(), 1.0f);
-        const std::vector<double> wanted = wanted_of(surface, density, attempt.label(), bad.size());
+        const std::vector<double> wanted =
+            wanted_of(surface, density, attempt.label(), bad.size(), options.clusters.clusters);
         std::vector<bool> forgotten(source.triangle_count(), false);
         for (uint32_t t = 0; t < density.size(); ++t) {
             const uint32_t cluster = attempt.label()[t];
             if (!bad[cluster]) continue;
-            const double clusters = options.clusters.clusters * wanted[cluster];
-            density[t] *= static_cast<float>(clusters < few_wanted ? least_wanted / std::max(clusters, 1e-9) : denser);
+            density[t] *= static_cast<float>(
+                wanted[cluster] < few_wanted ? least_wanted / std::max(wanted[cluster], 1e-9) : denser);
             forgotten[surface.triangles[t].source] = true;
         }
         features.forget(forgotten);

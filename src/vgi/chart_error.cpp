@@ -108,11 +108,11 @@ std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint3
     const Patch& patch = chart.patch;
     std::vector<SourceSample> result;
     Random random(mix64(quad + 1));
-    // A sample whenever the area so far passes another share.
     if (patch.positions.size() <= samples) {
         for (size_t v = 0; v < patch.positions.size(); ++v)
             result.push_back({patch.positions[v], patch.flat[v], quad, 0});
     }
+    // A sample whenever the area so far passes another share.
     const double share = chart.area / samples;
     double area = 0, next = share * random.unit();
     for (uint32_t t = 0; t < patch.triangles.size(); ++t) {

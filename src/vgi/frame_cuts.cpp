@@ -137,10 +137,9 @@ bool CutRegion::covers(const FrameInput& input) const {
         input.budget.max_triangles != budget.max_triangles || budget.pixel_error > error ||
         budget.pixel_error * most_wasted < error)
         return false;
+    if (std::abs(input.views[0].focal_px / views[0].focal_px - 1) > 1e-5f) return false;
     for (size_t v = 0; v < views.size(); ++v) {
-        const View &mine = views[v], &its = input.views[v];
-        if (its.kind != mine.kind || its.culls_back_faces != mine.culls_back_faces ||
-            std::abs(its.focal_px / mine.focal_px - 1) > 1e-5f)
+        if (input.views[v].kind != views[v].kind || input.views[v].culls_back_faces != views[v].culls_back_faces)
             return false;
     }
     // Views as an instance sees them that stands where it is thought to be.

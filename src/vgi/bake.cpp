@@ -38,8 +38,9 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
 }
 
 // Of clusters, where a chart was stretched too much: times as many are wanted. Where hardly any were wanted, and there
-// are as few as the topology allows, so many.
+// are as few as the topology allows, so many. Of either more the more it was stretched.
 constexpr double denser = 3, few_wanted = 0.5, least_wanted = 1.5 * ClusterOptions::most_wanted;
+double times_more(double stretch, double bound) { return std::clamp(std::sqrt(stretch / bound), 1.0, 8.0); }
 // Where samples are closer together than this share of what is usual, a chart may be stretched more by as much:
 // clusters as small as the topology asks for are what they are, and have samples to spare.
 constexpr double close_samples = 0.25;
@@ -96,6 +97,7 @@ public:
         if (!clusters) return tl::unexpected(clusters.error());
         clusters_ = std::move(*clusters);
         bad_.assign(clusters_.count, false);
+        stretch_.assign(clusters_.count, 0);
         doubtful_.assign(clusters_.count, false);
         for (size_t t = 0; t < density.size(); ++t) {
             if (density[t] > 1) doubtful_[clusters_.label[t]] = true;
@@ -128,6 +130,8 @@ public:
 
     const std::vector<uint32_t>& label() const { return clusters_.label; }
     const std::vector<bool>& bad_clusters() const { return bad_; }
+    // Per cluster: the largest of its charts, as far as it counts.
+    const std::vector<double>& stretch() const { return stretch_; }
     const std::string& fault() const { return fault_; }
     // Whether stretched charts are taken as they are.
     bool is_last() const { return last_; }
@@ -345,6 +349,8 @@ private:
         };
         for (size_t first = 0; first < count; first += charts_at_once) {
             const auto some = std::span<const uint32_t>(order).subspan(first, std::min(charts_at_once, count - first));
+            // What is left was good before, if not quite as it is now: the next round will tell.
+            if (rejected && report_.rounds > 1 && !doubtful_[quads_.quads[some.front()].cluster]) break;
             const auto look = [&] {
                 rejected =
                     rejected || (!last_ && std::ranges::any_of(some, [&](uint32_t q) { return is_bad(charts_[q]); }));
@@ -366,7 +372,9 @@ private:
             for (uint32_t q = 0; q < count; ++q) {
                 const ChartResult& c = charts_[q];
                 if (!is_bad(c)) continue;
-                bad_[quads_.quads[q].cluster] = true;
+                const uint32_t cluster = quads_.quads[q].cluster;
+                bad_[cluster] = true;
+                stretch_[cluster] = std::max(stretch_[cluster], stretch_of(c));
                 if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
                 if (c.figures.sampled.missing > 0)
                     fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
@@ -405,6 +413,7 @@ private:
     const WorkFolder* work_;
     Clusters clusters_;
     std::vector<bool> bad_;
+    std::vector<double> stretch_;
     std::vector<bool> doubtful_;  // per cluster: templates, and what was bad before
     std::string fault_;
     bool last_ = false;
@@ -452,7 +461,8 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
             const uint32_t cluster = attempt.label()[t];
             if (!bad[cluster]) continue;
             density[t] *= static_cast<float>(
-                wanted[cluster] < few_wanted ? least_wanted / std::max(wanted[cluster], 1e-9) : denser);
+                (wanted[cluster] < few_wanted ? least_wanted / std::max(wanted[cluster], 1e-9) : denser) *
+                times_more(attempt.stretch()[cluster], options.worst_stretch));
             forgotten[surface.triangles[t].source] = true;
         }
         features.forget(forgotten);

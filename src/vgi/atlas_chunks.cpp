@@ -29,9 +29,7 @@ Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter&
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
         for (size_t c = begin; c < end; ++c) {
             const PageTree own = tree_of(atlas, name.layer, static_cast<uint32_t>(c));
-            std::vector<Page> pages;
-            for (uint32_t p = 0; p < own.pages(); ++p)
-                pages.push_back(read_page(atlas, name.layer, static_cast<uint32_t>(c), p));
+            const std::vector<Page> pages = read_pages(atlas, name.layer, static_cast<uint32_t>(c));
             for (uint32_t f = 0; f < own.families(); ++f)  // the others are left out
                 packed[c * tree.families() + f] = encode_family(own, channels, f, pages);
         }

@@ -9,7 +9,8 @@
 #include <string>
 
 #include "base/check.h"
-#include "vgi/bintree.h"
+#include "vgi/page_means.h"
+#include "vgi/page_plane.h"
 
 namespace lodestone::vgi {
 
@@ -72,121 +73,41 @@ void for_samples(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page,
     }
 }
 
-// One channel of a page while it is coded: samples are known one after the other, in the order of `for_order`.
-struct Plane {
-    const uint16_t* page;  // its first channel; those before this one are known
-    uint32_t number;       // of the channel
-    int32_t n;             // cells
-    Channel channel;
-
-    size_t size() const { return static_cast<size_t>(n + 1) * static_cast<size_t>(n + 1); }
-    size_t index(int32_t x, int32_t y) const { return number * size() + static_cast<size_t>(y * (n + 1) + x); }
-
-    int32_t at(int32_t x, int32_t y) const {
-        const uint16_t v = page[index(x, y)];
-        return channel.is_signed ? static_cast<int16_t>(v) : v;
-    }
-    static int32_t rounded(int32_t sum, int32_t count) {
-        return sum >= 0 ? (sum + count / 2) / count : -((-sum + count / 2) / count);
-    }
-    // Halfway between b and c on a line of evenly spaced samples a, b, c, d, by the cubic through all four.
-    static int32_t cubic(int32_t a, int32_t b, int32_t c, int32_t d) { return rounded(9 * (b + c) - a - d, 16); }
-    uint16_t predict_base(int32_t x, int32_t y) const {
-        if (x == 0 && y == 0) return 0;
-        if (channel.kind == Channel::Kind::name || x == 0 || y == 0)
-            return static_cast<uint16_t>(x > 0 ? at(x - 1, y) : at(x, y - 1));
-        return static_cast<uint16_t>(at(x - 1, y) + at(x, y - 1) - at(x - 1, y - 1));
-    }
-    uint16_t predict(int32_t x, int32_t y) const {
-        if (channel.kind == Channel::Kind::name) return static_cast<uint16_t>(at(x & ~1, y & ~1));
-        if (channel.kind == Channel::Kind::bound) {
-            int32_t least = 255;
-            Bintree{n}.for_parents({x, y}, [&](GridPoint p) { least = std::min(least, at(p.x, p.y)); });
-            return static_cast<uint16_t>(least);
-        }
-        if (channel.kind == Channel::Kind::radius) return radius_around({x, y});
-        if ((y & 1) == 0) {
-            if (x < 3 || x + 3 > n) return static_cast<uint16_t>(rounded(at(x - 1, y) + at(x + 1, y), 2));
-            return static_cast<uint16_t>(cubic(at(x - 3, y), at(x - 1, y), at(x + 1, y), at(x + 3, y)));
-        }
-        if ((x & 1) == 0) {
-            if (y < 3 || y + 3 > n) return static_cast<uint16_t>(rounded(at(x, y - 1) + at(x, y + 1), 2));
-            return static_cast<uint16_t>(cubic(at(x, y - 3), at(x, y - 1), at(x, y + 1), at(x, y + 3)));
-        }
-        const int32_t edges = at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1);
-        if (channel.kind != Channel::Kind::smooth) return static_cast<uint16_t>(rounded(edges, 4));
-        const int32_t corners = at(x - 1, y - 1) + at(x + 1, y - 1) + at(x - 1, y + 1) + at(x + 1, y + 1);
-        return static_cast<uint16_t>(rounded(3 * edges - corners, 8));
-    }
-    // Code of the distance to the farthest corner of the triangles that p splits, as ErrorCodes::of_radius has it, in
-    // integers: half octaves of a length are octaves of its square, and code 255 is that of 3 * 2^40 lattice steps,
-    // squared.
-    uint16_t radius_around(GridPoint p) const {
-        const size_t here = static_cast<size_t>(p.y * (n + 1) + p.x);
-        if (page[3 * size() + here] == 0) return 0;  // an error of 0 is never wanted
-        uint64_t largest = 1;
-        const auto reach = [&](GridPoint q) {
-            uint64_t squared = 0;
-            for (size_t k = 0; k < 3; ++k) {
-                const int64_t off =
-                    int64_t{page[k * size() + static_cast<size_t>(q.y * (n + 1) + q.x)]} - page[k * size() + here];
-                squared += static_cast<uint64_t>(off * off);
-            }
-            largest = std::max(largest, squared);
-        };
-        const Bintree tree{n};
-        for (const GridPoint end : tree.hypotenuse(p)) reach(end);
-        tree.for_parents(p, reach);
-        const auto octave = static_cast<uint32_t>(std::bit_width(largest)) - 1;
-        return static_cast<uint16_t>(214 + octave + (2 * largest > uint64_t{3} << octave ? 1 : 0));
-    }
-    // Samples that are coded: all of a base page; otherwise middles of edges and centres, whichever tell more of the
-    // others first.
-    template <class Visit>
-    void for_order(bool base, Visit&& visit) const {
-        if (base) {
-            for (int32_t y = 0; y <= n; ++y) {
-                for (int32_t x = 0; x <= n; ++x) visit(x, y, predict_base(x, y));
-            }
-            return;
-        }
-        const auto centres = [&] {
-            for (int32_t y = 1; y <= n; y += 2) {
-                for (int32_t x = 1; x <= n; x += 2) visit(x, y, predict(x, y));
-            }
-        };
-        if (channel.kind == Channel::Kind::bound) centres();
-        for (int32_t y = 0; y <= n; y += 2) {
-            for (int32_t x = 1; x <= n; x += 2) visit(x, y, predict(x, y));
-        }
-        for (int32_t y = 1; y <= n; y += 2) {
-            for (int32_t x = 0; x <= n; x += 2) visit(x, y, predict(x, y));
-        }
-        if (channel.kind != Channel::Kind::bound) centres();
-    }
-};
-
+// Of a page with its parent.
+size_t shared_samples(const PageTree& tree) {
+    const size_t n = tree.cells_per_page() / 2 + 1;
+    return n * n;
+}
 size_t coded_samples(const PageTree& tree, bool base) {
-    const size_t n = tree.samples_per_side(), kept = tree.cells_per_page() / 2 + 1;
-    return base ? n * n : n * n - kept * kept;
+    const size_t n = tree.samples_per_side();
+    return n * n - (base ? 0 : shared_samples(tree));
 }
 
-// Low bytes, then high bytes, of the channels of a group, are one stream.
+// Low bytes, then high bytes, of the channels of a group, are one stream; so is which of its samples the parents have
+// kept.
 struct Stream {
-    uint8_t group;
-    bool high;
-    size_t channels;
+    enum class What : uint8_t { low, high, kept } what;
+    size_t first, channels;
 };
-std::vector<Stream> streams_of(std::span<const Channel> channels) {
+std::vector<Stream> streams_of(std::span<const Channel> channels, bool base) {
+    using What = Stream::What;
     std::vector<Stream> streams;
     for (size_t c = 0; c < channels.size();) {
         size_t end = c;
         while (end < channels.size() && channels[end].group == channels[c].group) ++end;
-        streams.push_back({channels[c].group, false, end - c});
-        if (channels[c].wide) streams.push_back({channels[c].group, true, end - c});
+        streams.push_back({What::low, c, end - c});
+        if (channels[c].wide) streams.push_back({What::high, c, end - c});
+        if (channels[c].averaged && !base) streams.push_back({What::kept, c, end - c});
         c = end;
     }
     return streams;
+}
+
+// Bytes, of all members of a family.
+size_t size_of(const PageTree& tree, const Stream& stream, uint32_t family) {
+    const size_t members = PageTree::members(family);
+    return stream.what == Stream::What::kept ? members * shared_samples(tree)
+                                             : members * coded_samples(tree, family == 0) * stream.channels;
 }
 
 // Differences fold to small positive numbers; of 8-bit channels they wrap around within 8 bits.
@@ -265,8 +186,8 @@ PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart) {
 std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer) {
     using Kind = Channel::Kind;
     constexpr Channel lattice{0, true, false, Kind::smooth}, error{1, false, false, Kind::bound},
-        radius{2, false, false, Kind::radius}, normal{0, false, true, Kind::smooth}, uv{1, true, false},
-        colour{2, false, false}, material{3, true, false, Kind::name};
+        radius{2, false, false, Kind::radius}, normal{0, false, true, Kind::direction, true}, uv{1, true, false},
+        colour{2, false, false, Kind::amount, true}, material{3, true, false, Kind::name};
     if (layer == Layer::geometry) return {lattice, lattice, lattice, error, radius};
     std::vector<Channel> channels{normal, normal};
     if (attributes.uvs) channels.insert(channels.end(), 2, uv);
@@ -299,35 +220,57 @@ void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const 
     });
 }
 
+std::vector<Page> read_pages(const Atlas& atlas, Layer layer, uint32_t chart) {
+    const PageTree tree = tree_of(atlas, layer, chart);
+    const std::vector<Channel> channels = channels_of(atlas.attributes, layer);
+    const bool averaged = std::ranges::any_of(channels, &Channel::averaged);
+    std::vector<Page> pages(tree.pages());
+    // Children come after their parents.
+    for (uint32_t p = tree.pages(); p-- > 0;) {
+        uint32_t level = 0, px = 0, py = 0;
+        tree.place(p, &level, &px, &py);
+        if (level == 0 || !averaged) {
+            pages[p] = read_page(atlas, layer, chart, p);
+            continue;
+        }
+        std::array<Page, 4> children;
+        for (uint32_t k = 0; k < 4; ++k) children[k] = pages[tree.member(p + 1, k)];
+        pages[p] = parent_of(tree, channels, children);
+    }
+    return pages;
+}
+
 std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
                                      std::span<const Page> pages) {
     LODE_CHECK(pages.size() == tree.pages(), pages.size());
     const auto n = static_cast<int32_t>(tree.cells_per_page());
-    const size_t coded = coded_samples(tree, family == 0), members = PageTree::members(family);
+    const uint32_t members = PageTree::members(family);
     std::vector<std::byte> packed;
     static thread_local std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
     // How much there is is known to whoever unpacks: no size is stored.
     for (const auto& [parameter, value] : compression) ZSTD_CCtx_setParameter(context.get(), parameter, value);
-    size_t first = 0;
     std::vector<uint8_t> plain;
     std::vector<std::byte> frame;
-    for (const Stream& stream : streams_of(channels)) {
-        while (channels[first].group != stream.group) ++first;
+    for (const Stream& stream : streams_of(channels, family == 0)) {
         plain.clear();
-        bool zero = true;
-        for (size_t c = first; c < first + stream.channels; ++c) {
+        for (uint32_t k = 0; stream.what == Stream::What::kept && k < members; ++k) {
+            const uint32_t p = tree.member(family, k);
+            const KeptSamples kept = kept_samples(tree, channels, stream.first, p, pages[p], pages[tree.parent(p)]);
+            plain.insert(plain.end(), kept.begin(), kept.end());
+        }
+        for (size_t c = stream.first; stream.what != Stream::What::kept && c < stream.first + stream.channels; ++c) {
             for (uint32_t k = 0; k < members; ++k) {
                 const uint16_t* values = pages[tree.member(family, k)].values.data();
                 const Plane plane{values, static_cast<uint32_t>(c), n, channels[c]};
                 plane.for_order(family == 0, [&](int32_t x, int32_t y, uint16_t expected) {
                     const uint16_t folded =
                         fold(static_cast<uint16_t>(values[plane.index(x, y)] - expected), channels[c].wide);
-                    plain.push_back(static_cast<uint8_t>(stream.high ? folded >> 8 : folded));
-                    zero = zero && plain.back() == 0;
+                    plain.push_back(static_cast<uint8_t>(stream.what == Stream::What::high ? folded >> 8 : folded));
                 });
             }
         }
-        LODE_CHECK(plain.size() == coded * members * stream.channels, plain.size());
+        LODE_CHECK(plain.size() == size_of(tree, stream, family), plain.size());
+        const bool zero = std::ranges::all_of(plain, [](uint8_t byte) { return byte == 0; });
         // Two bytes of size, 0 for nothing but zeros.
         size_t size = 0;
         if (!zero) {
@@ -357,25 +300,36 @@ Result<PageFamily> PageFamily::unpack(const PageTree& tree, std::span<const Chan
     static thread_local std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
     PageFamily unpacked(tree, channels, family);
     unpacked.folded_.assign(channels.size() * coded, 0);
+    unpacked.kept_.resize(channels.size());
     std::vector<uint8_t> plain;
     std::vector<std::byte> frame;
-    size_t first = 0, at = 0;
-    for (const Stream& stream : streams_of(channels)) {
-        while (channels[first].group != stream.group) ++first;
+    size_t at = 0;
+    for (const Stream& stream : streams_of(channels, family == 0)) {
+        if (stream.what == Stream::What::kept) unpacked.kept_[stream.first].assign(size_of(tree, stream, family), 0);
         if (at + 2 > bytes.size()) return broken();
         const size_t size = std::to_integer<size_t>(bytes[at]) | std::to_integer<size_t>(bytes[at + 1]) << 8;
         at += 2;
         if (at + size > bytes.size()) return broken();
         if (size == 0) continue;
-        plain.resize(coded * stream.channels);
+        plain.resize(size_of(tree, stream, family));
         frame.assign(magic.begin(), magic.end());
         frame.insert(frame.end(), bytes.begin() + static_cast<ptrdiff_t>(at),
                      bytes.begin() + static_cast<ptrdiff_t>(at + size));
         const size_t got = ZSTD_decompressDCtx(context.get(), plain.data(), plain.size(), frame.data(), frame.size());
         if (ZSTD_isError(got) || got != plain.size()) return broken();
         at += size;
+        if (stream.what == Stream::What::kept) {
+            unpacked.kept_[stream.first] = plain;
+            continue;
+        }
+        const int shift = stream.what == Stream::What::high ? 8 : 0;
         for (size_t i = 0; i < plain.size(); ++i)
-            unpacked.folded_[first * coded + i] |= static_cast<uint16_t>(plain[i] << (stream.high ? 8 : 0));
+            unpacked.folded_[stream.first * coded + i] |= static_cast<uint16_t>(plain[i] << shift);
+    }
+    // Channels of a group have kept the same.
+    for (size_t c = 1; c < channels.size(); ++c) {
+        if (channels[c].averaged && channels[c].group == channels[c - 1].group)
+            unpacked.kept_[c] = unpacked.kept_[c - 1];
     }
     if (at != bytes.size()) return broken();
     return unpacked;
@@ -394,6 +348,15 @@ Page PageFamily::page(uint32_t number, const Page* parent) const {
     for (size_t c = 0; c < channels_.size(); ++c) {
         const Plane plane{samples.values.data(), static_cast<uint32_t>(c), n, channels_[c]};
         const uint16_t* next = folded_.data() + (c * members + k) * coded;
+        if (channels_[c].averaged && parent != nullptr) {
+            PageDifferences differences(n);
+            const uint16_t* difference = next;
+            plane.for_places(false, [&](int32_t x, int32_t y) {
+                differences.at(x, y) = static_cast<int8_t>(unfold(*difference++));
+            });
+            const size_t shared = shared_samples(tree_);
+            take_means_back(channels_, c, differences, std::span(kept_[c]).subspan(k * shared, shared), n, samples);
+        }
         plane.for_order(number == 0, [&](int32_t x, int32_t y, uint16_t expected) {
             samples.values[plane.index(x, y)] = wrapped(uint32_t{expected} + unfold(*next++), channels_[c]);
         });

@@ -50,15 +50,17 @@ enum class Layer : uint8_t { geometry, attributes };
 struct Channel {
     enum class Kind : uint8_t {
         amount,
-        smooth,  // an amount with more slope than noise
-        name,    // of a thing: the mean of two is neither
-        bound,   // not above that of the sample's parents in the bintree
-        radius,  // mostly that of the sphere around the triangles that the sample splits; channels of geometry alone
+        smooth,     // an amount with more slope than noise
+        direction,  // the same, of which two are one direction, octahedral
+        name,       // of a thing: the mean of two is neither
+        bound,      // not above that of the sample's parents in the bintree
+        radius,     // mostly that of the sphere around the triangles that the sample splits; channels of geometry alone
     };
     uint8_t group;
     bool wide;  // 16 bits, else 8
     bool is_signed;
     Kind kind = Kind::amount;
+    bool averaged = false;  // coarser pages have means of what is around instead (page_means.h); not wide
 };
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture
 // coordinates (2), colour (4), material (1), each where the atlas has them.
@@ -71,9 +73,12 @@ PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart);  // its own
 struct Page {
     std::vector<uint16_t> values;
 };
-// page: of the chart's own.
+// page: of the chart's own. Its samples, of averaged channels too.
 Page read_page(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page);
 void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const Page& samples);
+
+// All of a chart's pages as they are stored, by number.
+std::vector<Page> read_pages(const Atlas& atlas, Layer layer, uint32_t chart);
 
 // Compresses the pages of a family (zstd). pages: all of the chart, by number. Deterministic.
 std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
@@ -94,7 +99,8 @@ private:
     PageTree tree_;
     std::span<const Channel> channels_;
     uint32_t family_;
-    std::vector<uint16_t> folded_;  // channel after channel, member after member
+    std::vector<uint16_t> folded_;            // channel after channel, member after member
+    std::vector<std::vector<uint8_t>> kept_;  // per averaged channel: KeptSamples, member after member
 };
 
 }  // namespace lodestone::vgi

@@ -1,0 +1,113 @@
+// What the samples of a page are expected to be by those that are known: what pages.h codes differences from.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+
+#include "vgi/bintree.h"
+#include "vgi/pages.h"
+
+namespace lodestone::vgi {
+
+// One channel of a page while it is coded: samples are known one after the other, in the order of `for_order`.
+struct Plane {
+    const uint16_t* page;  // its first channel; those before this one are known
+    uint32_t number;       // of the channel
+    int32_t n;             // cells
+    Channel channel;
+
+    size_t size() const { return static_cast<size_t>(n + 1) * static_cast<size_t>(n + 1); }
+    size_t index(int32_t x, int32_t y) const { return number * size() + static_cast<size_t>(y * (n + 1) + x); }
+
+    int32_t at(int32_t x, int32_t y) const {
+        const uint16_t v = page[index(x, y)];
+        return channel.is_signed ? static_cast<int16_t>(v) : v;
+    }
+    static int32_t rounded(int32_t sum, int32_t count) {
+        return sum >= 0 ? (sum + count / 2) / count : -((-sum + count / 2) / count);
+    }
+    // Halfway between b and c on a line of evenly spaced samples a, b, c, d, by the cubic through all four.
+    static int32_t cubic(int32_t a, int32_t b, int32_t c, int32_t d) { return rounded(9 * (b + c) - a - d, 16); }
+    uint16_t predict_base(int32_t x, int32_t y) const {
+        if (x == 0 && y == 0) return 0;
+        if (channel.kind == Channel::Kind::name || x == 0 || y == 0)
+            return static_cast<uint16_t>(x > 0 ? at(x - 1, y) : at(x, y - 1));
+        return static_cast<uint16_t>(at(x - 1, y) + at(x, y - 1) - at(x - 1, y - 1));
+    }
+    uint16_t predict(int32_t x, int32_t y) const {
+        if (channel.kind == Channel::Kind::name) return static_cast<uint16_t>(at(x & ~1, y & ~1));
+        if (channel.kind == Channel::Kind::bound) {
+            int32_t least = 255;
+            Bintree{n}.for_parents({x, y}, [&](GridPoint p) { least = std::min(least, at(p.x, p.y)); });
+            return static_cast<uint16_t>(least);
+        }
+        if (channel.kind == Channel::Kind::radius) return radius_around({x, y});
+        if ((y & 1) == 0) {
+            if (x < 3 || x + 3 > n) return static_cast<uint16_t>(rounded(at(x - 1, y) + at(x + 1, y), 2));
+            return static_cast<uint16_t>(cubic(at(x - 3, y), at(x - 1, y), at(x + 1, y), at(x + 3, y)));
+        }
+        if ((x & 1) == 0) {
+            if (y < 3 || y + 3 > n) return static_cast<uint16_t>(rounded(at(x, y - 1) + at(x, y + 1), 2));
+            return static_cast<uint16_t>(cubic(at(x, y - 3), at(x, y - 1), at(x, y + 1), at(x, y + 3)));
+        }
+        const int32_t edges = at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1);
+        if (channel.kind != Channel::Kind::smooth && channel.kind != Channel::Kind::direction)
+            return static_cast<uint16_t>(rounded(edges, 4));
+        const int32_t corners = at(x - 1, y - 1) + at(x + 1, y - 1) + at(x - 1, y + 1) + at(x + 1, y + 1);
+        return static_cast<uint16_t>(rounded(3 * edges - corners, 8));
+    }
+    // Code of the distance to the farthest corner of the triangles that p splits, as ErrorCodes::of_radius has it, in
+    // integers: half octaves of a length are octaves of its square, and code 255 is that of 3 * 2^40 lattice steps,
+    // squared.
+    uint16_t radius_around(GridPoint p) const {
+        const size_t here = static_cast<size_t>(p.y * (n + 1) + p.x);
+        if (page[3 * size() + here] == 0) return 0;  // an error of 0 is never wanted
+        uint64_t largest = 1;
+        const auto reach = [&](GridPoint q) {
+            uint64_t squared = 0;
+            for (size_t k = 0; k < 3; ++k) {
+                const int64_t off =
+                    int64_t{page[k * size() + static_cast<size_t>(q.y * (n + 1) + q.x)]} - page[k * size() + here];
+                squared += static_cast<uint64_t>(off * off);
+            }
+            largest = std::max(largest, squared);
+        };
+        const Bintree tree{n};
+        for (const GridPoint end : tree.hypotenuse(p)) reach(end);
+        tree.for_parents(p, reach);
+        const auto octave = static_cast<uint32_t>(std::bit_width(largest)) - 1;
+        return static_cast<uint16_t>(214 + octave + (2 * largest > uint64_t{3} << octave ? 1 : 0));
+    }
+    // Samples that are coded: all of a base page; otherwise middles of edges and centres, whichever tell more of the
+    // others first.
+    template <class Visit>
+    void for_places(bool base, Visit&& visit) const {
+        if (base) {
+            for (int32_t y = 0; y <= n; ++y) {
+                for (int32_t x = 0; x <= n; ++x) visit(x, y);
+            }
+            return;
+        }
+        const auto centres = [&] {
+            for (int32_t y = 1; y <= n; y += 2) {
+                for (int32_t x = 1; x <= n; x += 2) visit(x, y);
+            }
+        };
+        if (channel.kind == Channel::Kind::bound) centres();
+        for (int32_t y = 0; y <= n; y += 2) {
+            for (int32_t x = 1; x <= n; x += 2) visit(x, y);
+        }
+        for (int32_t y = 1; y <= n; y += 2) {
+            for (int32_t x = 0; x <= n; x += 2) visit(x, y);
+        }
+        if (channel.kind != Channel::Kind::bound) centres();
+    }
+    // The same, with what is expected there.
+    template <class Visit>
+    void for_order(bool base, Visit&& visit) const {
+        for_places(base, [&](int32_t x, int32_t y) { visit(x, y, base ? predict_base(x, y) : predict(x, y)); });
+    }
+};
+
+}  // namespace lodestone::vgi

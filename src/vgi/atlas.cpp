@@ -12,6 +12,16 @@
 
 namespace lodestone::vgi {
 
+std::array<int8_t, 2> pack_octahedral(const glm::vec3& unit) {
+    const auto packed = pack_normal(unit);
+    const auto narrow = [](int16_t v) { return static_cast<int8_t>(std::lround(v * (127.0 / 32767))); };
+    return {narrow(packed[0]), narrow(packed[1])};
+}
+glm::vec3 unpack_octahedral(const std::array<int8_t, 2>& packed) {
+    const auto wide = [](int8_t v) { return static_cast<int16_t>(std::lround(v * (32767.0 / 127))); };
+    return unpack_normal({wide(packed[0]), wide(packed[1])});
+}
+
 uint32_t Atlas::levels() const { return static_cast<uint32_t>(std::bit_width(cells)); }
 
 void Atlas::lay_out(std::vector<uint8_t> levels_left_out) {
@@ -47,11 +57,7 @@ uint64_t Atlas::triangles_at(uint32_t level) const {
     return count;
 }
 
-glm::vec3 Atlas::normal(size_t texel) const {
-    const auto& n = normals[texel];
-    const auto wide = [](int8_t v) { return static_cast<int16_t>(std::lround(v * (32767.0 / 127))); };
-    return unpack_normal({wide(n[0]), wide(n[1])});
-}
+glm::vec3 Atlas::normal(size_t texel) const { return unpack_octahedral(normals[texel]); }
 
 Atlas::Square Atlas::across(Square from, uint32_t side, uint32_t per_side) const {
     const uint32_t last = per_side - 1;

@@ -45,6 +45,10 @@ std::array<Number, 2> on_side(uint32_t side, Number step, Number length) {
 // to that of highest y: diagonals alternate as in the bintree.
 inline bool rising_diagonal(uint32_t x, uint32_t y) { return (x + y) % 2 == 0; }
 
+// Normals in two bytes: octahedral coordinates in steps of 1 / 127.
+std::array<int8_t, 2> pack_octahedral(const glm::vec3& unit);
+glm::vec3 unpack_octahedral(const std::array<int8_t, 2>& packed);
+
 struct GluedSide {
     uint32_t chart = ~0u;  // ~0 where the surface ends
     uint32_t side = 0;     // 0 .. 3

@@ -10,7 +10,12 @@
 
 namespace lodestone::vgi {
 
-// One channel of a page while it is coded: samples are known one after the other, in the order of `for_order`.
+// Of a sample in the mean of it and its two neighbours, whose weights are 1. More, and noise is left; less, and what
+// the mean leaves open of the sample takes more bytes.
+inline constexpr int32_t own_weight = 4;
+
+// One channel of a page while it is coded: samples are known one after the other, in the order of `for_order`. Where
+// the parent has means they stand for the samples until those are known.
 struct Plane {
     const uint16_t* page;  // its first channel; those before this one are known
     uint32_t number;       // of the channel
@@ -35,7 +40,25 @@ struct Plane {
             return static_cast<uint16_t>(x > 0 ? at(x - 1, y) : at(x, y - 1));
         return static_cast<uint16_t>(at(x - 1, y) + at(x, y - 1) - at(x - 1, y - 1));
     }
+    // The sample whose mean is known, and what else it is of.
+    int32_t sample_of_mean(int32_t x, int32_t y) const {
+        const bool in_x = x > 0 && x < n;
+        const bool in_y = y > 0 && y < n;
+        const auto across = [&](int32_t row) { return at(x - 1, row) + at(x + 1, row); };
+        int32_t sample = at(x, y);
+        constexpr int32_t own = own_weight, all = own_weight + 2;
+        if (in_x && in_y) {
+            const int32_t edges = across(y) + at(x, y - 1) + at(x, y + 1), corners = across(y - 1) + across(y + 1);
+            sample = rounded(all * all * sample - own * edges - corners, own * own);
+        } else if (in_x) {
+            sample = rounded(all * sample - across(y), own);
+        } else if (in_y) {
+            sample = rounded(all * sample - at(x, y - 1) - at(x, y + 1), own);
+        }
+        return channel.is_signed ? std::clamp(sample, -127, 127) : std::clamp(sample, 0, 255);
+    }
     uint16_t predict(int32_t x, int32_t y) const {
+        if (channel.averaged && ((x | y) & 1) == 0) return static_cast<uint16_t>(sample_of_mean(x, y));
         if (channel.kind == Channel::Kind::name) return static_cast<uint16_t>(at(x & ~1, y & ~1));
         if (channel.kind == Channel::Kind::bound) {
             int32_t least = 255;
@@ -80,7 +103,7 @@ struct Plane {
         return static_cast<uint16_t>(214 + octave + (2 * largest > uint64_t{3} << octave ? 1 : 0));
     }
     // Samples that are coded: all of a base page; otherwise middles of edges and centres, whichever tell more of the
-    // others first.
+    // others first, and then those of which the parent has means.
     template <class Visit>
     void for_places(bool base, Visit&& visit) const {
         if (base) {
@@ -102,6 +125,9 @@ struct Plane {
             for (int32_t x = 0; x <= n; x += 2) visit(x, y);
         }
         if (channel.kind != Channel::Kind::bound) centres();
+        for (int32_t y = 0; channel.averaged && y <= n; y += 2) {
+            for (int32_t x = 0; x <= n; x += 2) visit(x, y);
+        }
     }
     // The same, with what is expected there.
     template <class Visit>

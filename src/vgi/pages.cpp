@@ -73,41 +73,31 @@ void for_samples(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page,
     }
 }
 
-// Of a page with its parent.
-size_t shared_samples(const PageTree& tree) {
-    const size_t n = tree.cells_per_page() / 2 + 1;
-    return n * n;
-}
-size_t coded_samples(const PageTree& tree, bool base) {
-    const size_t n = tree.samples_per_side();
-    return n * n - (base ? 0 : shared_samples(tree));
+size_t coded_samples(const PageTree& tree, const Channel& channel, bool base) {
+    const size_t n = tree.samples_per_side(), known = tree.cells_per_page() / 2 + 1;
+    return base || channel.averaged ? n * n : n * n - known * known;
 }
 
-// Low bytes, then high bytes, of the channels of a group, are one stream; so is which of its samples the parents have
-// kept.
+// Low bytes, then high bytes, of the channels of a group, are one stream; those of samples of which the parents have
+// means one by itself.
 struct Stream {
-    enum class What : uint8_t { low, high, kept } what;
     size_t first, channels;
+    size_t begin, end;  // of each page's coded samples
+    bool high;
 };
-std::vector<Stream> streams_of(std::span<const Channel> channels, bool base) {
-    using What = Stream::What;
+std::vector<Stream> streams_of(const PageTree& tree, std::span<const Channel> channels, bool base) {
     std::vector<Stream> streams;
     for (size_t c = 0; c < channels.size();) {
         size_t end = c;
         while (end < channels.size() && channels[end].group == channels[c].group) ++end;
-        streams.push_back({What::low, c, end - c});
-        if (channels[c].wide) streams.push_back({What::high, c, end - c});
-        if (channels[c].averaged && !base) streams.push_back({What::kept, c, end - c});
+        const size_t coded = coded_samples(tree, channels[c], base),
+                     fresh = base ? coded : coded_samples(tree, {}, false);  // of which nothing is known
+        streams.push_back({c, end - c, 0, fresh, false});
+        if (channels[c].wide) streams.push_back({c, end - c, 0, fresh, true});
+        if (coded > fresh) streams.push_back({c, end - c, fresh, coded, false});
         c = end;
     }
     return streams;
-}
-
-// Bytes, of all members of a family.
-size_t size_of(const PageTree& tree, const Stream& stream, uint32_t family) {
-    const size_t members = PageTree::members(family);
-    return stream.what == Stream::What::kept ? members * shared_samples(tree)
-                                             : members * coded_samples(tree, family == 0) * stream.channels;
 }
 
 // Differences fold to small positive numbers; of 8-bit channels they wrap around within 8 bits.
@@ -249,27 +239,33 @@ std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Chann
     static thread_local std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
     // How much there is is known to whoever unpacks: no size is stored.
     for (const auto& [parameter, value] : compression) ZSTD_CCtx_setParameter(context.get(), parameter, value);
+    // Channel after channel, member after member.
+    std::vector<std::vector<uint16_t>> folded(channels.size());
+    for (uint32_t k = 0; k < members; ++k) {
+        const uint32_t number = tree.member(family, k);
+        const std::vector<uint16_t>& values = pages[number].values;
+        Page known = pages[number];
+        if (family > 0) copy_from_parent(tree, number, channels.size(), pages[tree.parent(number)], known);
+        for (size_t c = 0; c < channels.size(); ++c) {
+            const Plane plane{known.values.data(), static_cast<uint32_t>(c), n, channels[c]};
+            plane.for_order(family == 0, [&](int32_t x, int32_t y, uint16_t expected) {
+                folded[c].push_back(
+                    fold(static_cast<uint16_t>(values[plane.index(x, y)] - expected), channels[c].wide));
+            });
+        }
+    }
     std::vector<uint8_t> plain;
     std::vector<std::byte> frame;
-    for (const Stream& stream : streams_of(channels, family == 0)) {
+    for (const Stream& stream : streams_of(tree, channels, family == 0)) {
         plain.clear();
-        for (uint32_t k = 0; stream.what == Stream::What::kept && k < members; ++k) {
-            const uint32_t p = tree.member(family, k);
-            const KeptSamples kept = kept_samples(tree, channels, stream.first, p, pages[p], pages[tree.parent(p)]);
-            plain.insert(plain.end(), kept.begin(), kept.end());
-        }
-        for (size_t c = stream.first; stream.what != Stream::What::kept && c < stream.first + stream.channels; ++c) {
-            for (uint32_t k = 0; k < members; ++k) {
-                const uint16_t* values = pages[tree.member(family, k)].values.data();
-                const Plane plane{values, static_cast<uint32_t>(c), n, channels[c]};
-                plane.for_order(family == 0, [&](int32_t x, int32_t y, uint16_t expected) {
-                    const uint16_t folded =
-                        fold(static_cast<uint16_t>(values[plane.index(x, y)] - expected), channels[c].wide);
-                    plain.push_back(static_cast<uint8_t>(stream.what == Stream::What::high ? folded >> 8 : folded));
-                });
+        for (size_t c = stream.first; c < stream.first + stream.channels; ++c) {
+            const size_t coded = coded_samples(tree, channels[c], family == 0);
+            LODE_CHECK(folded[c].size() == members * coded, folded[c].size());
+            for (size_t k = 0; k < members; ++k) {
+                for (size_t i = k * coded + stream.begin; i < k * coded + stream.end; ++i)
+                    plain.push_back(static_cast<uint8_t>(stream.high ? folded[c][i] >> 8 : folded[c][i]));
             }
         }
-        LODE_CHECK(plain.size() == size_of(tree, stream, family), plain.size());
         const bool zero = std::ranges::all_of(plain, [](uint8_t byte) { return byte == 0; });
         // Two bytes of size, 0 for nothing but zeros.
         size_t size = 0;
@@ -296,40 +292,36 @@ Result<PageFamily> PageFamily::unpack(const PageTree& tree, std::span<const Chan
         return fail(Fault::format,
                     "family " + std::to_string(family) + " of pages cannot be unpacked; bake the asset again");
     };
-    const size_t coded = coded_samples(tree, family == 0) * PageTree::members(family);
+    const size_t members = PageTree::members(family);
     static thread_local std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
     PageFamily unpacked(tree, channels, family);
-    unpacked.folded_.assign(channels.size() * coded, 0);
-    unpacked.kept_.resize(channels.size());
+    for (const Channel& channel : channels)
+        unpacked.folded_.emplace_back(members * coded_samples(tree, channel, family == 0), uint16_t{0});
     std::vector<uint8_t> plain;
     std::vector<std::byte> frame;
     size_t at = 0;
-    for (const Stream& stream : streams_of(channels, family == 0)) {
-        if (stream.what == Stream::What::kept) unpacked.kept_[stream.first].assign(size_of(tree, stream, family), 0);
+    for (const Stream& stream : streams_of(tree, channels, family == 0)) {
         if (at + 2 > bytes.size()) return broken();
         const size_t size = std::to_integer<size_t>(bytes[at]) | std::to_integer<size_t>(bytes[at + 1]) << 8;
         at += 2;
         if (at + size > bytes.size()) return broken();
         if (size == 0) continue;
-        plain.resize(size_of(tree, stream, family));
+        plain.resize(stream.channels * members * (stream.end - stream.begin));
         frame.assign(magic.begin(), magic.end());
         frame.insert(frame.end(), bytes.begin() + static_cast<ptrdiff_t>(at),
                      bytes.begin() + static_cast<ptrdiff_t>(at + size));
         const size_t got = ZSTD_decompressDCtx(context.get(), plain.data(), plain.size(), frame.data(), frame.size());
         if (ZSTD_isError(got) || got != plain.size()) return broken();
         at += size;
-        if (stream.what == Stream::What::kept) {
-            unpacked.kept_[stream.first] = plain;
-            continue;
+        const uint8_t* next = plain.data();
+        for (size_t c = stream.first; c < stream.first + stream.channels; ++c) {
+            std::vector<uint16_t>& folded = unpacked.folded_[c];
+            const size_t coded = folded.size() / members;
+            for (size_t k = 0; k < members; ++k) {
+                for (size_t i = k * coded + stream.begin; i < k * coded + stream.end; ++i)
+                    folded[i] |= static_cast<uint16_t>(*next++ << (stream.high ? 8 : 0));
+            }
         }
-        const int shift = stream.what == Stream::What::high ? 8 : 0;
-        for (size_t i = 0; i < plain.size(); ++i)
-            unpacked.folded_[stream.first * coded + i] |= static_cast<uint16_t>(plain[i] << shift);
-    }
-    // Channels of a group have kept the same.
-    for (size_t c = 1; c < channels.size(); ++c) {
-        if (channels[c].averaged && channels[c].group == channels[c - 1].group)
-            unpacked.kept_[c] = unpacked.kept_[c - 1];
     }
     if (at != bytes.size()) return broken();
     return unpacked;
@@ -338,8 +330,7 @@ Result<PageFamily> PageFamily::unpack(const PageTree& tree, std::span<const Chan
 Page PageFamily::page(uint32_t number, const Page* parent) const {
     LODE_CHECK(tree_.family(number) == family_ && (number == 0) == (parent == nullptr), number);
     const auto n = static_cast<int32_t>(tree_.cells_per_page());
-    const size_t plane_size = size_t{tree_.samples_per_side()} * tree_.samples_per_side(),
-                 coded = coded_samples(tree_, family_ == 0), members = PageTree::members(family_);
+    const size_t plane_size = size_t{tree_.samples_per_side()} * tree_.samples_per_side();
     size_t k = 0;
     while (tree_.member(family_, static_cast<uint32_t>(k)) != number) ++k;
     Page samples;
@@ -347,16 +338,7 @@ Page PageFamily::page(uint32_t number, const Page* parent) const {
     if (parent != nullptr) copy_from_parent(tree_, number, channels_.size(), *parent, samples);
     for (size_t c = 0; c < channels_.size(); ++c) {
         const Plane plane{samples.values.data(), static_cast<uint32_t>(c), n, channels_[c]};
-        const uint16_t* next = folded_.data() + (c * members + k) * coded;
-        if (channels_[c].averaged && parent != nullptr) {
-            PageDifferences differences(n);
-            const uint16_t* difference = next;
-            plane.for_places(false, [&](int32_t x, int32_t y) {
-                differences.at(x, y) = static_cast<int8_t>(unfold(*difference++));
-            });
-            const size_t shared = shared_samples(tree_);
-            take_means_back(channels_, c, differences, std::span(kept_[c]).subspan(k * shared, shared), n, samples);
-        }
+        const uint16_t* next = folded_[c].data() + k * folded_[c].size() / PageTree::members(family_);
         plane.for_order(number == 0, [&](int32_t x, int32_t y, uint16_t expected) {
             samples.values[plane.index(x, y)] = wrapped(uint32_t{expected} + unfold(*next++), channels_[c]);
         });

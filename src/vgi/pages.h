@@ -99,8 +99,7 @@ private:
     PageTree tree_;
     std::span<const Channel> channels_;
     uint32_t family_;
-    std::vector<uint16_t> folded_;            // channel after channel, member after member
-    std::vector<std::vector<uint8_t>> kept_;  // per averaged channel: KeptSamples, member after member
+    std::vector<std::vector<uint16_t>> folded_;  // per channel, member after member
 };
 
 }  // namespace lodestone::vgi

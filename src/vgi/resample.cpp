@@ -110,9 +110,7 @@ void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& po
         if (w[k] > w[largest]) largest = k;
     }
     const double length = glm::length(normal);
-    const auto packed = pack_normal(length > 1e-12 ? glm::vec3(normal / length) : normals_[wedges[largest]]);
-    for (size_t k = 0; k < 2; ++k)
-        atlas_.normals[texel][k] = static_cast<int8_t>(std::lround(packed[k] * (127.0 / 32767)));
+    atlas_.normals[texel] = pack_octahedral(length > 1e-12 ? glm::vec3(normal / length) : normals_[wedges[largest]]);
     if (!mesh_.uvs.empty()) {
         for (int k = 0; k < 2; ++k) {
             const double s = atlas_.uv_step[k] > 0 ? (uv[k] - atlas_.uv_low[k]) / atlas_.uv_step[k] : 0;

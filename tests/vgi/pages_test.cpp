@@ -107,11 +107,10 @@ std::vector<Page> pages_of(const PageTree& tree, std::span<const Channel> channe
 constexpr Channel normal{0, false, true, Channel::Kind::direction, true},
     grey{1, false, false, Channel::Kind::amount, true}, name{2, true, false, Channel::Kind::name};
 
-TEST(PageMeans, GiveTheSamplesBack) {
-    // Whatever they are: extremes, of which no means fit, and directions across the folds of the octahedral map.
+TEST(PageMeans, GiveTheSamplesBackAndAgreeOnBorders) {
+    // Whatever they are: extremes, and directions across the folds of the octahedral map.
     const PageTree tree{128};
     const std::vector<Channel> channels{normal, normal, grey, name};
-    std::vector<uint64_t> kept_seen(2, 0);
     for (const bool extremes : {false, true}) {
         const auto value = [&](uint32_t c, uint32_t x, uint32_t y) -> int32_t {
             const auto noise = static_cast<uint32_t>(mix64(c * 1000003ull + y * 1009ull + x));
@@ -129,9 +128,6 @@ TEST(PageMeans, GiveTheSamplesBack) {
                 const uint32_t p = tree.member(f, k);
                 back[p] = family->page(p, p == 0 ? nullptr : &back[tree.parent(p)]);
                 ASSERT_EQ(back[p].values, pages[p].values) << p;
-                if (p == 0) continue;
-                for (const uint8_t kept : kept_samples(tree, channels, 0, p, pages[p], pages[tree.parent(p)]))
-                    ++kept_seen.at(kept);
             }
         }
         // Neighbours agree about what they share.
@@ -145,8 +141,6 @@ TEST(PageMeans, GiveTheSamplesBack) {
             }
         }
     }
-    EXPECT_GT(kept_seen[0], 0u);
-    EXPECT_GT(kept_seen[1], 0u);
 }
 
 TEST(PageMeans, AreNearerToWhatIsUnderTheNoise) {
@@ -165,7 +159,7 @@ TEST(PageMeans, AreNearerToWhatIsUnderTheNoise) {
         of_means += std::pow(pages[0].values[i] - under, 2);
         of_samples += std::pow(static_cast<double>(value(0, x, y)) - under, 2);
     }
-    EXPECT_LT(std::sqrt(of_means / of_samples), 0.65);
+    EXPECT_LT(std::sqrt(of_means / of_samples), 0.4);
 }
 
 }  // namespace

@@ -180,7 +180,9 @@ public:
         const Stopwatch watch;
         progress_.at("errors", 0);
         saturate(atlas);
+        if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         bound_pages(atlas, page_errors);
+        if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         progress_.at("distance", 0);
         const AtlasDistance finest = measure_finest(atlas, mesh_, samples);
         report_.rms_error = finest.rms;

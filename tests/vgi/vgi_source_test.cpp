@@ -294,9 +294,9 @@ TEST_F(VgiSourceTest, SeesFromInstancesThatTurnWhatTheyWouldSeeStanding) {
         FrameInput input = look_from({0.4f, 0.5f, 1.6f}, frame);
         const uint64_t phase = frame % 20;
         const float angle = 0.015f * static_cast<float>(phase < 10 ? phase : 20 - phase);
-        glm::mat4& m = input.instances[0].object_to_world;
-        m = glm::mat4(std::cos(angle), 0, -std::sin(angle), 0, 0, 1, 0, 0, std::sin(angle), 0, std::cos(angle), 0, 0.1f,
-                      0, -0.2f, 1);
+        const glm::mat4 m(std::cos(angle), 0, -std::sin(angle), 0, 0, 1, 0, 0, std::sin(angle), 0, std::cos(angle), 0,
+                          0.1f, 0, -0.2f, 1);
+        input.instances[0].object_to_world = m;
         input.instances.push_back(Instance{});
         input.instances[1].object_to_world[3] = {-1, 0, -1, 1};
         input.arrivals = std::move(arrivals);

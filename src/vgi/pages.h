@@ -1,8 +1,9 @@
 // The images of an atlas as pages: what is read, decoded and cached as one. A page is 32 x 32 cells of one chart at one
 // level, its outer samples included (fewer where the chart has fewer cells). Every page but a chart's coarsest is coded
 // as what its parent page cannot tell: samples the parent has are left out, the others are differences from what their
-// neighbours let expect. The four children of a page are compressed together: they are mostly wanted together, and a
-// page alone is so small that code tables would take a sixth of it.
+// neighbours let expect. Of averaged channels the parent has means (page_means.h), and all samples are coded. The four
+// children of a page are compressed together: they are mostly wanted together, and a page alone is so small that code
+// tables would take a sixth of it.
 //
 // Geometry (positions, errors and radii for the cut) and attributes (normals, texture coordinates, colours, materials)
 // are images of their own, each with its own number of cells and its own pages.

@@ -79,14 +79,14 @@ private:
     std::vector<glm::vec3> directions_;
 };
 
-}  // namespace
-
-Page parent_of(const PageTree& tree, std::span<const Channel> channels, std::span<const Page, 4> children) {
+// From its four children.
+void make_parent(const PageTree& tree, std::span<const Channel> channels, uint32_t number, std::span<Page> pages) {
     const auto n = static_cast<int32_t>(tree.cells_per_page());
-    Page parent;
-    parent.values.resize(children[0].values.size());
+    Page& parent = pages[number];
     for (int32_t k = 0; k < 4; ++k) {
-        Means means(children[static_cast<size_t>(k)], channels, n);
+        const Page& page = pages[tree.member(number + 1, static_cast<uint32_t>(k))];
+        parent.values.resize(page.values.size());
+        Means means(page, channels, n);
         const int32_t left = k % 2 * n / 2, top = k / 2 * n / 2;
         for (size_t c = 0; c < channels.size(); ++c) {
             const bool pair = channels[c].averaged && channels[c].kind == Channel::Kind::direction;
@@ -94,7 +94,7 @@ Page parent_of(const PageTree& tree, std::span<const Channel> channels, std::spa
                 const Plane plane{parent.values.data(), static_cast<uint32_t>(channel), n, channels[channel]};
                 parent.values[plane.index(left + x / 2, top + y / 2)] = static_cast<uint16_t>(value);
             };
-            const Plane child{children[static_cast<size_t>(k)].values.data(), static_cast<uint32_t>(c), n, channels[c]};
+            const Plane child{page.values.data(), static_cast<uint32_t>(c), n, channels[c]};
             for (int32_t y = 0; y <= n; y += 2) {
                 for (int32_t x = 0; x <= n; x += 2) {
                     if (pair) {
@@ -109,7 +109,14 @@ Page parent_of(const PageTree& tree, std::span<const Channel> channels, std::spa
             c += pair;
         }
     }
-    return parent;
+}
+
+}  // namespace
+
+void make_parents(const PageTree& tree, std::span<const Channel> channels, std::span<Page> pages) {
+    // Children come after their parents.
+    for (uint32_t p = tree.pages() - tree.pages_per_side(0) * tree.pages_per_side(0); p-- > 0;)
+        make_parent(tree, channels, p, pages);
 }
 
 }  // namespace lodestone::vgi

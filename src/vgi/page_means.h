@@ -9,8 +9,7 @@
 
 namespace lodestone::vgi {
 
-// The parent of four pages, in the order of PageTree::member; of channels that are not averaged it has every second
-// sample.
-Page parent_of(const PageTree& tree, std::span<const Channel> channels, std::span<const Page, 4> children);
+// Makes all pages from those of level 0; of channels that are not averaged they have every second sample.
+void make_parents(const PageTree& tree, std::span<const Channel> channels, std::span<Page> pages);
 
 }  // namespace lodestone::vgi

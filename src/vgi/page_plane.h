@@ -105,34 +105,29 @@ struct Plane {
     // Samples that are coded: all of a base page; otherwise middles of edges and centres, whichever tell more of the
     // others first, and then those of which the parent has means.
     template <class Visit>
-    void for_places(bool base, Visit&& visit) const {
+    void for_order(bool base, Visit&& visit) const {
         if (base) {
             for (int32_t y = 0; y <= n; ++y) {
-                for (int32_t x = 0; x <= n; ++x) visit(x, y);
+                for (int32_t x = 0; x <= n; ++x) visit(x, y, predict_base(x, y));
             }
             return;
         }
         const auto centres = [&] {
             for (int32_t y = 1; y <= n; y += 2) {
-                for (int32_t x = 1; x <= n; x += 2) visit(x, y);
+                for (int32_t x = 1; x <= n; x += 2) visit(x, y, predict(x, y));
             }
         };
         if (channel.kind == Channel::Kind::bound) centres();
         for (int32_t y = 0; y <= n; y += 2) {
-            for (int32_t x = 1; x <= n; x += 2) visit(x, y);
+            for (int32_t x = 1; x <= n; x += 2) visit(x, y, predict(x, y));
         }
         for (int32_t y = 1; y <= n; y += 2) {
-            for (int32_t x = 0; x <= n; x += 2) visit(x, y);
+            for (int32_t x = 0; x <= n; x += 2) visit(x, y, predict(x, y));
         }
         if (channel.kind != Channel::Kind::bound) centres();
         for (int32_t y = 0; channel.averaged && y <= n; y += 2) {
-            for (int32_t x = 0; x <= n; x += 2) visit(x, y);
+            for (int32_t x = 0; x <= n; x += 2) visit(x, y, predict(x, y));
         }
-    }
-    // The same, with what is expected there.
-    template <class Visit>
-    void for_order(bool base, Visit&& visit) const {
-        for_places(base, [&](int32_t x, int32_t y) { visit(x, y, base ? predict_base(x, y) : predict(x, y)); });
     }
 };
 

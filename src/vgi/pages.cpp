@@ -212,21 +212,9 @@ void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const 
 
 std::vector<Page> read_pages(const Atlas& atlas, Layer layer, uint32_t chart) {
     const PageTree tree = tree_of(atlas, layer, chart);
-    const std::vector<Channel> channels = channels_of(atlas.attributes, layer);
-    const bool averaged = std::ranges::any_of(channels, &Channel::averaged);
     std::vector<Page> pages(tree.pages());
-    // Children come after their parents.
-    for (uint32_t p = tree.pages(); p-- > 0;) {
-        uint32_t level = 0, px = 0, py = 0;
-        tree.place(p, &level, &px, &py);
-        if (level == 0 || !averaged) {
-            pages[p] = read_page(atlas, layer, chart, p);
-            continue;
-        }
-        std::array<Page, 4> children;
-        for (uint32_t k = 0; k < 4; ++k) children[k] = pages[tree.member(p + 1, k)];
-        pages[p] = parent_of(tree, channels, children);
-    }
+    for (uint32_t p = tree.page(0, 0, 0); p < tree.pages(); ++p) pages[p] = read_page(atlas, layer, chart, p);
+    make_parents(tree, channels_of(atlas.attributes, layer), pages);
     return pages;
 }
 

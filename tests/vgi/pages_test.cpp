@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 
 #include "base/random.h"
@@ -87,20 +86,15 @@ template <class Value>
 std::vector<Page> pages_of(const PageTree& tree, std::span<const Channel> channels, Value&& value) {
     const uint32_t n = tree.cells_per_page(), row = n + 1;
     std::vector<Page> pages(tree.pages());
-    for (uint32_t p = tree.pages(); p-- > 0;) {
+    for (uint32_t p = tree.page(0, 0, 0); p < tree.pages(); ++p) {
         uint32_t level = 0, px = 0, py = 0;
         tree.place(p, &level, &px, &py);
-        if (level > 0) {
-            std::array<Page, 4> children;
-            for (uint32_t k = 0; k < 4; ++k) children[k] = pages[tree.member(p + 1, k)];
-            pages[p] = parent_of(tree, channels, children);
-            continue;
-        }
         for (uint32_t c = 0; c < channels.size(); ++c) {
             for (uint32_t i = 0; i < row * row; ++i)
                 pages[p].values.push_back(static_cast<uint16_t>(value(c, px * n + i % row, py * n + i / row)));
         }
     }
+    make_parents(tree, channels, pages);
     return pages;
 }
 

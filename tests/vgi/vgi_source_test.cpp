@@ -281,7 +281,7 @@ TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereInstancesMoveSteadilyAnd
 }
 
 TEST_F(VgiSourceTest, SeesFromInstancesThatTurnWhatTheyWouldSeeStanding) {
-    // A rock that turns to and fro beside one that stands: nothing is drawn coarser than a cut for that frame has it.
+    // Rocks on a turntable, the camera going its own way: nothing is drawn coarser than a cut for that frame has it.
     const auto vgi = source();
     std::vector<Arrival> arrivals;
     PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
@@ -289,11 +289,9 @@ TEST_F(VgiSourceTest, SeesFromInstancesThatTurnWhatTheyWouldSeeStanding) {
     for (size_t t = 0; t < mesh_.triangle_count(); ++t)
         for (int k = 0; k < 3; ++k) indices.push_back(mesh_.vertex_of(t, k));
     const ClosestSurface surface(mesh_.positions, indices);
-    uint32_t whole = 0;
     for (uint64_t frame = 0; frame < 60; ++frame) {
-        FrameInput input = look_from({0.4f, 0.5f, 1.6f}, frame);
-        const uint64_t phase = frame % 20;
-        const float angle = 0.015f * static_cast<float>(phase < 10 ? phase : 20 - phase);
+        FrameInput input = look_from({0.4f + 0.002f * static_cast<float>(frame), 0.5f, 1.6f}, frame);
+        const float angle = 0.03f * static_cast<float>(frame) + (frame >= 50 ? 1.0f : 0.0f);
         const glm::mat4 m(std::cos(angle), 0, -std::sin(angle), 0, 0, 1, 0, 0, std::sin(angle), 0, std::cos(angle), 0,
                           0.1f, 0, -0.2f, 1);
         input.instances[0].object_to_world = m;
@@ -302,12 +300,11 @@ TEST_F(VgiSourceTest, SeesFromInstancesThatTurnWhatTheyWouldSeeStanding) {
         input.arrivals = std::move(arrivals);
         arrivals.clear();
         const Plan plan = vgi->plan(input);
-        if (frame > 1 && frame % 10 != 1) { EXPECT_EQ(figure(plan, "cut_in_frame"), 0) << frame; }
+        EXPECT_EQ(figure(plan, "cut_in_frame"), frame < 2 || frame == 50 || frame == 51) << frame;
         const auto done = mirror.execute(plan, input);
         ASSERT_TRUE(done) << done.error().message;
         for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
-        if (figure(plan, "pages_missing") > 0) continue;  // they are on their way
-        ++whole;
+        if (frame < 40) continue;  // pages are still on their way
         const auto focal = static_cast<double>(input.views[0].focal_px);
         const auto triangles = mirror.triangles_of(0);
         EXPECT_GT(triangles.size(), 1000u);
@@ -317,7 +314,6 @@ TEST_F(VgiSourceTest, SeesFromInstancesThatTurnWhatTheyWouldSeeStanding) {
             EXPECT_LT(surface.closest(glm::dvec3(centre)).distance * focal / static_cast<double>(away), 1.5);
         }
     }
-    EXPECT_GT(whole, 10u);
 }
 
 TEST_F(VgiSourceTest, KeepsToABudgetOfTriangles) {

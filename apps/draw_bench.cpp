@@ -227,7 +227,7 @@ private:
         std::vector<double> acmr;
         for (const FlownFrame& f : flown) {
             if (f.triangles > 0)
-                acmr.push_back(static_cast<double>(f.colour_invocations) / static_cast<double>(f.triangles));
+                acmr.push_back(static_cast<double>(f.camera_invocations) / static_cast<double>(f.triangles));
         }
         row.resident_bytes = flown.back().resident_bytes;
         row.ms_median = median(ms);

@@ -25,7 +25,7 @@ Result<std::vector<FlownFrame>> fly(DrawSession& session, const Flight& flight, 
         frame.pixel_error = budget.pixel_error;
         frame.triangles = drawn->stats.triangles;
         for (const auto& pass : drawn->counters.pass) frame.vertex_invocations += pass.vertices();
-        frame.colour_invocations = drawn->counters.pass[static_cast<size_t>(Stage::colour)].vertices();
+        frame.camera_invocations = drawn->counters.pass[static_cast<size_t>(Stage::depth)].vertices();
         frame.uploaded_bytes = drawn->stats.uploaded_bytes;
         frame.resident_bytes = drawn->stats.resident_bytes;
         flown.push_back(frame);
@@ -37,7 +37,7 @@ double simulated_acmr(const PlanMirror& mirror) {
     const CacheModel fifo16;
     uint64_t transforms = 0, triangles = 0;
     for (const auto& draw : mirror.draws()) {
-        if (draw.stage != Stage::colour || draw.draw.view != 0) continue;
+        if (!mirror.is_shown(draw)) continue;
         const CacheStatistics s = simulate(fifo16, draw.indices);
         transforms += s.transforms * draw.draw.instances;
         triangles += s.triangles * draw.draw.instances;

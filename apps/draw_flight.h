@@ -13,7 +13,7 @@ struct FlownFrame {
     double ms = 0, plan_cpu_ms = 0, gpu_ms = 0;
     double pixel_error = 0;
     uint64_t triangles = 0;
-    uint64_t vertex_invocations = 0, colour_invocations = 0;  // of all passes; of the colour pass
+    uint64_t vertex_invocations = 0, camera_invocations = 0;  // of all passes; of one over the camera's triangles
     uint64_t uploaded_bytes = 0, resident_bytes = 0;
 };
 

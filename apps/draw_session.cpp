@@ -36,7 +36,7 @@ TriangleMarks cache_misses(const PlanMirror& mirror, size_t commands) {
     for (const PlanMirror::MirroredDraw& draw : mirror.draws()) {
         // Of patches the hardware makes the triangles, and numbers none.
         const bool patches = mirror.recipe().pipelines[draw.draw.pipeline].patch_vertices > 0;
-        if (draw.stage != Stage::colour || draw.indices.empty() || patches) continue;
+        if (!mirror.is_shown(draw) || draw.indices.empty() || patches) continue;
         simulate(CacheModel{}, draw.indices, &misses);
         marks.first[draw.command] = static_cast<uint32_t>(marks.of_triangles.size());
         marks.of_triangles.insert(marks.of_triangles.end(), misses.begin(), misses.end());

@@ -26,5 +26,6 @@ void main() {
     s.error = uintBitsToFloat(draw_constants.words[2]) / distance(s.position, frame.views[draw_constants.view].eye.xyz);
     s.stretch = -1.0;
     s.triangle = uint(gl_PrimitiveID);
+    s.mark = LODE_MARK_OF_PRIMITIVE;
     out_colour = vec4(lit(s), 1.0);  // alpha marks coverage
 }

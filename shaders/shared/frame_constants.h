@@ -13,6 +13,11 @@
 #define LODE_SHADOW_DEPTH 5
 #define LODE_SHADOW_TRANSMITTANCE 6
 #define LODE_TRIANGLE_MARKS 7
+#define LODE_SCENE_DEPTH 8
+#define LODE_VISIBILITY 9
+
+// visibility, third word: an instance, or this where there is none.
+#define LODE_NOTHING_VISIBLE 0xffffffffu
 
 // Specialisation constants of every pipeline: false where there is no fragment shader; where no debug view is shown.
 #define LODE_FRAGMENTS_CONSTANT 14
@@ -45,26 +50,31 @@ using uint = uint32_t;
 
 struct ViewConstants {
     mat4 world_to_clip;
-    vec4 eye;  // world space; w: 1 for a camera, 0 for a shadow view
+    mat4 clip_to_world;
+    vec4 eye;           // world space; w: 1 for a camera, 0 for a shadow view
+    float pixel_angle;  // length that a pixel spans in the centre at distance 1; 0 where all are as far away
+    float padding0, padding1, padding2;
 };
 
 struct FrameConstants {
     ViewConstants views[LODE_MOST_VIEWS];
-    vec4 to_light;         // unit vector, world space
-    vec4 light_colour;     // linear
-    vec4 sky_colour;       // linear, from above
-    vec4 ground_colour;    // linear, from below
-    uint shadow_view;      // into views, LODE_MOST_VIEWS where there is none
+    vec4 to_light;       // unit vector, world space
+    vec4 light_colour;   // linear
+    vec4 sky_colour;     // linear, from above
+    vec4 ground_colour;  // linear, from below
+    uint shadow_view;    // into views, LODE_MOST_VIEWS where there is none
     uint debug_view;
-    uint double_sided;     // 1: normals turn towards the eye
-    float shadow_texel;    // world units a texel of the shadow map spans
+    uint double_sided;   // 1: normals turn towards the eye
+    float shadow_texel;  // world units a texel of the shadow map spans
 };
 
 struct InstanceConstants {
     mat4 object_to_world;
     mat4 normal_to_world;  // its upper 3x3: inverse transpose
     uint first_material;
-    uint padding0, padding1, padding2;
+    uint asset;
+    float scale;  // the most that a length grows by
+    uint padding;
 };
 
 struct MaterialConstants {
@@ -74,8 +84,8 @@ struct MaterialConstants {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(ViewConstants) == 80);
-static_assert(sizeof(FrameConstants) == 80 * LODE_MOST_VIEWS + 80);
+static_assert(sizeof(ViewConstants) == 160);
+static_assert(sizeof(FrameConstants) == 160 * LODE_MOST_VIEWS + 80);
 static_assert(sizeof(InstanceConstants) == 144);
 static_assert(sizeof(MaterialConstants) == 32);
 }  // namespace gpu

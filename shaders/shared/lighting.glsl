@@ -74,10 +74,9 @@ vec3 lit(Surface s) {
     if (debug_view() == LODE_DEBUG_STRETCH)
         albedo = s.stretch < 0.0 ? vec3(0.35) : colour_of_share(clamp(0.5 + log2(max(s.stretch, 1e-6)) / 2.0, 0.0, 1.0));
     if (debug_view() == LODE_DEBUG_MISSES) {
-        uint mark = draw_constants.first_mark + s.triangle;
-        albedo = draw_constants.first_mark == LODE_NO_MARKS
+        albedo = s.mark == LODE_NO_MARKS
                      ? vec3(0.35)
-                     : colour_of_share(float(triangle_marks[mark >> 2] >> (8u * (mark & 3u)) & 255u) / 3.0);
+                     : colour_of_share(float(triangle_marks[s.mark >> 2] >> (8u * (s.mark & 3u)) & 255u) / 3.0);
     }
     if (debug_view() == LODE_DEBUG_NORMAL) return normal * 0.5 + 0.5;
 

@@ -16,6 +16,7 @@ struct Surface {
     float error;    // pixels: of a level, what it is off by; of samples, what leaving them out would cost; below 0: not known
     float stretch;  // times as far apart as the mean, that samples are; below 0 where there are none
     uint triangle;  // its number in the draw
+    uint mark;      // its place in triangle_marks, LODE_NO_MARKS where it has none
 };
 
 // Octahedral decoding: Cigolle et al., "A survey of efficient representations for independent unit vectors", JCGT 2014.

@@ -2,6 +2,7 @@
 #ifndef LODESTONE_VGI_GLSL
 #define LODESTONE_VGI_GLSL
 
+#include "shared/frame.glsl"
 #include "shared/pool.glsl"
 #include "shared/vgi_texels.h"
 
@@ -13,5 +14,11 @@ layout(set = 1, binding = LODE_VGI_ASSETS, std430) readonly buffer VgiAssetBlock
 layout(set = 1, binding = LODE_VGI_CHARTS, std430) readonly buffer VgiChartBlock { float sample_spacing[]; };
 layout(set = 1, binding = LODE_VGI_PATCHES, std430) readonly buffer VgiPatchBlock { uint patch_words[]; };
 layout(set = 1, binding = LODE_VGI_CODES, std430) readonly buffer VgiCodeBlock { float codes[]; };
+
+// Object units that a pixel spans at a point of the world, on an instance of that scale.
+float pixel_at(vec3 world, float scale) {
+    ViewConstants view = frame.views[draw_constants.view];
+    return max(view.pixel_angle * distance(world, view.eye.xyz) / scale, 1e-30);
+}
 
 #endif

@@ -11,8 +11,7 @@ struct PulledSample {
     vec2 place;   // in the chart, 0 .. 1
     uint chart;
     uint level;   // of the page
-    vec2 measures;  // as Surface::error and Surface::stretch; where the debug view asks for them
-    float lod;    // level of the attributes whose samples are as far apart as pixels
+    float measure;  // Surface::error or Surface::stretch, where the debug view asks for it
 };
 
 const float morph_share = 1.0 - 1.0 / 1.0905077326652577;  // 1 - 1 / error_ratio
@@ -57,22 +56,19 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
     s.place = vec2((page * asset.page_cells + uvec2(p)) << level) / float(asset.cells);
     s.chart = header.x & 0x0fffffffu;
     s.level = level;
-    // Not from derivatives in the fragment shader: those of thin triangles tell nothing.
-    float pixel = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_PIXEL]) *
-                  distance(s.world.xyz, frame.views[draw_constants.view].eye.xyz);
-    s.lod = log2(max(pixel, 1e-30) / sample_spacing[asset.first_chart + s.chart]);
-    s.measures = vec2(-1.0);
+    s.measure = 0.0;
     if (debug_view() == LODE_DEBUG_ERROR) {
+        float pixel = pixel_at(s.world.xyz, uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_SCALE]));
         float error = codes[draw_constants.words[LODE_VGI_WORD_ASSET] * 512u + ((texel.y >> 16) & 255u)];
-        s.measures.x = corner ? 0.0 : error / max(pixel, 1e-30);
+        s.measure = corner ? 0.0 : error / pixel;
     }
     if (debug_view() == LODE_DEBUG_STRETCH) {
         ivec2 low = max(p - 1, ivec2(0)), high = min(p + 1, ivec2(row - 1));
         uint at = slot * LODE_VGI_PAGE_TEXELS;
         vec3 along_x = (lattice(geometry_at(at + uint(p.y * row + high.x))) - lattice(geometry_at(at + uint(p.y * row + low.x)))) / float(high.x - low.x);
         vec3 along_y = (lattice(geometry_at(at + uint(high.y * row + p.x))) - lattice(geometry_at(at + uint(low.y * row + p.x)))) / float(high.y - low.y);
-        float cells = float(1u << ((draw_constants.words[LODE_VGI_WORD_IMAGES] >> 16) & 15u)) / float(asset.cells);
-        s.measures.y = asset.step * sqrt(0.5 * (dot(along_x, along_x) + dot(along_y, along_y))) / float(1u << level) /
+        float cells = float(1u << asset.attribute_cells) / float(asset.cells);
+        s.measure = asset.step * sqrt(0.5 * (dot(along_x, along_x) + dot(along_y, along_y))) / float(1u << level) /
                        (cells * sample_spacing[asset.first_chart + s.chart]);
     }
     return s;

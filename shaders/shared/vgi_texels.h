@@ -2,9 +2,9 @@
 #ifndef LODESTONE_VGI_TEXELS_H
 #define LODESTONE_VGI_TEXELS_H
 
-#define LODE_VGI_PAGE_SIDE 33       // samples along a side of a page; smaller charts leave the rest unused
+#define LODE_VGI_PAGE_SIDE 33  // samples along a side of a page; smaller charts leave the rest unused
 #define LODE_VGI_PAGE_TEXELS 1089
-#define LODE_VGI_GEOMETRY_WORDS 2   // per sample: x | y << 16, z | error << 16 | radius << 24
+#define LODE_VGI_GEOMETRY_WORDS 2  // per sample: x | y << 16, z | error << 16 | radius << 24
 // Per sample of the attributes: normal x | normal y << 8 | material << 16; then texture coordinates u | v << 16, then
 // colour, each where some asset of the scene has it.
 
@@ -19,8 +19,8 @@
 #define LODE_VGI_PATCHES 7     // words of patches; where they are drawn
 
 // A node of a grid cut as a patch to tessellate: level | log2 of its cells << 4 | levels that the node across side s is
-// coarser << (8 + 2 s) | views it is drawn in << 16, a bit each; lowest corner x | y << 16, in finest cells; slots of the pages that it lies in, from that of its
-// own level (or the coarsest there is) upwards.
+// coarser << (8 + 2 s) | views it is drawn in << 16, a bit each; lowest corner x | y << 16, in finest cells; slots of
+// the pages that it lies in, from that of its own level (or the coarsest there is) upwards.
 #define LODE_VGI_PATCH_VIEWS 16
 #define LODE_VGI_PATCH_SLOTS 8
 #define LODE_VGI_PATCH_WORDS 10
@@ -29,11 +29,9 @@
 #define LODE_VGI_WORD_ASSET 0
 #define LODE_VGI_WORD_MAGNIFICATION 1  // float bits: world units of distance for one of error; 0 does not morph
 #define LODE_VGI_WORD_SCALE 2          // float bits: largest scale of the instance
-#define LODE_VGI_WORD_TEXEL_WORDS 3    // words of a sample of the attributes
-#define LODE_VGI_WORD_PIXEL 4          // float bits: object units of the instance a pixel spans at distance 1
-#define LODE_VGI_WORD_TABLE 5          // of the asset: first entry of the page table
-#define LODE_VGI_WORD_IMAGES 6         // attribute pages of a chart | log2 of attribute cells << 16 | LODE_VGI_HAS_... << 20
-#define LODE_VGI_WORD_PATCH 7          // patches: word of vertex 0 in their list
+#define LODE_VGI_WORD_PATCH 3          // patches: word of vertex 0 in their list
+
+// VgiAsset::has.
 #define LODE_VGI_HAS_UVS 1
 #define LODE_VGI_HAS_COLOURS 2
 #define LODE_VGI_HAS_MATERIALS 4
@@ -45,18 +43,22 @@ namespace gpu {
 using uint = uint32_t;
 #endif
 
-// 48 bytes.
+// 64 bytes.
 struct VgiAsset {
     float origin_x, origin_y, origin_z, step;
     float uv_low_x, uv_low_y, uv_step_x, uv_step_y;
-    uint cells;            // of positions per side of a chart
+    uint cells;  // of positions per side of a chart
     uint levels;
     uint page_cells;       // of geometry pages: 32, or fewer where charts are smaller
     uint first_chart;      // of the chart table
+    uint first_page;       // of the page table
+    uint attribute_pages;  // of a chart
+    uint attribute_cells;  // log2, per side of a chart
+    uint has;              // LODE_VGI_HAS_...
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(VgiAsset) == 48);
+static_assert(sizeof(VgiAsset) == 64);
 }  // namespace gpu
 }  // namespace lodestone
 #endif

@@ -1,20 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Normals, texture coordinates, colours and materials from the images of attributes, at their own level: as fine as
-// pixels are, or as what is there.
+// Lights what is seen (shaders/vgi/visible.frag): normals, texture coordinates, colours and materials from the images of
+// attributes, at their own level: as fine as pixels are, or as what is there.
 #include "shared/lighting.glsl"
 #include "shared/vgi.glsl"
-
-// As in shared/vgi_vertex.glsl.
-layout(location = 0) in vec4 in_position_and_lod;
-layout(location = 1) in vec4 in_place_and_measures;  // error, stretch
-layout(location = 2) flat in uvec3 in_numbers;
-layout(location = 3) flat in mat3 in_normal_to_world;
 
 layout(location = 0) out vec4 out_colour;
 
 // LODE_VGI_HAS_...: what any asset of the scene has that is drawn with. Software rasterisers run every branch.
 layout(constant_id = 0) const uint ever = 7u;
+layout(constant_id = 1) const uint words = 1u;  // of a sample of the attributes
 
 // Not of unit length: it is a mean of several that is wanted.
 vec3 direction_of(uint word) {
@@ -25,21 +20,27 @@ vec3 direction_of(uint word) {
 }
 
 void main() {
-    vec3 in_position = in_position_and_lod.xyz;
-    float in_lod = in_position_and_lod.w;
-    vec2 in_place = in_place_and_measures.xy, in_measures = in_place_and_measures.zw;
-    uint in_chart = in_numbers.x, in_level = in_numbers.y, in_first_material = in_numbers.z;
-    uint images = draw_constants.words[LODE_VGI_WORD_IMAGES];
-    uint attribute_cells = 1u << ((images >> 16) & 15u), has = (images >> 20) & ever;
-    vec2 at = in_place * float(attribute_cells);
-    int fit = max(0, int(floor(in_lod)));
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    uvec4 visible = texelFetch(visibility, pixel, 0);
+    if (visible.z == LODE_NOTHING_VISIBLE) discard;
+    uint chart = visible.y & 0x0fffffffu;
+    InstanceConstants instance = instances[visible.z];
+    VgiAsset asset = assets[instance.asset];
+    vec4 clip = vec4(gl_FragCoord.xy / vec2(textureSize(scene_depth, 0)) * 2.0 - 1.0, texelFetch(scene_depth, pixel, 0).r, 1.0);
+    vec4 world = frame.views[draw_constants.view].clip_to_world * clip;
+    world /= world.w;
+    // Not from derivatives: beyond the next pixel there may be another chart, or another object.
+    float lod = log2(pixel_at(world.xyz, instance.scale) / sample_spacing[asset.first_chart + chart]);
+    uint attribute_cells = 1u << asset.attribute_cells, has = asset.has & ever;
+    vec2 at = unpackUnorm2x16(visible.x) * float(attribute_cells);
+    int fit = max(0, int(floor(lod)));
     uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
     uint base = uint(findMSB(attribute_cells) - findMSB(cells));
     uint wanted = min(uint(fit), base);
 
     uint side = attribute_cells / cells >> wanted, before = base - wanted;
     uvec2 page = min(uvec2(at / float(cells << wanted)), uvec2(side - 1u));
-    uint entry = page_table[draw_constants.words[LODE_VGI_WORD_TABLE] + in_chart * (images & 0xffffu) +
+    uint entry = page_table[asset.first_page + chart * asset.attribute_pages +
                             ((1u << (2u * before)) - 1u) / 3u + page.y * side + page.x];
     uint slot = entry >> 4, level = entry & 15u;
     page >>= level - wanted;
@@ -49,7 +50,7 @@ void main() {
     ivec2 low = min(ivec2(local / float(stride)) * stride, ivec2(int(cells) - stride));
     vec2 f = (local - vec2(low)) / float(stride);
 
-    uint words = draw_constants.words[LODE_VGI_WORD_TEXEL_WORDS], row = cells + 1u, first = slot * LODE_VGI_PAGE_TEXELS * words;
+    uint row = cells + 1u, first = slot * LODE_VGI_PAGE_TEXELS * words;
     uvec4 texel = first + words * (uint(low.y) * row + uint(low.x) +
                                    uint(stride) * uvec4(0u, 1u, row, row + 1u));
     vec4 weight = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
@@ -62,15 +63,15 @@ void main() {
         normal += weight[k] * direction_of(word0[k]);
     }
     Surface s;
-    s.position = in_position;
-    s.normal = normalize(in_normal_to_world * normal);
+    s.position = world.xyz;
+    s.normal = normalize(mat3(instance.normal_to_world) * normal);
     s.colour = vec4(1.0);
     if ((ever & LODE_VGI_HAS_COLOURS) != 0u && (has & LODE_VGI_HAS_COLOURS) != 0u) {
         s.colour = vec4(0.0);
         for (int k = 0; k < 4; ++k)
-            s.colour += weight[k] * unpackUnorm4x8(attributes_at(texel[k] + 1u + ((images >> 20) & LODE_VGI_HAS_UVS)));
+            s.colour += weight[k] * unpackUnorm4x8(attributes_at(texel[k] + 1u + (asset.has & LODE_VGI_HAS_UVS)));
     }
-    s.material = in_first_material;
+    s.material = instance.first_material;
     if ((ever & LODE_VGI_HAS_MATERIALS) != 0u && (has & LODE_VGI_HAS_MATERIALS) != 0u)
         s.material += word0[nearest] >> 16;
     s.uv = vec2(0.0);
@@ -88,20 +89,18 @@ void main() {
                       ? uvs[nearest]
                       : weight.x * uvs[0] + weight.y * uvs[1] + weight.z * uvs[2] + weight.w * uvs[3];
         // A pixel spans so much of a cell.
-        uv_span = shortest * exp2(in_lod - float(level)) / float(stride);
-        VgiAsset asset = assets[draw_constants.words[LODE_VGI_WORD_ASSET]];
+        uv_span = shortest * exp2(lod - float(level)) / float(stride);
         vec2 uv_step = vec2(asset.uv_step_x, asset.uv_step_y);
         s.uv = vec2(asset.uv_low_x, asset.uv_low_y) + uv_step * uv;
         uv_span *= min(uv_step.x, uv_step.y);
     }
     s.uv_dx = vec2(uv_span, 0.0);
     s.uv_dy = vec2(0.0, uv_span);
-    s.level = float(in_level) / max(float((images >> 16) & 15u), 1.0);
-    s.chart = in_chart + 1u;
+    s.level = float(visible.y >> 28) / max(float(asset.attribute_cells), 1.0);
+    s.chart = chart + 1u;
     s.page = slot + 1u;
     s.missing = float(level - wanted);
-    s.error = in_measures.x;
-    s.stretch = in_measures.y;
-    s.triangle = uint(gl_PrimitiveID);
+    s.error = s.stretch = uintBitsToFloat(visible.w);
+    s.triangle = s.mark = visible.w;
     out_colour = vec4(lit(s), 1.0);  // alpha marks coverage
 }

@@ -58,6 +58,11 @@ Result<void> PlanMirror::check_draw(Stage stage, const Draw& draw, bool indirect
         return wrong("a view is drawn in a stage of the other kind");
     if ((draw.vertex_buffer != no_buffer) != (pipeline.layout.stride > 0))
         return wrong("vertex buffer and layout of '" + pipeline.name + "' disagree");
+    if (pipeline.whole_view &&
+        (stage != Stage::colour || indirect || draw.count != 3 || draw.index_buffer != no_buffer))
+        return wrong("'" + pipeline.name + "' covers the view: three vertices, in the colour stage");
+    if (!pipeline.visibility.empty() && stage == Stage::colour)
+        return wrong("'" + pipeline.name + "' only tells what is visible, which the colour stage is too late for");
     if (draw.vertex_buffer != no_buffer) {
         if (auto done = check_range(draw.vertex_buffer, draw.vertex_offset, 0, use_vertex, false); !done) return done;
     }
@@ -258,7 +263,7 @@ Result<void> PlanMirror::execute(const Plan& plan, const FrameInput& input) {
 std::vector<std::array<glm::vec3, 3>> PlanMirror::triangles_of(uint32_t instance) const {
     std::vector<std::array<glm::vec3, 3>> triangles;
     for (const MirroredDraw& draw : draws_) {
-        if (draw.stage != Stage::colour || draw.draw.view != 0) continue;
+        if (!is_shown(draw)) continue;
         if (std::find(draw.instances.begin(), draw.instances.end(), instance) == draw.instances.end()) continue;
         const VertexLayout& layout = recipe_.pipelines[draw.draw.pipeline].layout;
         const bool pulled = layout.stride == 0;

@@ -66,7 +66,13 @@ public:
     }
     const Recipe& recipe() const { return recipe_; }
 
-    // Object-space triangles that instance `instance` shows in views[0]'s colour stage, from draws whose pipeline has
+    // Whether a draw puts triangles into the picture: in views[0], in the stage that decides what is seen of them.
+    bool is_shown(const MirroredDraw& draw) const {
+        const PipelineSpec& pipeline = recipe_.pipelines[draw.draw.pipeline];
+        return draw.stage == (pipeline.visibility.empty() ? Stage::colour : Stage::depth) && draw.draw.view == 0 &&
+               !pipeline.whole_view;
+    }
+    // Object-space triangles that instance `instance` shows in views[0], from draws whose pipeline has
     // its position (three floats) at location 0, or pulls it and a puller was given. Three corners per triangle,
     // degenerate ones left out.
     std::vector<std::array<glm::vec3, 3>> triangles_of(uint32_t instance) const;

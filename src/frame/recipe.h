@@ -2,6 +2,7 @@
 // renderer builds it once per generation.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -52,16 +53,22 @@ struct StorageBinding {
 enum class PipelineKind : uint8_t { draw, compute };
 
 // Shaders are named "folder/file.stage" as in shaders/, e.g. "mesh/mesh.vert". A draw pipeline serves every stage it is
-// drawn in: depth and shadow stages run its vertex part alone, the colour stage runs `fragment` too.
+// drawn in: the shadow stage runs its vertex part alone, the depth stage `visibility` too, where there is one, and the
+// colour stage `fragment`.
+//
+// A backend can light its triangles while it draws them, in depth and colour stage by one pipeline with `fragment`. Or
+// it draws them in the depth stage alone, by one whose `visibility` writes four words about what is seen to the target
+// of that name (shaders/shared/frame.glsl), and lights that in the colour stage by a pipeline that covers the view.
 struct PipelineSpec {
     std::string name;
     PipelineKind kind = PipelineKind::draw;
-    std::string vertex, fragment;                               // draw
+    std::string vertex, fragment, visibility;                   // draw
     std::string tessellation_control, tessellation_evaluation;  // draw, both or neither
     std::string compute;                                        // compute
     VertexLayout layout;                                        // draw
     std::vector<StorageBinding> storage;
     uint32_t patch_vertices = 0;      // tessellation: control points per patch
+    bool whole_view = false;          // draw: in the colour stage alone, with no regard to depths; three vertices
     std::vector<uint32_t> constants;  // specialisation constants 0, 1, ... of all its shaders; fewer than 14
     bool operator==(const PipelineSpec&) const = default;
 };
@@ -70,6 +77,9 @@ struct Recipe {
     uint64_t generation = 0;  // raised whenever anything below changes; buffers then start empty
     std::vector<BufferSpec> buffers;
     std::vector<PipelineSpec> pipelines;
+    bool has_visibility() const {
+        return std::ranges::any_of(pipelines, [](const PipelineSpec& p) { return !p.visibility.empty(); });
+    }
     bool operator==(const Recipe&) const = default;
 };
 

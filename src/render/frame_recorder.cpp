@@ -5,6 +5,7 @@
 #include "base/check.h"
 #include "render/frame_set.h"
 #include "shaders/shared/draw_constants.h"
+#include "shaders/shared/frame_constants.h"
 
 namespace lodestone {
 
@@ -38,6 +39,7 @@ FrameRecorder::FrameRecorder(const FrameContext& context, const Plan& plan, cons
     has_shadow_ = c_.shadow_size > 0 && std::any_of(input.views.begin(), input.views.end(),
                                                     [](const View& v) { return v.kind == View::Kind::shadow; });
     wire_ = look.wireframe && context.device.draws_lines();
+    has_visibility_ = c_.recipe.has_visibility();
     cull_back_ = !look.double_sided && !any_mirrored(input.instances);
 }
 
@@ -224,23 +226,29 @@ void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     VkRenderingAttachmentInfo depth_attachment{};
     depth_attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
     depth_attachment.imageView = depth.view();
-    depth_attachment.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
-    depth_attachment.loadOp =
-        clear && stage != Stage::colour ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
-    depth_attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+    const bool coloured = stage == Stage::colour, visible = stage == Stage::depth && has_visibility_;
+    depth_attachment.imageLayout = coloured ? as_depth_read.layout : as_depth_target.layout;
+    depth_attachment.loadOp = clear && !coloured ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+    depth_attachment.storeOp = coloured ? VK_ATTACHMENT_STORE_OP_NONE : VK_ATTACHMENT_STORE_OP_STORE;
     depth_attachment.clearValue.depthStencil = {0, 0};
     VkRenderingAttachmentInfo colour_attachment{};
     colour_attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
-    colour_attachment.imageView = targets.colour.view();
+    colour_attachment.imageView = coloured ? targets.colour.view() : targets.visibility.view();
     colour_attachment.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
     colour_attachment.loadOp = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
     colour_attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-    colour_attachment.clearValue.color = {{look_.background.r, look_.background.g, look_.background.b, 0}};
+    if (coloured) {
+        colour_attachment.clearValue.color = {{look_.background.r, look_.background.g, look_.background.b, 0}};
+    } else {
+        constexpr uint32_t nothing = LODE_NOTHING_VISIBLE;
+        colour_attachment.clearValue.color.uint32[0] = colour_attachment.clearValue.color.uint32[1] = nothing;
+        colour_attachment.clearValue.color.uint32[2] = colour_attachment.clearValue.color.uint32[3] = nothing;
+    }
     VkRenderingInfo rendering{};
     rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
     rendering.renderArea = {{0, 0}, extent};
     rendering.layerCount = 1;
-    rendering.colorAttachmentCount = stage == Stage::colour ? 1 : 0;
+    rendering.colorAttachmentCount = coloured || visible ? 1 : 0;
     rendering.pColorAttachments = &colour_attachment;
     rendering.pDepthAttachment = &depth_attachment;
     vkCmdBeginRendering(commands_, &rendering);
@@ -276,14 +284,11 @@ void FrameRecorder::draw(const Command& command) {
     LODE_CHECK(d.view < input_.views.size(), d.view);
     LODE_CHECK(stage == Stage::shadow ? input_.views[d.view].kind == View::Kind::shadow : d.view == 0, d.view);
     if (indirect == nullptr && (d.count == 0 || d.instances == 0)) return;
-    if (wire_ && stage == Stage::depth) return;
     const BuiltPipeline& pipeline = c_.built.pipelines[d.pipeline];
-    const Variant variant = stage == Stage::shadow           ? Variant::shadow
-                            : stage == Stage::depth          ? Variant::depth
-                            : wire_                          ? Variant::wire
-                            : look_.debug != DebugView::none ? Variant::debug
-                                                             : Variant::colour;
-    bind(pipeline, pipeline.draw[static_cast<int>(variant)].get(), d.view, d.words, first_mark_of(command));
+    const Variant variant = variant_of(c_.recipe.pipelines[d.pipeline], stage, look_.debug != DebugView::none, wire_);
+    const VkPipeline built = pipeline.draw[static_cast<int>(variant)].get();
+    LODE_CHECK(built != VK_NULL_HANDLE, c_.recipe.pipelines[d.pipeline].name, name_of(stage));
+    bind(pipeline, built, d.view, d.words, first_mark_of(command));
     if (c_.recipe.pipelines[d.pipeline].layout.stride > 0) {
         const VkBuffer vertices = c_.built.buffers[d.vertex_buffer].whole();
         if (vertices != bound_vertices_ || d.vertex_offset != bound_vertex_offset_)
@@ -332,14 +337,21 @@ void FrameRecorder::record_stage(Stage stage) {
         VK_IMAGE_LAYOUT_UNDEFINED,
         as_depth_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
         VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
+    constexpr ImageUse dropped_visibility = {VK_IMAGE_LAYOUT_UNDEFINED,
+                                             as_colour_target.stages | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+                                             VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
     constexpr ImageUse dropped_colour = {VK_IMAGE_LAYOUT_UNDEFINED,
                                          as_colour_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT,
                                          VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
     if (stage == Stage::shadow)
         change_use(commands_, targets.shadow_depth, dropped_depth, has_shadow_ ? as_depth_target : as_sampled);
-    if (stage == Stage::depth) change_use(commands_, targets.depth, dropped_depth, as_depth_target);
+    if (stage == Stage::depth) {
+        change_use(commands_, targets.depth, dropped_depth, as_depth_target);
+        if (has_visibility_) change_use(commands_, targets.visibility, dropped_visibility, as_colour_target);
+    }
     if (stage == Stage::colour) {
-        change_use(commands_, targets.depth, as_depth_target, as_depth_target);
+        change_use(commands_, targets.depth, as_depth_target, as_depth_read);
+        if (has_visibility_) change_use(commands_, targets.visibility, as_colour_target, as_sampled);
         change_use(commands_, targets.colour, dropped_colour, as_colour_target);
     }
     // A query cannot span command buffers, and uploads may submit: statistics of the update stage count nothing.

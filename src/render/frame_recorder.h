@@ -62,6 +62,7 @@ private:
     bool has_shadow_ = false;
     bool cull_back_ = true;
     bool wire_ = false;
+    bool has_visibility_ = false;
 
     struct PendingUpload {
         uint32_t buffer;

@@ -5,6 +5,7 @@
 #include <glm/matrix.hpp>
 
 #include "base/check.h"
+#include "frame/screen_error.h"
 
 namespace lodestone {
 
@@ -36,6 +37,8 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
         {LODE_SHADOW_DEPTH, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_SHADOW_TRANSMITTANCE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_TRIANGLE_MARKS, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
+        {LODE_SCENE_DEPTH, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+        {LODE_VISIBILITY, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
     };
     VkDescriptorSetLayoutCreateInfo layout_info{};
     layout_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
@@ -47,7 +50,7 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
 
     const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, slots},
                                           {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 4 * slots},
-                                          {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * slots}};
+                                          {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 5 * slots}};
     VkDescriptorPoolCreateInfo pool_info{};
     pool_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
     pool_info.maxSets = slots;
@@ -84,7 +87,9 @@ void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, co
         {LODE_SHADOW_DEPTH,
          {texel_sampler_.get(), targets.shadow_depth.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
         {LODE_SHADOW_TRANSMITTANCE,
-         {texel_sampler_.get(), targets.shadow_transmittance.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}}};
+         {texel_sampler_.get(), targets.shadow_transmittance.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
+        {LODE_SCENE_DEPTH, {texel_sampler_.get(), targets.depth.view(), as_depth_read.layout}},
+        {LODE_VISIBILITY, {texel_sampler_.get(), targets.visibility.view(), as_sampled.layout}}};
     std::vector<VkWriteDescriptorSet> writes;
     const auto write = [&](uint32_t binding, VkDescriptorType type) -> VkWriteDescriptorSet& {
         VkWriteDescriptorSet& w = writes.emplace_back();
@@ -113,7 +118,10 @@ gpu::FrameConstants frame_constants(const FrameInput& input, const Look& look, u
         const View& view = input.views[v];
         const bool camera = view.kind == View::Kind::camera;
         c.views[v].world_to_clip = view.world_to_clip();
+        c.views[v].clip_to_world =
+            glm::mat4(glm::inverse(glm::dmat4(view.view_to_clip) * glm::dmat4(view.world_to_view)));
         c.views[v].eye = glm::vec4(view.eye, camera ? 1.0f : 0.0f);
+        c.views[v].pixel_angle = view.focal_px > 0 ? 1 / view.focal_px : 0.0f;
         if (camera || shadow_size == 0) continue;
         c.shadow_view = v;
         const glm::mat3 rows = glm::transpose(glm::mat3(c.views[v].world_to_clip));
@@ -133,7 +141,8 @@ std::vector<gpu::InstanceConstants> instance_constants(std::span<const Instance>
     all.reserve(instances.size());
     for (const Instance& i : instances) {
         const glm::mat3 normal = glm::transpose(glm::inverse(glm::mat3(i.object_to_world)));
-        all.push_back({i.object_to_world, glm::mat4(normal), i.first_material, 0, 0, 0});
+        all.push_back(
+            {i.object_to_world, glm::mat4(normal), i.first_material, i.asset, largest_scale(i.object_to_world), 0});
     }
     return all;
 }

@@ -22,6 +22,14 @@ std::vector<SplitBuffer::Part> SplitBuffer::parts(uint64_t offset, uint64_t byte
     return all;
 }
 
+Variant variant_of(const PipelineSpec& spec, Stage stage, bool debug, bool wire) {
+    const bool lines = wire && !spec.whole_view;
+    if (stage == Stage::shadow) return Variant::shadow;
+    if (stage == Stage::colour)
+        return lines ? Variant::colour_lines : debug || wire ? Variant::colour_debug : Variant::colour;
+    return lines ? Variant::depth_lines : debug && !spec.visibility.empty() ? Variant::depth_debug : Variant::depth;
+}
+
 namespace {
 
 SplitBuffer make_buffer(BlockAllocator& allocator, const BufferSpec& spec, uint64_t segment_limit) {
@@ -118,16 +126,40 @@ struct ShaderStages {
     }
 };
 
-bool has_fragments(Variant variant) { return variant != Variant::shadow && variant != Variant::depth; }
+bool in_colour_stage(Variant variant) { return variant >= Variant::colour; }
+bool in_depth_stage(Variant variant) { return variant != Variant::shadow && !in_colour_stage(variant); }
+bool as_lines(Variant variant) { return variant == Variant::depth_lines || variant == Variant::colour_lines; }
+bool shows_debug_views(Variant variant) {
+    return as_lines(variant) || variant == Variant::depth_debug || variant == Variant::colour_debug;
+}
+const std::string& fragment_of(const PipelineSpec& spec, Variant variant) {
+    static const std::string none;
+    return in_colour_stage(variant) ? spec.fragment : in_depth_stage(variant) ? spec.visibility : none;
+}
 
+// Whether some stage of some Look runs it.
+bool is_used(const PipelineSpec& spec, Variant variant, bool draws_lines) {
+    for (const Stage stage : {Stage::shadow, Stage::depth, Stage::colour}) {
+        if (spec.whole_view && stage != Stage::colour) continue;
+        if (!spec.visibility.empty() && stage == Stage::colour) continue;
+        for (const bool debug : {false, true}) {
+            for (const bool wire : {false, true}) {
+                if ((!wire || draws_lines) && variant_of(spec, stage, debug, wire) == variant) return true;
+            }
+        }
+    }
+    return false;
+}
+
+// has_visibility: of the recipe.
 OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout,
-                                 const VkSpecializationInfo* constants, Variant variant) {
+                                 const VkSpecializationInfo* constants, Variant variant, bool has_visibility) {
     ShaderStages stages{constants, {}, {}};
     stages.add(device, VK_SHADER_STAGE_VERTEX_BIT, spec.vertex);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, spec.tessellation_control);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, spec.tessellation_evaluation);
-    const bool coloured = has_fragments(variant);
-    if (coloured) stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, spec.fragment);
+    stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, fragment_of(spec, variant));
+    const bool coloured = in_colour_stage(variant), to_image = coloured || (in_depth_stage(variant) && has_visibility);
 
     std::vector<VkVertexInputAttributeDescription> attributes;
     for (const VertexAttribute& a : spec.layout.attributes)
@@ -151,7 +183,7 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     viewport.viewportCount = viewport.scissorCount = 1;
     VkPipelineRasterizationStateCreateInfo raster{};
     raster.sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO;
-    raster.polygonMode = variant == Variant::wire ? VK_POLYGON_MODE_LINE : VK_POLYGON_MODE_FILL;
+    raster.polygonMode = as_lines(variant) ? VK_POLYGON_MODE_LINE : VK_POLYGON_MODE_FILL;
     raster.frontFace = VK_FRONT_FACE_COUNTER_CLOCKWISE;
     raster.lineWidth = 1;
     VkPipelineMultisampleStateCreateInfo multisample{};
@@ -159,16 +191,15 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     multisample.rasterizationSamples = VK_SAMPLE_COUNT_1_BIT;
     VkPipelineDepthStencilStateCreateInfo depth{};
     depth.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO;
-    depth.depthTestEnable = VK_TRUE;
-    const bool after_depth = variant == Variant::colour || variant == Variant::debug;
-    depth.depthWriteEnable = !after_depth;
-    // Reversed depth; what the pre-pass left is drawn once.
-    depth.depthCompareOp = after_depth ? VK_COMPARE_OP_EQUAL : VK_COMPARE_OP_GREATER_OR_EQUAL;
+    depth.depthTestEnable = !spec.whole_view;
+    depth.depthWriteEnable = !coloured;
+    // Reversed depth; what the depth stage left is drawn once.
+    depth.depthCompareOp = coloured ? VK_COMPARE_OP_EQUAL : VK_COMPARE_OP_GREATER_OR_EQUAL;
     VkPipelineColorBlendAttachmentState blend_attachment{};
-    blend_attachment.colorWriteMask = 0xf;
+    blend_attachment.colorWriteMask = fragment_of(spec, variant).empty() ? 0 : 0xf;
     VkPipelineColorBlendStateCreateInfo blend{};
     blend.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
-    blend.attachmentCount = coloured ? 1 : 0;
+    blend.attachmentCount = to_image ? 1 : 0;
     blend.pAttachments = &blend_attachment;
     const VkDynamicState dynamic_states[] = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR,
                                              VK_DYNAMIC_STATE_CULL_MODE};
@@ -178,8 +209,8 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     dynamic.pDynamicStates = dynamic_states;
     VkPipelineRenderingCreateInfo rendering{};
     rendering.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO;
-    rendering.colorAttachmentCount = coloured ? 1 : 0;
-    rendering.pColorAttachmentFormats = &colour_format;
+    rendering.colorAttachmentCount = to_image ? 1 : 0;
+    rendering.pColorAttachmentFormats = coloured ? &colour_format : &visibility_format;
     rendering.depthAttachmentFormat = depth_format;
 
     VkGraphicsPipelineCreateInfo info{};
@@ -219,7 +250,7 @@ OwnedPipeline make_compute_pipeline(const Device& device, const PipelineSpec& sp
 }
 
 BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers,
-                            VkDescriptorSetLayout frame_layout) {
+                            VkDescriptorSetLayout frame_layout, bool has_visibility) {
     for (const StorageBinding& s : spec.storage) {
         LODE_CHECK(s.buffer < buffers.size() && s.segments >= 1 && s.segments <= max_pool_segments, s.buffer);
         if (buffers[s.buffer].segments.size() > s.segments)
@@ -259,11 +290,11 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
         built.compute = make_compute_pipeline(device, spec, layout, constants.get());
     } else {
         for (int v = 0; v < variant_count; ++v) {
-            if (static_cast<Variant>(v) == Variant::wire && !device.draws_lines()) continue;
             const auto variant = static_cast<Variant>(v);
-            const ShaderConstants constants(spec, buffers, has_fragments(variant),
-                                            variant == Variant::debug || variant == Variant::wire);
-            built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), variant);
+            if (!is_used(spec, variant, device.draws_lines())) continue;
+            const ShaderConstants constants(spec, buffers, !fragment_of(spec, variant).empty(),
+                                            shows_debug_views(variant));
+            built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), variant, has_visibility);
         }
     }
     return built;
@@ -330,7 +361,8 @@ BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDesc
     BuiltRecipe built;
     for (const BufferSpec& spec : recipe.buffers) built.buffers.push_back(make_buffer(allocator, spec, segment_limit));
     for (const PipelineSpec& spec : recipe.pipelines)
-        built.pipelines.push_back(make_pipeline(allocator.device(), spec, built.buffers, frame_layout));
+        built.pipelines.push_back(
+            make_pipeline(allocator.device(), spec, built.buffers, frame_layout, recipe.has_visibility()));
     make_storage_sets(allocator.device(), recipe, built);
     return built;
 }

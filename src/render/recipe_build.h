@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "frame/plan.h"
 #include "frame/recipe.h"
 #include "render/memory.h"
 
@@ -24,19 +25,22 @@ struct SplitBuffer {
 };
 
 // Where a draw pipeline is used decides what of it runs.
-// debug: colour by the frame's debug view; wire: the same as lines, with no depth pass before.
-enum class Variant { shadow, depth, colour, debug, wire };
-inline constexpr int variant_count = 5;
+// debug: for a debug view; lines: that of wireframes.
+enum class Variant { shadow, depth, depth_debug, depth_lines, colour, colour_debug, colour_lines };
+inline constexpr int variant_count = 7;
 
 struct BuiltPipeline {
     OwnedPipelineLayout layout;
     OwnedSetLayout storage_layout;
     VkDescriptorSet storage_set = VK_NULL_HANDLE;
-    OwnedPipeline draw[variant_count];  // empty for compute pipelines; wire: where the device draws lines
+    OwnedPipeline draw[variant_count];  // empty for compute pipelines, and where variant_of() does not lead
     OwnedPipeline compute;
     VkPipelineBindPoint bind_point = VK_PIPELINE_BIND_POINT_GRAPHICS;
     VkShaderStageFlags stages = 0;  // that see the push constants
 };
+
+// What a pipeline runs in a stage that draws, under a Look. wire: lines, on a device that draws them.
+Variant variant_of(const PipelineSpec& spec, Stage stage, bool debug, bool wire);
 
 struct BuiltRecipe {
     std::vector<SplitBuffer> buffers;

@@ -41,6 +41,7 @@ public:
             const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit
                                                                     : device_.limits().maxStorageBufferRange;
             loaded.recipe = recipe;
+            remake_visibility();
             loaded.built = build_recipe(allocator_, recipe, sets_.layout(), limit);
             loaded.hazards.reset(recipe.buffers.size());
             loaded.materials = {};
@@ -89,7 +90,7 @@ public:
             loaded.newest = slot.frame;
             drawn_ = true;
             colour_use_ = as_colour_target;
-            depth_use_ = as_depth_target;
+            depth_use_ = as_depth_read;
         });
     }
 
@@ -173,7 +174,19 @@ private:
                                  &one, 1, &range);
             change_use(commands, targets_.shadow_transmittance, as_copy_destination, as_sampled);
         });
+        remake_visibility();
         colour_use_ = depth_use_ = {};
+    }
+
+    // As large as the other targets where some recipe asks for it.
+    void remake_visibility() {
+        const bool asked = std::ranges::any_of(loaded_, [](const Loaded& l) { return l.recipe.has_visibility(); });
+        const ImageSpec& whole = targets_.depth.spec();
+        const uint32_t width = asked ? whole.width : 1, height = asked ? whole.height : 1;
+        const ImageSpec& now = targets_.visibility.spec();
+        if (now.width == width && now.height == height) return;
+        targets_.visibility = {};
+        targets_.visibility = make_visibility(allocator_, width, height);
     }
 
     void finish(FrameSlot& slot) {

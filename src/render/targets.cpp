@@ -10,10 +10,12 @@ Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height,
         allocator,
         {colour_format, width, height, 1, 1, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT},
         "colour");
-    targets.depth = TargetImage(allocator,
-                                {depth_format, width, height, 1, 1,
-                                 VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT},
-                                "depth");
+    targets.depth = TargetImage(
+        allocator,
+        {depth_format, width, height, 1, 1,
+         VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_SAMPLED_BIT},
+        "depth");
+    targets.visibility = make_visibility(allocator, 1, 1);
     const uint32_t side = std::max(shadow_size, 1u);
     targets.shadow_depth = TargetImage(
         allocator,
@@ -23,6 +25,12 @@ Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height,
         allocator, {VK_FORMAT_R8_UNORM, 1, 1, 1, 1, VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT},
         "shadow_transmittance");
     return targets;
+}
+
+TargetImage make_visibility(BlockAllocator& allocator, uint32_t width, uint32_t height) {
+    return {allocator,
+            {visibility_format, width, height, 1, 1, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT},
+            "visibility"};
 }
 
 void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageUse& from, const ImageUse& to) {

@@ -19,8 +19,8 @@ namespace {
 static_assert(LODE_CUT_ABSENT == ~0u && most_node_shift == 3);
 
 constexpr uint32_t findings_tag = 1;
-constexpr uint64_t most_groups = 65535;                           // in a row: what every device takes
-enum Passes : uint32_t { look = 1, close, divide, count, emit };  // pipelines; the first one draws
+constexpr uint64_t most_groups = 65535;                                    // in a row: what every device takes
+enum Passes : uint32_t { look = first_pass, close, divide, count, emit };  // pipelines
 
 uint32_t levels_of(const Atlas& about) { return about.levels() - 1; }
 uint32_t top_of(const Atlas& about) {

@@ -16,7 +16,8 @@
 
 namespace lodestone::vgi {
 
-// Buffers of the recipe.
+// Buffers and pipelines of the recipe.
+enum Pipelines : uint32_t { visibility_pipeline, lighting_pipeline, first_pass };  // first_pass: of DeviceCut
 enum Buffers : uint32_t {
     geometry_pool,
     slot_table,

@@ -30,7 +30,6 @@ public:
         : atlases_(std::move(atlases)),
           recipe_(std::move(recipe)),
           raster_(raster),
-          texel_words_(texel_words),
           list_capacity_(list_capacity),
           stream_(atlases_, slots, texel_words) {
         if (raster == Raster::device) device_.emplace(atlases_);
@@ -71,6 +70,7 @@ public:
         stream_.touch(cuts_->touched);
         if (last) stream_.place(input, false, plan);
         device_ ? draw_device_cuts(input, plan) : draw_cuts(input, plan);
+        light(input, plan);
         const uint32_t missing = stream_.request(cuts_->wishes, input.frame, plan);
         begin_next_cuts(last, input);
 
@@ -133,6 +133,12 @@ private:
             r.levels = about.levels();
             r.page_cells = atlas.trees[0].cells_per_page();
             r.first_chart = atlas.first_chart;
+            r.first_page = atlas.first[1];
+            r.attribute_pages = atlas.trees[1].pages();
+            r.attribute_cells = static_cast<uint32_t>(std::countr_zero(about.attribute_cells));
+            r.has = (about.attributes.uvs ? LODE_VGI_HAS_UVS : 0u) |
+                    (about.attributes.colours ? LODE_VGI_HAS_COLOURS : 0u) |
+                    (about.attributes.materials ? LODE_VGI_HAS_MATERIALS : 0u);
             spacing.insert(spacing.end(), atlas.spacing.begin(), atlas.spacing.end());
             records.push_back(r);
             const ErrorCodes decoded(about.extent());
@@ -178,7 +184,8 @@ private:
             draw.draws = places[i].records;
             draw.stride = LODE_CUT_RECORD_WORDS * sizeof(uint32_t);
             for (uint32_t v = 0; v < input.views.size(); ++v) {
-                draw.draw = in_view(whole, input, i, v);
+                draw.draw = whole;
+                draw.draw.view = v;
                 draw.draw.words[LODE_VGI_WORD_PATCH] = static_cast<uint32_t>(places[i].first_word);
                 add_draw(draw, input.views[v].kind, plan);
             }
@@ -212,7 +219,9 @@ private:
             for (; part != cuts_->parts.end() && part->instance == i; ++part) {
                 for (uint32_t v = 0; v < input.views.size(); ++v) {
                     if ((part->views >> v & 1) == 0) continue;
-                    draw_list(in_view(whole, input, i, v), input.views[v].kind, first, part->words, plan);
+                    Draw draw = whole;
+                    draw.view = v;
+                    draw_list(draw, input.views[v].kind, first, part->words, plan);
                     drawn = drawn || v == 0;
                 }
                 first += part->words;
@@ -238,48 +247,36 @@ private:
     }
     template <class AnyDraw>
     static void add_draw(const AnyDraw& draw, View::Kind kind, Plan& plan) {
-        if (kind == View::Kind::shadow) {
-            plan.commands.push_back({Stage::shadow, draw});
-        } else {
-            plan.commands.push_back({Stage::depth, draw});
+        plan.commands.push_back({kind == View::Kind::shadow ? Stage::shadow : Stage::depth, draw});
+    }
+    // Of what the camera sees.
+    static void light(const FrameInput& input, Plan& plan) {
+        for (uint32_t v = 0; v < input.views.size(); ++v) {
+            if (input.views[v].kind != View::Kind::camera || input.instances.empty()) continue;
+            Draw draw;
+            draw.pipeline = lighting_pipeline;
+            draw.view = v;
+            draw.count = 3;
             plan.commands.push_back({Stage::colour, draw});
         }
-    }
-
-    static Draw in_view(Draw draw, const FrameInput& input, uint32_t instance, uint32_t view) {
-        draw.view = view;
-        const float focal = input.views[view].focal_px,
-                    scale = largest_scale(input.instances[instance].object_to_world);
-        draw.words[LODE_VGI_WORD_PIXEL] = std::bit_cast<uint32_t>(focal > 0 ? 1 / (focal * scale) : 0.0f);
-        return draw;
     }
 
     // What all draws of an instance have in common; adds it to the plan's instances.
     Draw draw_of(const FrameInput& input, uint32_t i, double magnification, Plan& plan) const {
         const Instance& instance = input.instances[i];
-        const OpenAtlas& atlas = atlases_[instance.asset];
-        const PresentAttributes& has = atlas.file->about().attributes;
         Draw draw;
+        draw.pipeline = visibility_pipeline;
         draw.first_id = static_cast<uint32_t>(plan.instance_ids.size());
         plan.instance_ids.push_back(i);
         draw.words[LODE_VGI_WORD_ASSET] = instance.asset;
         draw.words[LODE_VGI_WORD_MAGNIFICATION] = std::bit_cast<uint32_t>(static_cast<float>(magnification));
         draw.words[LODE_VGI_WORD_SCALE] = std::bit_cast<uint32_t>(largest_scale(instance.object_to_world));
-        draw.words[LODE_VGI_WORD_TEXEL_WORDS] = texel_words_;
-        draw.words[LODE_VGI_WORD_TABLE] = atlas.first[1];
-        draw.words[LODE_VGI_WORD_IMAGES] =
-            atlas.trees[1].pages() |
-            static_cast<uint32_t>(std::countr_zero(atlas.file->about().attribute_cells)) << 16 |
-            ((has.uvs ? LODE_VGI_HAS_UVS : 0u) | (has.colours ? LODE_VGI_HAS_COLOURS : 0u) |
-             (has.materials ? LODE_VGI_HAS_MATERIALS : 0u))
-                << 20;
         return draw;
     }
 
     std::vector<OpenAtlas> atlases_;
     Recipe recipe_;
     Raster raster_;
-    uint32_t texel_words_;
     uint64_t list_capacity_;  // words of one region
     PageStream stream_;
     std::optional<FrameCuts> cuts_;  // that are drawn
@@ -372,7 +369,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         pipeline.tessellation_evaluation = "vgi/patch.tese";
         pipeline.patch_vertices = 1;
     }
-    pipeline.fragment = "vgi/atlas.frag";
+    pipeline.visibility = "vgi/visible.frag";
     uint32_t ever = 0;
     for (const OpenAtlas& atlas : atlases) {
         const Atlas& about = atlas.file->about();
@@ -381,14 +378,23 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         if (about.attributes.colours) ever |= LODE_VGI_HAS_COLOURS;
         if (about.attributes.materials) ever |= LODE_VGI_HAS_MATERIALS;
     }
-    pipeline.constants = {ever};
-    pipeline.storage = {
-        {LODE_VGI_GEOMETRY, geometry_pool, Access::read}, {LODE_VGI_SLOTS, slot_table, Access::read, 1},
-        {LODE_VGI_TABLE, page_table, Access::read, 1},    {LODE_VGI_ATTRIBUTES, attribute_pool, Access::read},
-        {LODE_VGI_ASSETS, asset_table, Access::read, 1},  {LODE_VGI_CODES, code_table, Access::read, 1},
-        {LODE_VGI_CHARTS, chart_table, Access::read, 1}};
+    pipeline.storage = {{LODE_VGI_GEOMETRY, geometry_pool, Access::read},
+                        {LODE_VGI_SLOTS, slot_table, Access::read, 1},
+                        {LODE_VGI_ASSETS, asset_table, Access::read, 1},
+                        {LODE_VGI_CODES, code_table, Access::read, 1},
+                        {LODE_VGI_CHARTS, chart_table, Access::read, 1}};
     if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read, 1});
-    recipe.pipelines = {pipeline};
+    PipelineSpec lighting;
+    lighting.name = "lighting";
+    lighting.vertex = "frame/whole_view.vert";
+    lighting.fragment = "vgi/atlas.frag";
+    lighting.whole_view = true;
+    lighting.constants = {ever, texel_words};
+    lighting.storage = {{LODE_VGI_TABLE, page_table, Access::read, 1},
+                        {LODE_VGI_ATTRIBUTES, attribute_pool, Access::read},
+                        {LODE_VGI_ASSETS, asset_table, Access::read, 1},
+                        {LODE_VGI_CHARTS, chart_table, Access::read, 1}};
+    recipe.pipelines = {pipeline, lighting};
     if (on_device) DeviceCut::add_to(recipe, atlases, sizes, std::max(1u, options.instances));
     auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, slots, texel_words,
                                               list_bytes / sizeof(uint32_t));

@@ -445,7 +445,7 @@ TEST_F(VgiRenderTest, TheDeviceCutsTheNodesThatTheProcessorCuts) {
                 uint32_t first = ~0u, first_record = 0, of_draw = 0;
                 for (const Command& command : plan.commands) {
                     const auto* draw = std::get_if<DrawIndirect>(&command.what);
-                    if (draw == nullptr || command.stage != Stage::colour || of_draw++ != i) continue;
+                    if (draw == nullptr || command.stage != Stage::depth || of_draw++ != i) continue;
                     first = draw->draw.words[LODE_VGI_WORD_PATCH];
                     first_record = static_cast<uint32_t>(draw->offset / sizeof(uint32_t));
                     for (uint32_t r = 0; r < draw->draws; ++r) {

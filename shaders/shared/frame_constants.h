@@ -52,6 +52,7 @@ struct ViewConstants {
     mat4 world_to_clip;
     mat4 clip_to_world;
     vec4 eye;           // world space; w: 1 for a camera, 0 for a shadow view
+    vec4 forward;       // unit vector, world space; w: cosine of the angle to the picture's corners
     float pixel_angle;  // length that a pixel spans in the centre at distance 1; 0 where all are as far away
     float padding0, padding1, padding2;
 };
@@ -84,8 +85,8 @@ struct MaterialConstants {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(ViewConstants) == 160);
-static_assert(sizeof(FrameConstants) == 160 * LODE_MOST_VIEWS + 80);
+static_assert(sizeof(ViewConstants) == 176);
+static_assert(sizeof(FrameConstants) == 176 * LODE_MOST_VIEWS + 80);
 static_assert(sizeof(InstanceConstants) == 144);
 static_assert(sizeof(MaterialConstants) == 32);
 }  // namespace gpu

@@ -55,8 +55,9 @@ struct VgiCutPage {
 
 // An instance to cut.
 struct VgiCutInstance {
-    float lattice[12];             // columns: a lattice point, seen from the eye that sets the levels, in world axes
+    float lattice[12];             // columns: a lattice point as lode_within takes it
     float object[12];              // the same of object space
+    float ahead, cosine, sine_squared;  // as lode_within takes them
     float magnification, scale;    // as CutRequest's and magnification_of
     float eye_x, eye_y, eye_z;     // of views[0], object space
     uint asset;
@@ -86,10 +87,28 @@ LODE_FUNCTION float lode_reach(float error, float magnification, float scale, fl
     LODE_EXACT float reach = error * magnification * scale + margin;
     return error > 0.0f ? reach : 0.0f;
 }
-// Whether something at a point seen from the eye is within its reach.
-LODE_FUNCTION bool lode_within(float reach, float x, float y, float z) {
-    LODE_EXACT float squared = reach * reach;
-    return squared > lode_dot(x, y, z, x, y, z);
+// How far away something counts for the errors of a picture, and whether that is within a reach. In the picture it is the
+// depth, for errors are seen as large as that makes them: c distances at its corners, where c is their cosine. Farther
+// aside, up to twice the corners' angle, as much as on the other side of the corners; beyond, the distance itself. No
+// faster than a point moves does it change, and no such rule gives more there.
+// x, y, z: seen from the eye, z ahead. ahead: 1, or less for views that may turn; cosine, sine_squared: of that angle.
+LODE_FUNCTION bool lode_within(float reach, float x, float y, float z, float ahead, float cosine, float sine_squared) {
+    // Mostly it is neither nearer than the depth nor farther than the distance that tells.
+    LODE_EXACT float squared = lode_dot(x, y, z, x, y, z);
+    LODE_EXACT float reach_squared = reach * reach;
+    if (reach_squared > squared) return true;
+    LODE_EXACT float depth = z * ahead;
+    if (reach <= depth) return false;
+    LODE_EXACT float along_squared = z * z;
+    LODE_EXACT float cone = cosine * cosine * squared;
+    // z < cosine * distance
+    bool beyond = cosine > 0.0f ? z < 0.0f || along_squared < cone : z < 0.0f && along_squared > cone;
+    if (beyond) return false;
+    // z * cosine and the distance from the axis times the sine.
+    LODE_EXACT float left = reach - z * cosine;
+    LODE_EXACT float left_squared = left * left;
+    LODE_EXACT float needed = (squared - along_squared) * sine_squared;
+    return left > 0.0f && left_squared > needed;
 }
 // Whether a sphere lies wholly outside a plane.
 LODE_FUNCTION bool lode_outside(float plane_x, float plane_y, float plane_z, float plane_w, float x, float y, float z,

@@ -119,7 +119,7 @@ uint seen(Node n, uint mask) {
     return mask;
 }
 
-// An affine map's columns, and where a point goes: seen from the eye, in world axes.
+// An affine map's columns, and where a point goes, as lode_within takes it.
 struct SeenFromEye {
     vec3 x, y, z, offset;
 };

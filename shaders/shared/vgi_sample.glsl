@@ -18,6 +18,15 @@ const float morph_share = 1.0 - 1.0 / 1.0905077326652577;  // 1 - 1 / error_rati
 
 vec3 lattice(uvec2 texel) { return vec3(float(texel.x & 0xffffu), float(texel.x >> 16), float(texel.y & 0xffffu)); }
 
+// As lode_within (vgi_cut.h) has it, in views[0].
+float counted_distance(vec3 seen) {
+    vec4 forward = frame.views[0].forward;
+    float ahead = dot(seen, forward.xyz), far = length(seen), cosine = 2.0 * forward.w * forward.w - 1.0;
+    if (ahead < cosine * far) return far;
+    float sine = 2.0 * forward.w * sqrt(1.0 - forward.w * forward.w);
+    return max(ahead, ahead * cosine + sqrt(max(far * far - ahead * ahead, 0.0)) * sine);
+}
+
 // p: in the page, which must be of the sample's own level, or the coarsest.
 PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
     VgiAsset asset = assets[draw_constants.words[LODE_VGI_WORD_ASSET]];
@@ -37,7 +46,8 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
         float radius = codes[code + 256u + (texel.y >> 24)] * scale;
         vec3 world = (to_world * vec4(origin + asset.step * sample_point, 1.0)).xyz;
         // Always of the eye that chose the samples, in every view.
-        float t = error == 0.0 ? 1.0 : clamp((error + radius - distance(world, frame.views[0].eye.xyz)) / (morph_share * error), 0.0, 1.0);
+        vec3 seen = world - frame.views[0].eye.xyz;
+        float t = error == 0.0 ? 1.0 : clamp((error + radius - counted_distance(seen)) / (morph_share * error), 0.0, 1.0);
         // Ends of the hypotenuse it halves; in the same page (vgi/bintree.h).
         int h = 1 << findLSB(uint(p.x | p.y | int(asset.page_cells)));
         bool odd_x = (p.x & h) != 0, odd_y = (p.y & h) != 0;

@@ -4,6 +4,10 @@
 // finer level (GridCut::look_into of vgi/grid_cut.cpp). Levels from the coarsest to level 1, a dispatch each.
 #include "shared/vgi_nodes.glsl"
 
+bool within(float reach, vec3 p) {
+    return lode_within(reach, p.x, p.y, p.z, cuts[instance].ahead, cuts[instance].cosine, cuts[instance].sine_squared);
+}
+
 // As Wanted::may_be.
 bool may_be_wanted(VgiCutPage page, uint error, uint radius) {
     Reaches reaches = own_reaches();
@@ -11,7 +15,7 @@ bool may_be_wanted(VgiCutPage page, uint error, uint radius) {
     float of_error = reach_of(reaches, error);
     precise float sphere = page.radius * reaches.scale;
     precise float reach = of_error + radius_of(reaches, radius) + sphere;
-    return of_error > 0.0 && lode_within(reach, p.x, p.y, p.z);
+    return of_error > 0.0 && within(reach, p);
 }
 
 // As GridCut::wants_division.
@@ -32,7 +36,7 @@ bool wants_division(Node n, uint number) {
             uvec2 texel = geometry_at(slot * LODE_VGI_PAGE_TEXELS + (low.y + j * stride) * row + low.x + i * stride);
             vec3 p = mapped(lattice, vec3(float(texel.x & 0xffffu), float(texel.x >> 16), float(texel.y & 0xffffu)));
             precise float reach = reach_of(reaches, (texel.y >> 16) & 255u) + radius_of(reaches, texel.y >> 24);
-            if (lode_within(reach, p.x, p.y, p.z)) return true;
+            if (within(reach, p)) return true;
         }
     }
     return false;

@@ -20,6 +20,16 @@ glm::vec3 upright(const glm::vec3& direction, const glm::vec3& wanted) {
 
 }  // namespace
 
+glm::vec3 View::forward() const {
+    return -glm::normalize(glm::vec3(world_to_view[0][2], world_to_view[1][2], world_to_view[2][2]));
+}
+
+float View::corner_cosine() const {
+    if (!(focal_px > 0)) return 1;
+    const float tangent = std::hypot(static_cast<float>(width), static_cast<float>(height)) / 2 / focal_px;
+    return 1 / std::sqrt(1 + tangent * tangent);
+}
+
 View view_of(const Camera& camera, uint32_t width, uint32_t height) {
     LODE_CHECK(width > 0 && height > 0, width, height);
     LODE_CHECK(camera.near_plane > 0 && camera.far_plane > camera.near_plane, camera.near_plane, camera.far_plane);

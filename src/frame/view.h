@@ -24,6 +24,8 @@ struct View {
     bool culls_back_faces = false;   // drawn without back faces: a backend may leave out what shows it nothing else
 
     glm::mat4 world_to_clip() const { return view_to_clip * world_to_view; }
+    glm::vec3 forward() const;    // unit vector, world space
+    float corner_cosine() const;  // of the angle to the picture's corners; 1 for an orthographic view
     bool operator==(const View&) const = default;
 };
 

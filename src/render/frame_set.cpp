@@ -121,6 +121,7 @@ gpu::FrameConstants frame_constants(const FrameInput& input, const Look& look, u
         c.views[v].clip_to_world =
             glm::mat4(glm::inverse(glm::dmat4(view.view_to_clip) * glm::dmat4(view.world_to_view)));
         c.views[v].eye = glm::vec4(view.eye, camera ? 1.0f : 0.0f);
+        c.views[v].forward = glm::vec4(view.forward(), view.corner_cosine());
         c.views[v].pixel_angle = view.focal_px > 0 ? 1 / view.focal_px : 0.0f;
         if (camera || shadow_size == 0) continue;
         c.shadow_view = v;

@@ -20,6 +20,7 @@ namespace lodestone::vgi {
 // By how much eyes and frusta may be elsewhere than where the views of a request have them.
 struct CutMargin {
     float distance = 0;  // world units, of eyes and planes
+    float turn = 0;      // radians, of the direction that a camera looks in
     float widening = 0;  // of the tangents of a camera's half angles, as a share
     bool operator==(const CutMargin&) const = default;
 };
@@ -42,8 +43,12 @@ struct CutRequest {
 inline constexpr double pixels_per_cell = 8;
 
 // How long a distance of an error is in a view: a sample of error E and radius r is wanted from within
-// scale * (E * magnification + r), world units. Smaller than wanted errors are taken where the atlas asks for it.
+// scale * (E * magnification + r), world units, by depth (gpu::lode_within). Smaller than wanted errors are taken where
+// the atlas asks for it.
 double magnification_of(const View& view, double pixel_error);
+
+// How far from the view a point of the world counts to be, as gpu::lode_within has it. World units.
+float counted_distance(const View& view, const glm::vec3& world);
 
 // How what is drawn is made of triangles.
 enum class Raster {
@@ -78,14 +83,15 @@ public:
     Wanted(const CutRequest& request, const Atlas& about);
     bool operator()(const GeometryTexel& t) const {
         const glm::vec3 p = lattice_.seen(glm::vec3(t.x, t.y, t.z));
-        return gpu::lode_within(reach_[t.error] + radii_[t.radius], p.x, p.y, p.z);
+        return gpu::lode_within(reach_[t.error] + radii_[t.radius], p.x, p.y, p.z, ahead_, cosine_, sine_squared_);
     }
     // The same of samples that are not looked at: whether any may be wanted, of the most there can be among them, all
     // within the sphere of `bounds`.
     bool may_be(const PageBounds& bounds, SampleCodes most) const {
         const glm::vec3 p = object_.seen(bounds.centre);
         return reach_[most.error] > 0 &&
-               gpu::lode_within(reach_[most.error] + radii_[most.radius] + bounds.radius * scale_, p.x, p.y, p.z);
+               gpu::lode_within(reach_[most.error] + radii_[most.radius] + bounds.radius * scale_, p.x, p.y, p.z,
+                                ahead_, cosine_, sine_squared_);
     }
     bool may_be(const PageBounds& bounds) const { return may_be(bounds, {bounds.sample_error, bounds.sample_radius}); }
     // How many times larger than the pixel error leaving them out would be on screen.
@@ -95,7 +101,7 @@ public:
     void describe(gpu::VgiCutInstance& instance) const;
 
 private:
-    // Of a point: where it is, seen from the eye, in world axes.
+    // Where a point is, as gpu::lode_within takes it.
     struct SeenFromEye {
         glm::vec3 x, y, z, offset;
         glm::vec3 seen(const glm::vec3& p) const {
@@ -106,6 +112,7 @@ private:
     };
     std::array<float, 256> errors_, reach_, radii_;
     float magnification_, scale_, margin_;
+    float ahead_, cosine_, sine_squared_;  // as gpu::lode_within takes them
     SeenFromEye lattice_, object_;
 };
 

@@ -17,6 +17,7 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr float frames_ahead = 12;  // that the camera's way is foreseen
+constexpr float most_turn = 0.1f;   // radians, that a cut made ahead allows for: it takes finer samples aside
 constexpr float most_wasted = 2;    // times smaller than wanted, that an error may be
 
 // How the camera moved from one view to the next.
@@ -31,11 +32,16 @@ Step step_between(const View& from, const View& to) {
     const float cosine = (turn[0][0] + turn[1][1] + turn[2][2] - 1) / 2;
     return {to.eye - from.eye, turn, std::acos(std::clamp(cosine, -1.0f, 1.0f))};
 }
+float angle_between(const glm::vec3& a, const glm::vec3& b) {
+    return 2 * std::asin(std::min(1.0f, glm::distance(a, b) / 2));  // of unit vectors; exact where they are equal
+}
 CutMargin margin_for(const Step& step, const View& view) {
     const float half = static_cast<float>(view.height) / 2 / view.focal_px;  // tangent
-    return {0.5f * glm::length(step.eye), 0.02f + 0.75f * step.angle / half};
+    return {0.5f * glm::length(step.eye), std::min(0.5f * step.angle, most_turn), 0.02f + 0.75f * step.angle / half};
 }
-CutMargin sum(const CutMargin& a, const CutMargin& b) { return {a.distance + b.distance, a.widening + b.widening}; }
+CutMargin sum(const CutMargin& a, const CutMargin& b) {
+    return {a.distance + b.distance, std::min(a.turn + b.turn, most_turn), a.widening + b.widening};
+}
 
 // What carries an instance from one place to another, where it keeps its size and shape.
 std::optional<glm::dmat4> rigid_motion(const Instance& from, const Instance& to) {
@@ -145,6 +151,7 @@ bool CutRegion::covers(const FrameInput& input) const {
     // Views as an instance sees them that stands where it is thought to be.
     const auto within = [&](std::span<const View> seen, const CutMargin& margin) {
         if (glm::distance(seen[0].eye, views[0].eye) > margin.distance) return false;
+        if (angle_between(seen[0].forward(), views[0].forward()) > margin.turn) return false;
         for (size_t v = 0; v < views.size(); ++v) {
             if (seen[v] != views[v] && !inside(seen[v], widened_frustum(views[v], margin))) return false;
         }

@@ -6,6 +6,7 @@
 
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/bintree.h"
+#include "vgi/cut.h"
 #include "vgi/grid_patch.h"
 #include "vgi/residency.h"
 #include "vgi/sample_errors.h"
@@ -37,10 +38,8 @@ glm::vec3 pulled_vertex(const PlanMirror& mirror, const Draw& draw, const FrameI
         const float radius = mirror.stored<float>(draw, LODE_VGI_CODES, number * 512 + 256 + texel.radius) * scale;
         const glm::vec3 world(input.instances[instance].object_to_world * glm::vec4(origin + asset.step * point, 1));
         constexpr auto morph_share = static_cast<float>(1 - 1 / error_ratio);
-        const float t =
-            error == 0 ? 1
-                       : std::clamp((error + radius - glm::distance(world, input.views[0].eye)) / (morph_share * error),
-                                    0.0f, 1.0f);
+        const float away = counted_distance(input.views[0], world);
+        const float t = error == 0 ? 1 : std::clamp((error + radius - away) / (morph_share * error), 0.0f, 1.0f);
         const auto [a, b] = tree.hypotenuse(p);
         const glm::vec3 middle = 0.5f * (lattice(texel_at(a)) + lattice(texel_at(b)));
         point = middle + (point - middle) * t;

@@ -44,15 +44,17 @@ void main() {
                             ((1u << (2u * before)) - 1u) / 3u + page.y * side + page.x];
     uint slot = entry >> 4, level = entry & 15u;
     page >>= level - wanted;
-    vec2 local = clamp(at / float(1u << level) - vec2(page * cells), vec2(0.0), vec2(cells));
-    // Coarser than the coarsest page: every so many of its samples.
-    int stride = 1 << clamp(fit - int(level), 0, findMSB(cells));
-    ivec2 low = min(ivec2(local / float(stride)) * stride, ivec2(int(cells) - stride));
-    vec2 f = (local - vec2(low)) / float(stride);
+    // Coarser than the coarsest page: a small level.
+    uint small = uint(clamp(fit - int(base), 0, findMSB(cells))), read_level = level + small, read_cells = cells >> small;
+    uint first = small == 0u ? slot * LODE_VGI_PAGE_TEXELS
+                             : asset.first_small + chart * asset.small_samples +
+                                   LODE_VGI_SMALL_FIRST(cells, small);
+    vec2 local = clamp(at / float(1u << read_level) - vec2(page * cells), vec2(0.0), vec2(read_cells));
+    ivec2 low = min(ivec2(local), ivec2(int(read_cells) - 1));
+    vec2 f = local - vec2(low);
 
-    uint row = cells + 1u, first = slot * LODE_VGI_PAGE_TEXELS * words;
-    uvec4 texel = first + words * (uint(low.y) * row + uint(low.x) +
-                                   uint(stride) * uvec4(0u, 1u, row, row + 1u));
+    uint row = read_cells + 1u;
+    uvec4 texel = words * (first + uint(low.y) * row + uint(low.x) + uvec4(0u, 1u, row, row + 1u));
     vec4 weight = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
     int nearest = (f.x < 0.5 ? 0 : 1) + (f.y < 0.5 ? 0 : 2);
 
@@ -89,7 +91,7 @@ void main() {
                       ? uvs[nearest]
                       : weight.x * uvs[0] + weight.y * uvs[1] + weight.z * uvs[2] + weight.w * uvs[3];
         // A pixel spans so much of a cell.
-        uv_span = shortest * exp2(lod - float(level)) / float(stride);
+        uv_span = shortest * exp2(lod - float(read_level));
         vec2 uv_step = vec2(asset.uv_step_x, asset.uv_step_y);
         s.uv = vec2(asset.uv_low_x, asset.uv_low_y) + uv_step * uv;
         uv_span *= min(uv_step.x, uv_step.y);

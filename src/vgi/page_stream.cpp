@@ -5,6 +5,7 @@
 #include "base/check.h"
 #include "base/threads.h"
 #include "shaders/shared/vgi_texels.h"
+#include "vgi/small_levels.h"
 
 namespace lodestone::vgi {
 
@@ -54,6 +55,7 @@ Result<void> PageStream::load_base_pages() {
                 }
             }
         });
+        std::vector<std::shared_ptr<const AttributePage>> coarsest;
         for (Decoded& page : pages) {
             if (page.geometry != nullptr)
                 atlases_[a].spacing.push_back(spacing_of(atlas.file->about(), *page.geometry));
@@ -62,8 +64,10 @@ Result<void> PageStream::load_base_pages() {
                                                std::to_string(page.number / atlas.trees[0].pages()) +
                                                " cannot be unpacked; bake the asset again");
             }
+            if (page.attributes != nullptr) coarsest.push_back(page.attributes);
             ready_.push_back(std::move(page));
         }
+        atlases_[a].small_levels = small_levels(atlas.file->about(), coarsest, texel_words_);
     }
     return {};
 }

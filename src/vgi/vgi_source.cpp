@@ -13,6 +13,7 @@
 #include "vgi/frame_cuts.h"
 #include "vgi/page_stream.h"
 #include "vgi/sample_errors.h"
+#include "vgi/small_levels.h"
 
 namespace lodestone::vgi {
 
@@ -30,6 +31,7 @@ public:
         : atlases_(std::move(atlases)),
           recipe_(std::move(recipe)),
           raster_(raster),
+          texel_words_(texel_words),
           list_capacity_(list_capacity),
           stream_(atlases_, slots, texel_words) {
         if (raster == Raster::device) device_.emplace(atlases_);
@@ -134,6 +136,8 @@ private:
             r.page_cells = atlas.trees[0].cells_per_page();
             r.first_chart = atlas.first_chart;
             r.first_page = atlas.first[1];
+            r.first_small = static_cast<uint32_t>(atlas.first_small);
+            r.small_samples = small_samples(atlas.trees[1].cells_per_page());
             r.attribute_pages = atlas.trees[1].pages();
             r.attribute_cells = static_cast<uint32_t>(std::countr_zero(about.attribute_cells));
             r.has = (about.attributes.uvs ? LODE_VGI_HAS_UVS : 0u) |
@@ -144,6 +148,11 @@ private:
             const ErrorCodes decoded(about.extent());
             for (int code = 0; code < 256; ++code) codes.push_back(decoded.error(static_cast<uint8_t>(code)));
             for (int code = 0; code < 256; ++code) codes.push_back(decoded.radius(static_cast<uint8_t>(code)));
+        }
+        for (const OpenAtlas& atlas : atlases_) {
+            const auto& small = atlas.small_levels;
+            add_upload(plan, attribute_pool, atlas.first_small * texel_words_ * sizeof(uint32_t),
+                       Blob::copy_of(small.data(), small.size()));
         }
         add_upload(plan, asset_table, 0, Blob::copy_of(records.data(), records.size()));
         add_upload(plan, code_table, 0, Blob::copy_of(codes.data(), codes.size()));
@@ -277,6 +286,7 @@ private:
     std::vector<OpenAtlas> atlases_;
     Recipe recipe_;
     Raster raster_;
+    uint32_t texel_words_;    // of a sample of attributes
     uint64_t list_capacity_;  // words of one region
     PageStream stream_;
     std::optional<FrameCuts> cuts_;  // that are drawn
@@ -331,7 +341,15 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
                    std::max(tess ? most_list_bytes / 8 / 120 * 120 : most_list_bytes, least_list_bytes));
     // The device's own lists are for whatever may be drawn, and for one frame after the other.
     const uint64_t all_list_bytes = on_device ? sizes.list_bytes() : list_bytes * list_regions;
-    uint64_t tables = (pages[1] + base[0]) * sizeof(uint32_t) + atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
+    // Small levels lie after the pages, in slots of their own.
+    uint64_t small = 0;
+    for (OpenAtlas& atlas : atlases) {
+        atlas.first_small = small;
+        small += uint64_t{atlas.file->about().charts()} * small_samples(atlas.trees[1].cells_per_page());
+    }
+    const uint64_t small_slots = (small + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
+    uint64_t tables = small_slots * slot_bytes[1] + (pages[1] + base[0]) * sizeof(uint32_t) +
+                      atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
     if (on_device) {
         tables += sizes.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
                   pages[0] * (sizeof(gpu::VgiCutPage) + 3 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t);
@@ -350,17 +368,19 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     slots[0] = static_cast<uint32_t>(base[0] + first / slot_bytes[0]);
     slots[1] = static_cast<uint32_t>(base[1] + std::min(more[1], left - first) / slot_bytes[1]);
 
+    for (OpenAtlas& atlas : atlases) atlas.first_small += uint64_t{slots[1]} * LODE_VGI_PAGE_TEXELS;
+
     Recipe recipe;
-    recipe.buffers = {
-        {"page pool of positions", slots[0] * geometry_slot_bytes, use_storage,
-         static_cast<uint32_t>(geometry_slot_bytes)},
-        {"slots of the page pool", slots[0] * uint64_t{8}, use_storage, 8},
-        {"page table", std::max<uint64_t>(pages[1], 1) * sizeof(uint32_t), use_storage, 4},
-        {"page pool of attributes", slots[1] * slot_bytes[1], use_storage, static_cast<uint32_t>(slot_bytes[1])},
-        {"assets", atlases.size() * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
-        {"errors and radii", atlases.size() * 2048, use_storage, 2048},
-        {"spacing of samples", base[0] * sizeof(float), use_storage, 4},
-        {"draw lists", all_list_bytes, tess ? use_storage : use_index, 4}};
+    recipe.buffers = {{"page pool of positions", slots[0] * geometry_slot_bytes, use_storage,
+                       static_cast<uint32_t>(geometry_slot_bytes)},
+                      {"slots of the page pool", slots[0] * uint64_t{8}, use_storage, 8},
+                      {"page table", std::max<uint64_t>(pages[1], 1) * sizeof(uint32_t), use_storage, 4},
+                      {"page pool of attributes", (slots[1] + small_slots) * slot_bytes[1], use_storage,
+                       static_cast<uint32_t>(slot_bytes[1])},
+                      {"assets", atlases.size() * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
+                      {"errors and radii", atlases.size() * 2048, use_storage, 2048},
+                      {"spacing of samples", base[0] * sizeof(float), use_storage, 4},
+                      {"draw lists", all_list_bytes, tess ? use_storage : use_index, 4}};
     PipelineSpec pipeline;
     pipeline.name = tess ? "patches" : "samples";
     pipeline.vertex = tess ? "vgi/patch.vert" : "vgi/sample.vert";

@@ -1,6 +1,7 @@
 #include "vgi/clusters.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -8,10 +9,10 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
-#include <queue>
 
 #include "base/clock.h"
 #include "base/disjoint_sets.h"
+#include "base/quad_heap.h"
 #include "base/threads.h"
 #include "vgi/patch.h"
 #include "vgi/templates.h"
@@ -77,12 +78,12 @@ public:
     // Merges cells across the edges given (and what becomes of them) while more than `target` of `cells` are left.
     // frozen: cells that stay as they are. Returns how many are left.
     size_t run(const std::vector<uint32_t>& edges, size_t cells, size_t target, const std::vector<bool>& frozen) {
-        std::priority_queue<Entry> heap;
+        QuadHeap<Entry> heap;
         const auto push = [&](uint32_t e) {
             const uint32_t a = complex_.cell_of(e * 2), b = complex_.cell_of(e * 2 + 1);
             if (a == b || a >= complex_.triangle_cells() || b >= complex_.triangle_cells()) return;
             if (!frozen.empty() && (frozen[a] || frozen[b])) return;
-            heap.push({cost(e, a, b), e, version_[e]});
+            heap.push(Entry(cost(e, a, b), e, version_[e]));
         };
         bool progress = true;
         while (cells > target && progress) {
@@ -91,12 +92,12 @@ public:
                 if (complex_.edge_alive(e)) push(e);
             }
             while (cells > target && !heap.empty()) {
-                const Entry top = heap.top();
-                heap.pop();
-                if (!complex_.edge_alive(top.edge) || version_[top.edge] != top.version) continue;
-                if (!is_small_enough(top.edge)) continue;
-                if (!complex_.may_merge(top.edge)) continue;  // looked at again when all others are done
-                const uint32_t cell = complex_.merge(top.edge);
+                const Entry top = heap.pop();
+                const uint32_t edge = top.edge();
+                if (!complex_.edge_alive(edge) || version_[edge] != top.version) continue;
+                if (!is_small_enough(edge)) continue;
+                if (!complex_.may_merge(edge)) continue;  // looked at again when all others are done
+                const uint32_t cell = complex_.merge(edge);
                 --cells;
                 progress = true;
                 uint32_t h = complex_.first_half_edge(cell);
@@ -107,16 +108,22 @@ public:
                     h = complex_.next(h);
                 } while (h != begin);
             }
-            heap = {};
+            heap.clear();
         }
         return cells;
     }
 
 private:
     struct Entry {
-        float cost;
-        uint32_t edge, version;
-        bool operator<(const Entry& other) const { return cost != other.cost ? cost > other.cost : edge > other.edge; }
+        uint64_t order;  // by cost, then by edge
+        uint32_t version;
+        Entry(float cost, uint32_t edge, uint32_t made) : version(made) {
+            // As integers, floats are in order but for those below zero.
+            const auto bits = std::bit_cast<uint32_t>(cost + 0.0f);
+            order = uint64_t{bits >> 31 != 0 ? ~bits : bits | 0x80000000u} << 32 | edge;
+        }
+        uint32_t edge() const { return static_cast<uint32_t>(order); }
+        bool operator<(const Entry& other) const { return order < other.order; }
     };
 
     bool is_small_enough(uint32_t edge) const {

@@ -4,9 +4,9 @@
 #include <array>
 #include <bit>
 #include <glm/geometric.hpp>
-#include <numeric>
 
 #include "base/check.h"
+#include "base/disjoint_sets.h"
 #include "base/threads.h"
 #include "shaders/shared/vgi_texels.h"
 
@@ -29,23 +29,6 @@ struct Sum {
     Sum mean() const { return {normal / weight, colour / weight, 1}; }
 };
 
-// Charts' corners, 4 * chart + the side that begins there, by the first one they are glued to.
-class Corners {
-public:
-    explicit Corners(size_t charts) : first_(4 * charts) { std::iota(first_.begin(), first_.end(), 0u); }
-    uint32_t first(uint32_t corner) {
-        while (first_[corner] != corner) corner = first_[corner] = first_[first_[corner]];
-        return corner;
-    }
-    void glue(uint32_t a, uint32_t b) {
-        a = first(a), b = first(b);
-        first_[std::max(a, b)] = std::min(a, b);
-    }
-
-private:
-    std::vector<uint32_t> first_;
-};
-
 class SmallLevels {
 public:
     SmallLevels(const Atlas& about, std::span<const std::shared_ptr<const AttributePage>> coarsest,
@@ -56,7 +39,7 @@ public:
           n_(tree_of(about, Layer::attributes).cells_per_page()),
           colour_word_(about.attributes.colours ? 1 + (about.attributes.uvs ? 1u : 0u) : 0),
           samples_(small_samples(n_)),
-          corners_(about.charts()) {
+          corners_(size_t{4} * about.charts()) {
         for (uint32_t chart = 0; chart < about_.charts(); ++chart) {
             for (uint32_t side = 0; side < 4; ++side) glue_corners(chart, side);
         }
@@ -103,7 +86,7 @@ private:
         const auto corner = [](uint32_t c, uint32_t s, uint32_t end) { return 4 * c + (s + end) % 4; };
         for (const uint32_t end : {0u, 1u}) {
             if (smooth(texel(chart, side, end * n_, 0), texel(glued.chart, glued.side, (1 - end) * n_, 0)))
-                corners_.glue(corner(chart, side, end), corner(glued.chart, glued.side, 1 - end));
+                corners_.join(corner(chart, side, end), corner(glued.chart, glued.side, 1 - end));
         }
     }
 
@@ -159,9 +142,9 @@ private:
         }
         std::vector<Sum> of_corners(4 * about_.charts());
         for (uint32_t corner = 0; corner < of_corners.size(); ++corner)
-            of_corners[corners_.first(corner)].add(at(corner / 4, corner % 4, 0), 1);
+            of_corners[corners_.find(corner)].add(at(corner / 4, corner % 4, 0), 1);
         for (uint32_t corner = 0; corner < of_corners.size(); ++corner)
-            at(corner / 4, corner % 4, 0) = of_corners[corners_.first(corner)];
+            at(corner / 4, corner % 4, 0) = of_corners[corners_.find(corner)];
     }
 
     // Texture coordinates and materials are those of the sample.
@@ -187,7 +170,7 @@ private:
     const Atlas& about_;
     const std::span<const std::shared_ptr<const AttributePage>> coarsest_;
     const uint32_t words_, n_, colour_word_, samples_;
-    Corners corners_;
+    DisjointSets corners_;  // of charts that are one: 4 * chart + the side that begins there
     AttributePage result_;
 };
 

@@ -68,7 +68,7 @@ struct PipelineSpec {
     VertexLayout layout;                                        // draw
     std::vector<StorageBinding> storage;
     uint32_t patch_vertices = 0;      // tessellation: control points per patch
-    bool whole_view = false;          // draw: in the colour stage alone, with no regard to depths; three vertices
+    bool whole_view = false;          // draw: in the colour stage alone, wherever the depth stage left something
     std::vector<uint32_t> constants;  // specialisation constants 0, 1, ... of all its shaders; fewer than 14
     bool operator==(const PipelineSpec&) const = default;
 };

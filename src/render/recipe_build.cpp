@@ -191,10 +191,12 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     multisample.rasterizationSamples = VK_SAMPLE_COUNT_1_BIT;
     VkPipelineDepthStencilStateCreateInfo depth{};
     depth.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO;
-    depth.depthTestEnable = !spec.whole_view;
+    depth.depthTestEnable = VK_TRUE;
     depth.depthWriteEnable = !coloured;
-    // Reversed depth; what the depth stage left is drawn once.
-    depth.depthCompareOp = coloured ? VK_COMPARE_OP_EQUAL : VK_COMPARE_OP_GREATER_OR_EQUAL;
+    // Reversed depth; what the depth stage left is drawn once. What covers the view lies behind it all.
+    depth.depthCompareOp = spec.whole_view ? VK_COMPARE_OP_LESS
+                           : coloured      ? VK_COMPARE_OP_EQUAL
+                                           : VK_COMPARE_OP_GREATER_OR_EQUAL;
     VkPipelineColorBlendAttachmentState blend_attachment{};
     blend_attachment.colorWriteMask = fragment_of(spec, variant).empty() ? 0 : 0xf;
     VkPipelineColorBlendStateCreateInfo blend{};

@@ -135,6 +135,15 @@ TEST(PlanMirror, NamesABufferUsedForWhatItIsNotMadeFor) {
     EXPECT_THAT(one.fault(), HasSubstr("not made for this use"));
 }
 
+TEST(PlanMirror, NamesAPipelineInAStageThatItIsNotMadeFor) {
+    OneTriangle one;
+    one.recipe.pipelines[0].visibility = "a/visible.frag";
+    EXPECT_THAT(one.fault(), HasSubstr("too late"));
+    OneTriangle other;
+    other.recipe.pipelines[0].whole_view = true;
+    EXPECT_THAT(other.fault(), HasSubstr("covers the view"));
+}
+
 TEST(PlanMirror, NamesAPlanOfAnotherGeneration) {
     OneTriangle one;
     one.plan.generation = 1;

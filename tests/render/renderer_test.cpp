@@ -396,6 +396,63 @@ TEST_F(RendererTest, AComputedIndirectDrawReadsASplitPool) {
     }
 }
 
+TEST_F(RendererTest, LightsWhatIsVisibleBesideWhatIsLitAsItIsDrawn) {
+    Renderer& renderer = make();
+    PipelineSpec visible, lit, lighting;
+    visible.name = "visible";
+    visible.vertex = lit.vertex = "test/pull.vert";
+    visible.visibility = "test/visible.frag";
+    lit.name = "lit";
+    lit.fragment = "test/plain.frag";
+    lighting.name = "lighting";
+    lighting.vertex = "frame/whole_view.vert";
+    lighting.fragment = "test/light.frag";
+    lighting.whole_view = true;
+    Recipe recipe;
+    recipe.pipelines = {visible, lit, lighting};
+    ASSERT_TRUE(renderer.load(recipe, plain_materials()));
+    const FrameInput input = look_at({0, 0, 3}, 0);
+    Plan plan;
+    plan.instance_ids = {0};
+    Draw two, third, light;
+    two.count = 6;
+    third.pipeline = 1;
+    third.first_vertex = 6;
+    light.pipeline = 2;
+    third.count = light.count = 3;
+    plan.commands = {{Stage::depth, two}, {Stage::depth, third}, {Stage::colour, light}, {Stage::colour, third}};
+    ASSERT_TRUE(PlanMirror(recipe).execute(plan, input));
+    for (int frame = 0; frame < 2; ++frame) {
+        ASSERT_TRUE(renderer.submit(plan, input, {}));
+        const auto picture = renderer.read_picture();
+        ASSERT_TRUE(picture);
+        const auto pixel = [&](double x, double y) {
+            const auto column = static_cast<size_t>((x + 1) / 2 * width),
+                       row = static_cast<size_t>((1 - y) / 2 * height);
+            const uint8_t* p = &picture->colour[(row * width + column) * 4];
+            return std::array<int, 4>{p[0], p[1], p[2], p[3]};
+        };
+        const auto srgb = [](double linear) { return 255 * (1.055 * std::pow(linear, 1 / 2.4) - 0.055); };
+        for (int triangle = 0; triangle < 3; ++triangle) {
+            const auto p = pixel(-0.85 + 0.4 * triangle, -0.45);
+            EXPECT_NEAR(p[0], triangle < 2 ? srgb((triangle + 1) * 64 / 255.0) : 255, 2) << triangle;
+            EXPECT_NEAR(p[1], triangle < 2 ? 255 : srgb(0.5), 2) << triangle;
+            EXPECT_EQ(p[3], 255);
+            EXPECT_EQ(pixel(-0.65 + 0.4 * triangle, -0.25)[3], 0) << "nothing was drawn there";
+        }
+        EXPECT_NEAR(static_cast<double>(covered(*picture)), 0.25 * 0.5 * 0.3 * 0.3 * width * height * 3, 60);
+        // Another size, and the same again.
+        ASSERT_TRUE(renderer.resize(width, height));
+    }
+    // A recipe that asks for none of it.
+    recipe.pipelines = {lit};
+    ASSERT_TRUE(renderer.load(recipe, plain_materials()));
+    third.pipeline = 0;
+    plan.commands = {{Stage::depth, third}, {Stage::colour, third}};
+    ASSERT_TRUE(renderer.submit(plan, input, {}));
+    EXPECT_TRUE(renderer.read_picture());
+}
+
 TEST_F(RendererTest, CopiesBetweenBuffersAcrossSegments) {
     RendererOptions options;
     options.segment_bytes_limit = 256;

@@ -320,6 +320,41 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
     }
 }
 
+TEST(Cuts, CountDepthInThePictureAndNoLessThanIsFarAsideAndNoFasterThanPointsMove) {
+    Random random(4);
+    const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+    for (const float fov : {0.3f, 0.785f, 1.6f, 2.6f}) {
+        Camera camera;
+        camera.eye = {1, 2, 3};
+        camera.target = {unit(), unit(), unit()};
+        camera.fov_y = fov;
+        const View view = view_of(camera, 1280, 720);
+        const float corner = std::acos(view.corner_cosine());
+        const float cosine = std::cos(2 * corner), sine = std::sin(2 * corner);
+        int inside = 0, beyond = 0;
+        for (int i = 0; i < 2000; ++i) {
+            const glm::vec3 p = camera.eye + 5.0f * glm::vec3(unit(), unit(), unit()), seen = p - camera.eye;
+            const float depth = glm::dot(seen, view.forward()), away = glm::length(seen),
+                        counted = counted_distance(view, p), angle = std::acos(depth / away);
+            if (angle < corner) { EXPECT_NEAR(counted, depth, 1e-4f); }
+            if (angle > 2 * corner) { EXPECT_NEAR(counted, away, 1e-4f); }
+            inside += angle < corner;
+            beyond += angle > 2 * corner;
+            EXPECT_GE(counted, std::max(depth, away * view.corner_cosine()) - 1e-4f);
+            EXPECT_LE(counted, away + 1e-4f);
+            const glm::vec3 q = p + unit() * glm::vec3(unit(), unit(), unit());
+            EXPECT_LE(std::abs(counted_distance(view, q) - counted), glm::distance(p, q) * 1.0001f + 1e-4f);
+            // As cuts have it.
+            for (const float reach : {counted * 0.999f - 1e-4f, counted * 1.001f + 1e-4f}) {
+                const glm::vec3 local = glm::mat3(view.world_to_view) * seen;
+                EXPECT_EQ(gpu::lode_within(reach, local.x, local.y, -local.z, 1, cosine, sine * sine), reach > counted);
+            }
+        }
+        EXPECT_GT(inside, 5);
+        EXPECT_GT(beyond, fov < 1.7f ? 100 : 0);
+    }
+}
+
 TEST_P(ErrorCuts, LeaveOutNoSampleThatCostsMoreThanThePixelError) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     const Residency residency = partly_resident(atlas, 1, 1);
@@ -340,7 +375,11 @@ TEST_P(ErrorCuts, LeaveOutNoSampleThatCostsMoreThanThePixelError) {
             for (uint32_t y = 0; y <= atlas.cells; ++y) {
                 for (uint32_t x = 0; x <= atlas.cells; ++x) {
                     const size_t t = atlas.texel(c, x, y);
-                    const double away = glm::length(atlas.point(t) - glm::dvec3(views[0].eye));
+                    // Errors in the picture are as large as its depth makes them.
+                    const glm::vec4 clip = views[0].world_to_clip() * glm::vec4(atlas.position(t), 1);
+                    const bool seen = clip.w > 0 && std::abs(clip.x) < clip.w && std::abs(clip.y) < clip.w;
+                    const double away =
+                        seen ? static_cast<double>(clip.w) : glm::length(atlas.point(t) - glm::dvec3(views[0].eye));
                     const double error = static_cast<double>(codes.error(atlas.sample_errors[t]));
                     if (error * focal > 1.001 * away) {
                         ASSERT_TRUE(there.contains({c, x, y})) << c << " " << x << " " << y;

@@ -37,7 +37,7 @@ float angle_between(const glm::vec3& a, const glm::vec3& b) {
 }
 CutMargin margin_for(const Step& step, const View& view) {
     const float half = static_cast<float>(view.height) / 2 / view.focal_px;  // tangent
-    return {0.5f * glm::length(step.eye), std::min(0.5f * step.angle, most_turn), 0.02f + 0.75f * step.angle / half};
+    return {0.5f * glm::length(step.eye), std::min(0.75f * step.angle, most_turn), 0.02f + 0.75f * step.angle / half};
 }
 CutMargin sum(const CutMargin& a, const CutMargin& b) {
     return {a.distance + b.distance, std::min(a.turn + b.turn, most_turn), a.widening + b.widening};

@@ -25,7 +25,7 @@ Result<std::vector<FlownFrame>> fly(DrawSession& session, const Flight& flight, 
         frame.pixel_error = budget.pixel_error;
         frame.triangles = drawn->stats.triangles;
         for (const auto& pass : drawn->counters.pass) frame.vertex_invocations += pass.vertices();
-        frame.camera_invocations = drawn->counters.pass[static_cast<size_t>(Stage::depth)].vertices();
+        frame.camera_invocations = drawn->counters.camera_vertices();
         frame.uploaded_bytes = drawn->stats.uploaded_bytes;
         frame.resident_bytes = drawn->stats.resident_bytes;
         flown.push_back(frame);

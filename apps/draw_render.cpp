@@ -80,7 +80,6 @@ Result<int> render(const Options& o) {
 
     uint64_t invocations = 0;
     for (const auto& pass : drawn->counters.pass) invocations += pass.vertices();
-    const auto& camera_pass = drawn->counters.pass[static_cast<size_t>(Stage::depth)];
     Json stats;
     stats["machine"] = json_of(stage->machine());
     stats["rows"] = {{{"backend", o.backend},
@@ -96,7 +95,7 @@ Result<int> render(const Options& o) {
                       {"index_bytes", drawn->stats.index_bytes},
                       {"triangles", drawn->stats.triangles},
                       {"vertex_invocations", invocations},
-                      {"acmr", drawn->stats.triangles ? static_cast<double>(camera_pass.vertices()) /
+                      {"acmr", drawn->stats.triangles ? static_cast<double>(drawn->counters.camera_vertices()) /
                                                             static_cast<double>(drawn->stats.triangles)
                                                       : 0},
                       {"instances_drawn", drawn->stats.instances_drawn},

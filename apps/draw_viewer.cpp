@@ -271,11 +271,10 @@ Result<void> Viewer::draw_panes() {
         if (!drawn) return tl::unexpected(drawn.error());
         if (auto kept = window_.keep(p); !kept) return kept;
         pane.drawn = std::move(*drawn);
-        const auto& camera_pass = pane.drawn.counters.pass[static_cast<size_t>(Stage::depth)];
         const auto triangles = static_cast<float>(pane.drawn.stats.triangles);
         pane.ms.add(static_cast<float>(pane.drawn.ms));
         pane.triangles.add(triangles);
-        pane.acmr.add(triangles > 0 ? static_cast<float>(camera_pass.vertices()) / triangles : 0);
+        pane.acmr.add(triangles > 0 ? static_cast<float>(pane.drawn.counters.camera_vertices()) / triangles : 0);
         pane.uploaded_kib.add(static_cast<float>(pane.drawn.stats.uploaded_bytes) / 1024);
         pane.missing.add(static_cast<float>(figure(pane.drawn.stats, "pages_missing")));
     }

@@ -42,7 +42,7 @@ void fly(benchmark::State& state, Workbench& bench, const Way& way) {
         if (!drawn) return state.SkipWithError(drawn.error().message.c_str());
         state.SetIterationTime(drawn->ms / 1000);
         triangles += static_cast<double>(drawn->stats.triangles);
-        invocations += static_cast<double>(drawn->counters.pass[static_cast<size_t>(Stage::depth)].vertices());
+        invocations += static_cast<double>(drawn->counters.camera_vertices());
         fifo16 += simulated_acmr(*(*session)->mirror());
         frame = (frame + 1) % frames_of_flight;
         ++drawn_frames;

@@ -34,12 +34,16 @@
 #define LODE_NODE_SEEN_SHIFT 16
 
 #ifdef __cplusplus
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 namespace lodestone {
 namespace gpu {
 using uint = uint32_t;
 #define LODE_FUNCTION inline
 #define LODE_EXACT  // our flags let nothing be contracted
+using std::max;
+using std::sqrt;
 #else
 #define LODE_FUNCTION
 #define LODE_EXACT precise
@@ -109,6 +113,11 @@ LODE_FUNCTION bool lode_within(float reach, float x, float y, float z, float ahe
     LODE_EXACT float left_squared = left * left;
     LODE_EXACT float needed = (squared - along_squared) * sine_squared;
     return left > 0.0f && left_squared > needed;
+}
+// That distance itself, for what need not be the same bit for bit. along: of the place, ahead of the eye; away: from it.
+LODE_FUNCTION float lode_counted(float along, float away, float ahead, float cosine, float sine_squared) {
+    if (along < cosine * away) return away;
+    return max(along * ahead, along * cosine + sqrt(max((away * away - along * along) * sine_squared, 0.0f)));
 }
 // Whether a sphere lies wholly outside a plane.
 LODE_FUNCTION bool lode_outside(float plane_x, float plane_y, float plane_z, float plane_w, float x, float y, float z,

@@ -5,6 +5,7 @@
 
 #include "shared/frame.glsl"
 #include "shared/vgi.glsl"
+#include "shared/vgi_cut.h"
 
 struct PulledSample {
     vec4 world;
@@ -18,13 +19,11 @@ const float morph_share = 1.0 - 1.0 / 1.0905077326652577;  // 1 - 1 / error_rati
 
 vec3 lattice(uvec2 texel) { return vec3(float(texel.x & 0xffffu), float(texel.x >> 16), float(texel.y & 0xffffu)); }
 
-// As lode_within (vgi_cut.h) has it, in views[0].
+// In views[0], as lode_within has it.
 float counted_distance(vec3 seen) {
     vec4 forward = frame.views[0].forward;
-    float ahead = dot(seen, forward.xyz), far = length(seen), cosine = 2.0 * forward.w * forward.w - 1.0;
-    if (ahead < cosine * far) return far;
-    float sine = 2.0 * forward.w * sqrt(1.0 - forward.w * forward.w);
-    return max(ahead, ahead * cosine + sqrt(max(far * far - ahead * ahead, 0.0)) * sine);
+    float cosine = 2.0 * forward.w * forward.w - 1.0;  // of twice the angle to the corners
+    return lode_counted(dot(seen, forward.xyz), length(seen), 1.0, cosine, 1.0 - cosine * cosine);
 }
 
 // p: in the page, which must be of the sample's own level, or the coarsest.

@@ -53,7 +53,7 @@ using uint = uint32_t;
 struct VgiAsset {
     float origin_x, origin_y, origin_z, step;
     float uv_low_x, uv_low_y, uv_step_x, uv_step_y;
-    uint cells;  // of positions per side of a chart
+    uint cells;            // of positions per side of a chart
     uint levels;
     uint page_cells;       // of geometry pages: 32, or fewer where charts are smaller
     uint first_chart;      // of the chart table

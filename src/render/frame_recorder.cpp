@@ -240,9 +240,7 @@ void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     if (coloured) {
         colour_attachment.clearValue.color = {{look_.background.r, look_.background.g, look_.background.b, 0}};
     } else {
-        constexpr uint32_t nothing = LODE_NOTHING_VISIBLE;
-        colour_attachment.clearValue.color.uint32[0] = colour_attachment.clearValue.color.uint32[1] = nothing;
-        colour_attachment.clearValue.color.uint32[2] = colour_attachment.clearValue.color.uint32[3] = nothing;
+        std::ranges::fill(colour_attachment.clearValue.color.uint32, LODE_NOTHING_VISIBLE);
     }
     VkRenderingInfo rendering{};
     rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
@@ -337,22 +335,20 @@ void FrameRecorder::record_stage(Stage stage) {
         VK_IMAGE_LAYOUT_UNDEFINED,
         as_depth_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
         VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
-    constexpr ImageUse dropped_visibility = {VK_IMAGE_LAYOUT_UNDEFINED,
-                                             as_colour_target.stages | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
-                                             VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
-    constexpr ImageUse dropped_colour = {VK_IMAGE_LAYOUT_UNDEFINED,
-                                         as_colour_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT,
-                                         VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
+    constexpr ImageUse dropped_image = {
+        VK_IMAGE_LAYOUT_UNDEFINED,
+        as_colour_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+        VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
     if (stage == Stage::shadow)
         change_use(commands_, targets.shadow_depth, dropped_depth, has_shadow_ ? as_depth_target : as_sampled);
     if (stage == Stage::depth) {
         change_use(commands_, targets.depth, dropped_depth, as_depth_target);
-        if (has_visibility_) change_use(commands_, targets.visibility, dropped_visibility, as_colour_target);
+        if (has_visibility_) change_use(commands_, targets.visibility, dropped_image, as_colour_target);
     }
     if (stage == Stage::colour) {
         change_use(commands_, targets.depth, as_depth_target, as_depth_read);
         if (has_visibility_) change_use(commands_, targets.visibility, as_colour_target, as_sampled);
-        change_use(commands_, targets.colour, dropped_colour, as_colour_target);
+        change_use(commands_, targets.colour, dropped_image, as_colour_target);
     }
     // A query cannot span command buffers, and uploads may submit: statistics of the update stage count nothing.
     const bool counts = c_.device.has_statistics();

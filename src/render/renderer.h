@@ -85,8 +85,10 @@ struct FrameCounters {
         double gpu_ms = 0;              // between timestamps around the stage, 0 where the device has none
     };
     std::array<Pass, stage_count> pass;  // by Stage
-    double gpu_ms = 0;                   // first timestamp to last
-    double total_ms = 0;                 // wall clock, from submit() entered to fence seen signalled
+    // Of one pass over the camera's triangles: the one that every backend makes of them.
+    uint64_t camera_vertices() const { return pass[static_cast<size_t>(Stage::depth)].vertices(); }
+    double gpu_ms = 0;    // first timestamp to last
+    double total_ms = 0;  // wall clock, from submit() entered to fence seen signalled
 };
 
 struct RendererAccess;  // for the window

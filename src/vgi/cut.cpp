@@ -17,22 +17,10 @@ double magnification_of(const View& view, double pixel_error) {
     return std::max(least_magnification, static_cast<double>(view.focal_px) / pixel_error);
 }
 
-namespace {
-
-// As gpu::lode_within has it.
-float counted(const glm::vec3& seen, float ahead, float cosine, float sine_squared) {
-    const float away = glm::length(seen);
-    if (seen.z < cosine * away) return away;
-    const float aside = std::sqrt(std::max(0.0f, (away * away - seen.z * seen.z) * sine_squared));
-    return std::max(seen.z * ahead, seen.z * cosine + aside);
-}
-
-}  // namespace
-
 float counted_distance(const View& view, const glm::vec3& world) {
     const float corner = view.corner_cosine(), cosine = 2 * corner * corner - 1;
-    const glm::vec3 seen = glm::mat3(view.world_to_view) * (world - view.eye);
-    return counted({seen.x, seen.y, -seen.z}, 1, cosine, 1 - cosine * cosine);
+    const glm::vec3 seen = world - view.eye;
+    return gpu::lode_counted(glm::dot(seen, view.forward()), glm::length(seen), 1, cosine, 1 - cosine * cosine);
 }
 
 Wanted::Wanted(const CutRequest& request, const Atlas& about) {
@@ -66,8 +54,8 @@ Wanted::Wanted(const CutRequest& request, const Atlas& about) {
 
 float Wanted::excess(const PageBounds& bounds) const {
     const glm::vec3 seen = object_.seen(bounds.centre);
-    const float away =
-        counted(seen, ahead_, cosine_, sine_squared_) - bounds.radius * scale_ - radii_[bounds.sample_radius] - margin_;
+    const float away = gpu::lode_counted(seen.z, glm::length(seen), ahead_, cosine_, sine_squared_) -
+                       bounds.radius * scale_ - radii_[bounds.sample_radius] - margin_;
     const float error = errors_[bounds.sample_error];
     return error > 0 ? error / std::max(away, 1e-3f * error) : 0;
 }

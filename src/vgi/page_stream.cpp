@@ -67,7 +67,8 @@ Result<void> PageStream::load_base_pages() {
             if (page.attributes != nullptr) coarsest.push_back(page.attributes);
             ready_.push_back(std::move(page));
         }
-        atlases_[a].small_levels = small_levels(atlas.file->about(), coarsest, texel_words_);
+        atlases_[a].small_levels =
+            std::make_shared<const AttributePage>(small_levels(atlas.file->about(), coarsest, texel_words_));
     }
     return {};
 }

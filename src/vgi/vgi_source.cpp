@@ -150,9 +150,9 @@ private:
             for (int code = 0; code < 256; ++code) codes.push_back(decoded.radius(static_cast<uint8_t>(code)));
         }
         for (const OpenAtlas& atlas : atlases_) {
-            const auto& small = atlas.small_levels;
+            const auto bytes = std::as_bytes(std::span(*atlas.small_levels));
             add_upload(plan, attribute_pool, atlas.first_small * texel_words_ * sizeof(uint32_t),
-                       Blob::copy_of(small.data(), small.size()));
+                       Blob(atlas.small_levels, bytes.data(), bytes.size()));
         }
         add_upload(plan, asset_table, 0, Blob::copy_of(records.data(), records.size()));
         add_upload(plan, code_table, 0, Blob::copy_of(codes.data(), codes.size()));
@@ -343,10 +343,10 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     const uint64_t all_list_bytes = on_device ? sizes.list_bytes() : list_bytes * list_regions;
     // Small levels lie after the pages, in slots of their own.
     uint64_t small = 0;
-    for (OpenAtlas& atlas : atlases) {
-        atlas.first_small = small;
-        small += uint64_t{atlas.file->about().charts()} * small_samples(atlas.trees[1].cells_per_page());
-    }
+    const auto small_of = [](const OpenAtlas& atlas) {
+        return uint64_t{atlas.file->about().charts()} * small_samples(atlas.trees[1].cells_per_page());
+    };
+    for (const OpenAtlas& atlas : atlases) small += small_of(atlas);
     const uint64_t small_slots = (small + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
     uint64_t tables = small_slots * slot_bytes[1] + (pages[1] + base[0]) * sizeof(uint32_t) +
                       atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
@@ -368,7 +368,11 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     slots[0] = static_cast<uint32_t>(base[0] + first / slot_bytes[0]);
     slots[1] = static_cast<uint32_t>(base[1] + std::min(more[1], left - first) / slot_bytes[1]);
 
-    for (OpenAtlas& atlas : atlases) atlas.first_small += uint64_t{slots[1]} * LODE_VGI_PAGE_TEXELS;
+    uint64_t next_small = uint64_t{slots[1]} * LODE_VGI_PAGE_TEXELS;
+    for (OpenAtlas& atlas : atlases) {
+        atlas.first_small = next_small;
+        next_small += small_of(atlas);
+    }
 
     Recipe recipe;
     recipe.buffers = {{"page pool of positions", slots[0] * geometry_slot_bytes, use_storage,

@@ -26,7 +26,8 @@ TEST(QuadHeap, GivesTheLeastOfWhatIsLeft) {
         }
         ASSERT_EQ(heap.empty(), left.empty());
     }
-    EXPECT_FALSE(heap.empty());
+    for (int item : {3, 1, 2}) heap.push(item);
+    ASSERT_FALSE(heap.empty());
     heap.clear();
     EXPECT_TRUE(heap.empty());
 }

@@ -4,7 +4,7 @@
 // 3.1. morphed_vertex.cpp does the same on the CPU.
 #include "shared/lod_morph.h"
 #include "shared/mesh_outputs.glsl"
-#include "shared/pool.glsl"
+#include "shared/texels.glsl"
 
 LODE_POOL(LODE_LOD_VERTICES, vertices, uint, 1)
 LODE_POOL(LODE_LOD_PARENTS, parents, uint, 1)

@@ -15,9 +15,10 @@ layout(constant_id = LODE_FRAGMENTS_CONSTANT) const bool has_fragments = true;
     (draw_constants.first_mark == LODE_NO_MARKS ? LODE_NO_MARKS \
                                                 : draw_constants.first_mark + uint(gl_PrimitiveID))
 uint debug_view() { return shows_debug_views ? frame.debug_view : LODE_DEBUG_NONE; }
-layout(set = 0, binding = LODE_INSTANCES, std430) readonly buffer InstanceBlock { InstanceConstants instances[]; };
-layout(set = 0, binding = LODE_INSTANCE_IDS, std430) readonly buffer InstanceIdBlock { uint instance_ids[]; };
-layout(set = 0, binding = LODE_MATERIALS, std430) readonly buffer MaterialBlock { MaterialConstants materials[]; };
+// Texels: see shared/texels.glsl. What is not asked of a record is not read.
+layout(set = 0, binding = LODE_INSTANCES) uniform usamplerBuffer instance_texels;
+layout(set = 0, binding = LODE_INSTANCE_IDS) uniform usamplerBuffer instance_id_texels;
+layout(set = 0, binding = LODE_MATERIALS) uniform usamplerBuffer material_texels;
 layout(set = 0, binding = LODE_TEXTURES) uniform sampler2DArray textures;
 layout(set = 0, binding = LODE_SHADOW_DEPTH) uniform sampler2D shadow_depth;
 layout(set = 0, binding = LODE_SHADOW_TRANSMITTANCE) uniform sampler2D shadow_transmittance;
@@ -26,5 +27,19 @@ layout(set = 0, binding = LODE_SCENE_DEPTH) uniform sampler2D scene_depth;
 layout(set = 0, binding = LODE_VISIBILITY) uniform usampler2D visibility;
 // A byte a triangle, four to a word; from draw_constants.first_mark on they are the draw's own.
 layout(set = 0, binding = LODE_TRIANGLE_MARKS, std430) readonly buffer MarkBlock { uint triangle_marks[]; };
+
+// index: gl_InstanceIndex.
+uint instance_id_at(int index) { return texelFetch(instance_id_texels, index).x; }
+InstanceConstants instance_at(uint id) {
+    uvec4 texels[9];
+    for (int k = 0; k < 9; ++k) texels[k] = texelFetch(instance_texels, 9 * int(id) + k);
+    mat4 maps[2];
+    for (int k = 0; k < 8; ++k) maps[k / 4][k % 4] = uintBitsToFloat(texels[k]);
+    return InstanceConstants(maps[0], maps[1], texels[8].x, texels[8].y, uintBitsToFloat(texels[8].z), 0u);
+}
+MaterialConstants material_at(uint number) {
+    vec4 base_colour = uintBitsToFloat(texelFetch(material_texels, 2 * int(number)));
+    return MaterialConstants(base_colour, int(texelFetch(material_texels, 2 * int(number) + 1).x), 0, 0, 0);
+}
 
 #endif

@@ -50,7 +50,7 @@ vec3 lit(Surface s) {
     vec3 normal = s.normal;
     if (frame.double_sided != 0u && dot(normal, to_eye) < 0.0) normal = -normal;
 
-    MaterialConstants material = materials[s.material];
+    MaterialConstants material = material_at(s.material);
     vec3 albedo = linear_from_srgb(s.colour.rgb) * material.base_colour.rgb;
     if (material.layer >= 0) albedo *= textureGrad(textures, vec3(s.uv, float(material.layer)), s.uv_dx, s.uv_dy).rgb;
     // Bare geometry, white all over (interpolation may leave it a hair below): light stone, so that shading shows.

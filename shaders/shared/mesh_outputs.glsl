@@ -16,14 +16,14 @@ invariant gl_Position;
 
 // Object space; the normal need not be of unit length.
 void pass_on(vec3 position, vec3 normal, vec2 uv, vec4 colour, uint material) {
-    uint id = instance_ids[gl_InstanceIndex];
-    vec4 world = instances[id].object_to_world * vec4(position, 1.0);
+    InstanceConstants instance = instance_at(instance_id_at(gl_InstanceIndex));
+    vec4 world = instance.object_to_world * vec4(position, 1.0);
     gl_Position = frame.views[draw_constants.view].world_to_clip * world;
     if (!has_fragments) return;
     out_position_and_u = vec4(world.xyz, uv.x);
-    out_normal_and_v = vec4(mat3(instances[id].normal_to_world) * normal, uv.y);
+    out_normal_and_v = vec4(mat3(instance.normal_to_world) * normal, uv.y);
     out_colour = colour;
-    out_material = material + instances[id].first_material;
+    out_material = material + instance.first_material;
 }
 
 #endif

@@ -3,17 +3,21 @@
 #define LODESTONE_VGI_GLSL
 
 #include "shared/frame.glsl"
-#include "shared/pool.glsl"
-#include "shared/vgi_texels.h"
+#include "shared/texels.glsl"
+#include "shared/vgi_assets.glsl"
 
 LODE_POOL(LODE_VGI_GEOMETRY, geometry, uvec2, 2)
 LODE_POOL(LODE_VGI_ATTRIBUTES, attributes, uint, 1)
-layout(set = 1, binding = LODE_VGI_SLOTS, std430) readonly buffer VgiSlotBlock { uvec2 slots[]; };
-layout(set = 1, binding = LODE_VGI_TABLE, std430) readonly buffer VgiTableBlock { uint page_table[]; };
-layout(set = 1, binding = LODE_VGI_ASSETS, std430) readonly buffer VgiAssetBlock { VgiAsset assets[]; };
-layout(set = 1, binding = LODE_VGI_CHARTS, std430) readonly buffer VgiChartBlock { float sample_spacing[]; };
+LODE_TEXELS(LODE_VGI_SLOTS, slot, uvec2)
+LODE_TEXELS(LODE_VGI_TABLE, page, uint)
+LODE_TEXELS(LODE_VGI_CHARTS, spacing, uint)
+LODE_TEXELS(LODE_VGI_CODES, code, uint)
 layout(set = 1, binding = LODE_VGI_PATCHES, std430) readonly buffer VgiPatchBlock { uint patch_words[]; };
-layout(set = 1, binding = LODE_VGI_CODES, std430) readonly buffer VgiCodeBlock { float codes[]; };
+
+float decoded_at(uint code) { return uintBitsToFloat(code_at(code)); }
+
+// Of a sample of positions; lattice units.
+vec3 lattice(uvec2 texel) { return vec3(float(texel.x & 0xffffu), float(texel.x >> 16), float(texel.y & 0xffffu)); }
 
 // Object units that a pixel spans at a point of the world, on an instance of that scale.
 float pixel_at(vec3 world, float scale) {

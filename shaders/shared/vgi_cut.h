@@ -7,12 +7,11 @@
 // Bindings of descriptor set 1, beside those of vgi_texels.h.
 #define LODE_CUT_INSTANCES 8  // VgiCutInstance records
 #define LODE_CUT_BOUNDS 9     // VgiCutPage per page of positions
-#define LODE_CUT_SLOTS 10     // per page of positions: its slot; LODE_CUT_ABSENT where it is not there
-#define LODE_CUT_SIDES 11     // four per chart: chart | side << 30; LODE_CUT_ABSENT where the surface ends
-#define LODE_CUT_STATES 12    // per node
-#define LODE_CUT_LEAVES 13    // per chart of every instance: nodes that are drawn
-#define LODE_CUT_RECORDS 14   // VkDrawIndirectCommand
-#define LODE_CUT_FINDINGS 15  // triangles of views[0], nodes, then two words per page: 1 where it is used, and a wish
+#define LODE_CUT_SIDES 10     // four per chart: chart | side << 30; LODE_CUT_ABSENT where the surface ends
+#define LODE_CUT_STATES 11    // per node
+#define LODE_CUT_LEAVES 12    // per chart of every instance: nodes that are drawn
+#define LODE_CUT_RECORDS 13   // VkDrawIndirectCommand
+#define LODE_CUT_FINDINGS 14  // triangles of views[0], nodes, then two words per page: 1 where it is used, and a wish
 
 #define LODE_CUT_VIEWS 8  // as LODE_MOST_VIEWS
 #define LODE_CUT_ABSENT 0xffffffffu

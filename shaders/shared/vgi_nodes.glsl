@@ -4,18 +4,17 @@
 #define LODESTONE_VGI_NODES_GLSL
 
 #include "shared/draw_constants.h"
-#include "shared/pool.glsl"
+#include "shared/texels.glsl"
 #include "shared/vgi_cut.h"
-#include "shared/vgi_texels.h"
+#include "shared/vgi_assets.glsl"
 
 layout(local_size_x = LODE_CUT_GROUP) in;
 
 LODE_POOL(LODE_VGI_GEOMETRY, geometry, uvec2, 2)
-layout(set = 1, binding = LODE_VGI_ASSETS, std430) readonly buffer VgiAssetBlock { VgiAsset assets[]; };
-layout(set = 1, binding = LODE_VGI_CODES, std430) readonly buffer VgiCodeBlock { float codes[]; };
+LODE_TEXELS(LODE_VGI_CODES, code, uint)
+LODE_TEXELS(LODE_VGI_TABLE, page, uint)
 layout(set = 1, binding = LODE_CUT_INSTANCES, std430) readonly buffer CutInstanceBlock { VgiCutInstance cuts[]; };
 layout(set = 1, binding = LODE_CUT_BOUNDS, std430) readonly buffer CutPageBlock { VgiCutPage bounds[]; };
-layout(set = 1, binding = LODE_CUT_SLOTS, std430) readonly buffer CutSlotBlock { uint page_slots[]; };
 layout(set = 1, binding = LODE_CUT_SIDES, std430) readonly buffer CutSideBlock { uint sides[]; };
 layout(set = 1, binding = LODE_CUT_STATES, std430) buffer CutStateBlock { uint states[]; };
 layout(set = 1, binding = LODE_CUT_LEAVES, std430) buffer CutLeafBlock { uint leaves[]; };
@@ -32,7 +31,7 @@ uint instance = gl_WorkGroupID.y;  // that is cut
 uint levels, node_top, page_shift, base_level;
 
 void begin() {
-    VgiAsset asset = assets[cuts[instance].asset];
+    VgiAsset asset = asset_at(cuts[instance].asset);
     levels = asset.levels - 1u;
     node_top = levels > 3u ? levels - 3u : 0u;
     page_shift = uint(findMSB(asset.page_cells));
@@ -98,6 +97,11 @@ uint page_of(Node n, uint level) {
     uint page = ((1u << (2u * shift)) - 1u) / 3u + ((n.y << size) >> down << shift) + ((n.x << size) >> down);
     return cuts[instance].first_page + n.chart * cuts[instance].pages + page;
 }
+// Of that page; LODE_CUT_ABSENT where it is not there.
+uint slot_of(uint number, uint level) {
+    uint entry = page_at(number);
+    return (entry & 15u) == min(level, base_level) ? entry >> 4 : LODE_CUT_ABSENT;
+}
 
 // As Visibility::seen.
 uint seen(Node n, uint mask) {
@@ -145,9 +149,11 @@ struct Reaches {
 Reaches own_reaches() {
     return Reaches(cuts[instance].asset * 512u, cuts[instance].magnification, cuts[instance].scale);
 }
-float reach_of(Reaches r, uint code) { return lode_reach(codes[r.first + code], r.magnification, r.scale, 0.0); }
+float reach_of(Reaches r, uint code) {
+    return lode_reach(uintBitsToFloat(code_at(r.first + code)), r.magnification, r.scale, 0.0);
+}
 float radius_of(Reaches r, uint code) {
-    precise float radius = codes[r.first + 256u + code] * r.scale;
+    precise float radius = uintBitsToFloat(code_at(r.first + 256u + code)) * r.scale;
     return radius;
 }
 

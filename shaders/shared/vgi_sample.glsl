@@ -17,8 +17,6 @@ struct PulledSample {
 
 const float morph_share = 1.0 - 1.0 / 1.0905077326652577;  // 1 - 1 / error_ratio
 
-vec3 lattice(uvec2 texel) { return vec3(float(texel.x & 0xffffu), float(texel.x >> 16), float(texel.y & 0xffffu)); }
-
 // In views[0], as lode_within has it.
 float counted_distance(vec3 seen) {
     vec4 forward = frame.views[0].forward;
@@ -28,9 +26,9 @@ float counted_distance(vec3 seen) {
 
 // p: in the page, which must be of the sample's own level, or the coarsest.
 PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
-    VgiAsset asset = assets[draw_constants.words[LODE_VGI_WORD_ASSET]];
+    VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
     int row = int(asset.page_cells) + 1;
-    uvec2 header = slots[slot];
+    uvec2 header = slot_at(slot);
     uint level = header.x >> 28;
     uvec2 texel = geometry_at(slot * LODE_VGI_PAGE_TEXELS + uint(p.y * row + p.x));
     vec3 sample_point = lattice(texel);
@@ -41,8 +39,8 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
     if (magnification > 0.0 && !corner) {
         float scale = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_SCALE]);
         uint code = draw_constants.words[LODE_VGI_WORD_ASSET] * 512u;
-        float error = codes[code + ((texel.y >> 16) & 255u)] * magnification * scale;
-        float radius = codes[code + 256u + (texel.y >> 24)] * scale;
+        float error = decoded_at(code + ((texel.y >> 16) & 255u)) * magnification * scale;
+        float radius = decoded_at(code + 256u + (texel.y >> 24)) * scale;
         vec3 world = (to_world * vec4(origin + asset.step * sample_point, 1.0)).xyz;
         // Always of the eye that chose the samples, in every view.
         vec3 seen = world - frame.views[0].eye.xyz;
@@ -68,7 +66,7 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
     s.measure = 0.0;
     if (debug_view() == LODE_DEBUG_ERROR) {
         float pixel = pixel_at(s.world.xyz, uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_SCALE]));
-        float error = codes[draw_constants.words[LODE_VGI_WORD_ASSET] * 512u + ((texel.y >> 16) & 255u)];
+        float error = decoded_at(draw_constants.words[LODE_VGI_WORD_ASSET] * 512u + ((texel.y >> 16) & 255u));
         s.measure = corner ? 0.0 : error / pixel;
     }
     if (debug_view() == LODE_DEBUG_STRETCH) {
@@ -78,7 +76,7 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
         vec3 along_y = (lattice(geometry_at(at + uint(high.y * row + p.x))) - lattice(geometry_at(at + uint(low.y * row + p.x)))) / float(high.y - low.y);
         float cells = float(1u << asset.attribute_cells) / float(asset.cells);
         s.measure = asset.step * sqrt(0.5 * (dot(along_x, along_x) + dot(along_y, along_y))) / float(1u << level) /
-                       (cells * sample_spacing[asset.first_chart + s.chart]);
+                       (cells * uintBitsToFloat(spacing_at(asset.first_chart + s.chart)));
     }
     return s;
 }

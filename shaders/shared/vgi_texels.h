@@ -17,7 +17,7 @@
 // Bindings of descriptor set 1.
 #define LODE_VGI_GEOMETRY 0    // pool of positions
 #define LODE_VGI_SLOTS 1       // per slot of that pool: chart | level << 28, page x | page y << 16
-#define LODE_VGI_TABLE 2       // per page of attributes: slot << 4 | level of the page that is in it
+#define LODE_VGI_TABLE 2       // per page, of positions and then of attributes: slot << 4 | level of the page that is in it
 #define LODE_VGI_ATTRIBUTES 3  // pool of attributes, and small levels after it
 #define LODE_VGI_ASSETS 4      // VgiAsset records
 #define LODE_VGI_CHARTS 6      // float per chart: object units between samples of its attributes
@@ -49,7 +49,7 @@ namespace gpu {
 using uint = uint32_t;
 #endif
 
-// 72 bytes.
+// 80 bytes.
 struct VgiAsset {
     float origin_x, origin_y, origin_z, step;
     float uv_low_x, uv_low_y, uv_step_x, uv_step_y;
@@ -57,8 +57,10 @@ struct VgiAsset {
     uint levels;
     uint page_cells;       // of geometry pages: 32, or fewer where charts are smaller
     uint first_chart;      // of the chart table
-    uint first_page;       // of the page table
-    uint attribute_pages;  // of a chart
+    uint first_page;       // of positions, in the page table
+    uint pages;            // of a chart
+    uint first_attribute_page;
+    uint attribute_pages;
     uint attribute_cells;  // log2, per side of a chart
     uint has;              // LODE_VGI_HAS_...
     uint first_small;      // sample of the pool of attributes
@@ -66,7 +68,7 @@ struct VgiAsset {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(VgiAsset) == 72);
+static_assert(sizeof(VgiAsset) == 80);
 }  // namespace gpu
 }  // namespace lodestone
 #endif

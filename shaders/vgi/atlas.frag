@@ -3,7 +3,7 @@
 // Lights what is seen (shaders/vgi/visible.frag): normals, texture coordinates, colours and materials from the images of
 // attributes, at their own level: as fine as pixels are, or as what is there.
 #include "shared/lighting.glsl"
-#include "shared/vgi.glsl"
+#include "shared/vgi_place.glsl"
 
 layout(location = 0) out vec4 out_colour;
 
@@ -24,32 +24,26 @@ void main() {
     uvec4 visible = texelFetch(visibility, pixel, 0);
     if (visible.z == LODE_NOTHING_VISIBLE) discard;
     uint chart = visible.y & 0x0fffffffu;
-    InstanceConstants instance = instances[visible.z];
-    VgiAsset asset = assets[instance.asset];
+    InstanceConstants instance = instance_at(visible.z);
+    VgiAsset asset = asset_at(instance.asset);
     vec4 clip = vec4(gl_FragCoord.xy / vec2(textureSize(scene_depth, 0)) * 2.0 - 1.0, texelFetch(scene_depth, pixel, 0).r, 1.0);
     vec4 world = frame.views[draw_constants.view].clip_to_world * clip;
     world /= world.w;
     // Not from derivatives: beyond the next pixel there may be another chart, or another object.
-    float lod = log2(pixel_at(world.xyz, instance.scale) / sample_spacing[asset.first_chart + chart]);
+    float lod = log2(pixel_at(world.xyz, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
     uint attribute_cells = 1u << asset.attribute_cells, has = asset.has & ever;
-    vec2 at = unpackUnorm2x16(visible.x) * float(attribute_cells);
-    int fit = max(0, int(floor(lod)));
+    vec2 place = surface_place(unpackUnorm2x16(visible.x), chart, world.xyz, lod, instance, asset);
     uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
     uint base = uint(findMSB(attribute_cells) - findMSB(cells));
+    int fit = max(0, int(floor(lod)));
     uint wanted = min(uint(fit), base);
-
-    uint side = attribute_cells / cells >> wanted, before = base - wanted;
-    uvec2 page = min(uvec2(at / float(cells << wanted)), uvec2(side - 1u));
-    uint entry = page_table[asset.first_page + chart * asset.attribute_pages +
-                            ((1u << (2u * before)) - 1u) / 3u + page.y * side + page.x];
-    uint slot = entry >> 4, level = entry & 15u;
-    page >>= level - wanted;
+    FoundPage found = find_page(asset.first_attribute_page + chart * asset.attribute_pages, place, base, wanted);
     // Coarser than the coarsest page: a small level.
-    uint small = uint(clamp(fit - int(base), 0, findMSB(cells))), read_level = level + small, read_cells = cells >> small;
-    uint first = small == 0u ? slot * LODE_VGI_PAGE_TEXELS
+    uint small = uint(clamp(fit - int(base), 0, findMSB(cells))), read_cells = cells >> small;
+    uint first = small == 0u ? found.slot * LODE_VGI_PAGE_TEXELS
                              : asset.first_small + chart * asset.small_samples +
                                    LODE_VGI_SMALL_FIRST(cells, small);
-    vec2 local = clamp(at / float(1u << read_level) - vec2(page * cells), vec2(0.0), vec2(read_cells));
+    vec2 local = found.place * float(read_cells);
     ivec2 low = min(ivec2(local), ivec2(int(read_cells) - 1));
     vec2 f = local - vec2(low);
 
@@ -91,7 +85,7 @@ void main() {
                       ? uvs[nearest]
                       : weight.x * uvs[0] + weight.y * uvs[1] + weight.z * uvs[2] + weight.w * uvs[3];
         // A pixel spans so much of a cell.
-        uv_span = shortest * exp2(lod - float(read_level));
+        uv_span = shortest * exp2(lod - float(found.level + small));
         vec2 uv_step = vec2(asset.uv_step_x, asset.uv_step_y);
         s.uv = vec2(asset.uv_low_x, asset.uv_low_y) + uv_step * uv;
         uv_span *= min(uv_step.x, uv_step.y);
@@ -100,8 +94,8 @@ void main() {
     s.uv_dy = vec2(0.0, uv_span);
     s.level = float(visible.y >> 28) / max(float(asset.attribute_cells), 1.0);
     s.chart = chart + 1u;
-    s.page = slot + 1u;
-    s.missing = float(level - wanted);
+    s.page = found.slot + 1u;
+    s.missing = float(found.level - wanted);
     s.error = s.stretch = uintBitsToFloat(visible.w);
     s.triangle = s.mark = visible.w;
     out_colour = vec4(lit(s), 1.0);  // alpha marks coverage

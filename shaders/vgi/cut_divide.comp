@@ -34,7 +34,7 @@ void main() {
             if (needed_for(n, k, needed)) may = may && (states[state_of(needed)] & LODE_NODE_DIVIDED) != 0u;
         }
         uint number = page_of(n, n.level - 1u);
-        if (may && page_slots[number] == LODE_CUT_ABSENT) {
+        if (may && slot_of(number, n.level - 1u) == LODE_CUT_ABSENT) {
             // Bits of numbers that are not negative are in the numbers' order.
             atomicMax(findings[LODE_CUT_FIRST_FINDING + 2u * number + 1u], floatBitsToUint(wish(n, number)));
         } else if (may) {

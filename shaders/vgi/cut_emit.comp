@@ -41,7 +41,7 @@ void write_patch(Node n, uint mask, uint to) {
         uint slot = 0u;
         if (lowest + k <= base_level) {
             uint number = page_of(n, lowest + k);
-            slot = page_slots[number];
+            slot = slot_of(number, lowest + k);
             findings[LODE_CUT_FIRST_FINDING + 2u * number] = 1u;
         }
         patch_words[to + 2u + k] = slot;

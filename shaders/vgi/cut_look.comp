@@ -22,7 +22,7 @@ bool may_be_wanted(VgiCutPage page, uint error, uint radius) {
 bool wants_division(Node n, uint number) {
     VgiCutPage page = bounds[number];
     if (!may_be_wanted(page, page.codes & 255u, (page.codes >> 8) & 255u)) return false;
-    uint slot = page_slots[number];
+    uint slot = slot_of(number, n.level - 1u);
     if (slot == LODE_CUT_ABSENT) return true;
     uint level = n.level - 1u, page_level = min(level, base_level), stride = 1u << (level - page_level);
     uint down = page_level + page_shift, size = size_shift(n.level);
@@ -66,7 +66,7 @@ void main() {
         bool forced = cuts[instance].forced_level >= 0;
         if (mask != 0u && (forced || may_be_wanted(bounds[number], below & 255u, below >> 8))) {
             if (forced || wants_division(n, number)) state |= LODE_NODE_WANTED;
-            if (page_slots[number] != LODE_CUT_ABSENT) state |= LODE_NODE_OPEN;
+            if (slot_of(number, level - 1u) != LODE_CUT_ABSENT) state |= LODE_NODE_OPEN;
         }
         state |= mask << LODE_NODE_LOOKED_SHIFT;
     }

@@ -20,11 +20,11 @@ void main() {
     if (at.x == 0u) to.y = at.y >> coarser[3] << coarser[3];
     if (at.x == n) to.y = at.y >> coarser[1] << coarser[1];
     at = low + (to << level);
-    VgiAsset asset = assets[draw_constants.words[LODE_VGI_WORD_ASSET]];
+    VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
     // From the page of the sample's own level, as everybody reads it: it moves alike for all.
     uint shift = uint(findMSB(asset.page_cells)), base = uint(findMSB(asset.cells)) - shift;
     uint lowest = min(level, base), own = uint(findLSB(at.x | at.y | asset.cells));
     uint page_level = clamp(own, lowest, base), down = page_level + shift;
     ivec2 p = ivec2((at >> page_level) - (low >> down << shift));
-    pass_on(pull_sample(patch_words[first + 2u + page_level - lowest], p, instances[id].object_to_world), id);
+    pass_on(pull_sample(patch_words[first + 2u + page_level - lowest], p, instance_at(id).object_to_world), id);
 }

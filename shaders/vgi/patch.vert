@@ -9,5 +9,5 @@ layout(location = 1) out uint out_instance;
 
 void main() {
     out_first = draw_constants.words[LODE_VGI_WORD_PATCH] + uint(gl_VertexIndex) * LODE_VGI_PATCH_WORDS;
-    out_instance = instance_ids[gl_InstanceIndex];
+    out_instance = instance_id_at(gl_InstanceIndex);
 }

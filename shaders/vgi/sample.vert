@@ -4,10 +4,10 @@
 #include "shared/vgi_vertex.glsl"
 
 void main() {
-    uint id = instance_ids[gl_InstanceIndex];
+    uint id = instance_id_at(gl_InstanceIndex);
     uint place = uint(gl_VertexIndex) % LODE_VGI_PAGE_TEXELS;
-    uint row = assets[draw_constants.words[LODE_VGI_WORD_ASSET]].page_cells + 1u;
+    uint row = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]).page_cells + 1u;
     pass_on(pull_sample(uint(gl_VertexIndex) / LODE_VGI_PAGE_TEXELS, ivec2(int(place % row), int(place / row)),
-                        instances[id].object_to_world),
+                        instance_at(id).object_to_world),
             id);
 }

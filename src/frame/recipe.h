@@ -12,7 +12,7 @@ namespace lodestone {
 enum BufferUse : uint32_t {
     use_vertex = 1,    // vertex attributes
     use_index = 2,     // 32-bit indices
-    use_storage = 4,   // read or written by shaders
+    use_storage = 4,   // read or written by shaders, as blocks or texels
     use_indirect = 8,  // arguments of indirect draws and dispatches
 };
 
@@ -22,7 +22,7 @@ struct BufferSpec {
     uint32_t use = 0;    // BufferUse bits
     // Storage buffers only: size of one element (a page of a pool). Where the buffer is larger than a device can bind
     // at once, the renderer splits it between elements into segments, and shaders choose the segment by element number
-    // (shaders/shared/pool.glsl). At most StorageBinding::segments segments are bound.
+    // (shaders/shared/texels.glsl). At most StorageBinding::segments segments are bound.
     uint32_t stride = 4;
     bool operator==(const BufferSpec&) const = default;
 };
@@ -46,7 +46,18 @@ struct StorageBinding {
     uint32_t binding = 0;  // in descriptor set 1
     uint32_t buffer = 0;   // into Recipe::buffers
     Access access = Access::read;
-    uint32_t segments = max_pool_segments;  // bound at most; 1 for what a shader declares as one plain buffer
+    // 1, 2 or 4: shaders read it as texels of so many 32-bit words (shaders/shared/texels.glsl); 0: it is one plain
+    // block.
+    uint32_t texel_words = 0;
+    uint32_t segments = 1;  // bound at most; more than one of texels alone
+
+    // What LODE_TEXELS and LODE_POOL declare.
+    static StorageBinding texels(uint32_t binding, uint32_t buffer, uint32_t words) {
+        return {binding, buffer, Access::read, words, 1};
+    }
+    static StorageBinding pool(uint32_t binding, uint32_t buffer, uint32_t words) {
+        return {binding, buffer, Access::read, words, max_pool_segments};
+    }
     bool operator==(const StorageBinding&) const = default;
 };
 

@@ -306,7 +306,8 @@ Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const 
         morphing.name = "morphing mesh";
         morphing.vertex = "lod/morph.vert";
         morphing.layout = {};
-        morphing.storage = {{LODE_LOD_VERTICES, vertex_buffer}, {LODE_LOD_PARENTS, parent_buffer}};
+        morphing.storage = {StorageBinding::pool(LODE_LOD_VERTICES, vertex_buffer, 1),
+                            StorageBinding::pool(LODE_LOD_PARENTS, parent_buffer, 1)};
     }
     return std::make_unique<LodSource>(std::move(assets), std::move(recipe), options);
 }

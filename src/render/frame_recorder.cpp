@@ -93,11 +93,12 @@ void FrameRecorder::upload_frame_data() {
                     });
     };
     put(c_.slot.constants, &constants, sizeof constants);
-    put(c_.slot.instances, instances.data(), instances.size() * sizeof instances[0]);
-    put(c_.slot.instance_ids, plan_.instance_ids.data(), plan_.instance_ids.size() * sizeof plan_.instance_ids[0]);
+    put(c_.slot.instances.buffer, instances.data(), instances.size() * sizeof instances[0]);
+    put(c_.slot.instance_ids.buffer, plan_.instance_ids.data(),
+        plan_.instance_ids.size() * sizeof plan_.instance_ids[0]);
     if (look_.marks != nullptr) put(c_.slot.marks, look_.marks->of_triangles.data(), look_.marks->of_triangles.size());
     memory_barrier(commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, shader_stages,
-                   VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
+                   VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_READ_BIT);
 }
 
 void FrameRecorder::upload(const Upload& command) {
@@ -173,16 +174,18 @@ void FrameRecorder::use_storage(const PipelineSpec& spec, VkPipelineStageFlags2 
     // A buffer bound twice is used once, with all its accesses.
     for (size_t i = 0; i < spec.storage.size(); ++i) {
         const uint32_t buffer = spec.storage[i].buffer;
-        bool reads = false, writes = false, seen = false;
+        bool writes = false, seen = false;
+        VkAccessFlags2 access = 0;
         for (size_t k = 0; k < spec.storage.size(); ++k) {
             if (spec.storage[k].buffer != buffer) continue;
             seen = seen || k < i;
-            reads = reads || spec.storage[k].access != Access::write;
-            writes = writes || spec.storage[k].access != Access::read;
+            const StorageBinding& binding = spec.storage[k];
+            writes = writes || binding.access != Access::read;
+            if (binding.access != Access::write)
+                access |=
+                    binding.texel_words > 0 ? VK_ACCESS_2_SHADER_SAMPLED_READ_BIT : VK_ACCESS_2_SHADER_STORAGE_READ_BIT;
         }
         if (seen) continue;
-        VkAccessFlags2 access = 0;
-        if (reads) access |= VK_ACCESS_2_SHADER_STORAGE_READ_BIT;
         if (writes) access |= VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT;
         c_.hazards.use(buffer, {stages, access, writes});
     }

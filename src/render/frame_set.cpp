@@ -30,9 +30,9 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
     constexpr VkShaderStageFlags all = VK_SHADER_STAGE_ALL_GRAPHICS | VK_SHADER_STAGE_COMPUTE_BIT;
     const VkDescriptorSetLayoutBinding bindings[] = {
         {LODE_FRAME_CONSTANTS, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, all, nullptr},
-        {LODE_INSTANCES, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
-        {LODE_INSTANCE_IDS, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
-        {LODE_MATERIALS, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
+        {LODE_INSTANCES, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, all, nullptr},
+        {LODE_INSTANCE_IDS, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, all, nullptr},
+        {LODE_MATERIALS, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, all, nullptr},
         {LODE_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_SHADOW_DEPTH, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_SHADOW_TRANSMITTANCE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
@@ -49,7 +49,8 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
     layout_ = OwnedSetLayout(device.handle(), layout);
 
     const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, slots},
-                                          {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 4 * slots},
+                                          {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, slots},
+                                          {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 3 * slots},
                                           {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 5 * slots}};
     VkDescriptorPoolCreateInfo pool_info{};
     pool_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
@@ -78,10 +79,10 @@ VkDescriptorSet FrameSets::allocate() const {
 void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, const Targets& targets) const {
     const std::pair<uint32_t, VkDescriptorBufferInfo> buffers[] = {
         {LODE_FRAME_CONSTANTS, {slot.constants.get(), 0, VK_WHOLE_SIZE}},
-        {LODE_INSTANCES, {slot.instances.get(), 0, VK_WHOLE_SIZE}},
-        {LODE_INSTANCE_IDS, {slot.instance_ids.get(), 0, VK_WHOLE_SIZE}},
-        {LODE_MATERIALS, {materials.table.get(), 0, VK_WHOLE_SIZE}},
         {LODE_TRIANGLE_MARKS, {slot.marks.get(), 0, VK_WHOLE_SIZE}}};
+    const std::pair<uint32_t, VkBufferView> texels[] = {{LODE_INSTANCES, slot.instances.view.get()},
+                                                        {LODE_INSTANCE_IDS, slot.instance_ids.view.get()},
+                                                        {LODE_MATERIALS, materials.table.view.get()}};
     const std::pair<uint32_t, VkDescriptorImageInfo> images[] = {
         {LODE_TEXTURES, {texture_sampler_.get(), materials.textures.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
         {LODE_SHADOW_DEPTH,
@@ -105,6 +106,8 @@ void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, co
         write(binding, constants ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER).pBufferInfo =
             &buffer;
     }
+    for (const auto& [binding, view] : texels)
+        write(binding, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER).pTexelBufferView = &view;
     for (const auto& [binding, image] : images)
         write(binding, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER).pImageInfo = &image;
     vkUpdateDescriptorSets(device_.handle(), static_cast<uint32_t>(writes.size()), writes.data(), 0, nullptr);

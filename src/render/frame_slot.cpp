@@ -23,6 +23,12 @@ bool ensure_buffer(BlockAllocator& allocator, Buffer& buffer, VkDeviceSize bytes
     return true;
 }
 
+void ensure_texels(BlockAllocator& allocator, TexelBuffer& texels, VkDeviceSize bytes, uint32_t words,
+                   const char* name) {
+    if (ensure_buffer(allocator, texels.buffer, bytes, VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, name))
+        texels.view = make_texel_view(allocator.device(), texels.buffer.get(), words);
+}
+
 FrameCounters read_counters(const Device& device, const FrameSlot& slot) {
     FrameCounters counters;
     counters.frame = slot.frame;

@@ -37,7 +37,8 @@ struct FrameSlot {
     uint32_t place = 0;  // whose recipe it draws
     std::chrono::steady_clock::time_point submitted_at;
     Staging staging;
-    Buffer constants, instances, instance_ids, marks;  // device-local
+    Buffer constants, marks;              // device-local
+    TexelBuffer instances, instance_ids;  // the same
     VkDescriptorSet frame_set = VK_NULL_HANDLE;
     OwnedQueryPool statistics, timestamps;
     struct PendingReadback {
@@ -49,6 +50,9 @@ struct FrameSlot {
 
 // Makes sure the buffer holds at least `bytes`; true if it was made anew.
 bool ensure_buffer(BlockAllocator& allocator, Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage,
+                   const char* name);
+// The same of texels of so many words.
+void ensure_texels(BlockAllocator& allocator, TexelBuffer& texels, VkDeviceSize bytes, uint32_t words,
                    const char* name);
 
 // Counters of a finished slot.

@@ -89,8 +89,10 @@ MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool
     }
 
     const VkDeviceSize table_bytes = table.size() * sizeof table[0], texel_bytes = all.size() * sizeof all[0];
-    made.table = Buffer(allocator, table_bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-                        MemoryKind::device_local, "materials");
+    made.table.buffer =
+        Buffer(allocator, table_bytes, VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+               MemoryKind::device_local, "materials");
+    made.table.view = make_texel_view(allocator.device(), made.table.buffer.get(), 4);
     made.textures = TargetImage(allocator,
                                 {VK_FORMAT_R8G8B8A8_SRGB, size, size, layers, mips,
                                  VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT, true},
@@ -103,9 +105,9 @@ MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool
     std::memcpy(staged_texels.mapped(), all.data(), texel_bytes);
     pool.run([&](VkCommandBuffer commands) {
         const VkBufferCopy copy{0, 0, table_bytes};
-        vkCmdCopyBuffer(commands, staged_table.get(), made.table.get(), 1, &copy);
+        vkCmdCopyBuffer(commands, staged_table.get(), made.table.buffer.get(), 1, &copy);
         memory_barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
-                       VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
+                       VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
         change_use(commands, made.textures, {}, as_copy_destination);
         vkCmdCopyBufferToImage(commands, staged_texels.get(), made.textures.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
                                static_cast<uint32_t>(regions.size()), regions.data());

@@ -8,7 +8,7 @@
 namespace lodestone {
 
 struct MaterialImages {
-    Buffer table;          // gpu::MaterialConstants
+    TexelBuffer table;     // gpu::MaterialConstants, in texels of four words
     TargetImage textures;  // sRGB array, one white texel where the scene has none; left as_sampled
 };
 

@@ -143,6 +143,18 @@ Buffer::~Buffer() {
     allocator_->free(piece_);
 }
 
+OwnedBufferView make_texel_view(const Device& device, VkBuffer buffer, uint32_t words) {
+    LODE_CHECK(words == 1 || words == 2 || words == 4, words);
+    VkBufferViewCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
+    info.buffer = buffer;
+    info.format = words == 1 ? VK_FORMAT_R32_UINT : words == 2 ? VK_FORMAT_R32G32_UINT : VK_FORMAT_R32G32B32A32_UINT;
+    info.range = VK_WHOLE_SIZE;
+    VkBufferView view = VK_NULL_HANDLE;
+    LODE_VK(vkCreateBufferView(device.handle(), &info, nullptr, &view));
+    return {device.handle(), view};
+}
+
 TargetImage::TargetImage(BlockAllocator& allocator, const ImageSpec& spec, const std::string& name)
     : allocator_(&allocator), spec_(spec) {
     const Device& device = allocator.device();

@@ -68,6 +68,13 @@ private:
     BlockAllocator::Piece piece_;
 };
 
+// A buffer that shaders read as texels of `words` 32-bit words, 1, 2 or 4 (shaders/shared/texels.glsl).
+OwnedBufferView make_texel_view(const Device& device, VkBuffer buffer, uint32_t words);
+struct TexelBuffer {
+    Buffer buffer;
+    OwnedBufferView view;
+};
+
 struct ImageSpec {
     VkFormat format = VK_FORMAT_UNDEFINED;
     uint32_t width = 1, height = 1, layers = 1, mips = 1;

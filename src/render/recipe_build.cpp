@@ -36,7 +36,7 @@ SplitBuffer make_buffer(BlockAllocator& allocator, const BufferSpec& spec, uint6
     VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
     if (spec.use & use_vertex) usage |= VK_BUFFER_USAGE_VERTEX_BUFFER_BIT;
     if (spec.use & use_index) usage |= VK_BUFFER_USAGE_INDEX_BUFFER_BIT;
-    if (spec.use & use_storage) usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+    if (spec.use & use_storage) usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
     if (spec.use & use_indirect) usage |= VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
     SplitBuffer buffer;
     buffer.segment_bytes = spec.bytes;
@@ -61,6 +61,24 @@ SplitBuffer make_buffer(BlockAllocator& allocator, const BufferSpec& spec, uint6
     return buffer;
 }
 
+VkDescriptorType descriptor_of(const StorageBinding& s) {
+    return s.texel_words > 0 ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+}
+// Bytes that a buffer may have and still be bound at once by all pipelines.
+uint64_t segment_limit_of(const Device& device, const Recipe& recipe, uint32_t buffer) {
+    const VkPhysicalDeviceLimits& limits = device.limits();
+    uint64_t bytes = ~uint64_t{0};
+    for (const PipelineSpec& spec : recipe.pipelines) {
+        for (const StorageBinding& s : spec.storage) {
+            if (s.buffer != buffer) continue;
+            const uint64_t texel_bytes = s.texel_words * sizeof(uint32_t);
+            bytes = std::min(
+                bytes, s.texel_words == 0 ? limits.maxStorageBufferRange : limits.maxTexelBufferElements * texel_bytes);
+        }
+    }
+    return bytes;
+}
+
 VkFormat format_of(VertexFormat format) {
     switch (format) {
         case VertexFormat::f32x2:
@@ -77,7 +95,8 @@ VkFormat format_of(VertexFormat format) {
     return VK_FORMAT_UNDEFINED;
 }
 
-// The pipeline's own constants, and those that tell shaders how a split buffer is laid out (shaders/shared/pool.glsl).
+// The pipeline's own constants, and those that tell shaders how a split buffer is laid out
+// (shaders/shared/texels.glsl).
 class ShaderConstants {
 public:
     ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers, bool fragments,
@@ -255,6 +274,7 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
                             VkDescriptorSetLayout frame_layout, bool has_visibility) {
     for (const StorageBinding& s : spec.storage) {
         LODE_CHECK(s.buffer < buffers.size() && s.segments >= 1 && s.segments <= max_pool_segments, s.buffer);
+        LODE_CHECK(s.texel_words == 0 ? s.segments == 1 : s.access == Access::read, s.buffer);
         if (buffers[s.buffer].segments.size() > s.segments)
             throw VulkanFailure("a buffer of pipeline '" + spec.name + "' is too large to be bound at once");
     }
@@ -267,7 +287,7 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
 
     std::vector<VkDescriptorSetLayoutBinding> bindings;
     for (const StorageBinding& s : spec.storage)
-        bindings.push_back({s.binding, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, s.segments, built.stages, nullptr});
+        bindings.push_back({s.binding, descriptor_of(s), s.segments, built.stages, nullptr});
     VkDescriptorSetLayoutCreateInfo set_info{};
     set_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
     set_info.bindingCount = static_cast<uint32_t>(bindings.size());
@@ -303,18 +323,17 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
 }
 
 void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& built) {
-    uint32_t sets = 0, descriptors = 0;
+    if (recipe.pipelines.empty()) return;
+    VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1},
+                                    {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1}};
     for (const PipelineSpec& spec : recipe.pipelines) {
-        ++sets;
-        for (const StorageBinding& s : spec.storage) descriptors += s.segments;
+        for (const StorageBinding& s : spec.storage) sizes[s.texel_words > 0 ? 1 : 0].descriptorCount += s.segments;
     }
-    if (sets == 0) return;
-    const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, std::max(descriptors, 1u)};
     VkDescriptorPoolCreateInfo pool_info{};
     pool_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
-    pool_info.maxSets = sets;
-    pool_info.poolSizeCount = 1;
-    pool_info.pPoolSizes = &size;
+    pool_info.maxSets = static_cast<uint32_t>(recipe.pipelines.size());
+    pool_info.poolSizeCount = 2;
+    pool_info.pPoolSizes = sizes;
     VkDescriptorPool pool = VK_NULL_HANDLE;
     LODE_VK(vkCreateDescriptorPool(device.handle(), &pool_info, nullptr, &pool));
     built.pool = OwnedDescriptorPool(device.handle(), pool);
@@ -330,15 +349,22 @@ void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& 
             const auto& segments = built.buffers[storage.buffer].segments;
             // Segments past the last are bound to the first, so that every descriptor is valid.
             std::vector<VkDescriptorBufferInfo> infos;
-            for (uint32_t s = 0; s < storage.segments; ++s)
+            std::vector<VkBufferView> views;
+            for (uint32_t s = 0; s < storage.segments; ++s) {
                 infos.push_back({segments[s < segments.size() ? s : 0].get(), 0, VK_WHOLE_SIZE});
+                if (storage.texel_words == 0) continue;
+                if (s < segments.size())
+                    built.texels.push_back(make_texel_view(device, infos[s].buffer, storage.texel_words));
+                views.push_back(s < segments.size() ? built.texels.back().get() : views[0]);
+            }
             VkWriteDescriptorSet write{};
             write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
             write.dstSet = built.pipelines[p].storage_set;
             write.dstBinding = storage.binding;
             write.descriptorCount = storage.segments;
-            write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+            write.descriptorType = descriptor_of(storage);
             write.pBufferInfo = infos.data();
+            write.pTexelBufferView = views.data();
             vkUpdateDescriptorSets(device.handle(), 1, &write, 0, nullptr);
         }
     }
@@ -361,7 +387,10 @@ OwnedShader make_shader(const Device& device, const std::string& name) {
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
                          uint64_t segment_limit) {
     BuiltRecipe built;
-    for (const BufferSpec& spec : recipe.buffers) built.buffers.push_back(make_buffer(allocator, spec, segment_limit));
+    for (uint32_t b = 0; b < recipe.buffers.size(); ++b) {
+        built.buffers.push_back(make_buffer(allocator, recipe.buffers[b],
+                                            std::min(segment_limit, segment_limit_of(allocator.device(), recipe, b))));
+    }
     for (const PipelineSpec& spec : recipe.pipelines)
         built.pipelines.push_back(
             make_pipeline(allocator.device(), spec, built.buffers, frame_layout, recipe.has_visibility()));

@@ -44,6 +44,7 @@ Variant variant_of(const PipelineSpec& spec, Stage stage, bool debug, bool wire)
 
 struct BuiltRecipe {
     std::vector<SplitBuffer> buffers;
+    std::vector<OwnedBufferView> texels;  // of all bindings of texels
     std::vector<BuiltPipeline> pipelines;
     OwnedDescriptorPool pool;
 };
@@ -51,7 +52,8 @@ struct BuiltRecipe {
 // A shader of the library; throws VulkanFailure, naming it, where there is none.
 OwnedShader make_shader(const Device& device, const std::string& name);
 
-// frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split.
+// frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split, or fewer
+// where the device says so.
 // Throws VulkanFailure; a shader that is not in the library is named.
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
                          uint64_t segment_limit);

@@ -38,8 +38,7 @@ public:
             Loaded& loaded = loaded_[place];
             loaded.newest.reset();  // whoever brings a recipe may count its frames from 0
             loaded.built = {};
-            const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit
-                                                                    : device_.limits().maxStorageBufferRange;
+            const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit : ~uint64_t{0};
             loaded.recipe = recipe;
             remake_visibility();
             loaded.built = build_recipe(allocator_, recipe, sets_.layout(), limit);
@@ -68,12 +67,10 @@ public:
             slot.place = place;
             slot.submitted_at = entered;
             slot.staging.reset();
-            ensure_buffer(allocator_, slot.instances,
-                          std::max<size_t>(input.instances.size(), 1) * sizeof(gpu::InstanceConstants),
-                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, "instances");
-            ensure_buffer(allocator_, slot.instance_ids,
-                          std::max<size_t>(plan.instance_ids.size(), 1) * sizeof(uint32_t),
-                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, "instance ids");
+            ensure_texels(allocator_, slot.instances,
+                          std::max<size_t>(input.instances.size(), 1) * sizeof(gpu::InstanceConstants), 4, "instances");
+            ensure_texels(allocator_, slot.instance_ids,
+                          std::max<size_t>(plan.instance_ids.size(), 1) * sizeof(uint32_t), 1, "instance ids");
             const size_t marks = look.marks != nullptr ? look.marks->of_triangles.size() : 0;
             ensure_buffer(allocator_, slot.marks, (marks + 4) / 4 * 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
                           "triangle marks");

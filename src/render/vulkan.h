@@ -61,6 +61,7 @@ private:
 };
 
 using OwnedSampler = Owned<VkSampler, vkDestroySampler>;
+using OwnedBufferView = Owned<VkBufferView, vkDestroyBufferView>;
 using OwnedImageView = Owned<VkImageView, vkDestroyImageView>;
 using OwnedShader = Owned<VkShaderModule, vkDestroyShaderModule>;
 using OwnedPipeline = Owned<VkPipeline, vkDestroyPipeline>;

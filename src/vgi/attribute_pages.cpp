@@ -41,24 +41,20 @@ AttributePage packed_attributes(const Page& page, const PageTree& tree, const Pr
 AttributePages::AttributePages(const Atlas& about)
     : tree_(tree_of(about, Layer::attributes)), attributes_(about.attributes) {
     pages_.resize(size_t{about.charts()} * tree_.pages());
-    table_.assign(pages_.size(), 0);
-    changed_.assign(about.charts(), true);
 }
 
-void AttributePages::put(uint32_t number, std::shared_ptr<const AttributePage> texels, uint32_t slot) {
+void AttributePages::put(uint32_t number, std::shared_ptr<const AttributePage> texels) {
     LODE_CHECK(texels != nullptr && !holds(number), number);
-    pages_[number] = {std::move(texels), slot};
-    changed_[number / tree_.pages()] = true;
+    pages_[number] = std::move(texels);
 }
 
 void AttributePages::drop(uint32_t number) {
     LODE_CHECK(holds(number), number);
-    pages_[number] = {};
-    changed_[number / tree_.pages()] = true;
+    pages_[number] = nullptr;
 }
 
 Page AttributePages::unpacked(uint32_t number) const {
-    const AttributePage& packed = *pages_[number].texels;
+    const AttributePage& packed = *pages_[number];
     const size_t count = size_t{tree_.samples_per_side()} * tree_.samples_per_side(), words = packed.size() / count;
     Page page;
     page.values.resize(count * channels_of(attributes_, Layer::attributes).size());
@@ -80,19 +76,6 @@ Page AttributePages::unpacked(uint32_t number) const {
         if (attributes_.materials) put(first >> 16);
     }
     return page;
-}
-
-void AttributePages::update_table(uint32_t chart) {
-    const uint32_t first = chart * tree_.pages();
-    // Parents come before their children.
-    for (uint32_t page = 0; page < tree_.pages(); ++page) {
-        uint32_t level = 0, x = 0, y = 0;
-        tree_.place(page, &level, &x, &y);
-        const Entry& entry = pages_[first + page];
-        table_[first + page] = entry.texels != nullptr ? entry.slot << 4 | level
-                               : page > 0              ? table_[first + tree_.parent(page)]
-                                                       : 0;
-    }
 }
 
 float spacing_of(const Atlas& about, const GeometryPage& coarsest) {

@@ -1,5 +1,4 @@
-// Pages of attributes that are there, as shaders read them, and the table through which shaders find for every page the
-// finest one there that covers it.
+// Pages of attributes that are there, as shaders read them, and which of them a view needs.
 #pragma once
 
 #include <cstdint>
@@ -28,29 +27,10 @@ public:
     explicit AttributePages(const Atlas& about);
 
     uint32_t pages() const { return static_cast<uint32_t>(pages_.size()); }  // of all charts
-    bool holds(uint32_t number) const { return pages_[number].texels != nullptr; }
-    void put(uint32_t number, std::shared_ptr<const AttributePage> texels, uint32_t slot);
+    bool holds(uint32_t number) const { return pages_[number] != nullptr; }
+    void put(uint32_t number, std::shared_ptr<const AttributePage> texels);
     void drop(uint32_t number);
     Page unpacked(uint32_t number) const;  // that is there
-
-    // Calls visit(first chart, entries) for runs of charts whose rows of the table have changed since the last call.
-    template <class Visit>
-    void for_changed(Visit&& visit) {
-        const uint32_t per_chart = tree_.pages();
-        for (uint32_t chart = 0; chart < changed_.size();) {
-            if (!changed_[chart]) {
-                ++chart;
-                continue;
-            }
-            const uint32_t first = chart;
-            for (; chart < changed_.size() && changed_[chart]; ++chart) {
-                update_table(chart);
-                changed_[chart] = false;
-            }
-            visit(first, std::span<const uint32_t>(table_).subspan(size_t{first} * per_chart,
-                                                                   size_t{chart - first} * per_chart));
-        }
-    }
 
     // What views[0] needs for samples to be a pixel apart: marks pages that are there as touched; wanted of those that
     // are not: pixels between samples of what is there instead.
@@ -59,17 +39,9 @@ public:
               std::vector<uint8_t>& touched) const;
 
 private:
-    struct Entry {
-        std::shared_ptr<const AttributePage> texels;
-        uint32_t slot = ~0u;
-    };
-    void update_table(uint32_t chart);
-
     PageTree tree_;
     PresentAttributes attributes_;
-    std::vector<Entry> pages_;
-    std::vector<uint32_t> table_;  // per page: slot << 4 | level of the page in it
-    std::vector<bool> changed_;    // per chart
+    std::vector<std::shared_ptr<const AttributePage>> pages_;  // null: not there
 };
 
 }  // namespace lodestone::vgi

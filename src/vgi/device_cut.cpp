@@ -67,7 +67,6 @@ void DeviceCut::add_to(Recipe& recipe, std::span<const OpenAtlas> atlases, const
         recipe.buffers.end(),
         {{"instances to cut", instances * sizeof(gpu::VgiCutInstance), use_storage, sizeof(gpu::VgiCutInstance)},
          {"bounds of pages", pages * sizeof(gpu::VgiCutPage), use_storage, sizeof(gpu::VgiCutPage)},
-         {"slots of pages", pages * word, use_storage, 4},
          {"glued sides", charts * 4 * word, use_storage, 4},
          {"states of nodes", sizes.states * word, use_storage, 4},
          {"nodes drawn of charts", sizes.leaves * word, use_storage, 4},
@@ -75,18 +74,18 @@ void DeviceCut::add_to(Recipe& recipe, std::span<const OpenAtlas> atlases, const
          {"findings about pages", (LODE_CUT_FIRST_FINDING + 2 * pages) * word, use_storage, 4}});
     PipelineSpec pass;
     pass.kind = PipelineKind::compute;
-    pass.storage = {{LODE_VGI_GEOMETRY, geometry_pool, Access::read},
-                    {LODE_VGI_ASSETS, asset_table, Access::read, 1},
-                    {LODE_VGI_CODES, code_table, Access::read, 1},
-                    {LODE_CUT_INSTANCES, cut_instances, Access::read, 1},
-                    {LODE_CUT_BOUNDS, cut_bounds, Access::read, 1},
-                    {LODE_CUT_SLOTS, cut_slots, Access::read, 1},
-                    {LODE_CUT_SIDES, cut_sides, Access::read, 1},
-                    {LODE_CUT_STATES, cut_states, Access::read_write, 1},
-                    {LODE_CUT_LEAVES, cut_leaves, Access::read_write, 1},
-                    {LODE_CUT_RECORDS, cut_records, Access::write, 1},
-                    {LODE_CUT_FINDINGS, cut_findings, Access::read_write, 1},
-                    {LODE_VGI_PATCHES, draw_lists, Access::write, 1}};
+    pass.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
+                    StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
+                    StorageBinding::texels(LODE_VGI_CODES, code_table, 1),
+                    {LODE_CUT_INSTANCES, cut_instances, Access::read},
+                    {LODE_CUT_BOUNDS, cut_bounds, Access::read},
+                    StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
+                    {LODE_CUT_SIDES, cut_sides, Access::read},
+                    {LODE_CUT_STATES, cut_states, Access::read_write},
+                    {LODE_CUT_LEAVES, cut_leaves, Access::read_write},
+                    {LODE_CUT_RECORDS, cut_records, Access::write},
+                    {LODE_CUT_FINDINGS, cut_findings, Access::read_write},
+                    {LODE_VGI_PATCHES, draw_lists, Access::write}};
     for (const char* name : {"look", "close", "divide", "count", "emit"}) {
         pass.name = std::string("cut: ") + name;
         pass.compute = std::string("vgi/cut_") + name + ".comp";
@@ -108,15 +107,6 @@ void DeviceCut::upload_tables(Plan& plan) const {
     add_upload(plan, cut_sides, 0, Blob::copy_of(sides.data(), sides.size()));
     const std::vector<uint32_t> nothing(LODE_CUT_FIRST_FINDING + 2 * pages.size(), 0);
     add_upload(plan, cut_findings, 0, Blob::copy_of(nothing.data(), nothing.size()));
-}
-
-void DeviceCut::upload_slots(Plan& plan) const {
-    std::vector<uint32_t> slots;
-    for (const OpenAtlas& atlas : atlases_) {
-        for (uint32_t page = 0; page < atlas.residency->pages(); ++page)
-            slots.push_back(atlas.residency->entry(page).slot);
-    }
-    add_upload(plan, cut_slots, 0, Blob::copy_of(slots.data(), slots.size()));
 }
 
 std::vector<DeviceCut::Place> DeviceCut::cut(const FrameInput& input, double pixel_error, Plan& plan) const {

@@ -37,9 +37,7 @@ public:
     static void add_to(Recipe& recipe, std::span<const OpenAtlas> atlases, const DeviceCutSizes& sizes,
                        uint32_t instances);
 
-    // Once, and whenever pages came or went.
-    void upload_tables(Plan& plan) const;
-    void upload_slots(Plan& plan) const;
+    void upload_tables(Plan& plan) const;  // once
 
     // Where an instance's draws are.
     struct Place {

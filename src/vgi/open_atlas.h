@@ -7,6 +7,7 @@
 
 #include "vgi/atlas_chunks.h"
 #include "vgi/attribute_pages.h"
+#include "vgi/page_table.h"
 #include "vgi/residency.h"
 
 namespace lodestone::vgi {
@@ -19,6 +20,7 @@ struct OpenAtlas {
     std::unique_ptr<Residency> residency;
     std::unique_ptr<AttributePages> attributes;
     std::array<PageTree, 2> trees;                      // by layer
+    std::vector<PageTable> tables;                      // by layer
     std::array<std::vector<Channel>, 2> channels;       // by layer
     std::array<uint32_t, 2> first{};                    // number of its first page among all atlases', by layer
     std::vector<float> spacing;                         // per chart, of attributes (spacing_of)

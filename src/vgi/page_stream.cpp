@@ -185,7 +185,7 @@ void PageStream::place(const FrameInput& input, bool all, Plan& plan) {
         upload_page(page, placed->slot, plan);
     }
     ready_.erase(ready_.begin(), ready_.begin() + static_cast<ptrdiff_t>(done));
-    for (const OpenAtlas& atlas : atlases_) upload_page_table(atlas, plan);
+    upload_page_tables(plan);
 }
 
 void PageStream::evict(Layer layer, uint32_t key) {
@@ -193,9 +193,9 @@ void PageStream::evict(Layer layer, uint32_t key) {
     uint32_t a = 0;
     while (a + 1 < atlases_.size() && atlases_[a + 1].first[l] <= key) ++a;
     const uint32_t number = key - atlases_[a].first[l];
+    atlases_[a].tables[l].drop(number);
     if (layer == Layer::geometry) {
         atlases_[a].residency->drop(number);
-        slots_changed_ = true;
     } else {
         atlases_[a].attributes->drop(number);
     }
@@ -206,9 +206,9 @@ void PageStream::evict(Layer layer, uint32_t key) {
 void PageStream::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
     OpenAtlas& atlas = atlases_[page.atlas];
     changed_ = true;
+    atlas.tables[index_of(page.layer)].put(page.number, slot);
     if (page.layer == Layer::geometry) {
         atlas.residency->put(page.number, page.geometry, slot);
-        slots_changed_ = true;
         const auto bytes = std::as_bytes(std::span(*page.geometry));
         add_upload(plan, geometry_pool, slot * geometry_slot_bytes, Blob(page.geometry, bytes.data(), bytes.size()));
         const PageTree& tree = atlas.trees[0];
@@ -218,19 +218,25 @@ void PageStream::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
         add_upload(plan, slot_table, uint64_t{slot} * sizeof header, Blob::copy_of(header, 2));
         return;
     }
-    atlas.attributes->put(page.number, page.attributes, slot);
+    atlas.attributes->put(page.number, page.attributes);
     const auto bytes = std::as_bytes(std::span(*page.attributes));
     add_upload(plan, attribute_pool, uint64_t{slot} * LODE_VGI_PAGE_TEXELS * texel_words_ * sizeof(uint32_t),
                Blob(page.attributes, bytes.data(), bytes.size()));
 }
 
 // Rows of the page table whose charts have changed.
-void PageStream::upload_page_table(const OpenAtlas& atlas, Plan& plan) {
-    const uint32_t per_chart = atlas.trees[1].pages();
-    atlas.attributes->for_changed([&](uint32_t first_chart, std::span<const uint32_t> rows) {
-        add_upload(plan, page_table, (uint64_t{atlas.first[1]} + uint64_t{first_chart} * per_chart) * sizeof(uint32_t),
-                   Blob::copy_of(rows.data(), rows.size()));
-    });
+void PageStream::upload_page_tables(Plan& plan) {
+    uint64_t first = 0;  // of the layer
+    for (const Layer layer : both_layers) {
+        const size_t l = index_of(layer);
+        for (OpenAtlas& atlas : atlases_) {
+            atlas.tables[l].for_changed([&](uint32_t first_chart, std::span<const uint32_t> entries) {
+                const uint64_t place = first + atlas.first[l] + uint64_t{first_chart} * atlas.trees[l].pages();
+                add_upload(plan, page_table, place * sizeof(uint32_t), Blob::copy_of(entries.data(), entries.size()));
+            });
+        }
+        first += states_[l].size();
+    }
 }
 
 uint32_t PageStream::request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan) {

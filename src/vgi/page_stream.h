@@ -30,7 +30,6 @@ enum Buffers : uint32_t {
     // Where the device cuts (device_cut.h).
     cut_instances,
     cut_bounds,
-    cut_slots,
     cut_sides,
     cut_states,
     cut_leaves,
@@ -59,8 +58,6 @@ public:
 
     // Pages came or went since this was last asked.
     bool take_changed() { return std::exchange(changed_, false); }
-    // Pages of positions have other slots than when this was last asked.
-    bool take_slots_changed() { return std::exchange(slots_changed_, false); }
     uint32_t resident() const { return pools_[0].resident() + pools_[1].resident(); }
     uint32_t uploaded() const { return uploaded_; }  // by this frame
     uint32_t evicted() const { return evicted_; }
@@ -91,7 +88,7 @@ private:
     void fail_page(Layer layer, uint32_t atlas, uint32_t number, uint64_t frame);
     void evict(Layer layer, uint32_t key);
     void upload_page(const Decoded& page, uint32_t slot, Plan& plan);
-    void upload_page_table(const OpenAtlas& atlas, Plan& plan);
+    void upload_page_tables(Plan& plan);
 
     std::span<OpenAtlas> atlases_;
     uint32_t texel_words_;
@@ -101,7 +98,7 @@ private:
     std::vector<Decoded> ready_;                  // decoded, without a slot yet
     std::vector<std::future<Decoded>> decoding_;
     uint32_t waiting_ = 0, uploaded_ = 0, evicted_ = 0, failed_ = 0;
-    bool changed_ = true, slots_changed_ = true;
+    bool changed_ = true;
     Worker decoder_;  // last: its thread ends before what it works for
 };
 

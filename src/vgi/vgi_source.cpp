@@ -119,6 +119,8 @@ private:
 
     void upload_tables(Plan& plan) const {
         std::vector<gpu::VgiAsset> records;
+        uint32_t all_positions = 0;
+        for (const OpenAtlas& atlas : atlases_) all_positions += atlas.pages(Layer::geometry);
         std::vector<float> codes, spacing;
         for (const OpenAtlas& atlas : atlases_) {
             const Atlas& about = atlas.file->about();
@@ -135,7 +137,9 @@ private:
             r.levels = about.levels();
             r.page_cells = atlas.trees[0].cells_per_page();
             r.first_chart = atlas.first_chart;
-            r.first_page = atlas.first[1];
+            r.first_page = atlas.first[0];
+            r.first_attribute_page = all_positions + atlas.first[1];
+            r.pages = atlas.trees[0].pages();
             r.first_small = static_cast<uint32_t>(atlas.first_small);
             r.small_samples = small_samples(atlas.trees[1].cells_per_page());
             r.attribute_pages = atlas.trees[1].pages();
@@ -180,7 +184,6 @@ private:
     }
 
     void draw_device_cuts(const FrameInput& input, Plan& plan) {
-        if (stream_.take_slots_changed()) device_->upload_slots(plan);
         const double pixel_error = input.budget.pixel_error * raised_;
         const auto places = device_->cut(input, pixel_error, plan);
         const double magnification =
@@ -321,6 +324,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
             const size_t l = index_of(layer);
             atlas.trees[l] = tree_of(about, layer);
             atlas.channels[l] = channels_of(about.attributes, layer);
+            atlas.tables.emplace_back(atlas.trees[l], about.charts());
             pages[l] += uint64_t{about.charts()} * atlas.trees[l].pages();
             base[l] += about.charts();
         }
@@ -348,11 +352,11 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     };
     for (const OpenAtlas& atlas : atlases) small += small_of(atlas);
     const uint64_t small_slots = (small + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
-    uint64_t tables = small_slots * slot_bytes[1] + (pages[1] + base[0]) * sizeof(uint32_t) +
+    uint64_t tables = small_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
                       atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
     if (on_device) {
         tables += sizes.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
-                  pages[0] * (sizeof(gpu::VgiCutPage) + 3 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t);
+                  pages[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t);
     }
     uint64_t left = options.resident_bytes - std::min(options.resident_bytes, tables + all_list_bytes);
     const uint64_t need = base[0] * slot_bytes[0] + base[1] * slot_bytes[1];
@@ -378,7 +382,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     recipe.buffers = {{"page pool of positions", slots[0] * geometry_slot_bytes, use_storage,
                        static_cast<uint32_t>(geometry_slot_bytes)},
                       {"slots of the page pool", slots[0] * uint64_t{8}, use_storage, 8},
-                      {"page table", std::max<uint64_t>(pages[1], 1) * sizeof(uint32_t), use_storage, 4},
+                      {"page table", (pages[0] + pages[1]) * sizeof(uint32_t), use_storage, 4},
                       {"page pool of attributes", (slots[1] + small_slots) * slot_bytes[1], use_storage,
                        static_cast<uint32_t>(slot_bytes[1])},
                       {"assets", atlases.size() * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
@@ -402,22 +406,22 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         if (about.attributes.colours) ever |= LODE_VGI_HAS_COLOURS;
         if (about.attributes.materials) ever |= LODE_VGI_HAS_MATERIALS;
     }
-    pipeline.storage = {{LODE_VGI_GEOMETRY, geometry_pool, Access::read},
-                        {LODE_VGI_SLOTS, slot_table, Access::read, 1},
-                        {LODE_VGI_ASSETS, asset_table, Access::read, 1},
-                        {LODE_VGI_CODES, code_table, Access::read, 1},
-                        {LODE_VGI_CHARTS, chart_table, Access::read, 1}};
-    if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read, 1});
+    pipeline.storage = {
+        StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
+        StorageBinding::texels(LODE_VGI_SLOTS, slot_table, 2), StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
+        StorageBinding::texels(LODE_VGI_CODES, code_table, 1), StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1)};
+    if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read});
     PipelineSpec lighting;
     lighting.name = "lighting";
     lighting.vertex = "frame/whole_view.vert";
     lighting.fragment = "vgi/atlas.frag";
     lighting.whole_view = true;
     lighting.constants = {ever, texel_words};
-    lighting.storage = {{LODE_VGI_TABLE, page_table, Access::read, 1},
-                        {LODE_VGI_ATTRIBUTES, attribute_pool, Access::read},
-                        {LODE_VGI_ASSETS, asset_table, Access::read, 1},
-                        {LODE_VGI_CHARTS, chart_table, Access::read, 1}};
+    lighting.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
+                        StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
+                        StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1),
+                        StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
+                        StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1)};
     recipe.pipelines = {pipeline, lighting};
     if (on_device) DeviceCut::add_to(recipe, atlases, sizes, std::max(1u, options.instances));
     auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, slots, texel_words,

@@ -62,7 +62,7 @@ TEST(PlanMirror, TellsIndirectDrawsOnceItHasLearntWhatTheDeviceWrote) {
     PipelineSpec pass;
     pass.kind = PipelineKind::compute;
     pass.compute = "some/pass.comp";
-    pass.storage = {{0, records, Access::write, 1}};
+    pass.storage = {{0, records, Access::write}};
     const auto number = static_cast<uint32_t>(one.recipe.pipelines.size());
     one.recipe.pipelines.push_back(pass);
     DrawIndirect indirect;

@@ -361,7 +361,7 @@ TEST_F(RendererTest, AComputedIndirectDrawReadsASplitPool) {
     count.name = "count";
     count.kind = PipelineKind::compute;
     count.compute = "test/count.comp";
-    count.storage = {{0, 0, Access::read}, {1, 1, Access::read_write}, {2, 2, Access::write}};
+    count.storage = {StorageBinding::pool(0, 0, 1), {1, 1, Access::read_write}, {2, 2, Access::write}};
     PipelineSpec pull;
     pull.name = "pull";
     pull.vertex = "test/pull.vert";

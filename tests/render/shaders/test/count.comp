@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Reads a pool that may be split, sums it, and writes an indirect draw of as many vertices as the first word says.
 #include "shared/draw_constants.h"
-#include "shared/pool.glsl"
+#include "shared/texels.glsl"
 
 layout(local_size_x = 64) in;
 LODE_POOL(0, numbers, uint, 1)

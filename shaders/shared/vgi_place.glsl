@@ -1,0 +1,89 @@
+// Places on an atlas: pages that are there, and where the ray through a pixel meets the surface itself.
+#ifndef LODESTONE_VGI_PLACE_GLSL
+#define LODESTONE_VGI_PLACE_GLSL
+
+#include "shared/vgi.glsl"
+
+struct FoundPage {
+    uint slot, level;
+    vec2 place;  // in it, 0 .. 1
+};
+
+// The finest page there that covers a place of a chart (0 .. 1), no finer than `wanted`.
+// first_entry: of the chart in the page table. base: the coarsest pages' level.
+FoundPage find_page(uint first_entry, vec2 place, uint base, uint wanted) {
+    uint before = base - wanted;
+    uvec2 page = min(uvec2(place * float(1u << before)), uvec2((1u << before) - 1u));
+    uint entry = page_at(first_entry + ((1u << (2u * before)) - 1u) / 3u + (page.y << before) + page.x);
+    uint level = entry & 15u;
+    page >>= level - wanted;
+    return FoundPage(entry >> 4, level, clamp(place * float(1u << (base - level)) - vec2(page), 0.0, 1.0));
+}
+
+// Four samples of positions around a place of a page, lattice units: at the place, and along its cell.
+struct SurfaceCell {
+    vec3 at, along_x, along_y;
+};
+// first: the page's first sample; its cells are so many. at: in cells; outside of the page its last ones go on.
+// stride: log2 of the cells that are taken as one.
+SurfaceCell surface_cell(uint first, uint cells, vec2 at, uint stride) {
+    vec2 local = at / float(1u << stride);
+    uvec2 low = uvec2(clamp(local, vec2(0.0), vec2(float((cells >> stride) - 1u))));
+    vec2 f = local - vec2(low);
+    uint row = cells + 1u, corner = first + ((low.y * row + low.x) << stride);
+    vec3 a = lattice(geometry_at(corner)), b = lattice(geometry_at(corner + (1u << stride)));
+    vec3 c = lattice(geometry_at(corner + (row << stride))), d = lattice(geometry_at(corner + ((row + 1u) << stride)));
+    return SurfaceCell(mix(mix(a, b, f.x), mix(c, d, f.x), f.y), mix(b - a, d - c, f.y), mix(c - a, d - b, f.x));
+}
+
+// What is drawn is up to the pixel error away from the surface: whatever is looked up at the place that was drawn is seen
+// as far from where it belongs. The surface itself is known better, from samples that no triangle was made of: this is
+// the place where a pixel's ray meets what they tell, near the place that was drawn. As in relief mapping,
+//   Policarpo, Oliveira, Comba, "Real-time relief mapping on arbitrary polygonal surfaces", I3D 2005,
+// but nothing is searched for: how far the place has to move is read off the distance to the ray (Premecz, "Iterative
+// parallax mapping with slope information", CESCG 2006), along a mean of the surface, for slopes of single cells lead
+// astray; and steps that overshoot are mended by what the step before did (Anderson, "Iterative procedures for nonlinear
+// integral equations", JACM 1965, with a memory of one).
+//
+// place: that was drawn, 0 .. 1. world: the same in the world. lod: log2 of samples of attributes that a pixel spans.
+vec2 surface_place(vec2 place, uint chart, vec3 world, float lod, InstanceConstants instance, VgiAsset asset) {
+    const uint mean_stride = 2u, most_steps = 12u;
+    const float grazing = 0.02;  // square of a cosine, from which on steps are held back
+    const float near = 0.07;       // cells of pixels' size: steps that are shorter are the last
+    const float most_cells = 3.0;  // of pixels' size; from farther away there is less and less of a way, from twice as far none
+    uint page_shift = uint(findMSB(asset.page_cells)), base = uint(findMSB(asset.cells)) - page_shift;
+    int fit = int(floor(lod - 0.3)) - int(asset.attribute_cells) + findMSB(asset.cells);
+    FoundPage found = find_page(asset.first_page + chart * asset.pages, place, base, uint(clamp(fit, 0, int(base))));
+    uint first = found.slot * LODE_VGI_PAGE_TEXELS, stride = uint(clamp(fit - int(found.level), 0, int(page_shift)));
+    // Lattice units.
+    mat3 to_object = transpose(mat3(instance.normal_to_world));
+    vec3 origin = vec3(asset.origin_x, asset.origin_y, asset.origin_z);
+    vec3 seen = (to_object * (world - instance.object_to_world[3].xyz) - origin) / asset.step;
+    vec3 ray = normalize(to_object * (world - frame.views[draw_constants.view].eye.xyz));
+
+    vec2 start = found.place * float(asset.page_cells), at = start;
+    uint mean = min(stride + mean_stride, page_shift);
+    SurfaceCell around = surface_cell(first, asset.page_cells, at, mean);
+    vec3 normal = cross(around.along_x, around.along_y);
+    float facing = dot(normal, ray);
+    float by = float(1u << mean) * facing / (facing * facing + grazing * dot(normal, normal));
+    vec3 to_x = by * cross(around.along_y, ray), to_y = by * cross(ray, around.along_x);
+
+    float size = float(1u << stride);
+    vec2 last_at = at, last_way = vec2(0.0);
+    for (uint step = 0u; step < most_steps; ++step) {
+        vec3 off = seen - surface_cell(first, asset.page_cells, at, stride).at;
+        vec2 way = vec2(dot(off, to_x), dot(off, to_y)), change = way - last_way;
+        float back = step == 0u ? 0.0 : clamp(dot(way, change) / max(dot(change, change), 1e-12), 0.0, 0.7);
+        vec2 next = at + way - back * (at - last_at + change);
+        last_at = at;
+        last_way = way;
+        at = next;
+        if (length(way) < near * size) break;
+    }
+    vec2 moved = at - start;
+    moved *= clamp(2.0 - length(moved) / (most_cells * size), 0.0, 1.0);
+    return clamp(place + moved / float(asset.page_cells << (base - found.level)), 0.0, 1.0);
+}
+
+#endif

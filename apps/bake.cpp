@@ -153,7 +153,7 @@ Json BakeOptions::to_json() const {
                  {"cluster_weights",
                   {weights.planarity, weights.compactness, weights.size, weights.irregularity, weights.curvature,
                    weights.bulge, weights.feature}},
-                 {"fit_atlas", fit_atlas},
+                 {"fit_error", fit_error},
                  {"target_error", target_error},
                  {"resolution", atlas.cells + 1},
                  {"attribute_ratio", atlas.attribute_ratio},

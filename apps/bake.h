@@ -30,7 +30,9 @@ struct BakeOptions {
     double normal_weight = -1, uv_weight = -1, colour_weight = -1;  // < 0: the simplifier's default
     uint64_t error_samples = 100000;                                // points on each surface when errors are measured
     vgi::AtlasOptions atlas;
-    bool fit_atlas = false;   // vgi: clusters and cells at most as above, fewer where the mesh is small
+    // vgi, above 0: clusters and samples at most as above, and fewer as long as the finest level's rms error is within
+    // this share of the diagonal.
+    double fit_error = 0;
     double target_error = 0;  // vgi: object units; > 0: more clusters until the finest level comes under it
     ReadOptions read;
 

@@ -25,6 +25,19 @@ void fit(vgi::AtlasOptions& options, size_t triangles) {
            charts * options.cells * options.cells > most_samples * static_cast<double>(triangles))
         options.cells /= 2;
 }
+// Whether to try again with twice the samples along a side: seams and thin parts need far more of them than smooth
+// surfaces of as many triangles.
+bool fit_finer(vgi::AtlasOptions& options, const BakeOptions& asked, const vgi::AtlasReport& made, size_t triangles,
+               double diagonal) {
+    constexpr double most_texels = 8e6;
+    const double row = 2 * made.cells + 1, texels = static_cast<double>(made.charts) * row * row;
+    if (made.rms_error <= asked.fit_error * diagonal || made.cells >= asked.atlas.cells || texels > most_texels)
+        return false;
+    options.cells = 2 * made.cells;
+    options.most_texels_per_triangle =
+        std::max(options.most_texels_per_triangle, most_texels / static_cast<double>(triangles));
+    return true;
+}
 
 }  // namespace
 
@@ -32,12 +45,13 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                               const Progress& progress, const WorkFolder* work) {
     if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
     vgi::AtlasOptions atlas_options = options.atlas;
-    if (options.fit_atlas) fit(atlas_options, mesh.triangle_count());
+    if (options.fit_error > 0) fit(atlas_options, mesh.triangle_count());
     const double diagonal = std::max(1e-30, static_cast<double>(bounding_box(mesh.positions).diagonal()));
     for (;;) {
         vgi::AtlasReport made;
         auto atlas = vgi::make_atlas(mesh, atlas_options, made, progress, work);
         if (!atlas) return tl::unexpected(atlas.error());
+        if (options.fit_error > 0 && fit_finer(atlas_options, options, made, mesh.triangle_count(), diagonal)) continue;
         const double finest = static_cast<double>(atlas->errors[0]);
         uint32_t& clusters = atlas_options.clusters.clusters;
         if (options.target_error > 0 && finest > options.target_error && clusters < most_clusters &&

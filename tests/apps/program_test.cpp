@@ -79,7 +79,10 @@ protected:
         succeeds("generate rock --triangles 3000 --seed 2 -o rock.ply");
         succeeds("bake rock.ply -o rock.lode --report report.json " + options);
     }
-    bool has_device() const { return run("render rock.lode --backend lod --size 32x32 -o probe.png").code == 0; }
+    bool has_device() const {
+        succeeds("generate grid --triangles 2 -o probe.ply");
+        return run("render probe.ply --backend full --size 32x32 -o probe.png").code == 0;
+    }
     fs::path folder_;
 };
 
@@ -274,6 +277,23 @@ TEST_F(ProgramTest, AGltfFileIsAScene) {
     for (const auto& entry : fs::directory_iterator(folder_ / "cache" / "lodestone"))
         cached += entry.path().filename().string().starts_with("three-mesh0-");
     EXPECT_EQ(cached, 2u);  // a progressive mesh and an atlas
+#endif
+}
+
+TEST_F(ProgramTest, MeshesThatAreDrawnAsTheyAreGetAtlasesFineEnough) {
+#ifdef LODESTONE_WITH_RENDER
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    // Edges between large faces: as many samples as its triangles ask for leave 1.2e-4.
+    succeeds("generate rock --triangles 500 -o rock.ply");
+    succeeds("render rock.ply --backend vgi --size 64x64 -o rock.png");
+    double error = -1;
+    for (const auto& entry : fs::directory_iterator(folder_ / "cache" / "lodestone")) {
+        if (!entry.path().filename().string().starts_with("rock-")) continue;
+        const json about = json::parse(run("info " + entry.path().string() + " --json").out);
+        error = about["vgi"]["rms_error"].get<double>();
+    }
+    EXPECT_GT(error, 0);
+    EXPECT_LE(error, 1e-4);
 #endif
 }
 

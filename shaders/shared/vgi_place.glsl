@@ -20,7 +20,7 @@ FoundPage find_page(uint first_entry, vec2 place, uint base, uint wanted) {
     return FoundPage(entry >> 4, level, clamp(place * float(1u << (base - level)) - vec2(page), 0.0, 1.0));
 }
 
-// Four samples of positions around a place of a page, lattice units: at the place, and along its cell.
+// What four samples of positions around a place tell, lattice units: the surface there, and its cell's edges.
 struct SurfaceCell {
     vec3 at, along_x, along_y;
 };
@@ -49,8 +49,9 @@ SurfaceCell surface_cell(uint first, uint cells, vec2 at, uint stride) {
 vec2 surface_place(vec2 place, uint chart, vec3 world, float lod, InstanceConstants instance, VgiAsset asset) {
     const uint mean_stride = 2u, most_steps = 12u;
     const float grazing = 0.02;  // square of a cosine, from which on steps are held back
-    const float near = 0.07;       // cells of pixels' size: steps that are shorter are the last
-    const float most_cells = 3.0;  // of pixels' size; from farther away there is less and less of a way, from twice as far none
+    // Cells of pixels' size: steps that are shorter are the last; from farther away there is less and less of a way, from
+    // twice as far none.
+    const float near = 0.07, most_cells = 3.0;
     uint page_shift = uint(findMSB(asset.page_cells)), base = uint(findMSB(asset.cells)) - page_shift;
     int fit = int(floor(lod - 0.3)) - int(asset.attribute_cells) + findMSB(asset.cells);
     FoundPage found = find_page(asset.first_page + chart * asset.pages, place, base, uint(clamp(fit, 0, int(base))));
@@ -66,7 +67,8 @@ vec2 surface_place(vec2 place, uint chart, vec3 world, float lod, InstanceConsta
     SurfaceCell around = surface_cell(first, asset.page_cells, at, mean);
     vec3 normal = cross(around.along_x, around.along_y);
     float facing = dot(normal, ray);
-    float by = float(1u << mean) * facing / (facing * facing + grazing * dot(normal, normal));
+    // Where samples are one and the same there is no way to go.
+    float by = float(1u << mean) * facing / max(facing * facing + grazing * dot(normal, normal), 1e-20);
     vec3 to_x = by * cross(around.along_y, ray), to_y = by * cross(ray, around.along_x);
 
     float size = float(1u << stride);

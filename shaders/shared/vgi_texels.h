@@ -17,7 +17,7 @@
 // Bindings of descriptor set 1.
 #define LODE_VGI_GEOMETRY 0    // pool of positions
 #define LODE_VGI_SLOTS 1       // per slot of that pool: chart | level << 28, page x | page y << 16
-#define LODE_VGI_TABLE 2       // per page, of positions and then of attributes: slot << 4 | level of the page that is in it
+#define LODE_VGI_TABLE 2       // per page, of positions and then of attributes: slot << 4 | level of the finest page there
 #define LODE_VGI_ATTRIBUTES 3  // pool of attributes, and small levels after it
 #define LODE_VGI_ASSETS 4      // VgiAsset records
 #define LODE_VGI_CHARTS 6      // float per chart: object units between samples of its attributes

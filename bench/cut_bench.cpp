@@ -1,5 +1,5 @@
-// What a cut through an atlas costs, from scratch and on one thread, all pages there: nanoseconds per triangle that is
-// drawn (items), for views from all around at several pixel errors.
+// What a cut through an atlas costs, on one thread, all pages there: nanoseconds per triangle that is drawn (items);
+// from scratch, for views from all around at several pixel errors, and going on from the cut before.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -56,14 +56,16 @@ void cut(benchmark::State& state, Raster raster, double pixel_error) {
     }
     uint64_t triangles = 0;
     size_t next = 0;
+    KeptCut kept;  // the room of it
     for (auto _ : state) {
         CutRequest request;
         request.views = std::span(views).subspan(next++ % around, 1);
         request.pixel_error = pixel_error;
         request.by_area = raster == Raster::grid_area;
         PageDemand demand(residency.pages());
+        kept.residency = nullptr;
         const Cut made = raster == Raster::bintree
-                             ? cut_bintree(residency, request, demand)
+                             ? cut_bintree(residency, request, demand, kept)
                              : cut_grid(residency, request, demand,
                                         raster == Raster::tess ? GridOutput::patches : GridOutput::indices);
         triangles += made.triangles;
@@ -76,9 +78,46 @@ void cut(benchmark::State& state, Raster raster, double pixel_error) {
     set_thread_count(0);
 }
 
+// Round the rock and back, by `degrees` from one cut to the next; each goes on from the one before.
+void go_on(benchmark::State& state, double degrees) {
+    const Residency& residency = rock();
+    set_thread_count(1);
+    std::vector<View> views;
+    const int around = static_cast<int>(60 / degrees);
+    for (int i = 0; i < 2 * around; ++i) {
+        const float angle = 0.0174533f * static_cast<float>((i < around ? i : 2 * around - i) * degrees);
+        Camera camera;
+        camera.eye = 2.6f * glm::vec3(std::cos(angle), 0.3f, std::sin(angle));
+        camera.near_plane = 0.05f;
+        views.push_back(view_of(camera, 1280, 720));
+    }
+    uint64_t triangles = 0, taken_over = 0;
+    size_t next = 0;
+    KeptCut kept;
+    for (auto _ : state) {
+        CutRequest request;
+        request.views = std::span(views).subspan(next++ % views.size(), 1);
+        PageDemand demand(residency.pages());
+        const Cut made = cut_bintree(residency, request, demand, kept);
+        triangles += made.triangles;
+        taken_over += kept.taken_over;
+        benchmark::DoNotOptimize(made.parts.data());
+    }
+    state.SetItemsProcessed(static_cast<int64_t>(triangles));
+    state.counters["taken_over"] = static_cast<double>(taken_over) / static_cast<double>(triangles);
+    state.counters["triangles"] = static_cast<double>(triangles) / static_cast<double>(state.iterations());
+    state.counters["ns_per_triangle"] = benchmark::Counter(static_cast<double>(triangles) * 1e-9,
+                                                           benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+    set_thread_count(0);
+}
+
 BENCHMARK_CAPTURE(cut, bintree_quarter, Raster::bintree, 0.25)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(cut, bintree_1, Raster::bintree, 1.0)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(cut, bintree_4, Raster::bintree, 4.0)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(go_on, by_0_0, 1e-3)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(go_on, by_0_1, 0.1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(go_on, by_0_5, 0.5)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(go_on, by_2, 2.0)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(cut, grid_1, Raster::grid, 1.0)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(cut, grid_area_1, Raster::grid_area, 1.0)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(cut, tess_1, Raster::tess, 1.0)->Unit(benchmark::kMillisecond);

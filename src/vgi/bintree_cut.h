@@ -4,10 +4,11 @@
 // The papers are named in sample_errors.h.
 #pragma once
 
-#include "vgi/cut.h"
+#include "vgi/kept_cut.h"
 
 namespace lodestone::vgi {
 
-Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand);
+// kept: from the instance's cut before, which may have been of anything; takes what this one leaves for the next.
+Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand, KeptCut& kept);
 
 }  // namespace lodestone::vgi

@@ -1,18 +1,15 @@
-// What cuts through an atlas for one instance have in common, however they are made of triangles: what is asked for,
-// what comes of it, and when a sample is wanted. Two ways: bintree_cut.h and grid_cut.h.
+// What cuts through an atlas for one instance have in common, however they are made of triangles: what is asked for
+// and what comes of it. Two ways: bintree_cut.h and grid_cut.h.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "frame/view.h"
-#include "shaders/shared/vgi_cut.h"
 #include "vgi/residency.h"
 
 namespace lodestone::vgi {
@@ -24,6 +21,7 @@ struct CutMargin {
     float widening = 0;  // of the tangents of a camera's half angles, as a share
     bool operator==(const CutMargin&) const = default;
 };
+inline constexpr float most_turn = 0.1f;  // of a margin: it takes finer samples aside
 
 // What a frame wants of an instance.
 struct CutRequest {
@@ -41,14 +39,6 @@ struct CutRequest {
 };
 
 inline constexpr double pixels_per_cell = 8;
-
-// How long a distance of an error is in a view: a sample of error E and radius r is wanted from within
-// scale * (E * magnification + r), world units, by depth (gpu::lode_within). Smaller than wanted errors are taken where
-// the atlas asks for it.
-double magnification_of(const View& view, double pixel_error);
-
-// How far from the view a point of the world counts to be, as gpu::lode_within has it. World units.
-float counted_distance(const View& view, const glm::vec3& world);
 
 // How what is drawn is made of triangles.
 enum class Raster {
@@ -77,45 +67,6 @@ struct PageDemand {
     void ask(uint32_t page, float wish) { wanted[page] = std::max(wanted[page], wish); }
 };
 
-// Whether a sample is wanted, as a pure function of its texel.
-class Wanted {
-public:
-    Wanted(const CutRequest& request, const Atlas& about);
-    bool operator()(const GeometryTexel& t) const {
-        const glm::vec3 p = lattice_.seen(glm::vec3(t.x, t.y, t.z));
-        return gpu::lode_within(reach_[t.error] + radii_[t.radius], p.x, p.y, p.z, ahead_, cosine_, sine_squared_);
-    }
-    // The same of samples that are not looked at: whether any may be wanted, of the most there can be among them, all
-    // within the sphere of `bounds`.
-    bool may_be(const PageBounds& bounds, SampleCodes most) const {
-        const glm::vec3 p = object_.seen(bounds.centre);
-        return reach_[most.error] > 0 &&
-               gpu::lode_within(reach_[most.error] + radii_[most.radius] + bounds.radius * scale_, p.x, p.y, p.z,
-                                ahead_, cosine_, sine_squared_);
-    }
-    bool may_be(const PageBounds& bounds) const { return may_be(bounds, {bounds.sample_error, bounds.sample_radius}); }
-    // How many times larger than the pixel error leaving them out would be on screen.
-    float excess(const PageBounds& bounds) const;
-
-    // For a device to tell the same.
-    void describe(gpu::VgiCutInstance& instance) const;
-
-private:
-    // Where a point is, as gpu::lode_within takes it.
-    struct SeenFromEye {
-        glm::vec3 x, y, z, offset;
-        glm::vec3 seen(const glm::vec3& p) const {
-            return {gpu::lode_mapped(offset.x, x.x, y.x, z.x, p.x, p.y, p.z),
-                    gpu::lode_mapped(offset.y, x.y, y.y, z.y, p.x, p.y, p.z),
-                    gpu::lode_mapped(offset.z, x.z, y.z, z.z, p.x, p.y, p.z)};
-        }
-    };
-    std::array<float, 256> errors_, reach_, radii_;
-    float magnification_, scale_, margin_;
-    float ahead_, cosine_, sine_squared_;  // as gpu::lode_within takes them
-    SeenFromEye lattice_, object_;
-};
-
 // What a missing page counts, for the views in `mask`: less where views[0] does not see it.
 inline float wish_for(float excess, uint32_t mask) {
     return std::max(excess, 1e-6f) * ((mask & 1) != 0 ? 1.0f : 0.25f);
@@ -131,6 +82,15 @@ public:
             if (last_ == parts_.size()) parts_.emplace_back(mask, std::vector<uint32_t>{});
         }
         return parts_[last_].second;
+    }
+    // None where there are none of these views.
+    const std::vector<uint32_t>* find(uint32_t mask) const {
+        const auto at = std::ranges::find(parts_, mask, &std::pair<uint32_t, std::vector<uint32_t>>::first);
+        return at == parts_.end() ? nullptr : &at->second;
+    }
+    // Empties all lists and keeps their room.
+    void clear() {
+        for (auto& part : parts_) part.second.clear();
     }
     // Appends those of another.
     void add(const CutParts& other);

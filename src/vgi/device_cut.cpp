@@ -11,6 +11,7 @@
 #include "vgi/grid_patch.h"
 #include "vgi/page_stream.h"
 #include "vgi/visibility.h"
+#include "vgi/wanted.h"
 
 namespace lodestone::vgi {
 

@@ -11,13 +11,13 @@
 #include "vgi/grid_cut.h"
 #include "vgi/sample_errors.h"
 #include "vgi/visibility.h"
+#include "vgi/wanted.h"
 
 namespace lodestone::vgi {
 
 namespace {
 
 constexpr float frames_ahead = 12;  // that the camera's way is foreseen
-constexpr float most_turn = 0.1f;   // radians, that a cut made ahead allows for: it takes finer samples aside
 constexpr float most_wasted = 2;    // times smaller than wanted, that an error may be
 
 // How the camera moved from one view to the next.
@@ -93,8 +93,8 @@ CutRequest request_for(Raster raster, const CutRegion& region, size_t instance, 
     return request;
 }
 
-Cut cut_atlas(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand) {
-    if (raster == Raster::bintree) return cut_bintree(residency, request, demand);
+Cut cut_atlas(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand, KeptCut& kept) {
+    if (raster == Raster::bintree) return cut_bintree(residency, request, demand, kept);
     return cut_grid(residency, request, demand, raster == Raster::tess ? GridOutput::patches : GridOutput::indices);
 }
 
@@ -176,7 +176,7 @@ bool CutRegion::covers(const FrameInput& input) const {
 }
 
 FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wanted, const FrameInput* last,
-                    const CutLimits& limits) {
+                    const CutLimits& limits, std::vector<KeptCut>& kept) {
     FrameCuts result;
     result.region = std::move(wanted);
     const CutRegion& region = result.region;
@@ -185,8 +185,11 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
     uint32_t levels = 1;
     for (const OpenAtlas& atlas : atlases) levels = std::max(levels, atlas.file->about().levels());
 
-    // From what the last cuts needed, a step back: views change little.
-    result.raised = std::max(1.0, limits.raised / raise);
+    kept.resize(region.instances.size());
+    // From what the last cuts needed: views change little.
+    result.raised = limits.raised;
+    if (may_lower(limits.triangles, budget.max_triangles) && may_lower(limits.words, limits.most_words))
+        result.raised = std::max(1.0, result.raised / raise);
     result.level = budget.forced_level;
     const View& sets_levels = region.level_view ? *region.level_view : region.views[0];
     std::vector<Found> found(atlases.size());
@@ -201,7 +204,8 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
             LODE_CHECK(asset < atlases.size(), asset, atlases.size());
             if (raster == Raster::device) continue;
             cuts.push_back(cut_atlas(raster, *atlases[asset].residency,
-                                     request_for(raster, region, i, result.raised, result.level), found[asset].demand));
+                                     request_for(raster, region, i, result.raised, result.level), found[asset].demand,
+                                     kept[i]));
             result.triangles += cuts.back().triangles;
             for (const auto& part : cuts.back().parts) words += part.second.size();
         }

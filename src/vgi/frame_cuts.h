@@ -14,6 +14,7 @@
 
 #include "frame/frame_source.h"
 #include "vgi/cut.h"
+#include "vgi/kept_cut.h"
 #include "vgi/open_atlas.h"
 
 namespace lodestone::vgi {
@@ -63,15 +64,24 @@ void sort_wishes(std::vector<FrameCuts::Wish>& wishes);  // the most wanted firs
 
 inline constexpr double raise = 1.189207115;  // of errors, where there are too many triangles: a quarter of an octave
 
+// Errors that were raised fall again step by step, where a step's triangles will hardly be too many: they would go to
+// and fro, and be cut twice.
+inline bool may_lower(uint64_t count, uint64_t most) {
+    return static_cast<double>(count) * raise * raise < static_cast<double>(most);
+}
+
 struct CutLimits {
     uint64_t most_words;
-    double raised;  // of the cuts before: errors fall again step by step
+    // Of the cuts before.
+    double raised = 1;
+    uint64_t triangles = 0, words = 0;
 };
 
 // Where the device cuts, nothing is cut here: what comes of it are attributes, and what is foreseen of positions.
 // last: the frame before `region`, for what is foreseen further along the way; null for nothing. Reads the atlases, and
 // brings Residency::usable up to date first.
+// kept: of each instance from the cuts before, for those after; any number of them.
 FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion region, const FrameInput* last,
-                    const CutLimits& limits);
+                    const CutLimits& limits, std::vector<KeptCut>& kept);
 
 }  // namespace lodestone::vgi

@@ -11,6 +11,7 @@
 #include "frame/screen_error.h"
 #include "vgi/grid_patch.h"
 #include "vgi/visibility.h"
+#include "vgi/wanted.h"
 
 namespace lodestone::vgi {
 

@@ -6,10 +6,10 @@
 
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/bintree.h"
-#include "vgi/cut.h"
 #include "vgi/grid_patch.h"
 #include "vgi/residency.h"
 #include "vgi/sample_errors.h"
+#include "vgi/wanted.h"
 
 namespace lodestone::vgi {
 

@@ -38,6 +38,7 @@ Residency::Residency(const Atlas& about) : about_(&about), tree_{about.cells} {
     entries_.resize(size_t{about.charts()} * tree_.pages());
     neighbours_.resize(entries_.size());
     below_.resize(entries_.size());
+    changed_at_.resize(entries_.size());
     for (uint32_t i = static_cast<uint32_t>(entries_.size()); i-- > 0;) {
         const PageBounds& bounds = about.bounds[i];
         const auto raise = [](SampleCodes& codes, uint8_t error, uint8_t radius) {
@@ -65,13 +66,13 @@ void Residency::put(uint32_t number, std::shared_ptr<const GeometryPage> texels,
     entries_[number].first = texels->data();
     entries_[number].texels = std::move(texels);
     entries_[number].slot = slot;
-    changed_ = true;
+    came_or_went_.push_back(number);
 }
 
 void Residency::drop(uint32_t number) {
     LODE_CHECK(entries_[number].texels != nullptr, number);
     entries_[number] = {};
-    changed_ = true;
+    came_or_went_.push_back(number);
 }
 
 uint32_t Residency::neighbour(uint32_t number, uint32_t side) const { return neighbours_[number][side]; }
@@ -92,8 +93,11 @@ bool Residency::usable_by_definition(uint32_t number) const {
 }
 
 void Residency::update() {
-    if (!std::exchange(changed_, false)) return;
+    if (came_or_went_.empty()) return;
+    ++updates_;
     const uint32_t per_chart = tree_.pages();
+    std::vector<uint8_t> before;
+    for (const Entry& entry : entries_) before.push_back(entry.usable);
     // Coarse levels first: parents come before their children.
     for (uint32_t page = 0; page < per_chart; ++page) {
         for (uint32_t number = page; number < entries_.size(); number += per_chart)
@@ -106,12 +110,33 @@ void Residency::update() {
             if (across == ~0u || usable(across)) entries_[number].usable |= static_cast<uint8_t>(2u << side);
         }
     }
+    for (uint32_t number = 0; number < entries_.size(); ++number) {
+        if (entries_[number].usable != before[number]) mark_changed(number);
+    }
+    for (const uint32_t number : came_or_went_) mark_changed(number);
+    came_or_went_.clear();
+}
+
+void Residency::mark_changed(uint32_t number) {
+    const uint32_t per_chart = tree_.pages();
+    const auto mark_up = [&](uint32_t n) {
+        for (;;) {
+            if (std::exchange(changed_at_[n], updates_) == updates_) return;
+            const uint32_t page = n % per_chart;
+            if (page == 0) return;
+            n = n - page + tree_.parent(page);
+        }
+    };
+    mark_up(number);
+    for (const uint32_t across : neighbours_[number]) {
+        if (across != ~0u) mark_up(across);
+    }
 }
 
 Result<void> Residency::validate() const {
     for (uint32_t number = 0; number < entries_.size(); ++number) {
         const std::string place = "residency: page " + std::to_string(number);
-        if (!changed_ && usable(number) != usable_by_definition(number))
+        if (came_or_went_.empty() && usable(number) != usable_by_definition(number))
             return fail(Fault::invariant, place + ": is stale");
         for (uint32_t side = 0; side < 4; ++side) {
             const uint32_t across = neighbours_[number][side];

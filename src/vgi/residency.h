@@ -55,6 +55,10 @@ public:
     void drop(uint32_t number);
     // Which pages are usable now; does nothing where no page came or went since it was last called.
     void update();
+    // How many times update() found anything changed, and how many it was when an entry last changed that a cut reads
+    // of the page, of those next to it or of finer ones of its part of the chart.
+    uint64_t updates() const { return updates_; }
+    uint64_t changed_at(uint32_t number) const { return changed_at_[number]; }
 
     // The page across a side (as of charts: 0 at y = 0, then counter-clockwise) at the same level; ~0 where the surface
     // ends.
@@ -68,13 +72,16 @@ public:
 
 private:
     bool usable_by_definition(uint32_t number) const;
+    void mark_changed(uint32_t number);
 
     const Atlas* about_;
     PageTree tree_;
     std::vector<Entry> entries_;
     std::vector<std::array<uint32_t, 4>> neighbours_;
     std::vector<SampleCodes> below_;
-    bool changed_ = true;  // since update()
+    std::vector<uint32_t> came_or_went_;  // since update()
+    std::vector<uint64_t> changed_at_;
+    uint64_t updates_ = 0;
 };
 
 }  // namespace lodestone::vgi

@@ -14,6 +14,7 @@
 #include "vgi/page_stream.h"
 #include "vgi/sample_errors.h"
 #include "vgi/small_levels.h"
+#include "vgi/wanted.h"
 
 namespace lodestone::vgi {
 
@@ -67,7 +68,7 @@ public:
             stream_.place(input, true, plan);
         }
         const bool missed = !cuts_ || (!device_ && !cuts_->region.covers(input));
-        if (missed) take_cuts(make_cuts(atlases_, raster_, CutRegion::of(input), nullptr, limits()));
+        if (missed) take_cuts(make_cuts(atlases_, raster_, CutRegion::of(input), nullptr, limits(), kept_));
         if (device_) take_findings(input);
         stream_.touch(cuts_->touched);
         if (last) stream_.place(input, false, plan);
@@ -99,7 +100,10 @@ public:
     }
 
 private:
-    CutLimits limits() const { return {list_capacity_, cuts_ ? cuts_->raised : 1.0}; }
+    CutLimits limits() const {
+        if (!cuts_) return {list_capacity_};
+        return {list_capacity_, cuts_->raised, cuts_->triangles, cuts_->words->size()};
+    }
 
     void take_cuts(FrameCuts cuts) {
         cuts_ = std::move(cuts);
@@ -113,7 +117,7 @@ private:
         const bool changed = stream_.take_changed() || std::exchange(behind_, false);
         if (!changed && *region == cuts_->region) return;
         next_ = cutter_.start<FrameCuts>([this, region = std::move(*region), now, limits = limits()] {
-            return make_cuts(atlases_, raster_, region, &now, limits);
+            return make_cuts(atlases_, raster_, region, &now, limits, kept_);
         });
     }
 
@@ -168,11 +172,9 @@ private:
     void take_findings(const FrameInput& input) {
         if (auto found = device_->findings(input.readbacks, input.instances)) {
             found_ = std::move(*found);
-            // Known a frame late, so back only where that much room is left: it would go to and fro.
             if (found_.triangles > input.budget.max_triangles) {
                 raised_ *= raise;
-            } else if (static_cast<double>(found_.triangles) * raise * raise <
-                       static_cast<double>(input.budget.max_triangles)) {
+            } else if (may_lower(found_.triangles, input.budget.max_triangles)) {
                 raised_ = std::max(1.0, raised_ / raise);
             }
         }
@@ -293,6 +295,7 @@ private:
     uint64_t list_capacity_;  // words of one region
     PageStream stream_;
     std::optional<FrameCuts> cuts_;  // that are drawn
+    std::vector<KeptCut> kept_;      // from the cuts made last; not to be looked at while next_ is made
     std::optional<DeviceCut> device_;
     DeviceCut::Findings found_;  // of the last frame that is known of
     double raised_ = 1;          // times the pixel error, to save triangles where the device cuts

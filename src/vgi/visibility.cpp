@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <limits>
 
 #include "base/check.h"
 #include "frame/screen_error.h"
@@ -25,11 +26,12 @@ Frustum widened_frustum(const View& view, const CutMargin& margin) {
     return frustum;
 }
 
-Visibility::Visibility(const CutRequest& request, const Atlas& about) : about_(about) {
+Visibility::Visibility(const CutRequest& request, const Atlas& about) : about_(&about) {
     const glm::mat4 to_object = glm::inverse(request.object_to_world);
     const bool closed = std::ranges::none_of(about.sides, [](const GluedSide& s) { return s.chart == ~0u; });
     cones_ = request.cull_back_faces && closed && glm::determinant(glm::mat3(request.object_to_world)) > 0;
     eye_ = glm::vec3(to_object * glm::vec4(request.views[0].eye, 1));
+    scale_ = largest_scale(request.object_to_world);
     eye_margin_ = request.margin.distance * largest_scale(to_object);
     for (const View& view : request.views) {
         Frustum frustum = widened_frustum(view, request.margin);
@@ -43,7 +45,7 @@ Visibility::Visibility(const CutRequest& request, const Atlas& about) : about_(a
 }
 
 uint32_t Visibility::seen(uint32_t mask, uint32_t number) const {
-    const PageBounds& bounds = about_.bounds[number];
+    const PageBounds& bounds = about_->bounds[number];
     for (uint32_t v = 0; v < frusta_.size(); ++v) {
         const auto outside = [&](const glm::vec4& p) {
             const glm::vec3& c = bounds.centre;
@@ -53,6 +55,55 @@ uint32_t Visibility::seen(uint32_t mask, uint32_t number) const {
     }
     if ((mask & 1) != 0 && cones_ && bounds.cosine > 0 && turned_away(bounds)) mask &= ~1u;
     return mask;
+}
+
+uint32_t Visibility::seen(uint32_t mask, uint32_t number, Steadiness& steady) const {
+    const PageBounds& bounds = about_->bounds[number];
+    const glm::vec3& c = bounds.centre;
+    const float away = glm::distance(c, eye_);
+    // A view sees it for as long as no plane has it outside, and does not for as long as one does.
+    for (uint32_t v = 0; v < frusta_.size(); ++v) {
+        if ((mask >> v & 1) == 0) continue;
+        float least = std::numeric_limits<float>::infinity();
+        bool outside = false;
+        for (const glm::vec4& p : frusta_[v].planes) {
+            least = std::min(least, glm::dot(glm::vec3(p), c) + p.w + bounds.radius);
+            outside = outside || gpu::lode_outside(p.x, p.y, p.z, p.w, c.x, c.y, c.z, bounds.radius);
+        }
+        if (outside) mask &= ~(1u << v);
+        steady.add(std::abs(least) * scale_, away * scale_);
+    }
+    if ((mask & 1) != 0 && cones_ && bounds.cosine > 0) {
+        const gpu::VgiCutPage page = cut_page_of(bounds, {});
+        const glm::vec3 off = c - eye_;
+        const float along = glm::dot(glm::vec3(page.axis_x, page.axis_y, page.axis_z), off);
+        const float across = std::sqrt(std::max(0.0f, glm::dot(off, off) - along * along));
+        const float turned = along * page.cosine - across * std::sqrt(page.sine_squared);
+        steady.add(std::abs(turned - bounds.radius - eye_margin_) * scale_, away * scale_);
+        if (turned_away(bounds)) mask &= ~1u;
+    }
+    return mask;
+}
+
+std::optional<Motion> Visibility::since(const Visibility& before) const {
+    if (frusta_.size() != before.frusta_.size() || cones_ != before.cones_ || scale_ != before.scale_)
+        return std::nullopt;
+    float distance = glm::distance(eye_, before.eye_) + std::abs(eye_margin_ - before.eye_margin_), angle = 0;
+    float largest = glm::length(before.eye_);
+    for (size_t v = 0; v < frusta_.size(); ++v) {
+        for (size_t k = 0; k < frusta_[v].planes.size(); ++k) {
+            const glm::vec4 &now = frusta_[v].planes[k], &then = before.frusta_[v].planes[k];
+            const glm::vec4 at(before.eye_, 1);
+            distance = std::max(distance, std::abs(glm::dot(now, at) - glm::dot(then, at)));
+            angle = std::max(angle, glm::distance(glm::vec3(now), glm::vec3(then)));
+            largest = std::max(largest, std::abs(now.w));
+        }
+    }
+    // What is rounded on the way.
+    distance += 2e-6f * largest;
+    angle += 2e-6f;
+    if (!std::isfinite(distance) || !std::isfinite(angle)) return std::nullopt;
+    return Motion{distance * scale_, angle};
 }
 
 gpu::VgiCutPage cut_page_of(const PageBounds& bounds, SampleCodes below) {

@@ -3,9 +3,12 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
+#include "shaders/shared/vgi_cut.h"
 #include "vgi/cut.h"
+#include "vgi/steadiness.h"
 
 namespace lodestone::vgi {
 
@@ -23,6 +26,11 @@ public:
     uint32_t all() const { return (1u << frusta_.size()) - 1; }
     // Of the views in `mask`, those that may see something of the page, numbered over all charts.
     uint32_t seen(uint32_t mask, uint32_t number) const;
+    // The same, and what that outlasts.
+    uint32_t seen(uint32_t mask, uint32_t number, Steadiness& steady) const;
+
+    // How far things moved since another was made for the same atlas; nothing where more than that has changed.
+    std::optional<Motion> since(const Visibility& before) const;
 
     // For a device to tell the same.
     void describe(gpu::VgiCutInstance& instance) const;
@@ -30,9 +38,10 @@ public:
 private:
     bool turned_away(const PageBounds& bounds) const;
 
-    const Atlas& about_;
+    const Atlas* about_;
     std::vector<Frustum> frusta_;  // object space
     glm::vec3 eye_;
+    float scale_ = 1;       // world units to one of the object
     float eye_margin_ = 0;  // object units
     bool cones_ = false;    // views[0] leaves out back faces, and the surface is closed
 };

@@ -43,6 +43,11 @@ Residency partly_resident(const Atlas& atlas, double share, uint64_t seed) {
     return residency;
 }
 
+Cut from_scratch(const Residency& residency, const CutRequest& request, PageDemand& demand) {
+    KeptCut nothing;
+    return cut_bintree(residency, request, demand, nothing);
+}
+
 struct Glue {
     const Atlas& atlas;
     DisjointSets sets;
@@ -155,7 +160,7 @@ std::vector<uint32_t> all_triangles(const Cut& cut) {
 Cut cut_as(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand) {
     CutRequest wanted = request;
     wanted.by_area = raster == Raster::grid_area;
-    return raster == Raster::bintree ? cut_bintree(residency, wanted, demand)
+    return raster == Raster::bintree ? from_scratch(residency, wanted, demand)
                                      : cut_grid(residency, wanted, demand, GridOutput::indices);
 }
 
@@ -236,6 +241,78 @@ TEST(Cuts, FallApartWhereTheirRulesAreBroken) {
     EXPECT_GT(count_bad(Raster::grid, atlas, broken, 16, 5), 0u);
 }
 
+TEST(Cuts, GoOnFromTheOnesBeforeAndAreAsFromScratch) {
+    uint64_t triangles = 0, taken_over = 0;
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
+        SCOPED_TRACE(f.name);
+        const Atlas atlas = small_atlas(f.mesh, 128);
+        const auto [centre, size] = extent_of(atlas);
+        Residency residency = partly_resident(atlas, 0.9, 11);
+        Random random(23);
+        const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+        std::vector<uint32_t> slots(residency.pages());
+        for (uint32_t n = 0; n < slots.size(); ++n) slots[n] = n;
+        KeptCut kept;
+        Camera camera;
+        glm::vec3 way(0), look(0);
+        CutRequest request;
+        for (uint32_t i = 0; i < 90; ++i) {
+            SCOPED_TRACE(i);
+            if (i % 30 == 0) {
+                camera.eye = centre + glm::vec3(unit(), unit(), unit()) * size * std::exp2(unit() * 2);
+                camera.target = centre + glm::vec3(unit(), unit(), unit()) * size * 0.3f;
+                way = glm::vec3(unit(), unit(), unit()) * size * std::exp2(unit() * 4 - 8);
+                look = glm::vec3(unit(), unit(), unit()) * size * std::exp2(unit() * 4 - 8);
+                request.pixel_error = std::exp2(random.unit() * 4 - 2);
+                request.cull_back_faces = i % 60 == 0;
+            }
+            camera.near_plane = size * 1e-3f;
+            camera.far_plane = size * 100;
+            camera.eye += way;
+            camera.target += look;
+            // The instance goes now and then; margins come and go; pages do, and come back elsewhere.
+            if (i % 30 >= 10 && i % 30 < 14) {
+                request.object_to_world[3] += glm::vec4(way, 0);
+                request.object_to_world[0] = {std::cos(0.01f * static_cast<float>(i)), 0,
+                                              std::sin(0.01f * static_cast<float>(i)), 0};
+            }
+            request.margin = i % 7 < 3 ? CutMargin{} : CutMargin{0.5f * glm::length(way), 0.002f, 0.02f};
+            request.forced_level = i % 30 == 25 ? 1 : -1;
+            if (i % 30 >= 18) {
+                for (int k = 0; k < 4; ++k) {
+                    const auto number = static_cast<uint32_t>(random.next() % residency.pages());
+                    if (number % residency.tree().pages() == 0) continue;
+                    const bool was_there = residency.entry(number).texels != nullptr;
+                    if (was_there) residency.drop(number);
+                    if (was_there && random.next() % 4 == 0) continue;
+                    const uint32_t chart = number / residency.tree().pages(), page = number % residency.tree().pages();
+                    if (page >= tree_of(atlas, Layer::geometry, chart).pages()) continue;
+                    slots[number] += residency.pages();
+                    residency.put(number,
+                                  std::make_shared<const GeometryPage>(packed_geometry(
+                                      read_page(atlas, Layer::geometry, chart, page), residency.tree())),
+                                  slots[number]);
+                }
+                residency.update();
+                ASSERT_TRUE(residency.validate());
+            }
+            const std::array views{view_of(camera, 1280, 720), shadow_view({0.3f, -1, 0.2f}, centre, size * 0.4f, 64)};
+            request.views = views;
+            PageDemand demand(residency.pages()), expected_demand(residency.pages());
+            const Cut made = cut_bintree(residency, request, demand, kept);
+            const Cut expected = from_scratch(residency, request, expected_demand);
+            ASSERT_EQ(made.parts, expected.parts);
+            ASSERT_EQ(made.triangles, expected.triangles);
+            ASSERT_EQ(demand.touched, expected_demand.touched);
+            ASSERT_EQ(demand.wanted, expected_demand.wanted);
+            for (const auto& part : made.parts) triangles += part.second.size() / 3;
+            taken_over += kept.taken_over;
+        }
+    }
+    EXPECT_GT(triangles, 100000u);
+    EXPECT_GT(taken_over, triangles / 5) << "of " << triangles << ", where pages are missing";
+}
+
 TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     const Residency residency = partly_resident(atlas, 1, 1);
@@ -292,7 +369,7 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
             request.margin = of.margins[0];
             PageDemand demand(residency.pages());
             std::set<uint32_t> samples;
-            for (const auto& [mask, indices] : cut_bintree(residency, request, demand).parts)
+            for (const auto& [mask, indices] : from_scratch(residency, request, demand).parts)
                 samples.insert(indices.begin(), indices.end());
             return samples;
         };

@@ -38,8 +38,7 @@ AttributePage packed_attributes(const Page& page, const PageTree& tree, const Pr
     return packed;
 }
 
-AttributePages::AttributePages(const Atlas& about)
-    : tree_(tree_of(about, Layer::attributes)), attributes_(about.attributes) {
+AttributePages::AttributePages(const Atlas& about) : tree_(tree_of(about, Layer::attributes)) {
     pages_.resize(size_t{about.charts()} * tree_.pages());
 }
 
@@ -53,11 +52,10 @@ void AttributePages::drop(uint32_t number) {
     pages_[number] = nullptr;
 }
 
-Page AttributePages::unpacked(uint32_t number) const {
-    const AttributePage& packed = *pages_[number];
-    const size_t count = size_t{tree_.samples_per_side()} * tree_.samples_per_side(), words = packed.size() / count;
+Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, const PresentAttributes& attributes) {
+    const size_t count = size_t{tree.samples_per_side()} * tree.samples_per_side(), words = packed.size() / count;
     Page page;
-    page.values.resize(count * channels_of(attributes_, Layer::attributes).size());
+    page.values.resize(count * channels_of(attributes, Layer::attributes).size());
     for (size_t i = 0; i < count; ++i) {
         size_t channel = 0;
         const auto put = [&](uint32_t value) { page.values[channel++ * count + i] = static_cast<uint16_t>(value); };
@@ -66,14 +64,14 @@ Page AttributePages::unpacked(uint32_t number) const {
         // Normals keep their sign.
         put(static_cast<uint32_t>(static_cast<int8_t>(first & 255)));
         put(static_cast<uint32_t>(static_cast<int8_t>(first >> 8 & 255)));
-        if (attributes_.uvs) {
+        if (attributes.uvs) {
             put(*word & 0xffff);
             put(*word++ >> 16);
         }
-        if (attributes_.colours) {
+        if (attributes.colours) {
             for (uint32_t k = 0; k < 4; ++k) put(*word >> (8 * k) & 255);
         }
-        if (attributes_.materials) put(first >> 16);
+        if (attributes.materials) put(first >> 16);
     }
     return page;
 }

@@ -17,6 +17,7 @@ using AttributePage = std::vector<uint32_t>;
 uint32_t attribute_words(const PresentAttributes& attributes);  // that a sample needs: 1 .. 3
 AttributePage packed_attributes(const Page& page, const PageTree& tree, const PresentAttributes& attributes,
                                 uint32_t texel_words);
+Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, const PresentAttributes& attributes);
 
 // Object units between neighbouring samples of the attributes of a chart, level 0, on the average; from its coarsest
 // page of positions.
@@ -30,7 +31,7 @@ public:
     bool holds(uint32_t number) const { return pages_[number] != nullptr; }
     void put(uint32_t number, std::shared_ptr<const AttributePage> texels);
     void drop(uint32_t number);
-    Page unpacked(uint32_t number) const;  // that is there
+    std::shared_ptr<const AttributePage> texels(uint32_t number) const { return pages_[number]; }  // null: not there
 
     // What views[0] needs for samples to be a pixel apart: marks pages that are there as touched; wanted of those that
     // are not: pixels between samples of what is there instead.
@@ -40,7 +41,6 @@ public:
 
 private:
     PageTree tree_;
-    PresentAttributes attributes_;
     std::vector<std::shared_ptr<const AttributePage>> pages_;  // null: not there
 };
 

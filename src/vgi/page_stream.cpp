@@ -120,7 +120,7 @@ void PageStream::start_decoding(const FrameInput& input) {
             state(layer, a, number) != State::waiting)
             continue;  // nothing that was asked for
         const OpenAtlas& atlas = atlases_[a];
-        const PageTree tree = atlas.trees[index_of(layer)];
+        const PageTree& tree = atlas.trees[index_of(layer)];
         const uint32_t page = number % tree.pages(), up = number - page + tree.parent(page);
         if (arrival.blob.size() == 0) {
             fail_page(layer, a, number, input.frame);
@@ -130,14 +130,17 @@ void PageStream::start_decoding(const FrameInput& input) {
             forget(layer, a, number);
             continue;
         }
-        auto parent = std::make_shared<const Page>(layer == Layer::geometry
-                                                       ? unpacked_geometry(*atlas.residency->entry(up).texels)
-                                                       : atlas.attributes->unpacked(up));
         decoding_.push_back(decoder_.start<Decoded>(
-            [layer, a, number, tree, page, parent, blob = arrival.blob, channels = atlas.channels[index_of(layer)],
-             attributes = atlas.file->about().attributes, words = texel_words_] {
-                return decode({layer, a, number, nullptr, nullptr}, tree, channels, page,
-                              std::span(blob.data(), blob.size()), parent.get(), attributes, words);
+            [layer, a, number, page, &atlas, blob = arrival.blob, words = texel_words_,
+             parent_geometry = layer == Layer::geometry ? atlas.residency->entry(up).texels : nullptr,
+             parent_attributes = layer == Layer::attributes ? atlas.attributes->texels(up) : nullptr] {
+                const size_t l = index_of(layer);
+                const PresentAttributes& attributes = atlas.file->about().attributes;
+                const Page parent = parent_geometry != nullptr
+                                        ? unpacked_geometry(*parent_geometry)
+                                        : unpacked_attributes(*parent_attributes, atlas.trees[l], attributes);
+                return decode({layer, a, number, nullptr, nullptr}, atlas.trees[l], atlas.channels[l], page,
+                              std::span(blob.data(), blob.size()), &parent, attributes, words);
             }));
     }
 }

@@ -209,8 +209,13 @@ private:
         if (!made.quads.failed.empty()) return made;
         progress_.at("straighten", 0);
         const Stopwatch straighten_watch;
+        std::vector<Pivot> passes;
         for (uint32_t pass = 0; pass < options_.recentre_passes; ++pass) {
-            auto left = recentre(made.quads, pass % 2 == 0 ? 0 : 2, features_);
+            if (pass % 2 == 0) passes.push_back(Pivot::outer_middles);
+            passes.push_back(pass % 2 == 0 ? Pivot::corners : Pivot::centres);
+        }
+        for (const Pivot pivot : passes) {
+            auto left = recentre(made.quads, pivot, features_);
             if (!left) return tl::unexpected(left.error());
             made.not_recentred += *left;
         }
@@ -247,6 +252,24 @@ private:
         const double rms = std::sqrt(std::accumulate(squared.begin(), squared.end(), 0.0) / whole);
         // What is rounded to steps is off by a step over the square root of 12 in any direction.
         resampler_->set_step(options_.rounding_share * rms * std::sqrt(12.0));
+    }
+
+    // A chart of a height field whose samples stay folded is sheared too much for the lattice. The more often weights
+    // were changed the less it is stretched, but the more it is sheared: so they are changed less often.
+    void shear_less(uint32_t q, std::span<const uint32_t> members, Chart& chart, Sampled& sampled) {
+        ParameteriseOptions options = options_.parameterise;
+        bool is_sampled = true;
+        for (uint32_t solves = chart.solves / 2; solves > 0 && sampled.still_folded > 0; solves /= 2) {
+            options.most_solves = solves;
+            auto other = parameterise(quads_.surface, members, patches_.sides[q], patches_.arcs, options);
+            if (!other || other->stretch > options_.worst_stretch) break;
+            const Sampled less = resampler_->sample(q, *other);
+            is_sampled = less.missing == 0 && less.still_folded < sampled.still_folded;
+            if (!is_sampled) continue;
+            chart = std::move(*other);
+            sampled = less;
+        }
+        if (!is_sampled) sampled = resampler_->sample(q, chart);
     }
 
     void measure_features(std::span<const uint32_t> twin) {
@@ -314,7 +337,6 @@ private:
                 c.fault = chart.error().message;
                 return;
             }
-            members[q] = {};
             const double parameterised = chart_watch.wall();
             c.figures.area = chart->area;
             c.figures.stretch = chart->stretch;
@@ -326,6 +348,11 @@ private:
             c.figures.flipped = chart->patch.flipped();
             if (rejected) return;
             c.figures.sampled = resampler_->sample(q, *chart);
+            if (c.figures.sampled.still_folded > 0 && resampler_->up()) {
+                shear_less(q, members[q], *chart, c.figures.sampled);
+                c.figures.stretch = chart->stretch;
+            }
+            members[q] = {};
             const double sampled = chart_watch.wall() - parameterised;
             if (c.figures.sampled.missing == 0) {
                 const double share = static_cast<double>(options_.error_samples) * chart->area / whole_area;

@@ -22,7 +22,7 @@ struct AtlasOptions {
     double most_texels_per_triangle = 40;
     // How much rounding positions to the lattice may add to the error of sampling, rms: the lattice has no more points
     // than that needs. 0 for as many as 16 bits count.
-    double rounding_share = 0.5;
+    double rounding_share = 0.55;
     uint32_t attribute_ratio = 1;  // samples of attributes for one of positions, along a side; a power of two
     // A cluster with a chart stretched more than this is cut finer, and so again for so many rounds; shapes that are
     // needles stay what they are.

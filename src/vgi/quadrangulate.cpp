@@ -8,6 +8,7 @@
 #include <memory>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -26,6 +27,7 @@ namespace {
 
 constexpr double middle_tolerance = 0.1;  // of an arc's length: a vertex so near to the middle will do
 constexpr double least_share = 0.1;       // of an edge: cuts keep so far away from its ends in space
+constexpr double flat_half = 0.1;         // how far the flat half of a half-disk bulges: no three vertices in line
 constexpr double snap = 1e-9;             // of an edge, in the plane: nearer to a vertex is at the vertex
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
@@ -84,18 +86,32 @@ public:
     ClusterCut(const Surface& surface, std::span<const uint32_t> triangles) : patch(take_patch(surface, triangles)) {}
 
     Patch patch;
-    std::vector<uint32_t> quad;  // per triangle of the patch: side of the cluster its quad begins at
+    std::vector<uint32_t> quad;  // per triangle of the patch: its quad, as Outline::begins has them
     uint32_t centre = none;
     bool uniform = false;
 
-    // corners, middles: vertices of the surface, per side in order. Empty where all went well.
-    std::string run(std::span<const uint32_t> corners, std::span<const uint32_t> middles) {
+    // What it is to be cut into; vertices of the surface, all but a given centre in order around it.
+    struct Outline {
+        std::vector<uint32_t> corners;  // of the whole
+        std::vector<uint32_t> begins;   // per quad, a corner of its own
+        std::vector<uint32_t> middles;  // that rays go to: between two quads
+        uint32_t centre = none;         // where they come from, on the boundary; none: one is chosen inside
+    };
+    // Empty where all went well.
+    std::string run(const Outline& outline) {
         const auto number = patch.numbers();
-        std::vector<uint32_t> corner, middle;
-        for (const uint32_t v : corners) corner.push_back(number.at(v));
-        for (const uint32_t v : middles) middle.push_back(number.at(v));
-        if (!flatten(corner)) return "cannot be flattened";
-        choose_centre();
+        const auto numbered = [&](std::span<const uint32_t> vertices) {
+            std::vector<uint32_t> own;
+            for (const uint32_t v : vertices) own.push_back(number.at(v));
+            return own;
+        };
+        const std::vector<uint32_t> begin = numbered(outline.begins), middle = numbered(outline.middles);
+        if (!flatten(numbered(outline.corners), outline.centre != none)) return "cannot be flattened";
+        if (outline.centre == none) {
+            choose_centre();
+        } else {
+            centre = number.at(outline.centre);
+        }
         used_ = patch.on_boundary();
         used_[centre] = true;
         std::vector<std::vector<uint32_t>> rays;
@@ -103,12 +119,14 @@ public:
             rays.emplace_back();
             if (!cut_ray(m, rays.back())) return "has a ray that leaves its sector";
         }
-        return divide(corner, rays) ? "" : "falls into parts that are no quads";
+        return divide(begin, rays) ? "" : "falls into parts that are no quads";
     }
 
 private:
-    // Onto the unit circle; every side takes an equal part and a part by its length, and so does every edge of it.
-    bool flatten(const std::vector<uint32_t>& corner) {
+    // Onto the unit circle; every side takes an equal part and a part by its length, and so does every edge of it. Of
+    // one whose centre is on the boundary the last two sides, either side of the centre, make the flat half of a
+    // half-disk.
+    bool flatten(const std::vector<uint32_t>& corner, bool half) {
         const std::vector<uint32_t> loop = patch.boundary();
         std::vector<double> angle(loop.size(), 0);
         const size_t begin = static_cast<size_t>(std::ranges::find(loop, corner[0]) - loop.begin());
@@ -119,10 +137,11 @@ private:
                                     patch.positions[loop[(begin + i) % loop.size()]]);
             total += length[i];
         }
-        patch.flat.assign(patch.positions.size(), {0, 0});
         size_t side = 0, i = 0;
         double turned = 0;
+        std::vector<double> turn(loop.size()), begin_of_side;
         while (i < loop.size()) {
+            begin_of_side.push_back(turned);
             // Edges of one side: up to the next corner.
             const uint32_t end = corner[(side + 1) % corner.size()];
             size_t last = i;
@@ -134,11 +153,24 @@ private:
             const auto edges = static_cast<double>(last - i);
             const double share = 0.5 / static_cast<double>(corner.size()) + 0.5 * along / total;
             for (; i < last; ++i) {
-                const double a = 2 * std::numbers::pi * turned;
-                patch.flat[loop[(begin + i) % loop.size()]] = {std::cos(a), std::sin(a)};
+                turn[i] = turned;
                 turned += share * (0.1 / edges + 0.9 * (along > 0 ? length[i] / along : 1 / edges));
             }
             ++side;
+        }
+        patch.flat.assign(patch.positions.size(), {0, 0});
+        for (i = 0; i < loop.size(); ++i) {
+            glm::dvec2& p = patch.flat[loop[(begin + i) % loop.size()]];
+            double a = 2 * turn[i];
+            if (half) {
+                const double from = begin_of_side[side - 3], to = begin_of_side[side - 1];  // of the flat half
+                const bool flat = turn[i] >= from && turn[i] < to;
+                a = flat ? 1 + (turn[i] - from) / (to - from)
+                         : (turn[i] - to + (turn[i] < to ? 1 : 0)) / (1 - to + from);
+                p = {std::cos(a * std::numbers::pi), std::sin(a * std::numbers::pi) * (flat ? flat_half : 1)};
+            } else {
+                p = {std::cos(a * std::numbers::pi), std::sin(a * std::numbers::pi)};
+            }
         }
         HarmonicSolver solver(patch);
         if (solver.solve({}) && patch.flipped() == 0) return true;
@@ -175,8 +207,8 @@ private:
     // From the centre to a vertex on the boundary, splitting every edge on the way.
     bool cut_ray(uint32_t target, std::vector<uint32_t>& path) {
         const glm::dvec2 goal = patch.flat[target];
-        uint32_t x = centre, out = none;
-        for (uint32_t h = 0; h < patch.twin.size() && out == none; ++h) {
+        uint32_t x = centre, out = none;  // on the boundary: the first of the edges from there
+        for (uint32_t h = 0; h < patch.twin.size() && (out == none || patch.twin[out] != none); ++h) {
             if (patch.from(h) == x) out = h;
         }
         path.push_back(x);
@@ -200,8 +232,7 @@ private:
                     best = h;
                 }
                 h = patch.twin[previous_corner(h)];
-                if (h == none) return false;
-            } while (h != out);
+            } while (h != none && h != out);
             if (found == none) found = best;
             if (found == none) return false;
             const uint32_t edge = next_corner(found), a = patch.from(edge), b = patch.to(edge);
@@ -227,12 +258,12 @@ private:
     }
     bool wall(uint32_t a, uint32_t b) const { return walls_.contains({std::min(a, b), std::max(a, b)}); }
 
-    // Quads between the rays: what is reached from the side's first edge without crossing one.
-    bool divide(const std::vector<uint32_t>& corner, const std::vector<std::vector<uint32_t>>& rays) {
+    // Quads between the rays: what is reached from the edge after its own corner without crossing one.
+    bool divide(const std::vector<uint32_t>& begin, const std::vector<std::vector<uint32_t>>& rays) {
         for (const auto& ray : rays) add_walls(ray);
         quad.assign(patch.triangles.size(), none);
         std::vector<uint32_t> begin_of(patch.positions.size(), none), stack;
-        for (uint32_t s = 0; s < corner.size(); ++s) begin_of[corner[s]] = s;
+        for (uint32_t s = 0; s < begin.size(); ++s) begin_of[begin[s]] = s;
         for (uint32_t h = 0; h < patch.twin.size(); ++h) {
             if (patch.twin[h] != none || begin_of[patch.from(h)] == none) continue;
             const uint32_t side = begin_of[patch.from(h)];
@@ -359,7 +390,7 @@ Result<Quads> quadrangulate(Surface surface, const Clusters& clusters) {
             middles[c].push_back(middle[side.arc]);
         }
         cuts[c] = std::make_unique<ClusterCut>(result.surface, members[c]);
-        faults[c] = cuts[c]->run(corners[c], middles[c]);
+        faults[c] = cuts[c]->run({corners[c], corners[c], middles[c]});
     };
     const auto put = [&](size_t at) {
         const auto c = static_cast<uint32_t>(at);
@@ -415,8 +446,7 @@ std::set<std::pair<uint32_t, uint32_t>> borders_on_features(const Quads& quads, 
 
 }  // namespace
 
-Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& features) {
-    LODE_CHECK(pivot == 0 || pivot == 2, pivot);
+Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& features) {
     const auto count = static_cast<uint32_t>(quads.quads.size());
     std::vector<uint32_t> twin = quads.surface.twins();
     auto patches = trace_patches(quads.surface, twin, quads.label, count, quads.corners());
@@ -442,29 +472,67 @@ Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& feat
             }
         }
     }
-    // Rings of quads around their pivot, counter-clockwise; those that the boundary opens are left out.
-    const uint32_t corner = (pivot + 2) % 4, middle = (pivot + 3) % 4;
-    std::vector<std::vector<uint32_t>> rings;
+    // Quads around their pivot, counter-clockwise; those that the boundary opens from one end of it to the other.
+    struct Ring {
+        uint32_t pivot;
+        bool open;
+        std::vector<uint32_t> quads;
+    };
+    const auto corner_of = [&](uint32_t q, uint32_t vertex) {
+        const auto& corners = quads.quads[q].corners;
+        return static_cast<uint32_t>(std::ranges::find(corners, vertex) - corners.begin());
+    };
+    const auto next = [&](uint32_t q, uint32_t vertex) { return across[q][(corner_of(q, vertex) + 3) % 4]; };
+    const auto before = [&](uint32_t q, uint32_t vertex) { return across[q][corner_of(q, vertex)]; };
+    const auto ring_around = [&](uint32_t q, uint32_t vertex) -> std::optional<Ring> {
+        uint32_t start = q;
+        for (size_t steps = 0; before(start, vertex) != none && before(start, vertex) != q; ++steps) {
+            start = before(start, vertex);
+            if (steps > count) return std::nullopt;
+        }
+        Ring ring{vertex, before(start, vertex) == none, {}};
+        if (!ring.open) start = q;
+        uint32_t at = start;
+        do {
+            ring.quads.push_back(at);
+            at = next(at, vertex);
+            if (ring.quads.size() > count) return std::nullopt;
+        } while (at != none && at != start);
+        return ring;
+    };
+    // Whether a cluster's corner among the quads lies on the boundary.
+    const auto meets_boundary = [&](const Ring& ring) {
+        return std::ranges::any_of(ring.quads,
+                                   [&](uint32_t q) { return across[q][0] == none || across[q][3] == none; });
+    };
+    std::vector<Ring> rings;
     std::vector<uint32_t> ring_of(count, none);
+    const auto take_ring = [&](uint32_t q, uint32_t vertex) -> Result<void> {
+        if (ring_of[q] != none) return {};
+        auto ring = ring_around(q, vertex);
+        if (!ring) return fail(Fault::invariant, "quads around a vertex do not close");
+        if (ring->quads.size() < (ring->open ? 2u : 3u)) return {};
+        if (pivot == Pivot::outer_middles && (ring->open || !meets_boundary(*ring))) return {};
+        if (std::ranges::any_of(ring->quads, [&](uint32_t r) { return ring_of[r] != none; })) return {};
+        for (const uint32_t r : ring->quads) {
+            const uint32_t after = next(r, vertex);
+            if (!kept.empty() && after != none && kept.contains(std::minmax(r, after))) {
+                ++left;
+                return {};
+            }
+        }
+        for (const uint32_t r : ring->quads) ring_of[r] = static_cast<uint32_t>(rings.size());
+        rings.push_back(std::move(*ring));
+        return {};
+    };
     for (uint32_t q = 0; q < count; ++q) {
-        if (ring_of[q] != none) continue;
-        std::vector<uint32_t> ring;
-        uint32_t at = q;
-        while (at != none && (ring.empty() || at != q)) {
-            ring.push_back(at);
-            at = across[at][middle];
-            if (ring.size() > count) return fail(Fault::invariant, "quads around a vertex do not close");
+        const auto& corners = quads.quads[q].corners;
+        const auto pivots = pivot == Pivot::corners   ? std::vector{corners[0]}
+                            : pivot == Pivot::centres ? std::vector{corners[2]}
+                                                      : std::vector{corners[1], corners[3]};
+        for (const uint32_t vertex : pivots) {
+            if (auto taken = take_ring(q, vertex); !taken) return tl::unexpected(taken.error());
         }
-        if (at == none || ring.size() < 3) continue;
-        bool fixed = false;
-        for (size_t i = 0; i < ring.size() && !kept.empty(); ++i)
-            fixed = fixed || kept.contains(std::minmax(ring[i], ring[(i + 1) % ring.size()]));
-        if (fixed) {
-            ++left;
-            continue;
-        }
-        for (const uint32_t r : ring) ring_of[r] = static_cast<uint32_t>(rings.size());
-        rings.push_back(std::move(ring));
     }
     std::vector<std::vector<uint32_t>> members(rings.size());
     std::vector<SurfaceTriangle> triangles;
@@ -481,13 +549,26 @@ Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& feat
     }
     std::vector<std::unique_ptr<ClusterCut>> cuts(rings.size());
     const auto cut = [&](size_t r) {
-        std::vector<uint32_t> corners, middles;
-        for (const uint32_t q : rings[r]) {
-            corners.push_back(quads.quads[q].corners[corner]);
-            middles.push_back(quads.quads[q].corners[middle]);
+        const Ring& ring = rings[r];
+        const auto from_pivot = [&](uint32_t q, uint32_t by) {
+            return quads.quads[q].corners[(corner_of(q, ring.pivot) + by) % 4];
+        };
+        ClusterCut::Outline outline;
+        for (const uint32_t q : ring.quads) {
+            outline.begins.push_back(from_pivot(q, 2));
+            outline.middles.push_back(from_pivot(q, 3));
+        }
+        outline.corners = outline.begins;
+        if (ring.open) {
+            // The pivot stays where it is on the surface's boundary, and so do the middles next to it there.
+            outline.centre = ring.pivot;
+            outline.corners.push_back(outline.middles.back());
+            outline.corners.push_back(outline.centre);
+            outline.corners.push_back(from_pivot(ring.quads.front(), 1));
+            outline.middles.pop_back();
         }
         cuts[r] = std::make_unique<ClusterCut>(quads.surface, members[r]);
-        if (!cuts[r]->run(corners, middles).empty() || cuts[r]->uniform) cuts[r].reset();
+        if (!cuts[r]->run(outline).empty() || cuts[r]->uniform) cuts[r].reset();
     };
     const auto put = [&](size_t r) {
         if (cuts[r] == nullptr) {
@@ -497,8 +578,9 @@ Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& feat
                 label.push_back(quads.label[t]);
             }
         } else {
-            const uint32_t centre = put_back(*cuts[r], rings[r], quads.surface, triangles, label);
-            for (const uint32_t q : rings[r]) quads.quads[q].corners[pivot] = centre;
+            const Ring& ring = rings[r];
+            const uint32_t centre = put_back(*cuts[r], ring.quads, quads.surface, triangles, label);
+            for (const uint32_t q : ring.quads) quads.quads[q].corners[corner_of(q, ring.pivot)] = centre;
             cuts[r].reset();
         }
         members[r] = {};

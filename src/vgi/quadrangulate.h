@@ -34,11 +34,15 @@ struct Quads {
 // clusters: of the surface, valid for trace_patches; else Fault::invariant.
 Result<Quads> quadrangulate(Surface surface, const Clusters& clusters);
 
-// Stages 4 and 5 again, with the roles changed: the quads around every cluster corner inside the surface (pivot 0), or
-// around every centre (pivot 2), are flattened together, their common vertex moves to the middle of the picture, and
-// the cuts that lead to it are made anew and straight. What belongs to which quad changes, not which quads there are.
-// Where that does not work, or a border that would move lies on features, the quads stay as they are. Returns how many
-// places were left so.
-Result<uint32_t> recentre(Quads& quads, uint32_t pivot, const FeatureLines& features = {});
+// Stages 4 and 5 again, with the roles changed: the quads around a vertex are flattened together, the vertex moves to
+// the middle of the picture (or stays, on the surface's boundary), and the cuts that lead to it are made anew and
+// straight. What belongs to which quad changes, not which quads there are. Where that does not work, or a border that
+// would move lies on features, the quads stay as they are. Returns how many places were left so.
+enum class Pivot {
+    corners,  // of clusters
+    centres,
+    outer_middles,  // of sides from the surface's boundary inwards: borders would run close along it
+};
+Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& features = {});
 
 }  // namespace lodestone::vgi

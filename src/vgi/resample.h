@@ -34,6 +34,7 @@ public:
     // `least_points` at least, before charts are sampled for good. step: object units, taken as far as that allows.
     static constexpr uint32_t most_points = 65535, least_points = 4095;
     void set_step(double step);
+    const std::optional<glm::dvec3>& up() const { return up_; }  // of the mesh (unfold.h)
     Atlas take() { return std::move(atlas_); }
     Atlas& atlas() { return atlas_; }
 

@@ -5,14 +5,15 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <optional>
 
 namespace lodestone::vgi {
 
 namespace {
 
-constexpr std::array<int, 3> reaches{3, 6, 12};  // cells around a fold that may move, one after the other
-constexpr double most_folded = 1.0 / 64;         // of a chart's cells, where it is no height field
+constexpr std::array<int, 4> reaches{3, 6, 12, 24};  // cells around a fold that may move, one after the other
+constexpr double most_folded = 1.0 / 64;             // of a chart's cells, where it is no height field
 constexpr int most_sweeps = 100;
 constexpr double least_move = 0.05;    // of a step of the lattice: a sweep in which nothing moves further is the last
 constexpr double most_outside = 0.5;   // weight: a sample at a concave border may have to lie outside of all triangles
@@ -25,25 +26,34 @@ struct Area {
     double constant;
     glm::dvec2 slope;
     double at(const glm::dvec2& p) const { return constant + glm::dot(slope, p); }
+    // The height of the vertex above the edge across from it, the same way.
+    Area height() const {
+        const double edge = glm::length(slope);
+        return edge > 0 ? Area{constant / edge, slope / edge} : *this;
+    }
 };
 
-// Where the smallest of the areas is largest. It exists: together they are constant, the ring being closed.
-std::optional<glm::dvec2> fairest(std::span<const Area> areas) {
+// Where the lowest of the heights is highest. It exists: the ring is closed.
+std::optional<glm::dvec2> fairest(std::span<const Area> triangles) {
+    std::vector<Area> heights;
+    for (const Area& triangle : triangles) heights.push_back(triangle.height());
     std::optional<glm::dvec2> best;
     double best_least = 0;
-    for (size_t i = 0; i < areas.size(); ++i) {
-        for (size_t j = i + 1; j < areas.size(); ++j) {
-            for (size_t k = j + 1; k < areas.size(); ++k) {
+    for (size_t i = 0; i < heights.size(); ++i) {
+        for (size_t j = i + 1; j < heights.size(); ++j) {
+            for (size_t k = j + 1; k < heights.size(); ++k) {
                 // Where these three are equal.
-                const glm::dvec2 a = areas[i].slope - areas[j].slope, b = areas[i].slope - areas[k].slope;
-                const double u = areas[j].constant - areas[i].constant, v = areas[k].constant - areas[i].constant;
+                const glm::dvec2 a = heights[i].slope - heights[j].slope, b = heights[i].slope - heights[k].slope;
+                const double u = heights[j].constant - heights[i].constant,
+                             v = heights[k].constant - heights[i].constant;
                 const double det = cross(a, b);
                 if (std::abs(det) <= 1e-12 * (glm::length(a) * glm::length(b))) continue;
                 const glm::dvec2 p((u * b.y - v * a.y) / det, (v * a.x - u * b.x) / det);
-                const double equal = areas[i].at(p);
+                const double equal = heights[i].at(p);
                 if (best && equal <= best_least) continue;
-                const double slack = 1e-9 * (std::abs(equal) + std::abs(areas[i].constant));
-                if (std::ranges::any_of(areas, [&](const Area& area) { return area.at(p) < equal - slack; })) continue;
+                const double slack = 1e-9 * (std::abs(equal) + std::abs(heights[i].constant));
+                if (std::ranges::any_of(heights, [&](const Area& height) { return height.at(p) < equal - slack; }))
+                    continue;
                 best = p;
                 best_least = equal;
             }
@@ -98,7 +108,6 @@ public:
     void put_in_order_on(const glm::dvec2& origin, double step, std::vector<glm::dvec2>& flat) const {
         const auto lattice = [&](const glm::dvec2& p) { return (p - origin) / step; };
         for (glm::dvec2& p : flat) p = origin + glm::round(lattice(p)) * step;
-        const auto is_good = [&](const Corners& t) { return area(flat, t) > 0.5 * step * step; };
         // Of the four points around the best place the one where the smallest area is largest.
         const auto nearby = [&](const glm::dvec2& best, const glm::dvec2& now, std::span<const Area> areas) {
             const auto least = [&](const glm::dvec2& p) {
@@ -113,9 +122,22 @@ public:
                     if (least(p) > least(chosen)) chosen = p;
                 }
             }
+            if (least(chosen) > 0.5 * step * step) return chosen;
+            // Where all areas are long and narrow there may be none, and others far from there.
+            for (const glm::dvec2& q : lattice_points(areas, lattice, step)) {
+                const glm::dvec2 p = origin + q * step;
+                if (least(p) > least(chosen)) chosen = p;
+            }
             return chosen;
         };
-        sweep(flat, is_good, step, nearby);
+        // Where that does not do, what is around becomes larger than it need be and makes room.
+        const auto larger_than = [&](double squares) {
+            return [&flat, step, squares, this](const Corners& t) { return area(flat, t) > squares * step * step; };
+        };
+        for (const double squares : {0.5, 3.5, 0.5, 15.5, 0.5, 63.5, 0.5}) {
+            sweep(flat, larger_than(squares), step, nearby);
+            if (std::ranges::all_of(triangles_, larger_than(0.5))) return;
+        }
     }
 
 private:
@@ -131,6 +153,49 @@ private:
         const int x = samples_[i] % row_, y = samples_[i] / row_;
         return inside(samples_[i], row_) && ring_[i].size() == ((x + y) % 2 == 0 ? 8u : 4u);
     }
+    // Points of the lattice where all areas are at least one of its squares: of each of its columns the one in the
+    // middle.
+    template <class Lattice>
+    static std::vector<glm::dvec2> lattice_points(std::span<const Area> areas, const Lattice& lattice, double step) {
+        constexpr double most_columns = 1000;
+        const double square = step * step;
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        std::vector<Area> on;  // the same of lattice points, by squares
+        for (const Area& area : areas) {
+            const glm::dvec2 zero = -lattice(glm::dvec2(0)) * step;  // the lattice's origin
+            on.push_back({area.at(zero) / square, area.slope / step});
+        }
+        for (size_t i = 0; i < on.size(); ++i) {
+            for (size_t j = i + 1; j < on.size(); ++j) {
+                const double det = cross(on[i].slope, on[j].slope);
+                if (std::abs(det) < 0.5) continue;  // whole numbers
+                const double u = 1 - on[i].constant, v = 1 - on[j].constant;
+                const glm::dvec2 p((u * on[j].slope.y - v * on[i].slope.y) / det,
+                                   (v * on[i].slope.x - u * on[j].slope.x) / det);
+                if (std::ranges::any_of(on, [&](const Area& area) { return area.at(p) < 1 - 1e-6; })) continue;
+                low = std::min(low, p.x);
+                high = std::max(high, p.x);
+            }
+        }
+        std::vector<glm::dvec2> points;
+        if (!(high - low < most_columns)) return points;
+        for (double x = std::ceil(low - 1e-6); x <= high + 1e-6; ++x) {
+            double bottom = -std::numeric_limits<double>::infinity(), top = -bottom;
+            for (const Area& area : on) {
+                const double rest = 1 - area.constant - area.slope.x * x;  // slope.y * y is at least this
+                if (area.slope.y > 0.5) {
+                    bottom = std::max(bottom, rest / area.slope.y);
+                } else if (area.slope.y < -0.5) {
+                    top = std::min(top, rest / area.slope.y);
+                } else if (rest > 1e-6) {
+                    top = -std::numeric_limits<double>::infinity();
+                }
+            }
+            const double first = std::ceil(bottom - 1e-6), last = std::floor(top + 1e-6);
+            if (first <= last) points.emplace_back(x, std::floor((first + last) / 2));
+        }
+        return points;
+    }
     // choose: where a sample goes, by its best place, the one it has, and the areas around it.
     template <class IsGood, class Choose>
     void sweep(std::vector<glm::dvec2>& flat, const IsGood& is_good, double step, const Choose& choose) const {
@@ -138,7 +203,8 @@ private:
         bool moving = true;
         for (int sweeps = 0; sweeps < most_sweeps && moving; ++sweeps) {
             moving = false;
-            for (size_t i = 0; i < samples_.size(); ++i) {
+            for (size_t turn = 0; turn < samples_.size(); ++turn) {
+                const size_t i = sweeps % 2 == 0 ? turn : samples_.size() - 1 - turn;  // to and fro
                 if (!is_free(i)) continue;
                 if (std::ranges::all_of(ring_[i], [&](uint32_t t) { return is_good(triangles_[t]); })) continue;
                 areas.clear();
@@ -186,7 +252,7 @@ public:
         result.before = result.left = count();
         // So many are a surface rougher than its samples, not the shear of the chart.
         if (!up_ && result.before > most_folded * static_cast<double>(folded.size())) return result;
-        for (const bool with_margin : {false, true}) {
+        for (const bool with_margin : {false, true, false}) {
             for (const int reach : reaches) {
                 // Of other meshes than height fields many are true edges of the surface.
                 if (result.left == 0 || (!up_ && (with_margin || reach > reaches[0]))) break;

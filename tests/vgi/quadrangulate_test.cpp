@@ -48,5 +48,44 @@ TEST(Quadrangulate, MakesFourSidedDisksThatCoverTheSurface) {
     }
 }
 
+// Length of borders that end on the surface's boundary.
+double borders_inwards(const Quads& quads) {
+    const auto twin = quads.surface.twins();
+    const auto patches =
+        trace_patches(quads.surface, twin, quads.label, static_cast<uint32_t>(quads.quads.size()), quads.corners());
+    EXPECT_TRUE(patches);
+    std::vector<bool> outer(quads.surface.positions.size(), false);
+    for (uint32_t h = 0; h < twin.size(); ++h) {
+        if (twin[h] == none) outer[quads.surface.triangles[h / 3].vertices[h % 3]] = true;
+    }
+    double length = 0;
+    for (const Arc& arc : patches->arcs) {
+        if (arc.left != none && arc.right != none && (outer[arc.vertices.front()] || outer[arc.vertices.back()]))
+            length += arc.length;
+    }
+    return length;
+}
+
+TEST(Recentre, MakesBordersStraightUpToTheBoundary) {
+    const Surface surface = surface_of(fixtures::repaired(Shape::terrain, 20000));
+    ClusterOptions options;
+    options.clusters = 40;
+    const auto clusters = make_clusters(surface, options);
+    ASSERT_TRUE(clusters);
+    auto quads = quadrangulate(surface, *clusters);
+    ASSERT_TRUE(quads && quads->failed.empty());
+    const double before = borders_inwards(*quads);
+    for (const Pivot pivot : {Pivot::outer_middles, Pivot::corners, Pivot::centres}) {
+        ASSERT_TRUE(recentre(*quads, pivot));
+        ASSERT_TRUE(quads->surface.validate());
+        EXPECT_NEAR(quads->surface.area(), surface.area(), 1e-9 * surface.area());
+        const auto patches = trace_patches(quads->surface, quads->surface.twins(), quads->label,
+                                           static_cast<uint32_t>(quads->quads.size()), quads->corners());
+        ASSERT_TRUE(patches) << patches.error().message;
+        EXPECT_TRUE(std::ranges::all_of(patches->sides, [](const auto& sides) { return sides.size() == 4; }));
+    }
+    EXPECT_LT(borders_inwards(*quads), 0.95 * before);
+}
+
 }  // namespace
 }  // namespace lodestone::vgi

@@ -4,9 +4,9 @@
 // What is taken over is what a cut from scratch would have made, in the same order.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "vgi/cut.h"

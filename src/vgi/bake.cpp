@@ -346,7 +346,10 @@ private:
             c.figures.tutte_stretch = chart->tutte_stretch;
             c.figures.uniform = chart->uniform;
             c.figures.flipped = chart->patch.flipped();
-            if (rejected) return;
+            if (rejected) {
+                members[q] = {};
+                return;
+            }
             c.figures.sampled = resampler_->sample(q, *chart);
             if (c.figures.sampled.still_folded > 0 && resampler_->up()) {
                 shear_less(q, members[q], *chart, c.figures.sampled);

@@ -128,7 +128,6 @@ private:
     // half-disk.
     bool flatten(const std::vector<uint32_t>& corner, bool half) {
         const std::vector<uint32_t> loop = patch.boundary();
-        std::vector<double> angle(loop.size(), 0);
         const size_t begin = static_cast<size_t>(std::ranges::find(loop, corner[0]) - loop.begin());
         double total = 0;
         std::vector<double> length(loop.size());
@@ -160,17 +159,16 @@ private:
         }
         patch.flat.assign(patch.positions.size(), {0, 0});
         for (i = 0; i < loop.size(); ++i) {
-            glm::dvec2& p = patch.flat[loop[(begin + i) % loop.size()]];
-            double a = 2 * turn[i];
+            double angle = 2 * turn[i], height = 1;
             if (half) {
                 const double from = begin_of_side[side - 3], to = begin_of_side[side - 1];  // of the flat half
                 const bool flat = turn[i] >= from && turn[i] < to;
-                a = flat ? 1 + (turn[i] - from) / (to - from)
-                         : (turn[i] - to + (turn[i] < to ? 1 : 0)) / (1 - to + from);
-                p = {std::cos(a * std::numbers::pi), std::sin(a * std::numbers::pi) * (flat ? flat_half : 1)};
-            } else {
-                p = {std::cos(a * std::numbers::pi), std::sin(a * std::numbers::pi)};
+                angle = flat ? 1 + (turn[i] - from) / (to - from)
+                             : (turn[i] - to + (turn[i] < to ? 1 : 0)) / (1 - to + from);
+                if (flat) height = flat_half;
             }
+            patch.flat[loop[(begin + i) % loop.size()]] = {std::cos(angle * std::numbers::pi),
+                                                           std::sin(angle * std::numbers::pi) * height};
         }
         HarmonicSolver solver(patch);
         if (solver.solve({}) && patch.flipped() == 0) return true;

@@ -310,6 +310,7 @@ private:
                            sizes.cells * options_.attribute_ratio, std::move(sizes.left_out));
         charts_.assign(count, {});
         choose_lattice(members);
+        resampler_->keep_corners_open();
         std::mutex clock_mutex;
         double parameterise_seconds = 0, resample_seconds = 0, error_seconds = 0;
         const double whole_area = std::max(quads_.surface.area(), 1e-300);

@@ -61,29 +61,14 @@ Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, co
             atlas_.sides[size_t{met.chart} * 4 + met.side] = {q, s};
         }
     }
-    borders_.resize(patches.arcs.size());
-    for (size_t a = 0; a < borders_.size(); ++a) {
-        const Arc& arc = patches.arcs[a];
-        const std::vector<double> places = places_along(arc, surface.positions);
-        const auto last = static_cast<uint32_t>(arc.vertices.size()) - 2;
-        const uint32_t steps = atlas_.attribute_cells_of(arc.left);
-        uint32_t segment = 0;
-        for (uint32_t k = 0; k <= steps; ++k) {
-            const double wanted = static_cast<double>(k) / steps;
-            while (places[segment + 1] < wanted && segment < last) ++segment;
-            double share = std::clamp((wanted - places[segment]) / (places[segment + 1] - places[segment]), 0.0, 1.0);
-            if (k == steps) {
-                segment = last;
-                share = 1;
-            }
-            const glm::dvec3 &p = surface.positions[arc.vertices[segment]],
-                             &q = surface.positions[arc.vertices[segment + 1]];
-            borders_[a].push_back({share == 1 ? q : p + (q - p) * share, segment, share});
-        }
-    }
+    borders_.emplace(surface, patches, atlas_);
 }
 
 void Resampler::set_step(double step) { atlas_.step = std::clamp(step, extent_ / most_points, extent_ / least_points); }
+
+void Resampler::keep_corners_open() {
+    if (up_) borders_->keep_corners_open(patches_, atlas_, *up_);
+}
 
 void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, uint32_t source,
                     const CutPlaces::Corners& places, const glm::dvec3& weights) {
@@ -127,8 +112,13 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
     const uint32_t cells = atlas_.attribute_cells_of(quad), ratio = atlas_.attribute_cells / atlas_.cells,
                    row = cells / ratio + 1;
     std::vector<SamplePlace> places(size_t{row} * row);  // of positions
-    const auto note = [&](uint32_t x, uint32_t y, uint32_t triangle, const glm::dvec3& weights) {
-        if (x % ratio == 0 && y % ratio == 0) places[size_t{y} / ratio * row + x / ratio] = {triangle, weights};
+    const auto put_place = [&](uint32_t x, uint32_t y, const SamplePlace& place) {
+        const SurfaceTriangle& t = patch.triangles[place.triangle];
+        put(quad, x, y, place.point, t.source, patch.places.of(t), place.weights);
+    };
+    const auto put_new = [&](uint32_t x, uint32_t y, const SamplePlace& place) {
+        put_place(x, y, place);
+        if (x % ratio == 0 && y % ratio == 0) places[size_t{y} / ratio * row + x / ratio] = place;
     };
     // Borders.
     const auto number = patch.numbers();
@@ -140,7 +130,7 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
         const Side& side = patches_.sides[quad][s];
         const Arc& arc = patches_.arcs[side.arc];
         for (uint32_t k = 0; k <= cells; ++k) {
-            const BorderSample& b = borders_[side.arc][side.reversed ? cells - k : k];
+            const BorderSample& b = borders_->at(side.arc, side.reversed ? cells - k : k);
             const uint32_t begin = arc.vertices[b.segment + (side.reversed ? 1 : 0)];
             const uint32_t h = along[number.at(begin)];
             const double share = side.reversed ? 1 - b.share : b.share;
@@ -148,9 +138,9 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
             weights[static_cast<int>(h % 3)] = 1 - share;
             weights[static_cast<int>(next_corner(h) % 3)] = share;
             const auto [x, y] = on_side(s, k, cells);
-            const SurfaceTriangle& t = patch.triangles[h / 3];
-            put(quad, x, y, b.position, t.source, patch.places.of(t), weights);
-            note(x, y, h / 3, weights);
+            SamplePlace place(patch, h / 3, weights);
+            place.point = b.position;
+            put_new(x, y, place);
         }
     }
     // Inside.
@@ -160,14 +150,6 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
             at[v][static_cast<size_t>(k)] = std::llround(patch.flat[v][k] * static_cast<double>(cells * fine));
     }
     std::vector<uint8_t> filled(size_t{cells + 1} * (cells + 1), 0);
-    // Where the weights of a triangle's corners say.
-    const auto put_inside = [&](uint32_t x, uint32_t y, uint32_t triangle, const glm::dvec3& weights) {
-        const SurfaceTriangle& t = patch.triangles[triangle];
-        const glm::dvec3 position = patch.positions[t.vertices[0]] * weights.x +
-                                    patch.positions[t.vertices[1]] * weights.y +
-                                    patch.positions[t.vertices[2]] * weights.z;
-        put(quad, x, y, position, t.source, patch.places.of(t), weights);
-    };
     for (uint32_t triangle = 0; triangle < patch.triangles.size(); ++triangle) {
         const SurfaceTriangle& t = patch.triangles[triangle];
         const auto &a = at[t.vertices[0]], &b = at[t.vertices[1]], &c = at[t.vertices[2]];
@@ -191,8 +173,7 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
                 const glm::dvec3 weights =
                     glm::dvec3(static_cast<double>(wa), static_cast<double>(wb), static_cast<double>(wc)) /
                     static_cast<double>(twice);
-                put_inside(static_cast<uint32_t>(x), static_cast<uint32_t>(y), triangle, weights);
-                note(static_cast<uint32_t>(x), static_cast<uint32_t>(y), triangle, weights);
+                put_new(static_cast<uint32_t>(x), static_cast<uint32_t>(y), SamplePlace(patch, triangle, weights));
             }
         }
     }
@@ -202,8 +183,7 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
     }
     if (sampled.missing > 0) return sampled;
     const Unfolded unfolded = unfold(patch, places, row - 1, atlas_, up_);
-    for (const uint32_t s : unfolded.moved)
-        put_inside(s % row * ratio, s / row * ratio, places[s].triangle, places[s].weights);
+    for (const uint32_t s : unfolded.moved) put_place(s % row * ratio, s / row * ratio, places[s]);
     sampled.folded = unfolded.before;
     sampled.still_folded = unfolded.left;
     return sampled;

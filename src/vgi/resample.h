@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "vgi/atlas.h"
+#include "vgi/borders.h"
 #include "vgi/parameterise.h"
 #include "vgi/patches.h"
 
@@ -34,16 +35,13 @@ public:
     // `least_points` at least, before charts are sampled for good. step: object units, taken as far as that allows.
     static constexpr uint32_t most_points = 65535, least_points = 4095;
     void set_step(double step);
+    // Of height fields (borders.h): once the lattice is chosen, before charts are sampled for good.
+    void keep_corners_open();
     const std::optional<glm::dvec3>& up() const { return up_; }  // of the mesh (unfold.h)
     Atlas take() { return std::move(atlas_); }
     Atlas& atlas() { return atlas_; }
 
 private:
-    struct BorderSample {
-        glm::dvec3 position;
-        uint32_t segment;
-        double share;  // of the segment
-    };
     // x, y: 0 .. attribute_cells_of(chart).
     void put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, uint32_t source,
              const CutPlaces::Corners& places, const glm::dvec3& weights);
@@ -51,9 +49,9 @@ private:
     const TriMesh& mesh_;
     const std::span<const glm::vec3> normals_;
     const Patches& patches_;
-    std::vector<std::vector<BorderSample>> borders_;  // per arc
-    const std::optional<glm::dvec3> up_;              // of a height field
-    double extent_;                                   // the longest of the surface
+    std::optional<Borders> borders_;
+    const std::optional<glm::dvec3> up_;  // of a height field
+    double extent_;                       // the longest of the surface
     Atlas atlas_;
 };
 

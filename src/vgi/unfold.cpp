@@ -239,7 +239,7 @@ public:
               const std::optional<glm::dvec3>& up)
         : patch_(patch), places_(places), atlas_(atlas), n_(static_cast<int>(cells)), up_(up) {
         for (size_t i = 0; i < places.size(); ++i) {
-            points_.push_back(rounded(point(places[i])));
+            points_.push_back(rounded(places[i].point));
             normals_.push_back(up ? *up : normal_of(places[i].triangle));
         }
     }
@@ -269,11 +269,6 @@ public:
 
 private:
     int sample(int x, int y) const { return y * (n_ + 1) + x; }
-    glm::dvec3 point(const SamplePlace& place) const {
-        const auto& v = patch_.triangles[place.triangle].vertices;
-        return patch_.positions[v[0]] * place.weights.x + patch_.positions[v[1]] * place.weights.y +
-               patch_.positions[v[2]] * place.weights.z;
-    }
     glm::dvec3 rounded(const glm::dvec3& p) const { return atlas_.origin + atlas_.rounded(p) * atlas_.step; }
     glm::dvec3 normal_of(uint32_t triangle) const {
         const auto& v = patch_.triangles[triangle].vertices;
@@ -382,7 +377,7 @@ private:
             if (!place) continue;
             was.push_back({s, places_[s], points_[s], normals_[s]});
             places_[s] = *place;
-            points_[s] = rounded(point(*place));
+            points_[s] = rounded(place->point);
             if (!up_) normals_[s] = normal_of(place->triangle);
         }
         const bool better = folds() < before;
@@ -408,7 +403,7 @@ private:
             const double off = -std::min({weights.x, weights.y, weights.z, 0.0});
             if (off >= outside) continue;
             outside = off;
-            best = SamplePlace{t, weights};
+            best = SamplePlace(patch_, t, weights);
         }
         return best;
     }
@@ -438,7 +433,8 @@ private:
             for (uint32_t k = 1; k < 3; ++k) {
                 if (weights[static_cast<int>(k)] < weights[static_cast<int>(least)]) least = k;
             }
-            if (weights[static_cast<int>(least)] >= -1e-9) return SamplePlace{triangle, glm::clamp(weights, 0.0, 1.0)};
+            if (weights[static_cast<int>(least)] >= -1e-9)
+                return SamplePlace(patch_, triangle, glm::clamp(weights, 0.0, 1.0));
             const uint32_t across = patch_.twin[triangle * 3 + (least + 1) % 3];
             if (across == none) return find_anywhere(wanted, seen, up);
             triangle = across / 3;
@@ -455,6 +451,12 @@ private:
 };
 
 }  // namespace
+
+SamplePlace::SamplePlace(const Patch& patch, uint32_t in_triangle, const glm::dvec3& by_weights)
+    : triangle(in_triangle), weights(by_weights) {
+    const auto& v = patch.triangles[triangle].vertices;
+    point = patch.positions[v[0]] * weights.x + patch.positions[v[1]] * weights.y + patch.positions[v[2]] * weights.z;
+}
 
 std::optional<glm::dvec3> height_axis(const TriMesh& mesh) {
     for (int k = 0; k < 3; ++k) {

@@ -21,6 +21,10 @@ namespace lodestone::vgi {
 struct SamplePlace {
     uint32_t triangle = none;
     glm::dvec3 weights{0};
+    glm::dvec3 point{0};  // object units; there, but for samples of borders that have given way (borders.h)
+
+    SamplePlace() = default;
+    SamplePlace(const Patch& patch, uint32_t triangle, const glm::dvec3& weights);
 };
 
 struct Unfolded {

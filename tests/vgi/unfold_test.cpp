@@ -78,12 +78,11 @@ struct Square {
         for (uint32_t t = 0; t < surface.triangles.size(); ++t) all.push_back(t);
         patch = take_patch(surface, all);
         places.resize(size_t{row} * row);
-        const auto number = patch.numbers();
         for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
             for (uint32_t k = 0; k < 3; ++k) {
-                SamplePlace& place = places[surface.triangles[t].vertices[k]];
-                place = {t, glm::dvec3(0)};
-                place.weights[static_cast<int>(k)] = 1;
+                glm::dvec3 weights(0);
+                weights[static_cast<int>(k)] = 1;
+                places[surface.triangles[t].vertices[k]] = SamplePlace(patch, t, weights);
             }
         }
     }

@@ -17,6 +17,7 @@ constexpr double most_folded = 1.0 / 64;             // of a chart's cells, wher
 constexpr int most_sweeps = 100;
 constexpr double least_move = 0.05;    // of a step of the lattice: a sweep in which nothing moves further is the last
 constexpr double most_outside = 0.5;   // weight: a sample at a concave border may have to lie outside of all triangles
+constexpr double most_longer = 1.25;   // times the longest edge of a region, where it is no height field
 constexpr double least_cosine = 0.05;  // between the plane of a region and the surface in it
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
@@ -355,12 +356,21 @@ private:
         keep(region, flat, seen, up, moved);
     }
 
-    // Puts samples on the surface where they are seen, if that leaves fewer folds.
+    // Puts samples on the surface where they are seen, if that leaves fewer folds and does not tear them apart.
     template <class Seen>
     void keep(const PlaneRegion& region, const std::vector<glm::dvec2>& flat, const Seen& seen, const glm::dvec3& up,
               std::vector<bool>& moved) {
         const auto folds = [&] {
             return std::ranges::count_if(region.triangles(), [&](const Corners& t) { return is_folded(t); });
+        };
+        // In space: a surface that hangs over has other parts of it where a sample is to be seen.
+        const auto longest = [&] {
+            double length = 0;
+            for (const Corners& t : region.triangles()) {
+                for (size_t k = 0; k < 3; ++k)
+                    length = std::max(length, glm::distance(point_of(t[k]), point_of(t[(k + 1) % 3])));
+            }
+            return length;
         };
         struct Was {
             size_t sample;
@@ -369,6 +379,7 @@ private:
         };
         std::vector<Was> was;
         const auto before = folds();
+        const double longest_before = longest();
         for (size_t i = 0; i < flat.size(); ++i) {
             const auto s = static_cast<size_t>(region.samples()[i]);
             if (!inside(region.samples()[i], n_ + 1) || glm::distance(seen(points_[s]), flat[i]) < atlas_.step / 4)
@@ -380,7 +391,7 @@ private:
             points_[s] = rounded(place->point);
             if (!up_) normals_[s] = normal_of(place->triangle);
         }
-        const bool better = folds() < before;
+        const bool better = folds() < before && (up_ || longest() <= most_longer * longest_before);
         for (const Was& w : was) {
             if (better) {
                 moved[w.sample] = true;

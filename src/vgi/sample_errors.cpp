@@ -295,7 +295,6 @@ private:
     void for_children(uint32_t level, uint32_t px, uint32_t py, Visit&& visit) const {
         for (uint32_t k = 0; k < 4; ++k) visit(tree_.page(level - 1, 2 * px + k % 2, 2 * py + k / 2));
     }
-    glm::dvec3 at(GridPoint p) const { return atlas_.point(texel_of(atlas_, chart_, p)); }
 
     void bound_sphere(uint32_t x0, uint32_t y0, uint32_t size, PageBounds& bounds) const {
         std::array<uint16_t, 3> low{65535, 65535, 65535}, high{0, 0, 0};
@@ -321,18 +320,14 @@ private:
     }
 
     // Triangles of the page's part of the bintree down to its own level; finer ones are in the cones of its children.
-    // And those of the nodes of grid cuts that are culled by this page, as they are with nothing collapsed.
+    // And those of the nodes of grid cuts that are culled by this page, as they are with nothing collapsed. The tree of
+    // a page is that of a chart, only smaller: visit(places in it).
     template <class Visit>
-    void for_triangles(uint32_t level, uint32_t px, uint32_t py, Visit&& visit) const {
-        // The tree of a page is that of a chart, only smaller.
-        const auto n = static_cast<int32_t>(tree_.cells_per_page()), h = static_cast<int32_t>(1u << level);
-        const auto scaled = [&](GridPoint p) {
-            return GridPoint{(static_cast<int32_t>(px) * n + p.x) * h, (static_cast<int32_t>(py) * n + p.y) * h};
-        };
+    void for_triangles(uint32_t level, Visit&& visit) const {
+        const auto n = static_cast<int32_t>(tree_.cells_per_page());
         for (int32_t y = 0; y < n; ++y) {
             for (int32_t x = 0; x < n; ++x) {
-                const GridPoint a = scaled({x, y}), b = scaled({x + 1, y}), c = scaled({x + 1, y + 1}),
-                                d = scaled({x, y + 1});
+                const GridPoint a{x, y}, b{x + 1, y}, c{x + 1, y + 1}, d{x, y + 1};
                 if (rising_diagonal(static_cast<uint32_t>(x), static_cast<uint32_t>(y))) {
                     visit(a, b, c);
                     visit(a, c, d);
@@ -343,19 +338,15 @@ private:
             }
         }
         const Bintree tree{n};
-        for (uint32_t depth = 0; depth < tree.depths(); ++depth) {
-            tree.for_depth(depth, [&](GridPoint p) {
-                for_split_triangles(
-                    tree, p, [&](GridPoint a, GridPoint b, GridPoint c) { visit(scaled(a), scaled(b), scaled(c)); });
-            });
-        }
+        for (uint32_t depth = 0; depth < tree.depths(); ++depth)
+            tree.for_depth(depth, [&](GridPoint p) { for_split_triangles(tree, p, visit); });
         const int32_t finest = level == 0 ? 1 : std::min(4, n),
                       coarsest = level == tree_.base_level() ? n : std::min(4, n);
         for (int32_t step = finest; step <= coarsest; step *= 2) {
             const int32_t cells = std::min(1 << most_node_shift, n / step);
             for (int32_t y = 0; y < n; y += cells * step) {
                 for (int32_t x = 0; x < n; x += cells * step) {
-                    const auto in_page = [&](GridPoint p) { return scaled({x + p.x * step, y + p.y * step}); };
+                    const auto in_page = [&](GridPoint p) { return GridPoint{x + p.x * step, y + p.y * step}; };
                     for_node_triangles(cells, {}, [&](GridPoint a, GridPoint b, GridPoint c) {
                         visit(in_page(a), in_page(b), in_page(c));
                     });
@@ -365,9 +356,24 @@ private:
     }
 
     void bound_cone(uint32_t page, uint32_t level, uint32_t px, uint32_t py, PageBounds& bounds) {
+        // On the lattice: normals are the same there.
+        const uint32_t n = tree_.cells_per_page();
+        points_.clear();
+        for (uint32_t y = 0; y <= n; ++y) {
+            for (uint32_t x = 0; x <= n; ++x) {
+                const auto& p = atlas_.positions[atlas_.texel(chart_, (px * n + x) << level, (py * n + y) << level)];
+                points_.emplace_back(p[0], p[1], p[2]);
+            }
+        }
+        const auto at = [&](GridPoint p) {
+            return points_[static_cast<uint32_t>(p.y) * (n + 1) + static_cast<uint32_t>(p.x)];
+        };
+        normals_.clear();
         glm::dvec3 sum(0);
-        const auto normal_of = [&](GridPoint a, GridPoint b, GridPoint c) { return area_vector(at(a), at(b), at(c)); };
-        for_triangles(level, px, py, [&](GridPoint a, GridPoint b, GridPoint c) { sum += normal_of(a, b, c); });
+        for_triangles(level, [&](GridPoint a, GridPoint b, GridPoint c) {
+            normals_.push_back(area_vector(at(a), at(b), at(c)));
+            sum += normals_.back();
+        });
         Cone& cone = cones_[page];
         const double length = glm::length(sum);
         if (length > 0) {
@@ -376,11 +382,10 @@ private:
                 bounds.axis[static_cast<size_t>(k)] = static_cast<int8_t>(std::lround(sum[k] / length * 127));
             cone.axis = glm::normalize(glm::dvec3(bounds.axis[0], bounds.axis[1], bounds.axis[2]));
             double least = 1;
-            for_triangles(level, px, py, [&](GridPoint a, GridPoint b, GridPoint c) {
-                const glm::dvec3 normal = normal_of(a, b, c);
+            for (const glm::dvec3& normal : normals_) {
                 const double size = glm::length(normal);
                 if (size > 0) least = std::min(least, glm::dot(normal, cone.axis) / size);
-            });
+            }
             cone.angle = std::acos(std::clamp(least, -1.0, 1.0));
             if (level > 0) {
                 for_children(level, px, py, [&](uint32_t child) {
@@ -398,6 +403,7 @@ private:
     const PageTree tree_, of_atlas_;  // the chart's own, and that of charts that leave out nothing
     const std::vector<double>& errors_;
     std::vector<Cone> cones_;
+    std::vector<glm::dvec3> points_, normals_;  // of the page at hand: lattice points; of its triangles
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ constexpr double most_folded = 1.0 / 64;             // of a chart's cells, wher
 constexpr int most_sweeps = 100;
 constexpr double least_move = 0.05;    // of a step of the lattice: a sweep in which nothing moves further is the last
 constexpr double most_outside = 0.5;   // weight: a sample at a concave border may have to lie outside of all triangles
-constexpr double most_longer = 1.25;   // times the longest edge of a region, where it is no height field
+constexpr double most_longer = 2;      // times the longest edge of a region, where it is no height field
 constexpr double least_cosine = 0.05;  // between the plane of a region and the surface in it
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }

@@ -352,7 +352,10 @@ private:
                 return;
             }
             c.figures.sampled = resampler_->sample(q, *chart);
-            if (c.figures.sampled.still_folded > 0 && resampler_->up()) {
+            // Where unfolding does nothing, it is not shear.
+            const Sampled& sampled_first = c.figures.sampled;
+            if (resampler_->up() && sampled_first.still_folded > 0 &&
+                sampled_first.still_folded < sampled_first.folded) {
                 shear_less(q, members[q], *chart, c.figures.sampled);
                 c.figures.stretch = chart->stretch;
             }

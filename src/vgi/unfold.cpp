@@ -13,12 +13,17 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr std::array<int, 4> reaches{3, 6, 12, 24};  // cells around a fold that may move, one after the other
-constexpr double most_folded = 1.0 / 64;             // of a chart's cells, where it is no height field
+constexpr double most_folded =
+    1.0 / 64;  // of a chart's cells, where it is no height field: else it is rougher than that
+// Points of the lattice to a cell of a height field's chart, as seen along its axis: with fewer folds are of rounding.
+constexpr double fewest_points = 16;
+constexpr double most_left = 0.25;  // of the folds, by the first turn through the reaches: else the next are in vain
 constexpr int most_sweeps = 100;
-constexpr double least_move = 0.05;    // of a step of the lattice: a sweep in which nothing moves further is the last
-constexpr double most_outside = 0.5;   // weight: a sample at a concave border may have to lie outside of all triangles
-constexpr double most_longer = 2;      // times the longest edge of a region, where it is no height field
-constexpr double least_cosine = 0.05;  // between the plane of a region and the surface in it
+constexpr size_t moves_per_sample = 8;  // tried in all, of a chart's samples: what is not in order then will not be
+constexpr double least_move = 0.05;     // of a step of the lattice: a sweep in which nothing moves further is the last
+constexpr double most_outside = 0.5;    // weight: a sample at a concave border may have to lie outside of all triangles
+constexpr double most_longer = 2;       // times the longest edge of a region, where it is no height field
+constexpr double least_cosine = 0.05;   // between the plane of a region and the surface in it
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
@@ -74,8 +79,10 @@ bool inside(int sample, int row) {
 // A part of a chart's grid as it is seen in a plane, to be put in order there.
 class PlaneRegion {
 public:
-    // row: samples to a row of the chart's grid, which `triangles` are of.
-    PlaneRegion(std::vector<Corners> triangles, int row) : triangles_(std::move(triangles)), row_(row) {
+    // row: samples to a row of the chart's grid, which `triangles` are of. moves_left: counted down with every move
+    // that is tried; at 0 none is.
+    PlaneRegion(std::vector<Corners> triangles, int row, size_t& moves_left)
+        : triangles_(std::move(triangles)), row_(row), moves_left_(moves_left) {
         index_.assign(static_cast<size_t>(row) * static_cast<size_t>(row), none);
         for (uint32_t t = 0; t < triangles_.size(); ++t) {
             for (const int s : triangles_[t]) {
@@ -208,6 +215,8 @@ private:
                 const size_t i = sweeps % 2 == 0 ? turn : samples_.size() - 1 - turn;  // to and fro
                 if (!is_free(i)) continue;
                 if (std::ranges::all_of(ring_[i], [&](uint32_t t) { return is_good(triangles_[t]); })) continue;
+                if (moves_left_ == 0) return;
+                --moves_left_;
                 areas.clear();
                 for (const uint32_t t : ring_[i]) {
                     size_t k = 0;
@@ -229,6 +238,7 @@ private:
 
     std::vector<Corners> triangles_;
     int row_;
+    size_t& moves_left_;
     std::vector<int> samples_;
     std::vector<std::vector<uint32_t>> ring_;  // per sample of the region: its triangles
     std::vector<uint32_t> index_;              // per sample of the chart: which of the region's it is
@@ -238,7 +248,12 @@ class Unfolding {
 public:
     Unfolding(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const Atlas& atlas,
               const std::optional<glm::dvec3>& up)
-        : patch_(patch), places_(places), atlas_(atlas), n_(static_cast<int>(cells)), up_(up) {
+        : patch_(patch),
+          places_(places),
+          atlas_(atlas),
+          n_(static_cast<int>(cells)),
+          up_(up),
+          moves_left_(moves_per_sample * places.size()) {
         for (size_t i = 0; i < places.size(); ++i) {
             points_.push_back(rounded(places[i].point));
             normals_.push_back(up ? *up : normal_of(places[i].triangle));
@@ -251,12 +266,14 @@ public:
         std::vector<bool> folded = folded_cells();
         const auto count = [&] { return static_cast<uint32_t>(std::ranges::count(folded, true)); };
         result.before = result.left = count();
-        // So many are a surface rougher than its samples, not the shear of the chart.
-        if (!up_ && result.before > most_folded * static_cast<double>(folded.size())) return result;
+        if (result.before == 0) return result;
+        if (up_ ? points_per_cell() < fewest_points : result.before > most_folded * static_cast<double>(folded.size()))
+            return result;
         for (const bool with_margin : {false, true, false}) {
+            if (with_margin && result.left > most_left * result.before + 8) break;
             for (const int reach : reaches) {
                 // Of other meshes than height fields many are true edges of the surface.
-                if (result.left == 0 || (!up_ && (with_margin || reach > reaches[0]))) break;
+                if (result.left == 0 || moves_left_ == 0 || (!up_ && (with_margin || reach > reaches[0]))) break;
                 for (const std::vector<int>& region : regions(folded, reach)) unfold_region(region, with_margin, moved);
                 folded = folded_cells();
                 result.left = count();
@@ -291,6 +308,15 @@ private:
     }
     const glm::dvec3& point_of(int sample) const { return points_[static_cast<size_t>(sample)]; }
     const glm::dvec3& normal(int sample) const { return normals_[static_cast<size_t>(sample)]; }
+
+    double points_per_cell() const {
+        double twice = 0;
+        for (int cell = 0; cell < n_ * n_; ++cell) {
+            for (const auto& [a, b, c] : triangles_of(cell))
+                twice += glm::dot(area_vector(point_of(a), point_of(b), point_of(c)), *up_);
+        }
+        return twice / 2 / (atlas_.step * atlas_.step * n_ * n_);
+    }
 
     std::vector<bool> folded_cells() const {
         std::vector<bool> folded(static_cast<size_t>(n_) * static_cast<size_t>(n_));
@@ -338,7 +364,7 @@ private:
             const auto both = triangles_of(cell);
             triangles.insert(triangles.end(), both.begin(), both.end());
         }
-        const PlaneRegion region(std::move(triangles), n_ + 1);
+        const PlaneRegion region(std::move(triangles), n_ + 1, moves_left_);
         glm::dvec3 up(0);
         for (const int s : region.samples()) up += normal(s);
         if (!(glm::length(up) > 0)) return;
@@ -458,6 +484,7 @@ private:
     const Atlas& atlas_;
     const int n_;  // cells
     const std::optional<glm::dvec3> up_;
+    size_t moves_left_;
     std::vector<glm::dvec3> points_, normals_;  // per sample: rounded; of the surface where it lies
 };
 

@@ -352,10 +352,9 @@ private:
                 return;
             }
             c.figures.sampled = resampler_->sample(q, *chart);
-            // Where unfolding does nothing, it is not shear.
-            const Sampled& sampled_first = c.figures.sampled;
-            if (resampler_->up() && sampled_first.still_folded > 0 &&
-                sampled_first.still_folded < sampled_first.folded) {
+            const Sampled as_laid_out = c.figures.sampled;
+            // What unfolding did nothing for is not shear.
+            if (resampler_->up() && as_laid_out.still_folded > 0 && as_laid_out.still_folded < as_laid_out.folded) {
                 shear_less(q, members[q], *chart, c.figures.sampled);
                 c.figures.stretch = chart->stretch;
             }

@@ -13,8 +13,8 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr std::array<int, 4> reaches{3, 6, 12, 24};  // cells around a fold that may move, one after the other
-constexpr double most_folded =
-    1.0 / 64;  // of a chart's cells, where it is no height field: else it is rougher than that
+// Of a chart's cells, where it is no height field: with more the surface is rougher than its samples.
+constexpr double most_folded = 1.0 / 64;
 // Points of the lattice to a cell of a height field's chart, as seen along its axis: with fewer folds are of rounding.
 constexpr double fewest_points = 16;
 constexpr double most_left = 0.25;  // of the folds, by the first turn through the reaches: else the next are in vain

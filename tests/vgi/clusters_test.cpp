@@ -117,6 +117,30 @@ TEST(Clusters, ReachTheCountWantedOrWhatComponentsNeed) {
     }
 }
 
+// Large buckets begin with rounds of pairs; one bucket for all does without.
+TEST(Clusters, AreAsGoodWhereTheyBeginAsPairs) {
+    for (const uint64_t seed : {1, 2, 3}) {
+        const Surface surface = surface_of(generate(Shape::terrain, 60000, seed));
+        const std::vector<uint32_t> twin = surface.twins();
+        const auto border = [&](uint32_t bucket_triangles) {
+            ClusterOptions options;
+            options.clusters = 12;
+            options.bucket_triangles = bucket_triangles;
+            const auto clusters = make_clusters(surface, options);
+            EXPECT_TRUE(clusters);
+            EXPECT_EQ(clusters->buckets > 1, bucket_triangles < 60000);
+            EXPECT_TRUE(trace_patches(surface, twin, clusters->label, clusters->count));
+            double length = 0;
+            for (uint32_t h = 0; h < twin.size(); ++h) {
+                if (twin[h] != none && clusters->label[h / 3] != clusters->label[twin[h] / 3])
+                    length += surface.length(h);
+            }
+            return length;
+        };
+        EXPECT_LT(border(20000), 1.15 * border(100000)) << seed;
+    }
+}
+
 TEST(Clusters, AreTheSameForAnyNumberOfThreadsAndAtAnyScale) {
     TriMesh mesh = generate(Shape::rock, 20000, 2);
     ASSERT_TRUE(repair(mesh));

@@ -109,6 +109,14 @@ TEST(Unfold, PutsSamplesThatChangedPlacesBackInOrder) {
         EXPECT_TRUE(x > 0 && y > 0 && x < cells && y < cells) << "samples on borders are shared";
     }
     EXPECT_EQ(run().before, 0u);
+    // Four points of the lattice to a cell are too few to look for others.
+    square.places = in_order;
+    std::swap(square.places[8 * row + 7], square.places[8 * row + 9]);
+    lattice.step = 0.5;
+    EXPECT_GT(run().left, 0u);
+    EXPECT_TRUE(run().moved.empty());
+    lattice.step = 1.0 / 256;
+    EXPECT_EQ(run().left, 0u);
     // What is out of order on the border stays, and is told.
     square.places = in_order;
     std::swap(square.places[7], square.places[9]);

@@ -25,7 +25,7 @@ public:
     Means(const Page& page, std::span<const Channel> channels, int32_t n) : page_(page), channels_(channels), n_(n) {}
 
     int32_t plain(size_t channel, int32_t x, int32_t y) const {
-        const Plane plane{page_.values.data(), static_cast<uint32_t>(channel), n_, channels_[channel]};
+        const Plane plane{page_.values.data(), static_cast<uint32_t>(channel), n_, 0, channels_[channel]};
         const auto [sum, weights] = weighed<int32_t>(x, y, [&](int32_t u, int32_t v) { return plane.at(u, v); });
         return Plane::rounded(sum, weights);
     }
@@ -65,8 +65,8 @@ private:
         if (!directions_.empty() && channel == directions_of_) return;
         directions_of_ = channel;
         directions_.clear();
-        const Plane u{page_.values.data(), static_cast<uint32_t>(channel), n_, channels_[channel]},
-            v{page_.values.data(), static_cast<uint32_t>(channel + 1), n_, channels_[channel + 1]};
+        const Plane u{page_.values.data(), static_cast<uint32_t>(channel), n_, 0, channels_[channel]},
+            v{page_.values.data(), static_cast<uint32_t>(channel + 1), n_, 0, channels_[channel + 1]};
         for (int32_t y = 0; y <= n_; ++y) {
             for (int32_t x = 0; x <= n_; ++x) directions_.push_back(direction_of(u.at(x, y), v.at(x, y)));
         }
@@ -91,10 +91,10 @@ void make_parent(const PageTree& tree, std::span<const Channel> channels, uint32
         for (size_t c = 0; c < channels.size(); ++c) {
             const bool pair = channels[c].averaged && channels[c].kind == Channel::Kind::direction;
             const auto put = [&](size_t channel, int32_t x, int32_t y, int32_t value) {
-                const Plane plane{parent.values.data(), static_cast<uint32_t>(channel), n, channels[channel]};
+                const Plane plane{parent.values.data(), static_cast<uint32_t>(channel), n, 0, channels[channel]};
                 parent.values[plane.index(left + x / 2, top + y / 2)] = static_cast<uint16_t>(value);
             };
-            const Plane child{page.values.data(), static_cast<uint32_t>(c), n, channels[c]};
+            const Plane child{page.values.data(), static_cast<uint32_t>(c), n, 0, channels[c]};
             for (int32_t y = 0; y <= n; y += 2) {
                 for (int32_t x = 0; x <= n; x += 2) {
                     if (pair) {

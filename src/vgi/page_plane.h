@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
 
 #include "vgi/bintree.h"
+#include "vgi/error_codes.h"
 #include "vgi/pages.h"
 
 namespace lodestone::vgi {
@@ -20,10 +23,14 @@ struct Plane {
     const uint16_t* page;  // its first channel; those before this one are known
     uint32_t number;       // of the channel
     int32_t n;             // cells
+    uint32_t level;        // of the page, the chart's own
     Channel channel;
 
     size_t size() const { return static_cast<size_t>(n + 1) * static_cast<size_t>(n + 1); }
     size_t index(int32_t x, int32_t y) const { return number * size() + static_cast<size_t>(y * (n + 1) + x); }
+
+    // Low bits that are mostly 0 in what is coded as a difference.
+    uint32_t shift() const { return channel.kind == Channel::Kind::error ? error_code_shift(level) : 0; }
 
     int32_t at(int32_t x, int32_t y) const {
         const uint16_t v = page[index(x, y)];
@@ -60,11 +67,7 @@ struct Plane {
     uint16_t predict(int32_t x, int32_t y) const {
         if (channel.averaged && ((x | y) & 1) == 0) return static_cast<uint16_t>(sample_of_mean(x, y));
         if (channel.kind == Channel::Kind::name) return static_cast<uint16_t>(at(x & ~1, y & ~1));
-        if (channel.kind == Channel::Kind::bound) {
-            int32_t least = 255;
-            Bintree{n}.for_parents({x, y}, [&](GridPoint p) { least = std::min(least, at(p.x, p.y)); });
-            return static_cast<uint16_t>(least);
-        }
+        if (channel.kind == Channel::Kind::error) return error_at({x, y});
         if (channel.kind == Channel::Kind::radius) return radius_around({x, y});
         if ((y & 1) == 0) {
             if (x < 3 || x + 3 > n) return static_cast<uint16_t>(rounded(at(x - 1, y) + at(x + 1, y), 2));
@@ -79,6 +82,43 @@ struct Plane {
             return static_cast<uint16_t>(rounded(edges, 4));
         const int32_t corners = at(x - 1, y - 1) + at(x + 1, y - 1) + at(x - 1, y + 1) + at(x + 1, y + 1);
         return static_cast<uint16_t>(rounded(3 * edges - corners, 8));
+    }
+    glm::dvec3 lattice_point(GridPoint p) const {
+        const auto i = static_cast<size_t>(p.y * (n + 1) + p.x);
+        return {page[i], page[size() + i], page[2 * size() + i]};
+    }
+    // Squared distance of p from the plane through three points, in steps of the lattice. The same on every machine:
+    // products are not contracted (see the flags of the build), and most numbers are whole.
+    double off_plane(GridPoint p, GridPoint a, GridPoint b, GridPoint c) const {
+        const glm::dvec3 from = lattice_point(a), normal = glm::cross(lattice_point(b) - from, lattice_point(c) - from);
+        const double height = glm::dot(normal, lattice_point(p) - from), squared = glm::dot(normal, normal);
+        return squared > 0 ? height * height / squared : 0;
+    }
+    // Error of a finest sample as far as samples tell: that of the triangles it splits, and more than those whose
+    // parent it is.
+    uint32_t own_error(const Bintree& tree, GridPoint p) const {
+        double own = 0, of_children = 0;
+        const auto [a, b] = tree.hypotenuse(p);
+        tree.for_parents(p, [&](GridPoint apex) { own = std::max(own, off_plane(p, a, b, apex)); });
+        tree.for_children(p, [&](GridPoint child) {
+            const auto [c, d] = tree.hypotenuse(child);
+            of_children = std::max(of_children, off_plane(child, c, d, p));
+        });
+        uint32_t code = round_up(error_code_of_squared(own), level);
+        if (of_children > 0) {
+            const uint32_t above = 1u + round_up(error_code_of_squared(of_children), level);
+            code = std::max<uint32_t>(code, round_up(above, level));
+        }
+        return code;
+    }
+    // Errors of the finest samples are mostly those of the triangles without them, which positions tell; of coarser
+    // ones that is the least there can be, and their parents' is nearer.
+    uint16_t error_at(GridPoint p) const {
+        const Bintree tree{n};
+        uint32_t expected = 255;
+        tree.for_parents(p, [&](GridPoint q) { expected = std::min(expected, static_cast<uint32_t>(at(q.x, q.y))); });
+        if (level == 0 && expected > 0) expected = std::min(expected, own_error(tree, p));
+        return static_cast<uint16_t>(expected >> shift() << shift());
     }
     // Code of the distance to the farthest corner of the triangles that p splits, as ErrorCodes::of_radius has it, in
     // integers: half octaves of a length are octaves of its square, and code 255 is that of 3 * 2^40 lattice steps,
@@ -117,14 +157,14 @@ struct Plane {
                 for (int32_t x = 1; x <= n; x += 2) visit(x, y, predict(x, y));
             }
         };
-        if (channel.kind == Channel::Kind::bound) centres();
+        if (channel.kind == Channel::Kind::error) centres();
         for (int32_t y = 0; y <= n; y += 2) {
             for (int32_t x = 1; x <= n; x += 2) visit(x, y, predict(x, y));
         }
         for (int32_t y = 1; y <= n; y += 2) {
             for (int32_t x = 0; x <= n; x += 2) visit(x, y, predict(x, y));
         }
-        if (channel.kind != Channel::Kind::bound) centres();
+        if (channel.kind != Channel::Kind::error) centres();
         for (int32_t y = 0; channel.averaged && y <= n; y += 2) {
             for (int32_t x = 0; x <= n; x += 2) visit(x, y, predict(x, y));
         }

@@ -49,9 +49,10 @@ Result<void> PageStream::load_base_pages() {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
                 for (const Layer layer : both_layers) {
                     const size_t l = index_of(layer);
-                    pages[c * 2 + l] = decode({layer, a, c * atlas.trees[l].pages(), nullptr, nullptr}, atlas.trees[l],
-                                              atlas.channels[l], 0, atlas.file->bytes(layer, c, 0), nullptr,
-                                              atlas.file->about().attributes, texel_words_);
+                    pages[c * 2 + l] =
+                        decode({layer, a, c * atlas.trees[l].pages(), nullptr, nullptr},
+                               tree_of(atlas.file->about(), layer, c), atlas.channels[l], 0,
+                               atlas.file->bytes(layer, c, 0), nullptr, atlas.file->about().attributes, texel_words_);
                 }
             }
         });
@@ -139,7 +140,8 @@ void PageStream::start_decoding(const FrameInput& input) {
                 const Page parent = parent_geometry != nullptr
                                         ? unpacked_geometry(*parent_geometry)
                                         : unpacked_attributes(*parent_attributes, atlas.trees[l], attributes);
-                return decode({layer, a, number, nullptr, nullptr}, atlas.trees[l], atlas.channels[l], page,
+                const PageTree own = tree_of(atlas.file->about(), layer, number / atlas.trees[l].pages());
+                return decode({layer, a, number, nullptr, nullptr}, own, atlas.channels[l], page,
                               std::span(blob.data(), blob.size()), &parent, attributes, words);
             }));
     }

@@ -79,7 +79,10 @@ std::vector<Stream> streams_of(const PageTree& tree, std::span<const Channel> ch
         while (end < channels.size() && channels[end].group == channels[c].group) ++end;
         const size_t coded = coded_samples(tree, channels[c], base),
                      fresh = base ? coded : coded_samples(tree, {}, false);  // of which nothing is known
-        streams.push_back({c, end - c, 0, fresh, false});
+        const size_t centres = size_t{tree.cells_per_page()} * tree.cells_per_page() / 4;
+        const bool centres_first = !base && channels[c].kind == Channel::Kind::error;
+        if (centres_first) streams.push_back({c, end - c, 0, centres, false});
+        streams.push_back({c, end - c, centres_first ? centres : 0, fresh, false});
         if (channels[c].wide) streams.push_back({c, end - c, 0, fresh, true});
         if (coded > fresh) streams.push_back({c, end - c, fresh, coded, false});
         c = end;
@@ -87,13 +90,19 @@ std::vector<Stream> streams_of(const PageTree& tree, std::span<const Channel> ch
     return streams;
 }
 
-// Differences fold to small positive numbers; of 8-bit channels they wrap around within 8 bits.
-uint16_t fold(uint16_t off, bool wide) {
+// Differences fold to small positive numbers; of 8-bit channels they wrap around within 8 bits, of which the lowest
+// `shift` become the highest.
+uint16_t fold(uint16_t off, bool wide, uint32_t shift) {
     if (wide) return static_cast<uint16_t>((off << 1) ^ (0u - (off >> 15)));
-    const auto byte = static_cast<uint8_t>(off);
-    return static_cast<uint8_t>((byte << 1) ^ (0u - (byte >> 7)));
+    const auto byte = static_cast<int8_t>(off);
+    const auto high = static_cast<uint8_t>(byte >> shift);
+    const uint32_t folded = (high << 1) ^ (0u - (high >> 7));
+    return static_cast<uint8_t>((folded & 0xffu >> shift) | static_cast<uint32_t>(off) << (8 - shift));
 }
-uint16_t unfold(uint16_t folded) { return static_cast<uint16_t>((folded >> 1) ^ (0u - (folded & 1u))); }
+uint16_t unfold(uint16_t folded, uint32_t shift) {
+    const uint32_t high = shift == 0 ? folded : folded & 0xffu >> shift, low = shift == 0 ? 0 : folded >> (8 - shift);
+    return static_cast<uint16_t>(((high >> 1) ^ (0u - (high & 1u))) << shift | low);
+}
 uint16_t wrapped(uint32_t value, const Channel& channel) {
     if (channel.wide) return static_cast<uint16_t>(value);
     const auto byte = static_cast<uint8_t>(value);
@@ -135,6 +144,11 @@ void PageTree::place(uint32_t page, uint32_t* level, uint32_t* x, uint32_t* y) c
         page -= side * side;
     }
 }
+uint32_t PageTree::level(uint32_t page) const {
+    uint32_t level = 0, x = 0, y = 0;
+    place(page, &level, &x, &y);
+    return level;
+}
 uint32_t PageTree::parent(uint32_t number) const {
     uint32_t level = 0, x = 0, y = 0;
     place(number, &level, &x, &y);
@@ -157,7 +171,7 @@ PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart) {
 
 std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer) {
     using Kind = Channel::Kind;
-    constexpr Channel lattice{0, true, false, Kind::smooth}, error{1, false, false, Kind::bound},
+    constexpr Channel lattice{0, true, false, Kind::smooth}, error{1, false, false, Kind::error},
         radius{2, false, false, Kind::radius}, normal{0, false, true, Kind::direction, true}, uv{1, true, false},
         colour{2, false, false, Kind::amount, true}, material{3, true, false, Kind::name};
     if (layer == Layer::geometry) return {lattice, lattice, lattice, error, radius};
@@ -204,7 +218,7 @@ std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Chann
                                      std::span<const Page> pages) {
     LODE_CHECK(pages.size() == tree.pages(), pages.size());
     const auto n = static_cast<int32_t>(tree.cells_per_page());
-    const uint32_t members = PageTree::members(family);
+    const uint32_t members = PageTree::members(family), level = tree.level(tree.member(family, 0));
     // Channel after channel, member after member.
     std::vector<std::vector<uint16_t>> folded(channels.size());
     for (uint32_t k = 0; k < members; ++k) {
@@ -213,10 +227,11 @@ std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Chann
         Page known = pages[number];
         if (family > 0) copy_from_parent(tree, number, channels.size(), pages[tree.parent(number)], known);
         for (size_t c = 0; c < channels.size(); ++c) {
-            const Plane plane{known.values.data(), static_cast<uint32_t>(c), n, channels[c]};
+            const Plane plane{known.values.data(), static_cast<uint32_t>(c), n, level, channels[c]};
+            const uint32_t shift = family == 0 ? 0 : plane.shift();
             plane.for_order(family == 0, [&](int32_t x, int32_t y, uint16_t expected) {
-                folded[c].push_back(
-                    fold(static_cast<uint16_t>(values[plane.index(x, y)] - expected), channels[c].wide));
+                const auto off = static_cast<uint16_t>(values[plane.index(x, y)] - expected);
+                folded[c].push_back(fold(off, channels[c].wide, shift));
             });
         }
     }
@@ -277,10 +292,11 @@ Page PageFamily::page(uint32_t number, const Page* parent) const {
     samples.values.resize(channels_.size() * plane_size);
     if (parent != nullptr) copy_from_parent(tree_, number, channels_.size(), *parent, samples);
     for (size_t c = 0; c < channels_.size(); ++c) {
-        const Plane plane{samples.values.data(), static_cast<uint32_t>(c), n, channels_[c]};
+        const Plane plane{samples.values.data(), static_cast<uint32_t>(c), n, tree_.level(number), channels_[c]};
+        const uint32_t shift = number == 0 ? 0 : plane.shift();
         const uint16_t* next = folded_[c].data() + k * folded_[c].size() / PageTree::members(family_);
         plane.for_order(number == 0, [&](int32_t x, int32_t y, uint16_t expected) {
-            samples.values[plane.index(x, y)] = wrapped(uint32_t{expected} + unfold(*next++), channels_[c]);
+            samples.values[plane.index(x, y)] = wrapped(uint32_t{expected} + unfold(*next++, shift), channels_[c]);
         });
     }
     return samples;

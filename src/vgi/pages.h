@@ -36,6 +36,7 @@ struct PageTree {
     }
     uint32_t page(uint32_t level, uint32_t x, uint32_t y) const { return page_of(base_level() - level, x, y); }
     void place(uint32_t page, uint32_t* level, uint32_t* x, uint32_t* y) const;
+    uint32_t level(uint32_t page) const;
     uint32_t parent(uint32_t page) const;  // page is not 0
 
     // What is compressed as one: the coarsest page (family 0), and the four children of page p (family p + 1).
@@ -54,8 +55,10 @@ struct Channel {
         smooth,     // an amount with more slope than noise
         direction,  // the same, of which two are one direction, octahedral
         name,       // of a thing: the mean of two is neither
-        bound,      // not above that of the sample's parents in the bintree
-        radius,     // mostly that of the sphere around the triangles that the sample splits; channels of geometry alone
+        // Of geometry alone (sample_errors.h): not above that of the sample's parents in the bintree; mostly that of
+        // the sphere around the triangles that the sample splits.
+        error,
+        radius,
     };
     uint8_t group;
     bool wide;  // 16 bits, else 8

@@ -17,17 +17,9 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr double error_steps = 8, radius_steps = 2;  // per octave
-constexpr double most_radius = 16;                   // extents
-constexpr double rounding = 1e-6;                    // what float arithmetic may lose, as a share
+constexpr double rounding = 1e-6;  // what float arithmetic may lose, as a share
 
 Bintree bintree_of(const Atlas& atlas, uint32_t chart) { return {static_cast<int32_t>(atlas.cells_of(chart))}; }
-// Errors of the finest samples, of which there are most, take every fourth code, those of the next level every second:
-// they are bounds, and half an octave there costs little where a code's bits cost much.
-uint8_t rounded_up(uint8_t code, uint32_t depth) {
-    const int step = depth < 2 ? 4 : depth < 4 ? 2 : 1;
-    return static_cast<uint8_t>(std::min(255, (code + step - 1) / step * step));
-}
 size_t texel_of(const Atlas& atlas, uint32_t chart, GridPoint p) {
     return atlas.texel(chart, static_cast<uint32_t>(p.x), static_cast<uint32_t>(p.y));
 }
@@ -408,25 +400,6 @@ private:
 
 }  // namespace
 
-ErrorCodes::ErrorCodes(double extent) {
-    errors_[0] = radii_[0] = 0;
-    for (int code = 1; code < 256; ++code) {
-        errors_[static_cast<size_t>(code)] = static_cast<float>(extent * std::exp2((code - 255) / error_steps));
-        radii_[static_cast<size_t>(code)] =
-            static_cast<float>(extent * most_radius * std::exp2((code - 255) / radius_steps));
-    }
-}
-uint8_t ErrorCodes::of_error(double error) const {
-    const auto at = std::lower_bound(errors_.begin(), errors_.end(), static_cast<float>(error));
-    LODE_CHECK(at != errors_.end(), error, errors_.back());
-    return static_cast<uint8_t>(at - errors_.begin());
-}
-uint8_t ErrorCodes::of_radius(double radius) const {
-    const auto at = std::lower_bound(radii_.begin(), radii_.end(), static_cast<float>(radius));
-    LODE_CHECK(at != radii_.end(), radius, radii_.back());
-    return static_cast<uint8_t>(at - radii_.begin());
-}
-
 ChartErrors measure_samples(Atlas& atlas, uint32_t chart, const Chart& source) {
     return Measure(atlas, chart).run(source);
 }
@@ -446,7 +419,7 @@ void saturate(Atlas& atlas) {
                         child = std::max<double>(child, codes.error(atlas.sample_errors[texel_of(atlas, c, q)]));
                     });
                     if (child > 0) code = std::max(code, codes.of_error(std::min(child * error_ratio, atlas.extent())));
-                    code = rounded_up(code, depth);
+                    code = round_up(code, depth / 2);
                 });
             }
         });

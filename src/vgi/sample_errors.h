@@ -12,10 +12,10 @@
 // same numbers, so it is across charts too.
 #pragma once
 
-#include <array>
-#include <cstdint>
+#include <vector>
 
 #include "vgi/atlas.h"
+#include "vgi/error_codes.h"
 #include "vgi/parameterise.h"
 
 namespace lodestone::vgi {
@@ -25,21 +25,6 @@ namespace lodestone::vgi {
 inline constexpr double error_ratio = 1.0905077326652577;
 // Radii may be smaller the larger the smallest Q that is used: at 720 lines and 60 degrees, errors up to 10 pixels.
 inline constexpr double least_magnification = 64;
-
-// Codes are logarithmic, and rounded up: eighths of an octave for errors, halves for radii; 0 is 0. A chart's corners,
-// which are always there, have the largest of both.
-// extent: Atlas::extent(), object units.
-class ErrorCodes {
-public:
-    explicit ErrorCodes(double extent);
-    uint8_t of_error(double error) const;    // object units, 0 .. extent
-    uint8_t of_radius(double radius) const;  // object units, 0 .. 16 extent
-    float error(uint8_t code) const { return errors_[code]; }
-    float radius(uint8_t code) const { return radii_[code]; }
-
-private:
-    std::array<float, 256> errors_, radii_;
-};
 
 // Distances of one chart to the source, from the source's vertices and from every sample. Sets the codes of its samples
 // to their own errors. Different charts may be measured at once.

@@ -4,12 +4,32 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "base/random.h"
+#include "vgi/bintree.h"
+#include "vgi/error_codes.h"
 #include "vgi/page_means.h"
 
 namespace lodestone::vgi {
 namespace {
+
+// Pages of a square image, whose finest are given: value(channel, x, y).
+template <class Value>
+std::vector<Page> pages_of(const PageTree& tree, std::span<const Channel> channels, Value&& value) {
+    const uint32_t n = tree.cells_per_page(), row = n + 1;
+    std::vector<Page> pages(tree.pages());
+    for (uint32_t p = tree.page(0, 0, 0); p < tree.pages(); ++p) {
+        uint32_t level = 0, px = 0, py = 0;
+        tree.place(p, &level, &px, &py);
+        for (uint32_t c = 0; c < channels.size(); ++c) {
+            for (uint32_t i = 0; i < row * row; ++i)
+                pages[p].values.push_back(static_cast<uint16_t>(value(c, px * n + i % row, py * n + i / row)));
+        }
+    }
+    make_parents(tree, channels, pages);
+    return pages;
+}
 
 TEST(Pages, CodeAnyNumbers) {
     // Noise, extremes and constants come back as they were.
@@ -18,7 +38,7 @@ TEST(Pages, CodeAnyNumbers) {
     const std::vector<Channel> channels{{0, true, false},
                                         {0, true, false, Kind::smooth},
                                         {0, true, false, Kind::name},
-                                        {1, false, false, Kind::bound},
+                                        {1, false, false, Kind::error},
                                         {2, false, false, Kind::radius},
                                         {3, false, true},
                                         {4, true, false}};
@@ -67,6 +87,53 @@ TEST(Pages, CodeAnyNumbers) {
     }
 }
 
+TEST(Pages, ErrorsThatPositionsTellTakeNextToNothing) {
+    // A bumpy surface whose finest samples err as far as they are off the triangles without them, saturated; and errors
+    // about as large that have nothing to do with it.
+    using Kind = Channel::Kind;
+    const PageTree tree{64};
+    const std::vector<Channel> channels{{0, true, false, Kind::smooth},
+                                        {0, true, false, Kind::smooth},
+                                        {0, true, false, Kind::smooth},
+                                        {1, false, false, Kind::error}};
+    const Bintree bintree{64};
+    std::vector<uint16_t> heights(65 * 65);
+    for (size_t i = 0; i < heights.size(); ++i) heights[i] = static_cast<uint16_t>(1000 + mix64(i) % 200);
+    const auto point = [&](GridPoint p) {
+        return glm::dvec3(100 * p.x, 100 * p.y, heights[static_cast<size_t>(p.y * 65 + p.x)]);
+    };
+    const ErrorCodes codes(65535 * std::sqrt(3.0));
+    const auto off_triangles = [&](GridPoint p) {
+        const auto [a, b] = bintree.hypotenuse(p);
+        double off = 0;
+        bintree.for_parents(p, [&](GridPoint q) {
+            const glm::dvec3 normal = glm::normalize(glm::cross(point(b) - point(a), point(q) - point(a)));
+            off = std::max(off, std::abs(glm::dot(normal, point(p) - point(a))));
+        });
+        return uint32_t{round_up(codes.of_error(off), 0)};
+    };
+    const auto error = [&](GridPoint p) {
+        if (bintree.level(p) > 0) return 200u;
+        uint32_t code = off_triangles(p);
+        if (bintree.is_centre(p))
+            bintree.for_children(p, [&](GridPoint q) { code = std::max(code, off_triangles(q) + 4); });
+        return code;
+    };
+    const auto size_with = [&](bool told) {
+        std::vector<Page> pages = pages_of(tree, channels, [&](uint32_t c, uint32_t x, uint32_t y) -> uint32_t {
+            const GridPoint p{static_cast<int32_t>(x), static_cast<int32_t>(y)};
+            if (c < 3) return static_cast<uint32_t>(point(p)[static_cast<int>(c)]);
+            if (told || bintree.level(p) > 0) return error(p);
+            return round_up(static_cast<uint32_t>(120 + mix64(x + 65 * y) % 60), 0);
+        });
+        size_t size = encode_family(tree, channels, 1, pages).size();
+        for (Page& page : pages) std::fill(page.values.begin() + 3 * 33 * 33, page.values.end(), uint16_t{0});
+        size -= encode_family(tree, channels, 1, pages).size();
+        return size;
+    };
+    EXPECT_LT(6 * size_with(true), size_with(false)) << size_with(true);
+}
+
 TEST(Pages, EveryPageIsInOneFamily) {
     const PageTree tree{256};
     std::vector<uint32_t> met(tree.pages(), 0);
@@ -79,23 +146,6 @@ TEST(Pages, EveryPageIsInOneFamily) {
         }
     }
     EXPECT_THAT(met, testing::Each(1u));
-}
-
-// Pages of a square image, whose finest are given: value(channel, x, y).
-template <class Value>
-std::vector<Page> pages_of(const PageTree& tree, std::span<const Channel> channels, Value&& value) {
-    const uint32_t n = tree.cells_per_page(), row = n + 1;
-    std::vector<Page> pages(tree.pages());
-    for (uint32_t p = tree.page(0, 0, 0); p < tree.pages(); ++p) {
-        uint32_t level = 0, px = 0, py = 0;
-        tree.place(p, &level, &px, &py);
-        for (uint32_t c = 0; c < channels.size(); ++c) {
-            for (uint32_t i = 0; i < row * row; ++i)
-                pages[p].values.push_back(static_cast<uint16_t>(value(c, px * n + i % row, py * n + i / row)));
-        }
-    }
-    make_parents(tree, channels, pages);
-    return pages;
 }
 
 constexpr Channel normal{0, false, true, Channel::Kind::direction, true},

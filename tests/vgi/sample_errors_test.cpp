@@ -61,6 +61,21 @@ TEST(ErrorCodes, RoundUp) {
     }
 }
 
+TEST(ErrorCodes, OfLatticeDistancesAreThoseOfErrors) {
+    // Object units of a step of the lattice each.
+    const ErrorCodes codes(65535 * std::sqrt(3.0));
+    EXPECT_EQ(error_code_of_squared(0), 0);
+    EXPECT_EQ(error_code_of_squared(1e-30), 1);
+    for (double error = 110000; error > 1e-4; error *= 0.9731)
+        EXPECT_EQ(error_code_of_squared(error * error), codes.of_error(error)) << error;
+    EXPECT_EQ(round_up(0, 0), 0);
+    EXPECT_EQ(round_up(1, 0), 4);
+    EXPECT_EQ(round_up(4, 0), 4);
+    EXPECT_EQ(round_up(253, 0), 255);
+    EXPECT_EQ(round_up(5, 1), 6);
+    EXPECT_EQ(round_up(5, 2), 5);
+}
+
 TEST(SampleErrors, AreSaturatedAndSharedOnAnyMesh) {
     auto meshes = fixtures::manifold_meshes();
     meshes.push_back({"rock", fixtures::repaired(Shape::rock, 6000)});

@@ -35,7 +35,9 @@ Result<TriMesh> finished(const SourceFile& file, HeightMap& map, const ReadOptio
         holes -= filled;
     }
     if (options.pixel_size > 0) map.spacing_x = map.spacing_y = static_cast<double>(options.pixel_size);
-    if (holes > 0) report.warnings.push_back(std::to_string(holes) + " samples hold no data; they are holes");
+    if (holes > 0)
+        report.warnings.push_back(std::to_string(holes) +
+                                  " samples hold no data; they are holes (`--fill-voids` fills them)");
     TriMesh mesh = terrain_of(map);
     if (mesh.triangles.empty())
         return file.wrong("", "has no three neighbouring samples with data; there is nothing to read");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <mutex>
 #include <numeric>
 #include <optional>
@@ -44,7 +45,10 @@ double times_more(double stretch, double bound) { return std::clamp(std::sqrt(st
 // Where samples are closer together than this share of what is usual, a chart may be stretched more by as much:
 // clusters as small as the topology asks for are what they are, and have samples to spare.
 constexpr double close_samples = 0.25;
-constexpr double far_stretched = 4;  // times the bound: with such charts it is worth while to go on for little
+// Making bad clusters finer was in vain where they have more than this share of their area left. It is given up at
+// once, or, where they are less than one in few_bad, at the fourth time: then a round is soon over.
+constexpr double still_bad = 0.8;
+constexpr size_t few_bad = 16, patience = 3;
 constexpr size_t charts_at_once = 64;
 constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
 // Clusters that making them finer may lead to: so many times those wanted, or those there had to be, and some.
@@ -66,8 +70,9 @@ std::vector<double> wanted_of(const Surface& surface, const std::vector<float>& 
 
 // What attempts know of those before.
 struct Rounds {
-    uint32_t most_clusters = 0;  // 0 until the first clusters are there
-    size_t bad_before = ~size_t{0};
+    uint32_t most_clusters = 0;                                 // 0 until the first clusters are there
+    double bad_area = std::numeric_limits<double>::infinity();  // of the charts that were stretched too much
+    size_t in_vain = 0;
 };
 
 // One attempt: clusters, quads and charts of a surface with a density of clusters.
@@ -417,12 +422,11 @@ private:
         };
         judge();
         const auto bad = static_cast<size_t>(std::ranges::count(bad_, true));
-        const bool hopeless = std::ranges::any_of(
-            charts_, [&](const ChartResult& c) { return stretch_of(c) > far_stretched * options_.worst_stretch; });
-        const double little_less = hopeless ? 0.8 : 0.5;
-        if (rejected && fault_.empty() &&
-            static_cast<double>(bad) > little_less * static_cast<double>(rounds_.bad_before)) {
-            // Making them finer has not helped the most of them: they are taken, and what was left out is sampled.
+        double bad_area = 0;
+        for (const ChartResult& c : charts_) bad_area += is_bad(c) ? c.figures.area : 0;
+        if (bad_area > still_bad * rounds_.bad_area) ++rounds_.in_vain;
+        if (rejected && fault_.empty() && rounds_.in_vain > (bad * few_bad < bad_.size() ? patience : 0)) {
+            // They are taken as they are, and what was left out is sampled.
             last_ = true;
             rejected = false;
             std::erase_if(order, [&](uint32_t q) { return !charts_[q].errors.levels.empty(); });
@@ -430,7 +434,7 @@ private:
             if (auto done = make_some(order, count - order.size()); !done) return done;
             judge();
         }
-        rounds_.bad_before = bad;
+        rounds_.bad_area = bad_area;
         const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
         report_.parameterise_seconds += parameterise_seconds * share;
         report_.resample_seconds += resample_seconds * share;

@@ -70,8 +70,9 @@ Buckets cut_into_buckets(const Surface& surface, uint32_t wanted) {
 
 class Merging {
 public:
-    Merging(CellComplex& complex, const ClusterOptions& options, double area)
-        : complex_(complex), weights_(options.weights), wanted_(area / options.clusters) {
+    // kept: per cell, the cluster that stays of which it is, none of others; empty where none stays.
+    Merging(CellComplex& complex, const ClusterOptions& options, double area, std::vector<uint32_t> kept)
+        : complex_(complex), weights_(options.weights), wanted_(area / options.clusters), kept_(std::move(kept)) {
         version_.assign(complex.edge_slots(), 0);
     }
 
@@ -157,7 +158,7 @@ private:
 
     bool may_be_merged(uint32_t a, uint32_t b, const std::vector<bool>& frozen) const {
         return a != b && a < complex_.triangle_cells() && b < complex_.triangle_cells() &&
-               (frozen.empty() || (!frozen[a] && !frozen[b]));
+               (frozen.empty() || (!frozen[a] && !frozen[b])) && (kept_.empty() || kept_[a] == kept_[b]);
     }
     bool is_small_enough(uint32_t edge) const {
         return complex_.moments(complex_.cell_of(edge * 2)).weighted +
@@ -189,6 +190,7 @@ private:
     CellComplex& complex_;
     const ClusterWeights weights_;
     const double wanted_;  // area
+    const std::vector<uint32_t> kept_;
     std::vector<uint32_t> version_;
 };
 
@@ -217,7 +219,7 @@ constexpr size_t paired_per_cell = 128;
 // Clusters inside a bucket, down to several times those it will have: the last merges are better made with sight of
 // all. A triangle at the bucket's border, or the surface's, stays as it is, so that parts fit together.
 CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangles, const ClusterOptions& options,
-                       const Whole& whole, std::vector<uint32_t>& cell_of) {
+                       const Whole& whole, std::span<const uint32_t> kept, std::vector<uint32_t>& cell_of) {
     Patch patch = take_patch(surface, triangles);
     Surface own;
     own.positions = std::move(patch.positions);
@@ -246,7 +248,11 @@ CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangl
     const double wanted = options.clusters * (whole.area > 0 ? whole.weighted / whole.area : 1);
     const auto target = static_cast<size_t>(16 + 16 * wanted * static_cast<double>(free_cells) /
                                                      static_cast<double>(surface.triangles.size()));
-    Merging merging(complex, options, whole.area);
+    std::vector<uint32_t> own_kept;
+    for (const uint32_t t : triangles) {
+        if (!kept.empty()) own_kept.push_back(kept[t]);
+    }
+    Merging merging(complex, options, whole.area, std::move(own_kept));
     free_cells = merging.pair_up(edges, free_cells, paired_per_cell * target, frozen);
     merging.run(edges, free_cells, target, frozen);
     return complex.part(own, patch.origin, cell_of);
@@ -323,6 +329,22 @@ std::vector<ReadyQuad> use_templates(const Surface& surface, const Components& c
 
 }  // namespace
 
+std::vector<uint32_t> kept_clusters(const Surface& surface, const ClustersBefore& before) {
+    std::vector<uint32_t> kept = before.label;
+    if (kept.empty()) return kept;
+    std::vector<bool> meets_bad(surface.positions.size(), false), again(before.bad.size(), false);
+    for (size_t t = 0; t < kept.size(); ++t) {
+        for (const uint32_t v : surface.triangles[t].vertices) meets_bad[v] = meets_bad[v] || before.bad[kept[t]];
+    }
+    for (size_t t = 0; t < kept.size(); ++t) {
+        for (const uint32_t v : surface.triangles[t].vertices) again[kept[t]] = again[kept[t]] || meets_bad[v];
+    }
+    for (uint32_t& cluster : kept) {
+        if (again[cluster]) cluster = none;
+    }
+    return kept;
+}
+
 std::vector<uint32_t> Clusters::ready_corners() const {
     std::vector<uint32_t> corners;
     for (const ReadyQuad& quad : ready) corners.insert(corners.end(), quad.corners.begin(), quad.corners.end());
@@ -335,6 +357,7 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     const Stopwatch cut_watch;
     const Whole whole(surface, options.density);
     const Buckets buckets = cut_into_buckets(surface, options.bucket_triangles);
+    const std::vector<uint32_t> kept = kept_clusters(surface, options.before);
     result.buckets = static_cast<uint32_t>(buckets.count());
     result.cut_seconds = cut_watch.wall();
     const Stopwatch bucket_watch;
@@ -348,7 +371,7 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
         parallel_for(buckets.count(), 1, [&](size_t begin, size_t end) {
             for (size_t b = begin; b < end && !progress.stopped(); ++b) {
                 std::vector<uint32_t> cell_of;
-                parts[b] = merged_bucket(surface, buckets.of(b), options, whole, cell_of);
+                parts[b] = merged_bucket(surface, buckets.of(b), options, whole, kept, cell_of);
                 for (size_t i = 0; i < cell_of.size(); ++i) result.label[buckets.of(b)[i]] = cell_of[i];
             }
         });
@@ -364,6 +387,11 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     const Stopwatch merge_watch;
     progress.at("clusters", 0);
     const Components components(surface, *complex, options, whole);
+    std::vector<uint32_t> kept_cells = kept;
+    if (!kept.empty() && !result.label.empty()) {
+        kept_cells.resize(complex->triangle_cells());
+        for (size_t t = 0; t < kept.size(); ++t) kept_cells[result.label[t]] = kept[t];
+    }
     std::vector<uint32_t> in_small, in_others;  // edges
     for (uint32_t e = 0; e < complex->edge_slots(); ++e)
         (components.of(complex->origin(e * 2)).is_small() ? in_small : in_others).push_back(e);
@@ -372,7 +400,7 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
         others += !components.of(complex->origin(complex->first_half_edge(c))).is_small();
     double wanted = 0;
     for (const Components::One& one : components.all) wanted += one.is_small() ? 0 : one.wanted;
-    Merging merging(*complex, options, whole.area);
+    Merging merging(*complex, options, whole.area, std::move(kept_cells));
     merging.run(in_others, others, static_cast<size_t>(std::lround(wanted)), {});
     merging.run(in_small, complex->triangle_cells() - others, 0, {});
     const std::vector<uint32_t> cell = complex->labels();

@@ -26,6 +26,14 @@ struct ClusterWeights {
     double bulge = 1;           // 4 pi A / P^2 - 1 where that is positive: a cap on a neck, which flattens badly
 };
 
+// Clusters there were, of which some were bad. Those and what is around them are made anew, the others stay.
+struct ClustersBefore {
+    std::vector<uint32_t> label;  // per triangle; empty where there were none
+    std::vector<bool> bad;        // per cluster
+};
+// Per triangle: the cluster before that it is of, if that stays, else none; empty where there were no clusters.
+std::vector<uint32_t> kept_clusters(const Surface& surface, const ClustersBefore& before);
+
 struct ClusterOptions {
     // Wanted in all. A component has at least 4 where it is closed, 3 with a boundary, or, where its share of the area
     // comes to two clusters or to one at most, is made of templates (templates.h). What small components have beyond
@@ -39,6 +47,7 @@ struct ClusterOptions {
     // then how many there would be without. Empty for 1 everywhere.
     std::vector<float> density;
     FeatureLines features;  // that borders prefer
+    ClustersBefore before;
 };
 
 // A cluster that is a quad as it is.

@@ -141,6 +141,47 @@ TEST(Clusters, AreAsGoodWhereTheyBeginAsPairs) {
     }
 }
 
+TEST(Clusters, StayWhereNoneNearbyWasBad) {
+    const TriMesh mesh = generate(Shape::terrain, 20000);
+    const Surface surface = surface_of(mesh);
+    for (const uint32_t bucket_triangles : {200000u, 3000u}) {
+        ClusterOptions options;
+        options.clusters = 60;
+        options.bucket_triangles = bucket_triangles;
+        const auto before = make_clusters(surface, options);
+        ASSERT_TRUE(before);
+        const uint32_t wrong = before->count / 2;
+        options.before = {before->label, std::vector<bool>(before->count, false)};
+        options.before.bad[wrong] = true;
+        for (const uint32_t label : before->label) options.density.push_back(label == wrong ? 4.0f : 1.0f);
+        const std::vector<uint32_t> kept = kept_clusters(surface, options.before);
+        const auto after = make_clusters(surface, options);
+        ASSERT_TRUE(after);
+        EXPECT_GT(after->count, before->count);
+        // Per cluster that stays: what it is called now.
+        std::vector<uint32_t> now(before->count, none), pieces(after->count, 0);
+        std::vector<bool> near(before->count, true);
+        for (size_t t = 0; t < kept.size(); ++t) {
+            if (kept[t] == none) {
+                if (before->label[t] == wrong) ++pieces[after->label[t]];
+                continue;
+            }
+            near[kept[t]] = false;
+            if (now[kept[t]] == none) now[kept[t]] = after->label[t];
+            EXPECT_EQ(now[kept[t]], after->label[t]);
+        }
+        EXPECT_TRUE(near[wrong]);
+        EXPECT_GE(std::ranges::count_if(pieces, [](uint32_t n) { return n > 0; }), 2);
+        const auto again = static_cast<uint32_t>(std::ranges::count(near, true));
+        EXPECT_GE(again, 4u) << "what is around it, too";
+        EXPECT_LE(again, 16u);
+        std::ranges::sort(now);
+        EXPECT_EQ(std::ranges::adjacent_find(now, [](uint32_t a, uint32_t b) { return a == b && a != none; }),
+                  now.end())
+            << "two that stay are one now";
+    }
+}
+
 TEST(Clusters, AreTheSameForAnyNumberOfThreadsAndAtAnyScale) {
     TriMesh mesh = generate(Shape::rock, 20000, 2);
     ASSERT_TRUE(repair(mesh));

@@ -92,10 +92,10 @@ public:
 
     // Clusters whose charts are stretched too much or could not be made go to bad_clusters(), `fault` says what was
     // wrong with the last of the latter.
-    Result<void> run(Surface surface, const std::vector<float>& density, ClustersBefore before) {
+    Result<void> run(Surface surface, const std::vector<float>& density, std::vector<uint32_t> kept) {
         ClusterOptions cluster_options = options_.clusters;
         cluster_options.density = density;
-        cluster_options.before = std::move(before);
+        cluster_options.kept = std::move(kept);
         cluster_options.features = features_;
         auto clusters = kept_or_made<Clusters>(
             work_, stage("clusters"), read_clusters, [&] { return make_clusters(surface, cluster_options, progress_); },
@@ -105,7 +105,7 @@ public:
         bad_.assign(clusters_.count, false);
         stretch_.assign(clusters_.count, 0);
         doubtful_.assign(clusters_.count, false);
-        find_doubtful(surface, kept_clusters(surface, cluster_options.before));
+        find_doubtful(surface, cluster_options.kept);
         for (const ReadyQuad& quad : clusters_.ready) doubtful_[quad.cluster] = true;
         report_.clusters = clusters_.count;
         report_.template_charts = static_cast<uint32_t>(clusters_.ready.size());
@@ -202,8 +202,10 @@ private:
                what;
     }
 
-    // Those that are not as they were (kept: kept_clusters()), and what is around them: borders are moved together.
+    // Those that are not as they were (kept: ClusterOptions::kept), and what is around them: borders are moved
+    // together.
     void find_doubtful(const Surface& surface, std::span<const uint32_t> kept) {
+        if (kept.empty()) return;
         const std::vector<uint32_t>& label = clusters_.label;
         std::vector<uint32_t> now(kept.size(), none);  // per cluster before
         for (size_t t = 0; t < kept.size(); ++t) {
@@ -213,15 +215,7 @@ private:
                 now[kept[t]] = label[t];
             }
         }
-        std::vector<bool> around(kept.empty() ? 0 : surface.positions.size(), false);
-        for (size_t t = 0; t < kept.size(); ++t) {
-            for (const uint32_t v : surface.triangles[t].vertices) around[v] = around[v] || doubtful_[label[t]];
-        }
-        for (size_t t = 0; t < kept.size(); ++t) {
-            for (const uint32_t v : surface.triangles[t].vertices) {
-                if (around[v]) doubtful_[label[t]] = true;
-            }
-        }
+        doubtful_ = with_neighbours(surface, label, std::move(doubtful_));
     }
 
     // Quads of the clusters, made straight; or what has failed.
@@ -497,12 +491,12 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     Surface surface = surface_now();
     FeatureLines features = options.clusters.weights.feature > 0 ? FeatureLines(source) : FeatureLines();
     std::vector<float> density;  // 1 everywhere
-    ClustersBefore before;
+    std::vector<uint32_t> kept;
     Rounds rounds;
     for (;;) {
         ++report.rounds;
         Attempt attempt(source, normals, features, options, report, rounds, progress, work);
-        if (auto done = attempt.run(std::move(surface), density, std::move(before)); !done)
+        if (auto done = attempt.run(std::move(surface), density, std::move(kept)); !done)
             return tl::unexpected(done.error());
         const std::vector<bool>& bad = attempt.bad_clusters();
         // What is stretched is taken in the end, what could not be made never is.
@@ -528,7 +522,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
             forgotten[surface.triangles[t].source] = true;
         }
         features.forget(forgotten);
-        before = {attempt.label(), bad};
+        kept = kept_clusters(surface, attempt.label(), bad);
     }
 }
 

@@ -219,7 +219,7 @@ constexpr size_t paired_per_cell = 128;
 // Clusters inside a bucket, down to several times those it will have: the last merges are better made with sight of
 // all. A triangle at the bucket's border, or the surface's, stays as it is, so that parts fit together.
 CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangles, const ClusterOptions& options,
-                       const Whole& whole, std::span<const uint32_t> kept, std::vector<uint32_t>& cell_of) {
+                       const Whole& whole, std::vector<uint32_t>& cell_of) {
     Patch patch = take_patch(surface, triangles);
     Surface own;
     own.positions = std::move(patch.positions);
@@ -248,11 +248,11 @@ CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangl
     const double wanted = options.clusters * (whole.area > 0 ? whole.weighted / whole.area : 1);
     const auto target = static_cast<size_t>(16 + 16 * wanted * static_cast<double>(free_cells) /
                                                      static_cast<double>(surface.triangles.size()));
-    std::vector<uint32_t> own_kept;
+    std::vector<uint32_t> kept;
     for (const uint32_t t : triangles) {
-        if (!kept.empty()) own_kept.push_back(kept[t]);
+        if (!options.kept.empty()) kept.push_back(options.kept[t]);
     }
-    Merging merging(complex, options, whole.area, std::move(own_kept));
+    Merging merging(complex, options, whole.area, std::move(kept));
     free_cells = merging.pair_up(edges, free_cells, paired_per_cell * target, frozen);
     merging.run(edges, free_cells, target, frozen);
     return complex.part(own, patch.origin, cell_of);
@@ -329,18 +329,23 @@ std::vector<ReadyQuad> use_templates(const Surface& surface, const Components& c
 
 }  // namespace
 
-std::vector<uint32_t> kept_clusters(const Surface& surface, const ClustersBefore& before) {
-    std::vector<uint32_t> kept = before.label;
-    if (kept.empty()) return kept;
-    std::vector<bool> meets_bad(surface.positions.size(), false), again(before.bad.size(), false);
-    for (size_t t = 0; t < kept.size(); ++t) {
-        for (const uint32_t v : surface.triangles[t].vertices) meets_bad[v] = meets_bad[v] || before.bad[kept[t]];
+std::vector<bool> with_neighbours(const Surface& surface, std::span<const uint32_t> label, std::vector<bool> marked) {
+    std::vector<bool> met(surface.positions.size(), false);
+    for (size_t t = 0; t < label.size(); ++t) {
+        for (const uint32_t v : surface.triangles[t].vertices) met[v] = met[v] || marked[label[t]];
     }
-    for (size_t t = 0; t < kept.size(); ++t) {
-        for (const uint32_t v : surface.triangles[t].vertices) again[kept[t]] = again[kept[t]] || meets_bad[v];
+    for (size_t t = 0; t < label.size(); ++t) {
+        for (const uint32_t v : surface.triangles[t].vertices) marked[label[t]] = marked[label[t]] || met[v];
     }
+    return marked;
+}
+
+std::vector<uint32_t> kept_clusters(const Surface& surface, std::span<const uint32_t> label,
+                                    const std::vector<bool>& bad) {
+    const std::vector<bool> anew = with_neighbours(surface, label, bad);
+    std::vector<uint32_t> kept(label.begin(), label.end());
     for (uint32_t& cluster : kept) {
-        if (again[cluster]) cluster = none;
+        if (anew[cluster]) cluster = none;
     }
     return kept;
 }
@@ -357,7 +362,6 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     const Stopwatch cut_watch;
     const Whole whole(surface, options.density);
     const Buckets buckets = cut_into_buckets(surface, options.bucket_triangles);
-    const std::vector<uint32_t> kept = kept_clusters(surface, options.before);
     result.buckets = static_cast<uint32_t>(buckets.count());
     result.cut_seconds = cut_watch.wall();
     const Stopwatch bucket_watch;
@@ -371,7 +375,7 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
         parallel_for(buckets.count(), 1, [&](size_t begin, size_t end) {
             for (size_t b = begin; b < end && !progress.stopped(); ++b) {
                 std::vector<uint32_t> cell_of;
-                parts[b] = merged_bucket(surface, buckets.of(b), options, whole, kept, cell_of);
+                parts[b] = merged_bucket(surface, buckets.of(b), options, whole, cell_of);
                 for (size_t i = 0; i < cell_of.size(); ++i) result.label[buckets.of(b)[i]] = cell_of[i];
             }
         });
@@ -387,10 +391,10 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     const Stopwatch merge_watch;
     progress.at("clusters", 0);
     const Components components(surface, *complex, options, whole);
-    std::vector<uint32_t> kept_cells = kept;
-    if (!kept.empty() && !result.label.empty()) {
+    std::vector<uint32_t> kept_cells = options.kept;
+    if (!options.kept.empty() && !result.label.empty()) {
         kept_cells.resize(complex->triangle_cells());
-        for (size_t t = 0; t < kept.size(); ++t) kept_cells[result.label[t]] = kept[t];
+        for (size_t t = 0; t < options.kept.size(); ++t) kept_cells[result.label[t]] = options.kept[t];
     }
     std::vector<uint32_t> in_small, in_others;  // edges
     for (uint32_t e = 0; e < complex->edge_slots(); ++e)

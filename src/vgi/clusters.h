@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/progress.h"
@@ -26,13 +27,11 @@ struct ClusterWeights {
     double bulge = 1;           // 4 pi A / P^2 - 1 where that is positive: a cap on a neck, which flattens badly
 };
 
-// Clusters there were, of which some were bad. Those and what is around them are made anew, the others stay.
-struct ClustersBefore {
-    std::vector<uint32_t> label;  // per triangle; empty where there were none
-    std::vector<bool> bad;        // per cluster
-};
-// Per triangle: the cluster before that it is of, if that stays, else none; empty where there were no clusters.
-std::vector<uint32_t> kept_clusters(const Surface& surface, const ClustersBefore& before);
+// Of the clusters there were (label: per triangle) the marked ones, and those that meet one of them in a vertex.
+std::vector<bool> with_neighbours(const Surface& surface, std::span<const uint32_t> label, std::vector<bool> marked);
+// For ClusterOptions::kept: all stay but the bad ones and their neighbours.
+std::vector<uint32_t> kept_clusters(const Surface& surface, std::span<const uint32_t> label,
+                                    const std::vector<bool>& bad);
 
 struct ClusterOptions {
     // Wanted in all. A component has at least 4 where it is closed, 3 with a boundary, or, where its share of the area
@@ -47,7 +46,9 @@ struct ClusterOptions {
     // then how many there would be without. Empty for 1 everywhere.
     std::vector<float> density;
     FeatureLines features;  // that borders prefer
-    ClustersBefore before;
+    // Per triangle: the cluster of before that it stays in, none where clusters are made anew; empty where there were
+    // none before.
+    std::vector<uint32_t> kept;
 };
 
 // A cluster that is a quad as it is.

@@ -151,10 +151,10 @@ TEST(Clusters, StayWhereNoneNearbyWasBad) {
         const auto before = make_clusters(surface, options);
         ASSERT_TRUE(before);
         const uint32_t wrong = before->count / 2;
-        options.before = {before->label, std::vector<bool>(before->count, false)};
-        options.before.bad[wrong] = true;
+        std::vector<bool> bad(before->count, false);
+        bad[wrong] = true;
         for (const uint32_t label : before->label) options.density.push_back(label == wrong ? 4.0f : 1.0f);
-        const std::vector<uint32_t> kept = kept_clusters(surface, options.before);
+        const std::vector<uint32_t> kept = options.kept = kept_clusters(surface, before->label, bad);
         const auto after = make_clusters(surface, options);
         ASSERT_TRUE(after);
         EXPECT_GT(after->count, before->count);

@@ -24,6 +24,13 @@ bool srtm_void(float value) { return value == -32768.0f || value == -32767.0f; }
 
 Result<TriMesh> finished(const SourceFile& file, HeightMap& map, const ReadOptions& options, ReadReport& report) {
     size_t holes = 0;
+    if (const auto guess = options.void_height ? std::nullopt : guess_voids(map)) {
+        char digits[32];  // the fewest that read back as the same float
+        const std::string height(digits, std::to_chars(digits, digits + sizeof digits, guess->height).ptr);
+        report.warnings.push_back(std::to_string(guess->samples) + " samples are " + height +
+                                  ", far from what is around them; if they hold no data, `--void-height " + height +
+                                  "` makes them holes, and `--fill-voids` fills these");
+    }
     for (float& sample : map.samples) {
         if (options.void_height && sample == *options.void_height) sample = hole;
         sample *= options.height_scale;

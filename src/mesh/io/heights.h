@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "mesh/tri_mesh.h"
@@ -14,6 +15,15 @@ struct HeightMap {
     std::vector<float> samples;           // rows north to south; a hole is not finite
     double spacing_x = 1, spacing_y = 1;  // object units from sample to sample
 };
+
+// A height that seems to stand for "no data" without the file saying so: the most frequent one, where it is a pit or a
+// spike among what is around it.
+struct VoidGuess {
+    float height = 0;
+    size_t samples = 0;        // of that height
+    double times_farther = 0;  // from samples beside them than others from each other, in the mean
+};
+std::optional<VoidGuess> guess_voids(const HeightMap& map);
 
 // Samples that hold no data take what their surroundings suggest, smoothly. Returns how many; 0 where there is nothing
 // to go by.

@@ -400,6 +400,35 @@ TEST_F(ReadTest, FillsVoidsOfHeightMapsFromAroundThem) {
                 HasSubstr("nothing to read"));
 }
 
+TEST_F(ReadTest, TellsOfHeightsThatMayStandForNoData) {
+    // A bumpy slope from the sea up, with a lake; then with pits among the mountains.
+    constexpr uint32_t side = 40;
+    std::vector<uint16_t> samples;
+    for (uint32_t y = 0; y < side; ++y) {
+        for (uint32_t x = 0; x < side; ++x) {
+            const bool lake = x >= 20 && x < 28 && y >= 12 && y < 20;
+            const uint32_t ground = 100 + 20 * (x < 6 ? 0 : x - 6) + (x * 7 + y * 11) % 13;
+            samples.push_back(static_cast<uint16_t>(lake ? 460 : x < 6 ? 100 : ground));
+        }
+    }
+    ReadReport report;
+    ASSERT_TRUE(read_mesh(write_heights(folder_ / "lake.png", samples, side, side), {}, &report));
+    EXPECT_THAT(report.warnings, testing::IsEmpty());
+    std::vector<uint16_t> pits = samples;
+    for (uint32_t y = 0; y < side; ++y) pits[y * side + 12 + y % 25] = 100;
+    const std::string pit_count = std::to_string(std::ranges::count(pits, 100));
+    const fs::path path = write_heights(folder_ / "pits.png", pits, side, side);
+    ASSERT_TRUE(read_mesh(path, {}, &report));
+    EXPECT_THAT(report.warnings,
+                testing::ElementsAre(testing::AllOf(HasSubstr(pit_count + " samples are 100, far from"),
+                                                    HasSubstr("`--void-height 100`"))));
+    ReadOptions options;
+    options.void_height = 100;
+    report = {};
+    ASSERT_TRUE(read_mesh(path, options, &report));
+    EXPECT_THAT(report.warnings, testing::ElementsAre(HasSubstr("they are holes")));
+}
+
 TEST_F(ReadTest, GeoTiffBringsItsOwnSpacingAndNoData) {
     const fs::path path = folder_ / "h.tif";
     static const TIFFFieldInfo fields[] = {

@@ -1,9 +1,10 @@
-// Push-pull: averages go up a pyramid as far as there are any, and come down where there was nothing; then what was
-// filled is smoothed.
+// Voids are filled by push-pull: averages go up a pyramid as far as there are any, and come down where there was
+// nothing; then what was filled is smoothed.
 //
 //   Gortler, Grzeszczuk, Szeliski, Cohen, "The lumigraph", SIGGRAPH 1996, section 3.4, for the pyramid.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "mesh/io/heights.h"
 
@@ -12,6 +13,11 @@ namespace lodestone {
 namespace {
 
 constexpr int smoothing_rounds = 64;
+// A height of this many samples, most of all, may stand for no data where it lies so many times farther from samples
+// beside it than these from each other. Tiles of the Shuttle Radar Topography Mission whose voids were written as sea:
+// 33 and 80 times; real sea and lakes: less than once.
+constexpr size_t many_voids = 16;
+constexpr double steep = 8;
 
 struct Level {
     uint32_t width, height;
@@ -51,6 +57,36 @@ float between(const Level& coarse, uint32_t x, uint32_t y) {
 }
 
 }  // namespace
+
+std::optional<VoidGuess> guess_voids(const HeightMap& map) {
+    std::vector<float> sorted;
+    for (const float sample : map.samples) {
+        if (std::isfinite(sample)) sorted.push_back(sample);
+    }
+    std::ranges::sort(sorted);
+    VoidGuess guess;
+    for (size_t first = 0, last = 0; first < sorted.size(); first = last) {
+        while (last < sorted.size() && sorted[last] == sorted[first]) ++last;
+        if (last - first > guess.samples) guess = {sorted[first], last - first, 0};
+    }
+    if (guess.samples < many_voids) return std::nullopt;
+    double around = 0, elsewhere = 0;
+    size_t pairs_around = 0, pairs_elsewhere = 0;
+    const auto add = [&](float a, float b) {
+        if (!std::isfinite(a) || !std::isfinite(b) || (a == guess.height && b == guess.height)) return;
+        const bool is_around = a == guess.height || b == guess.height;
+        (is_around ? around : elsewhere) += std::abs(static_cast<double>(a) - static_cast<double>(b));
+        ++(is_around ? pairs_around : pairs_elsewhere);
+    };
+    for (size_t i = 0; i < map.samples.size(); ++i) {
+        if (i % map.width + 1 < map.width) add(map.samples[i], map.samples[i + 1]);
+        if (i + map.width < map.samples.size()) add(map.samples[i], map.samples[i + map.width]);
+    }
+    if (pairs_around == 0 || !(elsewhere > 0)) return std::nullopt;
+    guess.times_farther =
+        around / static_cast<double>(pairs_around) / (elsewhere / static_cast<double>(pairs_elsewhere));
+    return guess.times_farther >= steep ? std::optional(guess) : std::nullopt;
+}
 
 size_t fill_voids(HeightMap& map) {
     std::vector<size_t> voids;

@@ -19,6 +19,7 @@
 #include "vgi/kept_stages.h"
 #include "vgi/quadrangulate.h"
 #include "vgi/resample.h"
+#include "vgi/rounds.h"
 #include "vgi/sample_errors.h"
 
 namespace lodestone::vgi {
@@ -38,21 +39,11 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
     return edge_share * std::sqrt(area / std::max(clusters, 1u));
 }
 
-// Of clusters, where a chart was stretched too much: times as many are wanted. Where hardly any were wanted, and there
-// are as few as the topology allows, so many. Of either more the more it was stretched.
-constexpr double denser = 3, few_wanted = 0.5, least_wanted = 1.5 * ClusterOptions::most_wanted;
-double times_more(double stretch, double bound) { return std::clamp(std::sqrt(stretch / bound), 1.0, 8.0); }
 // Where samples are closer together than this share of what is usual, a chart may be stretched more by as much:
 // clusters as small as the topology asks for are what they are, and have samples to spare.
 constexpr double close_samples = 0.25;
-// Making bad clusters finer was in vain where they have more than this share of their area left. It is given up at
-// once, or, where they are less than one in few_bad, at the fourth time: then a round is soon over.
-constexpr double still_bad = 0.8;
-constexpr size_t few_bad = 16, patience = 3;
 constexpr size_t charts_at_once = 64;
 constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
-// Clusters that making them finer may lead to: so many times those wanted, or those there had to be, and some.
-constexpr uint32_t most_finer = 4, few_clusters = 256;
 
 // Per cluster: how many are wanted where it is, of `clusters` in all.
 std::vector<double> wanted_of(const Surface& surface, const std::vector<float>& density,
@@ -67,13 +58,6 @@ std::vector<double> wanted_of(const Surface& surface, const std::vector<float>& 
     for (double& here : wanted) here *= clusters / std::max(whole, 1e-300);
     return wanted;
 }
-
-// What attempts know of those before.
-struct Rounds {
-    uint32_t most_clusters = 0;                                 // 0 until the first clusters are there
-    double bad_area = std::numeric_limits<double>::infinity();  // of the charts that were stretched too much
-    size_t in_vain = 0;
-};
 
 // One attempt: clusters, quads and charts of a surface with a density of clusters.
 class Attempt {
@@ -90,8 +74,7 @@ public:
           progress_(progress),
           work_(work) {}
 
-    // Clusters whose charts are stretched too much or could not be made go to bad_clusters(), `fault` says what was
-    // wrong with the last of the latter.
+    // What is wrong with its clusters goes to judgement(), `fault` says it of the last that could not be made.
     Result<void> run(Surface surface, const std::vector<float>& density, std::vector<uint32_t> kept) {
         ClusterOptions cluster_options = options_.clusters;
         cluster_options.density = density;
@@ -102,8 +85,7 @@ public:
             [](const Clusters& made, ChunkWriter& writer) { return write_stage(made, writer); });
         if (!clusters) return tl::unexpected(clusters.error());
         clusters_ = std::move(*clusters);
-        bad_.assign(clusters_.count, false);
-        stretch_.assign(clusters_.count, 0);
+        judged_ = {std::vector<bool>(clusters_.count, false), std::vector<double>(clusters_.count, 0)};
         doubtful_.assign(clusters_.count, false);
         find_doubtful(surface, cluster_options.kept);
         for (const ReadyQuad& quad : clusters_.ready) doubtful_[quad.cluster] = true;
@@ -114,9 +96,8 @@ public:
         report_.bucket_seconds += clusters_.bucket_seconds;
         report_.merge_seconds += clusters_.merge_seconds;
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
-        if (rounds_.most_clusters == 0)
-            rounds_.most_clusters = most_finer * std::max(options_.clusters.clusters, report_.clusters) + few_clusters;
-        last_ = report_.rounds >= options_.most_rounds || report_.clusters > rounds_.most_clusters;
+        rounds_.begin(report_.clusters);
+        last_ = rounds_.is_last();
         auto straight = kept_or_made<StraightQuads>(
             work_, stage("quads"), read_quads, [&] { return make_quads(std::move(surface)); },
             [](const StraightQuads& made, ChunkWriter& writer) { return write_stage(made, writer); });
@@ -125,7 +106,7 @@ public:
         report_.not_recentred = straight->not_recentred;
         report_.uniform_clusters = quads_.uniform_clusters;
         for (const uint32_t c : quads_.failed) {
-            bad_[c] = true;
+            judged_.bad[c] = true;
             fault_ = "cluster " + std::to_string(c) + " " + quads_.fault;
         }
         if (!quads_.failed.empty()) return {};
@@ -133,9 +114,7 @@ public:
     }
 
     const std::vector<uint32_t>& label() const { return clusters_.label; }
-    const std::vector<bool>& bad_clusters() const { return bad_; }
-    // Per cluster: the largest of its charts, as far as it counts.
-    const std::vector<double>& stretch() const { return stretch_; }
+    const Judgement& judgement() const { return judged_; }
     const std::string& fault() const { return fault_; }
     // Whether stretched charts are taken as they are.
     bool is_last() const { return last_; }
@@ -428,19 +407,18 @@ private:
                 const ChartResult& c = charts_[q];
                 if (!is_bad(c)) continue;
                 const uint32_t cluster = quads_.quads[q].cluster;
-                bad_[cluster] = true;
-                stretch_[cluster] = std::max(stretch_[cluster], stretch_of(c));
+                judged_.bad[cluster] = true;
+                judged_.stretch[cluster] = std::max(judged_.stretch[cluster], stretch_of(c));
                 if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
                 if (c.figures.sampled.missing > 0)
                     fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
             }
         };
         judge();
-        const auto bad = static_cast<size_t>(std::ranges::count(bad_, true));
-        double bad_area = 0;
-        for (const ChartResult& c : charts_) bad_area += is_bad(c) ? c.figures.area : 0;
-        if (bad_area > still_bad * rounds_.bad_area) ++rounds_.in_vain;
-        if (rejected && fault_.empty() && rounds_.in_vain > (bad * few_bad < bad_.size() ? patience : 0)) {
+        double badness = 0;
+        for (const ChartResult& c : charts_)
+            badness += Judgement::badness(c.figures.area, stretch_of(c), options_.worst_stretch);
+        if (const bool pays = rounds_.pays(badness, judged_); rejected && fault_.empty() && !pays) {
             // They are taken as they are, and what was left out is sampled.
             last_ = true;
             rejected = false;
@@ -449,7 +427,6 @@ private:
             if (auto done = make_some(order, count - order.size()); !done) return done;
             judge();
         }
-        rounds_.bad_area = bad_area;
         const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
         report_.parameterise_seconds += parameterise_seconds * share;
         report_.resample_seconds += resample_seconds * share;
@@ -466,8 +443,7 @@ private:
     const Progress& progress_;
     const WorkFolder* work_;
     Clusters clusters_;
-    std::vector<bool> bad_;
-    std::vector<double> stretch_;
+    Judgement judged_;
     std::vector<bool> doubtful_;  // per cluster: templates, what was made anew, and around
     std::string fault_;
     bool last_ = false;
@@ -492,17 +468,17 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     FeatureLines features = options.clusters.weights.feature > 0 ? FeatureLines(source) : FeatureLines();
     std::vector<float> density;  // 1 everywhere
     std::vector<uint32_t> kept;
-    Rounds rounds;
+    Rounds rounds(options.clusters.clusters, options.worst_stretch, source.triangle_count(), options.most_rounds);
     for (;;) {
         ++report.rounds;
         Attempt attempt(source, normals, features, options, report, rounds, progress, work);
         if (auto done = attempt.run(std::move(surface), density, std::move(kept)); !done)
             return tl::unexpected(done.error());
-        const std::vector<bool>& bad = attempt.bad_clusters();
+        const Judgement& judged = attempt.judgement();
         // What is stretched is taken in the end, what could not be made never is.
         if (report.rounds >= options.most_rounds && !attempt.fault().empty())
             return fail(Fault::invariant, attempt.fault());
-        if ((attempt.is_last() && attempt.fault().empty()) || std::ranges::find(bad, true) == bad.end()) {
+        if ((attempt.is_last() && attempt.fault().empty()) || std::ranges::find(judged.bad, true) == judged.bad.end()) {
             auto atlas = attempt.take();
             if (atlas) atlas->attributes = attributes_of(source);
             return atlas;
@@ -510,19 +486,18 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         // There clusters become finer, and borders need not be kept on features any more.
         surface = surface_now();
         density.resize(surface.triangles.size(), 1.0f);
-        const std::vector<double> wanted =
-            wanted_of(surface, density, attempt.label(), bad.size(), options.clusters.clusters);
-        std::vector<bool> forgotten(source.triangle_count(), false);
+        const std::vector<double> times = rounds.times_denser(
+            judged, wanted_of(surface, density, attempt.label(), judged.bad.size(), options.clusters.clusters));
+        std::vector<bool> finer(times.size(), false), forgotten(source.triangle_count(), false);
         for (uint32_t t = 0; t < density.size(); ++t) {
             const uint32_t cluster = attempt.label()[t];
-            if (!bad[cluster]) continue;
-            density[t] *= static_cast<float>(
-                (wanted[cluster] < few_wanted ? least_wanted / std::max(wanted[cluster], 1e-9) : denser) *
-                times_more(attempt.stretch()[cluster], options.worst_stretch));
+            if (times[cluster] <= 1) continue;
+            finer[cluster] = true;
+            density[t] *= static_cast<float>(times[cluster]);
             forgotten[surface.triangles[t].source] = true;
         }
         features.forget(forgotten);
-        kept = kept_clusters(surface, attempt.label(), bad);
+        kept = kept_clusters(surface, attempt.label(), finer);
     }
 }
 

@@ -1,0 +1,48 @@
+// Rounds: where charts come out too stretched, or not at all, clusters are cut finer and all is made again. Here is
+// which clusters, how much finer, and when that ends.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace lodestone::vgi {
+
+// What a round has shown of its clusters.
+struct Judgement {
+    std::vector<bool> bad;        // that a chart of it is stretched too much or could not be made
+    std::vector<double> stretch;  // the largest of its bad charts, as far as it counts; 0 where they could not be made
+    // How bad a chart of such an area and stretch is, 0 where it is within the bound. Orders of magnitude count, for a
+    // round that leaves a millionfold stretch a thousandfold was not in vain.
+    static double badness(double area, double stretch, double bound);
+};
+
+class Rounds {
+public:
+    // clusters: wanted. bound: of stretch. triangles: of the source. most_rounds > 0.
+    Rounds(uint32_t clusters, double bound, size_t triangles, uint32_t most_rounds);
+
+    // A round with so many clusters begins.
+    void begin(uint32_t clusters);
+    // Whether it is the last: what is stretched in it is taken as it is.
+    bool is_last() const;
+    // Told the badness of all its charts: whether another round is worth its time.
+    bool pays(double badness, const Judgement& judgement);
+    // Per cluster: how many times denser clusters are to be there than they were, 1 or more. Those stretched most come
+    // first as long as there may be more clusters; bad ones beyond that stay as they are.
+    // wanted: per cluster, how many were wanted where it is.
+    std::vector<double> times_denser(const Judgement& judgement, std::span<const double> wanted) const;
+
+private:
+    const uint32_t wanted_;
+    const double bound_;
+    const size_t triangles_;
+    const uint32_t most_rounds_;
+    uint32_t rounds_ = 0, clusters_ = 0, most_clusters_ = 0;
+    double badness_ = std::numeric_limits<double>::infinity();
+    size_t in_vain_ = 0;
+};
+
+}  // namespace lodestone::vgi

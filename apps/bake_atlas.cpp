@@ -1,6 +1,8 @@
 #include "apps/bake_atlas.h"
 
 #include <algorithm>
+#include <iomanip>
+#include <sstream>
 
 #include "vgi/bake.h"
 #include "vgi/chart_sizes.h"
@@ -65,9 +67,17 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                              "; a higher --resolution may bring it under");
         }
         if (made.cells != atlas_options.cells) {
-            progress.warning("the mesh has so many components that " + std::to_string(made.charts) +
-                             " charts are needed; they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
+            progress.warning("the mesh needs so many charts, " + std::to_string(made.charts) +
+                             ", that they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
                              std::to_string(atlas_options.cells + 1) + "^2");
+        }
+        if (made.stretched_charts > 0) {
+            std::ostringstream line;
+            line << made.stretched_charts << " of " << made.charts << " charts are stretched more than "
+                 << atlas_options.worst_stretch << " times, up to " << std::setprecision(3) << made.l2_stretch_worst
+                 << ": detail is lost there (largest error of the finest level: " << made.max_error / diagonal
+                 << " of the diagonal)";
+            progress.warning(line.str());
         }
         report = {{"clusters", made.clusters},
                   {"charts", made.charts},
@@ -95,6 +105,7 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                     {"hierarchy", made.error_seconds}}},
                   {"flipped_triangles", made.flipped_triangles},
                   {"missing_samples", made.missing_samples},
+                  {"stretched_charts", made.stretched_charts},
                   {"folded_cells", made.folded_cells},
                   {"still_folded_cells", made.still_folded_cells},
                   {"l2_stretch_tutte", made.l2_stretch_tutte},

@@ -403,10 +403,12 @@ private:
             if (!done) return done;
         }
         const auto judge = [&] {
+            report_.stretched_charts = 0;
             for (uint32_t q = 0; q < count; ++q) {
                 const ChartResult& c = charts_[q];
                 if (!is_bad(c)) continue;
                 const uint32_t cluster = quads_.quads[q].cluster;
+                report_.stretched_charts += stretch_of(c) > options_.worst_stretch ? 1 : 0;
                 judged_.bad[cluster] = true;
                 judged_.stretch[cluster] = std::max(judged_.stretch[cluster], stretch_of(c));
                 if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;

@@ -40,6 +40,7 @@ struct AtlasReport {
     SurfaceChanges changes;
     uint32_t not_recentred = 0;                         // corners and centres that were left where they were
     uint32_t uniform_clusters = 0, uniform_charts = 0;  // laid out with equal weights, because the better ones folded
+    uint32_t stretched_charts = 0;                      // more than worst_stretch, by as much as counts
     uint32_t flipped_triangles = 0, missing_samples = 0;
     uint32_t folded_cells = 0, still_folded_cells = 0;  // of the finest level, before and after unfold()
     double features_on_borders = 1;                     // of the length of creases and seams

@@ -326,7 +326,7 @@ private:
             return c.figures.stretch * std::min(1.0, c.figures.spacing / close_samples);
         };
         const auto is_bad = [&](const ChartResult& c) {
-            return !c.fault.empty() || c.figures.sampled.missing > 0 || stretch_of(c) > options_.worst_stretch;
+            return !c.fault.empty() || c.figures.sampled.missing > 0 || stretch_of(c) > rounds_.bound();
         };
         const auto make = [&](uint32_t q) {
             const Stopwatch chart_watch;
@@ -406,9 +406,9 @@ private:
             report_.stretched_charts = 0;
             for (uint32_t q = 0; q < count; ++q) {
                 const ChartResult& c = charts_[q];
+                report_.stretched_charts += stretch_of(c) > options_.worst_stretch ? 1 : 0;
                 if (!is_bad(c)) continue;
                 const uint32_t cluster = quads_.quads[q].cluster;
-                report_.stretched_charts += stretch_of(c) > options_.worst_stretch ? 1 : 0;
                 judged_.bad[cluster] = true;
                 judged_.stretch[cluster] = std::max(judged_.stretch[cluster], stretch_of(c));
                 if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
@@ -419,7 +419,7 @@ private:
         judge();
         double badness = 0;
         for (const ChartResult& c : charts_)
-            badness += Judgement::badness(c.figures.area, stretch_of(c), options_.worst_stretch);
+            badness += Judgement::badness(c.figures.area, stretch_of(c), rounds_.bound());
         if (const bool pays = rounds_.pays(badness, judged_); rejected && fault_.empty() && !pays) {
             // They are taken as they are, and what was left out is sampled.
             last_ = true;

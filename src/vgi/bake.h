@@ -24,8 +24,8 @@ struct AtlasOptions {
     // than that needs. 0 for as many as 16 bits count.
     double rounding_share = 0.55;
     uint32_t attribute_ratio = 1;  // samples of attributes for one of positions, along a side; a power of two
-    // A cluster with a chart stretched more than this is cut finer, and so again for so many rounds; shapes that are
-    // needles stay what they are.
+    // A cluster with a chart stretched more than this is cut finer, and so again for so many rounds (rounds.h); shapes
+    // that are needles stay what they are.
     double worst_stretch = 3;
     uint32_t most_rounds = 7;
     uint32_t recentre_passes = 2;     // half passes: around corners, around centres, around corners, ...

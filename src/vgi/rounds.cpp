@@ -23,7 +23,11 @@ constexpr size_t few_bad = 16, patience = 3;
 
 // Clusters that rounds may lead to: so many times those wanted, or so many times those there had to be, and some; or
 // one for so many triangles.
-constexpr uint32_t of_wanted = 8, of_first = 4, few_clusters = 256, few_triangles = 512;
+constexpr uint32_t of_wanted = 8, of_first = 2, few_clusters = 256, few_triangles = 512;
+// Once there are as many, only what is stretched so many times more than it may be is cut finer, so often, and a round
+// adds this share at most.
+constexpr double hopeless = 10, added_then = 0.125;
+constexpr uint32_t most_full = 2;
 // Of clusters that are wanted where bad ones are cut finer about so many times fewer come about.
 constexpr double seldom_made = 2;
 
@@ -44,9 +48,12 @@ void Rounds::begin(uint32_t clusters) {
     if (rounds_ == 1)
         most_clusters_ = std::max(std::max(of_wanted * wanted_, of_first * clusters) + few_clusters,
                                   static_cast<uint32_t>(triangles_ / few_triangles));
+    if (clusters >= most_clusters_ && full_++ == 0) badness_ = std::numeric_limits<double>::infinity();
 }
 
-bool Rounds::is_last() const { return rounds_ >= most_rounds_ || clusters_ >= most_clusters_; }
+bool Rounds::is_last() const { return rounds_ >= most_rounds_ || full_ > most_full; }
+
+double Rounds::bound() const { return full_ > 0 ? hopeless * bound_ : bound_; }
 
 bool Rounds::pays(double badness, const Judgement& judgement) {
     const auto bad = static_cast<size_t>(std::ranges::count(judgement.bad, true));
@@ -61,16 +68,16 @@ std::vector<double> Rounds::times_denser(const Judgement& judgement, std::span<c
         if (judgement.bad[c]) order.push_back(c);
     }
     const auto urgency = [&](uint32_t c) {  // what could not be made comes first
-        return judgement.stretch[c] > bound_ ? judgement.stretch[c] : std::numeric_limits<double>::infinity();
+        return judgement.stretch[c] > bound() ? judgement.stretch[c] : std::numeric_limits<double>::infinity();
     };
     std::ranges::stable_sort(order, std::greater<>(), urgency);
     std::vector<double> times(judgement.bad.size(), 1);
-    double clusters = clusters_;
+    double room = std::max(seldom_made * most_clusters_ - clusters_, added_then * clusters_);
     for (const uint32_t c : order) {
-        if (clusters >= seldom_made * most_clusters_ && c != order.front()) break;
+        if (room <= 0) break;
         times[c] = (wanted[c] < few_wanted ? least_wanted / std::max(wanted[c], 1e-9) : denser) *
                    times_more(judgement.stretch[c], bound_);
-        clusters += std::max(1.0, wanted[c] * times[c]) - 1;
+        room -= std::max(1.0, wanted[c] * times[c]) - 1;
     }
     return times;
 }

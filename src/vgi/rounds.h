@@ -28,7 +28,9 @@ public:
     void begin(uint32_t clusters);
     // Whether it is the last: what is stretched in it is taken as it is.
     bool is_last() const;
-    // Told the badness of all its charts: whether another round is worth its time.
+    // Beyond which stretch a chart is bad: what was asked for, or, once clusters are as many as there may be, far more.
+    double bound() const;
+    // Told the badness of all its charts (by that bound): whether another round is worth its time.
     bool pays(double badness, const Judgement& judgement);
     // Per cluster: how many times denser clusters are to be there than they were, 1 or more. Those stretched most come
     // first as long as there may be more clusters; bad ones beyond that stay as they are.
@@ -40,7 +42,7 @@ private:
     const double bound_;
     const size_t triangles_;
     const uint32_t most_rounds_;
-    uint32_t rounds_ = 0, clusters_ = 0, most_clusters_ = 0;
+    uint32_t rounds_ = 0, clusters_ = 0, most_clusters_ = 0, full_ = 0;  // full: rounds with as many as there may be
     double badness_ = std::numeric_limits<double>::infinity();
     size_t in_vain_ = 0;
 };

@@ -44,19 +44,38 @@ TEST(Rounds, EndAtTheLastAndWhereClustersAreTooMany) {
     EXPECT_FALSE(few.is_last());
     few.begin(100);
     EXPECT_TRUE(few.is_last());
+    Rounds of_many_parts(100, 3, 1000, 7);  // components ask for them
+    of_many_parts.begin(5000);
+    EXPECT_EQ(of_many_parts.bound(), 3);
+}
+
+TEST(Rounds, OnlyTheHopelessGoOnWhereClustersAreTooMany) {
     for (const size_t triangles : {size_t{1000}, size_t{10'000'000}}) {
         Rounds rounds(100, 3, triangles, 7);
         rounds.begin(90);
         rounds.begin(1000);
-        EXPECT_FALSE(rounds.is_last());
+        EXPECT_EQ(rounds.bound(), 3);
         rounds.begin(2000);
-        EXPECT_EQ(rounds.is_last(), triangles == 1000) << "ten million triangles may have twenty thousand clusters";
+        EXPECT_EQ(rounds.bound() > 3, triangles == 1000) << "ten million triangles may have twenty thousand clusters";
         rounds.begin(20000);
-        EXPECT_TRUE(rounds.is_last());
+        EXPECT_GE(rounds.bound(), 10);
     }
-    Rounds of_many_parts(100, 3, 1000, 7);  // components ask for them
-    of_many_parts.begin(5000);
-    EXPECT_FALSE(of_many_parts.is_last());
+    Rounds full(100, 3, 1000, 7);
+    full.begin(100);
+    EXPECT_TRUE(full.pays(5, judged({1e4})));
+    full.begin(2000);
+    EXPECT_TRUE(full.pays(5, judged({1e4}))) << "another bound is another measure";
+    EXPECT_FALSE(full.is_last());
+    full.begin(2100);
+    EXPECT_FALSE(full.is_last());
+    full.begin(2200);
+    EXPECT_TRUE(full.is_last());
+    std::vector<double> stretch(2200, 1e4);
+    const std::vector<double> wanted(stretch.size(), 1.0), times = full.times_denser(judged(stretch), wanted);
+    double more = 0;
+    for (const double t : times) more += t - 1;
+    EXPECT_GT(more, 0);
+    EXPECT_LT(more, 400);
 }
 
 TEST(Rounds, MakeTheWorstDenserFirst) {

@@ -49,13 +49,9 @@ constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
 std::vector<double> wanted_of(const Surface& surface, const std::vector<float>& density,
                               const std::vector<uint32_t>& label, size_t count, double clusters) {
     std::vector<double> wanted(count, 0);
-    double whole = 0;
-    for (size_t t = 0; t < label.size(); ++t) {
-        const double area = surface.area(t);
-        whole += area;
-        wanted[label[t]] += area * static_cast<double>(density[t]);
-    }
-    for (double& here : wanted) here *= clusters / std::max(whole, 1e-300);
+    const double cluster = surface.area() / clusters;
+    for (size_t t = 0; t < label.size(); ++t)
+        wanted[label[t]] += wanted_of_triangle(surface.area(t), density[t], cluster) / std::max(cluster, 1e-300);
     return wanted;
 }
 
@@ -490,16 +486,15 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         density.resize(surface.triangles.size(), 1.0f);
         const std::vector<double> times = rounds.times_denser(
             judged, wanted_of(surface, density, attempt.label(), judged.bad.size(), options.clusters.clusters));
-        std::vector<bool> finer(times.size(), false), forgotten(source.triangle_count(), false);
+        std::vector<bool> forgotten(source.triangle_count(), false);
         for (uint32_t t = 0; t < density.size(); ++t) {
             const uint32_t cluster = attempt.label()[t];
-            if (times[cluster] <= 1) continue;
-            finer[cluster] = true;
+            if (!judged.bad[cluster]) continue;
             density[t] *= static_cast<float>(times[cluster]);
             forgotten[surface.triangles[t].source] = true;
         }
         features.forget(forgotten);
-        kept = kept_clusters(surface, attempt.label(), finer);
+        kept = kept_clusters(surface, attempt.label(), judged.bad);
     }
 }
 

@@ -198,12 +198,11 @@ private:
 struct Whole {
     double area = 0, weighted = 0;
     glm::dvec3 middle{0};
-    Whole(const Surface& surface, std::span<const float> density) {
-        for (size_t t = 0; t < surface.triangles.size(); ++t) {
-            const double a = surface.area(t);
-            area += a;
-            weighted += a * (density.empty() ? 1.0 : static_cast<double>(density[t]));
-        }
+    Whole(const Surface& surface, const ClusterOptions& options) {
+        area = surface.area();
+        for (size_t t = 0; t < surface.triangles.size(); ++t)
+            weighted += wanted_of_triangle(surface.area(t), options.density.empty() ? 1 : options.density[t],
+                                           area / options.clusters);
         glm::dvec3 low(1e300), high(-1e300);
         for (const glm::dvec3& p : surface.positions) {
             low = glm::min(low, p);
@@ -286,12 +285,13 @@ struct Components {
         for (size_t t = 0; t < surface.triangles.size(); ++t) {
             const auto& v = surface.triangles[t].vertices;
             const double area = surface.area(t);
-            const double density = options.density.empty() ? 1.0 : static_cast<double>(options.density[t]);
+            const float density = options.density.empty() ? 1 : options.density[t];
             One& one = all[of_vertex[v[0]]];
             one.plain = one.plain && density <= 1;
             if (!(whole.area > 0)) continue;
             one.share += options.clusters * area / whole.area;
-            one.wanted += options.clusters * area * density / whole.area;
+            one.wanted +=
+                options.clusters * wanted_of_triangle(area, density, whole.area / options.clusters) / whole.area;
         }
         for (uint32_t h = 0; h < complex.edge_slots() * 2; ++h) {
             if (complex.cell_of(h) >= complex.triangle_cells()) all[of_vertex[complex.origin(h)]].closed = false;
@@ -329,6 +329,10 @@ std::vector<ReadyQuad> use_templates(const Surface& surface, const Components& c
 
 }  // namespace
 
+double wanted_of_triangle(double area, float density, double cluster) {
+    return std::min(area * static_cast<double>(density), std::max(area, cluster));
+}
+
 std::vector<bool> with_neighbours(const Surface& surface, std::span<const uint32_t> label, std::vector<bool> marked) {
     std::vector<bool> met(surface.positions.size(), false);
     for (size_t t = 0; t < label.size(); ++t) {
@@ -360,7 +364,7 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     Clusters result;
     if (surface.triangles.empty()) return result;
     const Stopwatch cut_watch;
-    const Whole whole(surface, options.density);
+    const Whole whole(surface, options);
     const Buckets buckets = cut_into_buckets(surface, options.bucket_triangles);
     result.buckets = static_cast<uint32_t>(buckets.count());
     result.cut_seconds = cut_watch.wall();

@@ -23,7 +23,7 @@ constexpr size_t few_bad = 16, patience = 3;
 
 // Clusters that rounds may lead to: so many times those wanted, or so many times those there had to be, and some; or
 // one for so many triangles.
-constexpr uint32_t of_wanted = 8, of_first = 2, few_clusters = 256, few_triangles = 512;
+constexpr uint32_t of_wanted = 8, of_first = 4, few_clusters = 256, few_triangles = 512;
 // Once there are as many, only what is stretched so many times more than it may be is cut finer, so often, and a round
 // adds this share at most.
 constexpr double hopeless = 10, added_then = 0.125;

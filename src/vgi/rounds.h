@@ -33,7 +33,7 @@ public:
     // Told the badness of all its charts (by that bound): whether another round is worth its time.
     bool pays(double badness, const Judgement& judgement);
     // Per cluster: how many times denser clusters are to be there than they were, 1 or more. Those stretched most come
-    // first as long as there may be more clusters; bad ones beyond that stay as they are.
+    // first as long as there may be more clusters; bad ones beyond that are made anew as dense as they were.
     // wanted: per cluster, how many were wanted where it is.
     std::vector<double> times_denser(const Judgement& judgement, std::span<const double> wanted) const;
 

@@ -182,6 +182,25 @@ TEST(Clusters, StayWhereNoneNearbyWasBad) {
     }
 }
 
+TEST(Clusters, WhatATriangleCannotBeCutIntoIsNotMadeElsewhere) {
+    const TriMesh mesh = generate(Shape::terrain, 20000);
+    const Surface surface = surface_of(mesh);
+    ClusterOptions options;
+    options.clusters = 30;
+    const auto plain = make_clusters(surface, options);
+    ASSERT_TRUE(plain);
+    for (const uint32_t bucket_triangles : {100000u, 4000u}) {
+        options.bucket_triangles = bucket_triangles;
+        options.density.assign(surface.triangles.size(), 1.0f);
+        options.density[10000] = 1e6f;  // hundreds of clusters, of one triangle
+        const auto made = make_clusters(surface, options);
+        ASSERT_TRUE(made);
+        EXPECT_EQ(std::ranges::count(made->label, made->label[10000]), 1);
+        EXPECT_GE(made->count, plain->count);
+        EXPECT_LE(made->count, plain->count + 4) << bucket_triangles;
+    }
+}
+
 TEST(Clusters, AreTheSameForAnyNumberOfThreadsAndAtAnyScale) {
     TriMesh mesh = generate(Shape::rock, 20000, 2);
     ASSERT_TRUE(repair(mesh));

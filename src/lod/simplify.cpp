@@ -246,7 +246,8 @@ private:
                                   (mesh_.materials.empty() || mesh_.materials[other] == mesh_.materials[w]);
                 if (same) {
                     group_[w] = group_[other];
-                    soft_seams_ = true;
+                    // Only attribute errors tell the wedges of a group apart.
+                    soft_seams_ = attribute_count_ > 0;
                     break;
                 }
             }

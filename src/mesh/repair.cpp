@@ -7,9 +7,11 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numeric>
+#include <span>
 #include <unordered_map>
 
 #include "base/disjoint_sets.h"
+#include "base/random.h"
 #include "mesh/topology.h"
 
 namespace lodestone {
@@ -96,6 +98,17 @@ bool same_attributes(const TriMesh& mesh, uint32_t a, uint32_t b) {
            (mesh.materials.empty() || mesh.materials[a] == mesh.materials[b]);
 }
 
+// Equal where same_attributes holds.
+uint64_t attribute_hash(const TriMesh& mesh, uint32_t w) {
+    uint64_t hash = 0;
+    const auto add = [&](float x) { hash = mix64(hash ^ std::bit_cast<uint32_t>(x + 0.0f)); };
+    for (int k = 0; k < 3 && !mesh.normals.empty(); ++k) add(mesh.normals[w][k]);
+    for (int k = 0; k < 2 && !mesh.uvs.empty(); ++k) add(mesh.uvs[w][k]);
+    if (!mesh.colours.empty()) hash = mix64(hash ^ std::bit_cast<uint32_t>(mesh.colours[w]));
+    if (!mesh.materials.empty()) hash = mix64(hash ^ mesh.materials[w]);
+    return hash;
+}
+
 // Items 0 .. keys.size()-1 grouped by key: items of key k are item[first[k]] .. item[first[k + 1] - 1], in rising
 // order.
 struct Grouped {
@@ -112,6 +125,31 @@ Grouped group(const std::vector<uint32_t>& keys, size_t key_count) {
     return g;
 }
 
+// wedges: all of one vertex, rising. Per wedge: the wedge it becomes, the first that says the same.
+void join_equal_wedges(const TriMesh& mesh, std::span<const uint32_t> wedges, std::vector<uint32_t>& wedge_to) {
+    constexpr size_t few = 16;
+    // A fan may have thousands of wedges, and nearly all distinct: those of one hash are compared.
+    std::unordered_multimap<uint64_t, uint32_t> kinds;
+    for (size_t i = 0; i < wedges.size(); ++i) {
+        const uint32_t w = wedges[i];
+        wedge_to[w] = w;
+        if (wedges.size() <= few) {
+            for (size_t k = 0; k < i && wedge_to[w] == w; ++k) {
+                if (wedge_to[wedges[k]] == wedges[k] && same_attributes(mesh, wedges[k], w)) wedge_to[w] = wedges[k];
+            }
+            continue;
+        }
+        const uint64_t hash = attribute_hash(mesh, w);
+        const auto [begin, end] = kinds.equal_range(hash);
+        const auto same = std::find_if(begin, end, [&](const auto& k) { return same_attributes(mesh, k.second, w); });
+        if (same != end) {
+            wedge_to[w] = same->second;
+        } else {
+            kinds.emplace(hash, w);
+        }
+    }
+}
+
 void weld(TriMesh& mesh, const RepairOptions& options, RepairReport& report) {
     std::vector<uint32_t> to = weld_equal(mesh.positions);
     if (options.weld_distance > 0) weld_near(mesh.positions, options.weld_distance, to);
@@ -122,18 +160,8 @@ void weld(TriMesh& mesh, const RepairOptions& options, RepairReport& report) {
     const Grouped wedges = group(mesh.wedge_vertex, mesh.positions.size());
     std::vector<uint32_t> wedge_to(mesh.wedge_count());
     for (size_t v = 0; v < mesh.positions.size(); ++v) {
-        for (uint32_t i = wedges.first[v]; i < wedges.first[v + 1]; ++i) {
-            const uint32_t w = wedges.item[i];
-            wedge_to[w] = w;
-            // A vertex has few kinds of wedge; where it has very many, some stay double, which harms nothing.
-            const uint32_t from = std::max(wedges.first[v], i > 64 ? i - 64 : 0u);
-            for (uint32_t k = from; k < i; ++k) {
-                if (wedge_to[wedges.item[k]] == wedges.item[k] && same_attributes(mesh, wedges.item[k], w)) {
-                    wedge_to[w] = wedges.item[k];
-                    break;
-                }
-            }
-        }
+        const auto own = std::span(wedges.item).subspan(wedges.first[v], wedges.first[v + 1] - wedges.first[v]);
+        join_equal_wedges(mesh, own, wedge_to);
     }
     for (Triangle& t : mesh.triangles) {
         for (uint32_t& w : t) w = wedge_to[w];

@@ -75,6 +75,29 @@ TEST(Repair, WeldsASoupBackIntoTheMeshItWas) {
     }
 }
 
+// The hub of a wheel of triangles has as many wedges as spokes before they are welded.
+TEST(Repair, LeavesOneWedgePerKindHoweverManyTrianglesMeet) {
+    for (const uint32_t kinds : {1u, 2u, 300u}) {
+        TriMesh wheel;
+        constexpr uint32_t spokes = 600;
+        for (uint32_t i = 0; i < spokes; ++i) {
+            const auto rim = [&](uint32_t k) {
+                const double angle = 6.283185307179586 * (k % spokes) / spokes;
+                return glm::vec3(std::cos(angle), std::sin(angle), 0);
+            };
+            for (const glm::vec3& p : {glm::vec3(0), rim(i), rim(i + 1)}) {
+                wheel.positions.push_back(p);
+                wheel.uvs.emplace_back(static_cast<float>(i % kinds), 0.0f);
+            }
+            wheel.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+        }
+        wheel.set_identity_wedges();
+        ASSERT_TRUE(repair(wheel));
+        EXPECT_EQ(wheel.vertex_count(), spokes + 1);
+        EXPECT_EQ(wheel.wedge_count(), kinds + spokes * std::min(kinds, 2u));
+    }
+}
+
 TEST(Repair, KeepsSeamsWhereAttributesDiffer) {
     TriMesh mesh = fixtures::cube_with_seams();
     TriMesh torn = mesh;

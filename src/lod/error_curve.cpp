@@ -58,7 +58,7 @@ Result<std::vector<float>> measure_errors(const ProgressiveMesh& pm, const Error
         cursor.goto_level(levels[i]);
         distance.seed = mix64(options.seed + i);
         const MeasuredSurface level(mesh_of(cursor), distance);
-        largest = std::max({largest, source.to(level).max, level.to(source).max});
+        largest = level.farthest_from(source, source.farthest_from(level, largest));
         const auto error = static_cast<float>(largest * sampling_margin);
         while (done < levels[i]) errors[++done] = error;
     }

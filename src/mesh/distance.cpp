@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "base/check.h"
 #include "base/random.h"
@@ -77,6 +78,34 @@ Sums distances(const std::vector<glm::dvec3>& points, const ClosestSurface& surf
     return all;
 }
 
+// The largest distance of the points, if it is more than `at_least`. resolution: what is nearer counts as touching.
+double farthest(const std::vector<glm::dvec3>& points, const ClosestSurface& surface, double at_least,
+                double resolution) {
+    constexpr size_t chunk = 2048;
+    std::vector<double> chunks((points.size() + chunk - 1) / chunk);
+    parallel_for(points.size(), chunk, [&](size_t begin, size_t end) {
+        double largest = at_least;
+        uint32_t hint = ClosestSurface::no_hint;
+        for (size_t i = begin; i < end; ++i) {
+            const auto hit = surface.closest(points[i], hint, std::max(largest, resolution));
+            hint = hit.triangle;
+            if (hit.distance > resolution) largest = std::max(largest, hit.distance);
+        }
+        chunks[begin / chunk] = largest;
+    });
+    for (const double largest : chunks) at_least = std::max(at_least, largest);
+    return at_least;
+}
+
+// The step between floats at the largest coordinate.
+double resolution_of(const TriMesh& mesh) {
+    const Box box = bounding_box(mesh.positions);
+    double largest = 0;
+    for (int k = 0; k < 3; ++k)
+        largest = std::max({largest, std::abs(double{box.low[k]}), std::abs(double{box.high[k]})});
+    return largest * double{std::numeric_limits<float>::epsilon()};
+}
+
 // Vertices along the triangles, so that one is near the next; every n-th where there are more than `most`.
 std::vector<glm::dvec3> some_vertices(const TriMesh& mesh, size_t most) {
     std::vector<uint32_t> order;
@@ -98,7 +127,8 @@ std::vector<glm::dvec3> some_vertices(const TriMesh& mesh, size_t most) {
 MeasuredSurface::MeasuredSurface(const TriMesh& mesh, const DistanceOptions& options)
     : samples_(area_samples(mesh, options.samples, options.seed)),
       vertices_(some_vertices(mesh, options.vertices)),
-      surface_(mesh.positions, vertex_indices(mesh)) {}
+      surface_(mesh.positions, vertex_indices(mesh)),
+      resolution_(resolution_of(mesh)) {}
 MeasuredSurface::~MeasuredSurface() = default;
 MeasuredSurface::MeasuredSurface(MeasuredSurface&&) noexcept = default;
 
@@ -108,6 +138,11 @@ SurfaceDistance MeasuredSurface::to(const MeasuredSurface& other) const {
     result.rms = samples_.empty() ? 0 : std::sqrt(area.squares / static_cast<double>(samples_.size()));
     result.max = std::max(area.largest, corners.largest);
     return result;
+}
+
+double MeasuredSurface::farthest_from(const MeasuredSurface& other, double at_least) const {
+    const double resolution = std::max(resolution_, other.resolution_);
+    return farthest(vertices_, other.surface_, farthest(samples_, other.surface_, at_least, resolution), resolution);
 }
 
 TwoSidedDistance surface_distance(const TriMesh& a, const TriMesh& b, const DistanceOptions& options) {

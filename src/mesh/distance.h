@@ -26,8 +26,9 @@ public:
         glm::dvec3 point{0};    // closest point on it
     };
     // hint: a triangle likely to be near (its distance bounds the search), or no_hint. The mesh must have a triangle.
+    // near_enough: object units; the search ends at the first triangle found that is no farther. Below 0: never.
     static constexpr uint32_t no_hint = ~0u;
-    Hit closest(const glm::dvec3& point, uint32_t hint = no_hint) const;
+    Hit closest(const glm::dvec3& point, uint32_t hint = no_hint, double near_enough = -1) const;
 
 private:
     struct Tree;
@@ -63,10 +64,14 @@ public:
     MeasuredSurface(MeasuredSurface&&) noexcept;
     // Distances of this surface's points to the other surface. Deterministic for any number of threads.
     SurfaceDistance to(const MeasuredSurface& other) const;
+    // The larger of to(other).max and `at_least`, in a fraction of the time: what is nearer than that is not looked at
+    // further, and what is nearer than a step between floats at the largest coordinate counts as touching. Object units.
+    double farthest_from(const MeasuredSurface& other, double at_least) const;
 
 private:
     std::vector<glm::dvec3> samples_, vertices_;
     ClosestSurface surface_;
+    double resolution_;  // object units
 };
 
 TwoSidedDistance surface_distance(const TriMesh& a, const TriMesh& b, const DistanceOptions& options = {});

@@ -42,6 +42,48 @@ TEST(ClosestSurface, EqualsBruteForceOnSoupsWithDegenerateTriangles) {
 }
 
 // The closest point is never farther than any point of the triangle.
+// Triangles that share their centre cannot be told apart by it, nor can places one rounding apart be halved.
+TEST(ClosestSurface, IsBuiltWhereCentresCannotBeToldApart) {
+    for (const float away : {0.0f, 20000.0f}) {
+        std::vector<glm::vec3> positions;
+        std::vector<uint32_t> indices;
+        for (uint32_t i = 0; i < 15; ++i) {
+            const float turn = 0.1f * static_cast<float>(i);
+            for (uint32_t k = 0; k < 3; ++k) {
+                const float angle = turn + 2.0943951f * static_cast<float>(k);
+                positions.emplace_back(away + std::cos(angle) * 0.01f, std::sin(angle) * 0.01f, away);
+                indices.push_back(3 * i + k);
+            }
+        }
+        const ClosestSurface surface(positions, indices);
+        EXPECT_NEAR(surface.closest({static_cast<double>(away), 0, static_cast<double>(away) + 3}).distance, 3, 1e-9);
+    }
+}
+
+// A fan of needles that run askew through the whole box: boxes tell nothing of where they are.
+TEST(ClosestSurface, EqualsBruteForceOnNeedles) {
+    Random random(5);
+    std::vector<glm::vec3> positions = {{0, 0, 0}};
+    std::vector<uint32_t> indices;
+    for (uint32_t i = 0; i < 2000; ++i) {
+        const float t = static_cast<float>(i) * 1e-3f;
+        positions.emplace_back(1 + t, 2 - t, 0.7f);
+        if (i > 0) indices.insert(indices.end(), {0, i, i + 1});
+    }
+    const ClosestSurface surface(positions, indices);
+    for (int q = 0; q < 200; ++q) {
+        const glm::dvec3 p(random.uniform(0, 3), random.uniform(0, 2), random.uniform(-1, 1));
+        double best = std::numeric_limits<double>::infinity();
+        for (size_t t = 0; t < indices.size(); t += 3) {
+            const glm::dvec3 on = closest_on_triangle(p, positions[indices[t]], positions[indices[t + 1]],
+                                                      positions[indices[t + 2]]);
+            best = std::min(best, glm::distance(p, on));
+        }
+        EXPECT_NEAR(surface.closest(p).distance, best, 1e-12);
+        EXPECT_LE(surface.closest(p, 7, 0.5).distance, std::max(best, 0.5) + 1e-12);
+    }
+}
+
 TEST(ClosestOnTriangle, IsNotFartherThanAnyOtherPointOfTheTriangle) {
     Random random(6);
     for (int round = 0; round < 300; ++round) {
@@ -61,6 +103,15 @@ TEST(SurfaceDistance, IsZeroToItself) {
     const TriMesh mesh = generate(Shape::rock, 2000);
     const auto d = surface_distance(mesh, mesh);
     EXPECT_LT(d.max(), 1e-7);
+}
+
+TEST(SurfaceDistance, TheFarthestAloneIsTheSameWhateverIsKnownBefore) {
+    const TriMesh a = fixtures::torus(24, 12), b = fixtures::torus(17, 9);
+    const MeasuredSurface from(a, {20000}), to(b, {20000});
+    const double largest = from.to(to).max;
+    EXPECT_GT(largest, 0);
+    for (const double known : {0.0, 0.3 * largest, largest}) EXPECT_EQ(from.farthest_from(to, known), largest);
+    EXPECT_EQ(from.farthest_from(to, 2 * largest), 2 * largest);
 }
 
 TEST(SurfaceDistance, OfAMovedPlaneIsTheMove) {

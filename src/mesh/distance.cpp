@@ -122,11 +122,19 @@ std::vector<glm::dvec3> some_vertices(const TriMesh& mesh, size_t most) {
     return points;
 }
 
+// Of all vertices that a triangle has.
+std::vector<glm::vec3> corner_positions(const TriMesh& mesh) {
+    const std::vector<glm::dvec3> all = some_vertices(mesh, mesh.vertex_count());
+    return {all.begin(), all.end()};
+}
+
 }  // namespace
 
 MeasuredSurface::MeasuredSurface(const TriMesh& mesh, const DistanceOptions& options)
     : samples_(area_samples(mesh, options.samples, options.seed)),
       vertices_(some_vertices(mesh, options.vertices)),
+      positions_(corner_positions(mesh)),
+      places_(positions_),
       surface_(mesh.positions, vertex_indices(mesh)),
       resolution_(resolution_of(mesh)) {}
 MeasuredSurface::~MeasuredSurface() = default;
@@ -142,7 +150,12 @@ SurfaceDistance MeasuredSurface::to(const MeasuredSurface& other) const {
 
 double MeasuredSurface::farthest_from(const MeasuredSurface& other, double at_least) const {
     const double resolution = std::max(resolution_, other.resolution_);
-    return farthest(vertices_, other.surface_, farthest(samples_, other.surface_, at_least, resolution), resolution);
+    // Levels keep vertices of their source: what is a vertex of both needs no search.
+    std::vector<glm::dvec3> own;
+    for (const glm::dvec3& v : vertices_) {
+        if (other.places_.find(glm::vec3(v)) == PositionIndex::nowhere) own.push_back(v);
+    }
+    return farthest(own, other.surface_, farthest(samples_, other.surface_, at_least, resolution), resolution);
 }
 
 TwoSidedDistance surface_distance(const TriMesh& a, const TriMesh& b, const DistanceOptions& options) {

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "mesh/position_index.h"
 #include "mesh/tri_mesh.h"
 
 namespace lodestone {
@@ -70,6 +71,8 @@ public:
 
 private:
     std::vector<glm::dvec3> samples_, vertices_;
+    std::vector<glm::vec3> positions_;
+    PositionIndex places_;  // of positions_
     ClosestSurface surface_;
     double resolution_;  // object units
 };

@@ -12,45 +12,12 @@
 
 #include "base/disjoint_sets.h"
 #include "base/random.h"
+#include "mesh/position_index.h"
 #include "mesh/topology.h"
 
 namespace lodestone {
 
 namespace {
-
-struct PositionKey {
-    uint32_t x, y, z;
-    bool operator==(const PositionKey&) const = default;
-};
-struct PositionHash {
-    size_t operator()(const PositionKey& k) const {
-        uint64_t h = k.x * 0x9e3779b97f4a7c15ull;
-        h = (h ^ (h >> 29) ^ k.y) * 0xbf58476d1ce4e5b9ull;
-        h = (h ^ (h >> 32) ^ k.z) * 0x94d049bb133111ebull;
-        return static_cast<size_t>(h ^ (h >> 31));
-    }
-};
-PositionKey key_of(const glm::vec3& p) {
-    // Adding 0 turns -0 into 0.
-    return {std::bit_cast<uint32_t>(p.x + 0.0f), std::bit_cast<uint32_t>(p.y + 0.0f),
-            std::bit_cast<uint32_t>(p.z + 0.0f)};
-}
-
-// Per vertex: the vertex it becomes, the first at its place.
-std::vector<uint32_t> weld_equal(const std::vector<glm::vec3>& positions) {
-    std::vector<uint32_t> to(positions.size());
-    // Open addressing: a node per vertex would cost more than everything else here.
-    const size_t slots = std::bit_ceil(positions.size() * 2 + 1);
-    std::vector<uint32_t> table(slots, ~0u);
-    for (uint32_t v = 0; v < positions.size(); ++v) {
-        const PositionKey key = key_of(positions[v]);
-        size_t slot = PositionHash{}(key) & (slots - 1);
-        while (table[slot] != ~0u && !(key_of(positions[table[slot]]) == key)) slot = (slot + 1) & (slots - 1);
-        if (table[slot] == ~0u) table[slot] = v;
-        to[v] = table[slot];
-    }
-    return to;
-}
 
 // Joins vertices closer than `distance`, through chains too, on a grid of cells of that size.
 void weld_near(const std::vector<glm::vec3>& positions, float distance, std::vector<uint32_t>& to) {
@@ -151,7 +118,7 @@ void join_equal_wedges(const TriMesh& mesh, std::span<const uint32_t> wedges, st
 }
 
 void weld(TriMesh& mesh, const RepairOptions& options, RepairReport& report) {
-    std::vector<uint32_t> to = weld_equal(mesh.positions);
+    std::vector<uint32_t> to = PositionIndex(mesh.positions).first_at();
     if (options.weld_distance > 0) weld_near(mesh.positions, options.weld_distance, to);
     for (uint32_t v = 0; v < to.size(); ++v) report.welded_vertices += to[v] != v ? 1 : 0;
     if (report.welded_vertices == 0 && !mesh.has_seams()) return;

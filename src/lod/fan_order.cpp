@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "base/check.h"
 
@@ -10,6 +11,7 @@ namespace lodestone {
 namespace {
 
 constexpr uint32_t none = ~0u;
+constexpr uint32_t large_fan = 8;  // caches
 
 class FanOrder {
 public:
@@ -22,6 +24,7 @@ public:
           left_(vertices, 0),
           stamp_(vertices, -1'000'000'000),
           ring_(cache, none),
+          in_fan_(vertices),
           emitted_(indices.size() / 3, false) {
         for (const uint32_t v : indices) ++left_[v];
         std::partial_sum(left_.begin(), left_.end(), first_.begin() + 1);
@@ -116,20 +119,22 @@ private:
     }
 
     double cost_of_fan(uint32_t v, uint32_t age) {
+        // A fan that no cache holds comes last; its faces are not gone through each time it is looked at.
+        if (left_[v] > large_fan * cache_) return weights_.miss * left_[v];
         // Neighbours across the faces left, each with how many of those faces it is in.
         ring_of_fan_.clear();
+        ++fan_;
         for (uint32_t i = first_[v]; i < first_[v + 1]; ++i) {
             const uint32_t face = faces_of_[i];
             if (emitted_[face]) continue;
             for (uint32_t k = 0; k < 3; ++k) {
                 const uint32_t w = indices_[size_t{face} * 3 + k];
                 if (w == v) continue;
-                const auto known =
-                    std::find_if(ring_of_fan_.begin(), ring_of_fan_.end(), [&](const auto& n) { return n.first == w; });
-                if (known == ring_of_fan_.end()) {
+                if (std::exchange(in_fan_[w].fan, fan_) != fan_) {
+                    in_fan_[w].place = static_cast<uint32_t>(ring_of_fan_.size());
                     ring_of_fan_.emplace_back(w, 1u);
                 } else {
-                    ++known->second;
+                    ++ring_of_fan_[in_fan_[w].place].second;
                 }
             }
         }
@@ -143,9 +148,7 @@ private:
         for (uint32_t a = cache_ - std::min(brought, cache_); a < held; ++a) {
             const uint32_t w = ring_[static_cast<size_t>((now_ - 1 - a) % cache_)];
             if (w == v || left_[w] == 0) continue;
-            const auto known =
-                std::find_if(ring_of_fan_.begin(), ring_of_fan_.end(), [&](const auto& n) { return n.first == w; });
-            evicted += known == ring_of_fan_.end() || known->second < left_[w] ? 1 : 0;
+            evicted += in_fan_[w].fan != fan_ || ring_of_fan_[in_fan_[w].place].second < left_[w] ? 1 : 0;
         }
         const double last = age + brought < cache_ ? -weights_.age * age / cache_ : 1;
         return weights_.miss * brought - weights_.face * left_[v] - weights_.finished * finished +
@@ -198,9 +201,15 @@ private:
     std::vector<uint32_t> left_;              // per vertex: corners not emitted yet
     std::vector<int64_t> stamp_;              // per vertex: when it last came into the cache
     std::vector<uint32_t> ring_;              // the cache, by time of arrival
-    std::vector<bool> emitted_;
     std::vector<uint32_t> recent_, order_;
     std::vector<std::pair<uint32_t, uint32_t>> ring_of_fan_;
+    struct InFan {
+        uint64_t fan = 0;    // the last whose ring it was in
+        uint32_t place = 0;  // in ring_of_fan_
+    };
+    std::vector<InFan> in_fan_;  // per vertex
+    uint64_t fan_ = 0;           // counts fans looked at
+    std::vector<bool> emitted_;
     std::vector<std::pair<double, uint32_t>> ranked_;  // cost and vertex
     uint32_t last_[3] = {none, none, none};            // vertices of the last face
     uint32_t next_face_ = 0;                           // all before it are emitted

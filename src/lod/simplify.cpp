@@ -7,8 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "base/check.h"
+#include "base/random.h"
 #include "base/threads.h"
 #include "lod/collapse_list.h"
 #include "lod/quadric.h"
@@ -29,6 +31,10 @@ constexpr double least_turn_cosine = 0.2;
 constexpr double sliver = 0.02;
 // Where the surface is flat every collapse is free; this share of the squared length, over the area, then decides.
 constexpr double length_weight = 1e-7;
+
+// Neighbours that a vertex may be tried on to go to, the cheapest first. A hub of thousands would be judged against all
+// of them again whenever one of them goes.
+constexpr size_t most_tries = 32;
 
 // Weight of the distance a removed vertex ends up from the surface, against the quadrics'. At 1 the two-sided RMS
 // distance of scans is 5 to 10% below that of quadrics alone (bench/simplify_quality); more helps coarse levels and
@@ -106,9 +112,43 @@ private:
 
 enum class Verdict { legal, topology, flip };
 
+// Numbers with their places in a list, found in constant time however long it grows. Open addressing.
+class Places {
+public:
+    void clear() {
+        std::fill(slots_.begin(), slots_.end(), Slot{});
+        count_ = 0;
+    }
+    void put(uint32_t number, uint32_t place) {
+        if (2 * ++count_ > slots_.size()) {
+            const std::vector<Slot> before = std::exchange(slots_, std::vector<Slot>(std::max<size_t>(64, 4 * count_)));
+            for (const Slot& s : before) {
+                if (s.place != none) slots_[slot_of(s.number)] = s;
+            }
+        }
+        slots_[slot_of(number)] = {number, place};
+    }
+    uint32_t find(uint32_t number) const {
+        return slots_.empty() ? none : slots_[slot_of(number)].place;
+    }
+
+private:
+    struct Slot {
+        uint32_t number = none, place = none;
+    };
+    size_t slot_of(uint32_t number) const {
+        size_t slot = static_cast<size_t>(mix64(number) % slots_.size());
+        while (slots_[slot].place != none && slots_[slot].number != number) slot = (slot + 1) % slots_.size();
+        return slot;
+    }
+    std::vector<Slot> slots_;
+    size_t count_ = 0;
+};
+
 // Scratch of one evaluation, one per thread.
 struct Ring {
     std::vector<uint32_t> neighbours;             // of the vertex looked at, each once
+    Places places;                                // of them, where there are many
     std::vector<uint8_t> faces;                   // shared with it: 1 on the boundary, 2 inside
     std::vector<std::array<WedgePair, 2>> pairs;  // its wedges and theirs in those faces; only where attributes count
     std::vector<double> costs;
@@ -116,6 +156,29 @@ struct Ring {
     double own_error = 0;             // of the vertex's quadric at its own place
     uint32_t own_wedge = none;        // the last wedge whose attribute error at its own place was asked for,
     double own_attribute_error = 0;   // and that
+
+    static constexpr size_t many = 24;
+    void clear() {
+        neighbours.clear();
+        faces.clear();
+        pairs.clear();
+    }
+    // Where v is among the neighbours, or none.
+    uint32_t find(uint32_t v) const {
+        if (neighbours.size() > many) return places.find(v);
+        const auto at = std::find(neighbours.begin(), neighbours.end(), v);
+        return at == neighbours.end() ? none : static_cast<uint32_t>(at - neighbours.begin());
+    }
+    bool has(uint32_t v) const { return find(v) != none; }
+    void add(uint32_t v) {
+        neighbours.push_back(v);
+        faces.push_back(1);
+        if (neighbours.size() == many + 1) {
+            places.clear();
+            for (uint32_t i = 0; i < many; ++i) places.put(neighbours[i], i);
+        }
+        if (neighbours.size() > many) places.put(v, static_cast<uint32_t>(neighbours.size() - 1));
+    }
 };
 
 class QuadricSimplification {
@@ -369,22 +432,19 @@ private:
     }
 
     void gather_ring(uint32_t u, Ring& ring) const {
-        ring.neighbours.clear();
-        ring.faces.clear();
-        ring.pairs.clear();
+        ring.clear();
         ring.own_error = own_error(u);
         ring.own_wedge = none;
         const bool pairs = attribute_count_ > 0 && seams_;
         const auto add = [&](uint32_t corner, uint32_t other) {
             const uint32_t v = vertex(other);
-            for (size_t i = 0; i < ring.neighbours.size(); ++i) {
-                if (ring.neighbours[i] != v) continue;
+            const uint32_t i = ring.find(v);
+            if (i != none) {
                 if (pairs && ring.faces[i] < 2) ring.pairs[i][ring.faces[i]] = {wedges_[corner], wedges_[other]};
                 ++ring.faces[i];
                 return;
             }
-            ring.neighbours.push_back(v);
-            ring.faces.push_back(1);
+            ring.add(v);
             if (pairs) ring.pairs.push_back({WedgePair{wedges_[corner], wedges_[other]}, WedgePair{}});
         };
         for (const uint32_t c : corners(u)) {
@@ -450,7 +510,7 @@ private:
             // A boundary vertex leaves along the boundary only.
             ring.costs.push_back(boundary_[u] && ring.faces[i] != 1 ? infinite : cost(u, ring, i));
         }
-        for (size_t tries = 0; tries < ring.costs.size(); ++tries) {
+        for (size_t tries = 0; tries < std::min(ring.costs.size(), most_tries); ++tries) {
             size_t best = 0;
             for (size_t i = 1; i < ring.costs.size(); ++i) {
                 if (ring.costs[i] < ring.costs[best] ||
@@ -483,9 +543,9 @@ private:
 
     // ring: of u, gathered.
     Verdict judge(uint32_t u, uint32_t v, Ring& ring) const {
-        const auto at = std::find(ring.neighbours.begin(), ring.neighbours.end(), v) - ring.neighbours.begin();
-        if (at == static_cast<ptrdiff_t>(ring.neighbours.size())) return Verdict::topology;
-        const uint32_t shared = ring.faces[static_cast<size_t>(at)];
+        const uint32_t at = ring.find(v);
+        if (at == none) return Verdict::topology;
+        const uint32_t shared = ring.faces[at];
         if (shared != (boundary_[u] ? 1u : 2u)) return Verdict::topology;
         if (count_[u] + count_[v] <= 2 * shared) return Verdict::topology;  // nothing would be left
         if (!link_condition(u, v, shared, ring)) return Verdict::topology;
@@ -500,14 +560,12 @@ private:
         for (const uint32_t c : corners(v)) {
             // Each neighbour once: the next vertex of every face, and the previous one where the boundary ends the fan.
             const uint32_t n = vertex(next_corner(c));
-            common += n != u && std::find(ring.neighbours.begin(), ring.neighbours.end(), n) != ring.neighbours.end();
+            common += n != u && ring.has(n);
         }
         if (boundary_[v]) {
             for (const uint32_t c : corners(v)) {
                 const uint32_t n = vertex(previous_corner(c));
-                if (n == u || !boundary_[n] ||
-                    std::find(ring.neighbours.begin(), ring.neighbours.end(), n) == ring.neighbours.end())
-                    continue;
+                if (n == u || !boundary_[n] || !ring.has(n)) continue;
                 common += shared_faces(v, n) == 1;
             }
         }

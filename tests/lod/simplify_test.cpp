@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <cmath>
 #include <glm/geometric.hpp>
 
 #include "fixtures/meshes.h"
@@ -61,7 +62,11 @@ TEST(QuadricSimplifier, ClosesSeamsOfNormalsButNotOfTextures) {
 
 // A vertex may have two wedges that nothing tells apart: of normals that count for nothing, or without attributes.
 TEST(QuadricSimplifier, ClosesSeamsThatNoAttributeTellsApart) {
-    TriMesh mesh = fixtures::torus(24, 12);
+    const TriMesh torus = fixtures::torus(24, 12);
+    TriMesh mesh;
+    mesh.positions = torus.positions;
+    mesh.triangles = torus.triangles;
+    mesh.wedge_vertex = torus.wedge_vertex;
     for (size_t t = 0; t < mesh.triangle_count(); ++t) {
         mesh.wedge_vertex.push_back(mesh.wedge_vertex[mesh.triangles[t][0]]);
         mesh.triangles[t][0] = static_cast<uint32_t>(mesh.wedge_vertex.size() - 1);
@@ -88,6 +93,29 @@ TEST(QuadricSimplifier, IsTheSameAtEveryScaleAndPlace) {
     ASSERT_TRUE(a && b);
     ASSERT_EQ(a->collapses.size(), b->collapses.size());
     for (size_t i = 0; i < a->collapses.size(); ++i) ASSERT_EQ(a->collapses[i].removed, b->collapses[i].removed);
+}
+
+// A closed spindle of two hubs: every vertex but them has four neighbours, they have thousands.
+TEST(QuadricSimplifier, TakesHubsOfThousandsOfTriangles) {
+    constexpr uint32_t around = 3000;
+    TriMesh spindle;
+    spindle.positions = {{0, 0, 4}, {0, 0, -4}};
+    for (uint32_t i = 0; i < around; ++i) {
+        const double angle = 6.283185307179586 * i / around;
+        spindle.positions.emplace_back(std::cos(angle), std::sin(angle), 0.01 * (i % 3));
+        const uint32_t a = 2 + i, b = 2 + (i + 1) % around;
+        spindle.triangles.push_back({0, a, b});
+        spindle.triangles.push_back({1, b, a});
+    }
+    spindle.set_identity_wedges();
+    const auto list = make_quadric_simplifier()->simplify(spindle, {});
+    ASSERT_TRUE(list);
+    const auto valid = list->validate(spindle);
+    EXPECT_TRUE(valid) << valid.error().message;
+    EXPECT_LT(spindle.triangle_count() - 2 * list->collapses.size(), 200u);
+    auto pm = bake_progressive_mesh(spindle, *list, {"keyframe"});
+    ASSERT_TRUE(pm) << pm.error().message;
+    EXPECT_TRUE(pm->validate());
 }
 
 TEST(QuadricSimplifier, StopsAtTheTarget) {

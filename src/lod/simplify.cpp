@@ -128,9 +128,7 @@ public:
         }
         slots_[slot_of(number)] = {number, place};
     }
-    uint32_t find(uint32_t number) const {
-        return slots_.empty() ? none : slots_[slot_of(number)].place;
-    }
+    uint32_t find(uint32_t number) const { return slots_.empty() ? none : slots_[slot_of(number)].place; }
 
 private:
     struct Slot {

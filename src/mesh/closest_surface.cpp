@@ -70,8 +70,7 @@ std::array<Polygon, 2> cut(const Polygon& polygon, int axis, double at) {
 
 double area_of(const Polygon& polygon) {
     glm::dvec3 sum(0);
-    for (size_t i = 2; i < polygon.size(); ++i)
-        sum += glm::cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]);
+    for (size_t i = 2; i < polygon.size(); ++i) sum += glm::cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]);
     return glm::length(sum) / 2;
 }
 

@@ -66,7 +66,8 @@ public:
     // Distances of this surface's points to the other surface. Deterministic for any number of threads.
     SurfaceDistance to(const MeasuredSurface& other) const;
     // The larger of to(other).max and `at_least`, in a fraction of the time: what is nearer than that is not looked at
-    // further, and what is nearer than a step between floats at the largest coordinate counts as touching. Object units.
+    // further, and what is nearer than a step between floats at the largest coordinate counts as touching. Object
+    // units.
     double farthest_from(const MeasuredSurface& other, double at_least) const;
 
 private:

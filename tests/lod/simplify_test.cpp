@@ -160,7 +160,8 @@ INSTANTIATE_TEST_SUITE_P(Scans, RealMesh,
                                          "scans/laurana.ply", "scans/falconstatue_boundary.obj", "nasty/cow.off",
                                          "nasty/cheese.off", "nasty/moebius.obj", "nasty/mite.obj", "nasty/pig.stl",
                                          "nasty/camel_b.obj", "nasty/112932.stl",
-                                         "nasty/Generic_Twin_7081.1.t0_left.obj", "gltf/DamagedHelmet/DamagedHelmet.glb"),
+                                         "nasty/Generic_Twin_7081.1.t0_left.obj",
+                                         "gltf/DamagedHelmet/DamagedHelmet.glb"),
                          [](const auto& test) { return fixtures::test_name_of(test.param); });
 
 }  // namespace

@@ -75,8 +75,8 @@ TEST(ClosestSurface, EqualsBruteForceOnNeedles) {
         const glm::dvec3 p(random.uniform(0, 3), random.uniform(0, 2), random.uniform(-1, 1));
         double best = std::numeric_limits<double>::infinity();
         for (size_t t = 0; t < indices.size(); t += 3) {
-            const glm::dvec3 on = closest_on_triangle(p, positions[indices[t]], positions[indices[t + 1]],
-                                                      positions[indices[t + 2]]);
+            const glm::dvec3 on =
+                closest_on_triangle(p, positions[indices[t]], positions[indices[t + 1]], positions[indices[t + 2]]);
             best = std::min(best, glm::distance(p, on));
         }
         EXPECT_NEAR(surface.closest(p).distance, best, 1e-12);

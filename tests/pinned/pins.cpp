@@ -1,0 +1,46 @@
+#include "pinned/pins.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace lodestone::pins {
+
+namespace {
+
+const char* const path = LODESTONE_SOURCE_DIR "/tests/pinned/hashes.json";
+
+nlohmann::json held() {
+    std::ifstream in(path);
+    auto all = nlohmann::json::parse(in, nullptr, false);
+    return all.is_object() ? all : nlohmann::json{{"driver", ""}, {"hashes", nlohmann::json::object()}};
+}
+
+bool pinning() { return std::getenv("LODESTONE_PIN") != nullptr; }
+
+void write(const nlohmann::json& all) { std::ofstream(path) << all.dump(1) << "\n"; }
+
+}  // namespace
+
+void expect(const std::string& name, const Hash128& hash) {
+    nlohmann::json all = held();
+    if (pinning()) {
+        all["hashes"][name] = hash.hex();
+        return write(all);
+    }
+    EXPECT_EQ(all["hashes"].value(name, "none held"), hash.hex())
+        << name << " is not what it was. If that is meant, run this test with LODESTONE_PIN=1 and say why.";
+}
+
+bool taken_with(const std::string& driver) {
+    nlohmann::json all = held();
+    if (pinning()) {
+        all["driver"] = driver;
+        write(all);
+    }
+    return all["driver"] == driver;
+}
+
+}  // namespace lodestone::pins

@@ -3,7 +3,7 @@
 #include <exception>
 #include <new>
 
-#include "apps/commands.h"
+#include "apps/commands/commands.h"
 #include "apps/machine.h"
 #include "apps/terminal.h"
 #include "base/spill.h"

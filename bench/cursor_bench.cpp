@@ -9,8 +9,8 @@
 
 #include "base/check.h"
 #include "bench/rivals.h"
-#include "lod/bake.h"
-#include "lod/cursor.h"
+#include "lod/asset/cursor.h"
+#include "lod/bake/bake.h"
 
 namespace lodestone {
 namespace {

@@ -8,9 +8,9 @@
 #include "base/check.h"
 #include "base/threads.h"
 #include "fixtures/meshes.h"
-#include "vgi/bake.h"
-#include "vgi/bintree_cut.h"
-#include "vgi/grid_cut.h"
+#include "vgi/bake/bake.h"
+#include "vgi/draw/cut/bintree_cut.h"
+#include "vgi/study/grid_cut.h"
 
 namespace lodestone::vgi {
 namespace {

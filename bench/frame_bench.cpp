@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "apps/draw_flight.h"
+#include "apps/drawing/flight.h"
 #include "apps/terminal.h"
 #include "base/check.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "lod/collapse_list.h"
+#include "lod/bake/simplify/collapse_list.h"
 #include "mesh/tri_mesh.h"
 
 namespace lodestone {

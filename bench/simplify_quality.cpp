@@ -7,7 +7,7 @@
 
 #include "base/clock.h"
 #include "bench/rivals.h"
-#include "mesh/distance.h"
+#include "mesh/distance/distance.h"
 
 using namespace lodestone;
 

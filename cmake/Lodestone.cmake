@@ -39,13 +39,22 @@ if(LODESTONE_SANITIZE)
 endif()
 set_property(GLOBAL PROPERTY LODESTONE_LIBRARIES lodestone_flags)
 
-# lodestone_library(NAME [PUBLIC lib...] [PRIVATE lib...])
-#   Builds every .cpp of the current folder (not of folders below it) into the static library lodestone_NAME,
-#   known as Lodestone::NAME. PUBLIC libraries appear in its headers, PRIVATE ones only in its .cpp files.
+# lodestone_sources(OUT [folder...])   every .cpp of the current folder and of the folders named below it.
+function(lodestone_sources out)
+  set(patterns "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
+  foreach(folder ${ARGN})
+    list(APPEND patterns "${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp")
+  endforeach()
+  file(GLOB found CONFIGURE_DEPENDS ${patterns})
+  set(${out} ${found} PARENT_SCOPE)
+endfunction()
+
+# lodestone_library(NAME [FOLDERS folder...] [PUBLIC lib...] [PRIVATE lib...])
+#   Builds every .cpp of the current folder and of FOLDERS below it into the static library lodestone_NAME, known as
+#   Lodestone::NAME. PUBLIC libraries appear in its headers, PRIVATE ones only in its .cpp files.
 function(lodestone_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "PUBLIC;PRIVATE")
-  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
-  file(GLOB headers CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.h")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FOLDERS;PUBLIC;PRIVATE")
+  lodestone_sources(sources ${arg_FOLDERS})
   add_library(lodestone_${name} STATIC ${sources})
   add_library(Lodestone::${name} ALIAS lodestone_${name})
   set_target_properties(lodestone_${name} PROPERTIES EXPORT_NAME ${name})
@@ -54,8 +63,6 @@ function(lodestone_library name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>  # for "shaders/shared/..."
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/lodestone>)
   target_link_libraries(lodestone_${name} PUBLIC lodestone_flags ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
-  file(RELATIVE_PATH room "${PROJECT_SOURCE_DIR}/src" "${CMAKE_CURRENT_SOURCE_DIR}")
-  install(FILES ${headers} DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/lodestone/${room}")
   set_property(GLOBAL APPEND PROPERTY LODESTONE_LIBRARIES lodestone_${name})
 endfunction()
 
@@ -66,14 +73,13 @@ else()
   set(LODESTONE_DRIVER_ENVIRONMENT "ASAN_OPTIONS=detect_leaks=0")
 endif()
 
-# lodestone_test(NAME lib...)   builds every .cpp of the current folder into the GoogleTest program test_NAME.
+# lodestone_test(NAME [FOLDERS folder...] LIBRARIES lib...)
+#   Builds every .cpp of the current folder and of FOLDERS below it into the GoogleTest program test_NAME.
 function(lodestone_test name)
-  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
-  if(NOT sources)
-    return()
-  endif()
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FOLDERS;LIBRARIES")
+  lodestone_sources(sources ${arg_FOLDERS})
   add_executable(test_${name} ${sources})
-  target_link_libraries(test_${name} PRIVATE lodestone_flags ${ARGN} GTest::gmock GTest::gtest_main)
+  target_link_libraries(test_${name} PRIVATE lodestone_flags ${arg_LIBRARIES} GTest::gmock GTest::gtest_main)
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests")
   target_compile_definitions(test_${name} PRIVATE
     LODESTONE_SOURCE_DIR="${PROJECT_SOURCE_DIR}" LODESTONE_BINARY_DIR="${PROJECT_BINARY_DIR}")

@@ -1,4 +1,4 @@
-// Nodes of a grid cut, as cut_grid (vgi/grid_cut.h) numbers and tests them, for the passes that make one on the device.
+// Nodes of a grid cut, as cut_grid (vgi/study/grid_cut.h) numbers and tests them, for the passes that make one on the device.
 // gl_WorkGroupID.y is the instance. Passes over nodes go by invocation (own_node), those over charts by workgroup.
 #ifndef LODESTONE_VGI_NODES_GLSL
 #define LODESTONE_VGI_NODES_GLSL

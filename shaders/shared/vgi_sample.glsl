@@ -45,7 +45,7 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
         // Always of the eye that chose the samples, in every view.
         vec3 seen = world - frame.views[0].eye.xyz;
         float t = error == 0.0 ? 1.0 : clamp((error + radius - counted_distance(seen)) / (morph_share * error), 0.0, 1.0);
-        // Ends of the hypotenuse it halves; in the same page (vgi/bintree.h).
+        // Ends of the hypotenuse it halves; in the same page (vgi/asset/bintree.h).
         int h = 1 << findLSB(uint(p.x | p.y | int(asset.page_cells)));
         bool odd_x = (p.x & h) != 0, odd_y = (p.y & h) != 0;
         ivec2 away = odd_x && odd_y ? ((((p.x - h) / (2 * h) + (p.y - h) / (2 * h)) & 1) == 0 ? ivec2(h, h) : ivec2(h, -h))

@@ -9,7 +9,7 @@
 // colour, each where some asset of the scene has it.
 
 // Where a chart's level of so many times fewer cells than its coarsest page begins among the small ones (level 1 has half
-// of the page's cells; vgi/small_levels.h): after the (cells / 2 + 1)^2 + (cells / 4 + 1)^2 + .. samples before it.
+// of the page's cells; vgi/draw/mip_tail.h): after the (cells / 2 + 1)^2 + (cells / 4 + 1)^2 + .. samples before it.
 #define LODE_VGI_SMALL_FIRST(cells, level)                                                                 \
     (((cells) * (cells) - ((cells) >> ((level) - 1u)) * ((cells) >> ((level) - 1u))) / 3u +                \
      2u * ((cells) - ((cells) >> ((level) - 1u))) + (level) - 1u)

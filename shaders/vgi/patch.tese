@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Vertices of a node of a grid cut: what GridPatch::append_indices (vgi/grid_patch.h) makes of it.
+// Vertices of a node of a grid cut: what GridPatch::append_indices (vgi/study/grid_patch.h) makes of it.
 #include "shared/vgi_vertex.glsl"
 
 layout(quads, equal_spacing, cw) in;

@@ -16,8 +16,8 @@
 namespace lodestone {
 
 struct SpillOptions {
-    std::filesystem::path folder;    // on a disk with room for everything
-    uint64_t resident_bytes = 0;     // that the process is kept to, about
+    std::filesystem::path folder;      // on a disk with room for everything
+    uint64_t resident_bytes = 0;       // that the process is kept to, about
     size_t least = size_t{256} << 10;  // bytes of a block; smaller ones are left where they are
 };
 

@@ -6,7 +6,7 @@
 
 #include "base/random.h"
 #include "baseline/full.h"
-#include "mesh/distance.h"
+#include "mesh/distance/distance.h"
 #include "mesh/packed_vertices.h"
 
 namespace lodestone {

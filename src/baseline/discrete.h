@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "base/chunk_file.h"
+#include "base/files/chunk_file.h"
 #include "base/progress.h"
 #include "baseline/fixed_levels.h"
 #include "mesh/tri_mesh.h"
@@ -31,7 +31,7 @@ struct DiscreteChain {
 };
 
 // Halves until 64 triangles are reached or meshoptimizer gets less than 10% further. Errors are measured as those of
-// progressive meshes are (mesh/distance.h). Fault::interrupted when progress says stop.
+// progressive meshes are (mesh/distance/distance.h). Fault::interrupted when progress says stop.
 Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& progress = {});
 
 FixedLevels fixed_levels_of(std::shared_ptr<const DiscreteChain> chain);

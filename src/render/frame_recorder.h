@@ -5,11 +5,11 @@
 #include <utility>
 #include <vector>
 
-#include "render/commands.h"
 #include "render/frame_slot.h"
 #include "render/hazards.h"
 #include "render/recipe_build.h"
 #include "render/targets.h"
+#include "render/vulkan/commands.h"
 #include "shaders/shared/draw_constants.h"
 
 namespace lodestone {

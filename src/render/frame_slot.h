@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "render/memory.h"
 #include "render/renderer.h"
+#include "render/vulkan/memory.h"
 
 namespace lodestone {
 

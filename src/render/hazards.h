@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "render/vulkan.h"
+#include "render/vulkan/vulkan.h"
 
 namespace lodestone {
 

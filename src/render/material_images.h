@@ -2,8 +2,8 @@
 #pragma once
 
 #include "frame/materials.h"
-#include "render/commands.h"
-#include "render/memory.h"
+#include "render/vulkan/commands.h"
+#include "render/vulkan/memory.h"
 
 namespace lodestone {
 

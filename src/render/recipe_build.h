@@ -6,7 +6,7 @@
 
 #include "frame/plan.h"
 #include "frame/recipe.h"
-#include "render/memory.h"
+#include "render/vulkan/memory.h"
 
 namespace lodestone {
 

@@ -1,9 +1,9 @@
 // What the window shares with the renderer: the device, and the picture drawn last.
 #pragma once
 
-#include "render/commands.h"
-#include "render/memory.h"
 #include "render/targets.h"
+#include "render/vulkan/commands.h"
+#include "render/vulkan/memory.h"
 
 namespace lodestone {
 

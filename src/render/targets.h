@@ -1,7 +1,7 @@
 // The named targets a frame is drawn to.
 #pragma once
 
-#include "render/memory.h"
+#include "render/vulkan/memory.h"
 
 namespace lodestone {
 

@@ -7,7 +7,7 @@
 
 #include "frame/picture.h"
 #include "frame/view.h"
-#include "mesh/distance.h"
+#include "mesh/distance/distance.h"
 
 namespace lodestone {
 

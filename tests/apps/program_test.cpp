@@ -12,12 +12,12 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "apps/bake.h"
+#include "apps/scene/bake.h"
 #ifdef LODESTONE_WITH_RENDER
-#include "apps/draw_shaders.h"
+#include "apps/viewer/shader_reload.h"
 #include "render/shader_library.h"
 #endif
-#include "base/file.h"
+#include "base/files/file.h"
 #include "base/hash.h"
 #include "mesh/io/read.h"
 #include "mesh/mesh_stream.h"

@@ -7,7 +7,7 @@
 #include "baseline/full.h"
 #include "fixtures/meshes.h"
 #include "frame/plan_mirror.h"
-#include "mesh/distance.h"
+#include "mesh/distance/distance.h"
 #include "mesh/generate.h"
 #include "mesh/packed_vertices.h"
 #include "mesh/repair.h"

@@ -1,8 +1,8 @@
 // Simplifies a generated rock with the installed libraries.
 #include <cstdio>
 
-#include "lod/bake.h"
-#include "lod/cursor.h"
+#include "lod/asset/cursor.h"
+#include "lod/bake/bake.h"
 #include "mesh/generate.h"
 #include "mesh/io/write.h"
 #include "mesh/repair.h"

@@ -8,13 +8,13 @@
 #include "baseline/discrete.h"
 #include "baseline/full.h"
 #include "fixtures/meshes.h"
-#include "lod/bake.h"
-#include "lod/error_curve.h"
-#include "lod/lod_source.h"
+#include "lod/bake/bake.h"
+#include "lod/bake/error_curve.h"
+#include "lod/draw/lod_source.h"
 #include "mesh/packed_vertices.h"
 #include "pinned/pins.h"
-#include "vgi/bake.h"
-#include "vgi/vgi_source.h"
+#include "vgi/bake/bake.h"
+#include "vgi/draw/vgi_source.h"
 #ifdef LODESTONE_WITH_RENDER
 #include "render/renderer.h"
 #endif

@@ -20,12 +20,12 @@
 #include "mesh/repair.h"
 #include "render/device_test.h"
 #include "report/image_metrics.h"
-#include "vgi/bake.h"
-#include "vgi/grid_cut.h"
-#include "vgi/grid_patch.h"
-#include "vgi/page_stream.h"
-#include "vgi/pulled_vertex.h"
-#include "vgi/vgi_source.h"
+#include "vgi/bake/bake.h"
+#include "vgi/draw/page_stream.h"
+#include "vgi/draw/pulled_vertex.h"
+#include "vgi/draw/vgi_source.h"
+#include "vgi/study/grid_cut.h"
+#include "vgi/study/grid_patch.h"
 
 namespace lodestone {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "vgi/bake.h"
+#include "vgi/bake/bake.h"
 
 namespace lodestone::vgi {
 

@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "base/file.h"
+#include "base/files/file.h"
 
 namespace lodestone {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "base/chunk_file.h"
+#include "base/files/chunk_file.h"
 #include "base/result.h"
 #include "mesh/tri_mesh.h"
 

@@ -1,0 +1,260 @@
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/probed_cache.h"
+#include "apps/scene/bake.h"
+#include "apps/terminal.h"
+#include "base/spill.h"
+#include "base/threads.h"
+#include "lod/bake/orders/face_order.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr uint64_t least_bake_memory_mib = 192;  // the program itself, and what small blocks take
+
+struct Options {
+    std::string mesh, out, backends = "lod", orders = "keyframe,static,classic", cache = "fifo16", report;
+    unsigned threads = 0;
+    uint64_t memory_mib = 0;  // 0: whatever it takes
+    std::string tmp;          // for the work folder; empty: the system's
+    bool resume = false;
+    uint32_t resolution = 129, attribute_resolution = 0;  // of attributes: 0 for the same
+    bool json = false;
+    BakeOptions bake;
+};
+
+Result<void> check_backends(const std::vector<std::string>& backends) {
+    for (const std::string& b : backends) {
+        if (b != "lod" && b != "vgi" && b != "discrete")
+            return fail(Fault::usage, "--backends " + b + ": there is no such backend; choose from lod, vgi, discrete");
+    }
+    return {};
+}
+
+void print_summary(const nlohmann::json& report) {
+    const auto& input = report["input"];
+    std::printf("%s: %llu triangles, %llu vertices, %llu components, %llu boundary loops\n",
+                report["name"].get<std::string>().c_str(), input["triangles"].get<unsigned long long>(),
+                input["vertices"].get<unsigned long long>(), input["components"].get<unsigned long long>(),
+                input["boundary_loops"].get<unsigned long long>());
+    for (const auto& [what, count] : report["repair"].items()) {
+        if (count.get<uint64_t>() > 0)
+            std::printf("  repaired: %s %llu\n", what.c_str(), count.get<unsigned long long>());
+    }
+    if (report.contains("lod")) {
+        const auto& lod = report["lod"];
+        std::printf(
+            "  lod: %u levels down to %u triangles (%s); simplified in %.2f s of CPU, errors measured in %.2f s\n",
+            lod["levels"].get<unsigned>(), lod["base_triangles"].get<unsigned>(),
+            lod["stopped_because"].get<std::string>().c_str(), lod["simplify_cpu_seconds"].get<double>(),
+            lod["error_seconds"].get<double>());
+    }
+    if (report.contains("vgi")) {
+        const auto& vgi = report["vgi"];
+        std::printf(
+            "  vgi: %u clusters, %u charts of %u^2 samples; stretch %.3f (worst %.2f); error rms %.2g, largest %.2g of "
+            "the "
+            "diagonal; %llu bytes\n",
+            vgi["clusters"].get<unsigned>(), vgi["charts"].get<unsigned>(), vgi["resolution"].get<unsigned>(),
+            vgi["l2_stretch_rms"].get<double>(), vgi["l2_stretch_worst"].get<double>(), vgi["rms_error"].get<double>(),
+            vgi["max_error"].get<double>(), vgi["bytes"].get<unsigned long long>());
+    }
+    std::printf("  %llu bytes in %.2f s\n", report["out_bytes"].get<unsigned long long>(),
+                report["seconds"].get<double>());
+}
+
+Result<int> bake(const Options& given) {
+    BakeOptions options = given.bake;
+    auto backends = parse_list("--backends", given.backends);
+    auto orders = parse_list("--order", given.orders);
+    if (!backends) return tl::unexpected(backends.error());
+    if (!orders) return tl::unexpected(orders.error());
+    if (auto good = check_backends(*backends); !good) return tl::unexpected(good.error());
+    for (size_t i = 0; i < orders->size(); ++i) {
+        if (auto orderer = face_orderer_named((*orders)[i]); !orderer) return fail_at("--order", orderer.error());
+        if (std::find(orders->begin(), orders->begin() + static_cast<ptrdiff_t>(i), (*orders)[i]) !=
+            orders->begin() + static_cast<ptrdiff_t>(i)) {
+            return fail(Fault::usage, "--order " + given.orders + ": names " + (*orders)[i] + " twice");
+        }
+    }
+    options.atlas.cells = given.resolution - 1;
+    if (given.attribute_resolution > 0) {
+        if (given.attribute_resolution < given.resolution) {
+            return fail(Fault::usage, "--attribute-resolution " + std::to_string(given.attribute_resolution) +
+                                          ": must not be below --resolution, " + std::to_string(given.resolution));
+        }
+        options.atlas.attribute_ratio = (given.attribute_resolution - 1) / options.atlas.cells;
+    }
+    const auto model = given.cache == "auto" ? auto_cache_model() : cache_model_named(given.cache);
+    if (!model) return fail_at("--cache", model.error());
+    options.order.cache = *model;
+    options.backends = *backends;
+    options.orders = *orders;
+    set_thread_count(given.threads);
+    const Progress progress = terminal_progress();
+    std::error_code no_folder;
+    const std::filesystem::path tmp =
+        given.tmp.empty() ? std::filesystem::temp_directory_path(no_folder) : std::filesystem::path(given.tmp);
+    if (given.memory_mib > 0) {
+        if (given.memory_mib < least_bake_memory_mib) {
+            return fail(Fault::usage, "--memory " + std::to_string(given.memory_mib) + ": baking takes at least " +
+                                          std::to_string(least_bake_memory_mib) + " MiB");
+        }
+        if (auto done = begin_spilling({tmp, given.memory_mib << 20}); !done) return tl::unexpected(done.error());
+    }
+    auto input = read_bake_input(given.mesh, options, progress);
+    if (!input) return tl::unexpected(input.error());
+    std::optional<WorkFolder> work;
+    if (given.resume) {
+        auto folder = WorkFolder::open(tmp, bake_key(input->source, options));
+        if (!folder) return tl::unexpected(folder.error());
+        work = std::move(*folder);
+        if (work->begun()) announce("going on with what " + work->path().string() + " has kept");
+    }
+    auto report = bake_asset(std::move(*input), options, given.out, progress, work ? &*work : nullptr);
+    if (!report && report.error().fault == Fault::interrupted && work)
+        announce("the same command goes on from " + work->path().string());
+    if (!report) return tl::unexpected(report.error());
+    if (work) work->remove();
+    end_progress();
+    if (!given.report.empty()) {
+        if (auto done = write_json(given.report, report->dump(2)); !done) return tl::unexpected(done.error());
+    }
+    if (given.json) {
+        print_line(report->dump(2));
+    } else if (verbosity() != Verbosity::quiet) {
+        print_summary(*report);
+    }
+    return 0;
+}
+
+}  // namespace
+
+void add_bake(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command =
+        app.add_subcommand("bake", "Make an asset from a mesh (PLY, OBJ, STL, OFF, glTF, height map; also .gz)");
+    command->add_option("mesh", o->mesh, "Mesh file")->required();
+    command->add_option("-o,--out", o->out, "Asset to write, .lode")->required();
+    command->add_option("--backends", o->backends, "What to bake for: lod, vgi, discrete")->capture_default_str();
+    command
+        ->add_option("--order", o->orders, "Face orders, the first drawn by default: keyframe, greedy, static, classic")
+        ->capture_default_str();
+    command
+        ->add_option(
+            "--cache", o->cache,
+            "What optimised orders aim at: fifoN, lruN, nvidia, amd, intel, or auto: the device last probed, else one "
+            "order for nvidia and fifo16 at once")
+        ->capture_default_str();
+    command
+        ->add_option("--order-seconds", o->bake.order.seconds,
+                     "About how long an optimised order may be searched for, by the size of the mesh")
+        ->check(CLI::Range(0.0, 1e6))
+        ->capture_default_str();
+    command
+        ->add_option("--look-ahead", o->bake.order.greedy_look_ahead,
+                     "Order greedy: faces looked ahead for each choice")
+        ->check(CLI::Range(0, 100));
+    command
+        ->add_option("--moves-per-ecol", o->bake.order.moves_per_ecol,
+                     "Faces moved per collapse, about: more moves, fewer transforms")
+        ->check(CLI::Range(0.1, 100.0))
+        ->capture_default_str();
+    command
+        ->add_option("--clusters", o->bake.atlas.clusters.clusters,
+                     "vgi: clusters wanted; each becomes a quad chart per side")
+        ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
+    command
+        ->add_option("--target-error", o->bake.target_error,
+                     "vgi: instead of --clusters, as many as bring the finest level within this, in object units")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--resolution", o->resolution, "vgi: samples per side of a chart, 2^n + 1")
+        ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025}))
+        ->capture_default_str();
+    command
+        ->add_option("--attribute-resolution", o->attribute_resolution,
+                     "vgi: the same of normals, colours and texture coordinates; as --resolution unless given, never "
+                     "coarser")
+        ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025, 2049, 4097}));
+    const auto weight = [&](const char* name, double& value, const char* what) {
+        command->add_option(name, value, std::string("vgi: what a cluster's ") + what + " costs")
+            ->check(CLI::Range(0.0, 1e6))
+            ->capture_default_str();
+    };
+    vgi::ClusterWeights& weights = o->bake.atlas.clusters.weights;
+    weight("--planarity-weight", weights.planarity, "distance from a plane");
+    weight("--compactness-weight", weights.compactness, "long border");
+    weight("--irregularity-weight", weights.irregularity, "becoming less round");
+    weight("--size-weight", weights.size, "size");
+    weight("--curvature-weight", weights.curvature, "turning normals");
+    weight("--feature-weight", weights.feature, "hiding of creases and seams inside it");
+    weight("--bulge-weight", weights.bulge, "bulging over its border");
+    command
+        ->add_option("--worst-stretch", o->bake.atlas.worst_stretch,
+                     "vgi: clusters are made finer where a chart is stretched more")
+        ->check(CLI::Range(1.1, 1e6))
+        ->capture_default_str();
+    command
+        ->add_option("--curvature-importance", o->bake.atlas.parameterise.curvature_importance,
+                     "vgi: samples lie denser by curvature to this power; 0 spreads them evenly")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    command
+        ->add_option("--rounding-share", o->bake.atlas.rounding_share,
+                     "vgi: how much rounding positions may add to the error of sampling, as a share of it; less takes "
+                     "more bytes")
+        ->check(CLI::Range(0.0, 10.0))
+        ->capture_default_str();
+    command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
+    command
+        ->add_option("--memory", o->memory_mib,
+                     "What baking may keep in memory, about, MiB; the rest waits in nameless files in --tmp")
+        ->check(CLI::Range(1, 1 << 30));
+    command->add_flag("--resume", o->resume,
+                      "Keep finished stages in a work folder until the asset is written: the same command goes on from "
+                      "them, also after it was killed");
+    command
+        ->add_option(
+            "--tmp", o->tmp,
+            "Folder, on a disk, for the files of --resume and --memory; the system's for temporary files unless given")
+        ->check(CLI::ExistingDirectory);
+    command->add_option("--report", o->report, "Also write the bake report to this JSON file");
+    command->add_flag("--json", o->json, "Print the bake report as JSON");
+    command->add_option("--simplifier", o->bake.simplifier, "quadric (ours) or openmesh")
+        ->check(CLI::IsMember({"quadric", "openmesh"}))
+        ->capture_default_str();
+    command->add_option("--normal-weight", o->bake.normal_weight, "Weight of normals in the error")
+        ->check(CLI::Range(0.0, 1e6));
+    command->add_option("--uv-weight", o->bake.uv_weight, "Weight of texture coordinates in the error")
+        ->check(CLI::Range(0.0, 1e6));
+    command->add_option("--colour-weight", o->bake.colour_weight, "Weight of colours in the error")
+        ->check(CLI::Range(0.0, 1e6));
+    command
+        ->add_option("--error-samples", o->bake.error_samples,
+                     "Points on each surface when a level's error is measured")
+        ->check(CLI::Range(1000, 100000000))
+        ->capture_default_str();
+    command->add_option("--height-scale", o->bake.read.height_scale, "Height maps: object units per height unit")
+        ->capture_default_str();
+    command
+        ->add_option("--pixel-size", o->bake.read.pixel_size,
+                     "Height maps: object units between samples; 0 takes the file's")
+        ->capture_default_str();
+    command->add_option("--void-height", o->bake.read.void_height,
+                        "Height maps: samples of this height, before scaling, hold no data");
+    command->add_flag("--fill-voids", o->bake.read.fill_voids,
+                      "Height maps: fill samples that hold no data from around them, instead of leaving holes");
+    command->footer(
+        examples("lodestone bake bunny.obj -o bunny.lode\n"
+                 "lodestone bake scan.ply.gz -o scan.lode --backends lod,vgi --report scan.json\n"
+                 "lodestone bake large.ply -o large.lode --backends vgi --resume   # and again, should it be stopped\n"
+                 "lodestone bake dem.tif -o dem.lode --backends vgi --fill-voids --clusters 300 --resolution 65"));
+    command->callback([o, &run] { run = [o] { return bake(*o); }; });
+}
+
+}  // namespace lodestone

@@ -1,0 +1,454 @@
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "apps/commands/commands.h"
+#include "apps/drawing/flight.h"
+#include "apps/drawing/stage.h"
+#include "apps/terminal.h"
+#include "base/files/file.h"
+#include "base/statistics.h"
+#include "mesh/distance/distance.h"
+#include "mesh/io/image_file.h"
+#include "report/error_search.h"
+#include "report/image_metrics.h"
+#include "report/markdown.h"
+#include "report/page.h"
+#include "report/rows.h"
+
+namespace lodestone {
+
+namespace {
+
+struct Options {
+    StageOptions stage;
+    std::string backends = "full,discrete,lod,vgi", orders, rasters, pixel_errors = "1", out;
+    std::string equal_error;  // a metric, or empty
+    uint32_t frames = 120, quality_frames = 5, rounds = 1;
+    double fps = 0;
+    bool json = false;
+};
+
+constexpr uint32_t supersampling = 4;
+constexpr int page_quality = 88;  // of JPEG pictures in the page
+
+// A picture to compare with, kept with what is needed to compare.
+struct Reference {
+    Camera camera;
+    View view;
+    Picture supersampled;                     // at the small size: colour averaged over 4x4, alpha the covered share
+    Picture full;                             // `full` at the small size
+    std::unique_ptr<ClosestSurface> surface;  // of `full` as drawn, world space
+};
+
+// The triangles the last frame drew, in world space.
+std::unique_ptr<ClosestSurface> drawn_surface(const PlanMirror& mirror, const ReadyScene& scene) {
+    std::vector<glm::vec3> corners;
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+        const glm::mat4& to_world = scene.instances[i].object_to_world;
+        for (const auto& triangle : mirror.triangles_of(i)) {
+            for (const glm::vec3& p : triangle) corners.emplace_back(to_world * glm::vec4(p, 1));
+        }
+    }
+    if (corners.empty()) return nullptr;
+    std::vector<uint32_t> indices(corners.size());
+    for (uint32_t i = 0; i < indices.size(); ++i) indices[i] = i;
+    return std::make_unique<ClosestSurface>(corners, indices);
+}
+
+// Each time over the median of the 15 around it.
+std::vector<double> jolts(const std::vector<double>& ms) {
+    std::vector<double> result;
+    for (size_t i = 0; i < ms.size(); ++i) {
+        const size_t begin = i < 7 ? 0 : i - 7, end = std::min(ms.size(), i + 8);
+        result.push_back(ms[i] / median(std::span(ms).subspan(begin, end - begin)));
+    }
+    return result;
+}
+
+class Bench {
+public:
+    Bench(const Options& options, ReadyScene& scene, Renderer& renderer, uint32_t width, uint32_t height,
+          const Progress& progress)
+        : options_(options), scene_(scene), renderer_(renderer), width_(width), height_(height), progress_(progress) {}
+
+    // Pictures of `full` for the frames at which quality is measured; it is the ruler, and has no budget.
+    Result<void> make_references() {
+        const uint64_t budget = std::exchange(scene_.scene.resident_bytes, uint64_t{1} << 40);
+        auto done = draw_references();
+        scene_.scene.resident_bytes = budget;
+        return done;
+    }
+
+    // Adds a row. Fault::machine where the backend cannot draw the scene within its budget.
+    Result<void> measure(const Way& way, double pixel_error) {
+        Row row;
+        static_cast<Way&>(row) = way;
+        row.pixel_error = pixel_error;
+        row.frames = options_.frames;
+        row.bake_seconds = scene_.bake_seconds;
+        row.asset_bytes = scene_.asset_bytes;
+        if (auto done = measure_times(row); !done) return done;
+        if (auto done = measure_quality(row, true); !done) return done;
+        report.rows.push_back(std::move(row));
+        return {};
+    }
+
+    // Adds a row of `way` at the largest pixel error at which it is no worse than `like`. None where it never is.
+    Result<void> measure_like(const Way& way, const Row& like, const ErrorMetric& metric) {
+        const double worst = metric.worse(like);
+        const auto at = largest_good({.start = like.pixel_error}, [&](double pixel_error) -> Result<bool> {
+            if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+            const auto [tried, is_new] = tried_.try_emplace({way, metric.name, pixel_error});
+            if (is_new) {
+                Row row;
+                static_cast<Way&>(row) = way;
+                row.pixel_error = pixel_error;
+                if (auto done = measure_quality(row, false); !done) return tl::unexpected(done.error());
+                tried->second = metric.worse(row);
+            }
+            return tried->second <= worst;
+        });
+        if (!at) return tl::unexpected(at.error());
+        if (!*at) {
+            progress_.warning(name_of(way) + ": no " + metric.name + " as good as that of " + name_of(like) + " at " +
+                              std::to_string(like.pixel_error) + " px");
+            return {};
+        }
+        const bool measured = std::ranges::any_of(report.rows, [&](const Row& row) {
+            return static_cast<const Way&>(row) == way && row.pixel_error == **at;
+        });
+        return measured ? Result<void>{} : measure(way, **at);
+    }
+
+    // Flies once more with the pixel error steered to hold a frame rate.
+    Result<void> steer(const Way& way, double fps, double pixel_error) {
+        if (auto done = renderer_.resize(width_, height_); !done) return done;
+        auto session = DrawSession::open(scene_, renderer_, way, false, progress_);
+        if (!session) return tl::unexpected(session.error());
+        Budget budget;
+        budget.resident_bytes = scene_.scene.resident_bytes;
+        ErrorController controller(1000 / fps, pixel_error);
+        const auto flown = fly(**session, {&scene_.camera, options_.frames, budget, width_, height_, &controller},
+                               name_of(way) + " steered", progress_);
+        if (!flown) return tl::unexpected(flown.error());
+        report.steered.push_back({way, 1000 / fps, of_frames(*flown, [](const FlownFrame& f) { return f.ms; }),
+                                  of_frames(*flown, [](const FlownFrame& f) { return f.pixel_error; })});
+        return {};
+    }
+
+    // The page: what was measured, with the pictures.
+    Result<void> write() const {
+        const std::filesystem::path folder(options_.out);
+        if (auto done = write_json((folder / "report.json").string(), json_of(report).dump(2)); !done) return done;
+        for (const auto& [name, text] : {std::pair("report.html", report_page(report, images_)),
+                                         std::pair("report.md", report_markdown(report))}) {
+            auto file = OutputFile::create(folder / name);
+            if (!file) return tl::unexpected(file.error());
+            if (auto done = file->write(text); !done) return done;
+            if (auto done = file->commit(); !done) return done;
+        }
+        return {};
+    }
+
+    Report report;
+
+private:
+    Result<void> draw_references() {
+        auto session = DrawSession::open(scene_, renderer_, {"full", "", ""}, true, progress_);
+        if (!session) return tl::unexpected(session.error());
+        for (uint32_t i = 0; i < options_.quality_frames; ++i) {
+            progress_.at("reference pictures", static_cast<double>(i) / options_.quality_frames);
+            Reference reference;
+            reference.camera = quality_camera(i);
+            if (auto done = draw_at(**session, reference.camera, width_ * supersampling, height_ * supersampling,
+                                    reference.supersampled);
+                !done)
+                return done;
+            reference.supersampled = downsampled(reference.supersampled, supersampling);
+            if (auto done = draw_at(**session, reference.camera, width_, height_, reference.full); !done) return done;
+            reference.view = (*session)->view();
+            reference.surface = drawn_surface(*(*session)->mirror(), scene_);
+            auto name = save(reference.supersampled, "reference-" + std::to_string(i), true);
+            if (!name) return tl::unexpected(name.error());
+            report.references.push_back(*name);
+            references_.push_back(std::move(reference));
+        }
+        return {};
+    }
+
+    Camera quality_camera(uint32_t i) const { return scene_.camera.at((i + 0.5) / options_.quality_frames); }
+
+    Result<void> draw_at(DrawSession& session, const Camera& camera, uint32_t width, uint32_t height,
+                         Picture& picture) {
+        if (auto done = renderer_.resize(width, height); !done) return done;
+        Budget budget;
+        budget.resident_bytes = scene_.scene.resident_bytes;
+        auto drawn = session.settle(camera, budget, width, height);
+        if (!drawn) return tl::unexpected(drawn.error());
+        auto read = renderer_.read_picture();
+        if (!read) return tl::unexpected(read.error());
+        picture = std::move(*read);
+        return {};
+    }
+
+    Budget budget_of(const Row& row) const {
+        Budget budget;
+        budget.pixel_error = row.pixel_error;
+        budget.resident_bytes = scene_.scene.resident_bytes;
+        return budget;
+    }
+
+    Result<void> measure_times(Row& row) {
+        const Way& way = row;
+        const Budget budget = budget_of(row);
+        if (auto done = renderer_.resize(width_, height_); !done) return done;
+        auto session = DrawSession::open(scene_, renderer_, way, false, progress_);
+        if (!session) return tl::unexpected(session.error());
+        const Flight flight{&scene_.camera, options_.frames, budget, width_, height_, nullptr};
+        std::vector<FlownFrame> flown;
+        for (uint32_t round = 0; round < options_.rounds; ++round) {
+            auto frames = fly(**session, flight, name_of(way), progress_);
+            if (!frames) return tl::unexpected(frames.error());
+            flown.insert(flown.end(), frames->begin(), frames->end());
+        }
+        std::vector<double> floor_ms;
+        for (uint32_t f = 0; f < std::max(3u, options_.frames / 10); ++f) {
+            auto drawn = (*session)->draw(scene_.camera.frame(0, options_.frames), budget, width_, height_, true);
+            if (!drawn) return tl::unexpected(drawn.error());
+            floor_ms.push_back(drawn->ms);
+        }
+        const auto ms = of_frames(flown, [](const FlownFrame& f) { return f.ms; });
+        std::vector<double> acmr;
+        for (const FlownFrame& f : flown) {
+            if (f.triangles > 0)
+                acmr.push_back(static_cast<double>(f.camera_invocations) / static_cast<double>(f.triangles));
+        }
+        row.resident_bytes = flown.back().resident_bytes;
+        row.ms_median = median(ms);
+        row.ms_p95 = percentile(ms, 0.95);
+        row.ms_p99 = percentile(ms, 0.99);
+        row.ms_max = percentile(ms, 1);
+        row.ms_floor = median(floor_ms);
+        row.ms_jolt = percentile(jolts(ms), 0.99);
+        row.flight_ms = ms;
+        row.flight_triangles = of_frames(flown, [](const FlownFrame& f) { return f.triangles; });
+        row.fps_mean = 1000 / mean(ms);
+        row.fps_min = 1000 / percentile(ms, 1);
+        row.fps_max = 1000 / percentile(ms, 0);
+        row.cpu_plan_ms = mean(of_frames(flown, [](const FlownFrame& f) { return f.plan_cpu_ms; }));
+        row.gpu_ms = median(of_frames(flown, [](const FlownFrame& f) { return f.gpu_ms; }));
+        row.triangles = mean(of_frames(flown, [](const FlownFrame& f) { return f.triangles; }));
+        row.vertex_invocations = mean(of_frames(flown, [](const FlownFrame& f) { return f.vertex_invocations; }));
+        row.uploaded_bytes = mean(of_frames(flown, [](const FlownFrame& f) { return f.uploaded_bytes; }));
+        row.acmr = mean(acmr);
+        return {};
+    }
+
+    // keep: the pictures go into the report, with the row that is added next.
+    Result<void> measure_quality(Row& row, bool keep) {
+        const Way& way = row;
+        const Budget budget = budget_of(row);
+        if (auto done = renderer_.resize(width_, height_); !done) return done;
+        auto session = DrawSession::open(scene_, renderer_, way, true, progress_);
+        if (!session) return tl::unexpected(session.error());
+        std::vector<double> psnrs, ssims, acmrs;
+        for (size_t i = 0; i < references_.size(); ++i) {
+            progress_.at(name_of(way) + " quality", static_cast<double>(i) / static_cast<double>(references_.size()));
+            const Reference& reference = references_[i];
+            if (auto drawn = (*session)->settle(reference.camera, budget, width_, height_); !drawn)
+                return tl::unexpected(drawn.error());
+            auto picture = renderer_.read_picture();
+            if (!picture) return tl::unexpected(picture.error());
+            if (keep) {
+                if (auto done = save_compared(*picture, reference, row, static_cast<uint32_t>(i)); !done) return done;
+            }
+            const auto mask = covered_union(*picture, reference.supersampled);
+            psnrs.push_back(psnr_db(*picture, reference.supersampled, mask));
+            ssims.push_back(ssim(*picture, reference.supersampled, mask));
+            row.background_leaks += background_leaks(*picture, reference.full);
+            acmrs.push_back(simulated_acmr(*(*session)->mirror()));
+            const auto surface = drawn_surface(*(*session)->mirror(), scene_);
+            if (surface != nullptr && reference.surface != nullptr) {
+                row.max_pixel_deviation = std::max(
+                    row.max_pixel_deviation,
+                    max_pixel_deviation(*picture, *surface, reference.full, *reference.surface, reference.view));
+            }
+        }
+        row.psnr_db = mean(psnrs);
+        row.ssim = mean(ssims);
+        row.acmr_fifo16 = mean(acmrs);
+        return {};
+    }
+
+    // Writes NAME.png, and keeps a copy for the page; returns the file's name.
+    Result<std::string> save(const Picture& picture, const std::string& name, bool photograph) {
+        const Image image = opaque_image(picture);
+        const std::string file = name + ".png";
+        if (auto done = write_png(image, std::filesystem::path(options_.out) / file); !done)
+            return tl::unexpected(done.error());
+        auto bytes = photograph ? encode_jpeg(image, page_quality) : encode_png(image);
+        if (!bytes) return tl::unexpected(bytes.error());
+        images_.push_back({file, photograph ? "image/jpeg" : "image/png", std::move(*bytes)});
+        return file;
+    }
+
+    Result<void> save_compared(const Picture& picture, const Reference& reference, const Row& row, uint32_t frame) {
+        char error_text[32];
+        std::snprintf(error_text, sizeof error_text, "%gpx", row.pixel_error);
+        const std::string name = name_of(row, '-') + "-" + error_text + "-" + std::to_string(frame);
+        auto shown = save(picture, name, true);
+        if (!shown) return tl::unexpected(shown.error());
+        auto difference = save(difference_map(picture, reference.supersampled), name + "-difference", false);
+        if (!difference) return tl::unexpected(difference.error());
+        report.pictures.push_back({static_cast<uint32_t>(report.rows.size()), frame, *shown, *difference});
+        return {};
+    }
+
+    const Options& options_;
+    ReadyScene& scene_;
+    Renderer& renderer_;
+    uint32_t width_, height_;
+    const Progress& progress_;
+    std::vector<Reference> references_;
+    std::vector<PageImage> images_;
+    std::map<std::tuple<Way, std::string, double>, double> tried_;  // by way, metric and pixel error: how bad
+};
+
+Result<int> bench(const Options& o) {
+    const auto backends = parse_list("--backends", o.backends);
+    if (!backends) return tl::unexpected(backends.error());
+    for (const std::string& backend : *backends) {
+        if (auto known = check_backend("--backends", backend); !known) return tl::unexpected(known.error());
+    }
+    const auto error_words = parse_list("--pixel-error", o.pixel_errors);
+    if (!error_words) return tl::unexpected(error_words.error());
+    std::vector<double> pixel_errors;
+    for (const std::string& word : *error_words) {
+        double value = 0;
+        if (std::from_chars(word.data(), word.data() + word.size(), value).ptr != word.data() + word.size() ||
+            !(value > 0)) {
+            return fail(Fault::usage, "--pixel-error " + word + ": must be pixels above 0, separated by commas");
+        }
+        pixel_errors.push_back(value);
+    }
+    const auto metric = std::ranges::find(error_metrics(), o.equal_error, &ErrorMetric::name);
+    if (!o.equal_error.empty() && metric == error_metrics().end())
+        return fail(Fault::usage, "--equal-error " + o.equal_error + ": choose ssim or max_pixel_deviation");
+    std::vector<std::string> orders, rasters;
+    for (const auto& [option, text, wanted] :
+         {std::tuple("--orders", &o.orders, &orders), std::tuple("--rasters", &o.rasters, &rasters)}) {
+        if (text->empty()) continue;
+        auto words = parse_list(option, *text);
+        if (!words) return tl::unexpected(words.error());
+        *wanted = std::move(*words);
+    }
+    for (const std::string& raster : rasters) {
+        if (auto known = check_raster("--rasters", raster, ""); !known) return tl::unexpected(known.error());
+    }
+    const Progress progress = terminal_progress();
+    SceneNeeds needs = needs_of(*backends);
+    needs.meshes = true;  // pictures are compared with `full`
+    auto stage = set_stage(o.stage, needs, progress);
+    if (!stage) return tl::unexpected(stage.error());
+    std::error_code error;
+    std::filesystem::create_directories(o.out, error);
+    if (error) return fail(Fault::machine, o.out + ": cannot be made: " + error.message());
+
+    Bench bench(o, stage->scene, *stage->renderer, stage->width, stage->height, progress);
+    if (auto done = bench.make_references(); !done) return tl::unexpected(done.error());
+    bench.report.machine = stage->machine();
+    bench.report.scene = stage->scene.scene.name;
+    bench.report.size = o.stage.size;
+    for (const std::string& backend : *backends) {
+        const std::vector<Way> ways = ways_of(backend, stage->scene);
+        for (const std::string& order : orders) {
+            if (backend != "lod" || std::ranges::find(ways, order, &Way::order) != ways.end()) continue;
+            return fail(Fault::usage, "--orders " + order + ": the scene's meshes are not baked with it");
+        }
+        // What none of its ways goes by is for other backends, and it draws in its usual way.
+        const auto chosen = [&](const std::vector<std::string>& wanted, std::string Way::*what, const Way& way) {
+            const auto is_wanted = [&](const Way& w) { return std::ranges::find(wanted, w.*what) != wanted.end(); };
+            return std::ranges::any_of(ways, is_wanted) ? is_wanted(way) : way.*what == ways.front().*what;
+        };
+        for (const Way& way : ways) {
+            if (!chosen(orders, &Way::order, way) || !chosen(rasters, &Way::raster, way)) continue;
+            for (const double pixel_error : pixel_errors) {
+                auto done = bench.measure(way, pixel_error);
+                if (!done && done.error().fault == Fault::machine) {
+                    progress.warning(backend + ": no row: " + done.error().message);
+                    break;
+                }
+                if (!done) return tl::unexpected(done.error());
+                if (backend == "full") break;  // it has one level
+                if (o.fps <= 0 || pixel_error != pixel_errors.front()) continue;
+                if (auto steered = bench.steer(way, o.fps, pixel_error); !steered)
+                    return tl::unexpected(steered.error());
+            }
+        }
+    }
+    if (metric != error_metrics().end()) {
+        const std::vector<Row> rows = bench.report.rows;
+        for (const Row& like : rows) {
+            const bool wanted = like.backend != "full" && like.backend != "discrete" &&
+                                std::ranges::find(*backends, "discrete") != backends->end();
+            if (!wanted) continue;
+            if (auto done = bench.measure_like({"discrete", "", ""}, like, *metric); !done)
+                return tl::unexpected(done.error());
+        }
+    }
+    if (auto done = bench.write(); !done) return tl::unexpected(done.error());
+    end_progress();
+    if (o.json) {
+        print_line(json_of(bench.report).dump(2));
+    } else {
+        print_line(stage->device_text() + ", " + o.stage.size + ", " + std::to_string(o.frames) + " frames");
+        print_line(report_table(bench.report.rows));
+        print_line((std::filesystem::path(o.out) / "report.html").string());
+    }
+    return stage->exit_code();
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("bench", "Fly through a scene with every backend; figures side by side");
+    add_stage_options(*command, o->stage);
+    command->add_option("--backends", o->backends, "Which backends, separated by commas")->capture_default_str();
+    command->add_option("--orders", o->orders,
+                        "lod: face orders to draw, separated by commas; the first of the asset unless given");
+    command->add_option(
+        "--rasters", o->rasters,
+        "vgi: bintree, grid, grid-area, tess or device; lod: geomorph; separated by commas; bintree unless given");
+    command->add_option("--pixel-error", o->pixel_errors, "Largest errors on screen, pixels, separated by commas")
+        ->capture_default_str();
+    command->add_option("--frames", o->frames, "Frames of the flight")
+        ->check(CLI::Range(1u, 1000000u))
+        ->capture_default_str();
+    command->add_option("--quality-frames", o->quality_frames, "Pictures compared along the flight")
+        ->check(CLI::Range(1u, 1000u))
+        ->capture_default_str();
+    command->add_option("--equal-error", o->equal_error,
+                        "Also draw discrete where its ssim, or its max_pixel_deviation, is as good as that of each "
+                        "row of lod and vgi");
+    command->add_option("--fps", o->fps, "Also fly with the pixel error steered to hold this frame rate")
+        ->check(CLI::Range(0.1, 100000.0));
+    command->add_option("--rounds", o->rounds, "Times the flight is flown; figures are over all of them")
+        ->check(CLI::Range(1u, 1000u))
+        ->capture_default_str();
+    command->add_option("-o,--out", o->out, "Folder for report.html, report.md, report.json and pictures")->required();
+    command->add_flag("--json", o->json, "Print the report as JSON");
+    command->footer(
+        examples("lodestone bench assets/rock.scene.json --pixel-error 1,2,4 -o report\n"
+                 "lodestone bench scan.lode --backends vgi --rasters bintree,grid,tess -o report\n"
+                 "lodestone bench assets/cliff.scene.json --backends lod,vgi --fps 30 -o report"));
+    command->callback([o, &run] { run = [o] { return bench(*o); }; });
+}
+
+}  // namespace lodestone

@@ -1,0 +1,75 @@
+#include "apps/commands/commands.h"
+
+#include <charconv>
+#include <cstdio>
+
+#include "base/files/file.h"
+
+namespace lodestone {
+
+Result<std::pair<uint32_t, uint32_t>> parse_size(const std::string& text) {
+    const size_t x = text.find('x');
+    uint32_t width = 0, height = 0;
+    const char* begin = text.data();
+    const char* end = begin + text.size();
+    const bool good = x != std::string::npos && std::from_chars(begin, begin + x, width).ptr == begin + x &&
+                      std::from_chars(begin + x + 1, end, height).ptr == end && width >= 1 && height >= 1 &&
+                      width <= 16384 && height <= 16384;
+    if (!good) return fail(Fault::usage, "--size " + text + ": must be WIDTHxHEIGHT in pixels, each 1 to 16384");
+    return std::pair{width, height};
+}
+
+Result<std::vector<std::string>> parse_list(const std::string& option, const std::string& text) {
+    std::vector<std::string> words;
+    size_t begin = 0;
+    while (begin <= text.size()) {
+        const size_t comma = std::min(text.find(',', begin), text.size());
+        if (comma == begin)
+            return fail(Fault::usage, option + " " + text + ": has an empty word; separate words by single commas");
+        words.push_back(text.substr(begin, comma - begin));
+        begin = comma + 1;
+    }
+    return words;
+}
+
+std::string examples(const std::string& lines) {
+    std::string text = "Examples:\n  ";
+    for (const char c : lines) text += c == '\n' ? std::string("\n  ") : std::string(1, c);
+    return text;
+}
+
+void print_line(const std::string& text) {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    std::fputc('\n', stdout);
+}
+
+Result<void> write_json(const std::string& path, const std::string& text) {
+    auto file = OutputFile::create(path);
+    if (!file) return tl::unexpected(file.error());
+    if (auto done = file->write(text + "\n"); !done) return done;
+    return file->commit();
+}
+
+#ifndef LODESTONE_WITH_RENDER
+namespace {
+void add_missing(CLI::App& app, Run& run, const char* name) {
+    CLI::App* command = app.add_subcommand(name, "Not in this build: it was made without Vulkan");
+    command->fallthrough(false);
+    command->allow_extras();
+    command->callback([&run, name] {
+        run = [name]() -> Result<int> {
+            return fail(
+                Fault::machine,
+                std::string(name) + ": this build was made without Vulkan; configure with -DLODESTONE_RENDER=ON");
+        };
+    });
+}
+}  // namespace
+void add_render(CLI::App& app, Run& run) { add_missing(app, run, "render"); }
+void add_bench(CLI::App& app, Run& run) { add_missing(app, run, "bench"); }
+void add_tune(CLI::App& app, Run& run) { add_missing(app, run, "tune"); }
+void add_view(CLI::App& app, Run& run) { add_missing(app, run, "view"); }
+void add_probe(CLI::App& app, Run& run) { add_missing(app, run, "probe"); }
+#endif
+
+}  // namespace lodestone

@@ -1,0 +1,103 @@
+#include <cstdio>
+#include <optional>
+
+#include "apps/commands/commands.h"
+#include "apps/scene/asset.h"
+#include "apps/terminal.h"
+#include "lod/asset/cursor.h"
+#include "mesh/io/write.h"
+
+namespace lodestone {
+
+namespace {
+
+struct Options {
+    std::string asset, backend = "lod", order, out;
+    std::optional<uint64_t> triangles;
+    std::optional<double> error;
+    std::optional<uint32_t> level;
+};
+
+// The level that is asked for, of anything with numbered levels.
+template <class Levels>
+Result<uint32_t> chosen_level(const Options& o, const Levels& levels) {
+    const uint32_t count = levels.levels();
+    if (o.triangles) {
+        const uint32_t level = levels.level_for_triangles(*o.triangles);
+        if (levels.triangles_at(level) > *o.triangles)
+            terminal_progress().warning("the coarsest level has " + std::to_string(levels.triangles_at(level)) +
+                                        " triangles");
+        return level;
+    }
+    if (o.error) {
+        const uint32_t level = levels.level_for_error(*o.error);
+        if (static_cast<double>(levels.errors[level]) > *o.error)
+            terminal_progress().warning("the finest level has an error of " + std::to_string(levels.errors[level]));
+        return level;
+    }
+    if (*o.level >= count)
+        return fail(Fault::usage, "--level " + std::to_string(*o.level) + ": the asset has levels 0 (finest) to " +
+                                      std::to_string(count - 1));
+    return *o.level;
+}
+
+Result<int> write_level(const Options& o, const TriMesh& mesh, uint32_t level, uint32_t levels, float error) {
+    if (auto done = write_mesh(mesh, o.out); !done) return tl::unexpected(done.error());
+    if (verbosity() != Verbosity::quiet) {
+        std::printf("level %u of %u: %zu triangles, error %g\n", level, levels, mesh.triangle_count(),
+                    static_cast<double>(error));
+    }
+    return 0;
+}
+
+Result<int> extract_atlas(const Options& o, const Asset& asset) {
+    if (!o.order.empty()) return fail(Fault::usage, "--order " + o.order + ": is for the lod backend");
+    const auto atlas = asset.atlas();
+    if (!atlas) return tl::unexpected(atlas.error());
+    const auto level = chosen_level(o, *atlas);
+    if (!level) return tl::unexpected(level.error());
+    return write_level(o, atlas->extract(*level), *level, atlas->levels(), atlas->errors[*level]);
+}
+
+Result<int> extract(const Options& o) {
+    if (o.backend != "lod" && o.backend != "vgi")
+        return fail(Fault::usage,
+                    "--backend " + o.backend + ": there is nothing to extract from it; choose lod or vgi");
+    const int given = o.triangles.has_value() + o.error.has_value() + o.level.has_value();
+    if (given != 1) return fail(Fault::usage, "extract: give exactly one of --triangles, --error, --level");
+    auto asset = open_asset(o.asset);
+    if (!asset) return tl::unexpected(asset.error());
+    if (o.backend == "vgi") return extract_atlas(o, *asset);
+    if (asset->lod == nullptr)
+        return fail(Fault::format, o.asset + ": holds no progressive mesh; bake it with --backends lod");
+    const ProgressiveMesh& pm = *asset->lod;
+    const FaceOrder* order = o.order.empty() ? pm.orders.data() : pm.order_named(o.order);
+    if (order == nullptr)
+        return fail(Fault::usage,
+                    "--order " + o.order + ": the asset does not hold it; bake it with --order " + o.order);
+    const auto level = chosen_level(o, pm);
+    if (!level) return tl::unexpected(level.error());
+    return write_level(o, extract_level(pm, *level, static_cast<uint32_t>(order - pm.orders.data())), *level,
+                       pm.levels(), pm.errors[*level]);
+}
+
+}  // namespace
+
+void add_extract(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("extract", "Write one level of an asset as a mesh, faces in drawing order");
+    command->add_option("asset", o->asset, "Asset file, .lode")->required();
+    command->add_option("--backend", o->backend, "lod or vgi")->capture_default_str();
+    command->add_option("--order", o->order, "Face order; the asset's first unless given");
+    command->add_option("--triangles", o->triangles, "The finest level of at most this many triangles");
+    command->add_option("--error", o->error, "The coarsest level of at most this error, in object units")
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--level", o->level, "This level; 0 is full detail");
+    command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
+    command->footer(
+        examples("lodestone extract bunny.lode --backend lod --triangles 5000 -o bunny-5k.glb\n"
+                 "lodestone extract atlas.lode --backend vgi --level 1 -o atlas.ply"));
+    command->callback([o, &run] { run = [o] { return extract(*o); }; });
+}
+
+}  // namespace lodestone

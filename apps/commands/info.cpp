@@ -1,0 +1,195 @@
+#include <cstdio>
+
+#include "apps/commands/commands.h"
+#include "apps/scene/asset.h"
+#include "apps/terminal.h"
+#include "base/progress.h"
+#include "mesh/topology.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::json;
+
+Json describe(const Asset& asset) {
+    Json info = asset.about;
+    info["file"] = asset.file.path().filename().string();
+    info["bytes"] = asset.file.file_bytes();
+    info["format_version"] = chunk_file_version;
+    info["source_hash"] = asset.file.provenance().source.hex();
+    info["options_hash"] = asset.file.provenance().options.hex();
+    for (const ChunkInfo& chunk : asset.file.chunks()) {
+        info["chunks"].push_back({{"name", chunk.name}, {"bytes", chunk.bytes}, {"hash", chunk.hash.hex()}});
+    }
+    if (asset.lod != nullptr) {
+        const ProgressiveMesh& pm = *asset.lod;
+        Json& lod = info["lod"];
+        lod["vertices"] = pm.vertices.size();
+        lod["triangles"] = pm.full_triangles();
+        for (const FaceOrder& order : pm.orders) {
+            lod["orders"].push_back({{"name", order.name},
+                                     {"keyframes", order.keyframes.size()},
+                                     {"permutation_bytes", order.permutation_bytes()},
+                                     {"moved_per_ecol", order.moved_per_ecol(pm.ecols.size())}});
+        }
+        for (const double share : {1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01}) {
+            const uint32_t level = pm.level_for_triangles(static_cast<uint64_t>(share * pm.full_triangles()));
+            lod["errors"].push_back(
+                {{"level", level}, {"triangles", pm.triangles_at(level)}, {"error", pm.errors[level]}});
+        }
+    }
+    if (asset.atlas_file != nullptr) {
+        const auto errors = asset.file.array<float>("vgi/errors");
+        for (uint32_t level = 0; errors && level < errors->size(); ++level) {
+            info["vgi"]["levels"].push_back({{"level", level},
+                                             {"triangles", asset.atlas_file->about().triangles_at(level)},
+                                             {"error", (*errors)[level]}});
+        }
+    }
+    if (asset.discrete != nullptr) {
+        for (const DiscreteLevel& level : asset.discrete->levels) {
+            info["discrete"]["levels"].push_back(
+                {{"triangles", level.indices.size() / 3}, {"error", level.max_error}, {"rms_error", level.rms_error}});
+        }
+    }
+    return info;
+}
+
+void print(const Json& info) {
+    std::printf("%s: %s, %llu bytes, format %u\n", info["file"].get<std::string>().c_str(),
+                info["name"].get<std::string>().c_str(), info["bytes"].get<unsigned long long>(),
+                info["format_version"].get<unsigned>());
+    std::printf("  source %s\n  baked with %s\n", info["source_hash"].get<std::string>().c_str(),
+                info["options"].dump().c_str());
+    if (info.contains("lod")) {
+        const Json& lod = info["lod"];
+        std::printf("  lod: %llu triangles, %llu vertices, %u levels; %s\n", lod["triangles"].get<unsigned long long>(),
+                    lod["vertices"].get<unsigned long long>(), lod["levels"].get<unsigned>(),
+                    lod["stopped_because"].get<std::string>().c_str());
+        for (const Json& order : lod["orders"]) {
+            std::printf("    order %-10s %llu keyframes, %.2f faces moved per ecol\n",
+                        order["name"].get<std::string>().c_str(), order["keyframes"].get<unsigned long long>(),
+                        order["moved_per_ecol"].get<double>());
+        }
+        for (const Json& level : lod["errors"]) {
+            std::printf("    level %-9u %10u triangles  error %g\n", level["level"].get<unsigned>(),
+                        level["triangles"].get<unsigned>(), level["error"].get<double>());
+        }
+    }
+    if (info.contains("vgi")) {
+        const Json& vgi = info["vgi"];
+        std::printf(
+            "  vgi: %u clusters, %u charts of %u^2 samples; stretch %.3f, worst %.2f; error rms %.3g, largest "
+            "%.3g of the diagonal\n",
+            vgi["clusters"].get<unsigned>(), vgi["charts"].get<unsigned>(), vgi["resolution"].get<unsigned>(),
+            vgi["l2_stretch_rms"].get<double>(), vgi["l2_stretch_worst"].get<double>(), vgi["rms_error"].get<double>(),
+            vgi["max_error"].get<double>());
+        for (const Json& level : vgi["levels"]) {
+            std::printf("    level %-9u %10llu triangles  error %g\n", level["level"].get<unsigned>(),
+                        level["triangles"].get<unsigned long long>(), level["error"].get<double>());
+        }
+    }
+    if (info.contains("discrete")) {
+        for (const Json& level : info["discrete"]["levels"]) {
+            std::printf("  discrete: %10llu triangles  error %g\n", level["triangles"].get<unsigned long long>(),
+                        level["error"].get<double>());
+        }
+    }
+    for (const Json& chunk : info["chunks"]) {
+        std::printf("  chunk %-28s %12llu bytes\n", chunk["name"].get<std::string>().c_str(),
+                    chunk["bytes"].get<unsigned long long>());
+    }
+}
+
+// Every level has the same topology; a coarse one is quick to look at. (The two coarsest may join what lies next to
+// each other: their charts have too few samples to be manifold.)
+Result<void> same_topology(const Asset& asset, const vgi::Atlas& atlas) {
+    const Topology found = topology_of(atlas.extract(atlas.levels() > 2 ? atlas.levels() - 3 : 0));
+    const Json& source = asset.about["input"];
+    const auto differs = [&](const char* what, uint64_t is) -> Result<void> {
+        const auto was = source.value(what, uint64_t{0});
+        if (was == is) return {};
+        return fail(Fault::invariant,
+                    std::string(what) + " are " + std::to_string(is) + " where the source has " + std::to_string(was));
+    };
+    if (!found.manifold() || found.inconsistent_edges > 0) return fail(Fault::invariant, "it is no oriented manifold");
+    if (auto same = differs("components", found.components); !same) return same;
+    if (auto same = differs("boundary_loops", found.boundary_loops); !same) return same;
+    return differs("genus", static_cast<uint64_t>(found.genus));
+}
+
+// Checks in order, each a name and what it found.
+Result<int> verify(const std::string& path, bool json) {
+    const Progress progress = terminal_progress();
+    auto asset = open_asset(path);
+    if (!asset) return tl::unexpected(asset.error());
+    std::vector<std::pair<std::string, Result<void>>> checks;
+    progress.at("chunk hashes", 0);
+    checks.emplace_back("chunk hashes", asset->file.verify());
+    if (asset->lod != nullptr) {
+        progress.at("progressive mesh", 0);
+        checks.emplace_back("progressive mesh: every order played down and up", asset->lod->validate());
+    }
+    if (asset->atlas_file != nullptr) {
+        progress.at("atlas", 0);
+        const auto atlas = asset->atlas();
+        checks.emplace_back("atlas: pages decode; gluing closes; glued samples equal at every level",
+                            atlas ? Result<void>{} : Result<void>(tl::unexpected(atlas.error())));
+        if (atlas)
+            checks.emplace_back("atlas: an oriented manifold with the source's topology",
+                                same_topology(*asset, *atlas));
+    }
+    if (asset->discrete != nullptr) checks.emplace_back("discrete chain", asset->discrete->validate());
+    end_progress();
+    bool good = true;
+    Json report = {{"file", asset->file.path().filename().string()}, {"checks", Json::array()}};
+    for (const auto& [name, result] : checks) {
+        good &= result.has_value();
+        report["checks"].push_back(
+            {{"name", name}, {"passed", result.has_value()}, {"message", result ? "" : result.error().message}});
+        if (!json)
+            std::printf("%s %s%s%s\n", result ? "ok    " : "FAILED", name.c_str(), result ? "" : ": ",
+                        result ? "" : result.error().message.c_str());
+    }
+    report["passed"] = good;
+    if (json) print_line(report.dump(2));
+    return good ? 0 : static_cast<int>(Fault::invariant);
+}
+
+struct Options {
+    std::string asset;
+    bool json = false;
+};
+
+}  // namespace
+
+void add_info(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("info", "What is inside an asset");
+    command->add_option("asset", o->asset, "Asset file, .lode")->required();
+    command->add_flag("--json", o->json, "Print as JSON");
+    command->callback([o, &run] {
+        run = [o]() -> Result<int> {
+            auto asset = open_asset(o->asset);
+            if (!asset) return tl::unexpected(asset.error());
+            const Json info = describe(*asset);
+            if (o->json) {
+                print_line(info.dump(2));
+            } else {
+                print(info);
+            }
+            return 0;
+        };
+    });
+}
+
+void add_verify(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("verify", "Check every invariant of an asset");
+    command->add_option("asset", o->asset, "Asset file, .lode")->required();
+    command->add_flag("--json", o->json, "Print as JSON");
+    command->callback([o, &run] { run = [o] { return verify(o->asset, o->json); }; });
+}
+
+}  // namespace lodestone

@@ -1,0 +1,150 @@
+#include <charconv>
+#include <cstdio>
+#include <optional>
+
+#include "apps/commands/commands.h"
+#include "apps/drawing/session.h"
+#include "apps/drawing/stage.h"
+#include "apps/terminal.h"
+#include "mesh/io/image_file.h"
+#include "report/rows.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+    StageOptions stage;
+    std::string backend = "lod", order, camera, out, stats, debug = "none", raster;
+    double pixel_error = 1;
+    std::optional<int64_t> level;
+};
+
+// "PATH", "PATH@T" or "@T": the flight to take, and where on it (0 .. 1).
+Result<Camera> choose_camera(const ReadyScene& scene, const std::string& text) {
+    CameraPath path = scene.camera;
+    double t = 0.5;
+    const size_t at = text.rfind('@');
+    const std::string file = text.substr(0, at);
+    if (at != std::string::npos) {
+        const char* end = text.data() + text.size();
+        if (std::from_chars(text.data() + at + 1, end, t).ptr != end || t < 0 || t > 1) {
+            return fail(Fault::usage, "--camera " + text + ": what follows @ must be a number from 0 to 1");
+        }
+    }
+    if (!file.empty()) {
+        auto read = read_camera_path(file);
+        if (!read) return tl::unexpected(read.error());
+        path = *read;
+    }
+    return path.at(t);
+}
+
+Result<DebugView> debug_named(const std::string& name) {
+    for (const DebugChoice& choice : debug_choices()) {
+        if (name == choice.name) return choice.view;
+    }
+    return fail(Fault::usage, "--debug " + name + ": choose " + debug_names());
+}
+
+Result<int> render(const Options& o) {
+    const auto debug = debug_named(o.debug);
+    if (!debug) return tl::unexpected(debug.error());
+    if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
+    if (auto known = check_raster("--raster", o.raster, o.backend); !known) return tl::unexpected(known.error());
+    const Progress progress = terminal_progress();
+    auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
+    if (!stage) return tl::unexpected(stage.error());
+    const ReadyScene& ready = stage->scene;
+    Renderer& renderer = *stage->renderer;
+    auto camera = choose_camera(ready, o.camera);
+    if (!camera) return tl::unexpected(camera.error());
+
+    progress.at("draw on " + renderer.device().name, 0);
+    auto session =
+        DrawSession::open(ready, renderer, {o.backend, o.order, o.raster}, *debug == DebugView::misses, progress);
+    if (!session) return tl::unexpected(session.error());
+    (*session)->look.debug = *debug;
+    Budget budget;
+    budget.pixel_error = o.pixel_error;
+    budget.forced_level = o.level.value_or(-1);
+    budget.resident_bytes = ready.scene.resident_bytes;
+    auto drawn = (*session)->settle(*camera, budget, stage->width, stage->height);
+    if (!drawn) return tl::unexpected(drawn.error());
+    auto picture = renderer.read_picture();
+    if (!picture) return tl::unexpected(picture.error());
+    if (auto done = write_png(opaque_image(*picture), o.out); !done) return tl::unexpected(done.error());
+    end_progress();
+
+    uint64_t invocations = 0;
+    for (const auto& pass : drawn->counters.pass) invocations += pass.vertices();
+    Json stats;
+    stats["machine"] = json_of(stage->machine());
+    stats["rows"] = {{{"backend", o.backend},
+                      {"order", o.order},
+                      {"raster", o.raster},
+                      {"pixel_error", o.pixel_error},
+                      {"frames", 1},
+                      {"ms_median", drawn->ms},
+                      {"cpu_plan_ms", drawn->plan_cpu_ms},
+                      {"gpu_ms", drawn->counters.gpu_ms},
+                      {"uploaded_bytes", drawn->stats.uploaded_bytes},
+                      {"resident_bytes", drawn->stats.resident_bytes},
+                      {"index_bytes", drawn->stats.index_bytes},
+                      {"triangles", drawn->stats.triangles},
+                      {"vertex_invocations", invocations},
+                      {"acmr", drawn->stats.triangles ? static_cast<double>(drawn->counters.camera_vertices()) /
+                                                            static_cast<double>(drawn->stats.triangles)
+                                                      : 0},
+                      {"instances_drawn", drawn->stats.instances_drawn},
+                      {"asset_bytes", ready.asset_bytes}}};
+    Json& row = stats["rows"][0];
+    for (int s = 0; s < stage_count; ++s) {
+        const auto& pass = drawn->counters.pass[static_cast<size_t>(s)];
+        row["stages"][name_of(static_cast<Stage>(s))] = {{"gpu_ms", pass.gpu_ms},
+                                                         {"vertex_invocations", pass.vertices()}};
+    }
+    for (const auto& [name, value] : drawn->stats.more) row["backend_figures"][name] = value;
+    if (!o.stats.empty()) {
+        if (auto done = write_json(o.stats, stats.dump(2)); !done) return tl::unexpected(done.error());
+    }
+    if (verbosity() != Verbosity::quiet) {
+        std::printf("%s: %llu triangles, %llu vertex invocations, on %s\n", o.out.c_str(),
+                    static_cast<unsigned long long>(drawn->stats.triangles),
+                    static_cast<unsigned long long>(invocations), stage->device_text().c_str());
+    }
+    return stage->exit_code();
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("render", "Draw one picture of a scene, an asset or a mesh");
+    add_stage_options(*command, o->stage);
+    command->add_option("--backend", o->backend, "full, discrete, lod or vgi")->capture_default_str();
+    command->add_option("--order", o->order, "lod: face order to draw");
+    command->add_option(
+        "--raster", o->raster,
+        "vgi: bintree, grid, grid-area, tess or device; lod: geomorph; how triangles are made and moved");
+    auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, pixels")
+                      ->check(CLI::Range(1e-6, 1e6))
+                      ->capture_default_str();
+    command->add_option("--level", o->level, "Draw this level instead; 0 is full detail")
+        ->check(CLI::NonNegativeNumber)
+        ->excludes(error);
+    command->add_option("--camera", o->camera,
+                        "Camera path, PATH[@T] or @T with T from 0 to 1; the scene's own unless given");
+    command->add_option("--debug", o->debug, "Colour by this: " + debug_names())->capture_default_str();
+    command->add_option("-o,--out", o->out, "PNG to write")->required();
+    command->add_option("--stats", o->stats, "Also write counts and times to this JSON file");
+    command->footer(
+        examples("lodestone render bunny.obj --backend lod --pixel-error 1 -o bunny.png\n"
+                 "lodestone render atlas.lode --backend vgi --raster grid --debug error -o error.png\n"
+                 "lodestone render assets/rock.scene.json --camera @0.9 --stats stats.json -o near.png"));
+    command->callback([o, &run] { run = [o] { return render(*o); }; });
+}
+
+}  // namespace lodestone

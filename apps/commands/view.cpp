@@ -1,0 +1,136 @@
+#include <imgui.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <deque>
+
+#include "apps/commands/commands.h"
+#include "apps/drawing/stage.h"
+#include "apps/terminal.h"
+#include "apps/viewer/panel.h"
+
+namespace lodestone {
+
+namespace {
+
+struct Options {
+    StageOptions stage;
+    std::string backend = "lod", right = "full", keys, shaders = "shaders";
+    double pixel_error = 1;
+    uint64_t frames = 0;
+};
+
+constexpr uint32_t frames_per_key = 5;
+
+// What --keys asks for: keys, files as if dropped, and frames to wait.
+struct Press {
+    const ViewKey* key;  // null: only wait
+    uint32_t wait;
+    std::string file;  // waits until it is baked
+};
+Result<std::deque<Press>> script_of(const std::string& text) {
+    std::deque<Press> script;
+    if (text.empty()) return script;
+    const auto words = parse_list("--keys", text);
+    if (!words) return tl::unexpected(words.error());
+    for (const std::string& word : *words) {
+        uint32_t wait = 0;
+        const char* end = word.data() + word.size();
+        if (word.starts_with("wait:") && std::from_chars(word.data() + 5, end, wait).ptr == end) {
+            script.push_back({nullptr, wait, {}});
+            continue;
+        }
+        if (word.starts_with("load:")) {
+            script.push_back({nullptr, 1, word.substr(5)});
+            continue;
+        }
+        const auto key = std::ranges::find(view_keys(), word, &ViewKey::name);
+        if (key == view_keys().end())
+            return fail(Fault::usage,
+                        "--keys " + word + ": is no key of the viewer, nor wait:FRAMES or load:FILE; F1 shows them");
+        script.push_back({&*key, frames_per_key, {}});
+    }
+    return script;
+}
+
+Result<int> view(const Options& o) {
+    for (const auto& [option, name] : {std::pair("--backend", o.backend), std::pair("--right", o.right)}) {
+        if (auto known = check_backend(option, name); !known) return tl::unexpected(known.error());
+    }
+    auto script = script_of(o.keys);
+    if (!script) return tl::unexpected(script.error());
+    const bool scripted = !script->empty();
+    const Progress progress = terminal_progress();
+    auto stage = set_stage(o.stage, needs_of(backend_names()), progress, true);
+    if (!stage) return tl::unexpected(stage.error());
+    Renderer& renderer = *stage->renderer;
+    end_progress();
+    auto window = Window::open(renderer, {"Lodestone: " + stage->scene.scene.name, stage->width, stage->height});
+    if (!window) return tl::unexpected(window.error());
+
+    uint64_t frames = 0;
+    {
+        Viewer viewer(renderer, **window, progress);
+        viewer.panes[0].way.backend = o.backend;
+        viewer.panes[1].way.backend = o.right;
+        viewer.pixel_error = o.pixel_error;
+        viewer.shader_folder = o.shaders;
+        if (auto done = viewer.show(std::move(stage->scene)); !done) return tl::unexpected(done.error());
+        uint32_t wait = frames_per_key;
+        while ((*window)->poll() && !progress.stopped()) {
+            if ((*window)->pressed(Key::escape)) break;
+            for (const ViewKey& key : view_keys()) {
+                if ((*window)->ctrl() || !(*window)->pressed(key.key)) continue;
+                if (auto done = key.act(viewer); !done) return tl::unexpected(done.error());
+            }
+            if ((*window)->ctrl() && (*window)->pressed(static_cast<Key>('C')))
+                ImGui::SetClipboardText(viewer.camera_text().c_str());
+            if ((*window)->ctrl() && (*window)->pressed(static_cast<Key>('V'))) {
+                const char* text = ImGui::GetClipboardText();
+                if (auto taken = viewer.take_camera(text != nullptr ? text : ""); !taken)
+                    viewer.message = taken.error().message;
+            }
+            if (auto done = viewer.turn([&] { describe_panel(viewer); }); !done) return tl::unexpected(done.error());
+            ++frames;
+            if (o.frames > 0 && frames >= o.frames) break;
+            if (!scripted || viewer.baking() || --wait > 0) continue;
+            if (script->empty()) break;
+            if (script->front().key != nullptr) (*window)->press(script->front().key->key);
+            if (!script->front().file.empty()) viewer.load(script->front().file);
+            wait = std::max(1u, script->front().wait);
+            script->pop_front();
+        }
+    }
+    if (verbosity() != Verbosity::quiet) {
+        std::printf("%llu frames shown on %s\n", static_cast<unsigned long long>(frames), stage->device_text().c_str());
+    }
+    window->reset();
+    return stage->exit_code();
+}
+
+}  // namespace
+
+void add_view(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command =
+        app.add_subcommand("view", "Fly around a scene and switch the way it is drawn; F1 lists the keys");
+    add_stage_options(*command, o->stage);
+    command->add_option("--backend", o->backend, "To begin with: full, discrete, lod or vgi")->capture_default_str();
+    command->add_option("--right", o->right, "What the right half shows once the screen is split")
+        ->capture_default_str();
+    command->add_option("--pixel-error", o->pixel_error, "To begin with, pixels")
+        ->check(CLI::Range(1.0 / 16, 64.0))
+        ->capture_default_str();
+    command->add_option("--shaders", o->shaders, "Folder that F5 compiles shaders from")->capture_default_str();
+    command->add_option("--keys", o->keys,
+                        "Press these keys one after another, as F1 names them, and then end: 2,V,wait:30,F12; "
+                        "load:FILE does as if FILE was dropped");
+    command->add_option("--frames", o->frames, "End after so many frames; 0 for never")->capture_default_str();
+    command->footer(
+        examples("lodestone view bunny.obj\n"
+                 "lodestone view assets/cliff.scene.json --backend vgi --right full"));
+    command->callback([o, &run] { run = [o] { return view(*o); }; });
+}
+
+}  // namespace lodestone

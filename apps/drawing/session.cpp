@@ -1,0 +1,166 @@
+#include "apps/drawing/session.h"
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <variant>
+
+#include "mesh/cache/vertex_cache.h"
+
+namespace lodestone {
+
+namespace {
+
+double thread_cpu_ms() {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
+}
+
+double ms_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+constexpr uint32_t shadow_texels = 2048;
+constexpr uint32_t mirrored_tag = 1u << 31;  // of readbacks for the mirror; the rest is the buffer
+
+// How many corners of every triangle in the camera's picture a FIFO-16 misses.
+TriangleMarks cache_misses(const PlanMirror& mirror, size_t commands) {
+    TriangleMarks marks;
+    marks.first.assign(commands, TriangleMarks::no_marks);
+    std::vector<uint8_t> misses;
+    for (const PlanMirror::MirroredDraw& draw : mirror.draws()) {
+        // Of patches the hardware makes the triangles, and numbers none.
+        const bool patches = mirror.recipe().pipelines[draw.draw.pipeline].patch_vertices > 0;
+        if (!mirror.is_shown(draw) || draw.indices.empty() || patches) continue;
+        simulate(CacheModel{}, draw.indices, &misses);
+        marks.first[draw.command] = static_cast<uint32_t>(marks.of_triangles.size());
+        marks.of_triangles.insert(marks.of_triangles.end(), misses.begin(), misses.end());
+    }
+    return marks;
+}
+
+// Frames free and take the same megabytes again, those of a software rasteriser most of all. Left to itself, glibc
+// gives them back to the system each time, and faulting them in anew is a seventh of a frame.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the most it takes
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+}
+
+}  // namespace
+
+Image opaque_image(const Picture& picture) {
+    Image image{picture.width, picture.height, {}};
+    image.texels.resize(size_t{image.width} * image.height);
+    for (size_t i = 0; i < image.texels.size(); ++i)
+        image.texels[i] = {picture.colour[i * 4], picture.colour[i * 4 + 1], picture.colour[i * 4 + 2], 255};
+    return image;
+}
+
+DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer, uint32_t place)
+    : scene_(&scene), renderer_(&renderer), place_(place), reader_([&] {
+          std::vector<ChunkFile> files;
+          for (const Asset& asset : scene.assets)
+              files.push_back(asset.atlas_file != nullptr ? asset.atlas_file->file() : asset.file);
+          return files;
+      }()) {}
+
+Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer, const Way& way,
+                                                       bool mirrored, const Progress& progress, uint32_t place) {
+    keep_freed_memory();
+    if ((way.raster == "tess" || way.raster == "device") && !renderer.device().tessellates) {
+        return fail(Fault::machine, renderer.device().name + " does not tessellate; choose --raster grid or bintree");
+    }
+    std::unique_ptr<DrawSession> session(new DrawSession(scene, renderer, place));
+    auto source = open_backend(way, scene, progress);
+    if (!source) return tl::unexpected(source.error());
+    session->source_ = std::move(*source);
+    if (auto done = renderer.load(session->source_->recipe(), scene.materials, place); !done)
+        return tl::unexpected(done.error());
+    if (mirrored) session->mirror_.emplace(session->source_->recipe(), puller_of(way.backend));
+    if (scene.scene.light_direction) session->look.light_direction = *scene.scene.light_direction;
+    return session;
+}
+
+Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
+                                     bool empty) {
+    FrameInput input;
+    input.views = {view_of(camera, width, height)};
+    input.views[0].culls_back_faces = !look.double_sided;
+    if (scene_->scene.shadows) {
+        input.views.push_back(shadow_view(look.light_direction, scene_->bounds.centre,
+                                          std::max(scene_->bounds.radius, 1e-6f), shadow_texels));
+    }
+    if (!empty) input.instances = scene_->instances;
+    input.budget = budget;
+    input.readbacks = std::move(readbacks_);
+    input.arrivals = reader_.arrivals();
+    input.frame = frame_++;
+    input.completed_frame = renderer_->completed_frame(place_);
+    view_ = input.views[0];
+
+    DrawnFrame drawn;
+    const auto start = std::chrono::steady_clock::now();
+    const double cpu_start = thread_cpu_ms();
+    FrameInput planned = input;
+    if (frozen_levels || frozen_culling) planned.level_view = frozen_levels ? *frozen_levels : input.views[0];
+    if (frozen_culling) {
+        planned.views[0] = *frozen_culling;
+        planned.views[0].culls_back_faces = input.views[0].culls_back_faces;
+    }
+    Plan plan = source_->plan(planned);
+    drawn.plan_cpu_ms = thread_cpu_ms() - cpu_start;
+    outstanding_ = !plan.requests.empty() || !input.arrivals.empty();
+    reads_back_ = std::ranges::any_of(
+        plan.commands, [](const Command& command) { return std::holds_alternative<Readback>(command.what); });
+    reader_.request(plan.requests);
+    const double plan_ms = ms_since(start);
+    Look shown = look;
+    if (mirror_) {
+        if (auto done = mirror_->execute(plan, input); !done) return tl::unexpected(done.error());
+        if (look.debug == DebugView::misses)
+            shown.marks = std::make_shared<const TriangleMarks>(cache_misses(*mirror_, plan.commands.size()));
+    }
+    std::vector<uint32_t> computed;
+    if (mirror_) computed = mirror_->computed_for_draws(plan);
+    for (const uint32_t buffer : computed) {
+        plan.commands.push_back(
+            {Stage::composite, Readback{buffer, 0, mirror_->recipe().buffers[buffer].bytes, mirrored_tag | buffer}});
+    }
+    const auto submitted = std::chrono::steady_clock::now();
+    if (auto done = renderer_->submit(plan, input, shown, place_); !done) return tl::unexpected(done.error());
+    if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
+    drawn.ms = plan_ms + ms_since(submitted);
+    drawn.stats = plan.stats;
+    for (const FrameCounters& counters : renderer_->take_counters()) {
+        if (counters.frame == input.frame) drawn.counters = counters;
+    }
+    readbacks_ = renderer_->take_readbacks();
+    for (const ReadbackResult& r : readbacks_) {
+        if ((r.tag & mirrored_tag) != 0 && r.frame == input.frame)
+            mirror_->learn(r.tag & ~mirrored_tag, {r.blob.data(), r.blob.size()});
+    }
+    std::erase_if(readbacks_, [](const ReadbackResult& r) { return (r.tag & mirrored_tag) != 0; });
+    return drawn;
+}
+
+Result<DrawnFrame> DrawSession::settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
+                                       uint32_t frames) {
+    for (bool first = true;; --frames, first = false) {
+        auto drawn = draw(camera, budget, width, height);
+        if (!drawn || frames <= 1) return drawn;
+        // What arrived with this frame is decoded by the next, and shown by it.
+        reader_.wait();
+        // And what a device finds out about a frame is answered by the next.
+        if (!outstanding_ && !late_ && !(first && reads_back_)) return drawn;
+        late_ = outstanding_;
+    }
+}
+
+}  // namespace lodestone

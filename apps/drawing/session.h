@@ -1,0 +1,66 @@
+// One backend drawing one scene on one renderer, frame after frame.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "apps/scene/backends.h"
+#include "apps/scene/page_reader.h"
+#include "apps/scene/workplace.h"
+#include "frame/plan_mirror.h"
+#include "mesh/tri_mesh.h"
+#include "render/renderer.h"
+
+namespace lodestone {
+
+struct DrawnFrame {
+    FrameCounters counters;
+    PlanStats stats;
+    double plan_cpu_ms = 0;  // CPU of the calling thread inside FrameSource::plan
+    double ms = 0;           // wall clock, from plan() entered to the fence seen signalled; simulations left out
+};
+
+// A picture as an image to write; its alpha only marked coverage.
+Image opaque_image(const Picture& picture);
+
+class DrawSession {
+public:
+    // Opens the backend and loads its recipe. scene and renderer must outlive the session.
+    // mirrored: also carry every plan out on the CPU, for mirror(). place: of the renderer's.
+    static Result<std::unique_ptr<DrawSession>> open(const ReadyScene& scene, Renderer& renderer, const Way& way,
+                                                     bool mirrored, const Progress& progress, uint32_t place = 0);
+
+    // Plans, submits and waits for one frame. empty: the same frame with no instance in it.
+    Result<DrawnFrame> draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
+                            bool empty = false);
+
+    // The same frame again and again until every page it asked for has come, at most `frames` times; the last is told.
+    Result<DrawnFrame> settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
+                              uint32_t frames = 4096);
+
+    // What the last frame looked like to a CPU; null unless mirrored. Colours of cache misses need it.
+    const PlanMirror* mirror() const { return mirror_ ? &*mirror_ : nullptr; }
+    const View& view() const { return view_; }  // views[0] of the last frame
+    FrameSource& source() { return *source_; }
+    Look look;
+    // Levels, or what is culled, stay as this view has them, though the camera moves on.
+    std::optional<View> frozen_levels, frozen_culling;
+
+private:
+    DrawSession(const ReadyScene& scene, Renderer& renderer, uint32_t place);
+
+    const ReadyScene* scene_;
+    Renderer* renderer_;
+    uint32_t place_;
+    std::unique_ptr<FrameSource> source_;
+    std::optional<PlanMirror> mirror_;
+    PageReader reader_;
+    bool outstanding_ = false;  // the last frame asked for pages, or pages arrived with it
+    bool late_ = false;         // and so did the one before
+    bool reads_back_ = false;   // the last frame reads something back
+    std::vector<ReadbackResult> readbacks_;
+    View view_;
+    uint64_t frame_ = 0;
+};
+
+}  // namespace lodestone

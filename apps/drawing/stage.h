@@ -1,0 +1,47 @@
+// What the subcommands that draw have in common: their options, the scene made ready and the renderer.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "apps/scene/workplace.h"
+#include "render/renderer.h"
+#include "report/rows.h"
+
+namespace lodestone {
+
+struct StageOptions {
+    std::string scene, size = "1280x720", device;
+    unsigned threads = 0;
+    bool validation = false;
+};
+void add_stage_options(CLI::App& command, StageOptions& options);
+
+// What can be coloured: its name on the command line, and in the viewer.
+struct DebugChoice {
+    DebugView view;
+    const char* name;
+    const char* title;
+};
+std::span<const DebugChoice> debug_choices();
+// "none, level, ... or misses"
+std::string debug_names();
+
+struct DrawStage {
+    uint32_t width = 0, height = 0;
+    std::unique_ptr<Renderer> renderer;
+    ReadyScene scene;
+
+    Machine machine() const;
+    // "NAME", and whether it is a software rasteriser.
+    std::string device_text() const;
+    // Tells what validation said; the exit code of a program that did well otherwise.
+    int exit_code() const;
+};
+// Finds out what cannot work before anything is baked. presents: to a window.
+Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs, const Progress& progress,
+                            bool presents = false);
+
+}  // namespace lodestone

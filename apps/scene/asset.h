@@ -1,0 +1,36 @@
+// An asset file opened for use.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/files/chunk_file.h"
+#include "baseline/discrete.h"
+#include "frame/screen_error.h"
+#include "lod/asset/progressive_mesh.h"
+#include "vgi/asset/atlas_chunks.h"
+
+namespace lodestone {
+
+struct Asset {
+    ChunkFile file;
+    nlohmann::json about;                              // chunk "about": name, options, input, repair
+    std::shared_ptr<const ProgressiveMesh> lod;        // null where it was baked without
+    std::shared_ptr<const DiscreteChain> discrete;     // null where it was baked without
+    std::shared_ptr<const vgi::AtlasFile> atlas_file;  // null where it was baked without
+
+    // Every page decoded; Fault::format where it was baked without, or is not what it should be.
+    Result<vgi::Atlas> atlas() const;
+
+    // Of whichever backend it was baked for; they agree.
+    const std::vector<Material>& material_table() const;
+    const std::vector<Image>& images() const;
+    Sphere bounds() const;  // object space, around the source mesh: the same for all backends
+};
+
+// Every error names the file; Fault::format.
+Result<Asset> open_asset(const std::filesystem::path& path);
+
+}  // namespace lodestone

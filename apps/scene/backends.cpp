@@ -1,0 +1,156 @@
+#include "apps/scene/backends.h"
+
+#include <algorithm>
+
+#include "baseline/discrete.h"
+#include "baseline/fixed_levels.h"
+#include "baseline/full.h"
+#include "lod/asset/cursor.h"
+#include "lod/draw/lod_source.h"
+#include "lod/draw/morphed_vertex.h"
+#include "vgi/draw/pulled_vertex.h"
+#include "vgi/draw/vgi_source.h"
+
+namespace lodestone {
+
+namespace {
+
+using Open = Result<std::unique_ptr<FrameSource>> (*)(const Way& way, const ReadyScene& scene,
+                                                      const Progress& progress);
+
+// How vgi makes triangles.
+constexpr std::pair<const char*, vgi::Raster> vgi_rasters[] = {{"bintree", vgi::Raster::bintree},
+                                                               {"grid", vgi::Raster::grid},
+                                                               {"grid-area", vgi::Raster::grid_area},
+                                                               {"tess", vgi::Raster::tess},
+                                                               {"device", vgi::Raster::device}};
+// And lod.
+constexpr const char* lod_geomorph = "geomorph";
+
+Result<std::unique_ptr<FrameSource>> open_full(const Way&, const ReadyScene& scene, const Progress&) {
+    std::vector<FixedLevels> levels;
+    for (const Asset& asset : scene.assets)
+        levels.push_back(full_level(asset.lod->vertices, asset.lod->orders[0].indices));
+    return open_fixed_levels(std::move(levels), scene.scene.resident_bytes);
+}
+
+Result<std::unique_ptr<FrameSource>> open_discrete(const Way&, const ReadyScene& scene, const Progress& progress) {
+    std::vector<FixedLevels> levels;
+    for (const Asset& asset : scene.assets) {
+        std::shared_ptr<const DiscreteChain> chain = asset.discrete;
+        if (chain == nullptr) {
+            // An asset baked without: the chain is made now from full detail.
+            auto made = make_discrete_chain(extract_level(*asset.lod, 0), progress);
+            if (!made) return tl::unexpected(made.error());
+            chain = std::make_shared<const DiscreteChain>(std::move(*made));
+        }
+        levels.push_back(fixed_levels_of(std::move(chain)));
+    }
+    return open_fixed_levels(std::move(levels), scene.scene.resident_bytes);
+}
+
+Result<std::unique_ptr<FrameSource>> open_lod_scene(const Way& way, const ReadyScene& scene, const Progress&) {
+    std::vector<std::shared_ptr<const ProgressiveMesh>> assets;
+    for (const Asset& asset : scene.assets) assets.push_back(asset.lod);
+    return open_lod(std::move(assets), {.order = way.order,
+                                        .resident_bytes = scene.scene.resident_bytes,
+                                        .instances = scene.most_instances,
+                                        .geomorph = way.raster == lod_geomorph});
+}
+
+Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Way& way, const ReadyScene& scene, const Progress&) {
+    std::vector<std::shared_ptr<const vgi::AtlasFile>> assets;
+    for (const Asset& asset : scene.assets) assets.push_back(asset.atlas_file);
+    const auto* raster = std::ranges::find(vgi_rasters, way.raster, &std::pair<const char*, vgi::Raster>::first);
+    if (raster == std::end(vgi_rasters)) raster = vgi_rasters;
+    return vgi::open_vgi(std::move(assets),
+                         {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size()), raster->second});
+}
+
+struct Backend {
+    const char* name;
+    Open open;
+    PlanMirror::Puller puller;         // of its vertices, where they are pulled
+    std::vector<std::string> rasters;  // the first is drawn by unless told otherwise
+};
+const Backend backends[] = {{"full", open_full, {}, {""}},
+                            {"discrete", open_discrete, {}, {""}},
+                            {"lod", open_lod_scene, {morphed_vertex, {}}, {"", lod_geomorph}},
+                            {"vgi", open_vgi_scene, {vgi::pulled_vertex, vgi::patch_indices}, [] {
+                                 std::vector<std::string> names;
+                                 for (const auto& raster : vgi_rasters) names.emplace_back(raster.first);
+                                 return names;
+                             }()}};
+
+const Backend* backend_named(const std::string& name) {
+    for (const Backend& b : backends) {
+        if (name == b.name) return &b;
+    }
+    return nullptr;
+}
+
+}  // namespace
+
+SceneNeeds needs_of(const std::vector<std::string>& names) {
+    SceneNeeds needs{false, false};
+    for (const std::string& name : names) (name == "vgi" ? needs.atlases : needs.meshes) = true;
+    return needs;
+}
+
+Result<void> check_backend(const std::string& option, const std::string& name) {
+    if (backend_named(name) != nullptr) return {};
+    std::string choices;
+    for (const Backend& b : backends) choices += (choices.empty() ? "" : ", ") + std::string(b.name);
+    return fail(Fault::usage, option + " " + name + ": there is no such backend; choose from " + choices);
+}
+
+std::vector<std::string> backend_names() {
+    std::vector<std::string> names;
+    for (const Backend& b : backends) names.emplace_back(b.name);
+    return names;
+}
+
+Result<void> check_raster(const std::string& option, const std::string& name, const std::string& backend) {
+    if (name.empty()) return {};
+    std::string choices;
+    for (const Backend& b : backends) {
+        const bool asked = backend.empty() || backend == b.name;
+        if (asked && std::ranges::find(b.rasters, name) != b.rasters.end()) return {};
+        for (const std::string& raster : b.rasters) {
+            if (raster.empty()) continue;
+            choices += (choices.empty() ? "" : ", ") + raster + " (" + b.name + ")";
+        }
+    }
+    return fail(Fault::usage, option + " " + name + ": there is no such way" +
+                                  (backend.empty() ? "" : " to draw by " + backend) + "; there are " + choices);
+}
+
+std::vector<Way> ways_of(const std::string& backend, const ReadyScene& scene) {
+    std::vector<std::string> orders{""};
+    if (backend == "lod") {
+        orders.clear();
+        for (const FaceOrder& o : scene.assets[0].lod->orders) {
+            const bool everywhere = std::all_of(scene.assets.begin(), scene.assets.end(),
+                                                [&](const Asset& a) { return a.lod->order_named(o.name) != nullptr; });
+            if (everywhere) orders.push_back(o.name);
+        }
+    }
+    std::vector<Way> ways;
+    for (const std::string& raster : backend_named(backend)->rasters) {
+        for (const std::string& order : orders) ways.push_back({backend, order, raster});
+    }
+    return ways;
+}
+
+Result<std::unique_ptr<FrameSource>> open_backend(const Way& way, const ReadyScene& scene, const Progress& progress) {
+    if (auto known = check_backend("--backend", way.backend); !known) return tl::unexpected(known.error());
+    if (auto known = check_raster("--raster", way.raster, way.backend); !known) return tl::unexpected(known.error());
+    return backend_named(way.backend)->open(way, scene, progress);
+}
+
+PlanMirror::Puller puller_of(const std::string& backend) {
+    const Backend* b = backend_named(backend);
+    return b != nullptr ? b->puller : PlanMirror::Puller{};
+}
+
+}  // namespace lodestone

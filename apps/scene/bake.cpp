@@ -1,0 +1,284 @@
+#include "apps/scene/bake.h"
+
+#include <algorithm>
+
+#include "apps/scene/bake_atlas.h"
+#include "apps/terminal.h"
+#include "base/clock.h"
+#include "base/files/chunk_file.h"
+#include "base/files/file.h"
+#include "base/text.h"
+#include "baseline/discrete.h"
+#include "frame/screen_error.h"
+#include "lod/bake/bake.h"
+#include "lod/bake/error_curve.h"
+#include "lod/bake/simplify/collapse_list.h"
+#include "mesh/repair.h"
+#include "mesh/topology.h"
+#include "vgi/asset/atlas_chunks.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::json;
+
+bool wants(const BakeOptions& options, const std::string& backend) {
+    return std::find(options.backends.begin(), options.backends.end(), backend) != options.backends.end();
+}
+
+Json to_json(const Topology& t) {
+    return {{"triangles", t.triangles},           {"vertices", t.vertices}, {"components", t.components},
+            {"boundary_loops", t.boundary_loops}, {"genus", t.genus},       {"seam_edges", t.seam_edges}};
+}
+
+Json to_json(const RepairReport& r) {
+    return {{"welded_vertices", r.welded_vertices},
+            {"degenerate_triangles", r.degenerate_triangles},
+            {"duplicate_triangles", r.duplicate_triangles},
+            {"flipped_triangles", r.flipped_triangles},
+            {"non_manifold_edges", r.non_manifold_edges},
+            {"non_orientable_edges", r.non_orientable_edges},
+            {"non_manifold_vertices", r.non_manifold_vertices},
+            {"unreferenced_vertices", r.unreferenced_vertices}};
+}
+
+SimplifyOptions simplify_options(const BakeOptions& options) {
+    SimplifyOptions simplify;
+    if (options.normal_weight >= 0) simplify.normal_weight = options.normal_weight;
+    if (options.uv_weight >= 0) simplify.uv_weight = options.uv_weight;
+    if (options.colour_weight >= 0) simplify.colour_weight = options.colour_weight;
+    return simplify;
+}
+
+// The progressive mesh with its measured errors. Figures that are not told by it go into `report`.
+Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options, Json& report,
+                                 const Progress& progress, const WorkFolder* work) {
+    struct Simplified {
+        CollapseList list;
+        double cpu = 0;
+    };
+    progress.at("simplify", 0);
+    auto simplified = kept_or_made<Simplified>(
+        work, "lod-collapses",
+        [](const ChunkFile& file) -> std::optional<Simplified> {
+            auto list = CollapseList::open(file);
+            const auto cpu = file.array<double>("cpu");
+            if (!list || !cpu || cpu->size() != 1) return std::nullopt;
+            return Simplified{std::move(*list), (*cpu)[0]};
+        },
+        [&]() -> Result<Simplified> {
+            const auto simplifier =
+                options.simplifier == "openmesh" ? make_openmesh_simplifier() : make_quadric_simplifier();
+            const Stopwatch watch;
+            auto list = simplifier->simplify(mesh, simplify_options(options), progress);
+            if (!list) return tl::unexpected(list.error());
+            return Simplified{std::move(*list), watch.cpu()};
+        },
+        [](const Simplified& made, ChunkWriter& writer) {
+            auto done = made.list.write_chunks(writer);
+            return done ? writer.add_array("cpu", std::span(&made.cpu, 1)) : done;
+        });
+    if (!simplified) return tl::unexpected(simplified.error());
+    const CollapseList& list = simplified->list;
+    report["simplify_cpu_seconds"] = simplified->cpu;
+    const Stopwatch order_watch;
+    auto pm = bake_progressive_mesh(mesh, list, options.orders, options.order, progress);
+    if (!pm) return tl::unexpected(pm.error());
+    report["order_seconds"] = order_watch.wall();
+    const Stopwatch error_watch;
+    ErrorCurveOptions curve;
+    curve.samples = options.error_samples;
+    auto errors = measure_errors(*pm, curve, progress);
+    if (!errors) return tl::unexpected(errors.error());
+    pm->set_errors(std::move(*errors));
+    report["error_seconds"] = error_watch.wall();
+    report["stopped_because"] = describe(list.stop);
+    report["blocked_by_topology"] = list.blocked_by_topology;
+    report["blocked_by_flips"] = list.blocked_by_flips;
+    report["search_stopped_early"] =
+        std::ranges::any_of(pm->orders, [](const FaceOrder& order) { return order.searched_less; });
+    return pm;
+}
+
+Result<ProgressiveMesh> bake_lod(const TriMesh& mesh, const BakeOptions& options, Json& report,
+                                 const Progress& progress, const WorkFolder* work) {
+    auto pm = kept_or_made<ProgressiveMesh>(
+        work, "lod",
+        [&](const ChunkFile& file) -> std::optional<ProgressiveMesh> {
+            auto kept = ProgressiveMesh::open(file);
+            const auto figures = file.text("figures");
+            if (!kept || !figures) return std::nullopt;
+            report = Json::parse(*figures);
+            return std::move(*kept);
+        },
+        [&] { return make_lod(mesh, options, report, progress, work); },
+        [&](const ProgressiveMesh& made, ChunkWriter& writer) {
+            auto done = made.write_chunks(writer);
+            return done ? writer.add_text("figures", report.dump()) : done;
+        });
+    if (!pm) return pm;
+    const uint32_t base = pm->triangles_at(pm->levels() - 1);
+    report["levels"] = pm->levels();
+    report["base_triangles"] = base;
+    uint64_t most_permutation_bytes = 0;
+    for (const FaceOrder& order : pm->orders)
+        most_permutation_bytes = std::max(most_permutation_bytes, order.permutation_bytes());
+    report["permutation_bytes"] = most_permutation_bytes;
+    report["moved_per_ecol"] = pm->orders[0].moved_per_ecol(pm->ecols.size());
+    if (mesh.triangle_count() >= 64 && base > mesh.triangle_count() / 2) {
+        progress.warning("the hierarchy is of little use: the coarsest level still has " + std::to_string(base) +
+                         " of " + std::to_string(mesh.triangle_count()) + " triangles, because " +
+                         report["stopped_because"].get<std::string>());
+    }
+    return pm;
+}
+
+}  // namespace
+
+Json BakeOptions::to_json() const {
+    const vgi::ClusterWeights& weights = atlas.clusters.weights;
+    Json json = {{"backends", backends},
+                 {"orders", orders},
+                 {"cache", name_of(order.cache)},
+                 {"moves_per_ecol", order.moves_per_ecol},
+                 {"order_seconds", order.seconds},
+                 {"look_ahead", order.greedy_look_ahead},
+                 {"simplifier", simplifier},
+                 {"normal_weight", normal_weight},
+                 {"uv_weight", uv_weight},
+                 {"colour_weight", colour_weight},
+                 {"error_samples", error_samples},
+                 {"clusters", atlas.clusters.clusters},
+                 {"cluster_weights",
+                  {weights.planarity, weights.compactness, weights.size, weights.irregularity, weights.curvature,
+                   weights.bulge, weights.feature}},
+                 {"fit_error", fit_error},
+                 {"target_error", target_error},
+                 {"resolution", atlas.cells + 1},
+                 {"attribute_ratio", atlas.attribute_ratio},
+                 {"worst_stretch", atlas.worst_stretch},
+                 {"curvature_importance", atlas.parameterise.curvature_importance},
+                 {"rounding_share", atlas.rounding_share},
+                 {"load_images", read.load_images},
+                 {"height_scale", read.height_scale},
+                 {"pixel_size", read.pixel_size}};
+    if (read.fill_voids) json["fill_voids"] = true;
+    if (read.void_height) json["void_height"] = *read.void_height;
+    if (read.gltf_mesh >= 0) json["gltf_mesh"] = read.gltf_mesh;
+    return json;
+}
+
+Result<BakeInput> read_bake_input(const std::filesystem::path& path, const BakeOptions& options,
+                                  const Progress& progress) {
+    progress.at("read", 0);
+    BakeInput input;
+    input.name = as_utf8(path.filename().string());
+    auto content = MappedFile::open(path);
+    if (!content) return tl::unexpected(content.error());
+    input.source = hash_bytes((*content)->bytes());
+    auto mesh = read_mesh(path, options.read, &input.read);
+    if (!mesh) return tl::unexpected(mesh.error());
+    for (const std::string& line : input.read.warnings) progress.warning(line);
+    input.mesh = std::move(*mesh);
+    return input;
+}
+
+Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const Hash128& source,
+                                     const Progress& progress) {
+    auto mesh = collect(stream, progress);
+    if (!mesh) return tl::unexpected(mesh.error());
+    BakeInput input;
+    input.name = std::move(name);
+    input.source = source;
+    input.mesh = std::move(*mesh);
+    return input;
+}
+
+Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
+                        const Progress& progress, const WorkFolder* work) {
+    const Stopwatch watch;
+    const Json option_json = options.to_json();
+    const std::string option_text = option_json.dump();
+    progress.at("repair", 0);
+    auto repaired = repair(input.mesh);
+    if (!repaired) return fail_at(input.name, repaired.error());
+    const TriMesh& mesh = input.mesh;
+    const Topology topology = topology_of(mesh);
+
+    Json about;
+    about["name"] = input.name;
+    about["program"] = "lodestone " LODESTONE_VERSION;
+    about["options"] = option_json;
+    about["input"] = to_json(topology);
+    about["input"]["attributes"] = Json::array();
+    const PresentAttributes has = attributes_of(mesh);
+    if (has.normals) about["input"]["attributes"].push_back("normals");
+    if (has.uvs) about["input"]["attributes"].push_back("uvs");
+    if (has.colours) about["input"]["attributes"].push_back("colours");
+    if (has.materials) about["input"]["attributes"].push_back("materials");
+    about["repair"] = to_json(*repaired);
+    const Sphere bounds = bounding_sphere_of(input.mesh.positions);
+    about["bounds"] = {bounds.centre.x, bounds.centre.y, bounds.centre.z, bounds.radius};
+    Json report = about;
+
+    auto writer = ChunkWriter::create(out, {input.source, hash_of(std::span(option_text.data(), option_text.size()))});
+    if (!writer) return tl::unexpected(writer.error());
+    if (wants(options, "lod")) {
+        auto pm = bake_lod(mesh, options, report["lod"], progress, work);
+        if (!pm) return tl::unexpected(pm.error());
+        about["lod"] = {{"levels", report["lod"]["levels"]},
+                        {"base_triangles", report["lod"]["base_triangles"]},
+                        {"stopped_because", report["lod"]["stopped_because"]}};
+        const uint64_t before = writer->bytes();
+        if (auto done = pm->write_chunks(*writer); !done) return tl::unexpected(done.error());
+        report["lod"]["bytes"] = writer->bytes() - before;
+    }
+    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
+    if (wants(options, "vgi")) {
+        auto atlas = bake_atlas(mesh, options, report["vgi"], progress, work);
+        if (!atlas) return fail_at(input.name, atlas.error());
+        for (const char* figure :
+             {"clusters", "charts", "resolution", "l2_stretch_rms", "l2_stretch_worst", "rms_error", "max_error"})
+            about["vgi"][figure] = report["vgi"][figure];
+        const uint64_t before = writer->bytes();
+        progress.at("pages", 0);
+        if (auto done = vgi::write_chunks(*atlas, *writer); !done) return tl::unexpected(done.error());
+        report["vgi"]["bytes"] = writer->bytes() - before;
+    }
+    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
+    if (wants(options, "discrete")) {
+        const Stopwatch discrete_watch;
+        auto chain = kept_or_made<DiscreteChain>(
+            work, "discrete",
+            [](const ChunkFile& file) -> std::optional<DiscreteChain> {
+                auto kept = DiscreteChain::open(file);
+                return kept ? std::optional(std::move(*kept)) : std::nullopt;
+            },
+            [&] { return make_discrete_chain(mesh, progress); },
+            [](const DiscreteChain& made, ChunkWriter& to) { return made.write_chunks(to); });
+        if (!chain) return tl::unexpected(chain.error());
+        const uint64_t before = writer->bytes();
+        if (auto done = chain->write_chunks(*writer); !done) return tl::unexpected(done.error());
+        report["discrete"] = {
+            {"levels", chain->levels.size()}, {"seconds", discrete_watch.wall()}, {"bytes", writer->bytes() - before}};
+    }
+    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
+    if (auto done = writer->add_text("about", about.dump()); !done) return tl::unexpected(done.error());
+    auto bytes = writer->commit();
+    if (!bytes) return tl::unexpected(bytes.error());
+    report["source_hash"] = input.source.hex();
+    report["warnings"] = input.read.warnings;
+    report["seconds"] = watch.wall();
+    report["peak_rss_bytes"] = peak_rss_bytes();
+    report["out_bytes"] = *bytes;
+    return report;
+}
+
+Hash128 bake_key(const Hash128& source, const BakeOptions& options) {
+    const std::string text =
+        source.hex() + options.to_json().dump() + LODESTONE_VERSION + "." + std::to_string(bake_revision);
+    return hash_of(std::span(text.data(), text.size()));
+}
+
+}  // namespace lodestone

@@ -1,0 +1,65 @@
+// From a mesh to an asset file: reading, repair, simplification, orders, measured errors, one file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "base/files/checkpoint_folder.h"
+#include "base/hash.h"
+#include "base/progress.h"
+#include "base/result.h"
+#include "lod/bake/orders/face_order.h"
+#include "mesh/io/read.h"
+#include "mesh/tri_mesh.h"
+#include "vgi/bake/bake.h"
+
+namespace lodestone {
+
+// Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
+inline constexpr int bake_revision = 5;
+
+struct BakeOptions {
+    std::vector<std::string> backends = {"lod"};  // lod, vgi, discrete
+    std::vector<std::string> orders = {"keyframe", "static",
+                                       "classic"};                  // the first is what is drawn unless asked otherwise
+    OrderOptions order;                                             // what optimised orders aim at
+    std::string simplifier = "quadric";                             // quadric, openmesh
+    double normal_weight = -1, uv_weight = -1, colour_weight = -1;  // < 0: the simplifier's default
+    uint64_t error_samples = 100000;                                // points on each surface when errors are measured
+    vgi::AtlasOptions atlas;
+    // vgi, above 0: clusters and samples at most as above, and fewer as long as the finest level's rms error is within
+    // this share of the diagonal.
+    double fit_error = 0;
+    double target_error = 0;  // vgi: object units; > 0: more clusters until the finest level comes under it
+    ReadOptions read;
+
+    // Everything the asset's bytes depend on besides the source.
+    nlohmann::json to_json() const;
+};
+
+// The mesh a bake starts from, and where it came from.
+struct BakeInput {
+    TriMesh mesh;
+    Hash128 source;    // of the file's content or of the recipe
+    std::string name;  // for people: file name without folders, or the recipe in words
+    ReadReport read;
+};
+Result<BakeInput> read_bake_input(const std::filesystem::path& path, const BakeOptions& options,
+                                  const Progress& progress);
+
+// The same from batches. source: a hash of what the stream was made from.
+Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const Hash128& source,
+                                     const Progress& progress);
+
+// Writes the asset and returns the bake report of docs/cli.md. Outputs appear whole or not at all. work: stages found
+// there are not made again, others are kept there; null for none. The same asset either way.
+Result<nlohmann::json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
+                                  const Progress& progress, const WorkFolder* work = nullptr);
+
+// A hash of everything that an asset's bytes depend on. source: as BakeInput::source. Work folders are opened with it.
+Hash128 bake_key(const Hash128& source, const BakeOptions& options);
+
+}  // namespace lodestone

@@ -1,0 +1,120 @@
+#include "apps/scene/bake_atlas.h"
+
+#include <algorithm>
+#include <iomanip>
+#include <sstream>
+
+#include "vgi/bake/bake.h"
+#include "vgi/bake/images/chart_sizes.h"
+
+namespace lodestone {
+
+namespace {
+
+// With --target-error: as many clusters as bring the finest level under it, each try twice as many as the last.
+constexpr uint32_t most_clusters = 1u << 14;
+
+// A cluster for so many triangles, and about so many samples for each: what 130 clusters of 129^2 samples are to three
+// million triangles.
+void fit(vgi::AtlasOptions& options, size_t triangles) {
+    constexpr uint32_t triangles_per_cluster = 20000, fewest_clusters = 8, fewest_cells = 32;
+    constexpr double most_samples = 8;
+    uint32_t& clusters = options.clusters.clusters;
+    clusters = std::clamp(static_cast<uint32_t>(triangles / triangles_per_cluster), std::min(fewest_clusters, clusters),
+                          clusters);
+    const double charts = clusters * vgi::usual_charts_per_cluster;
+    while (options.cells > fewest_cells &&
+           charts * options.cells * options.cells > most_samples * static_cast<double>(triangles))
+        options.cells /= 2;
+}
+// Whether to try again with twice the samples along a side: seams and thin parts need far more of them than smooth
+// surfaces of as many triangles.
+bool fit_finer(vgi::AtlasOptions& options, const BakeOptions& asked, const vgi::AtlasReport& made, size_t triangles,
+               double diagonal) {
+    constexpr double most_texels = 8e6;
+    const double row = 2 * made.cells + 1, texels = static_cast<double>(made.charts) * row * row;
+    if (made.rms_error <= asked.fit_error * diagonal || made.cells >= asked.atlas.cells || texels > most_texels)
+        return false;
+    options.cells = 2 * made.cells;
+    options.most_texels_per_triangle =
+        std::max(options.most_texels_per_triangle, most_texels / static_cast<double>(triangles));
+    return true;
+}
+
+}  // namespace
+
+Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, nlohmann::json& report,
+                              const Progress& progress, const WorkFolder* work) {
+    if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
+    vgi::AtlasOptions atlas_options = options.atlas;
+    if (options.fit_error > 0) fit(atlas_options, mesh.triangle_count());
+    const double diagonal = std::max(1e-30, static_cast<double>(bounding_box(mesh.positions).diagonal()));
+    for (;;) {
+        vgi::AtlasReport made;
+        auto atlas = vgi::make_atlas(mesh, atlas_options, made, progress, work);
+        if (!atlas) return tl::unexpected(atlas.error());
+        if (options.fit_error > 0 && fit_finer(atlas_options, options, made, mesh.triangle_count(), diagonal)) continue;
+        const double finest = static_cast<double>(atlas->errors[0]);
+        uint32_t& clusters = atlas_options.clusters.clusters;
+        if (options.target_error > 0 && finest > options.target_error && clusters < most_clusters &&
+            made.clusters < mesh.triangle_count() / 4) {
+            clusters *= 2;
+            continue;
+        }
+        if (options.target_error > 0 && finest > options.target_error) {
+            progress.warning("--target-error " + std::to_string(options.target_error) + ": " +
+                             std::to_string(made.clusters) + " clusters come within " + std::to_string(finest) +
+                             "; a higher --resolution may bring it under");
+        }
+        if (made.cells != atlas_options.cells) {
+            progress.warning("the mesh needs so many charts, " + std::to_string(made.charts) +
+                             ", that they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
+                             std::to_string(atlas_options.cells + 1) + "^2");
+        }
+        if (made.stretched_charts > 0) {
+            std::ostringstream line;
+            line << made.stretched_charts << " of " << made.charts << " charts are stretched more than "
+                 << atlas_options.worst_stretch << " times, up to " << std::setprecision(3) << made.l2_stretch_worst
+                 << ": detail is lost there (largest error of the finest level: " << made.max_error / diagonal
+                 << " of the diagonal)";
+            progress.warning(line.str());
+        }
+        report = {{"clusters", made.clusters},
+                  {"charts", made.charts},
+                  {"template_charts", made.template_charts},
+                  {"coarse_charts", made.coarse_charts},
+                  {"resolution", made.cells + 1},
+                  {"attribute_resolution", atlas->attribute_cells + 1},
+                  {"buckets", made.buckets},
+                  {"rounds", made.rounds},
+                  {"lone_triangles", made.changes.lone_triangles},
+                  {"split_long_edges", made.changes.long_edges},
+                  {"split_boundary_chords", made.changes.boundary_chords},
+                  {"not_recentred", made.not_recentred},
+                  {"features_on_borders", made.features_on_borders},
+                  {"uniform_clusters", made.uniform_clusters},
+                  {"uniform_charts", made.uniform_charts},
+                  {"seconds",
+                   {{"buckets", made.cut_seconds},
+                    {"cluster", made.bucket_seconds},
+                    {"merge", made.merge_seconds},
+                    {"straighten", made.straighten_seconds},
+                    {"quadrangulate", made.quadrangulate_seconds},
+                    {"parameterise", made.parameterise_seconds},
+                    {"resample", made.resample_seconds},
+                    {"hierarchy", made.error_seconds}}},
+                  {"flipped_triangles", made.flipped_triangles},
+                  {"missing_samples", made.missing_samples},
+                  {"stretched_charts", made.stretched_charts},
+                  {"folded_cells", made.folded_cells},
+                  {"still_folded_cells", made.still_folded_cells},
+                  {"l2_stretch_tutte", made.l2_stretch_tutte},
+                  {"l2_stretch_rms", made.l2_stretch_rms},
+                  {"l2_stretch_worst", made.l2_stretch_worst},
+                  {"rms_error", made.rms_error / diagonal},
+                  {"max_error", made.max_error / diagonal}};
+        return atlas;
+    }
+}
+
+}  // namespace lodestone

@@ -1,0 +1,15 @@
+// The vgi part of a bake.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "apps/scene/bake.h"
+#include "vgi/asset/atlas.h"
+
+namespace lodestone {
+
+// The atlas with its errors; figures go into `report` (the `vgi` object of docs/cli.md, but for `bytes`).
+Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, nlohmann::json& report,
+                              const Progress& progress, const WorkFolder* work);
+
+}  // namespace lodestone

@@ -1,0 +1,394 @@
+#include "apps/scene/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+
+#include "base/files/file.h"
+#include "base/random.h"
+#include "mesh/io/read.h"
+
+namespace lodestone {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::json;
+
+// A place in a JSON document that knows its name, so that every error can say where it is.
+struct Node {
+    const Json& json;
+    std::string place;
+
+    tl::unexpected<Error> wrong(const std::string& what) const { return fail(Fault::format, place + ": " + what); }
+};
+
+Result<Json> parse_file(const fs::path& path) {
+    auto bytes = read_file(path, uint64_t{1} << 30);
+    if (!bytes) return tl::unexpected(bytes.error());
+    const auto* text = reinterpret_cast<const char*>(bytes->bytes.data());
+    try {
+        return Json::parse(text, text + bytes->bytes.size(), nullptr, true, true);
+    } catch (const Json::parse_error& e) {
+        return fail(Fault::format,
+                    path.string() + ": byte " + std::to_string(e.byte) + ": is not JSON; see docs/scenes.md");
+    }
+}
+
+Result<void> only_members(const Node& node, const std::set<std::string>& known) {
+    if (!node.json.is_object()) return node.wrong("must be an object; see docs/scenes.md");
+    for (const auto& [key, value] : node.json.items()) {
+        if (known.count(key) > 0) continue;
+        std::string choices;
+        for (const std::string& k : known) choices += (choices.empty() ? "" : ", ") + k;
+        return node.wrong("has no member '" + key + "'; known are " + choices);
+    }
+    return {};
+}
+
+// Reads an optional member into `into`; a wrong type or value is an error.
+Result<void> number(const Node& node, const char* key, float& into, float low, float high) {
+    const auto found = node.json.find(key);
+    if (found == node.json.end()) return {};
+    if (!found->is_number() || found->get<double>() < static_cast<double>(low) ||
+        found->get<double>() > static_cast<double>(high)) {
+        return node.wrong(std::string(key) + " must be a number from " + std::to_string(low) + " to " +
+                          std::to_string(high));
+    }
+    into = found->get<float>();
+    return {};
+}
+
+Result<void> whole(const Node& node, const char* key, uint64_t& into, uint64_t low, uint64_t high) {
+    const auto found = node.json.find(key);
+    if (found == node.json.end()) return {};
+    if (!found->is_number_unsigned() || found->get<uint64_t>() < low || found->get<uint64_t>() > high) {
+        return node.wrong(std::string(key) + " must be a whole number from " + std::to_string(low) + " to " +
+                          std::to_string(high));
+    }
+    into = found->get<uint64_t>();
+    return {};
+}
+
+Result<void> vector(const Node& node, const char* key, glm::vec3& into, bool required = false) {
+    const auto found = node.json.find(key);
+    if (found == node.json.end()) return required ? node.wrong(std::string(key) + " is missing") : Result<void>{};
+    if (!found->is_array() || found->size() != 3) return node.wrong(std::string(key) + " must be three numbers");
+    for (size_t k = 0; k < 3; ++k) {
+        if (!(*found)[k].is_number() || !std::isfinite((*found)[k].get<float>()))
+            return node.wrong(std::string(key) + " must be three numbers");
+        into[static_cast<int>(k)] = (*found)[k].get<float>();
+    }
+    return {};
+}
+
+Result<void> text(const Node& node, const char* key, std::string& into) {
+    const auto found = node.json.find(key);
+    if (found == node.json.end()) return {};
+    if (!found->is_string()) return node.wrong(std::string(key) + " must be a string");
+    into = found->get<std::string>();
+    return {};
+}
+
+// Runs steps until one fails.
+template <class... Steps>
+Result<void> all(Steps&&... steps) {
+    Result<void> done;
+    ((done = done ? steps() : done), ...);
+    return done;
+}
+
+Result<CameraPath> camera_from(const Node& node) {
+    CameraPath path;
+    if (auto done = only_members(
+            node, {"lodestone", "version", "keys", "up", "fov_y_degrees", "near", "far", "frames", "comment"});
+        !done) {
+        return tl::unexpected(done.error());
+    }
+    float degrees = 45;
+    uint64_t frames = path.frames;
+    auto done =
+        all([&] { return vector(node, "up", path.up); }, [&] { return number(node, "fov_y_degrees", degrees, 1, 170); },
+            [&] { return number(node, "near", path.near_plane, 1e-9f, 1e9f); },
+            [&] { return number(node, "far", path.far_plane, 1e-9f, 1e12f); },
+            [&] { return whole(node, "frames", frames, 1, 100000); });
+    if (!done) return tl::unexpected(done.error());
+    if (path.far_plane <= path.near_plane) return node.wrong("far must be larger than near");
+    path.fov_y = glm::radians(degrees);
+    path.frames = static_cast<uint32_t>(frames);
+    const auto keys = node.json.find("keys");
+    if (keys == node.json.end() || !keys->is_array() || keys->empty())
+        return node.wrong("keys must be an array of at least one {eye, target}");
+    for (size_t i = 0; i < keys->size(); ++i) {
+        const Node key{(*keys)[i], node.place + ".keys[" + std::to_string(i) + "]"};
+        if (auto known = only_members(key, {"eye", "target"}); !known) return tl::unexpected(known.error());
+        CameraKey k;
+        done =
+            all([&] { return vector(key, "eye", k.eye, true); }, [&] { return vector(key, "target", k.target, true); });
+        if (!done) return tl::unexpected(done.error());
+        path.keys.push_back(k);
+    }
+    return path;
+}
+
+Result<SceneAsset> asset_from(const Node& node, const fs::path& folder) {
+    if (auto done = only_members(node, {"name", "file", "generate"}); !done) return tl::unexpected(done.error());
+    SceneAsset asset;
+    std::string file;
+    if (auto done = all([&] { return text(node, "name", asset.name); }, [&] { return text(node, "file", file); });
+        !done) {
+        return tl::unexpected(done.error());
+    }
+    const auto generate = node.json.find("generate");
+    if (file.empty() == (generate == node.json.end())) return node.wrong("needs either file or generate");
+    if (asset.name.empty()) return node.wrong("needs a name");
+    if (!file.empty()) {
+        asset.file = folder / file;
+        return asset;
+    }
+    const Node recipe{*generate, node.place + ".generate"};
+    if (auto done = only_members(recipe, {"shape", "triangles", "seed"}); !done) return tl::unexpected(done.error());
+    GeneratedSource source;
+    source.triangles = 100000;
+    auto done = all([&] { return text(recipe, "shape", source.shape_name); },
+                    [&] { return whole(recipe, "triangles", source.triangles, 1, uint64_t{1} << 31); },
+                    [&] { return whole(recipe, "seed", source.seed, 0, ~uint64_t{0}); });
+    if (!done) return tl::unexpected(done.error());
+    auto shape = shape_named(source.shape_name);
+    if (!shape) return recipe.wrong(shape.error().message);
+    source.shape = *shape;
+    asset.generated = source;
+    return asset;
+}
+
+Result<uint32_t> asset_named(const Node& node, const std::string& name, const std::vector<SceneAsset>& assets) {
+    const auto at = std::ranges::find(assets, name, &SceneAsset::name);
+    if (at == assets.end()) return node.wrong("there is no asset named '" + name + "'");
+    return static_cast<uint32_t>(at - assets.begin());
+}
+
+// Two numbers above 0.
+Result<void> pair(const Node& node, const char* key, glm::vec2& into, bool required) {
+    const auto found = node.json.find(key);
+    if (found == node.json.end()) return required ? node.wrong(std::string(key) + " is missing") : Result<void>{};
+    if (!found->is_array() || found->size() != 2) return node.wrong(std::string(key) + " must be two numbers above 0");
+    for (size_t k = 0; k < 2; ++k) {
+        if (!(*found)[k].is_number() || !((*found)[k].get<float>() > 0) || !std::isfinite((*found)[k].get<float>()))
+            return node.wrong(std::string(key) + " must be two numbers above 0");
+        into[static_cast<int>(k)] = (*found)[k].get<float>();
+    }
+    return {};
+}
+
+// Adds many instances, one in each cell of a grid.
+Result<void> scatter(const Node& node, const std::vector<SceneAsset>& assets, std::vector<SceneInstance>& instances) {
+    if (auto done = only_members(node, {"assets", "count", "area", "scale", "seed"}); !done) return done;
+    uint64_t count = 0, seed = 1;
+    glm::vec2 area(1), scale(1);
+    auto done = all([&] { return whole(node, "count", count, 1, 100000); },
+                    [&] { return whole(node, "seed", seed, 0, ~uint64_t{0}); },
+                    [&] { return pair(node, "area", area, true); }, [&] { return pair(node, "scale", scale, false); });
+    if (!done) return done;
+    if (count == 0) return node.wrong("count is missing");
+    const auto names = node.json.find("assets");
+    if (names == node.json.end() || !names->is_array() || names->empty())
+        return node.wrong("assets must be an array of names");
+    std::vector<uint32_t> chosen;
+    for (const Json& name : *names) {
+        auto asset = asset_named(node, name.is_string() ? name.get<std::string>() : "", assets);
+        if (!asset) return tl::unexpected(asset.error());
+        chosen.push_back(*asset);
+    }
+    // Cells about as wide as deep.
+    const auto columns = static_cast<uint64_t>(
+        std::max(1.0, std::ceil(std::sqrt(static_cast<double>(count) * static_cast<double>(area.x / area.y)))));
+    const uint64_t rows = (count + columns - 1) / columns;
+    Random random(mix64(seed));
+    for (uint64_t i = 0; i < count; ++i) {
+        const auto within = [&](uint64_t cell, uint64_t cells, float length) {
+            return length * (static_cast<float>((static_cast<double>(cell) + 0.2 + 0.6 * random.unit()) /
+                                                static_cast<double>(cells)) -
+                             0.5f);
+        };
+        const float x = within(i % columns, columns, area.x), z = within(i / columns, rows, area.y);
+        const auto angle = static_cast<float>(random.unit() * 6.283185307179586);
+        const float size = scale.x * std::pow(scale.y / scale.x, static_cast<float>(random.unit()));
+        SceneInstance instance;
+        instance.asset = chosen[i % chosen.size()];
+        instance.object_to_world = glm::translate(glm::mat4(1), glm::vec3(x, 0, z));
+        instance.object_to_world = glm::rotate(instance.object_to_world, angle, glm::vec3(0, 1, 0));
+        instance.object_to_world = glm::scale(instance.object_to_world, glm::vec3(size));
+        instances.push_back(instance);
+    }
+    return {};
+}
+
+Result<SceneInstance> instance_from(const Node& node, const std::vector<SceneAsset>& assets) {
+    if (auto done = only_members(node, {"asset", "position", "axis", "angle_degrees", "scale"}); !done)
+        return tl::unexpected(done.error());
+    std::string name;
+    glm::vec3 position(0), axis(0, 1, 0);
+    float angle = 0, scale = 1;
+    auto done = all([&] { return text(node, "asset", name); }, [&] { return vector(node, "position", position); },
+                    [&] { return vector(node, "axis", axis); },
+                    [&] { return number(node, "angle_degrees", angle, -36000, 36000); },
+                    [&] { return number(node, "scale", scale, 1e-6f, 1e6f); });
+    if (!done) return tl::unexpected(done.error());
+    const auto asset = asset_named(node, name, assets);
+    if (!asset) return tl::unexpected(asset.error());
+    SceneInstance instance;
+    instance.asset = *asset;
+    if (glm::length(axis) == 0) return node.wrong("axis must not be zero");
+    instance.object_to_world = glm::translate(glm::mat4(1), position);
+    if (angle != 0) instance.object_to_world = glm::rotate(instance.object_to_world, glm::radians(angle), axis);
+    instance.object_to_world = glm::scale(instance.object_to_world, glm::vec3(scale));
+    return instance;
+}
+
+Result<Scene> scene_from(const Node& root, const fs::path& path) {
+    if (auto done = only_members(root, {"lodestone", "version", "comment", "assets", "instances", "scatter", "light",
+                                        "camera", "resident_mib"});
+        !done) {
+        return tl::unexpected(done.error());
+    }
+    if (root.json.value("lodestone", "") != std::string("scene"))
+        return root.wrong("lodestone must be \"scene\"; see docs/scenes.md");
+    uint64_t version = 0, resident_mib = 1024;
+    auto done = all([&] { return whole(root, "version", version, 0, 1000); },
+                    [&] { return whole(root, "resident_mib", resident_mib, 1, 1 << 20); });
+    if (!done) return tl::unexpected(done.error());
+    if (version != 1) return root.wrong("version must be 1; this program reads no other");
+    Scene scene;
+    scene.name = path.stem().stem().string();
+    scene.resident_bytes = resident_mib << 20;
+    const auto assets = root.json.find("assets"), instances = root.json.find("instances");
+    if (assets == root.json.end() || !assets->is_array() || assets->empty())
+        return root.wrong("assets must be an array of at least one");
+    for (size_t i = 0; i < assets->size(); ++i) {
+        auto asset = asset_from({(*assets)[i], root.place + ": assets[" + std::to_string(i) + "]"}, path.parent_path());
+        if (!asset) return tl::unexpected(asset.error());
+        scene.assets.push_back(std::move(*asset));
+    }
+    const auto scattered = root.json.find("scatter");
+    if (instances == root.json.end() && scattered == root.json.end()) {
+        for (uint32_t a = 0; a < scene.assets.size(); ++a) scene.instances.push_back({a, glm::mat4(1)});
+    }
+    if (instances != root.json.end()) {
+        if (!instances->is_array()) return root.wrong("instances must be an array");
+        for (size_t i = 0; i < instances->size(); ++i) {
+            auto instance =
+                instance_from({(*instances)[i], root.place + ": instances[" + std::to_string(i) + "]"}, scene.assets);
+            if (!instance) return tl::unexpected(instance.error());
+            scene.instances.push_back(*instance);
+        }
+    }
+    if (scattered != root.json.end()) {
+        if (!scattered->is_array()) return root.wrong("scatter must be an array");
+        for (size_t i = 0; i < scattered->size(); ++i) {
+            const Node node{(*scattered)[i], root.place + ": scatter[" + std::to_string(i) + "]"};
+            if (auto good = scatter(node, scene.assets, scene.instances); !good) return tl::unexpected(good.error());
+        }
+    }
+    if (const auto light = root.json.find("light"); light != root.json.end()) {
+        const Node node{*light, root.place + ": light"};
+        glm::vec3 direction(0);
+        const auto shadows = light->is_object() ? light->find("shadows") : light->end();
+        done = all(
+            [&] {
+                return only_members(node, {"direction", "shadows"});
+            },
+            [&] { return vector(node, "direction", direction, true); });
+        if (!done) return tl::unexpected(done.error());
+        if (glm::length(direction) == 0) return node.wrong("direction must not be zero");
+        if (shadows != light->end() && !shadows->is_boolean()) return node.wrong("shadows must be true or false");
+        scene.light_direction = direction;
+        scene.shadows = shadows == light->end() || shadows->get<bool>();
+    }
+    if (const auto camera = root.json.find("camera"); camera != root.json.end()) {
+        auto read = camera->is_string() ? read_camera_path(path.parent_path() / camera->get<std::string>())
+                                        : camera_from({*camera, root.place + ": camera"});
+        if (!read) return tl::unexpected(read.error());
+        scene.camera = *read;
+    }
+    return scene;
+}
+
+}  // namespace
+
+Result<CameraPath> read_camera_path(const fs::path& path) {
+    auto json = parse_file(path);
+    if (!json) return tl::unexpected(json.error());
+    return camera_from({*json, path.string()});
+}
+
+namespace {
+
+bool is_gltf(fs::path path) {
+    if (path.extension() == ".gz") path = path.stem();
+    return path.extension() == ".gltf" || path.extension() == ".glb";
+}
+
+// An asset per mesh. Nothing where one mesh stands there once, or there are so many that each by itself would be too
+// little to simplify: then the file is one mesh.
+std::optional<Scene> scene_of(const std::vector<PlacedMesh>& placed, const fs::path& path) {
+    constexpr size_t most_meshes = 64;
+    Scene scene;
+    scene.name = path.stem().string();
+    std::map<uint32_t, uint32_t> asset_of;
+    for (const PlacedMesh& one : placed) {
+        const auto [at, fresh] = asset_of.try_emplace(one.mesh, static_cast<uint32_t>(scene.assets.size()));
+        if (fresh) {
+            SceneAsset asset;
+            asset.name = scene.name + "-mesh" + std::to_string(one.mesh);
+            asset.file = path;
+            asset.gltf_mesh = static_cast<int>(one.mesh);
+            scene.assets.push_back(std::move(asset));
+        }
+        scene.instances.push_back({at->second, one.to_scene});
+    }
+    if (placed.size() < 2 || scene.assets.size() > most_meshes) return std::nullopt;
+    return scene;
+}
+
+}  // namespace
+
+Result<Scene> read_scene(const fs::path& path) {
+    if (path.extension() == ".json") {
+        auto json = parse_file(path);
+        if (!json) return tl::unexpected(json.error());
+        return scene_from({*json, path.string()}, path);
+    }
+    Scene scene;
+    scene.name = path.stem().string();
+    if (is_gltf(path)) {
+        auto placed = read_gltf_nodes(path);
+        if (!placed) return tl::unexpected(placed.error());
+        if (auto several = scene_of(*placed, path)) return std::move(*several);
+    }
+    SceneAsset asset;
+    asset.name = scene.name;
+    asset.file = path;
+    scene.assets.push_back(std::move(asset));
+    scene.instances.push_back({});
+    return scene;
+}
+
+CameraPath default_camera_path(const glm::vec3& centre, float radius) {
+    CameraPath path;
+    const float r = radius > 0 ? radius : 1;
+    const auto eye = [&](float distance, float degrees) {
+        const float a = glm::radians(degrees);
+        return centre + r * distance * glm::vec3(std::sin(a) * 0.92f, 0.39f, std::cos(a) * 0.92f);
+    };
+    path.keys = {{eye(8, 0), centre}, {eye(4, 40), centre}, {eye(2.2f, 80), centre}, {eye(1.5f, 120), centre}};
+    path.near_plane = r * 0.005f;
+    path.far_plane = r * 40;
+    return path;
+}
+
+}  // namespace lodestone

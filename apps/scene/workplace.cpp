@@ -1,0 +1,224 @@
+#include "apps/scene/workplace.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <functional>
+
+#include "apps/scene/bake.h"
+#include "apps/terminal.h"
+#include "base/clock.h"
+#include "base/hash.h"
+#include "frame/indexed_mesh.h"
+
+namespace lodestone {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Meshes and atlases are cached apart: whoever needs one does not wait for the other.
+BakeOptions cache_options(bool atlas) {
+    BakeOptions options;
+    options.backends = atlas ? std::vector<std::string>{"vgi"} : std::vector<std::string>{"lod", "discrete"};
+    options.fit_error = 1e-4;  // a tenth of a pixel where the diagonal is a picture's width
+    return options;
+}
+
+// Bilinear resampling of `image` to size x size texels.
+std::vector<glm::u8vec4> resampled(const Image& image, uint32_t size) {
+    if (image.width == size && image.height == size) return image.texels;
+    std::vector<glm::u8vec4> texels;
+    texels.reserve(size_t{size} * size);
+    const auto place = [&](uint32_t i, uint32_t extent, uint32_t& low, uint32_t& high) {
+        const float x =
+            std::clamp((static_cast<float>(i) + 0.5f) * static_cast<float>(extent) / static_cast<float>(size) - 0.5f,
+                       0.0f, static_cast<float>(extent - 1));
+        low = static_cast<uint32_t>(x);
+        high = std::min(low + 1, extent - 1);
+        return x - static_cast<float>(low);
+    };
+    for (uint32_t y = 0; y < size; ++y) {
+        uint32_t y0 = 0, y1 = 0;
+        const float fy = place(y, image.height, y0, y1);
+        for (uint32_t x = 0; x < size; ++x) {
+            uint32_t x0 = 0, x1 = 0;
+            const float fx = place(x, image.width, x0, x1);
+            const auto at = [&](uint32_t tx, uint32_t ty) {
+                return glm::vec4(image.texels[size_t{ty} * image.width + tx]);
+            };
+            const glm::vec4 top = at(x0, y0) * (1 - fx) + at(x1, y0) * fx,
+                            bottom = at(x0, y1) * (1 - fx) + at(x1, y1) * fx;
+            texels.emplace_back(top * (1 - fy) + bottom * fy + 0.5f);
+        }
+    }
+    return texels;
+}
+
+// The cached asset for a key; baked by `input` where it is not there or cannot be opened.
+template <class MakeInput>
+Result<Asset> cached(const std::string& name, const Hash128& source, bool atlas, const MakeInput& make_input,
+                     const Progress& progress, double& bake_seconds) {
+    const BakeOptions options = cache_options(atlas);
+    const Hash128 key = bake_key(source, options);
+    const fs::path folder = cache_folder();
+    const fs::path path = folder / (name + "-" + key.hex().substr(0, 16) + ".lode");
+    std::error_code error;
+    if (fs::exists(path, error)) {
+        auto asset = open_asset(path);
+        if (asset) return asset;
+        progress.warning(asset.error().message + " (baking it anew)");
+    }
+    fs::create_directories(folder, error);
+    if (error)
+        return fail(Fault::machine, folder.string() + ": cannot be made: " + error.message() + "; set XDG_CACHE_HOME");
+    note("baking " + name + (atlas ? " as an atlas" : "") + " into " + path.string());
+    const Stopwatch watch;
+    Result<BakeInput> input = make_input(options);
+    if (!input) return tl::unexpected(input.error());
+    auto report = bake_asset(std::move(*input), options, path, progress);
+    if (!report) return tl::unexpected(report.error());
+    bake_seconds += watch.wall();
+    return open_asset(path);
+}
+
+// A named asset is used as it is; where its source lies beside it and has changed, that is said.
+Result<Asset> named_asset(const fs::path& path, const Progress& progress) {
+    auto asset = open_asset(path);
+    if (!asset) return asset;
+    const fs::path source = path.parent_path() / asset->about.value("name", "");
+    std::error_code error;
+    if (fs::is_regular_file(source, error)) {
+        const auto content = MappedFile::open(source);
+        if (content && !(hash_bytes((*content)->bytes()) == asset->file.provenance().source)) {
+            progress.warning(path.string() + ": " + source.filename().string() +
+                             " has changed since it was baked; bake it again");
+        }
+    }
+    return asset;
+}
+
+Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, const Progress& progress,
+                          double& bake_seconds) {
+    if (asset.is_lode()) {
+        auto named = named_asset(asset.file, progress);
+        if (!named) return named;
+        const auto lacks = [&](const char* what, const char* backend) {
+            return fail(Fault::format,
+                        asset.file.string() + ": holds no " + what + "; bake it with --backends " + backend);
+        };
+        if (needs.meshes && named->lod == nullptr) return lacks("progressive mesh", "lod");
+        if (needs.atlases && named->atlas_file == nullptr) return lacks("atlas", "vgi");
+        return named;
+    }
+    std::string name;
+    Hash128 source;
+    std::function<Result<BakeInput>(const BakeOptions&)> make;
+    if (asset.generated) {
+        const GeneratedSource& recipe = *asset.generated;
+        name = recipe.shape_name + "-" + std::to_string(recipe.triangles) + "-" + std::to_string(recipe.seed);
+        source = hash_of(std::span<const char>(name));
+        make = [&](const BakeOptions&) -> Result<BakeInput> {
+            progress.at("generate " + name, 0);
+            BakeInput input;
+            input.mesh = generate(recipe.shape, recipe.triangles, recipe.seed);
+            input.source = source;
+            input.name = name;
+            return input;
+        };
+    } else {
+        auto content = MappedFile::open(asset.file);
+        if (!content) return tl::unexpected(content.error());
+        name = asset.file.stem().string();
+        source = hash_bytes((*content)->bytes());
+        make = [&](BakeOptions options) {
+            options.read.gltf_mesh = asset.gltf_mesh;
+            return read_bake_input(asset.file, options, progress);
+        };
+        if (asset.gltf_mesh >= 0) {
+            name = asset.name;
+            const std::string part = source.hex() + " mesh " + std::to_string(asset.gltf_mesh);
+            source = hash_of(std::span<const char>(part));
+        }
+    }
+    if (!needs.meshes) return cached(name, source, true, make, progress, bake_seconds);
+    auto ready = cached(name, source, false, make, progress, bake_seconds);
+    if (!ready || !needs.atlases) return ready;
+    auto atlas = cached(name, source, true, make, progress, bake_seconds);
+    if (!atlas) return atlas;
+    ready->atlas_file = atlas->atlas_file;
+    return ready;
+}
+
+}  // namespace
+
+fs::path cache_folder() {
+    if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != 0)
+        return fs::path(cache) / "lodestone";
+    const char* home = std::getenv("HOME");
+    return (home != nullptr ? fs::path(home) / ".cache" : fs::temp_directory_path()) / "lodestone";
+}
+
+MaterialSet gather_materials(const std::vector<Asset>& assets, std::vector<uint32_t>* first_material) {
+    MaterialSet set;
+    first_material->clear();
+    std::vector<const Image*> images;
+    for (const Asset& asset : assets) {
+        first_material->push_back(static_cast<uint32_t>(set.materials.size()));
+        if (asset.material_table().empty()) {
+            set.materials.emplace_back();
+            continue;
+        }
+        const auto first_image = static_cast<int32_t>(images.size());
+        for (const Image& image : asset.images()) images.push_back(&image);
+        for (const Material& m : asset.material_table()) {
+            set.materials.push_back({m.base_colour, m.base_colour_image < 0 ? -1 : first_image + m.base_colour_image});
+        }
+    }
+    for (const Image* image : images) {
+        set.texture_size = std::max({set.texture_size, std::bit_ceil(image->width), std::bit_ceil(image->height)});
+    }
+    set.texture_size = std::min(set.texture_size, 2048u);
+    set.layers = static_cast<uint32_t>(images.size());
+    for (const Image* image : images) {
+        const auto texels = resampled(*image, set.texture_size);
+        set.texels.insert(set.texels.end(), texels.begin(), texels.end());
+    }
+    return set;
+}
+
+Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progress& progress) {
+    ReadyScene ready;
+    ready.scene = std::move(scene);
+    for (const SceneAsset& wanted : ready.scene.assets) {
+        auto asset = ready_asset(wanted, needs, progress, ready.bake_seconds);
+        if (!asset) return tl::unexpected(asset.error());
+        ready.asset_bytes += asset->file.file_bytes();
+        if (asset->atlas_file != nullptr && asset->atlas_file->file().path() != asset->file.path())
+            ready.asset_bytes += asset->atlas_file->file().file_bytes();
+        ready.assets.push_back(std::move(*asset));
+    }
+    std::vector<uint32_t> first_material;
+    ready.materials = gather_materials(ready.assets, &first_material);
+    std::vector<uint32_t> used(ready.assets.size(), 0);
+    std::vector<Sphere> spheres;
+    for (const Asset& asset : ready.assets) spheres.push_back(asset.bounds());
+    glm::vec3 low(0), high(0);
+    for (size_t i = 0; i < ready.scene.instances.size(); ++i) {
+        const SceneInstance& instance = ready.scene.instances[i];
+        ready.instances.push_back({instance.asset, first_material[instance.asset], instance.object_to_world});
+        ready.most_instances = std::max(ready.most_instances, ++used[instance.asset]);
+        const Sphere s = to_world(spheres[instance.asset], instance.object_to_world);
+        low = i == 0 ? s.centre - s.radius : glm::min(low, s.centre - s.radius);
+        high = i == 0 ? s.centre + s.radius : glm::max(high, s.centre + s.radius);
+    }
+    ready.bounds.centre = (low + high) * 0.5f;
+    for (const Instance& instance : ready.instances) {
+        const Sphere s = to_world(spheres[instance.asset], instance.object_to_world);
+        ready.bounds.radius = std::max(ready.bounds.radius, glm::distance(s.centre, ready.bounds.centre) + s.radius);
+    }
+    ready.camera = ready.scene.camera.value_or(default_camera_path(ready.bounds.centre, ready.bounds.radius));
+    return ready;
+}
+
+}  // namespace lodestone

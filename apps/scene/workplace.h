@@ -1,0 +1,44 @@
+// A scene made ready to draw: every asset baked (on first use, into the user's cache folder) and opened, materials
+// gathered.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "apps/scene/asset.h"
+#include "apps/scene/scene.h"
+#include "base/progress.h"
+#include "frame/frame_source.h"
+#include "frame/materials.h"
+#include "frame/screen_error.h"
+
+namespace lodestone {
+
+struct ReadyScene {
+    Scene scene;
+    std::vector<Asset> assets;        // as Scene::assets
+    std::vector<Instance> instances;  // as Scene::instances
+    MaterialSet materials;
+    Sphere bounds;                // world space, around all instances
+    CameraPath camera;            // the scene's own or default_camera_path
+    double bake_seconds = 0;      // spent now, 0 where every asset was in the cache
+    uint64_t asset_bytes = 0;     // of the files
+    uint32_t most_instances = 1;  // of one asset
+};
+
+// What the backends to be opened draw from.
+struct SceneNeeds {
+    bool meshes = true;    // full, discrete, lod
+    bool atlases = false;  // vgi
+};
+// Bakes what is missing or stale. A named .lode is used as it is.
+Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progress& progress);
+
+// $XDG_CACHE_HOME/lodestone or ~/.cache/lodestone.
+std::filesystem::path cache_folder();
+
+// One table and one texture array for all assets; first_material[a] is where asset a's materials begin. Textures of all
+// sizes are brought to the largest power of two among them, at most 2048 texels a side.
+MaterialSet gather_materials(const std::vector<Asset>& assets, std::vector<uint32_t>* first_material);
+
+}  // namespace lodestone

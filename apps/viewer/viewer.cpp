@@ -1,0 +1,310 @@
+#include "apps/viewer/viewer.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/commands.h"
+#include "apps/viewer/shader_reload.h"
+#include "mesh/io/image_file.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr double seconds_per_key = 0.5;  // of a recorded path
+
+double figure(const PlanStats& stats, const std::string& name) {
+    const auto at = std::ranges::find(stats.more, name, &std::pair<std::string, double>::first);
+    return at == stats.more.end() ? 0 : at->second;
+}
+
+// The first name with a number that no file in the current folder has.
+std::string new_file(const std::string& before, const std::string& after) {
+    std::error_code ignored;
+    for (int number = 1;; ++number) {
+        std::string name = before + std::to_string(number) + after;
+        if (!std::filesystem::exists(name, ignored)) return name;
+    }
+}
+
+}  // namespace
+
+Viewer::~Viewer() {
+    if (bake_ != nullptr) bake_->stop = true;
+}
+
+Result<void> Viewer::show(ReadyScene scene) {
+    // Sessions refer to the scene they draw.
+    for (Pane& pane : panes) pane.session.reset();
+    scene_ = std::make_unique<ReadyScene>(std::move(scene));
+    look = {};
+    if (scene_->scene.light_direction) look.light_direction = *scene_->scene.light_direction;
+    freeze(false, false);
+    motion_ = Motion::free;
+    path_ = scene_->camera;
+    reset_camera();
+    for (uint32_t p = 0; p < panes.size(); ++p) {
+        if (p == 1 && !split) continue;
+        const auto ways = ways_of(panes[p].way.backend, *scene_);
+        const bool known = std::ranges::find(ways, panes[p].way) != ways.end();
+        if (auto done = choose(p, known ? panes[p].way : ways.front()); !done) return done;
+    }
+    return {};
+}
+
+Result<void> Viewer::choose(uint32_t p, const Way& chosen) {
+    const Way way = chosen;  // which may be the pane's own
+    Pane& pane = panes[p];
+    auto opened = DrawSession::open(*scene_, renderer_, way, look.debug == DebugView::misses, progress_, p);
+    if (!opened) {
+        message = way.backend + ": " + opened.error().message;
+        // What was shown goes on, unless its recipe is gone already.
+        if (std::exchange(pane.session, nullptr) != nullptr) return choose(p, pane.way);
+        return tl::unexpected(opened.error());
+    }
+    pane = {way, std::move(*opened), {}, {}, {}, {}, {}, {}};
+    return {};
+}
+
+Result<void> Viewer::reload_shaders() {
+    const auto replaced = compile_shaders(shader_folder);
+    if (!replaced) {
+        message = replaced.error().message;
+        return {};
+    }
+    const std::array<bool, 2> open{panes[0].session != nullptr, panes[1].session != nullptr};
+    const auto open_panes = [&]() -> Result<void> {
+        for (uint32_t p = 0; p < panes.size(); ++p) {
+            if (!open[p]) continue;
+            if (auto done = choose(p, panes[p].way); !done) return done;
+        }
+        return {};
+    };
+    if (replaced->count() == 0) {
+        message = "no shader has changed";
+    } else if (auto done = open_panes(); done) {
+        message = std::to_string(replaced->count()) + " shaders compiled anew";
+    } else {
+        replaced->undo();
+        message = done.error().message;
+        return open_panes();
+    }
+    return {};
+}
+
+void Viewer::freeze(bool levels, bool culling) {
+    if (levels != freeze_levels) frozen_levels_.reset();
+    if (culling != freeze_culling) frozen_culling_.reset();
+    const auto now = width_ > 0 ? std::optional(view_of(camera.camera(), width_, height_)) : std::nullopt;
+    if (levels && !frozen_levels_) frozen_levels_ = now;
+    if (culling && !frozen_culling_) frozen_culling_ = now;
+    freeze_levels = levels;
+    freeze_culling = culling;
+}
+
+void Viewer::reset_camera() { camera = FreeCamera(scene_->camera.at(0.5)); }
+
+std::string Viewer::camera_text() const {
+    const Camera& c = camera.camera();
+    const auto vector = [](const glm::vec3& v) { return nlohmann::ordered_json{v.x, v.y, v.z}; };
+    return nlohmann::ordered_json{{"eye", vector(c.eye)}, {"target", vector(c.target)}}.dump();
+}
+
+Result<void> Viewer::take_camera(const std::string& text) {
+    const auto json = nlohmann::json::parse(text, nullptr, false);
+    const auto vector = [&](const char* name, glm::vec3& v) {
+        if (!json.is_object() || !json.contains(name) || !json[name].is_array() || json[name].size() != 3) return false;
+        for (int k = 0; k < 3; ++k) {
+            const auto& number = json[name][static_cast<size_t>(k)];
+            if (!number.is_number()) return false;
+            v[k] = number.get<float>();
+        }
+        return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+    };
+    Camera c = camera.camera();
+    if (!vector("eye", c.eye) || !vector("target", c.target) || c.eye == c.target)
+        return fail(Fault::format,
+                    R"(what was pasted is no camera; it must be {"eye": [x, y, z], "target": [x, y, z]})");
+    camera = FreeCamera(c);
+    motion_ = Motion::free;
+    return {};
+}
+
+void Viewer::play() {
+    if (motion_ == Motion::recording) record();
+    motion_ = motion_ == Motion::playing ? Motion::free : Motion::playing;
+    along_ = 0;
+}
+
+void Viewer::record() {
+    if (motion_ != Motion::recording) {
+        motion_ = Motion::recording;
+        path_ = scene_->camera;
+        path_.keys.clear();
+        since_key_ = seconds_per_key;
+        return;
+    }
+    motion_ = Motion::free;
+    const Camera& c = camera.camera();
+    path_.keys.push_back({c.eye, c.target});
+    path_.frames = static_cast<uint32_t>(std::max<size_t>(2, path_.keys.size() * 30));
+    const std::string file = new_file("recorded-", ".path.json");
+    nlohmann::ordered_json json{{"lodestone", "camera-path"},
+                                {"version", 1},
+                                {"up", {path_.up.x, path_.up.y, path_.up.z}},
+                                {"fov_y_degrees", path_.fov_y * 57.29577951f},
+                                {"near", path_.near_plane},
+                                {"far", path_.far_plane},
+                                {"frames", path_.frames}};
+    for (const CameraKey& key : path_.keys) {
+        json["keys"].push_back(
+            {{"eye", {key.eye.x, key.eye.y, key.eye.z}}, {"target", {key.target.x, key.target.y, key.target.z}}});
+    }
+    const auto written = write_json(file, json.dump(2));
+    message = written ? "the path is in " + file + "; P flies it" : written.error().message;
+}
+
+void Viewer::load(const std::filesystem::path& path) {
+    if (bake_ != nullptr) {
+        message = "one mesh at a time: " + bake_->state.file + " is still being baked";
+        return;
+    }
+    bake_ = std::make_unique<Bake>();
+    bake_->state.file = path.filename().string();
+    bake_->result = std::async(std::launch::async, [bake = bake_.get(), path]() -> Result<ReadyScene> {
+        Progress progress;
+        progress.stop = &bake->stop;
+        progress.report = [bake](const std::string& stage, double fraction) {
+            const std::lock_guard lock(bake->mutex);
+            bake->state.stage = stage;
+            bake->state.fraction = fraction;
+        };
+        auto scene = read_scene(path);
+        if (!scene) return tl::unexpected(scene.error());
+        return ready_scene(std::move(*scene), needs_of(backend_names()), progress);
+    });
+}
+
+std::optional<Viewer::Baking> Viewer::baking() const {
+    if (bake_ == nullptr) return std::nullopt;
+    const std::lock_guard lock(bake_->mutex);
+    return bake_->state;
+}
+
+Result<void> Viewer::take_baked() {
+    if (bake_ == nullptr || bake_->result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return {};
+    auto baked = bake_->result.get();
+    bake_.reset();
+    if (!baked) {
+        message = baked.error().message;
+        return {};
+    }
+    message.clear();
+    return show(std::move(*baked));
+}
+
+void Viewer::move_camera() {
+    const ImGuiIO& io = ImGui::GetIO();
+    const double seconds = std::min(static_cast<double>(io.DeltaTime), 0.25);
+    if (motion_ == Motion::playing) {
+        along_ += 1;
+        if (along_ >= path_.frames) {
+            motion_ = Motion::free;
+        } else {
+            camera = FreeCamera(path_.frame(static_cast<uint32_t>(along_), path_.frames));
+        }
+    }
+    if (!io.WantCaptureMouse) {
+        const float turn = 3 / std::max(1.0f, static_cast<float>(height_));
+        const float reach = glm::distance(camera.camera().eye, camera.camera().target);
+        if (ImGui::IsMouseDragging(ImGuiMouseButton_Left, 0)) {
+            if (flies) {
+                camera.look(io.MouseDelta.x * turn, -io.MouseDelta.y * turn);
+            } else {
+                camera.orbit(-io.MouseDelta.x * turn, io.MouseDelta.y * turn);
+            }
+        }
+        if (ImGui::IsMouseDragging(ImGuiMouseButton_Right, 0))
+            camera.move(0, -io.MouseDelta.x * turn * reach * 0.3f, io.MouseDelta.y * turn * reach * 0.3f);
+        if (io.MouseWheel != 0) camera.approach(std::pow(0.9f, io.MouseWheel));
+    }
+    if (!window_.ctrl()) {
+        const float step = scene_->bounds.radius * static_cast<float>(seconds) * (io.KeyShift ? 2.0f : 0.5f);
+        const auto along = [&](char more, char less) {
+            return step *
+                   static_cast<float>(window_.down(static_cast<Key>(more)) - window_.down(static_cast<Key>(less)));
+        };
+        camera.move(along('W', 'S'), along('D', 'A'), along('E', 'Q'));
+    }
+    if (motion_ == Motion::recording) {
+        since_key_ += seconds;
+        if (since_key_ >= seconds_per_key) {
+            since_key_ = 0;
+            path_.keys.push_back({camera.camera().eye, camera.camera().target});
+        }
+    }
+    if (motion_ != Motion::playing) camera.fit_planes(scene_->bounds.centre, scene_->bounds.radius);
+}
+
+Result<void> Viewer::draw_panes() {
+    if (split && panes[1].session == nullptr) {
+        if (auto done = choose(1, ways_of(panes[1].way.backend, *scene_).front()); !done) return done;
+    }
+    Budget budget;
+    budget.pixel_error = controller ? controller->error() : pixel_error;
+    pixel_error = budget.pixel_error;
+    budget.resident_bytes = scene_->scene.resident_bytes;
+    for (uint32_t p = 0; p < (split ? 2u : 1u); ++p) {
+        Pane& pane = panes[p];
+        // A mirror must see every frame from the first on, and costs where nobody looks through it.
+        if ((look.debug == DebugView::misses) != (pane.session->mirror() != nullptr)) {
+            if (auto done = choose(p, pane.way); !done) return done;
+        }
+        pane.session->look = look;
+        pane.session->frozen_levels = frozen_levels_;
+        pane.session->frozen_culling = frozen_culling_;
+        auto drawn = pane.session->draw(camera.camera(), budget, width_, height_);
+        if (!drawn) return tl::unexpected(drawn.error());
+        if (auto kept = window_.keep(p); !kept) return kept;
+        pane.drawn = std::move(*drawn);
+        const auto triangles = static_cast<float>(pane.drawn.stats.triangles);
+        pane.ms.add(static_cast<float>(pane.drawn.ms));
+        pane.triangles.add(triangles);
+        pane.acmr.add(triangles > 0 ? static_cast<float>(pane.drawn.counters.camera_vertices()) / triangles : 0);
+        pane.uploaded_kib.add(static_cast<float>(pane.drawn.stats.uploaded_bytes) / 1024);
+        pane.missing.add(static_cast<float>(figure(pane.drawn.stats, "pages_missing")));
+    }
+    if (controller) controller->record(panes[0].drawn.ms, budget.pixel_error);
+    return {};
+}
+
+Result<void> Viewer::turn(const std::function<void()>& panel) {
+    if (auto done = take_baked(); !done) return done;
+    for (const auto& path : window_.take_dropped()) load(path);
+    if (window_.width() > 0 && (window_.width() != width_ || window_.height() != height_)) {
+        width_ = window_.width();
+        height_ = window_.height();
+        if (auto done = renderer_.resize(width_, height_); !done) return done;
+    }
+    move_camera();
+    if (auto done = draw_panes(); !done) return done;
+    panel();
+    if (auto done = window_.present({split ? split_at : 1.0f, split && difference}); !done) return done;
+    return wants_screenshot_ ? write_screenshot() : Result<void>{};
+}
+
+Result<void> Viewer::write_screenshot() {
+    wants_screenshot_ = false;
+    auto picture = window_.read();
+    if (!picture) return tl::unexpected(picture.error());
+    const std::string file = new_file("lodestone-", ".png");
+    const auto written = write_png(opaque_image(*picture), file);
+    message = written ? "the picture is in " + file : written.error().message;
+    return {};
+}
+
+}  // namespace lodestone

@@ -1,0 +1,53 @@
+// What stages of a long computation have made, kept as files, so that the same computation, begun again after it was
+// stopped or killed, goes on from there.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/files/chunk_file.h"
+#include "base/hash.h"
+#include "base/result.h"
+
+namespace lodestone {
+
+class WorkFolder {
+public:
+    // Makes PARENT/lodestone-KEY unless it is there. key: a hash of everything that results depend on. Fault::machine
+    // where it cannot be made.
+    static Result<WorkFolder> open(const std::filesystem::path& parent, const Hash128& key);
+
+    const std::filesystem::path& path() const { return path_; }
+    // Whether some stage was kept before.
+    bool begun() const;
+    // What a stage has kept; nothing where it has not, or where the file is damaged.
+    std::optional<ChunkFile> find(const std::string& stage) const;
+    // The file appears whole or not at all.
+    Result<void> keep(const std::string& stage, const std::function<Result<void>(ChunkWriter&)>& write) const;
+    void remove() const;
+
+private:
+    WorkFolder(std::filesystem::path path, const Hash128& key) : path_(std::move(path)), key_(key) {}
+    std::filesystem::path file_of(const std::string& stage) const { return path_ / (stage + ".stage"); }
+    std::filesystem::path path_;
+    Hash128 key_;
+};
+
+// The result of a stage: what was kept of it, or else made now and kept. work: null keeps nothing. read: from a
+// ChunkFile, std::optional of the result; write: the result to a ChunkWriter.
+template <class Value, class Read, class Make, class Write>
+Result<Value> kept_or_made(const WorkFolder* work, const std::string& stage, Read&& read, Make&& make, Write&& write) {
+    if (work == nullptr) return make();
+    if (const auto file = work->find(stage)) {
+        if (std::optional<Value> value = read(*file)) return std::move(*value);
+    }
+    Result<Value> made = make();
+    if (!made) return made;
+    auto kept = work->keep(stage, [&](ChunkWriter& writer) { return write(*made, writer); });
+    if (!kept) return tl::unexpected(kept.error());
+    return made;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,110 @@
+// The asset file: named chunks of bytes, mapped into memory, each with its own hash. docs/file-format.md gives the
+// layout. The file knows nothing of what the chunks mean.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "base/files/file.h"
+#include "base/hash.h"
+#include "base/result.h"
+
+namespace lodestone {
+
+// Raised whenever what chunks hold is read in another way: neither then reads the other's files, and cached assets are
+// baked anew.
+inline constexpr uint32_t chunk_file_version = 6;
+inline constexpr size_t chunk_alignment = 64;   // of every chunk's first byte, in bytes
+inline constexpr size_t chunk_name_bytes = 40;  // longest name, terminating zero included
+
+// What a file was made from, so that a stale one can be told.
+struct Provenance {
+    Hash128 source;   // content of the source mesh file, as stored on disk
+    Hash128 options;  // everything else the result depends on
+};
+
+struct ChunkInfo {
+    std::string name;
+    uint64_t offset = 0;  // from the start of the file, a multiple of chunk_alignment
+    uint64_t bytes = 0;
+    Hash128 hash;
+};
+
+class ChunkFile {
+public:
+    // Maps and checks header and table of contents; chunks are checked when first asked for. Every error names the
+    // file, the place, what is wrong and what to do; Fault::format.
+    static Result<ChunkFile> open(const std::filesystem::path& path);
+
+    const std::filesystem::path& path() const { return path_; }
+    const Provenance& provenance() const { return provenance_; }
+    const std::vector<ChunkInfo>& chunks() const { return chunks_; }
+    uint64_t file_bytes() const { return mapped_->bytes().size(); }
+    bool contains(std::string_view name) const { return find(name) != nullptr; }
+
+    // The chunk's bytes, valid as long as this object or a copy of it lives.
+    Result<std::span<const std::byte>> bytes(std::string_view name) const;
+    // The same without looking at its hash, and so without reading it: for chunks larger than memory, whose parts are
+    // checked as they are used.
+    Result<std::span<const std::byte>> unchecked_bytes(std::string_view name) const;
+    Result<std::string_view> text(std::string_view name) const;
+
+    // The chunk as an array of T; its size must be a multiple of T's.
+    template <class T>
+    Result<std::span<const T>> array(std::string_view name) const {
+        static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= chunk_alignment);
+        auto raw = bytes(name);
+        if (!raw) return tl::unexpected(raw.error());
+        if (raw->size() % sizeof(T) != 0) return wrong_size(name, raw->size(), sizeof(T));
+        return std::span<const T>(reinterpret_cast<const T*>(raw->data()), raw->size() / sizeof(T));
+    }
+
+    // Checks the hash of every chunk.
+    Result<void> verify() const;
+
+private:
+    ChunkFile() = default;
+    const ChunkInfo* find(std::string_view name) const;
+    tl::unexpected<Error> wrong_size(std::string_view name, uint64_t bytes, size_t element) const;
+    tl::unexpected<Error> damaged(std::string_view place, std::string_view what) const;
+
+    std::filesystem::path path_;
+    std::shared_ptr<const MappedFile> mapped_;
+    Provenance provenance_;
+    std::vector<ChunkInfo> chunks_;
+    std::shared_ptr<std::vector<bool>> checked_;  // chunk's hash known to be right
+};
+
+// Writes a chunk file that appears whole or not at all. Chunks appear in the order they are added; the same chunks give
+// the same bytes. Names are unique and shorter than chunk_name_bytes.
+class ChunkWriter {
+public:
+    static Result<ChunkWriter> create(const std::filesystem::path& path, const Provenance& provenance);
+    Result<void> add(std::string_view name, std::span<const std::byte> bytes);
+    template <class T>
+    Result<void> add_array(std::string_view name, std::span<const T> values) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        return add(name, std::as_bytes(values));
+    }
+    Result<void> add_text(std::string_view name, std::string_view text) {
+        return add(name, std::as_bytes(std::span(text.data(), text.size())));
+    }
+    uint64_t bytes() const { return file_.size(); }  // written so far
+    bool contains(std::string_view name) const;      // added so far
+    // Writes the table of contents, renames. Returns the file's size in bytes.
+    Result<uint64_t> commit();
+
+private:
+    explicit ChunkWriter(OutputFile file) : file_(std::move(file)) {}
+    Result<void> align();
+    OutputFile file_;
+    Provenance provenance_;
+    std::vector<ChunkInfo> chunks_;
+};
+
+}  // namespace lodestone

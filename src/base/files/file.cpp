@@ -1,0 +1,195 @@
+#include "base/files/file.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "base/spill.h"
+
+namespace lodestone {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string reason() { return std::strerror(errno); }
+
+constexpr size_t output_buffer_bytes = size_t{1} << 20;
+
+Result<FileBytes> gunzip(const fs::path& path, std::span<const std::byte> packed, uint64_t max_bytes) {
+    auto unpacked = std::make_shared<std::vector<std::byte>>();
+    z_stream stream{};
+    if (inflateInit2(&stream, 15 + 16) != Z_OK) return fail(Fault::machine, "zlib cannot start");
+    struct End {
+        z_stream* stream;
+        ~End() { inflateEnd(stream); }
+    } end{&stream};
+    size_t read = 0;
+    std::vector<std::byte> block(size_t{1} << 20);
+    for (;;) {
+        if (stream.avail_in == 0 && read < packed.size()) {
+            const size_t piece = std::min<size_t>(packed.size() - read, size_t{1} << 30);
+            stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data() + read));
+            stream.avail_in = static_cast<uInt>(piece);
+            read += piece;
+        }
+        stream.next_out = reinterpret_cast<Bytef*>(block.data());
+        stream.avail_out = static_cast<uInt>(block.size());
+        const int code = inflate(&stream, Z_NO_FLUSH);
+        if (code != Z_OK && code != Z_STREAM_END) {
+            const char* what = code == Z_BUF_ERROR ? "ends too early" : "is damaged";
+            return fail(Fault::format, path.string() + ": the gzip stream " + what + "; fetch or pack the file again");
+        }
+        unpacked->insert(unpacked->end(), block.begin(), block.end() - stream.avail_out);
+        if (unpacked->size() > max_bytes) {
+            return fail(Fault::machine,
+                        path.string() + ": unpacks to more than " + std::to_string(max_bytes) + " bytes");
+        }
+        if (code == Z_STREAM_END) {
+            if (stream.avail_in == 0 && read == packed.size()) break;
+            // Another member may follow (gzip files can be joined); trailing zero padding is allowed.
+            if (*stream.next_in == 0) break;
+            if (inflateReset(&stream) != Z_OK) return fail(Fault::machine, "zlib cannot go on");
+        }
+    }
+    return FileBytes{std::span<const std::byte>(*unpacked), unpacked};
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const MappedFile>> MappedFile::open(const fs::path& path) {
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return fail(Fault::format, path.string() + ": cannot be opened: " + reason());
+    struct stat status {};
+    if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
+        ::close(descriptor);
+        return fail(Fault::format, path.string() + ": is not a regular file");
+    }
+    std::shared_ptr<MappedFile> file(new MappedFile);
+    const auto size = static_cast<size_t>(status.st_size);
+    if (size > 0) {
+        void* address = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, descriptor, 0);
+        if (address == MAP_FAILED) {
+            const std::string why = reason();
+            ::close(descriptor);
+            return fail(Fault::machine, path.string() + ": cannot be mapped: " + why);
+        }
+        file->bytes_ = {static_cast<const std::byte*>(address), size};
+        spill_mapping(address, size);
+    }
+    ::close(descriptor);
+    return file;
+}
+
+MappedFile::~MappedFile() {
+    if (bytes_.empty()) return;
+    end_spill_mapping(bytes_.data());
+    munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+}
+
+Result<FileBytes> read_file(const fs::path& path, uint64_t max_bytes) {
+    auto mapped = MappedFile::open(path);
+    if (!mapped) return tl::unexpected(mapped.error());
+    const auto bytes = (*mapped)->bytes();
+    const bool gzip = bytes.size() >= 2 && bytes[0] == std::byte{0x1f} && bytes[1] == std::byte{0x8b};
+    if (gzip) return gunzip(path, bytes, max_bytes);
+    return FileBytes{bytes, *mapped};
+}
+
+Result<OutputFile> OutputFile::create(const fs::path& path) {
+    OutputFile file;
+    file.path_ = path;
+    std::string pattern = path.string() + ".part-XXXXXX";
+    // Without a name until it is whole, so that nothing is left where the program is killed; where the file system
+    // cannot do that, under a name of its own.
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+    file.descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (file.descriptor_ >= 0) {
+        file.nameless_ = true;
+        return file;
+    }
+    file.descriptor_ = mkostemp(pattern.data(), O_CLOEXEC);
+    if (file.descriptor_ < 0) return fail(Fault::machine, path.string() + ": cannot be written: " + reason());
+    file.temporary_ = pattern;
+    return file;
+}
+
+OutputFile::OutputFile(OutputFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      temporary_(std::move(other.temporary_)),
+      nameless_(other.nameless_),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      size_(other.size_),
+      buffer_(std::move(other.buffer_)) {}
+
+OutputFile::~OutputFile() {
+    if (descriptor_ < 0) return;
+    ::close(descriptor_);
+    if (!nameless_) ::unlink(temporary_.c_str());
+}
+
+// A nameless file gets a name beside its path, from where it can be renamed over what is there.
+bool OutputFile::name() {
+    if (!nameless_) return true;
+    const std::string self = "/proc/self/fd/" + std::to_string(descriptor_);
+    for (unsigned i = 0; i < 100; ++i) {
+        temporary_ = path_.string() + ".part" + std::to_string(getpid()) + "-" + std::to_string(i);
+        if (linkat(AT_FDCWD, self.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) == 0) {
+            nameless_ = false;
+            return true;
+        }
+        if (errno != EEXIST) return false;
+    }
+    return false;
+}
+
+Result<void> OutputFile::flush() {
+    size_t done = 0;
+    while (done < buffer_.size()) {
+        const ssize_t n = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) return fail(Fault::machine, path_.string() + ": cannot be written: " + reason());
+        done += static_cast<size_t>(n);
+    }
+    buffer_.clear();
+    return {};
+}
+
+Result<void> OutputFile::write(std::span<const std::byte> bytes) {
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+    size_ += bytes.size();
+    return buffer_.size() >= output_buffer_bytes ? flush() : Result<void>{};
+}
+
+Result<void> OutputFile::write_at(uint64_t offset, std::span<const std::byte> bytes) {
+    if (auto done = flush(); !done) return done;
+    size_t written = 0;
+    while (written < bytes.size()) {
+        const ssize_t n =
+            ::pwrite(descriptor_, bytes.data() + written, bytes.size() - written, static_cast<off_t>(offset + written));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) return fail(Fault::machine, path_.string() + ": cannot be written: " + reason());
+        written += static_cast<size_t>(n);
+    }
+    return {};
+}
+
+Result<void> OutputFile::commit() {
+    if (auto done = flush(); !done) return done;
+    // mkostemp makes files private to the user; outputs take the permissions any new file would have.
+    const mode_t mask = umask(0);
+    umask(mask);
+    const bool good = fchmod(descriptor_, 0666 & ~mask) == 0 && fsync(descriptor_) == 0 && name() &&
+                      ::rename(temporary_.c_str(), path_.c_str()) == 0;
+    if (!good) return fail(Fault::machine, path_.string() + ": cannot be written: " + reason());
+    ::close(std::exchange(descriptor_, -1));
+    return {};
+}
+
+}  // namespace lodestone

@@ -1,0 +1,331 @@
+#include "lod/asset/progressive_mesh.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/check.h"
+#include "lod/asset/cursor.h"
+#include "mesh/io/material_chunks.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::json;
+
+tl::unexpected<Error> wrong(const std::string& chunk, const std::string& what) {
+    return fail(Fault::format, chunk + ": " + what + "; bake the asset again");
+}
+
+// Levels, sizes and blocks of the keyframes of one order.
+Result<void> check_keyframes(const ProgressiveMesh& pm, const FaceOrder& order, const std::string& place) {
+    uint32_t level = 0, slots = order.slots_of(0), block = 0, begin = 0;
+    for (size_t k = 0; k < order.keyframes.size(); ++k) {
+        const Keyframe& key = order.keyframes[k];
+        const std::string where = "keyframe " + std::to_string(k);
+        const uint32_t next = k + 1 < order.keyframes.size() ? order.keyframes[k + 1].level : pm.levels() + 1;
+        if (order.drops_dead || key.level < level + 2 || key.level >= pm.levels() || next < key.level + 2)
+            return wrong(place + "/keyframes", where + " is at a wrong level");
+        if (key.slots == 0 || key.slots > slots || key.dead != slots - key.slots)
+            return wrong(place + "/keyframes", where + " does not fit the drawn range");
+        const uint32_t room = k + 1 < order.keyframes.size() ? next - key.level - order.keyframes[k + 1].reach() : ~0u;
+        if (key.blocks_per_step == 0 || key.reach() >= key.level - level || key.reach() > room)
+            return wrong(place + "/keyframes", where + " reaches into another one");
+        if (key.first_block != block || key.blocks() > order.block_ends.size() - block)
+            return wrong(place + "/keyframes", where + " has the wrong blocks");
+        uint32_t dead = 0;
+        for (uint32_t b = 0; b < key.blocks(); ++b, ++block) {
+            const uint32_t end = order.block_ends[block];
+            if (end < begin || end > order.block_bytes.size()) return wrong(place + "/blocks", "a block has no end");
+            uint32_t block_dead = 0;
+            if (!check_keyframe_block(order.block_bytes.subspan(begin, end - begin),
+                                      std::min(keyframe_block_slots, key.slots - b * keyframe_block_slots), slots,
+                                      static_cast<uint32_t>(pm.vertices.size()), block_dead)) {
+                return wrong(place + "/blocks", "block " + std::to_string(block) + " makes no sense");
+            }
+            dead += block_dead;
+            begin = end;
+        }
+        if (dead != key.dead) return wrong(place + "/keyframes", where + " loses faces");
+        slots = key.slots;
+        level = key.level;
+    }
+    if (block != order.block_ends.size() || begin != order.block_bytes.size())
+        return wrong(place + "/blocks", "some belong to no keyframe");
+    return {};
+}
+
+// Ranges and sizes of one order, so that a cursor stays inside its buffers.
+Result<void> check_ranges(const ProgressiveMesh& pm, const FaceOrder& order,
+                          const std::vector<uint32_t>& triangles_at) {
+    const std::string place = "lod/" + order.name;
+    const size_t removed = pm.parents.size();
+    const auto positions = static_cast<uint32_t>(order.indices.size());
+    if (order.indices.size() != size_t{triangles_at[0]} * 3) return wrong(place + "/indices", "wrong number of faces");
+    for (const uint32_t wedge : order.indices) {
+        if (wedge >= pm.vertices.size()) return wrong(place + "/indices", "a wedge is out of range");
+    }
+    if (order.first_corner.size() != removed + 1 || order.first_corner.front() != 0 ||
+        order.first_corner.back() != order.corners.size() ||
+        !std::is_sorted(order.first_corner.begin(), order.first_corner.end())) {
+        return wrong(place + "/first_corner", "does not divide the corners among the removed wedges");
+    }
+    const uint32_t other = order.keyframes.empty() ? 0 : order.keyframes[0].slots * 3;  // no later one is longer
+    for (const Place corner : order.corners) {
+        if (corner.position() >= (corner.half() == 0 ? positions : other))
+            return wrong(place + "/corners", "a position is out of range");
+    }
+    uint32_t slots = positions / 3, level = 0;
+    size_t cycle = 0, slot = 0;
+    for (size_t k = 0; k < order.tswaps.size(); ++k) {
+        const TswapStep& key = order.tswaps[k];
+        const std::string where = "step " + std::to_string(k);
+        if (key.level <= level || key.level >= pm.levels())
+            return wrong(place + "/tswaps", where + " is at a wrong level");
+        if (key.slots_before != slots || key.slots_after > slots || order.drops_dead || !order.keyframes.empty()) {
+            return wrong(place + "/tswaps", where + " does not fit the drawn range");
+        }
+        if (key.first_cycle != cycle || key.first_slot != slot)
+            return wrong(place + "/tswaps", where + " skips cycles");
+        const size_t end = k + 1 < order.tswaps.size() ? order.tswaps[k + 1].first_cycle : order.cycle_lengths.size();
+        if (end < cycle || end > order.cycle_lengths.size()) return wrong(place + "/tswaps", where + " has no end");
+        for (; cycle < end; ++cycle) {
+            const uint32_t length = order.cycle_lengths[cycle];
+            if (length < 2 || length > order.cycle_slots.size() - slot)
+                return wrong(place + "/cycles", "a cycle is too long or too short");
+            for (const size_t stop = slot + length; slot < stop; ++slot) {
+                if (order.cycle_slots[slot] >= key.slots_before)
+                    return wrong(place + "/cycles", "a slot is out of range");
+            }
+        }
+        slots = key.slots_after;
+        level = key.level;
+    }
+    if (cycle != order.cycle_lengths.size() || slot != order.cycle_slots.size())
+        return wrong(place + "/cycles", "some belong to no step");
+    return check_keyframes(pm, order, place);
+}
+
+}  // namespace
+
+const FaceOrder* ProgressiveMesh::order_named(std::string_view name) const {
+    const auto found = std::find_if(orders.begin(), orders.end(), [&](const FaceOrder& o) { return o.name == name; });
+    return found == orders.end() ? nullptr : &*found;
+}
+
+uint32_t ProgressiveMesh::level_for_error(double error) const {
+    const auto past = std::upper_bound(errors.begin(), errors.end(), error, [](double e, float level_error) {
+        return e < static_cast<double>(level_error);
+    });
+    return past == errors.begin() ? 0 : static_cast<uint32_t>(past - errors.begin()) - 1;
+}
+
+uint32_t ProgressiveMesh::level_for_wedges(uint64_t wedges) const {
+    const auto found =
+        std::partition_point(wedges_at_.begin(), wedges_at_.end(), [&](uint32_t w) { return w > wedges; });
+    return std::min(static_cast<uint32_t>(found - wedges_at_.begin()), levels() - 1);
+}
+
+uint32_t ProgressiveMesh::level_for_triangles(uint64_t triangles) const {
+    const auto found =
+        std::partition_point(triangles_at_.begin(), triangles_at_.end(), [&](uint32_t t) { return t > triangles; });
+    return std::min(static_cast<uint32_t>(found - triangles_at_.begin()), levels() - 1);
+}
+
+uint32_t FaceOrder::keyframe_at(uint32_t level) const {
+    const auto next = std::upper_bound(keyframes.begin(), keyframes.end(), level,
+                                       [](uint32_t l, const Keyframe& key) { return l < key.level; });
+    return static_cast<uint32_t>(next - keyframes.begin());
+}
+
+uint32_t FaceOrder::slots_at(uint32_t level, uint32_t alive) const {
+    if (drops_dead) return alive;
+    if (tswaps.empty()) return slots_of(keyframe_at(level));
+    const auto next = std::upper_bound(tswaps.begin(), tswaps.end(), level,
+                                       [](uint32_t l, const TswapStep& step) { return l < step.level; });
+    return next == tswaps.begin() ? slots_of(0) : (next - 1)->slots_after;
+}
+
+double FaceOrder::moved_per_ecol(size_t collapses) const {
+    size_t moved = cycle_slots.size();
+    for (const Keyframe& key : keyframes) moved += key.slots;
+    return collapses ? static_cast<double>(moved) / static_cast<double>(collapses) : 0;
+}
+
+void ProgressiveMesh::set_errors(std::vector<float> level_errors) {
+    LODE_CHECK(level_errors.size() == levels() && level_errors[0] == 0, level_errors.size());
+    LODE_CHECK(std::is_sorted(level_errors.begin(), level_errors.end()));
+    struct Owners {
+        std::shared_ptr<const void> before;
+        std::vector<float> errors;
+    };
+    const auto owners = std::make_shared<Owners>(Owners{owner, std::move(level_errors)});
+    errors = owners->errors;
+    owner = owners;
+}
+
+Result<void> ProgressiveMesh::count_levels() {
+    if (orders.empty()) return wrong("lod/mesh", "no face order");
+    wedges_at_.assign(1, static_cast<uint32_t>(vertices.size()));
+    triangles_at_.assign(1, static_cast<uint32_t>(orders[0].indices.size() / 3));
+    for (const Ecol& step : ecols) {
+        if (step.wedges == 0 || step.wedges > wedges_at_.back())
+            return wrong("lod/ecols", "more wedges go than there are");
+        if (step.faces > triangles_at_.back()) return wrong("lod/ecols", "more faces die than there are");
+        wedges_at_.push_back(wedges_at_.back() - step.wedges);
+        triangles_at_.push_back(triangles_at_.back() - step.faces);
+    }
+    if (wedge_vertex.size() != vertices.size()) return wrong("lod/wedge_vertex", "not one per wedge");
+    for (const uint32_t v : wedge_vertex) {
+        if (v >= vertices.size()) return wrong("lod/wedge_vertex", "a vertex is out of range");
+    }
+    if (parents.size() != vertices.size() - wedges_at_.back()) return wrong("lod/parents", "not one per removed wedge");
+    uint32_t r = 0;
+    for (size_t i = 0; i < ecols.size(); ++i) {
+        for (uint32_t k = 0; k < ecols[i].wedges; ++k, ++r) {
+            if (parents[r] >= wedges_at_[i + 1]) return wrong("lod/parents", "a parent is removed before its child");
+        }
+    }
+    if (errors.size() != levels()) return wrong("lod/errors", "not one per level");
+    if (errors[0] != 0 || !std::is_sorted(errors.begin(), errors.end()))
+        return wrong("lod/errors", "errors fall or do not begin at 0");
+    for (const FaceOrder& order : orders) {
+        if (auto done = check_ranges(*this, order, triangles_at_); !done) return done;
+    }
+    return {};
+}
+
+Result<void> ProgressiveMesh::validate() const {
+    const auto broken = [](const std::string& what) { return fail(Fault::invariant, "progressive mesh: " + what); };
+    if (triangles_at_.size() != levels()) return broken("levels are not counted");
+    for (uint32_t o = 0; o < orders.size(); ++o) {
+        const FaceOrder& order = orders[o];
+        PmCursor cursor(*this, o);
+        uint64_t writes = 0;
+        const auto at_level = [&](uint32_t level) {
+            return "order " + order.name + ", level " + std::to_string(level) + ": ";
+        };
+        for (uint32_t i = 0; i < ecols.size(); ++i) {
+            // Every corner an ecol rewrites must hold the wedge that goes, and no other corner may hold it.
+            for (uint32_t r = wedges_at_[0] - wedges_at_[i]; r < wedges_at_[0] - wedges_at_[i + 1]; ++r) {
+                const uint32_t wedge = wedges_at_[0] - 1 - r;
+                for (uint32_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c) {
+                    if (cursor.at(order.corners[c]) != wedge) {
+                        return broken(at_level(i) + "ecol rewrites a corner that does not hold wedge " +
+                                      std::to_string(wedge));
+                    }
+                    ++writes;
+                }
+            }
+            cursor.ecol();
+            // A full look at 64 levels and at the base; what an ecol touches is looked at at every level above.
+            if (i % (ecols.size() / 64 + 1) == 0 || i + 1 == ecols.size()) {
+                if (auto done = cursor.validate(); !done) return done;
+            }
+        }
+        if (writes != order.corners.size())
+            return broken("order " + order.name + " has corners that belong to no ecol");
+        cursor.goto_level(0);
+        if (!std::ranges::equal(cursor.drawn_indices(), order.indices)) {
+            return broken(at_level(0) + "the index buffer after going to the base and back differs from before");
+        }
+        if (auto done = cursor.validate(); !done) return done;
+    }
+    return {};
+}
+
+Result<void> ProgressiveMesh::write_chunks(ChunkWriter& writer) const {
+    Json meta;
+    meta["attributes"] = {{"normals", attributes.normals},
+                          {"uvs", attributes.uvs},
+                          {"colours", attributes.colours},
+                          {"materials", attributes.materials}};
+    for (const FaceOrder& o : orders) meta["orders"].push_back({{"name", o.name}, {"drops_dead", o.drops_dead}});
+    Result<void> done = writer.add_text("lod/mesh", meta.dump());
+    const auto add = [&](const std::string& name, auto values) {
+        if (done) done = writer.add_array(name, values);
+    };
+    add("lod/vertices", vertices);
+    add("lod/wedge_vertex", wedge_vertex);
+    add("lod/ecols", ecols);
+    add("lod/parents", parents);
+    add("lod/errors", errors);
+    for (const FaceOrder& o : orders) {
+        const std::string place = "lod/" + o.name;
+        add(place + "/indices", o.indices);
+        add(place + "/first_corner", o.first_corner);
+        add(place + "/corners", o.corners);
+        add(place + "/tswaps", o.tswaps);
+        add(place + "/cycle_lengths", o.cycle_lengths);
+        add(place + "/cycle_slots", o.cycle_slots);
+        add(place + "/keyframes", o.keyframes);
+        add(place + "/block_ends", o.block_ends);
+        add(place + "/block_bytes", o.block_bytes);
+    }
+    if (done) done = write_materials(writer, material_table, images);
+    return done;
+}
+
+Result<ProgressiveMesh> ProgressiveMesh::open(const ChunkFile& file) {
+    const std::string path = file.path().string();
+    const auto named = [&](const Error& e) { return fail_at(path, e); };
+    auto text = file.text("lod/mesh");
+    if (!text) return tl::unexpected(text.error());
+    ProgressiveMesh pm;
+    try {
+        const Json meta = Json::parse(*text);
+        const Json& has = meta.at("attributes");
+        pm.attributes = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
+                         has.at("materials").get<bool>()};
+        for (const Json& o : meta.at("orders")) {
+            FaceOrder order;
+            order.name = o.at("name").get<std::string>();
+            order.drops_dead = o.at("drops_dead").get<bool>();
+            pm.orders.push_back(std::move(order));
+        }
+    } catch (const Json::exception& e) {
+        return named({Fault::format, std::string("lod/mesh: ") + e.what() + "; bake the asset again"});
+    }
+    Result<void> done;
+    const auto take = [&]<class T>(const std::string& name, std::span<const T>& into) {
+        if (!done) return;
+        auto values = file.array<T>(name);
+        if (values) {
+            into = *values;
+        } else {
+            done = tl::unexpected(values.error());
+        }
+    };
+    take("lod/vertices", pm.vertices);
+    take("lod/wedge_vertex", pm.wedge_vertex);
+    take("lod/ecols", pm.ecols);
+    take("lod/parents", pm.parents);
+    take("lod/errors", pm.errors);
+    for (FaceOrder& o : pm.orders) {
+        const std::string place = "lod/" + o.name;
+        take(place + "/indices", o.indices);
+        take(place + "/first_corner", o.first_corner);
+        take(place + "/corners", o.corners);
+        take(place + "/tswaps", o.tswaps);
+        take(place + "/cycle_lengths", o.cycle_lengths);
+        take(place + "/cycle_slots", o.cycle_slots);
+        take(place + "/keyframes", o.keyframes);
+        take(place + "/block_ends", o.block_ends);
+        take(place + "/block_bytes", o.block_bytes);
+    }
+    if (!done) return tl::unexpected(done.error());
+    auto materials = read_materials(file);
+    if (!materials) return tl::unexpected(materials.error());
+    pm.material_table = std::move(materials->table);
+    pm.images = std::move(materials->images);
+    pm.owner = std::make_shared<ChunkFile>(file);
+    if (auto counted = pm.count_levels(); !counted) return named(counted.error());
+    const size_t material_count = std::max<size_t>(1, pm.material_table.size());
+    for (const MeshVertex& v : pm.vertices) {
+        if (v.material >= material_count)
+            return named({Fault::format, "lod/vertices: a material is out of range; bake the asset again"});
+    }
+    return pm;
+}
+
+}  // namespace lodestone

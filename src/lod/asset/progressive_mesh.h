@@ -1,0 +1,172 @@
+// A progressive mesh as it is stored and played back: vertices, half-edge collapses, and for each face order one index
+// buffer with the changes that carry it from level to level.
+//
+//   Hoppe, "Progressive Meshes", SIGGRAPH 1996 (the sequence of vsplits); "Efficient implementation of progressive
+//   meshes", 1998 (wedges). Forsyth, "Comparison of VIPM Methods", Game Programming Gems 2, 2001 (one vertex and one
+//   index buffer, edited in place). Kuzikowski, Belago, Gladky, Elykov, "Hardware Friendly Continuous Level of
+//   Details", Graphicon 2005 (tswap).
+//
+// Level 0 is full detail; ecol i leads from level i to level i + 1, vsplit i back. The wedges of every level are a
+// prefix of the vertex buffer: ecol i removes the last ecols[i].wedges of them.
+//
+// Every order is played by the same moves. An ecol rewrites corners of the index buffer, each from a removed wedge to
+// its parent; a vsplit writes the removed wedge back. A face that dies is left as a degenerate triangle, or, in the
+// classic order, sits last and leaves the drawn range at once. The order of the faces changes in one of two ways:
+//   - tswaps, the seed's: cyclic permutations of slots, in place, at the level where they are noted;
+//   - keyframes: a new order of the faces alive at a level. The index buffer has two halves, and while one is drawn the
+//     next order is made up in the other, some blocks at each ecol before the keyframe, from the faces drawn; on the
+//     way back the order before is brought back likewise, some blocks at each vsplit after it. At the keyframe the
+//     halves change places, and no step pays for a whole reorder.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/files/chunk_file.h"
+#include "base/result.h"
+#include "lod/asset/keyframe_blocks.h"
+#include "mesh/packed_vertices.h"
+#include "mesh/tri_mesh.h"
+
+namespace lodestone {
+
+struct Ecol {
+    uint16_t wedges = 0;  // removed from the end of the vertex prefix, >= 1
+    uint16_t faces = 0;   // that die
+    bool operator==(const Ecol&) const = default;
+};
+static_assert(sizeof(Ecol) == 4);
+
+// Slots are permuted in place, and the drawn range shortened, on arriving at `level` from above.
+struct TswapStep {
+    uint32_t level = 0;         // 1 .. levels - 1, strictly rising
+    uint32_t slots_before = 0;  // drawn slots on arriving
+    uint32_t slots_after = 0;   // drawn slots from here on
+    uint32_t first_cycle = 0;   // into FaceOrder::cycle_lengths; the next step's first is this one's end
+    uint32_t first_slot = 0;    // into FaceOrder::cycle_slots, likewise
+    bool operator==(const TswapStep&) const = default;
+};
+static_assert(sizeof(TswapStep) == 20);
+
+// A new order is drawn from `level` on. Keyframe k (from 1 on) is drawn from half k % 2 of the index buffer, full
+// detail from half 0.
+struct Keyframe {
+    uint32_t level = 0;            // 2 .. levels - 1, rising by at least 2
+    uint32_t slots = 0;            // drawn slots, all alive at `level`
+    uint32_t dead = 0;             // faces of the order before that are not in this one
+    uint32_t first_block = 0;      // into FaceOrder::block_ends; ceil(slots / 64) blocks
+    uint32_t blocks_per_step = 1;  // written by an ecol close before `level`, or a vsplit close behind it
+    bool operator==(const Keyframe&) const = default;
+
+    uint32_t blocks() const { return (slots + keyframe_block_slots - 1) / keyframe_block_slots; }
+    // Levels before `level`, and from it on, at which the half that is not drawn holds something.
+    uint32_t reach() const { return (blocks() + blocks_per_step - 1) / blocks_per_step; }
+    // Blocks that the half that is not drawn holds at a level: of this order before `level`, of the order before from
+    // it on.
+    uint32_t blocks_held(uint32_t at) const {
+        const uint64_t distance = at < level ? level - 1 - at : at - level;
+        const uint64_t missing = distance * blocks_per_step;
+        return missing < blocks() ? blocks() - static_cast<uint32_t>(missing) : 0;
+    }
+};
+static_assert(sizeof(Keyframe) == 20);
+
+// Where a corner is in the index buffer: position / 3 is a slot of one of the halves.
+struct Place {
+    uint32_t code = 0;
+    static Place of(uint32_t half, uint32_t position) { return {position * 2 + half}; }
+    uint32_t half() const { return code & 1; }
+    uint32_t position() const { return code >> 1; }
+};
+static_assert(sizeof(Place) == 4);
+
+// One face order: a permutation stream over the shared collapses.
+struct FaceOrder {
+    std::string name;
+    bool searched_less = false;         // just baked, and OrderOptions::seconds was too little for a whole search
+    bool drops_dead = false;            // classic: every ecol shortens the drawn range by the faces that die
+    std::span<const uint32_t> indices;  // level 0; three wedges per slot
+    std::span<const uint32_t>
+        first_corner;  // per removed wedge r (0 = first to go): its corners begin here; one more at the end
+    std::span<const Place> corners;  // where the wedge is when it is removed, and where it comes when it returns
+    std::span<const TswapStep> tswaps;
+    std::span<const uint32_t> cycle_lengths;  // >= 2 each
+    std::span<const uint32_t> cycle_slots;  // tswap arguments, cycle after cycle: slot f[i] receives what f[i + 1] held
+    std::span<const Keyframe> keyframes;    // none where there are tswaps
+    std::span<const uint32_t> block_ends;   // per block of all keyframes: its end in block_bytes
+    std::span<const uint8_t> block_bytes;   // keyframe_blocks.h
+
+    // Drawn slots at a level with `alive` faces; never rises with the level.
+    uint32_t slots_at(uint32_t level, uint32_t alive) const;
+    // Keyframes at or above a level: the number of the one that is drawn, 0 for full detail's order.
+    uint32_t keyframe_at(uint32_t level) const;
+    // Slots of keyframe k, k = 0 for full detail.
+    uint32_t slots_of(uint32_t k) const {
+        return k == 0 ? static_cast<uint32_t>(indices.size() / 3) : keyframes[k - 1].slots;
+    }
+    std::span<const uint8_t> block(uint32_t b) const {
+        const uint32_t begin = b == 0 ? 0 : block_ends[b - 1];
+        return block_bytes.subspan(begin, block_ends[b] - begin);
+    }
+
+    uint64_t permutation_bytes() const {
+        return cycle_lengths.size_bytes() + cycle_slots.size_bytes() + tswaps.size_bytes() + keyframes.size_bytes() +
+               block_ends.size_bytes() + block_bytes.size_bytes();
+    }
+    // Slots written by tswaps and keyframes from full detail to the base, per collapse. The way back writes as many,
+    // and brings each face that died back once.
+    double moved_per_ecol(size_t collapses) const;
+};
+
+struct ProgressiveMesh {
+    std::span<const MeshVertex> vertices;    // per wedge; level L uses the first wedges_at(L)
+    std::span<const uint32_t> wedge_vertex;  // per wedge: its vertex, so that seams are known
+    std::span<const Ecol> ecols;
+    std::span<const uint32_t> parents;  // per removed wedge r (0 = first to go): the wedge it becomes
+    std::span<const float> errors;      // per level: object units, never decreasing, errors[0] == 0
+    std::vector<FaceOrder> orders;
+    PresentAttributes attributes;
+    std::vector<Material> material_table;
+    std::vector<Image> images;
+
+    uint32_t levels() const { return static_cast<uint32_t>(ecols.size()) + 1; }
+    uint32_t full_triangles() const { return orders.empty() ? 0 : static_cast<uint32_t>(orders[0].indices.size() / 3); }
+    uint32_t wedges_at(uint32_t level) const { return wedges_at_[level]; }
+    uint32_t triangles_at(uint32_t level) const { return triangles_at_[level]; }
+    // The removed wedges of ecol i are numbered wedges_at(i + 1) .. wedges_at(i) - 1; r of wedge w is wedges_at(0) - 1
+    // - w.
+
+    const FaceOrder* order_named(std::string_view name) const;  // null where there is none
+
+    // The coarsest level whose error is at most `error` (object units); 0 where none is.
+    uint32_t level_for_error(double error) const;
+    // The finest level of at most this many wedges; the last level where none is.
+    uint32_t level_for_wedges(uint64_t wedges) const;
+    // The finest level of at most this many triangles; the last level where none is.
+    uint32_t level_for_triangles(uint64_t triangles) const;
+
+    // Every range and cross-reference; and, by playing every order from full detail to the base and back, that it ends
+    // where it began and that every ecol finds what it expects. Fault::invariant names order, level and place.
+    Result<void> validate() const;
+
+    // Checked cheaply (ranges, sizes, order of keyframes), without playing: enough that a cursor never leaves its
+    // buffers.
+    static Result<ProgressiveMesh> open(const ChunkFile& file);
+    Result<void> write_chunks(ChunkWriter& writer) const;
+
+    // Replaces the errors: one per level, never decreasing, the first 0.
+    void set_errors(std::vector<float> level_errors);
+
+    // Sets the per-level counts from ecols, vertices and orders; called once by whoever fills the spans.
+    Result<void> count_levels();
+    // What the spans refer to.
+    std::shared_ptr<const void> owner;
+
+private:
+    std::vector<uint32_t> wedges_at_, triangles_at_;
+};
+
+}  // namespace lodestone

@@ -1,0 +1,22 @@
+// From a mesh and a collapse list to a progressive mesh: numbers the vertices by removal, replays the collapses once
+// per order, and writes down what each ecol rewrites and each keyframe permutes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/progress.h"
+#include "lod/asset/progressive_mesh.h"
+#include "lod/bake/orders/face_order.h"
+#include "lod/bake/simplify/collapse_list.h"
+
+namespace lodestone {
+
+// mesh: manifold, as `repair` leaves it. list: valid for it (CollapseList::validate). orders: names face_orderer_named
+// knows, at least one, none twice. Errors of levels are left 0; measure_errors (error_curve.h) fills them.
+// Fault::machine where the mesh needs more than 2^32 index positions.
+Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const CollapseList& list,
+                                              const std::vector<std::string>& orders,
+                                              const OrderOptions& order_options = {}, const Progress& progress = {});
+
+}  // namespace lodestone

@@ -1,0 +1,475 @@
+#include "lod/bake/orders/cluster_order.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/check.h"
+#include "base/random.h"
+#include "base/threads.h"
+#include "lod/bake/orders/draw_clusters.h"
+#include "lod/bake/orders/faces_around.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr uint32_t none = ~0u;
+constexpr double hot = 0.7, cold = 0.1;     // temperature, in vertices, from the first sweep to the last
+constexpr double loose = 0.2, tight = 0.5;  // penalty per square of faces too many or too few, likewise
+constexpr double crowding_penalty = 3;      // per vertex over batch_vertices - 1 at the first level
+constexpr uint32_t regions = 4;             // annealed side by side, whatever the number of threads ...
+constexpr uint32_t least_to_cut = 128;      // ... from so many clusters on
+constexpr uint32_t sweeps_per_round = 6;    // between two cuts into regions
+
+class Clusters {
+public:
+    Clusters(std::span<const std::vector<uint32_t>> at, std::span<const double> weights, uint32_t vertices,
+             const ClusterOrderOptions& options)
+        : weights_(weights),
+          options_(options),
+          faces_(static_cast<uint32_t>(at[0].size() / 3)),
+          count_((faces_ + options.batch_faces - 1) / options.batch_faces),
+          label_(faces_, none) {
+        // Numbers by first use, so that what lies together on the surface lies together in memory.
+        std::vector<uint32_t> number(vertices, none);
+        uint32_t used = 0;
+        at_.resize(at.size());
+        for (size_t s = 0; s < at.size(); ++s) {
+            at_[s].reserve(at[s].size());
+            for (const uint32_t v : at[s]) {
+                if (number[v] == none) number[v] = used++;
+                at_[s].push_back(number[v]);
+            }
+        }
+        vertices_ = used;
+        for (const auto& indices : at_) around_.emplace_back(indices, used);
+    }
+
+    std::vector<uint32_t> run(std::span<const uint32_t> slots) {
+        if (slots.empty() || !shrink(slots)) grow();
+        count_crowds();
+        anneal(options_.sweeps, false);
+        make_exact();
+        anneal(options_.sweeps / 2, true);
+        std::vector<bool> late(count_);
+        for (uint32_t c = 0; c < count_; ++c)
+            late[c] = size_[c] != options_.batch_faces || crowd_[c] > options_.batch_vertices;
+        return draw_clusters(at_[0], around_[0], label_, late, options_.cache, options_.careful);
+    }
+
+private:
+    template <class Visit>
+    void for_neighbours(uint32_t face, Visit&& visit) const {
+        FacesAround::visit(&at_[0][size_t{face} * 3], [&](uint32_t v) {
+            for (const uint32_t g : around_[0].of(v)) {
+                if (g != face) visit(g);
+            }
+        });
+    }
+
+    // Greedily, one cluster after another: the face that brings in the fewest vertices, and among those the one with
+    // the fewest free faces around it, so that no islands stay behind.
+    void grow() {
+        std::vector<uint32_t> free_around(vertices_, 0), touched(vertices_, none);
+        for (uint32_t v = 0; v < vertices_; ++v) free_around[v] = static_cast<uint32_t>(around_[0].of(v).size());
+        std::vector<uint32_t> rim, next_rim;
+        uint32_t next_face = 0;
+        size_.assign(count_, 0);
+        for (uint32_t c = 0; c < count_; ++c) {
+            // Begin where the last cluster left off, at the face with the fewest free neighbours.
+            uint32_t seed = none, fewest = ~0u;
+            for (const uint32_t f : next_rim) {
+                if (label_[f] != none) continue;
+                const uint32_t free = free_of(f, free_around);
+                if (free < fewest) {
+                    fewest = free;
+                    seed = f;
+                }
+            }
+            while (seed == none && label_[next_face] != none) ++next_face;
+            if (seed == none) seed = next_face;
+            rim.assign(1, seed);
+            next_rim.clear();
+            while (size_[c] < options_.batch_faces) {
+                uint32_t best = none;
+                std::pair<uint32_t, uint32_t> least{~0u, ~0u};
+                size_t kept = 0;
+                for (const uint32_t f : rim) {
+                    if (label_[f] != none) continue;
+                    rim[kept++] = f;
+                    uint32_t fresh = 0;
+                    FacesAround::visit(&at_[0][size_t{f} * 3], [&](uint32_t v) { fresh += touched[v] != c; });
+                    const std::pair<uint32_t, uint32_t> cost{fresh, free_of(f, free_around)};
+                    if (cost < least) {
+                        least = cost;
+                        best = f;
+                    }
+                }
+                rim.resize(kept);
+                if (best == none) {
+                    while (next_face < faces_ && label_[next_face] != none) ++next_face;
+                    if (next_face == faces_) break;
+                    best = next_face;
+                }
+                label_[best] = c;
+                ++size_[c];
+                FacesAround::visit(&at_[0][size_t{best} * 3], [&](uint32_t v) {
+                    --free_around[v];
+                    if (touched[v] == c) return;
+                    touched[v] = c;
+                    for (const uint32_t g : around_[0].of(v)) {
+                        if (label_[g] == none) rim.push_back(g);
+                    }
+                });
+            }
+            next_rim.swap(rim);
+        }
+    }
+
+    // From the clusters of an order before, given by the slots the faces have in it: the smallest are dissolved until
+    // as many are left as are needed, and their faces go to those around. False where there are too few.
+    bool shrink(std::span<const uint32_t> slots) {
+        const uint32_t before = *std::ranges::max_element(slots) / options_.batch_faces + 1;
+        std::vector<uint32_t> alive(before, 0), number(before, none), old;
+        for (const uint32_t s : slots) ++alive[s / options_.batch_faces];
+        for (uint32_t c = 0; c < before; ++c) {
+            if (alive[c] > 0) old.push_back(c);
+        }
+        if (old.size() < count_) return false;
+        // Along the order, and so over the surface, as many are kept at any place as its faces fill.
+        uint64_t faces = 0;
+        size_.clear();
+        std::vector<uint32_t> group;
+        for (size_t i = 0; i < old.size(); ++i) {
+            faces += alive[old[i]];
+            group.push_back(old[i]);
+            const auto due = static_cast<uint32_t>(
+                i + 1 == old.size() ? count_ : (faces + options_.batch_faces / 2) / options_.batch_faces);
+            const size_t kept = size_.size() + group.size();
+            if ((kept > due && group.size() >= 3) || i + 1 == old.size() || group.size() >= 64) {
+                // The smallest of the group goes.
+                std::vector<uint32_t> by_size = group;
+                std::ranges::stable_sort(by_size, {}, [&](uint32_t c) { return alive[c]; });
+                for (size_t k = kept > due ? kept - due : 0; k-- > 0;) alive[by_size[k]] = 0;
+                for (const uint32_t c : group) {
+                    if (alive[c] == 0) continue;
+                    number[c] = static_cast<uint32_t>(size_.size());
+                    size_.push_back(alive[c]);
+                }
+                group.clear();
+            }
+        }
+        if (size_.size() != count_) return false;
+        std::vector<uint32_t> free, still_free;
+        for (uint32_t f = 0; f < faces_; ++f) {
+            label_[f] = number[slots[f] / options_.batch_faces];
+            if (label_[f] == none) free.push_back(f);
+        }
+        while (!free.empty()) {
+            still_free.clear();
+            for (const uint32_t f : free) {
+                uint32_t best = none;
+                for_neighbours(f, [&](uint32_t g) {
+                    if (label_[g] != none && (best == none || size_[label_[g]] < size_[best])) best = label_[g];
+                });
+                if (best == none) {
+                    still_free.push_back(f);
+                    continue;
+                }
+                label_[f] = best;
+                ++size_[best];
+            }
+            if (still_free.size() == free.size()) {  // a component of its own
+                label_[free.back()] = static_cast<uint32_t>(std::ranges::min_element(size_) - size_.begin());
+                ++size_[label_[free.back()]];
+                still_free.pop_back();
+            }
+            free.swap(still_free);
+        }
+        return true;
+    }
+
+    void count_crowds() {
+        crowd_.assign(count_, 0);
+        std::vector<uint32_t> labels;
+        for (uint32_t v = 0; v < vertices_; ++v) {
+            labels.clear();
+            for (const uint32_t g : around_[0].of(v)) labels.push_back(label_[g]);
+            std::ranges::sort(labels);
+            labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
+            for (const uint32_t c : labels) ++crowd_[c];
+        }
+    }
+    uint32_t free_of(uint32_t f, const std::vector<uint32_t>& free_around) const {
+        return free_around[at_[0][size_t{f} * 3]] + free_around[at_[0][size_t{f} * 3 + 1]] +
+               free_around[at_[0][size_t{f} * 3 + 2]];
+    }
+
+    struct Change {
+        double energy = 0;         // weighted vertices; penalties apart
+        int left = 0, joined = 0;  // vertices that cluster a loses and b gains at the first level
+    };
+    // If the face went from cluster a to b.
+    Change change(uint32_t face, uint32_t a, uint32_t b) const {
+        Change result;
+        for (size_t s = 0; s < at_.size(); ++s) {
+            int lost = 0, gained = 0;
+            FacesAround::visit(&at_[s][size_t{face} * 3], [&](uint32_t v) {
+                bool in_a = false, in_b = false;
+                for (const uint32_t g : around_[s].of(v)) {
+                    if (g == face) continue;
+                    in_a |= label_[g] == a;
+                    in_b |= label_[g] == b;
+                }
+                lost += !in_a;
+                gained += !in_b;
+            });
+            result.energy += weights_[s] * (gained - lost);
+            if (s == 0) {
+                result.left = lost;
+                result.joined = gained;
+            }
+        }
+        return result;
+    }
+    double crowding(int vertices) const {
+        return crowding_penalty * std::max(0, vertices - static_cast<int>(options_.batch_vertices) + 1);
+    }
+    double penalty_change(uint32_t a, uint32_t b, const Change& c, double size_weight) const {
+        const auto uneven = [&](int faces) {
+            const double off = faces - static_cast<int>(options_.batch_faces);
+            return size_weight * off * off;
+        };
+        const int size_a = static_cast<int>(size_[a]), size_b = static_cast<int>(size_[b]);
+        const int crowd_a = static_cast<int>(crowd_[a]), crowd_b = static_cast<int>(crowd_[b]);
+        return uneven(size_a - 1) - uneven(size_a) + uneven(size_b + 1) - uneven(size_b) + crowding(crowd_a - c.left) -
+               crowding(crowd_a) + crowding(crowd_b + c.joined) - crowding(crowd_b);
+    }
+    void move(uint32_t face, uint32_t a, uint32_t b, const Change& c) {
+        label_[face] = b;
+        --size_[a];
+        ++size_[b];
+        crowd_[a] -= static_cast<uint32_t>(c.left);
+        crowd_[b] += static_cast<uint32_t>(c.joined);
+    }
+
+    // Rounds of sweeps. In each the surface is cut into regions of clusters, the faces near another region keep still,
+    // and the regions are annealed side by side; the cuts lie elsewhere in the next round. swaps: two faces change
+    // places at a time, so that sizes stay.
+    void anneal(uint32_t sweeps, bool swaps) {
+        const uint32_t rounds = (sweeps + sweeps_per_round - 1) / sweeps_per_round;
+        for (uint32_t round = 0; round < rounds; ++round) {
+            const std::vector<uint32_t> region = cut(round);
+            std::vector<std::vector<uint32_t>> members(regions);
+            inside_.resize(faces_);
+            for (uint32_t f = 0; f < faces_; ++f) {
+                bool inside = true;
+                for (size_t s = 0; s < at_.size() && inside; ++s) {
+                    FacesAround::visit(&at_[s][size_t{f} * 3], [&](uint32_t v) {
+                        for (const uint32_t g : around_[s].of(v))
+                            inside = inside && region[label_[g]] == region[label_[f]];
+                    });
+                }
+                inside_[f] = inside;
+                if (inside) members[region[label_[f]]].push_back(f);
+            }
+            parallel_for(members.size(), 1, [&](size_t begin, size_t end) {
+                for (size_t r = begin; r < end; ++r) {
+                    if (members[r].empty()) continue;
+                    Random random(mix64(round * 1000003ull + r * 2 + swaps));
+                    for (uint32_t sweep = 0; sweep < sweeps_per_round; ++sweep) {
+                        const double t = (round * sweeps_per_round + sweep + 0.5) / (rounds * sweeps_per_round);
+                        if (swaps) {
+                            swap_sweep(members[r], cold * (1 - t), random);
+                        } else {
+                            move_sweep(members[r], hot * std::pow(cold / hot, t), loose * std::pow(tight / loose, t),
+                                       random);
+                        }
+                    }
+                }
+            });
+        }
+    }
+
+    // A region per cluster: those nearest to seeds that differ from round to round, in steps from cluster to cluster.
+    std::vector<uint32_t> cut(uint32_t round) const {
+        std::vector<uint32_t> region(count_, none);
+        if (count_ < least_to_cut) {
+            region.assign(count_, 0);
+            return region;
+        }
+        std::vector<std::pair<uint32_t, uint32_t>> sides;  // clusters that touch
+        for (uint32_t f = 0; f < faces_; ++f) {
+            const uint32_t v = at_[0][size_t{f} * 3];
+            for (const uint32_t g : around_[0].of(v)) {
+                if (label_[g] != label_[f]) sides.push_back({label_[f], label_[g]});
+            }
+        }
+        std::ranges::sort(sides);
+        sides.erase(std::unique(sides.begin(), sides.end()), sides.end());
+        std::vector<uint32_t> first(count_ + 1, 0), queue;
+        for (const auto& side : sides) ++first[side.first + 1];
+        std::partial_sum(first.begin(), first.end(), first.begin());
+        Random random(mix64(round + 77));
+        for (uint32_t r = 0; r < regions; ++r) {
+            const uint32_t seed = random.below(count_);
+            if (region[seed] != none) continue;
+            region[seed] = r;
+            queue.push_back(seed);
+        }
+        uint32_t next = 0;
+        for (size_t q = 0; queue.size() < count_ || q < queue.size(); ++q) {
+            if (q == queue.size()) {  // another component
+                while (region[next] != none) ++next;
+                region[next] = next % regions;
+                queue.push_back(next);
+            }
+            const uint32_t c = queue[q];
+            for (uint32_t i = first[c]; i < first[c + 1]; ++i) {
+                const uint32_t d = sides[i].second;
+                if (region[d] != none) continue;
+                region[d] = region[c];
+                queue.push_back(d);
+            }
+        }
+        return region;
+    }
+
+    void move_sweep(const std::vector<uint32_t>& members, double temperature, double size_weight, Random& random) {
+        for (size_t n = 0; n < members.size(); ++n) {
+            const uint32_t f = members[random.below(static_cast<uint32_t>(members.size()))];
+            const uint32_t a = label_[f], b = label_[neighbour(f, random)];
+            if (a == b) continue;
+            const Change c = change(f, a, b);
+            const double rise = c.energy + penalty_change(a, b, c, size_weight);
+            if (rise <= 0 || random.unit() < std::exp(-rise / temperature)) move(f, a, b, c);
+        }
+    }
+    void swap_sweep(const std::vector<uint32_t>& members, double temperature, Random& random) {
+        for (size_t n = 0; n < members.size(); ++n) {
+            const uint32_t f = members[random.below(static_cast<uint32_t>(members.size()))];
+            const uint32_t at_border = neighbour(f, random), a = label_[f], b = label_[at_border];
+            if (a == b) continue;
+            // A face of b beside a, some steps along their border.
+            uint32_t g = at_border;
+            for (int step = 0; step < 4; ++step) {
+                const uint32_t h = neighbour(g, random);
+                if (label_[h] == b) g = h;
+            }
+            if (!inside_[g]) continue;
+            const Change there = change(f, a, b);
+            const double before = crowding(static_cast<int>(crowd_[a])) + crowding(static_cast<int>(crowd_[b]));
+            move(f, a, b, there);
+            const Change back = change(g, b, a);
+            move(g, b, a, back);
+            const double rise = there.energy + back.energy + crowding(static_cast<int>(crowd_[a])) +
+                                crowding(static_cast<int>(crowd_[b])) - before;
+            if (rise <= 0 || random.unit() < std::exp(-rise / temperature)) continue;
+            move(g, a, b, {0, back.joined, back.left});
+            move(f, b, a, {0, there.joined, there.left});
+        }
+    }
+    uint32_t neighbour(uint32_t face, Random& random) const {
+        const auto around = around_[0].of(at_[0][size_t{face} * 3 + random.below(3)]);
+        return around[random.below(static_cast<uint32_t>(around.size()))];
+    }
+
+    // Faces go from clusters that have too many to those that have too few, one across each border on the shortest
+    // way. The last cluster that is reached may stay smaller.
+    void make_exact() {
+        const uint32_t batch = options_.batch_faces;
+        std::vector<std::vector<uint32_t>> members(count_);
+        for (uint32_t f = 0; f < faces_; ++f) members[label_[f]].push_back(f);
+        std::vector<uint32_t> seen(count_, none), from(count_), queue;
+        uint32_t stamp = 0;
+        for (uint32_t start = 0; start < count_; ++start) {
+            while (size_[start] > batch) {
+                // Breadth first over clusters that touch, to the nearest with room.
+                queue.assign(1, start);
+                const uint32_t mark = stamp++;
+                seen[start] = mark;
+                uint32_t goal = none;
+                for (size_t q = 0; q < queue.size() && goal == none; ++q) {
+                    const uint32_t c = queue[q];
+                    for (const uint32_t f : members[c]) {
+                        for_neighbours(f, [&](uint32_t g) {
+                            const uint32_t d = label_[g];
+                            if (seen[d] == mark) return;
+                            seen[d] = mark;
+                            from[d] = c;
+                            queue.push_back(d);
+                            if (size_[d] < batch && goal == none) goal = d;
+                        });
+                    }
+                }
+                if (goal == none) {  // none on this component: any with room
+                    goal = static_cast<uint32_t>(std::ranges::find_if(size_, [&](uint32_t n) { return n < batch; }) -
+                                                 size_.begin());
+                    LODE_CHECK(goal < count_);
+                    from[goal] = start;
+                }
+                for (uint32_t to = goal; to != start; to = from[to]) hand_over(from[to], to, members);
+            }
+        }
+        // At most one cluster may be smaller: the others are filled from it.
+        uint32_t spare = none;
+        for (uint32_t c = 0; c < count_; ++c) {
+            if (size_[c] < batch && (spare == none || size_[c] < size_[spare])) spare = c;
+        }
+        for (uint32_t c = 0; c < count_; ++c) {
+            while (c != spare && size_[c] < batch) {
+                if (size_[spare] == 0) {
+                    spare = none;
+                    for (uint32_t d = 0; d < count_; ++d) {
+                        if (d != c && size_[d] > 0 && size_[d] < batch && (spare == none || size_[d] < size_[spare]))
+                            spare = d;
+                    }
+                    if (spare == none) return;
+                }
+                hand_over(spare, c, members);
+            }
+        }
+    }
+    // The face that costs least.
+    void hand_over(uint32_t a, uint32_t b, std::vector<std::vector<uint32_t>>& members) {
+        size_t best = 0;
+        double least = 1e30;
+        Change chosen;
+        for (size_t i = 0; i < members[a].size(); ++i) {
+            const Change c = change(members[a][i], a, b);
+            const double cost = c.energy + crowding(static_cast<int>(crowd_[b]) + c.joined);
+            if (cost < least) {
+                least = cost;
+                best = i;
+                chosen = c;
+            }
+        }
+        const uint32_t face = members[a][best];
+        move(face, a, b, chosen);
+        members[a].erase(members[a].begin() + static_cast<ptrdiff_t>(best));
+        members[b].push_back(face);
+    }
+
+    std::vector<std::vector<uint32_t>> at_;
+    const std::span<const double> weights_;
+    const ClusterOrderOptions options_;
+    const uint32_t faces_, count_;
+    uint32_t vertices_ = 0;
+    std::vector<FacesAround> around_;     // per level
+    std::vector<uint32_t> label_;         // cluster of face
+    std::vector<uint8_t> inside_;         // per face: whether it may move in this round
+    std::vector<uint32_t> size_, crowd_;  // per cluster: faces; distinct vertices at the first level
+};
+
+}  // namespace
+
+std::vector<uint32_t> cluster_order(std::span<const std::vector<uint32_t>> at, std::span<const double> weights,
+                                    uint32_t vertices, const ClusterOrderOptions& options,
+                                    std::span<const uint32_t> slots) {
+    LODE_CHECK(!at.empty() && at.size() == weights.size(), at.size(), weights.size());
+    if (at[0].empty()) return {};
+    return Clusters(at, weights, vertices, options).run(slots);
+}
+
+}  // namespace lodestone

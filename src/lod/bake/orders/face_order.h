@@ -1,0 +1,64 @@
+// The order of faces in the index buffer, and how it changes as faces die: what an order is made of, apart from how it
+// is stored (progressive_mesh.h) and played (cursor.h).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "mesh/cache/vertex_cache.h"
+
+namespace lodestone {
+
+// The mesh as an order sees it, in the numbers of the progressive mesh.
+struct OrderInput {
+    std::span<const uint32_t> indices;  // level 0, three wedges per face, faces in the order of the source mesh
+    std::span<const uint32_t> death;    // per face: the level from which on it is dead; levels if it outlives all
+    std::span<const uint32_t> gone_at;  // per wedge: the level from which on it is gone; levels if it outlives all
+    std::span<const uint32_t> parent;   // per wedge: the wedge it becomes then; itself if it outlives all
+    uint32_t wedges = 0;
+    uint32_t levels = 0;
+};
+
+// What orders that are optimised aim at.
+struct OrderOptions {
+    CacheModel cache;                // FIFO-16 unless said otherwise
+    double moves_per_ecol = 8;       // slots written by tswaps per collapse, about; > 0
+    uint32_t greedy_look_ahead = 0;  // "greedy": faces looked ahead for each choice
+    double seconds = 60;  // an order takes about so long on two cores at most; large keyframes are then searched less
+};
+
+class FaceOrderer {
+public:
+    virtual ~FaceOrderer() = default;
+    virtual std::string name() const = 0;
+    // Faces leave the drawn range the moment they die; then the first order must be by falling death.
+    virtual bool drops_dead() const { return false; }
+    // New orders are reached by tswaps in place, at once; otherwise by keyframes. For orders that change a little at a
+    // time.
+    virtual bool in_place() const { return false; }
+    // Whether OrderOptions::seconds made it search less than it would; known after first_order.
+    virtual bool searched_less() const { return false; }
+    // Faces (positions in input.indices / 3) by slot at level 0: a permutation.
+    virtual std::vector<uint32_t> first_order(const OrderInput& input) = 0;
+    // Asked at every level > 0 of an order that does not drop its dead (keyframes: never at two levels running).
+    // `alive` faces of `slots` drawn ones are alive.
+    virtual bool wants_order(uint32_t level, uint32_t alive, uint32_t slots) = 0;
+    // The faces alive at a keyframe, given in the order they have, in the order they shall have.
+    // indices: three wedges per face of input.indices, as they are at this level. slots: where each of alive_faces is.
+    virtual void reorder(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,
+                         std::vector<uint32_t>& alive_faces) = 0;
+};
+
+// "classic": faces by falling death, so that the faces of every level are a prefix (Forsyth 2001).
+// "static": meshoptimizer's cache order of full detail, kept; a keyframe closes the gaps whenever half of the slots are
+// dead.
+// "greedy": the seed's own optimiser (greedy_order.h).
+// "keyframe": ordered anew as faces die, each time for the levels until the next time (keyframe_order.h).
+Result<std::unique_ptr<FaceOrderer>> face_orderer_named(const std::string& name, const OrderOptions& options = {});
+
+}  // namespace lodestone

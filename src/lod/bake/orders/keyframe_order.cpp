@@ -1,0 +1,250 @@
+#include "lod/bake/orders/keyframe_order.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "base/check.h"
+#include "base/threads.h"
+#include "lod/bake/orders/cluster_order.h"
+#include "lod/bake/orders/fan_order.h"
+
+namespace lodestone {
+
+namespace {
+
+// Below this many faces an order is not worth a permutation.
+constexpr size_t least_faces = 12;
+// Levels of an interval at which its candidates are compared, the first and the last among them.
+constexpr size_t samples = 4;
+
+// How many of the best candidates are made again looking ahead, and how.
+constexpr size_t looked_ahead = 2;
+constexpr Rollouts rollouts{4, 60, 2};
+// Seconds per face of one keyframe on two cores, for all candidates and for looking ahead; to keep to
+// OrderOptions::seconds.
+constexpr double plain_seconds = 3e-6, look_ahead_seconds = 14e-6;
+
+// Clusters: annealing, and its seconds per face and sweep and those of drawing the clusters.
+constexpr double most_sweeps_in_all = 2000;  // over all keyframes, in units of the first
+constexpr uint32_t fewest_sweeps = 12;
+constexpr double sweep_seconds = 0.1e-6, careful_seconds = 10e-6, careless_seconds = 2e-6;
+
+struct Candidate {
+    uint32_t cache;
+    FanWeights weights;
+};
+
+// Sizes around the real one: an order made for a smaller cache loses less when gaps open.
+std::vector<Candidate> candidates_for(const CacheModel& model) {
+    std::vector<uint32_t> sizes;
+    if (model.kind == CacheModel::Kind::batch) {
+        // Whatever is cached is lost when a batch closes, so shorter memories are tried too.
+        for (const double share : {1.0, 0.93, 0.86, 0.75, 0.6, 0.45})
+            sizes.push_back(std::max(6u, static_cast<uint32_t>(share * model.size)));
+    } else {
+        for (const uint32_t less : {0u, 1u, 2u, 3u, 5u}) {
+            if (model.size >= less + 4) sizes.push_back(model.size - less);
+        }
+    }
+    constexpr FanWeights small{1.21, 0.67, 0.92, 0.4, 1.27}, large{1.53, 0.83, 0.81, 0.42, 1.23};
+    std::vector<Candidate> all;
+    for (const uint32_t size : sizes) {
+        all.push_back({size, small});
+        all.push_back({size, large});
+    }
+    return all;
+}
+
+// Batches of so few triangles want clusters; in larger ones fans do better.
+bool in_clusters(const CacheModel& model) {
+    return model.kind == CacheModel::Kind::batch && model.batch_triangles > 0 && model.batch_triangles <= 64;
+}
+
+// The share r of faces still alive at which the next keyframe comes. Of n slots, r n are written anew, and (1 - r) n /
+// 2 collapses bring that about: 2 r / (1 - r) moves each.
+double ratio_for(double moves_per_ecol) { return moves_per_ecol / (2 + moves_per_ecol); }
+
+class KeyframeOrderer final : public FaceOrderer {
+public:
+    explicit KeyframeOrderer(const OrderOptions& options)
+        : model_(options.cache),
+          ratio_(ratio_for(0.98 * options.moves_per_ecol)),  // what small intervals add
+          seconds_(options.seconds),
+          candidates_(candidates_for(options.cache)) {}
+
+    std::string name() const override { return "keyframe"; }
+
+    std::vector<uint32_t> first_order(const OrderInput& input) override {
+        input_ = input;
+        plan_search(input.death.size());
+        alive_at_.assign(size_t{input.levels} + 1, 0);
+        for (const uint32_t death : input.death) ++alive_at_[death];
+        // From deaths at each level to faces alive at it: those that die later.
+        uint32_t later = 0;
+        for (size_t level = alive_at_.size(); level-- > 0;) {
+            const uint32_t dying = alive_at_[level];
+            alive_at_[level] = later;
+            later += dying;
+        }
+        std::vector<uint32_t> faces(input.death.size());
+        for (uint32_t f = 0; f < faces.size(); ++f) faces[f] = f;
+        order(0, input.indices, {}, faces);
+        return faces;
+    }
+
+    bool wants_order(uint32_t, uint32_t alive, uint32_t slots) override {
+        return alive >= least_faces && alive <= ratio_ * slots;
+    }
+
+    void reorder(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,
+                 std::vector<uint32_t>& alive_faces) override {
+        order(level, indices, slots, alive_faces);
+    }
+
+    bool searched_less() const override { return searched_less_; }
+
+private:
+    // How much is searched, so that an order of a mesh of so many faces keeps to its seconds. By size and not by the
+    // clock, so that the order is the same on every machine. Keyframes of n, r n, r^2 n, ... faces: n / (1 - r) in all.
+    void plan_search(size_t faces) {
+        const double all = static_cast<double>(faces) / (1 - ratio_);
+        if (in_clusters(model_)) {
+            const double per_face = seconds_ / std::max(all, 1.0);
+            careful_ = per_face > 2 * careful_seconds;
+            const double left = per_face - (careful_ ? careful_seconds : careless_seconds);
+            const double most = most_sweeps_in_all * (1 - ratio_);
+            sweeps_ = static_cast<uint32_t>(std::clamp(left / sweep_seconds, double{fewest_sweeps}, most));
+            searched_less_ = !careful_ || left / sweep_seconds < most;
+        } else {
+            const double left = seconds_ - plain_seconds * all;
+            look_ahead_below_ = std::max(0.0, left) / look_ahead_seconds * (1 - ratio_);
+            searched_less_ = static_cast<double>(faces) > look_ahead_below_;
+        }
+    }
+
+    // Sorts `faces` by the candidate that costs least from `level` to the next keyframe.
+    void order(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,
+               std::vector<uint32_t>& faces) {
+        if (faces.empty()) return;
+        uint32_t end = level;
+        while (end + 1 < input_.levels && alive_at_[end] > ratio_ * static_cast<double>(faces.size())) ++end;
+        const auto sample = [&](size_t s) {
+            return at_level(indices, faces, level + static_cast<uint32_t>((end - level) * s / (samples - 1)));
+        };
+        if (in_clusters(model_)) {
+            // By its first level and a later one: one alone ages twice as fast, more bring little.
+            order_in_clusters({sample(0), sample(2)}, slots, faces);
+            return;
+        }
+        std::array<std::vector<uint32_t>, samples> at;
+        std::array<double, samples> vertices{};
+        for (size_t s = 0; s < samples; ++s) {
+            at[s] = sample(s);
+            vertices[s] = distinct(at[s]);
+        }
+        // First all candidates without looking ahead, then the best of them with.
+        std::vector<Trial> trials(candidates_.size());
+        for (size_t c = 0; c < trials.size(); ++c) trials[c].candidate = candidates_[c];
+        make(trials, at, vertices);
+        std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.cost < b.cost; });
+        const bool looks_ahead = static_cast<double>(faces.size()) <= look_ahead_below_;
+        std::vector<Trial> ahead(
+            trials.begin(),
+            trials.begin() + static_cast<ptrdiff_t>(looks_ahead ? std::min(looked_ahead, trials.size()) : 0));
+        for (Trial& t : ahead) t.rollouts = rollouts;
+        make(ahead, at, vertices);
+        const Trial* chosen = &trials[0];
+        for (const Trial& t : ahead) {
+            if (t.cost < chosen->cost) chosen = &t;
+        }
+        const std::vector<uint32_t>& best = chosen->order;
+        std::vector<uint32_t> sorted(faces.size());
+        for (size_t i = 0; i < best.size(); ++i) sorted[i] = faces[best[i]];
+        faces = std::move(sorted);
+    }
+
+    void order_in_clusters(const std::array<std::vector<uint32_t>, 2>& levels, std::span<const uint32_t> slots,
+                           std::vector<uint32_t>& faces) {
+        constexpr std::array<double, 2> weights{0.5, 0.5};
+        ClusterOrderOptions options;
+        options.batch_faces = model_.batch_triangles;
+        options.batch_vertices = model_.batch_vertices;
+        options.sweeps = sweeps_;
+        options.careful = careful_;
+        std::vector<uint32_t> sorted;
+        sorted.reserve(faces.size());
+        for (const uint32_t i : cluster_order(levels, weights, input_.wedges, options, slots))
+            sorted.push_back(faces[i]);
+        faces = std::move(sorted);
+    }
+
+    struct Trial {
+        Candidate candidate;
+        Rollouts rollouts;
+        std::vector<uint32_t> order;
+        double cost = 0;  // sum over the samples of transforms per vertex
+    };
+    // at: indices of the faces at each sample; vertices: how many distinct ones they use.
+    void make(std::vector<Trial>& trials, const std::array<std::vector<uint32_t>, samples>& at,
+              const std::array<double, samples>& vertices) const {
+        parallel_for(trials.size(), 1, [&](size_t begin, size_t stop) {
+            std::vector<uint32_t> drawn;
+            for (size_t c = begin; c < stop; ++c) {
+                Trial& t = trials[c];
+                t.order = fan_order(at[0], input_.wedges, t.candidate.cache, t.candidate.weights, t.rollouts);
+                t.cost = 0;
+                for (size_t s = 0; s < samples; ++s) {
+                    drawn.clear();
+                    for (const uint32_t f : t.order)
+                        drawn.insert(drawn.end(),
+                                     {at[s][size_t{f} * 3], at[s][size_t{f} * 3 + 1], at[s][size_t{f} * 3 + 2]});
+                    t.cost += static_cast<double>(simulate(model_, drawn).transforms) / vertices[s];
+                }
+            }
+        });
+    }
+
+    // The faces as a later level draws them in the same slots: every wedge gone by then is its ancestor.
+    std::vector<uint32_t> at_level(std::span<const uint32_t> indices, const std::vector<uint32_t>& faces,
+                                   uint32_t level) const {
+        std::vector<uint32_t> drawn;
+        drawn.reserve(faces.size() * 3);
+        for (const uint32_t f : faces) {
+            for (uint32_t k = 0; k < 3; ++k) {
+                uint32_t w = indices[size_t{f} * 3 + k];
+                while (input_.gone_at[w] <= level) w = input_.parent[w];
+                drawn.push_back(w);
+            }
+        }
+        return drawn;
+    }
+
+    double distinct(const std::vector<uint32_t>& indices) {
+        seen_.assign(input_.wedges, false);
+        size_t count = 0;
+        for (const uint32_t w : indices) {
+            count += seen_[w] ? 0 : 1;
+            seen_[w] = true;
+        }
+        return static_cast<double>(std::max<size_t>(count, 1));
+    }
+
+    const CacheModel model_;
+    const double ratio_, seconds_;
+    const std::vector<Candidate> candidates_;
+    OrderInput input_;
+    double look_ahead_below_ = 0;  // faces
+    uint32_t sweeps_ = 0;
+    bool careful_ = true, searched_less_ = false;
+    std::vector<uint32_t> alive_at_;  // per level
+    std::vector<bool> seen_;
+};
+
+}  // namespace
+
+std::unique_ptr<FaceOrderer> make_keyframe_orderer(const OrderOptions& options) {
+    return std::make_unique<KeyframeOrderer>(options);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,81 @@
+// The order in which a mesh loses its vertices: what a simplifier makes and a progressive mesh is baked from.
+// Any producer will do; the bake neither knows nor cares how the list came about.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/files/chunk_file.h"
+#include "base/progress.h"
+#include "base/result.h"
+#include "mesh/tri_mesh.h"
+
+namespace lodestone {
+
+// One half-edge collapse: vertex `removed` moves onto its neighbour `kept`. Each wedge of `removed` that is still in
+// use becomes a wedge of `kept`: `wedge_count` pairs from CollapseList::wedge_pairs, starting at `first_wedge`.
+struct Collapse {
+    uint32_t removed = 0, kept = 0;  // vertices of the input mesh; a removed vertex never appears again
+    uint32_t first_wedge = 0;        // into wedge_pairs
+    uint32_t wedge_count = 0;        // >= 1; more than one on a seam (paired collapses)
+};
+
+struct WedgePair {
+    uint32_t removed = 0, kept = 0;  // wedges of the input mesh
+};
+
+// Why no further collapse was made.
+enum class StopReason {
+    target_reached,  // no more than the wanted triangles are left
+    topology,        // every collapse left would change the topology (link condition) or tear a boundary or seam
+    flips,           // every collapse left that topology allows would turn a triangle over
+};
+std::string describe(StopReason reason);  // a sentence for the user
+
+struct CollapseList {
+    std::vector<Collapse> collapses;  // from full detail downwards
+    std::vector<WedgePair> wedge_pairs;
+    StopReason stop = StopReason::target_reached;
+    uint64_t blocked_by_topology = 0;  // candidate collapses refused in the end, by reason
+    uint64_t blocked_by_flips = 0;
+
+    // Chunks lod/collapses, lod/wedge_pairs, lod/collapse_counts.
+    Result<void> write_chunks(ChunkWriter& writer) const;
+    // Fault::format where the chunks are not there. Does not look at what is in them: validate() does.
+    static Result<CollapseList> open(const ChunkFile& file);
+
+    // Replays the list on the connectivity of `mesh`: indices in range, each removed vertex alive until its collapse
+    // and joined to `kept` by an edge, every wedge in use paired, no triangle made twice, manifold kept. Names the
+    // first fault.
+    Result<void> validate(const TriMesh& mesh) const;
+};
+
+struct SimplifyOptions {
+    uint64_t target_triangles = 0;  // stop at or below this count; 0 goes as far as it can
+    // Weights of attributes against position in the error, dimensionless: an attribute difference of 1 (a unit of
+    // normal, a full colour channel, one texture repeat) weighs like `weight` times the bounding-box diagonal / 100.
+    double normal_weight = 0.04;
+    double uv_weight = 0.15;
+    double colour_weight = 0.12;
+    // Extra weight of quadrics that hold boundaries and seams in place.
+    double boundary_weight = 10;
+    uint64_t seed = 1;
+};
+
+// Makes collapse lists. mesh: oriented manifold, as `repair` leaves it.
+class Simplifier {
+public:
+    virtual ~Simplifier() = default;
+    virtual std::string name() const = 0;
+    virtual Result<CollapseList> simplify(const TriMesh& mesh, const SimplifyOptions& options,
+                                          const Progress& progress = {}) const = 0;
+};
+
+// Lodestone's own: quadric error metrics with attributes (simplify.cpp), half-edge placement.
+std::unique_ptr<Simplifier> make_quadric_simplifier();
+// OpenMesh's decimater with its ModQuadric (openmesh_simplify.cpp): positions alone count.
+std::unique_ptr<Simplifier> make_openmesh_simplifier();
+
+}  // namespace lodestone

@@ -1,0 +1,315 @@
+// Geomorphs: Hoppe, "Progressive Meshes", SIGGRAPH 1996, section 3.1.
+#include "lod/draw/lod_source.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/check.h"
+#include "frame/indexed_mesh.h"
+#include "lod/asset/cursor.h"
+#include "shaders/shared/lod_morph.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr uint32_t vertex_buffer = 0, index_buffer = 1, parent_buffer = 2;
+constexpr uint32_t morphing_part = 8;  // of the wedges at the level that is morphed to, one in so many
+constexpr uint64_t slot_bytes = 12;
+constexpr uint32_t most_cursors = 64;        // per asset, of falling size
+constexpr uint32_t smallest_capacity = 256;  // slots; smaller cursors would not be worth their draw
+
+// The slots of an asset's cursors, largest first, in at most `budget` slots.
+std::vector<uint32_t> cursor_capacities(uint32_t full_slots, uint64_t budget, uint32_t instances) {
+    if (uint64_t{full_slots} * instances <= budget) return std::vector<uint32_t>(instances, full_slots);
+    for (const double steps_per_octave : {16.0, 8.0, 4.0, 2.0, 1.0, 0.5}) {
+        std::vector<uint32_t> capacities;
+        uint64_t sum = 0;
+        double capacity = full_slots;
+        while (capacities.size() < std::min(instances, most_cursors) &&
+               (capacities.empty() || capacity >= smallest_capacity)) {
+            capacities.push_back(static_cast<uint32_t>(capacity));
+            sum += capacities.back();
+            capacity = std::max(capacity / std::exp2(1 / steps_per_octave),
+                                capacity > smallest_capacity ? double{smallest_capacity} : 0);
+        }
+        if (sum <= budget) return capacities;
+    }
+    return {static_cast<uint32_t>(std::min<uint64_t>(full_slots, budget))};
+}
+
+class LodSource final : public FrameSource {
+public:
+    struct Served {  // a cursor and its part of the index buffer
+        PmCursor cursor;
+        uint64_t first_byte;
+        std::vector<uint32_t> instances;  // of this frame
+        uint32_t wanted_level = 0;        // which is morphed to
+        uint32_t drawn_level = 0;         // the same without morphs
+    };
+    struct Asset {
+        std::shared_ptr<const ProgressiveMesh> pm;
+        Sphere sphere;
+        uint64_t vertex_offset = 0;
+        bool own_cursors = false;  // cursor i belongs to the asset's i-th instance
+        std::vector<Served> cursors;
+    };
+
+    LodSource(std::vector<Asset> assets, Recipe recipe, const LodOptions& options)
+        : assets_(std::move(assets)),
+          recipe_(std::move(recipe)),
+          steady_share_(options.steady_share),
+          geomorph_(options.geomorph) {}
+
+    const Recipe& recipe() const override { return recipe_; }
+
+    Plan plan(const FrameInput& input) override {
+        Plan plan;
+        plan.generation = recipe_.generation;
+        if (!vertices_uploaded_) upload_vertices(plan);
+        choose_levels(input, plan);
+        std::vector<IndexedRange> ranges;
+        for (Asset& asset : assets_) {
+            for (Served& served : asset.cursors) {
+                if (served.instances.empty()) continue;
+                served.cursor.goto_level(served.drawn_level);
+                upload_dirty(served, plan);
+                IndexedRange range;
+                if (geomorph_) {
+                    range.vertex_buffer = no_buffer;
+                    range.words[LODE_LOD_WORD_WEDGES] = asset.pm->wedges_at(served.drawn_level);
+                    range.words[LODE_LOD_WORD_STAYING] =
+                        asset.pm->wedges_at(input.level_view ? served.drawn_level : served.wanted_level);
+                    range.words[LODE_LOD_WORD_FIRST] = static_cast<uint32_t>(asset.vertex_offset / sizeof(MeshVertex));
+                } else {
+                    range.vertex_buffer = vertex_buffer;
+                    range.vertex_offset = asset.vertex_offset;
+                }
+                range.index_buffer = index_buffer;
+                range.index_offset = served.first_byte + uint64_t{served.cursor.drawn().first} * 4;
+                range.index_count = served.cursor.slot_count() * 3;
+                range.triangles = served.cursor.triangle_count();
+                range.level = served.cursor.level();
+                range.levels = asset.pm->levels();
+                if (!asset.pm->errors.empty()) range.error = static_cast<double>(asset.pm->errors[served.wanted_level]);
+                range.instances = served.instances;
+                ranges.push_back(std::move(range));
+            }
+        }
+        std::vector<Sphere> spheres;
+        for (const Instance& instance : input.instances) spheres.push_back(assets_[instance.asset].sphere);
+        draw_ranges(plan, input, ranges, spheres);
+        for (const BufferSpec& buffer : recipe_.buffers) plan.stats.resident_bytes += buffer.bytes;
+        plan.stats.index_bytes = recipe_.buffers[index_buffer].bytes;
+        return plan;
+    }
+
+    Result<void> validate() const override {
+        for (const Asset& asset : assets_) {
+            for (const Served& served : asset.cursors) {
+                if (auto done = served.cursor.validate(); !done) return done;
+            }
+        }
+        return {};
+    }
+
+private:
+    void upload_vertices(Plan& plan) {
+        for (const Asset& asset : assets_) {
+            const auto bytes = std::as_bytes(asset.pm->vertices);
+            plan.commands.push_back({Stage::update, Upload{vertex_buffer, asset.vertex_offset,
+                                                           Blob(asset.pm, bytes.data(), bytes.size())}});
+            plan.stats.uploaded_bytes += bytes.size();
+            if (!geomorph_) continue;
+            // By wedge; those of the base have none, and are never asked.
+            std::vector<uint32_t> parents(asset.pm->vertices.size(), 0);
+            std::ranges::copy(asset.pm->parents, parents.rbegin());
+            const Blob blob = Blob::copy_of(parents.data(), parents.size());
+            plan.commands.push_back(
+                {Stage::update,
+                 Upload{parent_buffer, asset.vertex_offset / sizeof(MeshVertex) * sizeof(uint32_t), blob}});
+            plan.stats.uploaded_bytes += blob.size();
+        }
+        vertices_uploaded_ = true;
+    }
+
+    // Gives every instance a cursor and every cursor the level it goes to.
+    void choose_levels(const FrameInput& input, Plan& plan) {
+        LODE_CHECK(!input.views.empty());
+        double pixel_error = input.budget.pixel_error;
+        // A triangle budget raises the error for all alike, by steps of an eighth of an octave.
+        for (int step = 0; step < 256; ++step) {
+            uint64_t triangles = 0;
+            assign(input, pixel_error, plan);
+            for (const Asset& asset : assets_) {
+                for (const Served& served : asset.cursors) {
+                    triangles += uint64_t{asset.pm->triangles_at(served.drawn_level)} * served.instances.size();
+                }
+            }
+            if (triangles <= input.budget.max_triangles || input.budget.forced_level >= 0) break;
+            pixel_error *= std::exp2(0.125);
+        }
+        levels_before_ = levels_;
+    }
+
+    void assign(const FrameInput& input, double pixel_error, Plan& plan) {
+        uint32_t out_of_reach = 0;
+        std::vector<uint32_t> met(assets_.size(), 0);
+        levels_.resize(input.instances.size());
+        for (Asset& asset : assets_) {
+            for (Served& served : asset.cursors) {
+                served.instances.clear();
+                served.wanted_level = asset.pm->levels() - 1;
+            }
+        }
+        for (uint32_t i = 0; i < input.instances.size(); ++i) {
+            const Instance& instance = input.instances[i];
+            LODE_CHECK(instance.asset < assets_.size(), instance.asset, assets_.size());
+            Asset& asset = assets_[instance.asset];
+            const uint32_t wanted = levels_[i] = level_for(asset, input, i, pixel_error);
+            Served& served = cursor_for(asset, wanted, met[instance.asset]++);
+            const uint32_t level = std::max(wanted, served.cursor.finest_level());
+            out_of_reach += level > wanted;
+            served.instances.push_back(i);
+            served.wanted_level = std::min(served.wanted_level, level);
+        }
+        for (Asset& asset : assets_) {
+            for (Served& served : asset.cursors) served.drawn_level = drawn_level(asset, served, input);
+        }
+        plan.stats.more = {{"levels_out_of_reach", out_of_reach}, {"cursors", static_cast<double>(cursor_count())}};
+    }
+
+    uint32_t level_for(const Asset& asset, const FrameInput& input, uint32_t i, double pixel_error) const {
+        const uint32_t last = asset.pm->levels() - 1;
+        if (input.budget.forced_level >= 0)
+            return static_cast<uint32_t>(std::min<int64_t>(input.budget.forced_level, last));
+        const double error =
+            error_under(input.sets_levels(), asset.sphere, input.instances[i].object_to_world, pixel_error);
+        const uint32_t coarsest = asset.pm->level_for_error(error);
+        if (i >= levels_before_.size()) return coarsest;
+        return std::clamp(levels_before_[i], asset.pm->level_for_error(steady_share_ * error), coarsest);
+    }
+
+    uint32_t drawn_level(const Asset& asset, const Served& served, const FrameInput& input) const {
+        if (!geomorph_ || input.budget.forced_level >= 0) return served.wanted_level;
+        const uint32_t staying = asset.pm->wedges_at(served.wanted_level);
+        return std::max(asset.pm->level_for_wedges(staying + staying / morphing_part), served.cursor.finest_level());
+    }
+
+    // `nth`: how many instances of the asset came before.
+    static Served& cursor_for(Asset& asset, uint32_t level, uint32_t nth) {
+        if (asset.own_cursors && nth < asset.cursors.size()) return asset.cursors[nth];
+        size_t best = 0;
+        for (size_t c = 1; c < asset.cursors.size() && asset.cursors[c].cursor.finest_level() <= level; ++c) best = c;
+        return asset.cursors[best];
+    }
+
+    void upload_dirty(Served& served, Plan& plan) const {
+        const std::vector<IndexRange> ranges = served.cursor.take_dirty();
+        if (ranges.empty()) return;
+        const auto indices = served.cursor.all_indices();
+        const auto bytes = std::make_shared<std::vector<uint32_t>>();
+        for (const IndexRange& range : ranges) {
+            const auto begin = indices.begin() + range.first;
+            bytes->insert(bytes->end(), begin, begin + range.count);
+        }
+        size_t at = 0;
+        for (const IndexRange& range : ranges) {
+            const auto* data = reinterpret_cast<const std::byte*>(bytes->data() + at);
+            plan.commands.push_back({Stage::update, Upload{index_buffer, served.first_byte + uint64_t{range.first} * 4,
+                                                           Blob(bytes, data, uint64_t{range.count} * 4)}});
+            at += range.count;
+        }
+        plan.stats.uploaded_bytes += bytes->size() * 4;
+    }
+
+    size_t cursor_count() const {
+        size_t count = 0;
+        for (const Asset& asset : assets_) count += asset.cursors.size();
+        return count;
+    }
+
+    std::vector<Asset> assets_;
+    Recipe recipe_;
+    const double steady_share_;
+    const bool geomorph_;
+    bool vertices_uploaded_ = false;
+    std::vector<uint32_t> levels_, levels_before_;  // by instance: that it asks for, in this frame and the last
+};
+
+// Cursors for the capacities, found on one walk from full detail downwards.
+void make_cursors(LodSource::Asset& asset, uint32_t order, const std::vector<uint32_t>& capacities,
+                  uint64_t& index_bytes) {
+    const ProgressiveMesh& pm = *asset.pm;
+    PmCursor walker(pm, order);
+    const auto snapshots = pm.orders[order].keyframes.empty() ? nullptr : std::make_shared<PmSnapshots>(pm, order);
+    for (const uint32_t capacity : capacities) {
+        while ((walker.slot_count() > capacity || walker.holds_order_before()) && walker.ecol()) {}
+        asset.cursors.push_back({PmCursor(walker, walker.level()), index_bytes, {}});
+        asset.cursors.back().cursor.use(snapshots);
+        index_bytes += asset.cursors.back().cursor.all_indices().size_bytes();
+    }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const ProgressiveMesh>> pms,
+                                              const LodOptions& options) {
+    LODE_CHECK(!pms.empty() && options.instances > 0);
+    std::vector<LodSource::Asset> assets;
+    std::vector<uint32_t> orders;
+    uint64_t vertex_bytes = 0, parent_bytes = 0, full_slots = 0;
+    for (const auto& pm : pms) {
+        const FaceOrder* order = options.order.empty() ? pm->orders.data() : pm->order_named(options.order);
+        if (order == nullptr) {
+            return fail(Fault::usage, "order '" + options.order +
+                                          "': the asset does not hold it; bake it with --order " + options.order);
+        }
+        orders.push_back(static_cast<uint32_t>(order - pm->orders.data()));
+        LodSource::Asset asset;
+        asset.pm = pm;
+        asset.sphere = bounding_sphere(pm->vertices);
+        asset.vertex_offset = vertex_bytes;
+        vertex_bytes += pm->vertices.size_bytes();
+        if (options.geomorph) parent_bytes += pm->vertices.size() * sizeof(uint32_t);
+        full_slots += pm->full_triangles();
+        assets.push_back(std::move(asset));
+    }
+    if (vertex_bytes + parent_bytes >= options.resident_bytes) {
+        return fail(Fault::machine, "the vertices need " + std::to_string(vertex_bytes + parent_bytes) +
+                                        " bytes and the budget is " + std::to_string(options.resident_bytes) +
+                                        "; raise the budget");
+    }
+    uint64_t index_bytes = 0;
+    const uint64_t slots = (options.resident_bytes - vertex_bytes - parent_bytes) / slot_bytes;
+    for (size_t a = 0; a < assets.size(); ++a) {
+        const FaceOrder& order = assets[a].pm->orders[orders[a]];
+        const uint32_t own = assets[a].pm->full_triangles();
+        // The budget is shared in proportion to size.
+        const auto share = static_cast<uint64_t>(static_cast<double>(slots) * own /
+                                                 static_cast<double>(std::max<uint64_t>(full_slots, 1)));
+        // Where there are keyframes a cursor has a second half for the order that comes next.
+        const double halves = order.keyframes.empty() ? 1 : 1 + static_cast<double>(order.keyframes[0].slots) / own;
+        const auto capacities =
+            cursor_capacities(own, static_cast<uint64_t>(static_cast<double>(share) / halves), options.instances);
+        assets[a].own_cursors = capacities.size() == options.instances && capacities.back() == own;
+        make_cursors(assets[a], orders[a], capacities, index_bytes);
+    }
+    Recipe recipe;
+    recipe.buffers = {{"lod vertices", std::max<uint64_t>(vertex_bytes, 4),
+                       static_cast<uint32_t>(options.geomorph ? use_storage : use_vertex), 4},
+                      {"lod indices", std::max<uint64_t>(index_bytes, 4), use_index, 4}};
+    recipe.pipelines = {indexed_mesh_pipeline()};
+    if (options.geomorph) {
+        recipe.buffers.push_back({"lod parents", std::max<uint64_t>(parent_bytes, 4), use_storage, 4});
+        PipelineSpec& morphing = recipe.pipelines[0];
+        morphing.name = "morphing mesh";
+        morphing.vertex = "lod/morph.vert";
+        morphing.layout = {};
+        morphing.storage = {StorageBinding::pool(LODE_LOD_VERTICES, vertex_buffer, 1),
+                            StorageBinding::pool(LODE_LOD_PARENTS, parent_buffer, 1)};
+    }
+    return std::make_unique<LodSource>(std::move(assets), std::move(recipe), options);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,47 @@
+#include "render/vulkan/vulkan.h"
+
+namespace lodestone {
+
+const char* name_of(VkResult result) {
+    switch (result) {
+        case VK_SUCCESS:
+            return "VK_SUCCESS";
+        case VK_NOT_READY:
+            return "VK_NOT_READY";
+        case VK_TIMEOUT:
+            return "VK_TIMEOUT";
+        case VK_ERROR_OUT_OF_HOST_MEMORY:
+            return "out of memory (VK_ERROR_OUT_OF_HOST_MEMORY)";
+        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+            return "out of device memory (VK_ERROR_OUT_OF_DEVICE_MEMORY)";
+        case VK_ERROR_INITIALIZATION_FAILED:
+            return "VK_ERROR_INITIALIZATION_FAILED";
+        case VK_ERROR_DEVICE_LOST:
+            return "the device was lost (VK_ERROR_DEVICE_LOST)";
+        case VK_ERROR_MEMORY_MAP_FAILED:
+            return "VK_ERROR_MEMORY_MAP_FAILED";
+        case VK_ERROR_LAYER_NOT_PRESENT:
+            return "VK_ERROR_LAYER_NOT_PRESENT";
+        case VK_ERROR_EXTENSION_NOT_PRESENT:
+            return "VK_ERROR_EXTENSION_NOT_PRESENT";
+        case VK_ERROR_FEATURE_NOT_PRESENT:
+            return "VK_ERROR_FEATURE_NOT_PRESENT";
+        case VK_ERROR_INCOMPATIBLE_DRIVER:
+            return "no driver found (VK_ERROR_INCOMPATIBLE_DRIVER)";
+        case VK_ERROR_TOO_MANY_OBJECTS:
+            return "VK_ERROR_TOO_MANY_OBJECTS";
+        case VK_ERROR_FORMAT_NOT_SUPPORTED:
+            return "VK_ERROR_FORMAT_NOT_SUPPORTED";
+        default:
+            return "an error Vulkan did not have a name for";
+    }
+}
+
+void vulkan_check(VkResult result, const char* call) {
+    if (result == VK_SUCCESS) return;
+    const std::string text = call;
+    throw VulkanFailure(text.substr(0, text.find('(')) + ": " + name_of(result) + " [" +
+                        std::to_string(static_cast<int>(result)) + "]");
+}
+
+}  // namespace lodestone

@@ -1,0 +1,331 @@
+#include "render/window/window.h"
+
+// GLFW must come after Vulkan's header, which vulkan.h includes.
+#include "render/window/surface.h"
+//
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_vulkan.h>
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+#include <set>
+
+#include "base/check.h"
+#include "render/window/canvas.h"
+
+namespace lodestone {
+
+std::vector<const char*> surface_extensions() {
+    if (glfwInit() != GLFW_TRUE)
+        throw VulkanFailure("no window can be opened: there is no display; set DISPLAY, or run under xvfb-run");
+    static const int at_exit = std::atexit(glfwTerminate);
+    static_cast<void>(at_exit);
+    uint32_t count = 0;
+    const char** names = glfwGetRequiredInstanceExtensions(&count);
+    if (names == nullptr) throw VulkanFailure("no window can be opened: the Vulkan driver cannot draw to this display");
+    return {names, names + count};
+}
+
+namespace {
+
+struct Destroy {
+    void operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
+};
+
+using OwnedSemaphore = Owned<VkSemaphore, vkDestroySemaphore>;
+using OwnedSwapchain = Owned<VkSwapchainKHR, vkDestroySwapchainKHR>;
+
+// Of a window; destroyed before it.
+class OwnedSurface {
+public:
+    OwnedSurface(VkInstance instance, GLFWwindow* window) : instance_(instance) {
+        LODE_VK(glfwCreateWindowSurface(instance, window, nullptr, &surface_));
+    }
+    OwnedSurface(const OwnedSurface&) = delete;
+    OwnedSurface& operator=(const OwnedSurface&) = delete;
+    ~OwnedSurface() { vkDestroySurfaceKHR(instance_, surface_, nullptr); }
+    VkSurfaceKHR get() const { return surface_; }
+
+private:
+    VkInstance instance_;
+    VkSurfaceKHR surface_ = VK_NULL_HANDLE;
+};
+
+class VulkanWindow final : public Window {
+public:
+    VulkanWindow(Renderer& renderer, const WindowOptions& options) : a_(renderer.access()), canvas_(a_) {
+        glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+        window_.reset(glfwCreateWindow(static_cast<int>(options.width), static_cast<int>(options.height),
+                                       options.title.c_str(), nullptr, nullptr));
+        if (window_ == nullptr) throw VulkanFailure("no window can be opened on this display");
+        glfwSetWindowUserPointer(window_.get(), this);
+        glfwSetKeyCallback(window_.get(), [](GLFWwindow* w, int key, int, int action, int) {
+            if (action == GLFW_PRESS) self(w).went_down_.insert(key);
+        });
+        glfwSetDropCallback(window_.get(), [](GLFWwindow* w, int count, const char** paths) {
+            for (int i = 0; i < count; ++i) self(w).dropped_.emplace_back(paths[i]);
+        });
+        surface_.emplace(a_.device.instance(), window_.get());
+        VkBool32 supported = VK_FALSE;
+        LODE_VK(vkGetPhysicalDeviceSurfaceSupportKHR(a_.device.physical(), a_.device.queue_family(), surface_->get(),
+                                                     &supported));
+        if (supported == VK_FALSE) throw VulkanFailure(a_.device.info().name + " cannot show pictures on this display");
+        commands_ = a_.pool.allocate();
+        VkFenceCreateInfo fence_info{};
+        fence_info.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+        VkFence fence = VK_NULL_HANDLE;
+        LODE_VK(vkCreateFence(device(), &fence_info, nullptr, &fence));
+        fence_ = OwnedFence(device(), fence);
+        acquired_ = make_semaphore();
+        make_swapchain();
+        start_overlay();
+    }
+    ~VulkanWindow() override {
+        vkDeviceWaitIdle(device());
+        if (overlay_) {
+            ImGui_ImplVulkan_Shutdown();
+            ImGui_ImplGlfw_Shutdown();
+            ImGui::DestroyContext();
+        }
+    }
+
+    bool poll() override {
+        went_down_.clear();
+        for (const int key : std::exchange(to_press_, {})) went_down_.insert(key);
+        glfwPollEvents();
+        ImGui_ImplVulkan_NewFrame();
+        ImGui_ImplGlfw_NewFrame();
+        ImGui::NewFrame();
+        return glfwWindowShouldClose(window_.get()) == GLFW_FALSE;
+    }
+    uint32_t width() const override { return framebuffer_size().first; }
+    uint32_t height() const override { return framebuffer_size().second; }
+    bool pressed(Key key) const override {
+        return went_down_.contains(static_cast<int>(key)) && !ImGui::GetIO().WantTextInput;
+    }
+    bool down(Key key) const override {
+        return glfwGetKey(window_.get(), static_cast<int>(key)) == GLFW_PRESS && !ImGui::GetIO().WantTextInput;
+    }
+    bool ctrl() const override { return ImGui::GetIO().KeyCtrl; }
+    void press(Key key) override { to_press_.push_back(static_cast<int>(key)); }
+    std::vector<std::filesystem::path> take_dropped() override { return std::exchange(dropped_, {}); }
+
+    Result<void> keep(uint32_t pane) override {
+        return guarded([&] { canvas_.keep(pane); });
+    }
+
+    Result<void> present(const Composition& composition) override {
+        return guarded([&] {
+            ImGui::Render();
+            const auto [width, height] = framebuffer_size();
+            if (width == 0 || height == 0) return;  // minimised
+            if (canvas_.image().spec().width != width || canvas_.image().spec().height != height) make_swapchain();
+            uint32_t image = 0;
+            VkResult got =
+                vkAcquireNextImageKHR(device(), swapchain_.get(), UINT64_MAX, acquired_.get(), VK_NULL_HANDLE, &image);
+            if (got == VK_ERROR_OUT_OF_DATE_KHR) {
+                make_swapchain();
+                got = vkAcquireNextImageKHR(device(), swapchain_.get(), UINT64_MAX, acquired_.get(), VK_NULL_HANDLE,
+                                            &image);
+            }
+            if (got != VK_SUBOPTIMAL_KHR) vulkan_check(got, "vkAcquireNextImageKHR");
+            CommandPool::begin(commands_);
+            canvas_.record(commands_, composition, [](VkCommandBuffer commands) {
+                ImGui_ImplVulkan_RenderDrawData(ImGui::GetDrawData(), commands);
+            });
+            show(images_[image]);
+            submit(image);
+            VkPresentInfoKHR info{};
+            info.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR;
+            info.waitSemaphoreCount = 1;
+            const VkSemaphore drawn = drawn_[image].get();
+            info.pWaitSemaphores = &drawn;
+            info.swapchainCount = 1;
+            const VkSwapchainKHR swapchain = swapchain_.get();
+            info.pSwapchains = &swapchain;
+            info.pImageIndices = &image;
+            const VkResult shown = vkQueuePresentKHR(a_.device.queue(), &info);
+            if (shown == VK_ERROR_OUT_OF_DATE_KHR || shown == VK_SUBOPTIMAL_KHR) {
+                make_swapchain();
+            } else {
+                vulkan_check(shown, "vkQueuePresentKHR");
+            }
+            presented_ = true;
+        });
+    }
+
+    Result<Picture> read() override {
+        return guarded([&] {
+            LODE_CHECK(presented_);
+            return canvas_.read();
+        });
+    }
+
+private:
+    static VulkanWindow& self(GLFWwindow* window) {
+        return *static_cast<VulkanWindow*>(glfwGetWindowUserPointer(window));
+    }
+    VkDevice device() const { return a_.device.handle(); }
+    std::pair<uint32_t, uint32_t> framebuffer_size() const {
+        int width = 0, height = 0;
+        glfwGetFramebufferSize(window_.get(), &width, &height);
+        return {static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
+    }
+
+    OwnedSemaphore make_semaphore() const {
+        VkSemaphoreCreateInfo info{};
+        info.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO;
+        VkSemaphore semaphore = VK_NULL_HANDLE;
+        LODE_VK(vkCreateSemaphore(device(), &info, nullptr, &semaphore));
+        return {device(), semaphore};
+    }
+
+    // Swapchain and canvas of the window's size.
+    void make_swapchain() {
+        LODE_VK(vkDeviceWaitIdle(device()));
+        VkSurfaceCapabilitiesKHR can{};
+        LODE_VK(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(a_.device.physical(), surface_->get(), &can));
+        uint32_t count = 0;
+        LODE_VK(vkGetPhysicalDeviceSurfaceFormatsKHR(a_.device.physical(), surface_->get(), &count, nullptr));
+        std::vector<VkSurfaceFormatKHR> formats(count);
+        LODE_VK(vkGetPhysicalDeviceSurfaceFormatsKHR(a_.device.physical(), surface_->get(), &count, formats.data()));
+        LODE_CHECK(!formats.empty());
+        // Values are sRGB already, so they must not be converted.
+        const auto plain = std::ranges::find_if(formats, [](const VkSurfaceFormatKHR& f) {
+            return f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM;
+        });
+        const VkSurfaceFormatKHR format = plain != formats.end() ? *plain : formats[0];
+        auto [width, height] = framebuffer_size();
+        width = std::clamp(std::max(width, 1u), can.minImageExtent.width, can.maxImageExtent.width);
+        height = std::clamp(std::max(height, 1u), can.minImageExtent.height, can.maxImageExtent.height);
+        VkSwapchainCreateInfoKHR info{};
+        info.sType = VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR;
+        info.surface = surface_->get();
+        info.minImageCount = std::max(2u, can.minImageCount);
+        info.imageFormat = format.format;
+        info.imageColorSpace = format.colorSpace;
+        info.imageExtent = {width, height};
+        info.imageArrayLayers = 1;
+        info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+        info.preTransform = can.currentTransform;
+        info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
+        info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
+        info.clipped = VK_TRUE;
+        info.oldSwapchain = swapchain_.get();
+        VkSwapchainKHR swapchain = VK_NULL_HANDLE;
+        LODE_VK(vkCreateSwapchainKHR(device(), &info, nullptr, &swapchain));
+        swapchain_ = OwnedSwapchain(device(), swapchain);
+        LODE_VK(vkGetSwapchainImagesKHR(device(), swapchain, &count, nullptr));
+        images_.resize(count);
+        LODE_VK(vkGetSwapchainImagesKHR(device(), swapchain, &count, images_.data()));
+        drawn_.clear();
+        for (uint32_t i = 0; i < count; ++i) drawn_.push_back(make_semaphore());
+
+        canvas_.resize(width, height);
+        presented_ = false;
+    }
+
+    void start_overlay() {
+        ImGui::CreateContext();
+        ImGui::GetIO().IniFilename = nullptr;  // leaves no file where the program is run
+        ImGui::StyleColorsDark();
+        ImGui_ImplGlfw_InitForVulkan(window_.get(), true);
+        ImGui_ImplVulkan_InitInfo info{};
+        info.Instance = a_.device.instance();
+        info.PhysicalDevice = a_.device.physical();
+        info.Device = device();
+        info.QueueFamily = a_.device.queue_family();
+        info.Queue = a_.device.queue();
+        info.DescriptorPool = canvas_.descriptors();
+        info.MinImageCount = 2;
+        info.ImageCount = 2;
+        info.MSAASamples = VK_SAMPLE_COUNT_1_BIT;
+        info.CheckVkResultFn = [](VkResult result) { vulkan_check(result, "the overlay"); };
+        ImGui_ImplVulkan_Init(&info, canvas_.pass());
+        overlay_ = true;
+        a_.pool.run([](VkCommandBuffer commands) { ImGui_ImplVulkan_CreateFontsTexture(commands); });
+        ImGui_ImplVulkan_DestroyFontUploadObjects();
+    }
+
+    // Copies the canvas to an image of the swapchain.
+    void show(VkImage image) {
+        VkImageMemoryBarrier2 barrier{};
+        barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+        barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;  // which the acquiring semaphore waits at
+        barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
+        barrier.dstAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
+        barrier.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
+        barrier.newLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
+        barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+        barrier.image = image;
+        barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+        VkDependencyInfo dependency{};
+        dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
+        dependency.imageMemoryBarrierCount = 1;
+        dependency.pImageMemoryBarriers = &barrier;
+        vkCmdPipelineBarrier2(commands_, &dependency);
+        VkImageBlit region{};
+        region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+        region.srcOffsets[1] = region.dstOffsets[1] = {static_cast<int32_t>(canvas_.image().spec().width),
+                                                       static_cast<int32_t>(canvas_.image().spec().height), 1};
+        vkCmdBlitImage(commands_, canvas_.image().get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, image,
+                       VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region, VK_FILTER_NEAREST);
+        barrier.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
+        barrier.dstStageMask = VK_PIPELINE_STAGE_2_NONE;
+        barrier.dstAccessMask = VK_ACCESS_2_NONE;
+        barrier.oldLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
+        barrier.newLayout = VK_IMAGE_LAYOUT_PRESENT_SRC_KHR;
+        vkCmdPipelineBarrier2(commands_, &dependency);
+    }
+
+    void submit(uint32_t image) {
+        LODE_VK(vkEndCommandBuffer(commands_));
+        VkCommandBufferSubmitInfo commands{};
+        commands.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
+        commands.commandBuffer = commands_;
+        VkSemaphoreSubmitInfo wait{}, signal{};
+        wait.sType = signal.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO;
+        wait.semaphore = acquired_.get();
+        wait.stageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
+        signal.semaphore = drawn_[image].get();
+        signal.stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+        VkSubmitInfo2 info{};
+        info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
+        info.waitSemaphoreInfoCount = 1;
+        info.pWaitSemaphoreInfos = &wait;
+        info.commandBufferInfoCount = 1;
+        info.pCommandBufferInfos = &commands;
+        info.signalSemaphoreInfoCount = 1;
+        info.pSignalSemaphoreInfos = &signal;
+        const VkFence fence = fence_.get();
+        LODE_VK(vkResetFences(device(), 1, &fence));
+        LODE_VK(vkQueueSubmit2(a_.device.queue(), 1, &info, fence));
+        LODE_VK(vkWaitForFences(device(), 1, &fence, VK_TRUE, UINT64_MAX));
+    }
+
+    RendererAccess a_;
+    std::unique_ptr<GLFWwindow, Destroy> window_;
+    std::optional<OwnedSurface> surface_;
+    OwnedSwapchain swapchain_;
+    std::vector<VkImage> images_;
+    std::vector<OwnedSemaphore> drawn_;  // per image
+    OwnedSemaphore acquired_;
+    OwnedFence fence_;
+    VkCommandBuffer commands_ = VK_NULL_HANDLE;
+    Canvas canvas_;
+    bool overlay_ = false, presented_ = false;
+    std::set<int> went_down_;
+    std::vector<int> to_press_;
+    std::vector<std::filesystem::path> dropped_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Window>> Window::open(Renderer& renderer, const WindowOptions& options) {
+    return guarded([&]() -> std::unique_ptr<Window> { return std::make_unique<VulkanWindow>(renderer, options); });
+}
+
+}  // namespace lodestone

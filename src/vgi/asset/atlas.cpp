@@ -1,0 +1,238 @@
+#include "vgi/asset/atlas.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "base/check.h"
+#include "base/disjoint_sets.h"
+
+namespace lodestone::vgi {
+
+std::array<int8_t, 2> pack_octahedral(const glm::vec3& unit) {
+    const auto packed = pack_normal(unit);
+    const auto narrow = [](int16_t v) { return static_cast<int8_t>(std::lround(v * (127.0 / 32767))); };
+    return {narrow(packed[0]), narrow(packed[1])};
+}
+glm::vec3 unpack_octahedral(const std::array<int8_t, 2>& packed) {
+    const auto wide = [](int8_t v) { return static_cast<int16_t>(std::lround(v * (32767.0 / 127))); };
+    return unpack_normal({wide(packed[0]), wide(packed[1])});
+}
+
+uint32_t Atlas::levels() const { return static_cast<uint32_t>(std::bit_width(cells)); }
+
+void Atlas::lay_out(std::vector<uint8_t> levels_left_out) {
+    left_out = std::move(levels_left_out);
+    const auto count = static_cast<uint32_t>(left_out.size());
+    cluster.resize(count);
+    first_texel.assign(1, 0);
+    first_attribute_texel.assign(1, 0);
+    const auto squared = [](size_t n) { return n * n; };
+    for (uint32_t c = 0; c < count; ++c) {
+        LODE_CHECK(cells_of(c) > 0, c);
+        first_texel.push_back(first_texel.back() + squared(cells_of(c) + 1));
+        first_attribute_texel.push_back(first_attribute_texel.back() + squared(attribute_cells_of(c) + 1));
+    }
+}
+
+void Atlas::make_room() {
+    positions.resize(texels());
+    sample_errors.resize(texels());
+    sample_radii.resize(texels());
+    normals.resize(attribute_texels());
+    if (attributes.uvs) uvs.resize(attribute_texels());
+    if (attributes.colours) colours.resize(attribute_texels());
+    if (attributes.materials) materials.resize(attribute_texels());
+}
+
+uint64_t Atlas::triangles_at(uint32_t level) const {
+    uint64_t count = 0;
+    for (uint32_t c = 0; c < charts(); ++c) {
+        const uint64_t n = cells_of(c) >> own_level(c, level);
+        count += 2 * n * n;
+    }
+    return count;
+}
+
+glm::vec3 Atlas::normal(size_t texel) const { return unpack_octahedral(normals[texel]); }
+
+Atlas::Square Atlas::across(Square from, uint32_t side, uint32_t per_side) const {
+    const uint32_t last = per_side - 1;
+    const auto [chart, x, y] = from;
+    const bool inside = side == 0 ? y > 0 : side == 1 ? x < last : side == 2 ? y < last : x > 0;
+    if (inside) return {chart, side == 1 ? x + 1 : side == 3 ? x - 1 : x, side == 2 ? y + 1 : side == 0 ? y - 1 : y};
+    const GluedSide& other = sides[size_t{chart} * 4 + side];
+    if (other.chart == ~0u) return {~0u, 0, 0};
+    // Step k of one side is step last - k of the other, counted in squares.
+    const uint32_t along = side == 0 ? x : side == 1 ? y : side == 2 ? last - x : last - y;
+    const auto [u, v] = on_side(other.side, last - along, last);
+    return {other.chart, u, v};
+}
+
+uint32_t Atlas::level_for_error(double error) const {
+    uint32_t level = 0;
+    while (level + 1 < errors.size() && static_cast<double>(errors[level + 1]) <= error) ++level;
+    return level;
+}
+
+uint32_t Atlas::level_for_triangles(uint64_t triangles) const {
+    uint32_t level = 0;
+    while (level + 1 < levels() && triangles_at(level) > triangles) ++level;
+    return level;
+}
+
+TriMesh Atlas::extract(uint32_t level) const {
+    LODE_CHECK(level < levels(), level, levels());
+    const auto cells_at = [&](uint32_t chart) { return cells_of(chart) >> own_level(chart, level); };
+    std::vector<uint32_t> first(1, 0);  // sample of each chart
+    for (uint32_t c = 0; c < charts(); ++c) first.push_back(first[c] + (cells_at(c) + 1) * (cells_at(c) + 1));
+    const auto sample = [&](uint32_t chart, uint32_t x, uint32_t y) {
+        return first[chart] + y * (cells_at(chart) + 1) + x;
+    };
+    const auto side_sample = [&](uint32_t chart, uint32_t side, uint32_t k) {
+        const auto [x, y] = on_side(side, k, cells_at(chart));
+        return sample(chart, x, y);
+    };
+    DisjointSets glued(first.back());
+    for (uint32_t c = 0; c < charts(); ++c) {
+        const uint32_t n = cells_at(c);
+        for (uint32_t s = 0; s < 4; ++s) {
+            const GluedSide& other = sides[size_t{c} * 4 + s];
+            if (other.chart == ~0u) continue;
+            for (uint32_t k = 0; k <= n; ++k)
+                glued.join(side_sample(c, s, k), side_sample(other.chart, other.side, n - k));
+        }
+    }
+    TriMesh mesh;
+    mesh.material_table = material_table;
+    mesh.images = images;
+    std::vector<uint32_t> vertex(first.back(), ~0u), wedge(vertex.size());
+    // Wedges of a vertex by their attributes.
+    using Attributes = std::tuple<std::array<int8_t, 2>, std::array<uint16_t, 2>, uint32_t, uint16_t>;
+    std::map<std::pair<uint32_t, Attributes>, uint32_t> on_border;
+    for (uint32_t c = 0; c < charts(); ++c) {
+        const uint32_t n = cells_at(c), stride = cells_of(c) / n, attribute_stride = attribute_cells_of(c) / n;
+        for (uint32_t y = 0; y <= n; ++y) {
+            for (uint32_t x = 0; x <= n; ++x) {
+                const uint32_t i = sample(c, x, y), root = glued.find(i);
+                if (vertex[root] == ~0u) {
+                    vertex[root] = static_cast<uint32_t>(mesh.positions.size());
+                    mesh.positions.push_back(position(texel(c, x * stride, y * stride)));
+                }
+                const size_t t = attribute_texel(c, x * attribute_stride, y * attribute_stride);
+                vertex[i] = vertex[root];
+                if (x == 0 || y == 0 || x == n || y == n) {
+                    const Attributes key{normals[t], uvs.empty() ? std::array<uint16_t, 2>{} : uvs[t],
+                                         colours.empty() ? 0u : std::bit_cast<uint32_t>(colours[t]),
+                                         materials.empty() ? uint16_t{0} : materials[t]};
+                    const auto [at, fresh] =
+                        on_border.try_emplace({vertex[i], key}, static_cast<uint32_t>(mesh.wedge_vertex.size()));
+                    wedge[i] = at->second;
+                    if (!fresh) continue;
+                } else {
+                    wedge[i] = static_cast<uint32_t>(mesh.wedge_vertex.size());
+                }
+                mesh.wedge_vertex.push_back(vertex[i]);
+                mesh.normals.push_back(normal(t));
+                if (!uvs.empty()) mesh.uvs.push_back(uv_low + uv_step * glm::vec2(uvs[t][0], uvs[t][1]));
+                if (!colours.empty()) mesh.colours.push_back(colours[t]);
+                if (!materials.empty()) mesh.materials.push_back(materials[t]);
+            }
+        }
+    }
+    mesh.triangles.reserve(triangles_at(level));
+    for (uint32_t c = 0; c < charts(); ++c) {
+        const uint32_t n = cells_at(c);
+        for (uint32_t y = 0; y < n; ++y) {
+            for (uint32_t x = 0; x < n; ++x) {
+                const uint32_t a = wedge[sample(c, x, y)], b = wedge[sample(c, x + 1, y)],
+                               d = wedge[sample(c, x, y + 1)], e = wedge[sample(c, x + 1, y + 1)];
+                if (rising_diagonal(x, y)) {
+                    mesh.triangles.push_back({a, b, e});
+                    mesh.triangles.push_back({a, e, d});
+                } else {
+                    mesh.triangles.push_back({a, b, d});
+                    mesh.triangles.push_back({b, e, d});
+                }
+            }
+        }
+    }
+    return mesh;
+}
+
+Result<void> Atlas::validate() const {
+    const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "atlas: " + what); };
+    if (cells < 2 || cells > attribute_cells || attribute_cells > 4096 || !std::has_single_bit(cells) ||
+        !std::has_single_bit(attribute_cells))
+        return wrong("cells are no powers of two, or fewer for attributes than for positions");
+    if (!(step > 0)) return wrong("the lattice has no step");
+    if (left_out.size() != charts() || first_texel.size() != charts() + size_t{1} ||
+        first_attribute_texel.size() != first_texel.size())
+        return wrong("charts are not laid out");
+    if (sides.size() != size_t{charts()} * 4 || positions.size() != texels() || sample_errors.size() != texels() ||
+        sample_radii.size() != texels() || normals.size() != attribute_texels() ||
+        (!uvs.empty() && uvs.size() != attribute_texels()) ||
+        (!colours.empty() && colours.size() != attribute_texels()) ||
+        (!materials.empty() && materials.size() != attribute_texels()))
+        return wrong("an image has the wrong size");
+    if (!errors.empty() && (errors.size() != levels() || !std::is_sorted(errors.begin(), errors.end())))
+        return wrong("errors fall, or are not one per level");
+    for (const uint16_t m : materials) {
+        if (m >= material_table.size()) return wrong("a material is out of range");
+    }
+    if (auto good = validate_gluing(); !good) return good;
+    for (uint32_t c = 0; c < charts(); ++c) {
+        for (uint32_t s = 0; s < 4; ++s) {
+            const GluedSide& other = sides[size_t{c} * 4 + s];
+            if (other.chart == ~0u) continue;
+            const uint32_t n = cells_of(c);
+            for (uint32_t k = 0; k <= n; ++k) {
+                const auto [x, y] = on_side(s, k, n);
+                const auto [u, v] = on_side(other.side, n - k, n);
+                const size_t mine = texel(c, x, y), its = texel(other.chart, u, v);
+                if (positions[mine] != positions[its] || sample_errors[mine] != sample_errors[its] ||
+                    sample_radii[mine] != sample_radii[its])
+                    return wrong("chart " + std::to_string(c) + ", side " + std::to_string(s) + ": sample " +
+                                 std::to_string(k) + " differs from the one it is glued to");
+            }
+        }
+    }
+    return {};
+}
+
+Result<void> Atlas::validate_gluing() const {
+    const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "atlas: " + what); };
+    if (sides.size() != size_t{charts()} * 4) return wrong("sides are not four per chart");
+    for (uint32_t c = 0; c < charts(); ++c) {
+        for (uint32_t s = 0; s < 4; ++s) {
+            const GluedSide& other = sides[size_t{c} * 4 + s];
+            if (other.chart == ~0u) continue;
+            const std::string place = "chart " + std::to_string(c) + ", side " + std::to_string(s);
+            if (other.chart >= charts() || other.side > 3) return wrong(place + ": is glued to nothing");
+            if (sides[size_t{other.chart} * 4 + other.side] != GluedSide{c, s})
+                return wrong(place + ": is glued to a side that is glued elsewhere");
+            if (left_out[c] != left_out[other.chart])
+                return wrong(place + ": is glued to a chart that leaves out other levels");
+        }
+    }
+    // Corners: turning around one from chart to chart leads back, or from one end of the surface to another.
+    for (uint32_t c = 0; c < charts(); ++c) {
+        for (uint32_t s = 0; s < 4; ++s) {
+            GluedSide at{c, s};  // the corner where side s begins
+            for (uint32_t turns = 0;; ++turns) {
+                if (turns > 4 * charts())
+                    return wrong("the corners around chart " + std::to_string(c) + " do not close");
+                at = sides[size_t{at.chart} * 4 + at.side];
+                if (at.chart == ~0u) break;
+                at.side = (at.side + 1) % 4;  // the glued side ends in the corner; the next one begins there
+                if (at == GluedSide{c, s}) break;
+            }
+        }
+    }
+    return {};
+}
+
+}  // namespace lodestone::vgi

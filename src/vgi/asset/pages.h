@@ -1,0 +1,109 @@
+// The images of an atlas as pages: what is read, decoded and cached as one. A page is 32 x 32 cells of one chart at one
+// level, its outer samples included (fewer where the chart has fewer cells). Every page but a chart's coarsest is coded
+// as what its parent page cannot tell: samples the parent has are left out, the others are differences from what their
+// neighbours let expect. Of averaged channels the parent has means (page_means.h), and all samples are coded. The four
+// children of a page are compressed together: they are mostly wanted together, and a page alone is so small that code
+// tables would take a sixth of it.
+//
+// Geometry (positions, errors and radii for the cut) and attributes (normals, texture coordinates, colours, materials)
+// are images of their own, each with its own number of cells and its own pages.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "vgi/asset/atlas.h"
+
+namespace lodestone::vgi {
+
+inline constexpr uint32_t page_cells = 32;
+
+// Pages of a chart's image, coarsest level first, row by row within a level.
+struct PageTree {
+    uint32_t cells;  // of the chart's image
+
+    uint32_t cells_per_page() const { return cells < page_cells ? cells : page_cells; }
+    uint32_t samples_per_side() const { return cells_per_page() + 1; }
+    // Level of the coarsest pages: one per chart; coarser levels are samples of these.
+    uint32_t base_level() const;
+    uint32_t pages_per_side(uint32_t level) const { return (cells >> level) / cells_per_page(); }
+    uint32_t pages() const;  // of all levels
+    // Its number; `shift`: log2 of the pages along a side of its level, before which (4^shift - 1) / 3 pages come.
+    static uint32_t page_of(uint32_t shift, uint32_t x, uint32_t y) {
+        return ((1u << (2 * shift)) - 1) / 3 + (y << shift) + x;
+    }
+    uint32_t page(uint32_t level, uint32_t x, uint32_t y) const { return page_of(base_level() - level, x, y); }
+    void place(uint32_t page, uint32_t* level, uint32_t* x, uint32_t* y) const;
+    uint32_t level(uint32_t page) const;
+    uint32_t parent(uint32_t page) const;  // page is not 0
+
+    // What is compressed as one: the coarsest page (family 0), and the four children of page p (family p + 1).
+    uint32_t families() const { return 1 + (pages() - 1) / 4; }
+    uint32_t family(uint32_t page) const { return page == 0 ? 0 : parent(page) + 1; }
+    static uint32_t members(uint32_t family) { return family == 0 ? 1 : 4; }
+    uint32_t member(uint32_t family, uint32_t k) const;  // page number; k < members(family)
+};
+
+enum class Layer : uint8_t { geometry, attributes };
+
+// Numbers of one sample, each up to 16 bits. Channels of a group have like statistics and are packed together.
+struct Channel {
+    enum class Kind : uint8_t {
+        amount,
+        smooth,     // an amount with more slope than noise
+        direction,  // the same, of which two are one direction, octahedral
+        name,       // of a thing: the mean of two is neither
+        // Of geometry alone (sample_errors.h): not above that of the sample's parents in the bintree; mostly that of
+        // the sphere around the triangles that the sample splits.
+        error,
+        radius,
+    };
+    uint8_t group;
+    bool wide;  // 16 bits, else 8
+    bool is_signed;
+    Kind kind = Kind::amount;
+    bool averaged = false;  // coarser pages have means of what is around instead (page_means.h); not wide
+};
+// Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture
+// coordinates (2), colour (4), material (1), each where the atlas has them.
+std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer);
+// Of charts that leave out nothing; the pages of one that does are the first of them.
+PageTree tree_of(const Atlas& atlas, Layer layer);
+PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart);  // its own
+
+// One page's samples: channel after channel, row by row.
+struct Page {
+    std::vector<uint16_t> values;
+};
+// page: of the chart's own. Its samples, of averaged channels too.
+Page read_page(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page);
+void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const Page& samples);
+
+// All of a chart's pages as they are stored, by number.
+std::vector<Page> read_pages(const Atlas& atlas, Layer layer, uint32_t chart);
+
+// Compresses the pages of a family (zstd). pages: all of the chart, by number. Deterministic.
+std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
+                                     std::span<const Page> pages);
+
+// A family as it was stored, its pages still differences from their parent.
+class PageFamily {
+public:
+    // Fault::format where the bytes are not those of such a family. channels: must outlive this.
+    static Result<PageFamily> unpack(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
+                                     std::span<const std::byte> bytes);
+    // number: of a page of this family. parent: of every page but 0.
+    Page page(uint32_t number, const Page* parent) const;
+
+private:
+    PageFamily(const PageTree& tree, std::span<const Channel> channels, uint32_t family)
+        : tree_(tree), channels_(channels), family_(family) {}
+    PageTree tree_;
+    std::span<const Channel> channels_;
+    uint32_t family_;
+    std::vector<std::vector<uint16_t>> folded_;  // per channel, member after member
+};
+
+}  // namespace lodestone::vgi

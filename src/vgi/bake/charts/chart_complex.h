@@ -1,0 +1,44 @@
+// A labelled surface as a complex of patches: corners where three or more meet, arcs between corners, and the sides of
+// each patch.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "vgi/bake/charts/surface.h"
+
+namespace lodestone::vgi {
+
+struct Arc {
+    std::vector<uint32_t> vertices;  // of the surface, from corner to corner, both included; at least 2
+    uint32_t left = none;            // patch on the left of that direction
+    uint32_t right = none;           // and on the right; none on the boundary of the surface
+    double length = 0;
+};
+
+// Where its vertices lie along it, 0 .. 1, rising: by length, but no step is less than a hundred-thousandth of it, so
+// that edges of hardly any length do not fold the chart beside them.
+std::vector<double> places_along(const Arc& arc, const std::vector<glm::dvec3>& positions);
+
+struct Side {
+    uint32_t arc = 0;
+    bool reversed = false;  // run against the arc's direction
+};
+
+struct Patches {
+    std::vector<Arc> arcs;
+    std::vector<std::vector<Side>> sides;  // per patch, counter-clockwise seen from outside
+};
+
+// Triangles of each patch, in rising order.
+std::vector<std::vector<uint32_t>> members_of(std::span<const uint32_t> label, uint32_t count);
+
+// label: per triangle, 0 .. count - 1. corners: vertices of borders that are corners even where only two meet; there
+// patches may touch in more than one place. Fault::invariant where a patch is not a disk with at least three sides or
+// two patches touch in more than a point or an arc; the message names them.
+Result<Patches> trace_patches(const Surface& surface, std::span<const uint32_t> twins, std::span<const uint32_t> label,
+                              uint32_t count, std::span<const uint32_t> corners = {});
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,85 @@
+#include "vgi/bake/charts/refinement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/check.h"
+#include "vgi/bake/charts/clusters.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+// Of clusters, where a chart was stretched too much: times as many are wanted. Where hardly any were wanted, and there
+// are as few as the topology allows, so many. Of either more the more it was stretched.
+constexpr double denser = 3, few_wanted = 0.5, least_wanted = 1.5 * ClusterOptions::most_wanted;
+double times_more(double stretch, double bound) { return std::clamp(std::sqrt(stretch / bound), 1.0, 8.0); }
+
+// A round was in vain where it left more than this share of what was bad. It is given up at once, or, where less than
+// one cluster in few_bad is bad, at the fourth time: then a round is soon over.
+constexpr double still_bad = 0.8;
+constexpr size_t few_bad = 16, patience = 3;
+
+// Clusters that rounds may lead to: so many times those wanted, or so many times those there had to be, and some; or
+// one for so many triangles.
+constexpr uint32_t of_wanted = 8, of_first = 4, few_clusters = 256, few_triangles = 512;
+// Once there are as many, only what is stretched so many times more than it may be is cut finer, so often, and a round
+// adds this share at most.
+constexpr double hopeless = 10, added_then = 0.125;
+constexpr uint32_t most_full = 2;
+// Of clusters that are wanted where bad ones are cut finer about so many times fewer come about.
+constexpr double seldom_made = 2;
+
+}  // namespace
+
+double Judgement::badness(double area, double stretch, double bound) {
+    return stretch > bound ? area * (1 + std::log(stretch / bound)) : 0;
+}
+
+Rounds::Rounds(uint32_t clusters, double bound, size_t triangles, uint32_t most_rounds)
+    : wanted_(clusters), bound_(bound), triangles_(triangles), most_rounds_(most_rounds) {
+    LODE_CHECK(most_rounds > 0);
+}
+
+void Rounds::begin(uint32_t clusters) {
+    ++rounds_;
+    clusters_ = clusters;
+    if (rounds_ == 1)
+        most_clusters_ = std::max(std::max(of_wanted * wanted_, of_first * clusters) + few_clusters,
+                                  static_cast<uint32_t>(triangles_ / few_triangles));
+    if (clusters >= most_clusters_ && full_++ == 0) badness_ = std::numeric_limits<double>::infinity();
+}
+
+bool Rounds::is_last() const { return rounds_ >= most_rounds_ || full_ > most_full; }
+
+double Rounds::bound() const { return full_ > 0 ? hopeless * bound_ : bound_; }
+
+bool Rounds::pays(double badness, const Judgement& judgement) {
+    const auto bad = static_cast<size_t>(std::ranges::count(judgement.bad, true));
+    if (badness > still_bad * badness_) ++in_vain_;
+    badness_ = badness;
+    return in_vain_ <= (bad * few_bad < judgement.bad.size() ? patience : 0);
+}
+
+std::vector<double> Rounds::times_denser(const Judgement& judgement, std::span<const double> wanted) const {
+    std::vector<uint32_t> order;
+    for (uint32_t c = 0; c < judgement.bad.size(); ++c) {
+        if (judgement.bad[c]) order.push_back(c);
+    }
+    const auto urgency = [&](uint32_t c) {  // what could not be made comes first
+        return judgement.stretch[c] > bound() ? judgement.stretch[c] : std::numeric_limits<double>::infinity();
+    };
+    std::ranges::stable_sort(order, std::greater<>(), urgency);
+    std::vector<double> times(judgement.bad.size(), 1);
+    double room = std::max(seldom_made * most_clusters_ - clusters_, added_then * clusters_);
+    for (const uint32_t c : order) {
+        if (room <= 0) break;
+        times[c] = (wanted[c] < few_wanted ? least_wanted / std::max(wanted[c], 1e-9) : denser) *
+                   times_more(judgement.stretch[c], bound_);
+        room -= std::max(1.0, wanted[c] * times[c]) - 1;
+    }
+    return times;
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,178 @@
+#include "vgi/bake/checkpoints.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace lodestone::vgi {
+
+namespace {
+
+template <class T>
+Result<void> put(ChunkWriter& writer, const char* name, const std::vector<T>& values) {
+    return writer.add_array(name, std::span<const T>(values));
+}
+template <class T>
+bool get(const ChunkFile& file, const char* name, std::vector<T>& values) {
+    const auto found = file.array<T>(name);
+    if (found) values.assign(found->begin(), found->end());
+    return found.has_value();
+}
+// One value that is no array.
+template <class T>
+Result<void> put_one(ChunkWriter& writer, const char* name, const T& value) {
+    return writer.add_array(name, std::span<const T>(&value, 1));
+}
+template <class T>
+bool get_one(const ChunkFile& file, const char* name, T& value) {
+    const auto found = file.array<T>(name);
+    if (!found || found->size() != 1) return false;
+    value = (*found)[0];
+    return true;
+}
+
+// Every image of the atlas that is there, as (name, vector, first texel of every chart and the end).
+template <class AtlasType, class Visit>
+void for_images(AtlasType& atlas, Visit&& visit) {
+    const std::vector<size_t>&texels = atlas.first_texel, &attributes = atlas.first_attribute_texel;
+    visit("positions", atlas.positions, texels);
+    visit("errors", atlas.sample_errors, texels);
+    visit("radii", atlas.sample_radii, texels);
+    visit("normals", atlas.normals, attributes);
+    visit("uvs", atlas.uvs, attributes);
+    visit("colours", atlas.colours, attributes);
+    visit("materials", atlas.materials, attributes);
+}
+
+}  // namespace
+
+Result<void> write_stage(const Clusters& clusters, ChunkWriter& writer) {
+    if (auto done = put(writer, "label", clusters.label); !done) return done;
+    if (auto done = put(writer, "ready", clusters.ready); !done) return done;
+    return put(writer, "counts", std::vector<uint32_t>{clusters.count, clusters.buckets});
+}
+
+std::optional<Clusters> read_clusters(const ChunkFile& file) {
+    Clusters clusters;
+    std::vector<uint32_t> counts;
+    if (!get(file, "label", clusters.label) || !get(file, "ready", clusters.ready) || !get(file, "counts", counts) ||
+        counts.size() != 2)
+        return std::nullopt;
+    clusters.count = counts[0];
+    clusters.buckets = counts[1];
+    return clusters;
+}
+
+Result<void> write_stage(const StraightQuads& straight, ChunkWriter& writer) {
+    const Quads& quads = straight.quads;
+    if (auto done = put(writer, "positions", quads.surface.positions); !done) return done;
+    if (auto done = put(writer, "triangles", quads.surface.triangles); !done) return done;
+    if (auto done = put(writer, "places", quads.surface.places.entries()); !done) return done;
+    if (auto done = put(writer, "label", quads.label); !done) return done;
+    if (auto done = put(writer, "quads", quads.quads); !done) return done;
+    if (auto done = put(writer, "failed", quads.failed); !done) return done;
+    if (auto done = writer.add_text("fault", quads.fault); !done) return done;
+    return put(writer, "counts", std::vector<uint32_t>{quads.uniform_clusters, straight.not_recentred});
+}
+
+std::optional<StraightQuads> read_quads(const ChunkFile& file) {
+    StraightQuads straight;
+    Quads& quads = straight.quads;
+    std::vector<CutPlaces::Corners> places;
+    std::vector<uint32_t> counts;
+    if (!get(file, "positions", quads.surface.positions) || !get(file, "triangles", quads.surface.triangles) ||
+        !get(file, "places", places) || !get(file, "label", quads.label) || !get(file, "quads", quads.quads) ||
+        !get(file, "failed", quads.failed) || !get(file, "counts", counts) || counts.size() != 2)
+        return std::nullopt;
+    quads.surface.places = CutPlaces(std::move(places));
+    if (const auto fault = file.text("fault")) quads.fault = *fault;
+    quads.uniform_clusters = counts[0];
+    straight.not_recentred = counts[1];
+    return straight;
+}
+
+Result<void> write_stage(std::span<const uint32_t> charts, const std::vector<ChartResult>& results, const Atlas& atlas,
+                         ChunkWriter& writer) {
+    std::vector<ChartResult::Figures> figures;
+    std::vector<double> errors;
+    std::vector<uint32_t> error_counts;
+    std::vector<SourceSample> samples;
+    std::string faults;
+    for (const uint32_t q : charts) {
+        const ChartResult& r = results[q];
+        figures.push_back(r.figures);
+        figures.back().samples = static_cast<uint32_t>(r.samples.size());
+        for (const auto* list : {&r.errors.levels, &r.errors.pages}) {
+            error_counts.push_back(static_cast<uint32_t>(list->size()));
+            errors.insert(errors.end(), list->begin(), list->end());
+        }
+        samples.insert(samples.end(), r.samples.begin(), r.samples.end());
+        faults += r.fault + '\n';
+    }
+    if (auto done = writer.add_array("charts", charts); !done) return done;
+    if (auto done = put(writer, "figures", figures); !done) return done;
+    if (auto done = put(writer, "measured", errors); !done) return done;
+    if (auto done = put(writer, "measured_counts", error_counts); !done) return done;
+    if (auto done = put(writer, "samples", samples); !done) return done;
+    if (auto done = writer.add_text("faults", faults); !done) return done;
+    Result<void> all{};
+    for_images(atlas, [&](const char* name, const auto& image, const std::vector<size_t>& first) {
+        if (image.empty() || !all) return;
+        std::remove_cvref_t<decltype(image)> part;
+        for (const uint32_t q : charts)
+            part.insert(part.end(), image.begin() + static_cast<ptrdiff_t>(first[q]),
+                        image.begin() + static_cast<ptrdiff_t>(first[q + 1]));
+        all = put(writer, name, part);
+    });
+    return all;
+}
+
+bool read_charts(const ChunkFile& file, std::span<const uint32_t> charts, std::vector<ChartResult>& results,
+                 Atlas& atlas) {
+    std::vector<ChartResult::Figures> figures;
+    std::vector<double> errors;
+    std::vector<uint32_t> error_counts, of;
+    std::vector<SourceSample> samples;
+    const auto faults = file.text("faults");
+    if (!get(file, "charts", of) || !std::ranges::equal(of, charts) || !get(file, "figures", figures) ||
+        figures.size() != charts.size() || !get(file, "measured", errors) ||
+        !get(file, "measured_counts", error_counts) || error_counts.size() != 2 * charts.size() ||
+        !get(file, "samples", samples) || !faults ||
+        std::ranges::count(*faults, '\n') != static_cast<ptrdiff_t>(charts.size()))
+        return false;
+    bool whole = true;
+    for_images(atlas, [&](const char* name, auto& image, const std::vector<size_t>& first) {
+        if (image.empty()) return;
+        std::remove_cvref_t<decltype(image)> part;
+        size_t count = 0, at = 0;
+        for (const uint32_t q : charts) count += first[q + 1] - first[q];
+        whole = whole && get(file, name, part) && part.size() == count;
+        for (size_t i = 0; i < charts.size() && whole; ++i) {
+            const size_t texels = first[charts[i] + 1] - first[charts[i]];
+            std::copy_n(part.begin() + static_cast<ptrdiff_t>(at), texels,
+                        image.begin() + static_cast<ptrdiff_t>(first[charts[i]]));
+            at += texels;
+        }
+    });
+    auto error = errors.begin();
+    auto sample = samples.begin();
+    size_t text = 0;
+    for (size_t i = 0; i < charts.size() && whole; ++i) {
+        ChartResult& r = results[charts[i]];
+        r.figures = figures[i];
+        for (auto* list : {&r.errors.levels, &r.errors.pages}) {
+            const uint32_t count = error_counts[2 * i + (list == &r.errors.pages ? 1 : 0)];
+            if (errors.end() - error < static_cast<ptrdiff_t>(count)) return false;
+            list->assign(error, error + count);
+            error += count;
+        }
+        if (samples.end() - sample < static_cast<ptrdiff_t>(figures[i].samples)) return false;
+        r.samples.assign(sample, sample + figures[i].samples);
+        sample += figures[i].samples;
+        const size_t end = faults->find('\n', text);
+        r.fault = faults->substr(text, end - text);
+        text = end + 1;
+    }
+    return whole;
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,67 @@
+#include "vgi/bake/images/chart_sizes.h"
+
+#include <glm/geometric.hpp>
+
+#include "base/disjoint_sets.h"
+#include "vgi/asset/pages.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+constexpr double clusters_of_small = 4;     // components with a smaller share have more than that
+constexpr double samples_per_triangle = 4;  // that small components keep
+constexpr uint32_t fewest_cells = 8;
+
+struct Component {
+    double area = 0;
+    size_t charts = 0, triangles = 0;
+};
+
+}  // namespace
+
+ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uint32_t>>& members,
+                       const Patches& patches, uint32_t clusters, uint32_t cells, double most_texels) {
+    const auto count = static_cast<uint32_t>(members.size());
+    DisjointSets joined(count);
+    for (const Arc& arc : patches.arcs) {
+        if (arc.right != none) joined.join(arc.left, arc.right);
+    }
+    std::vector<Component> components(count);  // by their lowest chart
+    double whole = 0;
+    for (uint32_t c = 0; c < count; ++c) {
+        Component& component = components[joined.find(c)];
+        ++component.charts;
+        component.triangles += members[c].size();
+        for (const uint32_t t : members[c]) {
+            const double area = surface.area(t);
+            component.area += area;
+            whole += area;
+        }
+    }
+    const auto levels_left_out = [&](const Component& component, uint32_t of_cells) {
+        const double share = whole > 0 ? component.area / whole : 1;
+        if (share * clusters >= clusters_of_small) return 0u;
+        const double wanted = share * clusters * usual_charts_per_cluster * of_cells * of_cells,
+                     needed = samples_per_triangle * static_cast<double>(component.triangles);
+        const auto samples = [&](uint32_t levels) {
+            return static_cast<double>(component.charts) * (of_cells >> levels) * (of_cells >> levels);
+        };
+        uint32_t levels = 0;
+        while (levels < PageTree{of_cells}.base_level() && samples(levels + 1) >= std::max(wanted, needed)) ++levels;
+        return levels;
+    };
+    ChartSizes sizes{cells, {}};
+    for (;; sizes.cells /= 2) {
+        sizes.left_out.clear();
+        double texels = 0;
+        for (uint32_t c = 0; c < count; ++c) {
+            sizes.left_out.push_back(static_cast<uint8_t>(levels_left_out(components[joined.find(c)], sizes.cells)));
+            const double row = (sizes.cells >> sizes.left_out[c]) + 1;
+            texels += row * row;
+        }
+        if (sizes.cells <= fewest_cells || texels <= most_texels) return sizes;
+    }
+}
+
+}  // namespace lodestone::vgi

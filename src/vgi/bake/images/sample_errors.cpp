@@ -1,0 +1,532 @@
+#include "vgi/bake/images/sample_errors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <string>
+
+#include "base/check.h"
+#include "base/threads.h"
+#include "mesh/distance/closest_point.h"
+#include "vgi/asset/bintree.h"
+#include "vgi/asset/pages.h"
+#include "vgi/bake/charts/surface.h"
+#include "vgi/study/grid_patch.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+constexpr double rounding = 1e-6;  // what float arithmetic may lose, as a share
+
+Bintree bintree_of(const Atlas& atlas, uint32_t chart) { return {static_cast<int32_t>(atlas.cells_of(chart))}; }
+size_t texel_of(const Atlas& atlas, uint32_t chart, GridPoint p) {
+    return atlas.texel(chart, static_cast<uint32_t>(p.x), static_cast<uint32_t>(p.y));
+}
+
+// Calls visit(triangle corners) for the triangles of the bintree that p splits.
+template <class Visit>
+void for_split_triangles(const Bintree& tree, GridPoint p, Visit&& visit) {
+    const auto ends = tree.hypotenuse(p);
+    const GridPoint &a = ends[0], &b = ends[1];
+    tree.for_parents(p, [&](GridPoint apex) {
+        // Counter-clockwise in the square.
+        const int64_t turn = int64_t{b.x - a.x} * (apex.y - a.y) - int64_t{b.y - a.y} * (apex.x - a.x);
+        if (turn > 0) {
+            visit(a, b, apex);
+        } else {
+            visit(b, a, apex);
+        }
+    });
+}
+
+class Measure {
+public:
+    Measure(Atlas& atlas, uint32_t chart)
+        : atlas_(atlas),
+          chart_(chart),
+          cells_(atlas.cells_of(chart)),
+          tree_{cells_},
+          squared_(size_t{cells_ + 1} * (cells_ + 1), 0.0) {
+        errors_.levels.assign(atlas.levels() - atlas.left_out[chart], 0);
+        errors_.pages.assign(tree_.pages(), 0);
+    }
+
+    ChartErrors run(const Chart& source) {
+        const Patch& patch = source.patch;
+        const auto levels = static_cast<uint32_t>(errors_.levels.size()) - 1;
+        for (size_t v = 0; v < patch.positions.size(); ++v) {
+            const glm::dvec2 at = glm::clamp(patch.flat[v], 0.0, 1.0) * static_cast<double>(cells_);
+            finest(at, patch.positions[v]);
+            for (uint32_t level = 0; level < levels; ++level) look(level, at, patch.positions[v], false);
+        }
+        // Where the source has few vertices, its image's samples tell more; of coarse levels some are enough.
+        for (uint32_t level = 0; level < levels; ++level) {
+            const uint32_t stride = std::max(1u, (1u << level) / 4);
+            for (uint32_t y = 0; y <= cells_; y += stride) {
+                for (uint32_t x = 0; x <= cells_; x += stride) {
+                    // Of these, fewer are enough to look back from.
+                    const bool back = x % (2 * stride) == 0 && y % (2 * stride) == 0;
+                    look(level, {x, y}, at(x, y), back || stride == 1);
+                }
+            }
+        }
+        const ErrorCodes codes(atlas_.extent());
+        for (size_t i = 0; i < squared_.size(); ++i)
+            atlas_.sample_errors[atlas_.texel(chart_, 0, 0) + i] = codes.of_error(std::sqrt(squared_[i]));
+        for (const uint32_t x : {0u, cells_}) {
+            for (const uint32_t y : {0u, cells_}) {
+                const size_t corner = atlas_.texel(chart_, x, y);
+                atlas_.sample_errors[corner] = atlas_.sample_radii[corner] = 255;
+            }
+        }
+        for (double& e : errors_.levels) e = std::sqrt(e);
+        for (double& e : errors_.pages) e = std::sqrt(e);
+        return std::move(errors_);
+    }
+
+private:
+    static double square(const glm::dvec3& v) { return glm::dot(v, v); }
+    glm::dvec3 at(uint32_t x, uint32_t y) const { return atlas_.point(atlas_.texel(chart_, x, y)); }
+
+    // Distance of places that belong together, of the grid of a level: bounds both directions.
+    void note(uint32_t level, const glm::dvec2& place, double squared) {
+        errors_.levels[level] = std::max(errors_.levels[level], squared);
+        if (level > tree_.base_level()) return;
+        const uint32_t last = tree_.pages_per_side(level) - 1, size = tree_.cells_per_page() << level;
+        const uint32_t x = std::min(last, static_cast<uint32_t>(place.x) / size),
+                       y = std::min(last, static_cast<uint32_t>(place.y) / size);
+        double& page = errors_.pages[tree_.page(level, x, y)];
+        page = std::max(page, squared);
+    }
+
+    // The finest grid at the place of a source vertex.
+    void finest(const glm::dvec2& place, const glm::dvec3& point) {
+        const uint32_t last = cells_ - 1;
+        const uint32_t x = std::min(last, static_cast<uint32_t>(place.x)),
+                       y = std::min(last, static_cast<uint32_t>(place.y));
+        const double fx = place.x - x, fy = place.y - y;
+        glm::dvec3 drawn;
+        if (rising_diagonal(x, y)) {
+            drawn = fx >= fy ? at(x, y) * (1 - fx) + at(x + 1, y) * (fx - fy) + at(x + 1, y + 1) * fy
+                             : at(x, y) * (1 - fy) + at(x, y + 1) * (fy - fx) + at(x + 1, y + 1) * fx;
+        } else {
+            drawn = fx + fy <= 1 ? at(x, y) * (1 - fx - fy) + at(x + 1, y) * fx + at(x, y + 1) * fy
+                                 : at(x + 1, y + 1) * (fx + fy - 1) + at(x, y + 1) * (1 - fx) + at(x + 1, y) * (1 - fy);
+        }
+        note(0, place, square(drawn - point));
+    }
+
+    // Squared distance from a point to the image about a place: first by steps from sample to sample, long ones at
+    // first, then to the cells around the best. Never less than to the whole surface.
+    double squared_to_image(const glm::dvec3& point, const glm::dvec2& place, uint32_t reach) const {
+        const auto last = static_cast<int>(cells_);
+        int bx = std::clamp(static_cast<int>(std::lround(place.x)), 0, last),
+            by = std::clamp(static_cast<int>(std::lround(place.y)), 0, last);
+        const auto to_sample = [&](int x, int y) {
+            return square(at(static_cast<uint32_t>(x), static_cast<uint32_t>(y)) - point);
+        };
+        double best = to_sample(bx, by);
+        for (int step = static_cast<int>(reach); step > 0;) {
+            const int x = bx, y = by;
+            for (const auto& [dx, dy] :
+                 {std::pair(-1, 0), {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}) {
+                const int nx = x + dx * step, ny = y + dy * step;
+                if (nx < 0 || ny < 0 || nx > last || ny > last) continue;
+                if (const double d = to_sample(nx, ny); d < best) {
+                    best = d;
+                    bx = nx;
+                    by = ny;
+                }
+            }
+            if (bx == x && by == y) step /= 2;
+        }
+        for (int y = std::max(0, by - 1); y < std::min(last, by + 1); ++y) {
+            for (int x = std::max(0, bx - 1); x < std::min(last, bx + 1); ++x) {
+                const auto cx = static_cast<uint32_t>(x), cy = static_cast<uint32_t>(y);
+                const glm::dvec3 a = at(cx, cy), b = at(cx + 1, cy), c = at(cx + 1, cy + 1), d = at(cx, cy + 1);
+                const bool rising = rising_diagonal(cx, cy);
+                best = std::min(best, square(closest_on_triangle(point, a, b, rising ? c : d) - point));
+                best = std::min(best, square(closest_on_triangle(point, rising ? a : b, c, d) - point));
+            }
+        }
+        return best;
+    }
+
+    // The triangles that the centre and the middles of edges of a cell of level + 1 split: how far the point is from
+    // them, and, where they are looked back from, how far they are from the image there.
+    void look(uint32_t level, const glm::dvec2& place, const glm::dvec3& point, bool back) {
+        const uint32_t half = 1u << level, size = 2 * half, last = cells_ / size - 1;
+        const uint32_t cx = std::min(last, static_cast<uint32_t>(place.x) / size),
+                       cy = std::min(last, static_cast<uint32_t>(place.y) / size), x = cx * size, y = cy * size;
+        const double fx = (place.x - x) / size, fy = (place.y - y) / size;
+        const glm::dvec3 corner[4] = {at(x, y), at(x + size, y), at(x + size, y + size), at(x, y + size)};
+        const auto try_triangle = [&](uint32_t mx, uint32_t my, const glm::dvec3& drawn, const glm::dvec3& a,
+                                      const glm::dvec3& b, const glm::dvec3& c) {
+            double& known = squared_[size_t{my} * (cells_ + 1) + mx];
+            const double together = square(drawn - point);
+            if (together > known) known = std::max(known, square(closest_on_triangle(point, a, b, c) - point));
+            if (back && together > known)
+                known = std::max(known, std::min(together, squared_to_image(drawn, place, half)));
+            return together;
+        };
+        const auto& [a, b, c, d] = corner;
+        double together = 0;
+        if (rising_diagonal(cx, cy)) {
+            together = fx >= fy ? try_triangle(x + half, y + half, a * (1 - fx) + b * (fx - fy) + c * fy, a, b, c)
+                                : try_triangle(x + half, y + half, a * (1 - fy) + d * (fy - fx) + c * fx, a, c, d);
+        } else {
+            together = fx + fy <= 1
+                           ? try_triangle(x + half, y + half, a * (1 - fx - fy) + b * fx + d * fy, a, b, d)
+                           : try_triangle(x + half, y + half, c * (fx + fy - 1) + d * (1 - fx) + b * (1 - fy), b, c, d);
+        }
+        note(level + 1, place, together);
+        // Which of the four triangles around the centre: from the middle outwards 0 .. 1, along the edge 0 .. 1.
+        const double gx = 2 * fx - 1, gy = 2 * fy - 1, out = std::max(std::abs(gx), std::abs(gy));
+        const uint32_t side = std::abs(gx) > std::abs(gy) ? (gx > 0 ? 1 : 3) : (gy > 0 ? 2 : 0);
+        const double along = side == 0 ? gx : side == 1 ? gy : side == 2 ? -gx : -gy;  // -out .. out
+        const glm::dvec3 &p = corner[side], &q = corner[(side + 1) % 4], middle = at(x + half, y + half);
+        const glm::dvec3 drawn = middle * (1 - out) + p * ((out - along) / 2) + q * ((out + along) / 2);
+        try_triangle(x + (side == 1   ? size
+                          : side == 3 ? 0
+                                      : half),
+                     y + (side == 2   ? size
+                          : side == 0 ? 0
+                                      : half),
+                     drawn, p, q, middle);
+    }
+
+    Atlas& atlas_;
+    const uint32_t chart_, cells_;
+    const PageTree tree_;
+    std::vector<double> squared_;  // per sample: own error so far
+    ChartErrors errors_;
+};
+
+// Glued samples of a depth take the larger code.
+void share(const Atlas& atlas, uint32_t depth, std::vector<uint8_t>& codes) {
+    const uint32_t stride = 1u << (depth / 2);
+    if (depth % 2 == 1) return;  // centres lie inside
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        for (uint32_t s = 0; s < 4; ++s) {
+            const GluedSide& other = atlas.sides[size_t{c} * 4 + s];
+            if (other.chart == ~0u || std::pair(other.chart, other.side) < std::pair(c, s)) continue;
+            const uint32_t n = atlas.cells_of(c);
+            for (uint32_t k = stride; k < n; k += 2 * stride) {
+                const auto [x, y] = on_side(s, k, n);
+                const auto [u, v] = on_side(other.side, n - k, n);
+                uint8_t &mine = codes[atlas.texel(c, x, y)], &its = codes[atlas.texel(other.chart, u, v)];
+                mine = its = std::max(mine, its);
+            }
+        }
+    }
+}
+
+// Texels of a page that its parent has not.
+template <class Visit>
+void for_own_samples(const Atlas& atlas, uint32_t chart, uint32_t page, Visit&& visit) {
+    const PageTree tree = tree_of(atlas, Layer::geometry, chart);
+    uint32_t level = 0, px = 0, py = 0;
+    tree.place(page, &level, &px, &py);
+    const uint32_t n = tree.cells_per_page();
+    for (uint32_t y = py * n; y <= py * n + n; ++y) {
+        for (uint32_t x = px * n; x <= px * n + n; ++x) {
+            if (page == 0 || x % 2 == 1 || y % 2 == 1) visit(atlas.texel(chart, x << level, y << level));
+        }
+    }
+}
+
+// A cone of normals: unit axis and half angle in radians; no half angle above pi / 2 is of use.
+struct Cone {
+    glm::dvec3 axis{0};
+    double angle = 4;
+};
+
+class ChartBounds {
+public:
+    ChartBounds(Atlas& atlas, uint32_t chart, const std::vector<double>& errors)
+        : atlas_(atlas),
+          chart_(chart),
+          tree_(tree_of(atlas, Layer::geometry, chart)),
+          of_atlas_(tree_of(atlas, Layer::geometry)),
+          errors_(errors),
+          cones_(tree_.pages()) {}
+
+    void run() {
+        // Children come after their parents.
+        for (uint32_t page = tree_.pages(); page-- > 0;) {
+            uint32_t level = 0, px = 0, py = 0;
+            tree_.place(page, &level, &px, &py);
+            const uint32_t size = tree_.cells_per_page() << level, x = px * size, y = py * size;
+            PageBounds& bounds = bounds_of(page);
+            bound_sphere(x, y, size, bounds);
+            for_own_samples(atlas_, chart_, page, [&](size_t texel) {
+                bounds.sample_error = std::max(bounds.sample_error, atlas_.sample_errors[texel]);
+                bounds.sample_radius = std::max(bounds.sample_radius, atlas_.sample_radii[texel]);
+            });
+            double error = errors_[page];
+            if (level > 0) {
+                for_children(level, px, py, [&](uint32_t child) {
+                    error = std::max(error, static_cast<double>(bounds_of(child).error));
+                });
+            }
+            bounds.error = std::nextafter(static_cast<float>(error), 1e30f);
+            bound_cone(page, level, px, py, bounds);
+        }
+        // Pages that are left out show what their parents do, and have nothing to be wanted for.
+        for (uint32_t page = tree_.pages(); page < of_atlas_.pages(); ++page) {
+            PageBounds& bounds = bounds_of(page);
+            bounds = bounds_of(of_atlas_.parent(page));
+            bounds.sample_error = bounds.sample_radius = 0;
+        }
+    }
+
+private:
+    PageBounds& bounds_of(uint32_t page) { return atlas_.bounds[size_t{chart_} * of_atlas_.pages() + page]; }
+    template <class Visit>
+    void for_children(uint32_t level, uint32_t px, uint32_t py, Visit&& visit) const {
+        for (uint32_t k = 0; k < 4; ++k) visit(tree_.page(level - 1, 2 * px + k % 2, 2 * py + k / 2));
+    }
+
+    void bound_sphere(uint32_t x0, uint32_t y0, uint32_t size, PageBounds& bounds) const {
+        std::array<uint16_t, 3> low{65535, 65535, 65535}, high{0, 0, 0};
+        const auto all = [&](auto&& visit) {
+            for (uint32_t y = y0; y <= y0 + size; ++y) {
+                for (uint32_t x = x0; x <= x0 + size; ++x) visit(atlas_.texel(chart_, x, y));
+            }
+        };
+        all([&](size_t texel) {
+            for (size_t k = 0; k < 3; ++k) {
+                low[k] = std::min(low[k], atlas_.positions[texel][k]);
+                high[k] = std::max(high[k], atlas_.positions[texel][k]);
+            }
+        });
+        bounds.centre = glm::vec3(atlas_.origin +
+                                  atlas_.step * 0.5 * glm::dvec3(low[0] + high[0], low[1] + high[1], low[2] + high[2]));
+        double squared = 0;
+        all([&](size_t texel) {
+            const glm::dvec3 off = atlas_.point(texel) - glm::dvec3(bounds.centre);
+            squared = std::max(squared, glm::dot(off, off));
+        });
+        bounds.radius = static_cast<float>(std::sqrt(squared) * (1 + rounding) + atlas_.extent() * 1e-7);
+    }
+
+    // Triangles of the page's part of the bintree down to its own level; finer ones are in the cones of its children.
+    // And those of the nodes of grid cuts that are culled by this page, as they are with nothing collapsed. The tree of
+    // a page is that of a chart, only smaller: visit(places in it).
+    template <class Visit>
+    void for_triangles(uint32_t level, Visit&& visit) const {
+        const auto n = static_cast<int32_t>(tree_.cells_per_page());
+        for (int32_t y = 0; y < n; ++y) {
+            for (int32_t x = 0; x < n; ++x) {
+                const GridPoint a{x, y}, b{x + 1, y}, c{x + 1, y + 1}, d{x, y + 1};
+                if (rising_diagonal(static_cast<uint32_t>(x), static_cast<uint32_t>(y))) {
+                    visit(a, b, c);
+                    visit(a, c, d);
+                } else {
+                    visit(a, b, d);
+                    visit(b, c, d);
+                }
+            }
+        }
+        const Bintree tree{n};
+        for (uint32_t depth = 0; depth < tree.depths(); ++depth)
+            tree.for_depth(depth, [&](GridPoint p) { for_split_triangles(tree, p, visit); });
+        const int32_t finest = level == 0 ? 1 : std::min(4, n),
+                      coarsest = level == tree_.base_level() ? n : std::min(4, n);
+        for (int32_t step = finest; step <= coarsest; step *= 2) {
+            const int32_t cells = std::min(1 << most_node_shift, n / step);
+            for (int32_t y = 0; y < n; y += cells * step) {
+                for (int32_t x = 0; x < n; x += cells * step) {
+                    const auto in_page = [&](GridPoint p) { return GridPoint{x + p.x * step, y + p.y * step}; };
+                    for_node_triangles(cells, {}, [&](GridPoint a, GridPoint b, GridPoint c) {
+                        visit(in_page(a), in_page(b), in_page(c));
+                    });
+                }
+            }
+        }
+    }
+
+    void bound_cone(uint32_t page, uint32_t level, uint32_t px, uint32_t py, PageBounds& bounds) {
+        // On the lattice: normals are the same there.
+        const uint32_t n = tree_.cells_per_page();
+        points_.clear();
+        for (uint32_t y = 0; y <= n; ++y) {
+            for (uint32_t x = 0; x <= n; ++x) {
+                const auto& p = atlas_.positions[atlas_.texel(chart_, (px * n + x) << level, (py * n + y) << level)];
+                points_.emplace_back(p[0], p[1], p[2]);
+            }
+        }
+        const auto at = [&](GridPoint p) {
+            return points_[static_cast<uint32_t>(p.y) * (n + 1) + static_cast<uint32_t>(p.x)];
+        };
+        normals_.clear();
+        glm::dvec3 sum(0);
+        for_triangles(level, [&](GridPoint a, GridPoint b, GridPoint c) {
+            normals_.push_back(area_vector(at(a), at(b), at(c)));
+            sum += normals_.back();
+        });
+        Cone& cone = cones_[page];
+        const double length = glm::length(sum);
+        if (length > 0) {
+            // The axis as it is stored.
+            for (int k = 0; k < 3; ++k)
+                bounds.axis[static_cast<size_t>(k)] = static_cast<int8_t>(std::lround(sum[k] / length * 127));
+            cone.axis = glm::normalize(glm::dvec3(bounds.axis[0], bounds.axis[1], bounds.axis[2]));
+            double least = 1;
+            for (const glm::dvec3& normal : normals_) {
+                const double size = glm::length(normal);
+                if (size > 0) least = std::min(least, glm::dot(normal, cone.axis) / size);
+            }
+            cone.angle = std::acos(std::clamp(least, -1.0, 1.0));
+            if (level > 0) {
+                for_children(level, px, py, [&](uint32_t child) {
+                    const double apart = std::acos(std::clamp(glm::dot(cone.axis, cones_[child].axis), -1.0, 1.0));
+                    cone.angle = std::max(cone.angle, apart + cones_[child].angle);
+                });
+            }
+        }
+        const double cosine = cone.angle < 1.57 ? std::cos(cone.angle) : -1;
+        bounds.cosine = static_cast<int8_t>(cosine > 0 ? std::floor(cosine * 127 - 1e-9) : -127);
+    }
+
+    Atlas& atlas_;
+    const uint32_t chart_;
+    const PageTree tree_, of_atlas_;  // the chart's own, and that of charts that leave out nothing
+    const std::vector<double>& errors_;
+    std::vector<Cone> cones_;
+    std::vector<glm::dvec3> points_, normals_;  // of the page at hand: lattice points; of its triangles
+};
+
+}  // namespace
+
+ChartErrors measure_samples(Atlas& atlas, uint32_t chart, const Chart& source) {
+    return Measure(atlas, chart).run(source);
+}
+
+void saturate(Atlas& atlas) {
+    const ErrorCodes codes(atlas.extent());
+    const uint32_t depths = Bintree{static_cast<int32_t>(atlas.cells)}.depths();
+    for (uint32_t depth = 0; depth < depths; ++depth) {
+        parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
+            for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
+                const Bintree tree = bintree_of(atlas, c);
+                if (depth >= tree.depths()) continue;
+                tree.for_depth(depth, [&](GridPoint p) {
+                    uint8_t& code = atlas.sample_errors[texel_of(atlas, c, p)];
+                    double child = 0;
+                    tree.for_children(p, [&](GridPoint q) {
+                        child = std::max<double>(child, codes.error(atlas.sample_errors[texel_of(atlas, c, q)]));
+                    });
+                    if (child > 0) code = std::max(code, codes.of_error(std::min(child * error_ratio, atlas.extent())));
+                    code = round_up(code, depth / 2);
+                });
+            }
+        });
+        share(atlas, depth, atlas.sample_errors);
+        parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
+            for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
+                const Bintree tree = bintree_of(atlas, c);
+                if (depth >= tree.depths()) continue;
+                tree.for_depth(depth, [&](GridPoint p) {
+                    const size_t texel = texel_of(atlas, c, p);
+                    const glm::dvec3 here = atlas.point(texel);
+                    const auto away = [&](GridPoint q) {
+                        return glm::length(atlas.point(texel_of(atlas, c, q)) - here);
+                    };
+                    const auto [a, b] = tree.hypotenuse(p);
+                    double radius = std::max(away(a), away(b));
+                    tree.for_parents(p, [&](GridPoint q) { radius = std::max(radius, away(q)); });
+                    const double error = codes.error(atlas.sample_errors[texel]);
+                    tree.for_children(p, [&](GridPoint q) {
+                        const size_t child = texel_of(atlas, c, q);
+                        const double its = codes.error(atlas.sample_errors[child]);
+                        const double reach = (its - error / error_ratio) * least_magnification +
+                                             static_cast<double>(codes.radius(atlas.sample_radii[child])) + away(q);
+                        radius = std::max(radius, reach);
+                    });
+                    // A sample that costs nothing is never wanted; neither are its children.
+                    atlas.sample_radii[texel] = error > 0 ? codes.of_radius(radius * (1 + rounding)) : 0;
+                });
+            }
+        });
+        share(atlas, depth, atlas.sample_radii);
+    }
+}
+
+void bound_pages(Atlas& atlas, const std::vector<std::vector<double>>& page_errors) {
+    LODE_CHECK(page_errors.size() == atlas.charts(), page_errors.size());
+    atlas.bounds.resize(size_t{atlas.charts()} * tree_of(atlas, Layer::geometry).pages());
+    parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
+        for (size_t c = begin; c < end; ++c) ChartBounds(atlas, static_cast<uint32_t>(c), page_errors[c]).run();
+    });
+}
+
+Result<void> validate_errors(const Atlas& atlas) {
+    const PageTree of_atlas = tree_of(atlas, Layer::geometry);
+    const ErrorCodes codes(atlas.extent());
+    const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "atlas: " + what); };
+    if (atlas.bounds.size() != size_t{atlas.charts()} * of_atlas.pages()) return wrong("bounds are not one per page");
+    std::vector<std::string> faults(atlas.charts());
+    parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
+        for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
+            const auto name = [&](GridPoint p) {
+                return "chart " + std::to_string(c) + ", sample " + std::to_string(p.x) + ", " + std::to_string(p.y);
+            };
+            const Bintree tree = bintree_of(atlas, c);
+            for (uint32_t depth = 1; depth < tree.depths(); ++depth) {
+                tree.for_depth(depth, [&](GridPoint p) {
+                    const size_t m = texel_of(atlas, c, p);
+                    const auto error = static_cast<double>(codes.error(atlas.sample_errors[m])),
+                               radius = static_cast<double>(codes.radius(atlas.sample_radii[m]));
+                    tree.for_children(p, [&](GridPoint q) {
+                        const size_t child = texel_of(atlas, c, q);
+                        const auto its = static_cast<double>(codes.error(atlas.sample_errors[child]));
+                        if (its == 0) return;
+                        const double reach = (its - error) * least_magnification +
+                                             static_cast<double>(codes.radius(atlas.sample_radii[child])) +
+                                             glm::length(atlas.point(child) - atlas.point(m));
+                        if (its > error || reach > radius) faults[c] = name(p) + ": is not saturated";
+                    });
+                });
+            }
+            const PageTree pages = tree_of(atlas, Layer::geometry, c);
+            const PageBounds* const of_chart = &atlas.bounds[size_t{c} * of_atlas.pages()];
+            for (uint32_t page = 0; page < pages.pages(); ++page) {
+                uint32_t level = 0, px = 0, py = 0;
+                pages.place(page, &level, &px, &py);
+                const PageBounds& bounds = of_chart[page];
+                const PageBounds& parent = of_chart[page == 0 ? 0 : pages.parent(page)];
+                const std::string place = "chart " + std::to_string(c) + ", page " + std::to_string(page);
+                for_own_samples(atlas, c, page, [&](size_t texel) {
+                    if (atlas.sample_errors[texel] > bounds.sample_error ||
+                        atlas.sample_radii[texel] > bounds.sample_radius)
+                        faults[c] = place + ": a sample has a larger code than its page";
+                });
+                if (!(bounds.error <= parent.error)) faults[c] = place + ": has a larger error than its parent";
+                const uint32_t n = pages.cells_per_page();
+                for (uint32_t y = py * n; y <= py * n + n; ++y) {
+                    for (uint32_t x = px * n; x <= px * n + n; ++x) {
+                        const glm::dvec3 off =
+                            atlas.point(atlas.texel(c, x << level, y << level)) - glm::dvec3(bounds.centre);
+                        if (glm::length(off) > static_cast<double>(bounds.radius))
+                            faults[c] = place + ": a sample lies outside its sphere";
+                    }
+                }
+            }
+            for (uint32_t page = pages.pages(); page < of_atlas.pages(); ++page) {
+                PageBounds wanted = of_chart[of_atlas.parent(page)];
+                wanted.sample_error = wanted.sample_radius = 0;
+                if (of_chart[page] != wanted)
+                    faults[c] = "chart " + std::to_string(c) + ", page " + std::to_string(page) +
+                                ": is left out and has other bounds than its parent";
+            }
+        }
+    });
+    for (const std::string& fault : faults) {
+        if (!fault.empty()) return wrong(fault);
+    }
+    return {};
+}
+
+}  // namespace lodestone::vgi

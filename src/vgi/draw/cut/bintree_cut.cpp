@@ -1,0 +1,478 @@
+#include "vgi/draw/cut/bintree_cut.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <glm/vec2.hpp>
+#include <optional>
+
+#include "base/check.h"
+#include "base/threads.h"
+#include "shaders/shared/vgi_texels.h"
+#include "vgi/draw/cut/visibility.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+// A square of 2^level finest cells, as wide as it is apart from others of its level; it is there as the two triangles
+// either side of its diagonal.
+struct Square {
+    uint32_t level, x, y;
+    std::array<uint32_t, 4> corners;  // indices: of (x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)
+};
+
+// The cut before this one, of the same charts.
+struct Before {
+    const KeptCharts& charts;
+    const WantedSince& counted;
+    Motion motion;     // since then
+    uint64_t updates;  // Residency::updates, then
+};
+
+constexpr uint32_t least_kept = 48;  // indices in a square that is kept
+
+class ChartCut {
+public:
+    // touched: as PageDemand's, of which only the pages of the charts run here are written. kept: takes what is made.
+    // before: null for a cut from scratch.
+    ChartCut(const Residency& residency, const Visibility& visibility, const Wanted& wanted, int64_t forced_level,
+             std::vector<uint8_t>& touched, KeptCharts& kept, const Before* before)
+        : residency_(residency),
+          visibility_(visibility),
+          wanted_(wanted),
+          forced_level_(forced_level),
+          touched_(touched),
+          kept_(kept),
+          before_(before),
+          tree_(residency.tree()),
+          n_(tree_.cells_per_page()),
+          page_shift_(static_cast<uint32_t>(std::countr_zero(tree_.cells_per_page()))),
+          base_(tree_.base_level()) {}
+
+    // chart: next_ of those run here.
+    void run(uint32_t chart) {
+        kept_.first.push_back(static_cast<uint32_t>(kept_.squares.size()));
+        Kept old;
+        if (before_ != nullptr) old = {before_->charts.first[next_], before_->charts.first[next_ + 1]};
+        ++next_;
+        first_page_ = residency_.number(chart, 0);
+        const uint32_t mask = visibility_.seen(visibility_.all(), first_page_);
+        if (mask == 0) return;
+        touched_[first_page_] = 1;
+        const Entry& e = residency_.entry(first_page_);
+        const Square whole{
+            base_ + page_shift_, 0, 0, {index(e, 0, 0), index(e, n_, 0), index(e, n_, n_), index(e, 0, n_)}};
+        Whole all;
+        all.mask = mask;
+        all.old = old;
+        draw(whole, centres_around(whole), all);
+        put(all.fan, mask);
+    }
+    void end() { kept_.first.push_back(static_cast<uint32_t>(kept_.squares.size())); }
+
+    uint64_t taken_over() const { return taken_over_; }  // triangles
+    // Pages asked for, with PageDemand::wanted.
+    const std::vector<std::pair<uint32_t, float>>& asked() const { return asked_; }
+
+private:
+    using Entry = Residency::Entry;
+
+    uint32_t index(const Entry& entry, uint32_t x, uint32_t y) const {
+        return entry.slot * LODE_VGI_PAGE_TEXELS + y * (n_ + 1) + x;
+    }
+
+    static constexpr uint32_t nothing = ~0u;
+    // Indices of a square's centre and of the middles of its sides, those that are in the cut.
+    struct Samples {
+        const GeometryTexel* texel;  // of the centre
+        uint32_t centre;
+        std::array<uint32_t, 4> middle{nothing, nothing, nothing, nothing};
+    };
+
+    // Triangles of one square, put into their list all at once.
+    class Fan {
+    public:
+        void add(uint32_t a, uint32_t b, uint32_t c) {
+            indices_[count_] = a;
+            indices_[count_ + 1] = b;
+            indices_[count_ + 2] = c;
+            count_ += 3;
+        }
+        bool empty() const { return count_ == 0; }
+        void move_to(std::vector<uint32_t>& list) {
+            list.insert(list.end(), indices_.begin(), indices_.begin() + count_);
+            count_ = 0;
+        }
+
+    private:
+        std::array<uint32_t, 24> indices_;
+        uint32_t count_ = 0;
+    };
+
+    void put(Fan& fan, uint32_t mask) {
+        if (!fan.empty()) fan.move_to(kept_.parts.list(mask));
+    }
+
+    void touch(uint32_t page) {
+        touched_[page] = 1;
+        if (page != last_touched_) kept_.touched.push_back(last_touched_ = page);
+    }
+
+    // As the square of a page is seen; other squares are seen as the one they are part of.
+    uint32_t seen(uint32_t level, uint32_t x, uint32_t y, uint32_t mask, Steadiness& steady) const {
+        if (level < page_shift_ || level >= base_ + page_shift_) return mask;
+        return visibility_.seen(mask, first_page_ + tree_.page(level - page_shift_, x, y), steady);
+    }
+
+    // Where the centres of squares lie: in one page for all four quarters of a square, in steps of its level.
+    struct Centres {
+        uint32_t level = 0, number = 0;
+        const Entry* entry = nullptr;
+        uint32_t step = 1, left = 0, top = 0;
+        glm::uvec2 of(const Square& square) const {
+            return {(2 * square.x + 1) * step - left, (2 * square.y + 1) * step - top};
+        }
+    };
+    // square: of level 1 at least.
+    Centres centres_around(const Square& square) const {
+        Centres c;
+        c.level = square.level - 1;
+        const uint32_t page_level = std::min(c.level, base_);
+        c.step = 1u << (c.level - page_level);
+        const uint32_t px = (2 * square.x + 1) * c.step >> page_shift_, py = (2 * square.y + 1) * c.step >> page_shift_;
+        c.left = px << page_shift_;
+        c.top = py << page_shift_;
+        c.number = first_page_ + PageTree::page_of(base_ - page_level, px, py);
+        c.entry = &residency_.entry(c.number);
+        return c;
+    }
+    void prefetch(const Centres& centres, const Square& first_quarter) const {
+        if (centres.entry->first == nullptr) return;
+        const glm::uvec2 at = centres.of(first_quarter);
+        const GeometryTexel* const texel = centres.entry->first + at.y * (n_ + 1) + at.x;
+        const ptrdiff_t row = ptrdiff_t{centres.step} * (n_ + 1);
+        for (ptrdiff_t k = -1; k <= 3; ++k) __builtin_prefetch(texel + k * row);
+    }
+
+    // Kept squares of the cut before, as many as there are in one of them.
+    struct Kept {
+        uint32_t first = 0, end = 0;
+    };
+    const KeptSquare* find_kept(Kept among, const Square& square) const {
+        for (uint32_t i = among.first; i < among.end; i += 1 + before_->charts.squares[i].squares) {
+            const KeptSquare& old = before_->charts.squares[i];
+            if (old.x == square.x && old.y == square.y && old.level == square.level) return &old;
+        }
+        return nullptr;
+    }
+    bool is_as_it_was(const KeptSquare& was, const Square& square, const Centres& centres, uint32_t looked_at) const {
+        return was.steady.slack > 0 && was.looked_at == looked_at && was.corners == square.corners &&
+               residency_.changed_at(centres.number) <= before_->updates &&
+               was.steady.outlasts(before_->motion, before_->counted.of(was.centre));
+    }
+    void take_over(const KeptSquare& old) {
+        const std::vector<uint32_t>& from = *before_->charts.parts.find(old.drawn_for);
+        std::vector<uint32_t>& to = kept_.parts.list(old.drawn_for);
+        const uint32_t indices_on = static_cast<uint32_t>(to.size()) - old.first_index,
+                       touched_on = static_cast<uint32_t>(kept_.touched.size()) - old.first_touched;
+        to.insert(to.end(), from.begin() + old.first_index, from.begin() + old.first_index + old.indices);
+        taken_over_ += old.indices / 3;
+        const auto pages = std::span(before_->charts.touched).subspan(old.first_touched, old.touched);
+        kept_.touched.insert(kept_.touched.end(), pages.begin(), pages.end());
+        for (const uint32_t page : pages) touched_[page] = 1;
+        last_touched_ = pages.back();
+        for (const KeptSquare& each : std::span(&old, 1 + old.squares)) {
+            KeptSquare& moved = kept_.squares.emplace_back(each);
+            moved.first_index += indices_on;
+            moved.first_touched += touched_on;
+            moved.steady = each.steady.after(before_->motion, before_->counted.of(each.centre));
+        }
+    }
+
+    // In the bintree a square's centre splits both its triangles, into four around it, and the middle of a side the one
+    // that has the side; a quarter is a square again once both middles beside it are in the cut. Its own centre cannot
+    // be before: errors are saturated.
+
+    // What a square is part of.
+    struct Whole {
+        uint32_t mask;  // of views that its triangles are for
+        Steadiness steady;
+        Fan fan;   // its triangles that are not yet in their list
+        Kept old;  // squares in it that the cut before has
+    };
+
+    void draw(const Square& square, const Centres& centres, Whole& whole) {
+        const KeptSquare* const was = find_kept(whole.old, square);
+        if (was != nullptr && is_as_it_was(*was, square, centres, whole.mask)) {
+            put(whole.fan, whole.mask);
+            const auto place = kept_.squares.size();
+            take_over(*was);
+            whole.steady.add(kept_.squares[place].steady);
+            if (was->drawn_for != whole.mask) whole.steady.add_unsteady();
+            return;
+        }
+        Whole part;
+        part.mask = seen(square.level, square.x, square.y, whole.mask, part.steady);
+        Samples in;
+        if (part.mask != 0 && square.level > 0 && find(centres, centres.of(square), part.mask, in, part.steady)) {
+            if (was != nullptr) {
+                part.old.first = static_cast<uint32_t>(was - before_->charts.squares.data()) + 1;
+                part.old.end = part.old.first + was->squares;
+            }
+            put(whole.fan, whole.mask);
+            divide(square, centres, in, whole.mask, part);
+        } else if (part.mask != 0) {
+            Fan& fan = part.mask == whole.mask ? whole.fan : part.fan;
+            const auto& corner = square.corners;
+            const uint32_t from = rising_diagonal(square.x, square.y) ? 0 : 1;
+            fan.add(corner[from], corner[from + 1], corner[from + 2]);
+            fan.add(corner[from + 2], corner[(from + 3) % 4], corner[from]);
+            put(part.fan, part.mask);
+        }
+        whole.steady.add(part.steady);
+        if (part.mask != 0 && part.mask != whole.mask) whole.steady.add_unsteady();
+    }
+
+    // in: of the square, whose centre is in the cut. part: with nothing drawn.
+    void divide(const Square& square, const Centres& centres, const Samples& in, uint32_t looked_at, Whole& part) {
+        const size_t place = kept_.squares.size(), first_index = kept_.parts.list(part.mask).size(),
+                     first_touched = kept_.touched.size();
+        kept_.squares.emplace_back();
+        last_touched_ = nothing;
+        touch(centres.number);
+
+        const auto& corner = square.corners;
+        Centres finer;
+        if (square.level > 1) {
+            const Square first_quarter{square.level - 1, 2 * square.x, 2 * square.y, {}};
+            finer = centres_around(first_quarter);
+            prefetch(finer, first_quarter);
+        }
+        // In turn around the centre: triangles that follow each other share vertices.
+        for (uint32_t k = 0; k < 4; ++k) {
+            const uint32_t after = in.middle[k], before = in.middle[(k + 3) % 4];
+            if (after == nothing) part.fan.add(in.centre, corner[k], corner[(k + 1) % 4]);
+            if (after == nothing && before == nothing) continue;
+            Square quarter{square.level - 1, 2 * square.x + (k == 1 || k == 2), 2 * square.y + (k >= 2), {}};
+            if (after != nothing && before != nothing) {
+                quarter.corners[k] = corner[k];
+                quarter.corners[(k + 1) % 4] = after;
+                quarter.corners[(k + 2) % 4] = in.centre;
+                quarter.corners[(k + 3) % 4] = before;
+                draw(quarter, finer, part);
+                continue;
+            }
+            const uint32_t half_mask = seen(quarter.level, quarter.x, quarter.y, part.mask, part.steady);
+            if (half_mask == 0) continue;
+            Fan half;
+            Fan& to = half_mask == part.mask ? part.fan : half;
+            if (after != nothing) {
+                to.add(in.centre, corner[k], after);
+            } else {
+                to.add(in.centre, before, corner[k]);
+            }
+            if (half_mask == part.mask) continue;
+            put(half, half_mask);
+            part.steady.add_unsteady();
+        }
+        put(part.fan, part.mask);
+
+        const size_t indices = kept_.parts.list(part.mask).size() - first_index;
+        const size_t squares = kept_.squares.size() - place - 1;
+        if (indices < least_kept && squares == 0) {
+            kept_.squares.pop_back();
+            return;
+        }
+        KeptSquare& kept = kept_.squares[place];
+        kept.corners = corner;
+        kept.level = static_cast<uint16_t>(square.level);
+        kept.x = static_cast<uint16_t>(square.x);
+        kept.y = static_cast<uint16_t>(square.y);
+        kept.looked_at = looked_at;
+        kept.drawn_for = part.mask;
+        kept.centre = *in.texel;
+        kept.steady = part.steady;
+        kept.first_index = static_cast<uint32_t>(first_index);
+        kept.indices = static_cast<uint32_t>(indices);
+        kept.first_touched = static_cast<uint32_t>(first_touched);
+        kept.touched = static_cast<uint32_t>(kept_.touched.size() - first_touched);
+        kept.squares = static_cast<uint32_t>(squares);
+    }
+
+    // Whether a square's centre is in the cut; then also which of the middles are. at: the centre in its page.
+    bool find(const Centres& centres, const glm::uvec2& at, uint32_t mask, Samples& in, Steadiness& steady) {
+        const auto& [level, number, entry_at, step, left, top] = centres;
+        const uint32_t lx = at.x, ly = at.y;
+        const Entry& entry = *entry_at;
+        if (entry.first == nullptr) {
+            guess(number, level, mask, steady);
+            return false;
+        }
+        const uint32_t row = n_ + 1;
+        const GeometryTexel* const centre = entry.first + ly * row + lx;
+        if (!is_wanted(*centre, level, steady)) return false;
+        touch(number);
+        if ((entry.usable & 1) == 0) {
+            need(number, mask, steady);
+            return false;
+        }
+        in.texel = centre;
+        in.centre = index(entry, lx, ly);
+        if (ly > step) {
+            if (is_wanted(centre[-static_cast<ptrdiff_t>(step * row)], level, steady))
+                in.middle[0] = in.centre - step * row;
+        } else {
+            in.middle[0] = take_on_border({left + lx, top + ly - step}, level, mask, steady);
+        }
+        if (lx + step < n_) {
+            if (is_wanted(centre[step], level, steady)) in.middle[1] = in.centre + step;
+        } else {
+            in.middle[1] = take_on_border({left + lx + step, top + ly}, level, mask, steady);
+        }
+        if (ly + step < n_) {
+            if (is_wanted(centre[step * row], level, steady)) in.middle[2] = in.centre + step * row;
+        } else {
+            in.middle[2] = take_on_border({left + lx, top + ly + step}, level, mask, steady);
+        }
+        if (lx > step) {
+            if (is_wanted(centre[-static_cast<ptrdiff_t>(step)], level, steady)) in.middle[3] = in.centre - step;
+        } else {
+            in.middle[3] = take_on_border({left + lx - step, top + ly}, level, mask, steady);
+        }
+        return true;
+    }
+    bool is_wanted(const GeometryTexel& texel, uint32_t level, Steadiness& steady) const {
+        if (forced_level_ >= 0) return static_cast<int64_t>(level) >= forced_level_;
+        const float left = wanted_.left_of_reach(texel);
+        if (left > 0) {
+            steady.farther = std::min(steady.farther, left);
+            return true;
+        }
+        steady.nearer = std::min(steady.nearer, -left);
+        return false;
+    }
+
+    // The index of a sample on a page's border, which needs the page across as well, or nothing. at: in steps of its
+    // page's level. Whichever side it is met from, it is the same index.
+    uint32_t take_on_border(glm::uvec2 at, uint32_t level, uint32_t mask, Steadiness& steady) {
+        const uint32_t page_level = std::min(level, base_), side_shift = base_ - page_level,
+                       last = (1u << side_shift) - 1, px = std::min(at.x >> page_shift_, last),
+                       py = std::min(at.y >> page_shift_, last), lx = at.x - (px << page_shift_),
+                       ly = at.y - (py << page_shift_);
+        const uint32_t number = first_page_ + PageTree::page_of(side_shift, px, py);
+        const Entry& entry = residency_.entry(number);
+        const uint32_t needed =
+            1u | (ly == 0 ? 2u : 0u) | (lx == n_ ? 4u : 0u) | (ly == n_ ? 8u : 0u) | (lx == 0 ? 16u : 0u);
+        if (entry.first == nullptr) {
+            guess(number, level, mask, steady);
+            return nothing;
+        }
+        if (!is_wanted(entry.first[ly * (n_ + 1) + lx], level, steady)) return nothing;
+        touch(number);
+        if ((entry.usable & needed) != needed) {
+            for (uint32_t side = 0; side < 4; ++side) {
+                if ((needed >> (side + 1) & 1) != 0) need(residency_.neighbour(number, side), mask, steady);
+            }
+            need(number, mask, steady);
+            return nothing;
+        }
+        return index(entry, lx, ly);
+    }
+
+    // What a page that is not there holds is not known, but what its parent leaves out is.
+    void guess(uint32_t number, uint32_t level, uint32_t mask, Steadiness& steady) {
+        const uint32_t parent = first_page_ + tree_.parent(number - first_page_);
+        if (residency_.entry(parent).texels == nullptr) {  // its turn comes first
+            steady.add_unsteady();
+            return;
+        }
+        const PageBounds& bounds = residency_.about().bounds[number];
+        if (!(forced_level_ >= 0 ? static_cast<int64_t>(level) >= forced_level_ : wanted_.may_be(bounds, steady)))
+            return;
+        ask(number, wanted_.excess(bounds), mask);
+        steady.add_unsteady();  // pages are asked for anew by every cut
+    }
+    // Something that makes the page usable is missing: the first such thing is asked for.
+    void need(uint32_t number, uint32_t mask, Steadiness& steady) {
+        steady.add_unsteady();
+        need(number, mask);
+    }
+    void need(uint32_t number, uint32_t mask) {
+        if (number == ~0u || residency_.usable(number)) return;
+        const uint32_t per_chart = tree_.pages(), page = number % per_chart, first = number - page;
+        const uint32_t parent = first + tree_.parent(page);  // base pages are always usable
+        if (!residency_.usable(parent)) return need(parent, mask);
+        if (residency_.entry(number).texels == nullptr)
+            return ask(number, wanted_.excess(residency_.about().bounds[number]), mask);
+        uint32_t level = 0, x = 0, y = 0;
+        tree_.place(page, &level, &x, &y);
+        need(residency_.neighbour(parent, y % 2 == 0 ? 0 : 2), mask);
+        need(residency_.neighbour(parent, x % 2 == 0 ? 3 : 1), mask);
+    }
+    void ask(uint32_t number, float excess, uint32_t mask) { asked_.emplace_back(number, wish_for(excess, mask)); }
+
+    const Residency& residency_;
+    const Visibility& visibility_;
+    const Wanted& wanted_;
+    const int64_t forced_level_;
+    std::vector<uint8_t>& touched_;
+    KeptCharts& kept_;
+    const Before* const before_;
+    std::vector<std::pair<uint32_t, float>> asked_;
+    size_t next_ = 0;          // chart of those run here
+    uint64_t taken_over_ = 0;  // triangles
+    uint32_t last_touched_ = nothing;
+    const PageTree tree_;
+    const uint32_t n_;
+    const uint32_t page_shift_, base_;
+    uint32_t first_page_ = 0;
+};
+
+}  // namespace
+
+Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand, KeptCut& kept) {
+    LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.touched.size() == residency.pages());
+    const Visibility visibility(request, residency.about());
+    const Wanted wanted(request, residency.about());
+    std::optional<Motion> seen;
+    std::optional<WantedSince> counted;
+    if (kept.residency == &residency && kept.forced_level == request.forced_level) {
+        seen = visibility.since(*kept.visibility);
+        counted = WantedSince::between(*kept.wanted, wanted);
+    }
+    constexpr size_t charts_at_once = 16;
+    const size_t charts = residency.about().charts(), groups = (charts + charts_at_once - 1) / charts_at_once;
+    std::swap(kept.charts, kept.before);
+    kept.charts.resize(groups);
+    std::vector<std::optional<ChartCut>> done(groups);
+    parallel_for(charts, charts_at_once, [&](size_t begin, size_t end) {
+        const size_t group = begin / charts_at_once;
+        kept.charts[group].clear();
+        std::optional<Before> before;
+        if (seen && counted)
+            before.emplace(kept.before[group], *counted, larger(*seen, counted->motion()), kept.updates);
+        ChartCut& cut = done[group].emplace(residency, visibility, wanted, request.forced_level, demand.touched,
+                                            kept.charts[group], before ? &*before : nullptr);
+        for (size_t c = begin; c < end; ++c) cut.run(static_cast<uint32_t>(c));
+        cut.end();
+    });
+    kept.visibility = visibility;
+    kept.wanted = wanted;
+    kept.residency = &residency;
+    kept.updates = residency.updates();
+    kept.forced_level = request.forced_level;
+    kept.taken_over = 0;
+    CutParts parts;
+    for (size_t group = 0; group < groups; ++group) {
+        parts.add(kept.charts[group].parts);
+        kept.taken_over += done[group]->taken_over();
+        for (const auto& [page, wish] : done[group]->asked()) demand.ask(page, wish);
+    }
+    Cut result;
+    result.parts = parts.take();
+    for (const auto& [mask, indices] : result.parts) result.triangles += (mask & 1) != 0 ? indices.size() / 3 : 0;
+    return result;
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,14 @@
+// A cut made of the triangles of the bintree that the pixel error asks for, from what pages are there. Whether a sample
+// is in it is a pure function of numbers that all triangles around it share, so the triangles fit together, across
+// pages, charts and what is missing, with no look at neighbours.
+// The papers are named in sample_errors.h.
+#pragma once
+
+#include "vgi/draw/cut/incremental_cut.h"
+
+namespace lodestone::vgi {
+
+// kept: from the instance's cut before, which may have been of anything; takes what this one leaves for the next.
+Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand, KeptCut& kept);
+
+}  // namespace lodestone::vgi

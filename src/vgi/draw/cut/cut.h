@@ -1,0 +1,110 @@
+// What cuts through an atlas for one instance have in common, however they are made of triangles: what is asked for
+// and what comes of it. Two ways: bintree_cut.h and grid_cut.h.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "frame/view.h"
+#include "vgi/draw/residency.h"
+
+namespace lodestone::vgi {
+
+// By how much eyes and frusta may be elsewhere than where the views of a request have them.
+struct CutMargin {
+    float distance = 0;  // world units, of eyes and planes
+    float turn = 0;      // radians, of the direction that a camera looks in
+    float widening = 0;  // of the tangents of a camera's half angles, as a share
+    bool operator==(const CutMargin&) const = default;
+};
+inline constexpr float most_turn = 0.1f;  // of a margin: it takes finer samples aside
+
+// What a frame wants of an instance.
+struct CutRequest {
+    glm::mat4 object_to_world{1};
+    std::span<const View> views;
+    const View* level_view = nullptr;  // sets the levels; views[0] where there is none
+    double pixel_error = 1;            // pixels, > 0
+    int64_t forced_level = -1;         // >= 0: this level everywhere
+    // grid_cut.h: nodes are divided by what they cover on screen, as in the seed, with no regard to errors; a cell may
+    // be pixels_per_cell * pixel_error pixels wide.
+    bool by_area = false;
+    bool cull_back_faces = true;  // views[0] may leave out what shows it none but back faces
+    CutMargin margin;
+    const View& sets_levels() const { return level_view != nullptr ? *level_view : views[0]; }
+};
+
+inline constexpr double pixels_per_cell = 8;
+
+// How what is drawn is made of triangles.
+enum class Raster {
+    bintree,    // bintree_cut.h, pulled from pages by index lists
+    grid,       // grid_cut.h, the same way
+    grid_area,  // the same by areas on screen, not by errors
+    tess,       // grid_cut.h, a patch for each node, which the device tessellates
+    device,     // device_cut.h: as tess, by nodes that the device chooses
+};
+
+struct Cut {
+    // Triangles by the set of views they are for (bit v: views[v]), in ascending order, each an index list: slot of the
+    // sample's page times LODE_VGI_PAGE_TEXELS, plus its place in the page; counter-clockwise seen from outside. Or, of
+    // patches that a device tessellates, their records (shaders/shared/vgi_texels.h).
+    std::vector<std::pair<uint32_t, std::vector<uint32_t>>> parts;
+    uint64_t triangles = 0;  // of all parts that views[0] has, without flat ones
+};
+
+// What a cut found of pages; accumulates over instances. Sized as the residency's pages.
+struct PageDemand {
+    std::vector<uint8_t> touched;  // 1: a sample of the page is in the cut
+    // Of a missing page: how many times the pixel error leaving it out may cost, less where no camera sees it; 0: not
+    // wanted.
+    std::vector<float> wanted;
+    explicit PageDemand(uint32_t pages = 0) : touched(pages, 0), wanted(pages, 0.0f) {}
+    void ask(uint32_t page, float wish) { wanted[page] = std::max(wanted[page], wish); }
+};
+
+// What a missing page counts, for the views in `mask`: less where views[0] does not see it.
+inline float wish_for(float excess, uint32_t mask) {
+    return std::max(excess, 1e-6f) * ((mask & 1) != 0 ? 1.0f : 0.25f);
+}
+
+// The parts of a cut while it is made.
+class CutParts {
+public:
+    std::vector<uint32_t>& list(uint32_t mask) {
+        if (parts_.empty() || mask != parts_[last_].first) {
+            last_ = 0;
+            while (last_ < parts_.size() && parts_[last_].first != mask) ++last_;
+            if (last_ == parts_.size()) parts_.emplace_back(mask, std::vector<uint32_t>{});
+        }
+        return parts_[last_].second;
+    }
+    // None where there are none of these views.
+    const std::vector<uint32_t>* find(uint32_t mask) const {
+        const auto at = std::ranges::find(parts_, mask, &std::pair<uint32_t, std::vector<uint32_t>>::first);
+        return at == parts_.end() ? nullptr : &at->second;
+    }
+    // Empties all lists and keeps their room.
+    void clear() {
+        for (auto& part : parts_) part.second.clear();
+    }
+    // Appends those of another.
+    void add(const CutParts& other);
+    // In order of their masks.
+    std::vector<std::pair<uint32_t, std::vector<uint32_t>>> take();
+
+private:
+    std::vector<std::pair<uint32_t, std::vector<uint32_t>>> parts_;
+    size_t last_ = 0;
+};
+
+// Pages that views[0] of the request, an eye further along the camera's way, would want and `wanted` does not ask for.
+// Both are sized as the residency's pages; what is foreseen counts less than what is wanted now.
+void foresee(const Residency& residency, const CutRequest& request, std::span<const float> wanted,
+             std::vector<float>& foreseen);
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,87 @@
+// The cuts of all instances for a region of views: good for every frame whose eye and frusta lie within it, as seen
+// from each instance. So a cut can be made beside the frame before, for where camera and instances will be, and is kept
+// for as long as it is good.
+//
+// A cut for more than one eye holds whatever any of them wants, and is as conforming as one for a single eye: what is
+// wanted within a distance is wanted within a larger one, saturated alike. What a frame's own eye does not want is
+// drawn where the coarser level has it, for it is not morphed at all.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "frame/frame_source.h"
+#include "vgi/draw/cut/cut.h"
+#include "vgi/draw/cut/incremental_cut.h"
+#include "vgi/draw/open_atlas.h"
+
+namespace lodestone::vgi {
+
+// What cuts are made for.
+struct CutRegion {
+    std::vector<View> views;          // as FrameInput::views, where the camera is thought to be
+    std::optional<View> level_view;   // as FrameInput::level_view
+    std::vector<Instance> instances;  // where they are thought to be
+    std::vector<CutMargin> margins;   // of views as they are seen from each instance
+    Budget budget;                    // pixel_error, forced_level and max_triangles count
+
+    // Exactly this frame.
+    static CutRegion of(const FrameInput& input);
+    // The next frame, if camera and instances go on as they did between the two; exact where nothing has moved. None
+    // where instances came, went, or changed their size or shape.
+    static std::optional<CutRegion> after(const FrameInput& last, const FrameInput& now);
+    bool covers(const FrameInput& input) const;
+    bool operator==(const CutRegion&) const = default;
+};
+
+struct FrameCuts {
+    CutRegion region;
+    struct Part {
+        uint32_t instance, views;  // views: bit v for views[v]
+        uint32_t words;
+    };
+    std::vector<Part> parts;                             // one after another in `words`, instance after instance
+    std::shared_ptr<const std::vector<uint32_t>> words;  // as Cut::parts has them
+    double pixel_error = 1;  // that cuts were made with, at most: what had to be raised to stay within the budget
+    double raised = 1;       // by how much
+    int64_t level = -1;      // drawn everywhere, or -1
+    uint64_t triangles = 0;  // of views[0]
+
+    // Pages used, children before their parents, numbered over all atlases, by layer.
+    std::array<std::vector<uint32_t>, 2> touched;
+    struct Wish {
+        float wanted;  // PageDemand::wanted
+        Layer layer;
+        bool foreseen;  // not by this region, but further along the way
+        uint32_t atlas, number;
+    };
+    std::vector<Wish> wishes;  // pages that were not there, the most wanted first
+};
+
+void sort_wishes(std::vector<FrameCuts::Wish>& wishes);  // the most wanted first
+
+inline constexpr double raise = 1.189207115;  // of errors, where there are too many triangles: a quarter of an octave
+
+// Errors that were raised fall again step by step, where a step's triangles will hardly be too many: they would go to
+// and fro, and be cut twice.
+inline bool may_lower(uint64_t count, uint64_t most) {
+    return static_cast<double>(count) * raise * raise < static_cast<double>(most);
+}
+
+struct CutLimits {
+    uint64_t most_words;
+    // Of the cuts before.
+    double raised = 1;
+    uint64_t triangles = 0, words = 0;
+};
+
+// Where the device cuts, nothing is cut here: what comes of it are attributes, and what is foreseen of positions.
+// last: the frame before `region`, for what is foreseen further along the way; null for nothing. Reads the atlases, and
+// brings Residency::usable up to date first.
+// kept: of each instance from the cuts before, for those after; any number of them.
+FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion region, const FrameInput* last,
+                    const CutLimits& limits, std::vector<KeptCut>& kept);
+
+}  // namespace lodestone::vgi

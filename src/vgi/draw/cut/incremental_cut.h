@@ -1,0 +1,58 @@
+// What is kept of an instance's cut for the next one to take over where nothing has changed: of squares of the bintree
+// their triangles, and how far the camera may go before any decision in them can turn out otherwise.
+//
+// What is taken over is what a cut from scratch would have made, in the same order.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "vgi/draw/cut/cut.h"
+#include "vgi/draw/cut/refinement_test.h"
+#include "vgi/draw/cut/visibility.h"
+
+namespace lodestone::vgi {
+
+// A square (bintree_cut.h) as it was cut, all that lies in it included.
+struct KeptSquare {
+    std::array<uint32_t, 4> corners;  // indices
+    uint16_t level, x, y;
+    // The views it was looked at for, and those that its triangles are for.
+    uint32_t looked_at, drawn_for;
+    GeometryTexel centre;
+    Steadiness steady;                // of all decisions in it; unsteady where it has triangles for other views, too
+    uint32_t first_index, indices;    // in the list of drawn_for
+    uint32_t first_touched, touched;  // in KeptCharts::touched
+    uint32_t squares;                 // kept ones in it, which follow this one
+};
+
+// Of charts that are cut one after another.
+struct KeptCharts {
+    CutParts parts;
+    std::vector<KeptSquare> squares;  // chart after chart, each before those in it
+    std::vector<uint32_t> touched;    // pages, as PageDemand::touched; those of a square together
+    std::vector<uint32_t> first;      // per chart, of its squares; one more at the end
+
+    // Keeps the room there is.
+    void clear() {
+        parts.clear();
+        squares.clear();
+        touched.clear();
+        first.clear();
+    }
+};
+
+// Of an instance.
+struct KeptCut {
+    std::vector<KeptCharts> charts, before;  // of this cut, and of the one before: room to be used again
+    std::optional<Wanted> wanted;
+    std::optional<Visibility> visibility;
+    const Residency* residency = nullptr;
+    uint64_t updates = 0;  // Residency::updates
+    int64_t forced_level = -1;
+    uint64_t taken_over = 0;  // triangles of the last cut, for statistics
+};
+
+}  // namespace lodestone::vgi

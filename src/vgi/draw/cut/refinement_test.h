@@ -1,0 +1,127 @@
+// Which samples a pixel error asks for, and how long that holds while eye and instance move.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <optional>
+
+#include "shaders/shared/vgi_cut.h"
+#include "vgi/draw/cut/cut.h"
+#include "vgi/draw/cut/slack.h"
+
+namespace lodestone::vgi {
+
+// How long a distance of an error is in a view: a sample of error E and radius r is wanted from within
+// scale * (E * magnification + r), world units, by depth (gpu::lode_within). Smaller than wanted errors are taken where
+// the atlas asks for it.
+double magnification_of(const View& view, double pixel_error);
+
+// How far from the view a point of the world counts to be, as gpu::lode_within has it. World units.
+float counted_distance(const View& view, const glm::vec3& world);
+
+// Whether a sample is wanted, as a pure function of its texel.
+class Wanted {
+public:
+    Wanted(const CutRequest& request, const Atlas& about);
+
+    bool operator()(const GeometryTexel& t) const {
+        const glm::vec3 p = place_of(t);
+        return within(reach_[t.error] + radii_[t.radius], p);
+    }
+    // How much farther away it may count to be, world units, and is still wanted; it is iff that is more than 0.
+    float left_of_reach(const GeometryTexel& t) const {
+        const glm::vec3 p = place_of(t);
+        const float reach = reach_[t.error] + radii_[t.radius], squared = glm::dot(p, p);
+        if (in_picture(p, squared)) return reach - p.z * ahead_;
+        const float left = reach - counted_aside(p, squared);
+        return within(reach, p) ? std::max(left, std::numeric_limits<float>::min()) : std::min(left, 0.0f);
+    }
+    // The same of samples that are not looked at: whether any may be wanted, of the most there can be among them, all
+    // within the sphere of `bounds`.
+    bool may_be(const PageBounds& bounds, SampleCodes most) const {
+        return reach_[most.error] > 0 && within(reach_to(bounds, most), object_.seen(bounds.centre));
+    }
+    bool may_be(const PageBounds& bounds) const { return may_be(bounds, most_of(bounds)); }
+    bool may_be(const PageBounds& bounds, Steadiness& steady) const {
+        if (reach_[bounds.sample_error] > 0) {
+            const glm::vec3 p = object_.seen(bounds.centre);
+            steady.add(std::abs(reach_to(bounds, most_of(bounds)) - counted(p)), glm::length(p) * most_change_);
+        }
+        return may_be(bounds);
+    }
+    // How many times larger than the pixel error leaving them out would be on screen.
+    float excess(const PageBounds& bounds) const;
+
+    // For a device to tell the same.
+    void describe(gpu::VgiCutInstance& instance) const;
+
+private:
+    friend class WantedSince;
+
+    // Where a point is, as gpu::lode_within takes it.
+    struct SeenFromEye {
+        glm::vec3 x, y, z, offset;
+        glm::vec3 seen(const glm::vec3& p) const {
+            return {gpu::lode_mapped(offset.x, x.x, y.x, z.x, p.x, p.y, p.z),
+                    gpu::lode_mapped(offset.y, x.y, y.y, z.y, p.x, p.y, p.z),
+                    gpu::lode_mapped(offset.z, x.z, y.z, z.z, p.x, p.y, p.z)};
+        }
+    };
+    static SampleCodes most_of(const PageBounds& bounds) { return {bounds.sample_error, bounds.sample_radius}; }
+    glm::vec3 place_of(const GeometryTexel& t) const { return lattice_.seen(glm::vec3(t.x, t.y, t.z)); }
+    float reach_to(const PageBounds& bounds, SampleCodes most) const {
+        return reach_[most.error] + radii_[most.radius] + bounds.radius * scale_;
+    }
+    bool within(float reach, const glm::vec3& p) const {
+        return gpu::lode_within(reach, p.x, p.y, p.z, ahead_, cosine_, sine_squared_);
+    }
+    // Short of its corners: where it is nothing but depth that tells, as gpu::lode_within has it.
+    bool in_picture(const glm::vec3& p, float squared) const {
+        return p.z > 0 && p.z * p.z > corner_cosine_squared_ * squared;
+    }
+    float counted_aside(const glm::vec3& p, float squared) const {
+        return gpu::lode_counted(p.z, std::sqrt(squared), ahead_, cosine_, sine_squared_);
+    }
+    // How far away a point counts to be.
+    float counted(const glm::vec3& p) const {
+        const float squared = glm::dot(p, p);
+        return in_picture(p, squared) ? p.z * ahead_ : counted_aside(p, squared);
+    }
+
+    std::array<float, 256> errors_, reach_, radii_;
+    float magnification_, scale_, margin_;
+    float corner_, turn_;                  // radians: from the middle of the picture to its corners; the margin's
+    float corner_cosine_squared_;          // a little more
+    float ahead_, cosine_, sine_squared_;  // as gpu::lode_within takes them
+    // Where the eye turns by an angle, what a point counts to be away changes by that times this times its distance.
+    float most_change_;
+    SeenFromEye lattice_, object_;
+};
+
+// How much what counts has changed between two requests for the same atlas.
+class WantedSince {
+public:
+    // Nothing where more has changed than where things are. Both must outlive it.
+    static std::optional<WantedSince> between(const Wanted& before, const Wanted& now);
+
+    // Of all points.
+    const Motion& motion() const { return motion_; }
+    // Of the sample and those that it is an ancestor of in the bintree: they are within its radius.
+    Change of(const GeometryTexel& t) const;
+
+private:
+    WantedSince(const Wanted& before, const Wanted& now) : before_(&before), now_(&now) {}
+    const Wanted *before_, *now_;
+    Motion motion_;         // of what counts
+    Motion seen_;           // of where points are seen
+    float turned_ = 0;      // how much the gradient of what counts may have turned, of points in the same place
+    float in_picture_ = 0;  // by how much it changed there
+    // Of the angle from the middle of the picture to its corners; and of one that no margin's turn reaches.
+    float picture_sine_ = 0, picture_cosine_ = 0, sine_ = 0, cosine_ = 0;
+    float rounding_ = 0;
+};
+
+}  // namespace lodestone::vgi

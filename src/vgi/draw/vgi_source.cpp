@@ -1,0 +1,436 @@
+#include "vgi/draw/vgi_source.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "base/check.h"
+#include "frame/screen_error.h"
+#include "shaders/shared/vgi_cut.h"
+#include "shaders/shared/vgi_texels.h"
+#include "vgi/bake/images/sample_errors.h"
+#include "vgi/draw/cut/frame_cuts.h"
+#include "vgi/draw/cut/refinement_test.h"
+#include "vgi/draw/mip_tail.h"
+#include "vgi/draw/page_stream.h"
+#include "vgi/study/device_cut.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+constexpr uint32_t list_regions = 3;                      // one is written while the last frames' are drawn
+constexpr uint64_t most_list_bytes = uint64_t{48} << 20;  // per list
+// To a draw: lavapipe takes time by their square (800 at once: 2.5 times as long as 100 at a time).
+constexpr uint32_t most_patches = LODE_CUT_RECORD_PATCHES;
+
+class VgiSource final : public FrameSource {
+public:
+    VgiSource(std::vector<OpenAtlas> atlases, Recipe recipe, Raster raster, std::array<uint32_t, 2> slots,
+              uint32_t texel_words, uint64_t list_capacity)
+        : atlases_(std::move(atlases)),
+          recipe_(std::move(recipe)),
+          raster_(raster),
+          texel_words_(texel_words),
+          list_capacity_(list_capacity),
+          stream_(atlases_, slots, texel_words) {
+        if (raster == Raster::device) device_.emplace(atlases_);
+    }
+    ~VgiSource() override {
+        if (next_.valid()) next_.wait();
+    }
+
+    Result<void> load_base_pages() { return stream_.load_base_pages(); }
+
+    const Recipe& recipe() const override { return recipe_; }
+
+    Plan plan(const FrameInput& input) override {
+        LODE_CHECK(!input.views.empty());
+        Plan plan;
+        plan.generation = recipe_.generation;
+        const std::optional<FrameInput> last = std::exchange(last_, input);
+        last_->arrivals.clear();
+        last_->readbacks.clear();
+        // From here to where the next cuts are begun, nothing else looks at atlases and pages.
+        if (next_.valid()) {
+            // Those that are drawn may be good for longer than what was thought to come.
+            FrameCuts next = next_.get();
+            if (next.region.covers(input)) {
+                take_cuts(std::move(next));
+            } else {
+                behind_ = true;
+            }
+        }
+        stream_.begin_frame(input.frame, input.completed_frame);
+        if (!last) {
+            upload_tables(plan);
+            stream_.place(input, true, plan);
+        }
+        const bool missed = !cuts_ || (!device_ && !cuts_->region.covers(input));
+        if (missed) take_cuts(make_cuts(atlases_, raster_, CutRegion::of(input), nullptr, limits(), kept_));
+        if (device_) take_findings(input);
+        stream_.touch(cuts_->touched);
+        if (last) stream_.place(input, false, plan);
+        device_ ? draw_device_cuts(input, plan) : draw_cuts(input, plan);
+        light(input, plan);
+        const uint32_t missing = stream_.request(cuts_->wishes, input.frame, plan);
+        begin_next_cuts(last, input);
+
+        for (const BufferSpec& buffer : recipe_.buffers) plan.stats.resident_bytes += buffer.bytes;
+        plan.stats.index_bytes = recipe_.buffers[draw_lists].bytes;
+        plan.stats.triangles = device_ ? found_.triangles : cuts_->triangles;
+        plan.stats.more = {{"pages_resident", stream_.resident()},
+                           {"pages_missing", missing},
+                           {"pages_uploaded", stream_.uploaded()},
+                           {"pages_evicted", stream_.evicted()},
+                           {"pages_failed", stream_.failed()},
+                           {"requests_waiting", stream_.waiting()},
+                           {"raised_error", device_ ? raised_ : cuts_->raised},
+                           {"cut_in_frame", missed ? 1 : 0}};
+        return plan;
+    }
+
+    Result<void> validate() const override {
+        if (next_.valid()) next_.wait();
+        for (const OpenAtlas& atlas : atlases_) {
+            if (auto good = atlas.residency->validate(); !good) return good;
+        }
+        return stream_.validate();
+    }
+
+private:
+    CutLimits limits() const {
+        if (!cuts_) return {list_capacity_};
+        return {list_capacity_, cuts_->raised, cuts_->triangles, cuts_->words->size()};
+    }
+
+    void take_cuts(FrameCuts cuts) {
+        cuts_ = std::move(cuts);
+        uploaded_ = false;
+    }
+
+    // Beside what follows of this frame: cuts for the next, unless those there are will be as good as new.
+    void begin_next_cuts(const std::optional<FrameInput>& last, const FrameInput& now) {
+        std::optional<CutRegion> region = last ? CutRegion::after(*last, now) : CutRegion::of(now);
+        if (!region) return;  // every frame cuts for itself
+        const bool changed = stream_.take_changed() || std::exchange(behind_, false);
+        if (!changed && *region == cuts_->region) return;
+        next_ = cutter_.start<FrameCuts>([this, region = std::move(*region), now, limits = limits()] {
+            return make_cuts(atlases_, raster_, region, &now, limits, kept_);
+        });
+    }
+
+    void upload_tables(Plan& plan) const {
+        std::vector<gpu::VgiAsset> records;
+        uint32_t all_positions = 0;
+        for (const OpenAtlas& atlas : atlases_) all_positions += atlas.pages(Layer::geometry);
+        std::vector<float> codes, spacing;
+        for (const OpenAtlas& atlas : atlases_) {
+            const Atlas& about = atlas.file->about();
+            gpu::VgiAsset r{};
+            r.origin_x = static_cast<float>(about.origin.x);
+            r.origin_y = static_cast<float>(about.origin.y);
+            r.origin_z = static_cast<float>(about.origin.z);
+            r.step = static_cast<float>(about.step);
+            r.uv_low_x = about.uv_low.x;
+            r.uv_low_y = about.uv_low.y;
+            r.uv_step_x = about.uv_step.x;
+            r.uv_step_y = about.uv_step.y;
+            r.cells = about.cells;
+            r.levels = about.levels();
+            r.page_cells = atlas.trees[0].cells_per_page();
+            r.first_chart = atlas.first_chart;
+            r.first_page = atlas.first[0];
+            r.first_attribute_page = all_positions + atlas.first[1];
+            r.pages = atlas.trees[0].pages();
+            r.first_small = static_cast<uint32_t>(atlas.first_small);
+            r.small_samples = small_samples(atlas.trees[1].cells_per_page());
+            r.attribute_pages = atlas.trees[1].pages();
+            r.attribute_cells = static_cast<uint32_t>(std::countr_zero(about.attribute_cells));
+            r.has = (about.attributes.uvs ? LODE_VGI_HAS_UVS : 0u) |
+                    (about.attributes.colours ? LODE_VGI_HAS_COLOURS : 0u) |
+                    (about.attributes.materials ? LODE_VGI_HAS_MATERIALS : 0u);
+            spacing.insert(spacing.end(), atlas.spacing.begin(), atlas.spacing.end());
+            records.push_back(r);
+            const ErrorCodes decoded(about.extent());
+            for (int code = 0; code < 256; ++code) codes.push_back(decoded.error(static_cast<uint8_t>(code)));
+            for (int code = 0; code < 256; ++code) codes.push_back(decoded.radius(static_cast<uint8_t>(code)));
+        }
+        for (const OpenAtlas& atlas : atlases_) {
+            const auto bytes = std::as_bytes(std::span(*atlas.small_levels));
+            add_upload(plan, attribute_pool, atlas.first_small * texel_words_ * sizeof(uint32_t),
+                       Blob(atlas.small_levels, bytes.data(), bytes.size()));
+        }
+        add_upload(plan, asset_table, 0, Blob::copy_of(records.data(), records.size()));
+        add_upload(plan, code_table, 0, Blob::copy_of(codes.data(), codes.size()));
+        add_upload(plan, chart_table, 0, Blob::copy_of(spacing.data(), spacing.size()));
+        if (device_) device_->upload_tables(plan);
+    }
+
+    // What the device found out in a frame before is what this one goes on from: pages that are used and missed.
+    void take_findings(const FrameInput& input) {
+        if (auto found = device_->findings(input.readbacks, input.instances)) {
+            found_ = std::move(*found);
+            if (found_.triangles > input.budget.max_triangles) {
+                raised_ *= raise;
+            } else if (may_lower(found_.triangles, input.budget.max_triangles)) {
+                raised_ = std::max(1.0, raised_ / raise);
+            }
+        }
+        stream_.touch_positions(found_.touched);
+        auto& wishes = cuts_->wishes;
+        std::erase_if(wishes, [](const FrameCuts::Wish& w) { return w.layer == Layer::geometry && !w.foreseen; });
+        for (const auto& w : found_.wishes) wishes.push_back({w.wanted, Layer::geometry, false, w.atlas, w.number});
+        sort_wishes(wishes);
+    }
+
+    void draw_device_cuts(const FrameInput& input, Plan& plan) {
+        const double pixel_error = input.budget.pixel_error * raised_;
+        const auto places = device_->cut(input, pixel_error, plan);
+        const double magnification =
+            input.budget.forced_level >= 0 || input.level_view ? 0 : magnification_of(input.views[0], pixel_error);
+        for (uint32_t i = 0; i < input.instances.size(); ++i) {
+            DrawIndirect draw;
+            const Draw whole = draw_of(input, i, magnification, plan);
+            draw.arguments = cut_records;
+            draw.offset = places[i].record_offset;
+            draw.draws = places[i].records;
+            draw.stride = LODE_CUT_RECORD_WORDS * sizeof(uint32_t);
+            for (uint32_t v = 0; v < input.views.size(); ++v) {
+                draw.draw = whole;
+                draw.draw.view = v;
+                draw.draw.words[LODE_VGI_WORD_PATCH] = static_cast<uint32_t>(places[i].first_word);
+                add_draw(draw, input.views[v].kind, plan);
+            }
+            ++plan.stats.instances_drawn;
+        }
+    }
+
+    void draw_cuts(const FrameInput& input, Plan& plan) {
+        if (!uploaded_) {
+            region_ = (region_ + 1) % list_regions;
+            const auto& words = *cuts_->words;
+            LODE_CHECK(words.size() <= list_capacity_, words.size(), list_capacity_);
+            if (!words.empty()) {
+                const auto bytes = std::as_bytes(std::span(words));
+                add_upload(plan, draw_lists, region_ * list_capacity_ * sizeof(uint32_t),
+                           Blob(cuts_->words, bytes.data(), bytes.size()));
+            }
+            uploaded_ = true;
+        }
+        // Cuts may be made with a smaller error than is asked for, never with a larger. By area there are samples that
+        // no error asks for, and nowhere for them to come from.
+        const double magnification =
+            cuts_->level >= 0 || input.level_view || raster_ == Raster::grid_area
+                ? 0
+                : magnification_of(input.views[0], std::max(input.budget.pixel_error, cuts_->pixel_error));
+        uint64_t first = region_ * list_capacity_;
+        auto part = cuts_->parts.begin();
+        for (uint32_t i = 0; i < input.instances.size(); ++i) {
+            const Draw whole = draw_of(input, i, magnification, plan);
+            bool drawn = false;
+            for (; part != cuts_->parts.end() && part->instance == i; ++part) {
+                for (uint32_t v = 0; v < input.views.size(); ++v) {
+                    if ((part->views >> v & 1) == 0) continue;
+                    Draw draw = whole;
+                    draw.view = v;
+                    draw_list(draw, input.views[v].kind, first, part->words, plan);
+                    drawn = drawn || v == 0;
+                }
+                first += part->words;
+            }
+            ++(drawn ? plan.stats.instances_drawn : plan.stats.instances_culled);
+        }
+    }
+
+    // The triangles or patches of `words` words of the lists, from `first` on.
+    void draw_list(Draw draw, View::Kind kind, uint64_t first, uint32_t words, Plan& plan) const {
+        if (raster_ != Raster::tess) {
+            draw.index_buffer = draw_lists;
+            draw.index_offset = first * sizeof(uint32_t);
+            draw.count = words;
+            return add_draw(draw, kind, plan);
+        }
+        draw.words[LODE_VGI_WORD_PATCH] = static_cast<uint32_t>(first);
+        const uint32_t patches = words / LODE_VGI_PATCH_WORDS;
+        for (draw.first_vertex = 0; draw.first_vertex < patches; draw.first_vertex += most_patches) {
+            draw.count = std::min(most_patches, patches - draw.first_vertex);
+            add_draw(draw, kind, plan);
+        }
+    }
+    template <class AnyDraw>
+    static void add_draw(const AnyDraw& draw, View::Kind kind, Plan& plan) {
+        plan.commands.push_back({kind == View::Kind::shadow ? Stage::shadow : Stage::depth, draw});
+    }
+    // Of what the camera sees.
+    static void light(const FrameInput& input, Plan& plan) {
+        for (uint32_t v = 0; v < input.views.size(); ++v) {
+            if (input.views[v].kind != View::Kind::camera || input.instances.empty()) continue;
+            Draw draw;
+            draw.pipeline = lighting_pipeline;
+            draw.view = v;
+            draw.count = 3;
+            plan.commands.push_back({Stage::colour, draw});
+        }
+    }
+
+    // What all draws of an instance have in common; adds it to the plan's instances.
+    Draw draw_of(const FrameInput& input, uint32_t i, double magnification, Plan& plan) const {
+        const Instance& instance = input.instances[i];
+        Draw draw;
+        draw.pipeline = visibility_pipeline;
+        draw.first_id = static_cast<uint32_t>(plan.instance_ids.size());
+        plan.instance_ids.push_back(i);
+        draw.words[LODE_VGI_WORD_ASSET] = instance.asset;
+        draw.words[LODE_VGI_WORD_MAGNIFICATION] = std::bit_cast<uint32_t>(static_cast<float>(magnification));
+        draw.words[LODE_VGI_WORD_SCALE] = std::bit_cast<uint32_t>(largest_scale(instance.object_to_world));
+        return draw;
+    }
+
+    std::vector<OpenAtlas> atlases_;
+    Recipe recipe_;
+    Raster raster_;
+    uint32_t texel_words_;    // of a sample of attributes
+    uint64_t list_capacity_;  // words of one region
+    PageStream stream_;
+    std::optional<FrameCuts> cuts_;  // that are drawn
+    std::vector<KeptCut> kept_;      // from the cuts made last; not to be looked at while next_ is made
+    std::optional<DeviceCut> device_;
+    DeviceCut::Findings found_;  // of the last frame that is known of
+    double raised_ = 1;          // times the pixel error, to save triangles where the device cuts
+    std::optional<FrameInput> last_;
+    uint64_t region_ = 0;    // of the lists, where cuts_ are
+    bool uploaded_ = false;  // they are there
+    bool behind_ = false;    // pages have changed since cuts_ were made
+    std::future<FrameCuts> next_;
+    Worker cutter_;  // last: its thread ends before what it works for
+};
+
+}  // namespace
+
+Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const AtlasFile>> files,
+                                              const VgiOptions& options) {
+    LODE_CHECK(!files.empty());
+    std::vector<OpenAtlas> atlases;
+    uint32_t texel_words = 1;
+    for (auto& file : files) texel_words = std::max(texel_words, attribute_words(file->about().attributes));
+    std::array<uint64_t, 2> pages{}, base{};
+    for (auto& file : files) {
+        OpenAtlas atlas;
+        const Atlas& about = file->about();
+        atlas.file = file;
+        atlas.first_chart = static_cast<uint32_t>(base[0]);
+        atlas.residency = std::make_unique<Residency>(about);
+        atlas.attributes = std::make_unique<AttributePages>(about);
+        for (const Layer layer : both_layers) {
+            const size_t l = index_of(layer);
+            atlas.trees[l] = tree_of(about, layer);
+            atlas.channels[l] = channels_of(about.attributes, layer);
+            atlas.tables.emplace_back(atlas.trees[l], about.charts());
+            pages[l] += uint64_t{about.charts()} * atlas.trees[l].pages();
+            base[l] += about.charts();
+        }
+        atlases.push_back(std::move(atlas));
+    }
+    const std::array<uint64_t, 2> slot_bytes{geometry_slot_bytes + 8,
+                                             uint64_t{LODE_VGI_PAGE_TEXELS} * texel_words * sizeof(uint32_t)};
+    // A quarter of the budget is for what is drawn, or what the coarsest level of a few instances takes; the rest for
+    // pages, halves for each kind unless one needs less.
+    const bool on_device = options.raster == Raster::device, tess = options.raster == Raster::tess || on_device;
+    DeviceCutSizes sizes;
+    for (const OpenAtlas& atlas : atlases) sizes.raise(DeviceCutSizes::of(atlas.file->about()));
+    sizes = sizes.times(std::max(1u, options.instances));
+    const uint64_t least_list_bytes =
+        base[0] * std::max(1u, options.instances) * (tess ? LODE_VGI_PATCH_WORDS * sizeof(uint32_t) : 24);
+    const uint64_t list_bytes =
+        std::clamp(options.resident_bytes / 4 / list_regions / 120 * 120, least_list_bytes,
+                   std::max(tess ? most_list_bytes / 8 / 120 * 120 : most_list_bytes, least_list_bytes));
+    // The device's own lists are for whatever may be drawn, and for one frame after the other.
+    const uint64_t all_list_bytes = on_device ? sizes.list_bytes() : list_bytes * list_regions;
+    // Small levels lie after the pages, in slots of their own.
+    uint64_t small = 0;
+    const auto small_of = [](const OpenAtlas& atlas) {
+        return uint64_t{atlas.file->about().charts()} * small_samples(atlas.trees[1].cells_per_page());
+    };
+    for (const OpenAtlas& atlas : atlases) small += small_of(atlas);
+    const uint64_t small_slots = (small + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
+    uint64_t tables = small_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
+                      atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
+    if (on_device) {
+        tables += sizes.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
+                  pages[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t);
+    }
+    uint64_t left = options.resident_bytes - std::min(options.resident_bytes, tables + all_list_bytes);
+    const uint64_t need = base[0] * slot_bytes[0] + base[1] * slot_bytes[1];
+    if (need > left) {
+        return fail(Fault::machine, "the coarsest pages need " + std::to_string(need) +
+                                        " bytes and the budget leaves " + std::to_string(left) +
+                                        " for pages; raise the budget");
+    }
+    std::array<uint32_t, 2> slots{};
+    left -= need;
+    const std::array<uint64_t, 2> more{(pages[0] - base[0]) * slot_bytes[0], (pages[1] - base[1]) * slot_bytes[1]};
+    const uint64_t first = std::min(more[0], std::max(left / 2, left - std::min(left, more[1])));
+    slots[0] = static_cast<uint32_t>(base[0] + first / slot_bytes[0]);
+    slots[1] = static_cast<uint32_t>(base[1] + std::min(more[1], left - first) / slot_bytes[1]);
+
+    uint64_t next_small = uint64_t{slots[1]} * LODE_VGI_PAGE_TEXELS;
+    for (OpenAtlas& atlas : atlases) {
+        atlas.first_small = next_small;
+        next_small += small_of(atlas);
+    }
+
+    Recipe recipe;
+    recipe.buffers = {{"page pool of positions", slots[0] * geometry_slot_bytes, use_storage,
+                       static_cast<uint32_t>(geometry_slot_bytes)},
+                      {"slots of the page pool", slots[0] * uint64_t{8}, use_storage, 8},
+                      {"page table", (pages[0] + pages[1]) * sizeof(uint32_t), use_storage, 4},
+                      {"page pool of attributes", (slots[1] + small_slots) * slot_bytes[1], use_storage,
+                       static_cast<uint32_t>(slot_bytes[1])},
+                      {"assets", atlases.size() * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
+                      {"errors and radii", atlases.size() * 2048, use_storage, 2048},
+                      {"spacing of samples", base[0] * sizeof(float), use_storage, 4},
+                      {"draw lists", all_list_bytes, tess ? use_storage : use_index, 4}};
+    PipelineSpec pipeline;
+    pipeline.name = tess ? "patches" : "samples";
+    pipeline.vertex = tess ? "vgi/patch.vert" : "vgi/sample.vert";
+    if (tess) {
+        pipeline.tessellation_control = "vgi/patch.tesc";
+        pipeline.tessellation_evaluation = "vgi/patch.tese";
+        pipeline.patch_vertices = 1;
+    }
+    pipeline.visibility = "vgi/visible.frag";
+    uint32_t ever = 0;
+    for (const OpenAtlas& atlas : atlases) {
+        const Atlas& about = atlas.file->about();
+        // Texture coordinates are of use where there is a texture.
+        if (about.attributes.uvs && !about.images.empty()) ever |= LODE_VGI_HAS_UVS;
+        if (about.attributes.colours) ever |= LODE_VGI_HAS_COLOURS;
+        if (about.attributes.materials) ever |= LODE_VGI_HAS_MATERIALS;
+    }
+    pipeline.storage = {
+        StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
+        StorageBinding::texels(LODE_VGI_SLOTS, slot_table, 2), StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
+        StorageBinding::texels(LODE_VGI_CODES, code_table, 1), StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1)};
+    if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read});
+    PipelineSpec lighting;
+    lighting.name = "lighting";
+    lighting.vertex = "frame/whole_view.vert";
+    lighting.fragment = "vgi/atlas.frag";
+    lighting.whole_view = true;
+    lighting.constants = {ever, texel_words};
+    lighting.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
+                        StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
+                        StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1),
+                        StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
+                        StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1)};
+    recipe.pipelines = {pipeline, lighting};
+    if (on_device) DeviceCut::add_to(recipe, atlases, sizes, std::max(1u, options.instances));
+    auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, slots, texel_words,
+                                              list_bytes / sizeof(uint32_t));
+    if (auto done = source->load_base_pages(); !done) return tl::unexpected(done.error());
+    return source;
+}
+
+}  // namespace lodestone::vgi

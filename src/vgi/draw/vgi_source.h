@@ -1,0 +1,33 @@
+// The backend `vgi`: virtual geometry images at run time. A cut of every atlas is made for each instance; the pages it
+// takes samples from live in pools of fixed size, of positions and of attributes, and come from the asset files as they
+// are asked for (PlanStats::requests). The coarsest pages are always there, so there is something to draw from the
+// first frame on, and whatever is missing makes the picture coarser and never breaks it.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "base/result.h"
+#include "frame/frame_source.h"
+#include "vgi/asset/atlas_chunks.h"
+#include "vgi/draw/cut/cut.h"
+
+namespace lodestone::vgi {
+
+struct VgiOptions {
+    uint64_t resident_bytes = uint64_t{1} << 30;  // for pools, tables and index lists together
+    uint32_t instances = 1;                       // most instances in the scene, of all assets
+    Raster raster = Raster::bintree;
+};
+
+// Fault::machine where the coarsest pages alone exceed the budget; Fault::format where one of them is damaged.
+//
+// Requests and arrivals: PageRequest::chunk, offset and bytes say what to read; an arrival with an empty blob is a page
+// that could not be read, which is asked for again later. Statistics in PlanStats::more: pages_resident, pages_missing
+// (wanted by this frame and not there), pages_uploaded, pages_evicted, pages_failed, requests_waiting, raised_error
+// (times the pixel error that was asked for, where triangles had to be saved), cut_in_frame (1: the frame was not where
+// the frames before led to, and made its cut itself).
+Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const AtlasFile>> assets,
+                                              const VgiOptions& options);
+
+}  // namespace lodestone::vgi

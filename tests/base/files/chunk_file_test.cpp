@@ -1,0 +1,112 @@
+#include "base/files/chunk_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+
+namespace lodestone {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ChunkFileTest : public testing::Test {
+protected:
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / fs::path("lodestone-chunk-file-test-" + std::to_string(getpid()));
+        fs::create_directories(folder_);
+        path_ = folder_ / "asset.lode";
+        std::iota(values_.begin(), values_.end(), 0u);
+        auto writer = ChunkWriter::create(path_, {{1, 2}, {3, 4}});
+        ASSERT_TRUE(writer);
+        ASSERT_TRUE(writer->add_array<uint32_t>("numbers", values_));
+        ASSERT_TRUE(writer->add_text("words", "stone"));
+        ASSERT_TRUE(writer->add("nothing", {}));
+        ASSERT_TRUE(writer->commit());
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+    std::string content() const {
+        std::ifstream in(path_, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+    void replace(const std::string& bytes) const { std::ofstream(path_, std::ios::binary) << bytes; }
+
+    fs::path folder_, path_;
+    std::vector<uint32_t> values_ = std::vector<uint32_t>(1000);
+};
+
+TEST_F(ChunkFileTest, GivesBackWhatWasWritten) {
+    const auto file = ChunkFile::open(path_);
+    ASSERT_TRUE(file) << file.error().message;
+    EXPECT_EQ(file->provenance().source, (Hash128{1, 2}));
+    EXPECT_EQ(file->provenance().options, (Hash128{3, 4}));
+    const auto numbers = file->array<uint32_t>("numbers");
+    ASSERT_TRUE(numbers);
+    EXPECT_THAT(*numbers, testing::ElementsAreArray(values_));
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(numbers->data()) % chunk_alignment, 0u);
+    EXPECT_EQ(*file->text("words"), "stone");
+    EXPECT_TRUE(file->bytes("nothing")->empty());
+    EXPECT_TRUE(file->verify());
+    EXPECT_EQ(file->bytes("absent").error().fault, Fault::format);
+}
+
+TEST_F(ChunkFileTest, AnyFlippedBitIsFoundByOneLineThatNamesThePlace) {
+    const std::string good = content();
+    for (size_t at = 0; at < good.size(); at += 7) {
+        std::string bad = good;
+        bad[at] = static_cast<char>(bad[at] ^ (1 << (at % 8)));
+        replace(bad);
+        const auto file = ChunkFile::open(path_);
+        Result<void> verdict = file ? file->verify() : Result<void>(tl::unexpected(file.error()));
+        // Alignment gaps between chunks carry nothing; every byte that carries something is covered by a hash.
+        bool gap = true;
+        if (file) {
+            for (const ChunkInfo& chunk : file->chunks()) gap &= at < chunk.offset || at >= chunk.offset + chunk.bytes;
+        } else {
+            gap = false;
+        }
+        ASSERT_EQ(verdict.has_value(), gap) << "byte " << at;
+        if (verdict) continue;
+        EXPECT_EQ(verdict.error().fault, Fault::format);
+        EXPECT_THAT(verdict.error().message, testing::HasSubstr(path_.string()));
+        EXPECT_THAT(verdict.error().message, testing::Not(testing::HasSubstr("\n")));
+    }
+}
+
+TEST_F(ChunkFileTest, AnyTruncationIsFound) {
+    const std::string good = content();
+    for (size_t length = 0; length < good.size(); length += 13) {
+        replace(good.substr(0, length));
+        const auto file = ChunkFile::open(path_);
+        ASSERT_FALSE(file) << length;
+        EXPECT_EQ(file.error().fault, Fault::format);
+    }
+}
+
+TEST_F(ChunkFileTest, OtherVersionsAreRefusedByName) {
+    std::string bytes = content();
+    const auto refused = [&](uint32_t version) {
+        bytes[12] = static_cast<char>(version);
+        replace(bytes);
+        const auto opened = ChunkFile::open(path_);
+        EXPECT_FALSE(opened);
+        return opened ? "" : opened.error().message;
+    };
+    EXPECT_THAT(refused(chunk_file_version + 1), testing::HasSubstr("newer"));
+    EXPECT_THAT(refused(chunk_file_version - 1), testing::HasSubstr("no longer read"));
+}
+
+TEST_F(ChunkFileTest, AnAbandonedWriterLeavesNothing) {
+    const std::string before = content();
+    {
+        auto writer = ChunkWriter::create(path_, {});
+        ASSERT_TRUE(writer->add_text("words", "lost"));
+    }
+    EXPECT_EQ(content(), before);
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+}  // namespace
+}  // namespace lodestone

@@ -1,0 +1,80 @@
+#include "lod/bake/orders/fan_order.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "fixtures/meshes.h"
+#include "lod/bake/bake.h"
+#include "lod/bake/orders/order_statistics.h"
+#include "mesh/cache/tipsify.h"
+#include "mesh/generate.h"
+#include "mesh/repair.h"
+
+namespace lodestone {
+namespace {
+
+std::vector<uint32_t> indices_of(const TriMesh& mesh) {
+    std::vector<uint32_t> indices;
+    for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
+    return indices;
+}
+
+std::vector<uint32_t> drawn(const std::vector<uint32_t>& indices, const std::vector<uint32_t>& order) {
+    std::vector<uint32_t> out;
+    for (const uint32_t f : order) out.insert(out.end(), {indices[3 * f], indices[3 * f + 1], indices[3 * f + 2]});
+    return out;
+}
+
+TEST(FanOrder, IsAPermutationWithAndWithoutLookingAhead) {
+    for (const auto& f : fixtures::manifold_meshes()) {
+        SCOPED_TRACE(f.name);
+        auto indices = indices_of(f.mesh);
+        indices.insert(indices.end(), {0, 0, 1, 2, 2, 2});  // dead faces
+        for (const uint32_t candidates : {1u, 3u}) {
+            auto order = fan_order(indices, static_cast<uint32_t>(f.mesh.wedge_count()), 16, {}, {candidates, 20, 2});
+            ASSERT_EQ(order.size(), indices.size() / 3);
+            std::sort(order.begin(), order.end());
+            for (uint32_t i = 0; i < order.size(); ++i) ASSERT_EQ(order[i], i);
+        }
+    }
+}
+
+TEST(FanOrder, BeatsTipsifyAndLookingAheadBeatsFanOrder) {
+    TriMesh mesh = generate(Shape::rock, 8000, 1);
+    ASSERT_TRUE(repair(mesh));
+    const auto indices = indices_of(mesh);
+    const auto vertices = static_cast<uint32_t>(mesh.wedge_count());
+    const CacheModel fifo16;
+    const double plain = simulate(fifo16, drawn(indices, fan_order(indices, vertices, 16, {}))).atvr();
+    const double ahead = simulate(fifo16, drawn(indices, fan_order(indices, vertices, 16, {}, {4, 60, 2}))).atvr();
+    EXPECT_LT(plain, simulate(fifo16, tipsify(indices, vertices, 16)).atvr());
+    EXPECT_LT(ahead, plain);
+    EXPECT_LT(ahead, 1.25);
+}
+
+TEST(KeyframeOrder, StaysNearAFreshOrderAtEveryLevelForTheMovesAllowed) {
+    TriMesh mesh = generate(Shape::rock, 12000, 4);
+    ASSERT_TRUE(repair(mesh));
+    const auto list = make_quadric_simplifier()->simplify(mesh, {});
+    ASSERT_TRUE(list);
+    for (const double moves : {2.0, 8.0}) {
+        SCOPED_TRACE(moves);
+        OrderOptions options;
+        options.moves_per_ecol = moves;
+        const auto pm = bake_progressive_mesh(mesh, *list, {"keyframe", "static"}, options);
+        ASSERT_TRUE(pm);
+        const auto levels = sample_levels(*pm, 30, LevelSpacing::uniform);
+        const OrderCost keyframe = cost_of_order(*pm, 0, options.cache, levels),
+                        fixed = cost_of_order(*pm, 1, options.cache, levels);
+        const double fresh = atvr_of_fresh_order(*pm, FreshOrder::meshoptimizer, options.cache, levels);
+        EXPECT_LE(keyframe.moved_per_ecol, 1.05 * moves);
+        EXPECT_LT(keyframe.atvr_mean, fixed.atvr_mean);
+        EXPECT_LT(keyframe.atvr_mean, moves > 4 ? 0.97 * fresh : 1.02 * fresh);
+        EXPECT_LT(keyframe.atvr_worst, 1.4);
+    }
+}
+
+}  // namespace
+}  // namespace lodestone

@@ -1,0 +1,110 @@
+#include "mesh/cache/vertex_cache.h"
+
+#include <gtest/gtest.h>
+#include <meshoptimizer.h>
+
+#include <deque>
+
+#include "base/random.h"
+#include "fixtures/meshes.h"
+#include "mesh/cache/tipsify.h"
+
+namespace lodestone {
+namespace {
+
+std::vector<uint32_t> indices_of(const TriMesh& mesh) {
+    std::vector<uint32_t> indices;
+    for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
+    return indices;
+}
+
+std::vector<uint32_t> shuffled_torus() {
+    TriMesh mesh = fixtures::torus(40, 25);
+    Random random(4);
+    for (size_t i = mesh.triangles.size(); i > 1; --i)
+        std::swap(mesh.triangles[i - 1], mesh.triangles[random.below(static_cast<uint32_t>(i))]);
+    return indices_of(mesh);
+}
+
+uint64_t naive_misses(const std::vector<uint32_t>& indices, size_t size, bool lru) {
+    std::deque<uint32_t> cache;
+    uint64_t misses = 0;
+    for (const uint32_t v : indices) {
+        const auto found = std::find(cache.begin(), cache.end(), v);
+        const bool hit = found != cache.end();
+        misses += !hit;
+        if (hit && lru) cache.erase(found);
+        if (!hit || lru) cache.push_front(v);
+        if (cache.size() > size) cache.pop_back();
+    }
+    return misses;
+}
+
+TEST(VertexCache, FifoAndLruEqualANaiveQueue) {
+    for (const auto& indices :
+         {shuffled_torus(), indices_of(fixtures::grid(30, 30)), indices_of(fixtures::torus(40, 25))}) {
+        for (const uint32_t size : {3u, 16u, 24u, 32u}) {
+            EXPECT_EQ(simulate({CacheModel::Kind::fifo, size, 0, 0}, indices).transforms,
+                      naive_misses(indices, size, false));
+            EXPECT_EQ(simulate({CacheModel::Kind::lru, size, 0, 0}, indices).transforms,
+                      naive_misses(indices, size, true));
+        }
+    }
+}
+
+TEST(VertexCache, BatchModelsEqualMeshoptimizersAnalyzer) {
+    for (const auto& indices :
+         {shuffled_torus(), indices_of(fixtures::grid(30, 30)), indices_of(fixtures::torus(40, 25))}) {
+        const size_t vertices = 1100;
+        const auto expect = [&](const char* name, unsigned cache, unsigned warp, unsigned group) {
+            const auto statistics =
+                meshopt_analyzeVertexCache(indices.data(), indices.size(), vertices, cache, warp, group);
+            EXPECT_EQ(simulate(*cache_model_named(name), indices).transforms, statistics.vertices_transformed) << name;
+        };
+        expect("nvidia", 32, 32, 32);
+        expect("amd", 14, 64, 128);
+        expect("intel", 128, 0, 0);
+    }
+}
+
+TEST(VertexCache, AStripTransformsEveryVertexOnce) {
+    std::vector<uint32_t> strip;
+    for (uint32_t i = 0; i < 50; ++i) strip.insert(strip.end(), {i, i + 1, i + 2});
+    const auto statistics = simulate(CacheModel{}, strip);
+    EXPECT_EQ(statistics.transforms, 52u);
+    EXPECT_EQ(statistics.vertices, 52u);
+    EXPECT_DOUBLE_EQ(statistics.atvr(), 1);
+}
+
+TEST(VertexCache, DegenerateTrianglesCostButDoNotCount) {
+    const std::vector<uint32_t> indices = {0, 1, 2, 7, 7, 8};
+    std::vector<uint8_t> misses;
+    const auto statistics = simulate(CacheModel{}, indices, &misses);
+    EXPECT_EQ(statistics.transforms, 5u);
+    EXPECT_EQ(statistics.triangles, 1u);
+    EXPECT_EQ(statistics.vertices, 3u);
+    EXPECT_EQ(misses, (std::vector<uint8_t>{3, 2}));
+}
+
+TEST(VertexCache, NamesAndModelsAreTheSameThing) {
+    for (const char* name : {"fifo16", "fifo24", "lru32", "nvidia", "amd", "intel"})
+        EXPECT_EQ(name_of(*cache_model_named(name)), name);
+    for (const char* name : {"fifo", "fifo2", "fifo16x", "gpu", ""}) EXPECT_FALSE(cache_model_named(name)) << name;
+}
+
+TEST(Tipsify, KeepsTheTrianglesAndBeatsTheShuffle) {
+    const auto indices = shuffled_torus();
+    const auto ordered = tipsify(indices, 1000, 16);
+    const auto sorted = [](const std::vector<uint32_t>& list) {
+        std::vector<Triangle> triangles;
+        for (size_t i = 0; i < list.size(); i += 3) triangles.push_back({list[i], list[i + 1], list[i + 2]});
+        std::sort(triangles.begin(), triangles.end());
+        return triangles;
+    };
+    EXPECT_EQ(sorted(indices), sorted(ordered));
+    EXPECT_LT(simulate(CacheModel{}, ordered).atvr(), 1.6);
+    EXPECT_GT(simulate(CacheModel{}, indices).atvr(), 4);
+}
+
+}  // namespace
+}  // namespace lodestone

@@ -1,0 +1,210 @@
+#include "vgi/asset/pages.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "base/random.h"
+#include "vgi/asset/bintree.h"
+#include "vgi/asset/error_codes.h"
+#include "vgi/asset/page_means.h"
+
+namespace lodestone::vgi {
+namespace {
+
+// Pages of a square image, whose finest are given: value(channel, x, y).
+template <class Value>
+std::vector<Page> pages_of(const PageTree& tree, std::span<const Channel> channels, Value&& value) {
+    const uint32_t n = tree.cells_per_page(), row = n + 1;
+    std::vector<Page> pages(tree.pages());
+    for (uint32_t p = tree.page(0, 0, 0); p < tree.pages(); ++p) {
+        uint32_t level = 0, px = 0, py = 0;
+        tree.place(p, &level, &px, &py);
+        for (uint32_t c = 0; c < channels.size(); ++c) {
+            for (uint32_t i = 0; i < row * row; ++i)
+                pages[p].values.push_back(static_cast<uint16_t>(value(c, px * n + i % row, py * n + i / row)));
+        }
+    }
+    make_parents(tree, channels, pages);
+    return pages;
+}
+
+TEST(Pages, CodeAnyNumbers) {
+    // Noise, extremes and constants come back as they were.
+    const PageTree tree{64};
+    using Kind = Channel::Kind;
+    const std::vector<Channel> channels{{0, true, false},
+                                        {0, true, false, Kind::smooth},
+                                        {0, true, false, Kind::name},
+                                        {1, false, false, Kind::error},
+                                        {2, false, false, Kind::radius},
+                                        {3, false, true},
+                                        {4, true, false}};
+    constexpr size_t kinds = 7;
+    const size_t plane = 33 * 33;
+    std::vector<Page> pages(tree.pages());
+    uint32_t state = 1;
+    const auto next = [&] { return state = state * 1664525u + 1013904223u; };
+    for (uint32_t p = 0; p < tree.pages(); ++p) {
+        Page& page = pages[p];
+        page.values.resize(kinds * plane);
+        for (size_t i = 0; i < plane; ++i) {
+            for (size_t c = 0; c < 3; ++c) page.values[c * plane + i] = static_cast<uint16_t>(next() >> 16);
+            for (size_t c = 3; c < 5; ++c) page.values[c * plane + i] = static_cast<uint16_t>(next() >> 24);
+            page.values[5 * plane + i] = static_cast<uint16_t>(static_cast<int8_t>(next() >> 24));
+            page.values[6 * plane + i] = p < 2 ? 7 : 65535;
+        }
+    }
+    // A page has its parent's samples.
+    for (uint32_t p = 1; p < tree.pages(); ++p) {
+        uint32_t level = 0, x = 0, y = 0;
+        tree.place(p, &level, &x, &y);
+        for (size_t c = 0; c < kinds; ++c) {
+            for (size_t v = 0; v < 33; v += 2) {
+                for (size_t u = 0; u < 33; u += 2)
+                    pages[p].values[(c * 33 + v) * 33 + u] =
+                        pages[0].values[(c * 33 + y * 16 + v / 2) * 33 + x * 16 + u / 2];
+            }
+        }
+    }
+    ASSERT_EQ(tree.families(), 2u);
+    for (uint32_t f = 0; f < tree.families(); ++f) {
+        auto bytes = encode_family(tree, channels, f, pages);
+        const auto back = PageFamily::unpack(tree, channels, f, bytes);
+        ASSERT_TRUE(back);
+        for (uint32_t k = 0; k < PageTree::members(f); ++k) {
+            const uint32_t p = tree.member(f, k);
+            EXPECT_EQ(tree.family(p), f);
+            EXPECT_EQ(back->page(p, p == 0 ? nullptr : &pages[0]).values, pages[p].values) << p;
+        }
+        // Anything cut off or added is refused, never read past.
+        for (size_t size = 0; size < bytes.size(); size += 97)
+            EXPECT_FALSE(PageFamily::unpack(tree, channels, f, std::span(bytes).first(size)));
+        bytes.push_back(std::byte{0});
+        EXPECT_FALSE(PageFamily::unpack(tree, channels, f, bytes));
+    }
+}
+
+TEST(Pages, ErrorsThatPositionsTellTakeNextToNothing) {
+    // A bumpy surface whose finest samples err as far as they are off the triangles without them, saturated; and errors
+    // about as large that have nothing to do with it.
+    using Kind = Channel::Kind;
+    const PageTree tree{64};
+    const std::vector<Channel> channels{{0, true, false, Kind::smooth},
+                                        {0, true, false, Kind::smooth},
+                                        {0, true, false, Kind::smooth},
+                                        {1, false, false, Kind::error}};
+    const Bintree bintree{64};
+    std::vector<uint16_t> heights(65 * 65);
+    for (size_t i = 0; i < heights.size(); ++i) heights[i] = static_cast<uint16_t>(1000 + mix64(i) % 200);
+    const auto point = [&](GridPoint p) {
+        return glm::dvec3(100 * p.x, 100 * p.y, heights[static_cast<size_t>(p.y * 65 + p.x)]);
+    };
+    const ErrorCodes codes(65535 * std::sqrt(3.0));
+    const auto off_triangles = [&](GridPoint p) {
+        const auto [a, b] = bintree.hypotenuse(p);
+        double off = 0;
+        bintree.for_parents(p, [&](GridPoint q) {
+            const glm::dvec3 normal = glm::normalize(glm::cross(point(b) - point(a), point(q) - point(a)));
+            off = std::max(off, std::abs(glm::dot(normal, point(p) - point(a))));
+        });
+        return uint32_t{round_up(codes.of_error(off), 0)};
+    };
+    const auto error = [&](GridPoint p) {
+        if (bintree.level(p) > 0) return 200u;
+        uint32_t code = off_triangles(p);
+        if (bintree.is_centre(p))
+            bintree.for_children(p, [&](GridPoint q) { code = std::max(code, off_triangles(q) + 4); });
+        return code;
+    };
+    const auto size_with = [&](bool told) {
+        std::vector<Page> pages = pages_of(tree, channels, [&](uint32_t c, uint32_t x, uint32_t y) -> uint32_t {
+            const GridPoint p{static_cast<int32_t>(x), static_cast<int32_t>(y)};
+            if (c < 3) return static_cast<uint32_t>(point(p)[static_cast<int>(c)]);
+            if (told || bintree.level(p) > 0) return error(p);
+            return round_up(static_cast<uint32_t>(120 + mix64(x + 65 * y) % 60), 0);
+        });
+        size_t size = encode_family(tree, channels, 1, pages).size();
+        for (Page& page : pages) std::fill(page.values.begin() + 3 * 33 * 33, page.values.end(), uint16_t{0});
+        size -= encode_family(tree, channels, 1, pages).size();
+        return size;
+    };
+    EXPECT_LT(6 * size_with(true), size_with(false)) << size_with(true);
+}
+
+TEST(Pages, EveryPageIsInOneFamily) {
+    const PageTree tree{256};
+    std::vector<uint32_t> met(tree.pages(), 0);
+    for (uint32_t f = 0; f < tree.families(); ++f) {
+        for (uint32_t k = 0; k < PageTree::members(f); ++k) {
+            const uint32_t p = tree.member(f, k);
+            ++met.at(p);
+            EXPECT_EQ(tree.family(p), f);
+            EXPECT_EQ(p == 0 ? 0 : tree.parent(p) + 1, f);
+        }
+    }
+    EXPECT_THAT(met, testing::Each(1u));
+}
+
+constexpr Channel normal{0, false, true, Channel::Kind::direction, true},
+    grey{1, false, false, Channel::Kind::amount, true}, name{2, true, false, Channel::Kind::name};
+
+TEST(PageMeans, GiveTheSamplesBackAndAgreeOnBorders) {
+    // Whatever they are: extremes, and directions across the folds of the octahedral map.
+    const PageTree tree{128};
+    const std::vector<Channel> channels{normal, normal, grey, name};
+    for (const bool extremes : {false, true}) {
+        const auto value = [&](uint32_t c, uint32_t x, uint32_t y) -> int32_t {
+            const auto noise = static_cast<uint32_t>(mix64(c * 1000003ull + y * 1009ull + x));
+            if (c == 3) return static_cast<int32_t>(noise & 0xffff);
+            if (c == 2) return extremes ? (noise & 1) * 255 : static_cast<int32_t>(100 + noise % 50);
+            return extremes ? ((noise & 1) != 0 ? 127 : -127) : static_cast<int32_t>(noise % 100) - 50;
+        };
+        const std::vector<Page> pages = pages_of(tree, channels, value);
+        std::vector<Page> back(pages.size());
+        for (uint32_t f = 0; f < tree.families(); ++f) {
+            const auto bytes = encode_family(tree, channels, f, pages);
+            const auto family = PageFamily::unpack(tree, channels, f, bytes);
+            ASSERT_TRUE(family);
+            for (uint32_t k = 0; k < PageTree::members(f); ++k) {
+                const uint32_t p = tree.member(f, k);
+                back[p] = family->page(p, p == 0 ? nullptr : &back[tree.parent(p)]);
+                ASSERT_EQ(back[p].values, pages[p].values) << p;
+            }
+        }
+        // Neighbours agree about what they share.
+        for (uint32_t level = 0; level < tree.base_level(); ++level) {
+            for (uint32_t py = 0; py < tree.pages_per_side(level); ++py) {
+                for (uint32_t px = 0; px + 1 < tree.pages_per_side(level); ++px) {
+                    const auto &left = pages[tree.page(level, px, py)].values,
+                               &right = pages[tree.page(level, px + 1, py)].values;
+                    for (size_t i = 0; i < left.size(); i += 33) ASSERT_EQ(left[i + 32], right[i]);
+                }
+            }
+        }
+    }
+}
+
+TEST(PageMeans, AreNearerToWhatIsUnderTheNoise) {
+    const PageTree tree{128};
+    const std::vector<Channel> channels{grey};
+    const auto smooth = [](double x, double y) { return 128 + 60 * std::sin(x / 40) * std::cos(y / 30); };
+    const auto value = [&](uint32_t, uint32_t x, uint32_t y) {
+        const double noise = static_cast<double>(mix64(y * 1009ull + x) % 1000) / 999 - 0.5;
+        return std::lround(smooth(x, y) + 40 * noise);
+    };
+    const std::vector<Page> pages = pages_of(tree, channels, value);
+    double of_means = 0, of_samples = 0;
+    for (uint32_t i = 0; i < 33 * 33; ++i) {
+        const uint32_t x = i % 33 * 4, y = i / 33 * 4;  // two levels
+        const double under = smooth(x, y);
+        of_means += std::pow(pages[0].values[i] - under, 2);
+        of_samples += std::pow(static_cast<double>(value(0, x, y)) - under, 2);
+    }
+    EXPECT_LT(std::sqrt(of_means / of_samples), 0.4);
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

@@ -1,0 +1,52 @@
+#include <gtest/gtest.h>
+
+#include <cctype>
+
+#include "fixtures/real_data.h"
+#include "mesh/io/read.h"
+#include "mesh/repair.h"
+#include "mesh/topology.h"
+#include "vgi/bake/bake.h"
+
+namespace lodestone::vgi {
+namespace {
+
+// Any mesh a user has becomes a sound atlas, at few clusters and at many.
+class RealAtlas : public testing::TestWithParam<const char*> {};
+
+TEST_P(RealAtlas, IsValidAndTheSurfaceItWas) {
+    if (!fixtures::real_data(GetParam())) GTEST_SKIP() << fixtures::missing_data_note(GetParam());
+    const auto mesh = fixtures::repaired_real_mesh(GetParam());
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    const Topology before = topology_of(*mesh);
+    for (const uint32_t clusters : {6u, 60u}) {
+        SCOPED_TRACE(clusters);
+        AtlasOptions options;
+        options.clusters.clusters = clusters;
+        options.cells = 16;
+        options.error_samples = 5000;
+        AtlasReport report;
+        const auto atlas = make_atlas(*mesh, options, report);
+        ASSERT_TRUE(atlas) << atlas.error().message;
+        const auto valid = atlas->validate();
+        EXPECT_TRUE(valid) << valid.error().message;
+        EXPECT_EQ(report.flipped_triangles, 0u);
+        EXPECT_GE(report.clusters, clusters);
+        const Topology after = topology_of(atlas->extract(1));
+        EXPECT_TRUE(after.manifold());
+        EXPECT_EQ(after.inconsistent_edges, 0u);
+        EXPECT_EQ(after.components, before.components);
+        EXPECT_EQ(after.boundary_loops, before.boundary_loops);
+        EXPECT_EQ(after.genus, before.genus);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scans, RealAtlas,
+                         testing::Values("scans/stanford-bunny.obj", "scans/horse.ply", "scans/laurana.ply",
+                                         "scans/falconstatue_boundary.obj", "nasty/cow.off", "nasty/moebius.obj",
+                                         "nasty/mite.obj", "nasty/camel_b.obj", "nasty/soup.stl", "nasty/brain.ply",
+                                         "nasty/boeing.off", "gltf/DamagedHelmet/DamagedHelmet.glb"),
+                         [](const auto& test) { return fixtures::test_name_of(test.param); });
+
+}  // namespace
+}  // namespace lodestone::vgi

@@ -1,0 +1,209 @@
+#include "vgi/bake/images/sample_errors.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+#include <set>
+
+#include "base/random.h"
+#include "fixtures/meshes.h"
+#include "mesh/distance/distance.h"
+#include "mesh/generate.h"
+#include "mesh/repair.h"
+#include "vgi/asset/bintree.h"
+#include "vgi/asset/pages.h"
+#include "vgi/small_atlas.h"
+
+namespace lodestone::vgi {
+namespace {
+
+TEST(Bintree, HasEverySampleOnceAndItsParentsOneDepthUp) {
+    for (const int32_t cells : {2, 8, 32}) {
+        const Bintree tree{cells};
+        std::set<std::pair<int32_t, int32_t>> seen;
+        for (uint32_t depth = 0; depth < tree.depths(); ++depth) {
+            tree.for_depth(depth, [&](GridPoint p) {
+                EXPECT_TRUE(seen.insert({p.x, p.y}).second);
+                EXPECT_EQ(tree.depth(p), depth);
+                const auto [a, b] = tree.hypotenuse(p);
+                EXPECT_EQ(a.x + b.x, 2 * p.x);
+                EXPECT_EQ(a.y + b.y, 2 * p.y);
+                uint32_t parents = 0;
+                tree.for_parents(p, [&](GridPoint q) {
+                    ++parents;
+                    if (tree.is_corner(q)) {
+                        EXPECT_EQ(depth + 1, tree.depths());
+                        return;
+                    }
+                    EXPECT_EQ(tree.depth(q), depth + 1);
+                    bool is_child = false;
+                    tree.for_children(q, [&](GridPoint c) { is_child = is_child || c == p; });
+                    EXPECT_TRUE(is_child);
+                });
+                const bool rim = p.x == 0 || p.y == 0 || p.x == cells || p.y == cells;
+                EXPECT_EQ(parents, rim ? 1u : 2u);
+            });
+        }
+        EXPECT_EQ(seen.size(), static_cast<size_t>(cells + 1) * static_cast<size_t>(cells + 1) - 4);
+    }
+}
+
+TEST(ErrorCodes, RoundUp) {
+    const ErrorCodes codes(5.0);
+    EXPECT_EQ(codes.of_error(0), 0);
+    EXPECT_EQ(codes.error(0), 0);
+    for (double error = 5; error > 1e-8; error *= 0.73) {
+        const float back = codes.error(codes.of_error(error));
+        EXPECT_GE(back, static_cast<float>(error));
+        EXPECT_LE(back, static_cast<float>(error) * 1.0906f);
+        EXPECT_GE(codes.radius(codes.of_radius(error)), static_cast<float>(error));
+    }
+}
+
+TEST(ErrorCodes, OfLatticeDistancesAreThoseOfErrors) {
+    // Object units of a step of the lattice each.
+    const ErrorCodes codes(65535 * std::sqrt(3.0));
+    EXPECT_EQ(error_code_of_squared(0), 0);
+    EXPECT_EQ(error_code_of_squared(1e-30), 1);
+    for (double error = 110000; error > 1e-4; error *= 0.9731)
+        EXPECT_EQ(error_code_of_squared(error * error), codes.of_error(error)) << error;
+    EXPECT_EQ(round_up(0, 0), 0);
+    EXPECT_EQ(round_up(1, 0), 4);
+    EXPECT_EQ(round_up(4, 0), 4);
+    EXPECT_EQ(round_up(253, 0), 255);
+    EXPECT_EQ(round_up(5, 1), 6);
+    EXPECT_EQ(round_up(5, 2), 5);
+}
+
+TEST(SampleErrors, AreSaturatedAndSharedOnAnyMesh) {
+    auto meshes = fixtures::manifold_meshes();
+    meshes.push_back({"rock", fixtures::repaired(Shape::rock, 6000)});
+    meshes.push_back({"terrain", fixtures::repaired(Shape::terrain, 4000)});
+    for (const auto& f : meshes) {
+        SCOPED_TRACE(f.name);
+        const Atlas atlas = small_atlas(f.mesh, 64);
+        const auto valid = validate_errors(atlas);
+        EXPECT_TRUE(valid) << valid.error().message;
+        EXPECT_TRUE(atlas.validate());
+    }
+}
+
+TEST(SampleErrors, HoldFromTheTrianglesToTheSurfaceToo) {
+    // What a cut draws in place of a sample is no farther from the surface than the sample's error says, wherever on
+    // the triangle one looks: between the places the errors were measured at, a tenth is allowed.
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 64);
+    const TriMesh finest = atlas.extract(0);
+    std::vector<uint32_t> indices;
+    for (size_t t = 0; t < finest.triangle_count(); ++t)
+        for (int k = 0; k < 3; ++k) indices.push_back(finest.vertex_of(t, k));
+    const ClosestSurface surface(finest.positions, indices);
+    const ErrorCodes codes(atlas.extent());
+    const Bintree tree{static_cast<int32_t>(atlas.cells)};
+    const double finest_error = static_cast<double>(atlas.errors[0]);
+    Random random(3);
+    size_t looked = 0, beyond = 0;
+    double worst = 0;
+    for (uint32_t chart = 0; chart < atlas.charts(); chart += 2) {
+        const auto at = [&](GridPoint p) {
+            return atlas.point(atlas.texel(chart, static_cast<uint32_t>(p.x), static_cast<uint32_t>(p.y)));
+        };
+        for (uint32_t depth = 0; depth + 1 < tree.depths(); ++depth) {
+            tree.for_depth(depth, [&](GridPoint m) {
+                const auto ends = tree.hypotenuse(m);
+                tree.for_parents(m, [&](GridPoint apex) {
+                    const size_t texel = atlas.texel(chart, static_cast<uint32_t>(m.x), static_cast<uint32_t>(m.y));
+                    const double error = static_cast<double>(codes.error(atlas.sample_errors[texel]));
+                    double distance = 0;
+                    for (uint32_t i = 0; i < 1 + (1u << depth) / 4; ++i) {
+                        const double s = random.unit(), r = random.unit() * (1 - s);
+                        const glm::dvec3 p = at(ends[0]) * (1 - s - r) + at(ends[1]) * s + at(apex) * r;
+                        distance = std::max(distance, surface.closest(p).distance);
+                    }
+                    const double ratio = (distance - 0.1 * finest_error) / error;
+                    ++looked;
+                    beyond += ratio > 1;
+                    worst = std::max(worst, ratio);
+                });
+            });
+        }
+    }
+    EXPECT_GT(looked, 50000u);
+    EXPECT_LT(worst, 1.1);
+    EXPECT_LE(beyond, 5u);
+}
+
+TEST(SampleErrors, ValidationNoticesWhatIsBroken) {
+    const Atlas good = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
+    ASSERT_TRUE(validate_errors(good));
+    Atlas bad = good;
+    bad.sample_errors[bad.texel(0, 32, 32)] = 1;
+    EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("not saturated"));
+    bad = good;
+    bad.sample_radii.assign(bad.sample_radii.size(), 1);
+    EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("not saturated"));
+    bad = good;
+    bad.bounds[0].radius *= 0.5f;
+    EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("outside its sphere"));
+    bad = good;
+    --bad.bounds[2].sample_error;
+    EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("larger code"));
+    bad = good;
+    bad.bounds[3].error = 10 * bad.bounds[0].error;
+    EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("larger error"));
+    bad = good;
+    const GluedSide other = bad.sides[0];
+    const auto [x, y] = on_side(other.side, 5u, bad.cells);
+    ++bad.sample_errors[bad.texel(other.chart, x, y)];
+    EXPECT_THAT(bad.validate().error().message, testing::HasSubstr("differs"));
+}
+
+TEST(SampleErrors, OfLevelsAndPagesAreBoundsOnRealDistances) {
+    const TriMesh mesh = fixtures::repaired(Shape::rock, 6000);
+    const Atlas atlas = small_atlas(mesh, 64);
+    const PageTree tree{atlas.cells};
+    for (uint32_t level = 0; level <= tree.base_level(); ++level) {
+        double largest = 0;
+        for (uint32_t c = 0; c < atlas.charts(); ++c) {
+            for (uint32_t i = 0; i < tree.pages_per_side(level) * tree.pages_per_side(level); ++i) {
+                const uint32_t page = tree.page(level, i % tree.pages_per_side(level), i / tree.pages_per_side(level));
+                largest = std::max<double>(largest, atlas.bounds[size_t{c} * tree.pages() + page].error);
+            }
+        }
+        EXPECT_LE(surface_distance(mesh, atlas.extract(level)).max(), 1.1 * largest) << level;
+        EXPECT_LE(largest, static_cast<double>(atlas.errors[level]));
+    }
+}
+
+TEST(SampleErrors, ConesHoldTheNormalsOfEveryTriangleThatMayBeDrawn) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::sphere, 20000), 64);
+    const PageTree tree{atlas.cells};
+    const Bintree bintree{static_cast<int32_t>(atlas.cells)};
+    uint32_t cones = 0;
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const PageBounds& base = atlas.bounds[size_t{c} * tree.pages()];
+        if (base.cosine == -127) continue;
+        ++cones;
+        const glm::dvec3 axis = glm::normalize(glm::dvec3(base.axis[0], base.axis[1], base.axis[2]));
+        const auto at = [&](GridPoint p) {
+            return atlas.point(atlas.texel(c, static_cast<uint32_t>(p.x), static_cast<uint32_t>(p.y)));
+        };
+        for (uint32_t depth = 0; depth < bintree.depths(); ++depth) {
+            bintree.for_depth(depth, [&](GridPoint p) {
+                const auto ends = bintree.hypotenuse(p);
+                const GridPoint &a = ends[0], &b = ends[1];
+                bintree.for_parents(p, [&](GridPoint apex) {
+                    // Both triangles turn the same way in the square; the turn tells which way round.
+                    const int32_t turn = (b.x - a.x) * (apex.y - a.y) - (b.y - a.y) * (apex.x - a.x);
+                    glm::dvec3 normal = glm::cross(at(b) - at(a), at(apex) - at(a));
+                    if (turn < 0) normal = -normal;
+                    ASSERT_GE(glm::dot(glm::normalize(normal), axis), base.cosine / 127.0 - 1e-12);
+                });
+            });
+        }
+    }
+    EXPECT_GT(cones, atlas.charts() / 2);
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

@@ -1,0 +1,668 @@
+// Cuts through small atlases, however they are made of triangles.
+#include "vgi/draw/cut/bintree_cut.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <set>
+
+#include "base/disjoint_sets.h"
+#include "base/random.h"
+#include "base/threads.h"
+#include "fixtures/meshes.h"
+#include "frame/screen_error.h"
+#include "mesh/generate.h"
+#include "mesh/repair.h"
+#include "shaders/shared/vgi_texels.h"
+#include "vgi/bake/images/sample_errors.h"
+#include "vgi/draw/cut/frame_cuts.h"
+#include "vgi/small_atlas.h"
+#include "vgi/study/grid_cut.h"
+#include "vgi/study/grid_patch.h"
+
+namespace lodestone::vgi {
+namespace {
+
+// Pages that are there with probability `share`, base pages always, whether their parents are or not; slot = number.
+Residency partly_resident(const Atlas& atlas, double share, uint64_t seed) {
+    Residency residency(atlas);
+    Random random(seed);
+    for (uint32_t number = 0; number < residency.pages(); ++number) {
+        const uint32_t chart = number / residency.tree().pages(), page = number % residency.tree().pages();
+        if (page > 0 && random.unit() >= share) continue;
+        if (page >= tree_of(atlas, Layer::geometry, chart).pages()) continue;  // left out
+        residency.put(number,
+                      std::make_shared<const GeometryPage>(
+                          packed_geometry(read_page(atlas, Layer::geometry, chart, page), residency.tree())),
+                      number);
+    }
+    residency.update();
+    return residency;
+}
+
+Cut from_scratch(const Residency& residency, const CutRequest& request, PageDemand& demand) {
+    KeptCut nothing;
+    return cut_bintree(residency, request, demand, nothing);
+}
+
+struct Glue {
+    const Atlas& atlas;
+    DisjointSets sets;
+    explicit Glue(const Atlas& a) : atlas(a), sets(a.texels()) {
+        for (uint32_t c = 0; c < a.charts(); ++c) {
+            for (uint32_t s = 0; s < 4; ++s) {
+                const GluedSide& other = a.sides[size_t{c} * 4 + s];
+                if (other.chart == ~0u) continue;
+                const uint32_t n = a.cells_of(c);
+                for (uint32_t k = 0; k <= n; ++k) {
+                    const auto [x, y] = on_side(s, k, n);
+                    const auto [u, v] = on_side(other.side, n - k, n);
+                    sets.join(static_cast<uint32_t>(a.texel(c, x, y)),
+                              static_cast<uint32_t>(a.texel(other.chart, u, v)));
+                }
+            }
+        }
+    }
+};
+
+struct Sample {
+    uint32_t chart, x, y;  // of the chart's own
+};
+Sample sample_of(const Residency& residency, uint32_t index) {
+    const uint32_t number = index / LODE_VGI_PAGE_TEXELS, texel = index % LODE_VGI_PAGE_TEXELS;
+    const PageTree& tree = residency.tree();
+    uint32_t level = 0, px = 0, py = 0;
+    tree.place(number % tree.pages(), &level, &px, &py);
+    const uint32_t row = tree.samples_per_side(), n = tree.cells_per_page();
+    const uint32_t chart = number / tree.pages(), own = level - residency.about().left_out[chart];
+    return {chart, (px * n + texel % row) << own, (py * n + texel / row) << own};
+}
+
+// Edges that are not met once each way, those on the end of the surface left out.
+size_t bad_edges(const Residency& residency, Glue& glue, const std::vector<uint32_t>& indices) {
+    const Atlas& atlas = glue.atlas;
+    std::vector<std::pair<uint32_t, uint32_t>> edges, rim;
+    size_t bad = 0;
+    for (size_t t = 0; t + 2 < indices.size(); t += 3) {
+        Sample s[3];
+        uint32_t id[3];
+        for (size_t k = 0; k < 3; ++k) {
+            s[k] = sample_of(residency, indices[t + k]);
+            id[k] = glue.sets.find(static_cast<uint32_t>(atlas.texel(s[k].chart, s[k].x, s[k].y)));
+            // What is drawn is what the atlas has there.
+            const GeometryTexel& texel =
+                (*residency.entry(indices[t + k] / LODE_VGI_PAGE_TEXELS).texels)[indices[t + k] % LODE_VGI_PAGE_TEXELS];
+            const auto& p = atlas.positions[id[k]];
+            bad += texel.x != p[0] || texel.y != p[1] || texel.z != p[2];
+        }
+        for (size_t k = 0; k < 3; ++k) {
+            const Sample &a = s[k], &b = s[(k + 1) % 3];
+            edges.emplace_back(id[k], id[(k + 1) % 3]);
+            const uint32_t n = atlas.cells_of(a.chart);
+            const int side = a.y == 0 && b.y == 0   ? 0
+                             : a.x == n && b.x == n ? 1
+                             : a.y == n && b.y == n ? 2
+                             : a.x == 0 && b.x == 0 ? 3
+                                                    : -1;
+            if (side >= 0 && atlas.sides[size_t{a.chart} * 4 + static_cast<size_t>(side)].chart == ~0u)
+                rim.emplace_back(id[k], id[(k + 1) % 3]);
+        }
+    }
+    std::ranges::sort(edges);
+    std::ranges::sort(rim);
+    for (size_t e = 0; e < edges.size(); ++e) {
+        const std::pair back(edges[e].second, edges[e].first);
+        if (e > 0 && edges[e] == edges[e - 1]) ++bad;
+        if (!std::ranges::binary_search(edges, back) && !std::ranges::binary_search(rim, edges[e])) ++bad;
+    }
+    return bad;
+}
+
+// Where it lies: middle and longest extent.
+struct Extent {
+    glm::vec3 centre;
+    float size;
+};
+Extent extent_of(const Atlas& atlas) {
+    glm::dvec3 low(1e300), high(-1e300);
+    for (size_t t = 0; t < atlas.positions.size(); ++t) {
+        low = glm::min(low, atlas.point(t));
+        high = glm::max(high, atlas.point(t));
+    }
+    const glm::dvec3 extent = high - low;
+    return {glm::vec3((low + high) * 0.5), static_cast<float>(std::max({extent.x, extent.y, extent.z}))};
+}
+
+// A camera somewhere around the atlas, near or far, and a shadow view that sees all of it.
+std::vector<View> random_views(const Atlas& atlas, Random& random) {
+    const auto [centre, size] = extent_of(atlas);
+    const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+    Camera camera;
+    camera.eye = centre + glm::vec3(unit(), unit(), unit()) * size * std::exp2(unit() * 2.5f);
+    camera.target = centre + glm::vec3(unit(), unit(), unit()) * size * 0.3f;
+    camera.near_plane = size * 1e-3f;
+    camera.far_plane = size * 100;
+    return {view_of(camera, 1280, 720), shadow_view({0.3f, -1, 0.2f}, centre, size * 4, 64)};
+}
+
+std::vector<uint32_t> all_triangles(const Cut& cut) {
+    std::vector<uint32_t> all;
+    for (const auto& [mask, indices] : cut.parts) {
+        EXPECT_NE(mask & 2, 0u);
+        all.insert(all.end(), indices.begin(), indices.end());
+    }
+    return all;
+}
+
+Cut cut_as(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand) {
+    CutRequest wanted = request;
+    wanted.by_area = raster == Raster::grid_area;
+    return raster == Raster::bintree ? from_scratch(residency, wanted, demand)
+                                     : cut_grid(residency, wanted, demand, GridOutput::indices);
+}
+
+class Cuts : public testing::TestWithParam<Raster> {
+protected:
+    static Cut cut(const Residency& residency, const CutRequest& request, PageDemand& demand) {
+        return cut_as(GetParam(), residency, request, demand);
+    }
+};
+const char* name_of(Raster raster) {
+    return raster == Raster::bintree ? "Bintree" : raster == Raster::grid ? "Grid" : "GridByArea";
+}
+INSTANTIATE_TEST_SUITE_P(By, Cuts, testing::Values(Raster::bintree, Raster::grid, Raster::grid_area),
+                         [](const auto& one) { return name_of(one.param); });
+using ErrorCuts = Cuts;
+INSTANTIATE_TEST_SUITE_P(By, ErrorCuts, testing::Values(Raster::bintree, Raster::grid),
+                         [](const auto& one) { return name_of(one.param); });
+
+size_t count_bad(Raster raster, const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint64_t seed,
+                 size_t* triangles = nullptr) {
+    Glue glue(atlas);
+    Random random(seed);
+    size_t bad = 0;
+    for (uint32_t i = 0; i < cameras; ++i) {
+        Atlas about = gluing;
+        const Residency residency = partly_resident(about, i % 4 == 0 ? 1 : random.unit(), mix64(seed + i));
+        PageDemand demand(residency.pages());
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        request.pixel_error = std::exp2(random.unit() * 5 - 2);
+        if (i % 3 == 0) request.margin = {extent_of(atlas).size * static_cast<float>(random.unit()) * 0.3f, 0.1f};
+        const Cut cut = cut_as(raster, residency, request, demand);
+        const auto all = all_triangles(cut);
+        if (triangles != nullptr) *triangles += all.size() / 3;
+        bad += bad_edges(residency, glue, all);
+    }
+    return bad;
+}
+
+TEST_P(Cuts, FitTogetherForAnyCameraAndAnyPages) {
+    size_t triangles = 0;
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
+        SCOPED_TRACE(f.name);
+        for (const uint32_t cells : {8u, 64u, 128u}) {
+            const Atlas atlas = small_atlas(f.mesh, cells);
+            EXPECT_EQ(count_bad(GetParam(), atlas, atlas, cells == 128 ? 8 : 24, cells, &triangles), 0u) << cells;
+        }
+    }
+    EXPECT_GT(triangles, 100000u);
+}
+
+TEST(Cuts, FallApartWhereTheirRulesAreBroken) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
+    // Errors that are not saturated.
+    Atlas broken = atlas;
+    Random random(3);
+    for (uint32_t c = 0; c < broken.charts(); ++c) {
+        for (uint32_t y = 1; y < broken.cells; ++y) {
+            for (uint32_t x = 1; x < broken.cells; ++x)
+                broken.sample_errors[broken.texel(c, x, y)] = static_cast<uint8_t>(150 + random.next() % 60);
+        }
+    }
+    EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5), 0u);
+    // Errors that glued samples do not share.
+    broken = atlas;
+    for (uint32_t c = 0; c < broken.charts(); ++c) {
+        for (uint32_t k = 1; k < broken.cells; ++k)
+            broken.sample_errors[broken.texel(c, k, 0)] =
+                static_cast<uint8_t>(std::max(0, broken.sample_errors[broken.texel(c, k, 0)] - 8 * (c % 2 ? 1 : 3)));
+    }
+    EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5), 0u);
+    // Pages that are used although what is next to them is not there.
+    broken = atlas;
+    broken.sides.assign(broken.sides.size(), GluedSide{});
+    EXPECT_GT(count_bad(Raster::bintree, atlas, broken, 16, 5), 0u);
+    // Nodes that do not know how coarse their neighbours are.
+    EXPECT_GT(count_bad(Raster::grid, atlas, broken, 16, 5), 0u);
+}
+
+TEST(Cuts, GoOnFromTheOnesBeforeAndAreAsFromScratch) {
+    uint64_t triangles = 0, taken_over = 0;
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
+        SCOPED_TRACE(f.name);
+        const Atlas atlas = small_atlas(f.mesh, 128);
+        const auto [centre, size] = extent_of(atlas);
+        Residency residency = partly_resident(atlas, 0.9, 11);
+        Random random(23);
+        const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+        std::vector<uint32_t> slots(residency.pages());
+        for (uint32_t n = 0; n < slots.size(); ++n) slots[n] = n;
+        KeptCut kept;
+        Camera camera;
+        glm::vec3 way(0), look(0);
+        CutRequest request;
+        for (uint32_t i = 0; i < 90; ++i) {
+            SCOPED_TRACE(i);
+            if (i % 30 == 0) {
+                camera.eye = centre + glm::vec3(unit(), unit(), unit()) * size * std::exp2(unit() * 2);
+                camera.target = centre + glm::vec3(unit(), unit(), unit()) * size * 0.3f;
+                way = glm::vec3(unit(), unit(), unit()) * size * std::exp2(unit() * 4 - 8);
+                look = glm::vec3(unit(), unit(), unit()) * size * std::exp2(unit() * 4 - 8);
+                request.pixel_error = std::exp2(random.unit() * 4 - 2);
+                request.cull_back_faces = i % 60 == 0;
+            }
+            camera.near_plane = size * 1e-3f;
+            camera.far_plane = size * 100;
+            camera.eye += way;
+            camera.target += look;
+            // The instance goes now and then; margins come and go; pages do, and come back elsewhere.
+            if (i % 30 >= 10 && i % 30 < 14) {
+                request.object_to_world[3] += glm::vec4(way, 0);
+                request.object_to_world[0] = {std::cos(0.01f * static_cast<float>(i)), 0,
+                                              std::sin(0.01f * static_cast<float>(i)), 0};
+            }
+            request.margin = i % 7 < 3 ? CutMargin{} : CutMargin{0.5f * glm::length(way), 0.002f, 0.02f};
+            request.forced_level = i % 30 == 25 ? 1 : -1;
+            if (i % 30 >= 18) {
+                for (int k = 0; k < 4; ++k) {
+                    const auto number = static_cast<uint32_t>(random.next() % residency.pages());
+                    if (number % residency.tree().pages() == 0) continue;
+                    const bool was_there = residency.entry(number).texels != nullptr;
+                    if (was_there) residency.drop(number);
+                    if (was_there && random.next() % 4 == 0) continue;
+                    const uint32_t chart = number / residency.tree().pages(), page = number % residency.tree().pages();
+                    if (page >= tree_of(atlas, Layer::geometry, chart).pages()) continue;
+                    slots[number] += residency.pages();
+                    residency.put(number,
+                                  std::make_shared<const GeometryPage>(packed_geometry(
+                                      read_page(atlas, Layer::geometry, chart, page), residency.tree())),
+                                  slots[number]);
+                }
+                residency.update();
+                ASSERT_TRUE(residency.validate());
+            }
+            const std::array views{view_of(camera, 1280, 720), shadow_view({0.3f, -1, 0.2f}, centre, size * 0.4f, 64)};
+            request.views = views;
+            PageDemand demand(residency.pages()), expected_demand(residency.pages());
+            const Cut made = cut_bintree(residency, request, demand, kept);
+            const Cut expected = from_scratch(residency, request, expected_demand);
+            ASSERT_EQ(made.parts, expected.parts);
+            ASSERT_EQ(made.triangles, expected.triangles);
+            ASSERT_EQ(demand.touched, expected_demand.touched);
+            ASSERT_EQ(demand.wanted, expected_demand.wanted);
+            for (const auto& part : made.parts) triangles += part.second.size() / 3;
+            taken_over += kept.taken_over;
+        }
+    }
+    EXPECT_GT(triangles, 100000u);
+    EXPECT_GT(taken_over, triangles / 5) << "of " << triangles << ", where pages are missing";
+}
+
+TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    Random random(17);
+    const auto [centre, size] = extent_of(atlas);
+    size_t held = 0, more = 0;
+    for (uint32_t i = 0; i < 40; ++i) {
+        FrameInput last, now, next;
+        Camera camera;
+        const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+        camera.eye = centre + glm::vec3(unit(), unit(), unit()) * size;
+        camera.target = centre + glm::vec3(unit(), unit(), unit()) * size * 0.2f;
+        const glm::vec3 step = glm::vec3(unit(), unit(), unit()) * size * 0.02f, drift = step * 0.2f;
+        const glm::vec3 look = glm::vec3(unit(), unit(), unit()) * size * 0.02f;
+        // The instance goes and turns, as it does or a little less in the end.
+        glm::mat4 place(1);
+        const glm::vec3 way = glm::vec3(unit(), unit(), unit()) * size * 0.02f;
+        const float turn = i % 3 == 0 ? 0 : unit() * 0.05f;
+        const auto turned = [](float angle) {
+            glm::mat4 m(1);
+            m[0] = {std::cos(angle), std::sin(angle), 0, 0};
+            m[1] = {-std::sin(angle), std::cos(angle), 0, 0};
+            return m;
+        };
+        for (FrameInput* input : {&last, &now, &next}) {
+            // Near and far planes follow, errors are steered.
+            camera.near_plane = glm::distance(camera.eye, centre) * 0.01f;
+            camera.far_plane = glm::distance(camera.eye, centre) + size;
+            input->views = {view_of(camera, 1280, 720)};
+            input->views[0].culls_back_faces = i % 2 == 0;
+            input->instances = {Instance{}};
+            input->instances[0].object_to_world = place;
+            input->budget.pixel_error = last.views.empty() ? 2 : now.views.empty() ? 1.9 : 1.82;
+            camera.eye += step + (now.views.empty() ? glm::vec3(0) : drift);
+            camera.target += look;
+            const float share = now.views.empty() ? 1.0f : 0.9f;
+            place = turned(turn * share) * place;
+            place[3] += glm::vec4(way * share, 0);
+        }
+        const auto region = CutRegion::after(last, now);
+        ASSERT_TRUE(region && region->covers(next)) << i;
+        EXPECT_FALSE(CutRegion::of(now).covers(next));
+        EXPECT_EQ(CutRegion::after(now, now), CutRegion::of(now));
+        FrameInput grown = now;
+        grown.instances[0].object_to_world[0] *= 1.01f;
+        EXPECT_FALSE(CutRegion::after(now, grown));
+        EXPECT_FALSE(region->covers(grown));
+        const auto samples_of = [&](const CutRegion& of) {
+            CutRequest request;
+            request.object_to_world = of.instances[0].object_to_world;
+            request.views = of.views;
+            request.pixel_error = of.budget.pixel_error;
+            request.cull_back_faces = of.views[0].culls_back_faces;
+            request.margin = of.margins[0];
+            PageDemand demand(residency.pages());
+            std::set<uint32_t> samples;
+            for (const auto& [mask, indices] : from_scratch(residency, request, demand).parts)
+                samples.insert(indices.begin(), indices.end());
+            return samples;
+        };
+        const auto wide = samples_of(*region), exact = samples_of(CutRegion::of(next));
+        EXPECT_TRUE(std::ranges::includes(wide, exact)) << i;
+        held += exact.size();
+        more += wide.size();
+    }
+    EXPECT_GT(held, 5000u);
+    EXPECT_LT(static_cast<double>(more) / static_cast<double>(held), 1.3) << "and not much else";
+    // What a region does not hold.
+    FrameInput input;
+    input.views = random_views(atlas, random);
+    input.instances = {Instance{}};
+    const CutRegion exact = CutRegion::of(input);
+    EXPECT_TRUE(exact.covers(input));
+    for (const auto& change : std::vector<std::function<void(FrameInput&)>>{
+             [](FrameInput& f) { f.instances.push_back(Instance{}); }, [](FrameInput& f) { f.budget.forced_level = 1; },
+             [](FrameInput& f) { f.budget.pixel_error *= 0.9; }, [](FrameInput& f) { f.budget.pixel_error *= 3; },
+             [](FrameInput& f) { f.budget.max_triangles = 10; }, [](FrameInput& f) { f.views[0].eye.x += 1e-3f; },
+             [](FrameInput& f) { f.views.pop_back(); }, [](FrameInput& f) { f.level_view = f.views[0]; }}) {
+        FrameInput other = input;
+        change(other);
+        EXPECT_FALSE(exact.covers(other));
+    }
+}
+
+TEST(Cuts, CountDepthInThePictureAndNoLessThanIsFarAsideAndNoFasterThanPointsMove) {
+    Random random(4);
+    const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+    for (const float fov : {0.3f, 0.785f, 1.6f, 2.6f}) {
+        Camera camera;
+        camera.eye = {1, 2, 3};
+        camera.target = {unit(), unit(), unit()};
+        camera.fov_y = fov;
+        const View view = view_of(camera, 1280, 720);
+        const float corner = std::acos(view.corner_cosine());
+        const float cosine = std::cos(2 * corner), sine = std::sin(2 * corner);
+        int inside = 0, beyond = 0;
+        for (int i = 0; i < 2000; ++i) {
+            const glm::vec3 p = camera.eye + 5.0f * glm::vec3(unit(), unit(), unit()), seen = p - camera.eye;
+            const float depth = glm::dot(seen, view.forward()), away = glm::length(seen),
+                        counted = counted_distance(view, p), angle = std::acos(depth / away);
+            if (angle < corner) { EXPECT_NEAR(counted, depth, 1e-4f); }
+            if (angle > 2 * corner) { EXPECT_NEAR(counted, away, 1e-4f); }
+            inside += angle < corner;
+            beyond += angle > 2 * corner;
+            EXPECT_GE(counted, std::max(depth, away * view.corner_cosine()) - 1e-4f);
+            EXPECT_LE(counted, away + 1e-4f);
+            const glm::vec3 q = p + unit() * glm::vec3(unit(), unit(), unit());
+            EXPECT_LE(std::abs(counted_distance(view, q) - counted), glm::distance(p, q) * 1.0001f + 1e-4f);
+            // As cuts have it.
+            for (const float reach : {counted * 0.999f - 1e-4f, counted * 1.001f + 1e-4f}) {
+                const glm::vec3 local = glm::mat3(view.world_to_view) * seen;
+                EXPECT_EQ(gpu::lode_within(reach, local.x, local.y, -local.z, 1, cosine, sine * sine), reach > counted);
+            }
+        }
+        EXPECT_GT(inside, 5);
+        EXPECT_GT(beyond, fov < 1.7f ? 100 : 0);
+    }
+}
+
+TEST_P(ErrorCuts, LeaveOutNoSampleThatCostsMoreThanThePixelError) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    const ErrorCodes codes(atlas.extent());
+    Random random(7);
+    for (uint32_t i = 0; i < 20; ++i) {
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        PageDemand demand(residency.pages());
+        std::set<std::tuple<uint32_t, uint32_t, uint32_t>> there;
+        for (const uint32_t index : all_triangles(cut(residency, request, demand))) {
+            const Sample s = sample_of(residency, index);
+            there.insert({s.chart, s.x, s.y});
+        }
+        const double focal = static_cast<double>(views[0].focal_px);
+        for (uint32_t c = 0; c < atlas.charts(); ++c) {
+            for (uint32_t y = 0; y <= atlas.cells; ++y) {
+                for (uint32_t x = 0; x <= atlas.cells; ++x) {
+                    const size_t t = atlas.texel(c, x, y);
+                    // Errors in the picture are as large as its depth makes them.
+                    const glm::vec4 clip = views[0].world_to_clip() * glm::vec4(atlas.position(t), 1);
+                    const bool seen = clip.w > 0 && std::abs(clip.x) < clip.w && std::abs(clip.y) < clip.w;
+                    const double away =
+                        seen ? static_cast<double>(clip.w) : glm::length(atlas.point(t) - glm::dvec3(views[0].eye));
+                    const double error = static_cast<double>(codes.error(atlas.sample_errors[t]));
+                    if (error * focal > 1.001 * away) {
+                        ASSERT_TRUE(there.contains({c, x, y})) << c << " " << x << " " << y;
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST_P(Cuts, DrawAForcedLevelAsTheAtlasHasIt) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
+        SCOPED_TRACE(f.name);
+        const Atlas atlas = small_atlas(f.mesh, 64);
+        const Residency residency = partly_resident(atlas, 1, 1);
+        Random random(11);
+        const auto views = random_views(atlas, random);
+        for (uint32_t level = 0; level < atlas.levels(); ++level) {
+            CutRequest request;
+            request.views = views;
+            request.forced_level = level;
+            PageDemand demand(residency.pages());
+            EXPECT_EQ(all_triangles(cut(residency, request, demand)).size() / 3, atlas.triangles_at(level));
+        }
+    }
+}
+
+TEST_P(Cuts, AreTheSameForAnyNumberOfThreadsAndAskForWhatIsMissing) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 128);
+    Random random(13);
+    for (uint32_t i = 0; i < 10; ++i) {
+        const Residency residency = partly_resident(atlas, 0.5, i);
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        request.pixel_error = 0.25;
+        set_thread_count(1);
+        PageDemand one(residency.pages()), many(residency.pages());
+        const Cut a = cut(residency, request, one);
+        set_thread_count(8);
+        const Cut b = cut(residency, request, many);
+        set_thread_count(0);
+        EXPECT_EQ(a.parts, b.parts);
+        EXPECT_EQ(one.touched, many.touched);
+        EXPECT_EQ(one.wanted, many.wanted);
+        for (uint32_t number = 0; number < residency.pages(); ++number) {
+            if (one.wanted[number] > 0) { EXPECT_EQ(residency.entry(number).texels, nullptr); }
+        }
+    }
+}
+
+TEST_P(Cuts, GetWhatTheyAskForUntilNothingIsMissing) {
+    // Whatever is asked for comes: in the end the cut is the one with every page there.
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::torus, 3000), 128);
+    const Residency all = partly_resident(atlas, 1, 1);
+    Random random(17);
+    for (uint32_t i = 0; i < 6; ++i) {
+        Residency some = partly_resident(atlas, 0, 1);
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        request.pixel_error = 0.5;
+        PageDemand unused(all.pages());
+        const Cut wanted = cut(all, request, unused);
+        uint32_t rounds = 0;
+        for (;; ++rounds) {
+            PageDemand demand(some.pages());
+            const Cut now = cut(some, request, demand);
+            bool missing = false;
+            for (uint32_t number = 0; number < some.pages(); ++number) {
+                if (demand.wanted[number] == 0) continue;
+                missing = true;
+                some.put(number, all.entry(number).texels, number);
+            }
+            some.update();
+            if (missing) continue;
+            EXPECT_EQ(now.parts, wanted.parts);
+            break;
+        }
+        EXPECT_LE(rounds, 12u);
+    }
+}
+
+bool is_half_a_square(const Sample (&s)[3]) {
+    const auto [low_x, high_x] = std::minmax({s[0].x, s[1].x, s[2].x});
+    const auto [low_y, high_y] = std::minmax({s[0].y, s[1].y, s[2].y});
+    uint32_t corners = 0;
+    for (const Sample& one : s) corners += (one.x == low_x || one.x == high_x) && (one.y == low_y || one.y == high_y);
+    return corners == 3 && high_x - low_x == high_y - low_y;
+}
+
+TEST_P(Cuts, CullOnlyWhatAViewCannotSee) {
+    // Every triangle that faces the camera inside its frustum is in the camera's parts.
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    Random random(19);
+    size_t culled = 0;
+    for (uint32_t i = 0; i < 30; ++i) {
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        PageDemand demand(residency.pages());
+        const Frustum frustum = frustum_of(views[0]);
+        for (const auto& [mask, indices] : cut(residency, request, demand).parts) {
+            if ((mask & 1) != 0) continue;
+            for (size_t t = 0; t < indices.size(); t += 3) {
+                glm::vec3 p[3];
+                Sample s[3];
+                for (size_t k = 0; k < 3; ++k) {
+                    s[k] = sample_of(residency, indices[t + k]);
+                    p[k] = atlas.position(atlas.texel(s[k].chart, s[k].x, s[k].y));
+                }
+                ++culled;
+                // Cones know nothing of what is collapsed: that may be left out, where it costs less than the error.
+                if (GetParam() != Raster::bintree && !is_half_a_square(s)) continue;
+                const glm::vec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
+                if (glm::dot(normal, views[0].eye - p[0]) <= 0) continue;
+                bool outside = false;
+                for (const glm::vec4& plane : frustum.planes) {
+                    bool all = true;
+                    for (const glm::vec3& q : p) all = all && glm::dot(glm::vec3(plane), q) + plane.w < 0;
+                    outside = outside || all;
+                }
+                // Spheres are looser than triangles, never tighter.
+                EXPECT_TRUE(outside) << i << " " << t;
+            }
+        }
+    }
+    EXPECT_GT(culled, 1000u);
+}
+
+TEST(GridCut, ByAreaHasNoCellWiderThanItMayBe) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 128);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    Random random(29);
+    size_t nodes = 0;
+    for (uint32_t i = 0; i < 20; ++i) {
+        const auto views = random_views(atlas, random);
+        CutRequest request;
+        request.views = views;
+        request.by_area = true;
+        request.pixel_error = std::exp2(random.unit() * 3 - 1);
+        PageDemand demand(residency.pages());
+        const Cut cut = cut_grid(residency, request, demand, GridOutput::patches);
+        double widest = 0;
+        for (const auto& [mask, words] : cut.parts) {
+            if ((mask & 1) == 0) continue;
+            for (size_t at = 0; at < words.size(); at += LODE_VGI_PATCH_WORDS) {
+                const GridPatch patch = GridPatch::of_words(std::span(words).subspan(at, LODE_VGI_PATCH_WORDS));
+                const uint32_t slot = patch.slots[0], size = patch.cells() << patch.level;
+                const uint32_t chart = slot / residency.tree().pages();
+                ++nodes;
+                if (patch.level == 0) continue;  // nothing is finer
+                // As wide as its corners are apart: less than the bound.
+                const auto corner = [&](uint32_t dx, uint32_t dy) {
+                    return atlas.point(atlas.texel(chart, patch.x + dx * size, patch.y + dy * size));
+                };
+                const double away = glm::length(0.5 * (corner(0, 0) + corner(1, 1)) - glm::dvec3(views[0].eye));
+                widest = std::max(widest, glm::length(corner(1, 0) - corner(0, 0)) *
+                                              static_cast<double>(views[0].focal_px) / away / patch.cells());
+            }
+        }
+        EXPECT_LT(widest, pixels_per_cell * request.pixel_error) << i;
+    }
+    EXPECT_GT(nodes, 1000u);
+}
+
+TEST(GridCut, SaysTheSameAsPatchesAndAsTriangles) {
+    for (const uint32_t cells : {4u, 16u, 128u}) {
+        const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), cells);
+        Random random(23);
+        size_t patches = 0, smaller = 0;
+        for (uint32_t i = 0; i < 12; ++i) {
+            const Residency residency = partly_resident(atlas, i % 2 == 0 ? 1 : random.unit(), i);
+            const auto views = random_views(atlas, random);
+            CutRequest request;
+            request.views = views;
+            request.pixel_error = std::exp2(random.unit() * 6 - 1);
+            PageDemand demand(residency.pages()), again(residency.pages());
+            const Cut triangles = cut_grid(residency, request, demand, GridOutput::indices);
+            const Cut nodes = cut_grid(residency, request, again, GridOutput::patches);
+            EXPECT_EQ(triangles.triangles, nodes.triangles);
+            EXPECT_EQ(demand.touched, again.touched);
+            ASSERT_EQ(triangles.parts.size(), nodes.parts.size());
+            uint64_t counted = 0;
+            for (size_t part = 0; part < nodes.parts.size(); ++part) {
+                const auto& [mask, words] = nodes.parts[part];
+                EXPECT_EQ(mask, triangles.parts[part].first);
+                std::vector<uint32_t> indices;
+                for (size_t w = 0; w < words.size(); w += LODE_VGI_PATCH_WORDS) {
+                    const GridPatch patch = GridPatch::of_words(std::span(words).subspan(w));
+                    const size_t before = indices.size();
+                    patch.append_indices(atlas.cells, residency.tree().cells_per_page(), indices);
+                    EXPECT_EQ(patch.triangles() * 3, indices.size() - before);
+                    ++patches;
+                    smaller += patch.cells() < 8;
+                }
+                EXPECT_EQ(indices, triangles.parts[part].second);
+                if ((mask & 1) != 0) counted += indices.size() / 3;
+            }
+            EXPECT_EQ(counted, triangles.triangles);
+        }
+        EXPECT_GT(patches, 300u);
+        EXPECT_GT(smaller, 0u);
+    }
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

@@ -1,0 +1,424 @@
+#include "vgi/draw/vgi_source.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <set>
+
+#include "base/random.h"
+#include "fixtures/meshes.h"
+#include "frame/plan_mirror.h"
+#include "mesh/distance/distance.h"
+#include "mesh/generate.h"
+#include "mesh/repair.h"
+#include "shaders/shared/vgi_texels.h"
+#include "vgi/bake/bake.h"
+#include "vgi/draw/pulled_vertex.h"
+
+namespace lodestone::vgi {
+namespace {
+
+class VgiSourceTest : public testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        path_ = path_of("rock");
+        mesh_ = generate(Shape::rock, 20000, 3);
+        ASSERT_TRUE(repair(mesh_));
+        bake(mesh_, path_);
+    }
+    static void TearDownTestSuite() { std::filesystem::remove(path_); }
+
+    static std::filesystem::path path_of(const std::string& name) {
+        return std::filesystem::temp_directory_path() /
+               ("lodestone-vgi-" + name + "-" + std::to_string(getpid()) + ".lode");
+    }
+    static void bake(const TriMesh& mesh, const std::filesystem::path& path) {
+        AtlasOptions options;
+        options.clusters.clusters = 12;
+        options.error_samples = 1000;
+        AtlasReport report;
+        const auto atlas = make_atlas(mesh, options, report);
+        ASSERT_TRUE(atlas);
+        auto writer = ChunkWriter::create(path, {});
+        ASSERT_TRUE(writer);
+        ASSERT_TRUE(write_chunks(*atlas, *writer));
+        ASSERT_TRUE(writer->commit());
+    }
+    static std::shared_ptr<const AtlasFile> atlas(const std::filesystem::path& path = path_) {
+        const auto file = ChunkFile::open(path);
+        EXPECT_TRUE(file);
+        auto opened = AtlasFile::open(*file);
+        EXPECT_TRUE(opened) << opened.error().message;
+        return std::make_shared<const AtlasFile>(std::move(*opened));
+    }
+    static std::unique_ptr<FrameSource> source(uint64_t bytes = uint64_t{1} << 28) {
+        auto opened = open_vgi({atlas()}, {bytes, 3});
+        EXPECT_TRUE(opened) << opened.error().message;
+        return opened ? std::move(*opened) : nullptr;
+    }
+    static Arrival answer(const PageRequest& request) {
+        static const auto file = atlas();
+        return answer(request, *file);
+    }
+    static Arrival answer(const PageRequest& request, const AtlasFile& file) {
+        const auto chunk = file.file().unchecked_bytes(request.chunk);
+        EXPECT_TRUE(chunk);
+        const auto part = chunk->subspan(request.offset, request.bytes);
+        return {request.id, Blob(std::vector<std::byte>(part.begin(), part.end()))};
+    }
+    static FrameInput look_from(const glm::vec3& eye, uint64_t frame) {
+        Camera camera;
+        camera.eye = eye;
+        camera.target = {0, 0, 0};
+        FrameInput input;
+        input.views = {view_of(camera, 640, 360), shadow_view({0.2f, -1, 0.1f}, {0, 0, 0}, 2, 256)};
+        input.views[0].culls_back_faces = true;
+        input.instances = {Instance{}};
+        input.frame = frame;
+        input.completed_frame = frame > 1 ? frame - 1 : 0;
+        return input;
+    }
+    static double figure(const Plan& plan, const std::string& name) {
+        for (const auto& [key, value] : plan.stats.more) {
+            if (key == name) return value;
+        }
+        ADD_FAILURE() << name;
+        return 0;
+    }
+
+    static std::filesystem::path path_;
+    static TriMesh mesh_;
+};
+std::filesystem::path VgiSourceTest::path_;
+TriMesh VgiSourceTest::mesh_;
+
+TEST_F(VgiSourceTest, DrawsFromTheFirstFrameAndGetsFinerAsPagesArrive) {
+    const auto vgi = source();
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
+    std::vector<Arrival> arrivals;
+    uint64_t before = 0, first = 0;
+    int quiet = 0;
+    for (uint64_t frame = 0; frame < 60; ++frame) {
+        FrameInput input = look_from({0.4f, 0.5f, 1.6f}, frame);
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = vgi->plan(input);
+        const auto done = mirror.execute(plan, input);
+        ASSERT_TRUE(done) << done.error().message;
+        const auto valid = vgi->validate();
+        ASSERT_TRUE(valid) << valid.error().message;
+        EXPECT_GT(plan.stats.triangles, 1000u);
+        EXPECT_GE(plan.stats.triangles, before);
+        before = plan.stats.triangles;
+        if (frame == 0) first = plan.stats.triangles;
+        for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
+        quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
+        if (quiet == 3) {
+            EXPECT_EQ(figure(plan, "pages_missing"), 0);
+            EXPECT_EQ(plan.stats.uploaded_bytes, 0u) << "nothing changes any more";
+            // What is drawn lies on the surface.
+            const auto triangles = mirror.triangles_of(0);
+            EXPECT_EQ(triangles.size(), plan.stats.triangles);
+            std::vector<uint32_t> indices;
+            for (size_t t = 0; t < mesh_.triangle_count(); ++t)
+                for (int k = 0; k < 3; ++k) indices.push_back(mesh_.vertex_of(t, k));
+            const ClosestSurface surface(mesh_.positions, indices);
+            const auto focal = static_cast<double>(input.views[0].focal_px);
+            for (size_t t = 0; t < triangles.size(); t += 11) {
+                for (const glm::vec3& p : triangles[t]) {
+                    const double away = glm::distance(p, input.views[0].eye);
+                    EXPECT_LT(surface.closest(glm::dvec3(p)).distance * focal / away, 1.5);
+                }
+            }
+            EXPECT_GT(plan.stats.triangles, first);
+            return;
+        }
+    }
+    FAIL() << "pages never stop being asked for";
+}
+
+TEST_F(VgiSourceTest, AsksForNoPageThatAtlasesLeaveOut) {
+    const auto path = path_of("debris");
+    bake(fixtures::grid_with_debris(), path);
+    const auto file = atlas(path);
+    std::filesystem::remove(path);
+    ASSERT_GT(std::ranges::count(file->about().left_out, 2), 0);
+    auto opened = open_vgi({file}, {uint64_t{1} << 28, 3});
+    ASSERT_TRUE(opened) << opened.error().message;
+    std::vector<Arrival> arrivals;
+    for (uint64_t frame = 0, quiet = 0; frame < 200; ++frame) {
+        FrameInput input = look_from({0.4f, 0.8f, 1.6f}, frame);
+        input.budget.forced_level = 0;
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = (*opened)->plan(input);
+        for (const PageRequest& r : plan.requests) {
+            ASSERT_GT(r.bytes, 0u);
+            arrivals.push_back(answer(r, *file));
+        }
+        quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
+        if (quiet < 3) continue;
+        EXPECT_EQ(figure(plan, "pages_missing"), 0);
+        EXPECT_EQ(figure(plan, "pages_failed"), 0);
+        EXPECT_GT(plan.stats.triangles, 2 * file->about().triangles_at(1) / 3) << "but for what no view shows";
+        return;
+    }
+    FAIL() << "pages never stop being asked for";
+}
+
+TEST_F(VgiSourceTest, AnswersEqualInputsWithEqualPlans) {
+    const auto a = source(), b = source();
+    std::vector<Arrival> arrivals;
+    Random random(5);
+    for (uint64_t frame = 0; frame < 40; ++frame) {
+        const float angle = 0.1f * static_cast<float>(frame);
+        FrameInput input = look_from(glm::vec3(std::sin(angle), 0.3f, std::cos(angle)) * 1.7f, frame);
+        input.budget.upload_bytes = 200000;
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan p = a->plan(input), q = b->plan(input);
+        ASSERT_EQ(hash_of_plan(p), hash_of_plan(q)) << frame;
+        ASSERT_EQ(p, q);
+        if (frame > 0) { EXPECT_LE(p.stats.uploaded_bytes, 200000u + p.stats.triangles * 200 + 100000); }
+        for (const PageRequest& r : p.requests) {
+            if (random.unit() < 0.8) arrivals.push_back(answer(r));
+        }
+    }
+}
+
+TEST_F(VgiSourceTest, GetsCoarserAndNeverBreaksWithRoomForFewPagesAndPagesThatFail) {
+    const auto about = atlas();
+    const uint64_t base_bytes = uint64_t{about->about().charts()} * 2 * 8720;
+    EXPECT_THAT(open_vgi({atlas()}, {base_bytes / 2, 1}).error().message, testing::HasSubstr("raise the budget"));
+    const auto vgi = source(base_bytes * 2);
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
+    Random random(9);
+    std::vector<Arrival> arrivals;
+    double evicted = 0, failed = 0;
+    for (uint64_t frame = 0; frame < 200; ++frame) {
+        const float angle = 0.05f * static_cast<float>(frame);
+        FrameInput input =
+            look_from(glm::vec3(std::sin(angle), 0.3f, std::cos(angle)) * (1.3f + 0.3f * std::sin(angle * 3)), frame);
+        input.budget.pixel_error = 0.5;
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = vgi->plan(input);
+        const auto done = mirror.execute(plan, input);
+        ASSERT_TRUE(done) << done.error().message;
+        const auto valid = vgi->validate();
+        ASSERT_TRUE(valid) << valid.error().message;
+        EXPECT_LE(plan.stats.resident_bytes, base_bytes * 2);
+        EXPECT_GT(plan.stats.triangles, 500u);
+        EXPECT_LE(plan.requests.size(), 128u);
+        evicted += figure(plan, "pages_evicted");
+        failed = figure(plan, "pages_failed");
+        for (const PageRequest& r : plan.requests) {
+            Arrival arrival = answer(r);
+            if (const double luck = random.unit(); luck < 0.05) {
+                arrival.blob = {};
+            } else if (luck < 0.1) {
+                arrival.blob = Blob(std::vector<std::byte>(100, std::byte{7}));
+            } else if (luck < 0.15) {
+                continue;  // lost
+            }
+            arrivals.push_back(arrival);
+        }
+    }
+    EXPECT_GT(evicted, 0);
+    EXPECT_GT(failed, 0);
+}
+
+TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereTheCameraMovesSteadily) {
+    const auto vgi = source();
+    std::vector<Arrival> arrivals;
+    for (uint64_t frame = 0; frame < 60; ++frame) {
+        const bool jumps = frame == 0 || frame == 40;
+        const float angle = 0.02f * static_cast<float>(frame) + (frame >= 40 ? 2.0f : 0.0f);
+        FrameInput input = look_from(glm::vec3(std::sin(angle), 0.3f, std::cos(angle)) * 1.7f, frame);
+        input.budget.pixel_error = 1 + 0.3 * std::sin(0.1 * static_cast<double>(frame));
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = vgi->plan(input);
+        // After a jump the way on is not known either.
+        if (jumps || frame == 1 || frame == 41) {
+            if (jumps) { EXPECT_EQ(figure(plan, "cut_in_frame"), 1); }
+        } else {
+            EXPECT_EQ(figure(plan, "cut_in_frame"), 0) << frame;
+        }
+        for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
+    }
+}
+
+TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereInstancesMoveSteadilyAndLosesNothingWhenTheyStop) {
+    // A rock that moves and stops is drawn as one that has stood there all the time.
+    std::array<uint64_t, 2> triangles{};
+    for (const bool moves : {false, true}) {
+        const auto vgi = source();
+        std::vector<Arrival> arrivals;
+        for (uint64_t frame = 0; frame < 60; ++frame) {
+            FrameInput input = look_from({0.4f, 0.5f, 1.6f}, frame);
+            const uint64_t step = moves ? std::min<uint64_t>(frame, 10) : 10;
+            input.instances[0].object_to_world[3].x = 1e-3f * static_cast<float>(step);
+            input.arrivals = std::move(arrivals);
+            arrivals.clear();
+            const Plan plan = vgi->plan(input);
+            triangles[moves] = plan.stats.triangles;
+            const auto valid = vgi->validate();
+            ASSERT_TRUE(valid) << valid.error().message;
+            // It is not known before that it will go; where it stops, the last cut is still good.
+            EXPECT_EQ(figure(plan, "cut_in_frame"), frame == 0 || (moves && frame == 1)) << frame;
+            for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
+        }
+    }
+    EXPECT_EQ(triangles[0], triangles[1]);
+}
+
+TEST_F(VgiSourceTest, SeesFromInstancesThatTurnWhatTheyWouldSeeStanding) {
+    // Rocks on a turntable, the camera going its own way: nothing is drawn coarser than a cut for that frame has it.
+    const auto vgi = source();
+    std::vector<Arrival> arrivals;
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
+    std::vector<uint32_t> indices;
+    for (size_t t = 0; t < mesh_.triangle_count(); ++t)
+        for (int k = 0; k < 3; ++k) indices.push_back(mesh_.vertex_of(t, k));
+    const ClosestSurface surface(mesh_.positions, indices);
+    for (uint64_t frame = 0; frame < 60; ++frame) {
+        FrameInput input = look_from({0.4f + 0.002f * static_cast<float>(frame), 0.5f, 1.6f}, frame);
+        const float angle = 0.03f * static_cast<float>(frame) + (frame >= 50 ? 1.0f : 0.0f);
+        const glm::mat4 m(std::cos(angle), 0, -std::sin(angle), 0, 0, 1, 0, 0, std::sin(angle), 0, std::cos(angle), 0,
+                          0.1f, 0, -0.2f, 1);
+        input.instances[0].object_to_world = m;
+        input.instances.push_back(Instance{});
+        input.instances[1].object_to_world[3] = {-1, 0, -1, 1};
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = vgi->plan(input);
+        EXPECT_EQ(figure(plan, "cut_in_frame"), frame < 2 || frame == 50 || frame == 51) << frame;
+        const auto done = mirror.execute(plan, input);
+        ASSERT_TRUE(done) << done.error().message;
+        for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
+        if (frame < 40) continue;  // pages are still on their way
+        const auto focal = static_cast<double>(input.views[0].focal_px);
+        const auto triangles = mirror.triangles_of(0);
+        EXPECT_GT(triangles.size(), 1000u);
+        for (size_t t = 0; t < triangles.size(); t += 7) {
+            const glm::vec3 centre = (triangles[t][0] + triangles[t][1] + triangles[t][2]) / 3.0f;
+            const float away = glm::distance(glm::vec3(m * glm::vec4(centre, 1)), input.views[0].eye);
+            EXPECT_LT(surface.closest(glm::dvec3(centre)).distance * focal / static_cast<double>(away), 1.5);
+        }
+    }
+}
+
+TEST_F(VgiSourceTest, KeepsToABudgetOfTriangles) {
+    const auto vgi = source();
+    std::vector<Arrival> arrivals;
+    for (uint64_t frame = 0; frame < 20; ++frame) {
+        FrameInput input = look_from({0.4f, 0.5f, 1.6f}, frame);
+        input.budget.max_triangles = 3000;
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = vgi->plan(input);
+        EXPECT_LE(plan.stats.triangles, 3000u);
+        EXPECT_GT(figure(plan, "raised_error"), 1);
+        for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
+    }
+}
+
+TEST_F(VgiSourceTest, DrawsACoarseLevelAsItIsWhereNoErrorIsLargeEnoughForTheBudget) {
+    const auto drawn = [](uint64_t most, int64_t level) {
+        const auto vgi = source();
+        PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
+        // A needle, whose errors count as if it were as thick as long, right before the eye.
+        FrameInput input = look_from({0.1f, 0, 0}, 0);
+        input.views[0].culls_back_faces = false;
+        input.instances[0].object_to_world[0][0] = input.instances[0].object_to_world[2][2] = 0.01f;
+        input.budget.max_triangles = most;
+        input.budget.forced_level = level;
+        const Plan plan = vgi->plan(input);
+        EXPECT_TRUE(mirror.execute(plan, input));
+        EXPECT_EQ(std::bit_cast<float>(mirror.draws().back().draw.words[LODE_VGI_WORD_MAGNIFICATION]), 0);
+        return mirror.triangles_of(0);
+    };
+    const auto level = atlas()->about().levels() - 2;
+    const auto asked = drawn(~uint64_t{0}, level);
+    ASSERT_FALSE(asked.empty());
+    EXPECT_EQ(drawn(asked.size(), -1), asked) << "vertices are not moved towards a coarser level";
+}
+
+TEST_F(VgiSourceTest, DrawsEveryInstanceAndCullsForEachView) {
+    const auto vgi = source();
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
+    FrameInput input = look_from({0, 0, 6}, 0);
+    input.views[1] = shadow_view({0.2f, -1, 0.1f}, {0, 0, 0}, 5, 256);
+    input.instances.assign(3, Instance{});
+    input.instances[1].object_to_world[3] = glm::vec4(2, 0, 0, 1);
+    input.instances[2].object_to_world[3] = glm::vec4(0, 0, 100, 1);  // behind the camera, out of the light
+    const Plan plan = vgi->plan(input);
+    ASSERT_TRUE(mirror.execute(plan, input));
+    EXPECT_EQ(plan.stats.instances_drawn, 2u);
+    EXPECT_EQ(plan.stats.instances_culled, 1u);
+    EXPECT_FALSE(mirror.triangles_of(0).empty());
+    EXPECT_FALSE(mirror.triangles_of(1).empty());
+    EXPECT_TRUE(mirror.triangles_of(2).empty());
+    uint64_t shadow = 0, shown = 0;
+    for (const auto& draw : mirror.draws()) {
+        if (draw.stage == Stage::shadow) shadow += draw.indices.size();
+        if (mirror.is_shown(draw)) shown += draw.indices.size();
+    }
+    EXPECT_GT(shadow, 0u);
+    EXPECT_EQ(shown / 3, plan.stats.triangles);
+    EXPECT_LT(shown, shadow) << "the camera sees no back faces, the light needs them";
+}
+
+TEST_F(VgiSourceTest, MovesNothingFarInOneFrame) {
+    // Flying towards the rock, vertices that stay are where they were, and those that appear do so in place: the
+    // surface drawn moves by less than a fraction of the pixel error from frame to frame.
+    const auto vgi = source();
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
+    std::vector<Arrival> arrivals;
+    uint64_t frame = 0;
+    const auto draw = [&](float distance) {
+        FrameInput input;
+        for (int quiet = 0; quiet < 3; ++frame) {
+            input = look_from(glm::vec3(0.3f, 0.2f, 1) * distance, frame);
+            input.views[0].culls_back_faces = false;  // all of it, all the time
+            input.arrivals = std::move(arrivals);
+            arrivals.clear();
+            const Plan plan = vgi->plan(input);
+            EXPECT_TRUE(mirror.execute(plan, input));
+            for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
+            quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
+        }
+        return input;
+    };
+    std::vector<glm::vec3> last;
+    double largest = 0;
+    for (float distance = 3.4f; distance > 3.3f; distance *= 0.998f) {
+        const FrameInput input = draw(distance);
+        std::vector<glm::vec3> corners;
+        for (const auto& triangle : mirror.triangles_of(0))
+            corners.insert(corners.end(), triangle.begin(), triangle.end());
+        std::vector<uint32_t> indices(corners.size());
+        for (uint32_t i = 0; i < indices.size(); ++i) indices[i] = i;
+        if (!last.empty()) {
+            const ClosestSurface now(corners, indices);
+            const auto focal = static_cast<double>(input.views[0].focal_px);
+            for (size_t i = 0; i < last.size(); i += 3) {
+                const double moved = now.closest(glm::dvec3(last[i])).distance;
+                largest = std::max(largest, moved * focal / glm::distance(last[i], input.views[0].eye));
+            }
+        }
+        last = std::move(corners);
+    }
+    EXPECT_LT(largest, 0.35);
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

@@ -13,13 +13,17 @@ using namespace lodestone;
 namespace {
 
 int run_program(int argc, char** argv) {
-    CLI::App app("Lodestone, a continuous level-of-detail engine: progressive meshes and baselines on one renderer.",
-                 "lodestone");
+    CLI::App app(
+        "Lodestone, a continuous level-of-detail engine: progressive meshes, virtual geometry images and two baselines "
+        "on one renderer.",
+        "lodestone");
     app.set_version_flag("--version", "lodestone " LODESTONE_VERSION " (" + source_commit() + ")");
     bool verbose = false, quiet = false;
     app.add_flag("-v,--verbose", verbose, "Say more on stderr");
     app.add_flag("-q,--quiet", quiet, "No progress and no warnings");
     app.footer(
+        "Backends are lod (progressive meshes), vgi (virtual geometry images), discrete (a chain of simplified\n"
+        "meshes) and full (the source mesh).\n"
         "Meshes are PLY, OBJ, STL, OFF, glTF or GLB, or height maps (16-bit PNG, GeoTIFF) as terrain; .gz of any of "
         "them.\n"
         "A mesh or a scene given to render, bench, tune or view is baked on first use into the cache folder\n"

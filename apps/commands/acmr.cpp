@@ -85,17 +85,20 @@ Result<int> acmr(const Options& o) {
 
 void add_acmr(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("acmr", "Vertex-cache cost of a face order over all levels");
+    CLI::App* command = app.add_subcommand("acmr", "Simulate the vertex cache over the levels of a progressive mesh");
     command->add_option("asset", o->asset, "Asset file, .lode")->required();
     command->add_option("--cache", o->cache, "Cache model: fifoN, lruN, nvidia, amd or intel")->capture_default_str();
-    command->add_option("--order", o->order, "Face order; the asset's first unless given");
-    command->add_option("--levels", o->levels, "How many levels to look at")
+    command->add_option("--order", o->order, "Face order to simulate; the asset's first unless given");
+    command->add_option("--levels", o->levels, "How many levels to simulate")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    command->add_option("--spacing", o->spacing, "uniform or log in the triangle count")
+    command
+        ->add_option("--spacing", o->spacing,
+                     "How triangle counts of these levels are spaced: evenly (uniform) or by a constant factor (log)")
         ->check(CLI::IsMember({"uniform", "log"}))
         ->capture_default_str();
-    command->add_flag("--compare", o->compare, "Also orders made afresh for every level, and the fixed ones");
+    command->add_flag("--compare", o->compare,
+                      "Also simulate classic, static, and orders made anew for each level (meshoptimizer, tipsify)");
     command->add_flag("--json", o->json, "Print as JSON");
     command->footer(
         examples("lodestone acmr bunny.lode --cache fifo16 --compare\n"

@@ -9,6 +9,7 @@
 #include "base/spill.h"
 #include "base/threads.h"
 #include "lod/bake/orders/face_order.h"
+#include "lod/bake/simplify/collapse_list.h"
 
 namespace lodestone {
 
@@ -136,107 +137,131 @@ Result<int> bake(const Options& given) {
 
 void add_bake(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
-    CLI::App* command =
-        app.add_subcommand("bake", "Make an asset from a mesh (PLY, OBJ, STL, OFF, glTF, height map; also .gz)");
-    command->add_option("mesh", o->mesh, "Mesh file")->required();
-    command->add_option("-o,--out", o->out, "Asset to write, .lode")->required();
-    command->add_option("--backends", o->backends, "What to bake for: lod, vgi, discrete")->capture_default_str();
+    CLI::App* command = app.add_subcommand(
+        "bake", "Make an asset from a mesh: a progressive mesh, an atlas of geometry images, or both");
     command
-        ->add_option("--order", o->orders, "Face orders, the first drawn by default: keyframe, greedy, static, classic")
+        ->add_option("mesh", o->mesh,
+                     "Mesh (PLY, OBJ, STL, OFF, glTF, GLB) or height map (16-bit PNG, GeoTIFF); also .gz")
+        ->required();
+    command->add_option("-o,--out", o->out, "Asset to write, .lode")->required();
+    command
+        ->add_option("--backends", o->backends,
+                     "What to bake, separated by commas: lod (a progressive mesh), vgi (an atlas of geometry images), "
+                     "discrete (a chain of simplified meshes)")
         ->capture_default_str();
     command
         ->add_option(
-            "--cache", o->cache,
-            "What optimised orders aim at: fifoN, lruN, nvidia, amd, intel, or auto: the device last probed, else one "
-            "order for nvidia and fifo16 at once")
+            "--order", o->orders,
+            "lod: face orders to bake, separated by commas: keyframe, greedy, static, classic; the first is drawn "
+            "unless another is asked for")
         ->capture_default_str();
     command
-        ->add_option("--order-seconds", o->bake.order.seconds,
-                     "About how long an optimised order may be searched for, by the size of the mesh")
+        ->add_option("--cache", o->cache,
+                     "lod: vertex cache that face orders are optimised for: fifoN, lruN, nvidia, amd, intel or auto; "
+                     "auto is the model that probe found last, or nvidia before any probe")
+        ->capture_default_str();
+    command
+        ->add_option(
+            "--order-seconds", o->bake.order.seconds,
+            "lod: longest search for a face order, in seconds, about; it is estimated from the size of the mesh, so "
+            "that every machine makes the same asset")
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str();
     command
         ->add_option("--look-ahead", o->bake.order.greedy_look_ahead,
-                     "Order greedy: faces looked ahead for each choice")
-        ->check(CLI::Range(0, 100));
+                     "lod: faces that the order greedy looks ahead for each choice")
+        ->check(CLI::Range(0, 100))
+        ->capture_default_str();
     command
         ->add_option("--moves-per-ecol", o->bake.order.moves_per_ecol,
-                     "Faces moved per collapse, about: more moves, fewer transforms")
+                     "lod: faces moved per edge collapse, about; more moves give fewer vertex transforms")
         ->check(CLI::Range(0.1, 100.0))
         ->capture_default_str();
     command
         ->add_option("--clusters", o->bake.atlas.clusters.clusters,
-                     "vgi: clusters wanted; each becomes a quad chart per side")
+                     "vgi: clusters wanted; each becomes one quad chart for each of its sides")
         ->check(CLI::Range(1, 1 << 20))
         ->capture_default_str();
     command
         ->add_option("--target-error", o->bake.target_error,
-                     "vgi: instead of --clusters, as many as bring the finest level within this, in object units")
+                     "vgi: double --clusters until the error of the finest level is at most this, in object units")
         ->check(CLI::PositiveNumber);
-    command->add_option("--resolution", o->resolution, "vgi: samples per side of a chart, 2^n + 1")
+    command->add_option("--resolution", o->resolution, "vgi: samples along each side of a chart, 2^n + 1")
         ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025}))
         ->capture_default_str();
     command
-        ->add_option("--attribute-resolution", o->attribute_resolution,
-                     "vgi: the same of normals, colours and texture coordinates; as --resolution unless given, never "
-                     "coarser")
+        ->add_option(
+            "--attribute-resolution", o->attribute_resolution,
+            "vgi: samples of normals, colours and texture coordinates along each side; at least --resolution, which "
+            "it is unless given")
         ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025, 2049, 4097}));
-    const auto weight = [&](const char* name, double& value, const char* what) {
-        command->add_option(name, value, std::string("vgi: what a cluster's ") + what + " costs")
+    const auto cluster_weight = [&](const char* name, double& value, const char* what) {
+        command->add_option(name, value, std::string("vgi: weight, in the cost of a cluster, of ") + what)
             ->check(CLI::Range(0.0, 1e6))
             ->capture_default_str();
     };
     vgi::ClusterWeights& weights = o->bake.atlas.clusters.weights;
-    weight("--planarity-weight", weights.planarity, "distance from a plane");
-    weight("--compactness-weight", weights.compactness, "long border");
-    weight("--irregularity-weight", weights.irregularity, "becoming less round");
-    weight("--size-weight", weights.size, "size");
-    weight("--curvature-weight", weights.curvature, "turning normals");
-    weight("--feature-weight", weights.feature, "hiding of creases and seams inside it");
-    weight("--bulge-weight", weights.bulge, "bulging over its border");
+    cluster_weight("--planarity-weight", weights.planarity, "its distance from a plane");
+    cluster_weight("--compactness-weight", weights.compactness, "the length of its border");
+    cluster_weight("--irregularity-weight", weights.irregularity, "how much less round a merge makes it");
+    cluster_weight("--size-weight", weights.size, "its area");
+    cluster_weight("--curvature-weight", weights.curvature, "how far its normals differ");
+    cluster_weight("--feature-weight", weights.feature, "creases and edges of colour or material inside it");
+    cluster_weight("--bulge-weight", weights.bulge, "how far it bulges beyond its border");
     command
         ->add_option("--worst-stretch", o->bake.atlas.worst_stretch,
-                     "vgi: clusters are made finer where a chart is stretched more")
+                     "vgi: largest stretch of a chart; where a chart has more, clusters are made finer")
         ->check(CLI::Range(1.1, 1e6))
         ->capture_default_str();
     command
-        ->add_option("--curvature-importance", o->bake.atlas.parameterise.curvature_importance,
-                     "vgi: samples lie denser by curvature to this power; 0 spreads them evenly")
+        ->add_option(
+            "--curvature-importance", o->bake.atlas.parameterise.curvature_importance,
+            "vgi: samples are denser where the surface bends, by its curvature to this power; 0 spreads them evenly")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
     command
-        ->add_option("--rounding-share", o->bake.atlas.rounding_share,
-                     "vgi: how much rounding positions may add to the error of sampling, as a share of it; less takes "
-                     "more bytes")
+        ->add_option(
+            "--rounding-share", o->bake.atlas.rounding_share,
+            "vgi: error that the rounding of positions may add, as a share of the error of sampling; a smaller share "
+            "takes more bytes")
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command
         ->add_option("--memory", o->memory_mib,
-                     "What baking may keep in memory, about, MiB; the rest waits in nameless files in --tmp")
+                     "Memory to keep to, in MiB, about, at least 192; the rest waits in unnamed files in --tmp")
         ->check(CLI::Range(1, 1 << 30));
-    command->add_flag("--resume", o->resume,
-                      "Keep finished stages in a work folder until the asset is written: the same command goes on from "
-                      "them, also after it was killed");
+    command->add_flag(
+        "--resume", o->resume,
+        "Keep finished stages in a work folder until the asset is written; the same command then goes on from "
+        "them, even if it was killed");
     command
         ->add_option(
             "--tmp", o->tmp,
-            "Folder, on a disk, for the files of --resume and --memory; the system's for temporary files unless given")
+            "Folder for the files of --resume and --memory, on a disk; the system's folder for temporary files unless "
+            "given")
         ->check(CLI::ExistingDirectory);
     command->add_option("--report", o->report, "Also write the bake report to this JSON file");
     command->add_flag("--json", o->json, "Print the bake report as JSON");
-    command->add_option("--simplifier", o->bake.simplifier, "quadric (ours) or openmesh")
+    command
+        ->add_option("--simplifier", o->bake.simplifier,
+                     "lod: simplifier: quadric (our own) or openmesh (OpenMesh's decimater)")
         ->check(CLI::IsMember({"quadric", "openmesh"}))
         ->capture_default_str();
-    command->add_option("--normal-weight", o->bake.normal_weight, "Weight of normals in the error")
-        ->check(CLI::Range(0.0, 1e6));
-    command->add_option("--uv-weight", o->bake.uv_weight, "Weight of texture coordinates in the error")
-        ->check(CLI::Range(0.0, 1e6));
-    command->add_option("--colour-weight", o->bake.colour_weight, "Weight of colours in the error")
-        ->check(CLI::Range(0.0, 1e6));
+    const auto attribute_weight = [&](const char* name, double& value, const char* what, double otherwise) {
+        command
+            ->add_option(name, value,
+                         std::string("lod: weight of ") + what + " in the error that the simplifier counts")
+            ->check(CLI::Range(0.0, 1e6))
+            ->default_str(CLI::detail::to_string(otherwise));
+    };
+    const SimplifyOptions simplify;
+    attribute_weight("--normal-weight", o->bake.normal_weight, "normals", simplify.normal_weight);
+    attribute_weight("--uv-weight", o->bake.uv_weight, "texture coordinates", simplify.uv_weight);
+    attribute_weight("--colour-weight", o->bake.colour_weight, "colours", simplify.colour_weight);
     command
         ->add_option("--error-samples", o->bake.error_samples,
-                     "Points on each surface when a level's error is measured")
+                     "lod: points on each surface from which the error of a level is measured")
         ->check(CLI::Range(1000, 100000000))
         ->capture_default_str();
     command->add_option("--height-scale", o->bake.read.height_scale, "Height maps: object units per height unit")
@@ -246,7 +271,7 @@ void add_bake(CLI::App& app, Run& run) {
                      "Height maps: object units between samples; 0 takes the file's")
         ->capture_default_str();
     command->add_option("--void-height", o->bake.read.void_height,
-                        "Height maps: samples of this height, before scaling, hold no data");
+                        "Height maps: samples of this height (before scaling) hold no data");
     command->add_flag("--fill-voids", o->bake.read.fill_voids,
                       "Height maps: fill samples that hold no data from around them, instead of leaving holes");
     command->footer(

@@ -420,26 +420,30 @@ void add_bench(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("bench", "Fly through a scene with every backend; figures side by side");
     add_stage_options(*command, o->stage);
-    command->add_option("--backends", o->backends, "Which backends, separated by commas")->capture_default_str();
+    command->add_option("--backends", o->backends, "Backends to compare, separated by commas")->capture_default_str();
     command->add_option("--orders", o->orders,
                         "lod: face orders to draw, separated by commas; the first of the asset unless given");
-    command->add_option(
-        "--rasters", o->rasters,
-        "vgi: bintree, grid, grid-area, tess or device; lod: geomorph; separated by commas; bintree unless given");
-    command->add_option("--pixel-error", o->pixel_errors, "Largest errors on screen, pixels, separated by commas")
+    command->add_option("--rasters", o->rasters,
+                        "How triangles are made, separated by commas. vgi: bintree (unless given), grid, grid-area, "
+                        "tess or device; lod: geomorph (vertices move gradually)");
+    command->add_option("--pixel-error", o->pixel_errors, "Largest errors on screen, in pixels, separated by commas")
         ->capture_default_str();
-    command->add_option("--frames", o->frames, "Frames of the flight")
+    command->add_option("--frames", o->frames, "Frames of each flight")
         ->check(CLI::Range(1u, 1000000u))
         ->capture_default_str();
-    command->add_option("--quality-frames", o->quality_frames, "Pictures compared along the flight")
+    command
+        ->add_option("--quality-frames", o->quality_frames,
+                     "Pictures along the flight that are compared with the whole mesh")
         ->check(CLI::Range(1u, 1000u))
         ->capture_default_str();
-    command->add_option("--equal-error", o->equal_error,
-                        "Also draw discrete where its ssim, or its max_pixel_deviation, is as good as that of each "
-                        "row of lod and vgi");
-    command->add_option("--fps", o->fps, "Also fly with the pixel error steered to hold this frame rate")
+    command->add_option(
+        "--equal-error", o->equal_error,
+        "Also draw discrete at the pixel error at which it is as good as each row of lod and vgi, by this "
+        "metric: ssim or max_pixel_deviation");
+    command
+        ->add_option("--fps", o->fps, "Also fly with the pixel error steered, frame by frame, to hold this frame rate")
         ->check(CLI::Range(0.1, 100000.0));
-    command->add_option("--rounds", o->rounds, "Times the flight is flown; figures are over all of them")
+    command->add_option("--rounds", o->rounds, "How often each flight is flown; times are over all rounds")
         ->check(CLI::Range(1u, 1000u))
         ->capture_default_str();
     command->add_option("-o,--out", o->out, "Folder for report.html, report.md, report.json and pictures")->required();

@@ -87,12 +87,14 @@ void add_extract(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("extract", "Write one level of an asset as a mesh, faces in drawing order");
     command->add_option("asset", o->asset, "Asset file, .lode")->required();
-    command->add_option("--backend", o->backend, "lod or vgi")->capture_default_str();
-    command->add_option("--order", o->order, "Face order; the asset's first unless given");
-    command->add_option("--triangles", o->triangles, "The finest level of at most this many triangles");
-    command->add_option("--error", o->error, "The coarsest level of at most this error, in object units")
+    command->add_option("--backend", o->backend, "lod (progressive mesh) or vgi (geometry images)")
+        ->capture_default_str();
+    command->add_option("--order", o->order, "lod: face order to write; the asset's first unless given");
+    command->add_option("--triangles", o->triangles, "Write the finest level with at most this many triangles");
+    command->add_option("--error", o->error, "Write the coarsest level whose error is at most this, in object units")
         ->check(CLI::NonNegativeNumber);
-    command->add_option("--level", o->level, "This level; 0 is full detail");
+    command->add_option("--level", o->level,
+                        "Write this level; 0 is full detail. Give exactly one of --triangles, --error and --level");
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
     command->footer(
         examples("lodestone extract bunny.lode --backend lod --triangles 5000 -o bunny-5k.glb\n"

@@ -14,13 +14,14 @@ void add_generate(CLI::App& app, Run& run) {
     };
     const auto o = std::make_shared<Options>();
     CLI::App* command =
-        app.add_subcommand("generate", "Make a mesh: rock, terrain, grid, sphere, torus, cliff or vase");
+        app.add_subcommand("generate", "Make a mesh by code: a rock, terrain, grid, sphere, torus, cliff or vase");
     command->add_option("shape", o->shape, "rock, terrain, grid, sphere, torus, cliff or vase")->required();
-    command->add_option("--triangles", o->triangles, "How many triangles, met within 1%")
+    command->add_option("--triangles", o->triangles, "Number of triangles; the mesh has it within 1%")
         ->required()
         ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 31));
-    command->add_option("--seed", o->seed, "Another seed, another rock");
-    command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core");
+    command->add_option("--seed", o->seed, "Seed of the noise: each gives another rock, terrain, cliff or vase")
+        ->capture_default_str();
+    command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
     command->footer(examples("lodestone generate rock --triangles 300000 --seed 7 -o rock.ply"));
     command->callback([o, &run] {

@@ -166,9 +166,11 @@ struct Options {
 
 void add_info(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("info", "What is inside an asset");
+    CLI::App* command =
+        app.add_subcommand("info", "Print what an asset holds: levels, orders, charts, errors, bytes, hashes, options");
     command->add_option("asset", o->asset, "Asset file, .lode")->required();
     command->add_flag("--json", o->json, "Print as JSON");
+    command->footer(examples("lodestone info bunny.lode\nlodestone info bunny.lode --json"));
     command->callback([o, &run] {
         run = [o]() -> Result<int> {
             auto asset = open_asset(o->asset);
@@ -186,9 +188,10 @@ void add_info(CLI::App& app, Run& run) {
 
 void add_verify(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("verify", "Check every invariant of an asset");
+    CLI::App* command = app.add_subcommand("verify", "Check every invariant of an asset; exit with 1 where one fails");
     command->add_option("asset", o->asset, "Asset file, .lode")->required();
     command->add_flag("--json", o->json, "Print as JSON");
+    command->footer(examples("lodestone verify bunny.lode"));
     command->callback([o, &run] { run = [o] { return verify(o->asset, o->json); }; });
 }
 

@@ -123,11 +123,12 @@ Result<int> probe(const Options& o) {
 
 void add_probe(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
-    CLI::App* command =
-        app.add_subcommand("probe", "The vertex-cache model closest to a device; remembered for bake --cache auto");
-    command->add_option("--device", o->device, "Number or part of the name; the first real GPU unless given");
-    command->add_flag("--validation", o->validation, "Vulkan validation; any message is an error");
-    command->add_flag("--json", o->json, "Print as JSON, with every candidate and pattern");
+    CLI::App* command = app.add_subcommand(
+        "probe", "Find the vertex-cache model closest to a device; bake --cache auto then aims at it");
+    command->add_option("--device", o->device,
+                        "Number, or part of the name, of a Vulkan device; the first real GPU unless given");
+    command->add_flag("--validation", o->validation, "Run under Vulkan validation; exit with 1 if it reports anything");
+    command->add_flag("--json", o->json, "Print as JSON, with every candidate and index pattern");
     command->footer(
         examples("lodestone probe\n"
                  "lodestone bake bunny.obj -o bunny.lode --cache auto   # bakes for what it found"));

@@ -124,19 +124,23 @@ void add_render(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("render", "Draw one picture of a scene, an asset or a mesh");
     add_stage_options(*command, o->stage);
-    command->add_option("--backend", o->backend, "full, discrete, lod or vgi")->capture_default_str();
-    command->add_option("--order", o->order, "lod: face order to draw");
+    command->add_option("--backend", o->backend, "full, discrete, lod (progressive mesh) or vgi (geometry images)")
+        ->capture_default_str();
+    command->add_option("--order", o->order, "lod: face order to draw; the asset's first unless given");
     command->add_option(
         "--raster", o->raster,
-        "vgi: bintree, grid, grid-area, tess or device; lod: geomorph; how triangles are made and moved");
-    auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, pixels")
+        "How triangles are made. vgi: bintree (unless given), grid, grid-area, tess or device; lod: geomorph "
+        "(vertices move gradually)");
+    auto* error = command->add_option("--pixel-error", o->pixel_error, "Largest error on screen, in pixels")
                       ->check(CLI::Range(1e-6, 1e6))
                       ->capture_default_str();
-    command->add_option("--level", o->level, "Draw this level instead; 0 is full detail")
+    command->add_option("--level", o->level, "Draw this level instead, everywhere; 0 is full detail")
         ->check(CLI::NonNegativeNumber)
         ->excludes(error);
-    command->add_option("--camera", o->camera,
-                        "Camera path, PATH[@T] or @T with T from 0 to 1; the scene's own unless given");
+    command->add_option(
+        "--camera", o->camera,
+        "Camera path, and how far along it: PATH, PATH@T or @T, T from 0 to 1; @0.5 of the scene's own path unless "
+        "given");
     command->add_option("--debug", o->debug, "Colour by this: " + debug_names())->capture_default_str();
     command->add_option("-o,--out", o->out, "PNG to write")->required();
     command->add_option("--stats", o->stats, "Also write counts and times to this JSON file");

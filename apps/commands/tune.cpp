@@ -154,13 +154,17 @@ void add_tune(CLI::App& app, Run& run) {
     command->add_option("--fps", o->fps, "Frames per second to hold")
         ->check(CLI::Range(0.1, 100000.0))
         ->capture_default_str();
-    command->add_option("--backend", o->backend, "discrete, lod or vgi")->capture_default_str();
-    command->add_option("--order", o->order, "lod: face order to draw");
-    command->add_option("--raster", o->raster, "vgi: bintree, grid, grid-area, tess or device; lod: geomorph");
-    command->add_option("--frames", o->frames, "Frames of every flight")
+    command->add_option("--backend", o->backend, "discrete, lod (progressive mesh) or vgi (geometry images)")
+        ->capture_default_str();
+    command->add_option("--order", o->order, "lod: face order to draw; the asset's first unless given");
+    command->add_option(
+        "--raster", o->raster,
+        "How triangles are made. vgi: bintree (unless given), grid, grid-area, tess or device; lod: geomorph "
+        "(vertices move gradually)");
+    command->add_option("--frames", o->frames, "Frames of each flight")
         ->check(CLI::Range(1u, 1000000u))
         ->capture_default_str();
-    command->add_flag("--json", o->json, "Print a JSON document: the error, every flight, the controlled flight");
+    command->add_flag("--json", o->json, "Print as JSON: the pixel error found, each flight, the steered flight");
     command->footer(examples("lodestone tune assets/rock.scene.json --backend vgi --fps 60"));
     command->callback([o, &run] { run = [o] { return tune(*o); }; });
 }

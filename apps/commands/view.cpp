@@ -113,20 +113,23 @@ Result<int> view(const Options& o) {
 
 void add_view(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
-    CLI::App* command =
-        app.add_subcommand("view", "Fly around a scene and switch the way it is drawn; F1 lists the keys");
+    CLI::App* command = app.add_subcommand("view", "Fly around a scene and switch how it is drawn; F1 lists the keys");
     add_stage_options(*command, o->stage);
-    command->add_option("--backend", o->backend, "To begin with: full, discrete, lod or vgi")->capture_default_str();
-    command->add_option("--right", o->right, "What the right half shows once the screen is split")
+    command
+        ->add_option("--backend", o->backend,
+                     "Backend to begin with: full, discrete, lod (progressive mesh) or vgi (geometry images)")
         ->capture_default_str();
-    command->add_option("--pixel-error", o->pixel_error, "To begin with, pixels")
+    command->add_option("--right", o->right, "Backend of the right half while the screen is split")
+        ->capture_default_str();
+    command->add_option("--pixel-error", o->pixel_error, "Largest error on screen to begin with, in pixels")
         ->check(CLI::Range(1.0 / 16, 64.0))
         ->capture_default_str();
-    command->add_option("--shaders", o->shaders, "Folder that F5 compiles shaders from")->capture_default_str();
-    command->add_option("--keys", o->keys,
-                        "Press these keys one after another, as F1 names them, and then end: 2,V,wait:30,F12; "
-                        "load:FILE does as if FILE was dropped");
-    command->add_option("--frames", o->frames, "End after so many frames; 0 for never")->capture_default_str();
+    command->add_option("--shaders", o->shaders, "Folder of the shaders that F5 compiles")->capture_default_str();
+    command->add_option(
+        "--keys", o->keys,
+        "Press these keys in turn, separated by commas and named as F1 lists them, and then end: 2,V,F12; "
+        "wait:FRAMES waits between two, load:FILE opens a file as if it was dropped");
+    command->add_option("--frames", o->frames, "End after this many frames; 0 never ends")->capture_default_str();
     command->footer(
         examples("lodestone view bunny.obj\n"
                  "lodestone view assets/cliff.scene.json --backend vgi --right full"));

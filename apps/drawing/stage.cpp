@@ -9,11 +9,14 @@
 namespace lodestone {
 
 void add_stage_options(CLI::App& command, StageOptions& options) {
-    command.add_option("scene", options.scene, "Scene (.json), asset (.lode) or mesh")->required();
-    command.add_option("--size", options.size, "Size of the picture")->capture_default_str();
-    command.add_option("--device", options.device, "Number or part of the name of a Vulkan device");
-    command.add_option("--threads", options.threads, "Threads for baking, cuts and metrics; 0 takes one per core");
-    command.add_flag("--validation", options.validation, "Run under Vulkan validation; exit 1 if it says anything");
+    command.add_option("scene", options.scene, "Scene (.json, glTF), asset (.lode) or mesh")->required();
+    command.add_option("--size", options.size, "Size of the picture in pixels, WIDTHxHEIGHT")->capture_default_str();
+    command.add_option("--device", options.device,
+                       "Number, or part of the name, of a Vulkan device; the first real GPU unless given");
+    command.add_option("--threads", options.threads, "Threads for baking, cuts and metrics; 0 takes one per core")
+        ->capture_default_str();
+    command.add_flag("--validation", options.validation,
+                     "Run under Vulkan validation; exit with 1 if it reports anything");
 }
 
 Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs, const Progress& progress,

@@ -18,7 +18,8 @@ struct RepairOptions {
     bool orient = true;       // make neighbouring triangles agree, outside out where a component is closed
 };
 
-// Counts of what was changed; all zero for a mesh that was clean. Field names are the JSON names of cli.md's `repair`.
+// Counts of what was changed; all zero for a mesh that was clean. Field names are those of `repair` in the bake report
+// (docs/cli.md).
 struct RepairReport {
     uint64_t welded_vertices = 0;  // vertices merged into another
     uint64_t degenerate_triangles =

@@ -11,7 +11,7 @@
 
 namespace lodestone {
 
-// Field names are the JSON names of cli.md's `input`.
+// Field names are those of `input` in the bake report (docs/cli.md), where it has them.
 struct Topology {
     uint64_t triangles = 0, vertices = 0;
     uint64_t edges = 0;

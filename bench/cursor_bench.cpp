@@ -11,6 +11,7 @@
 #include "bench/rivals.h"
 #include "lod/asset/cursor.h"
 #include "lod/bake/bake.h"
+#include "lod/bake/simplify/simplifier.h"
 
 namespace lodestone {
 namespace {

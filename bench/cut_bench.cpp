@@ -56,7 +56,7 @@ void cut(benchmark::State& state, Raster raster, double pixel_error) {
     }
     uint64_t triangles = 0;
     size_t next = 0;
-    KeptCut kept;  // the room of it
+    IncrementalCut kept;  // the room of it
     for (auto _ : state) {
         CutRequest request;
         request.views = std::span(views).subspan(next++ % around, 1);
@@ -93,7 +93,7 @@ void go_on(benchmark::State& state, double degrees) {
     }
     uint64_t triangles = 0, taken_over = 0;
     size_t next = 0;
-    KeptCut kept;
+    IncrementalCut kept;
     for (auto _ : state) {
         CutRequest request;
         request.views = std::span(views).subspan(next++ % views.size(), 1);

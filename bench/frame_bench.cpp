@@ -29,7 +29,7 @@ Result<Workbench> make_workbench() {
     return Workbench{std::move(*renderer), std::move(*ready)};
 }
 
-void fly(benchmark::State& state, Workbench& bench, const Way& way) {
+void fly(benchmark::State& state, Workbench& bench, const Technique& way) {
     auto session = DrawSession::open(bench.scene, *bench.renderer, way, true, {});
     if (!session) return state.SkipWithError(session.error().message.c_str());
     const Budget budget;
@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
         return static_cast<int>(bench.error().fault);
     }
     for (const std::string& backend : backend_names()) {
-        for (const Way& way : ways_of(backend, bench->scene)) {
+        for (const Technique& way : techniques_of(backend, bench->scene)) {
             const std::string name = "flight/" + name_of(way, '/');
             benchmark::RegisterBenchmark(name.c_str(),
                                          [&bench, way](benchmark::State& state) { fly(state, *bench, way); })

@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "bench/rivals.h"
+#include "lod/bake/simplify/simplifier.h"
 
 namespace lodestone {
 namespace {

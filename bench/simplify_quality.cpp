@@ -7,6 +7,7 @@
 
 #include "base/clock.h"
 #include "bench/rivals.h"
+#include "lod/bake/simplify/simplifier.h"
 #include "mesh/distance/distance.h"
 
 using namespace lodestone;

@@ -9,7 +9,7 @@
 #include "base/spill.h"
 #include "base/threads.h"
 #include "lod/bake/orders/face_order.h"
-#include "lod/bake/simplify/collapse_list.h"
+#include "lod/bake/simplify/simplifier.h"
 
 namespace lodestone {
 
@@ -109,9 +109,9 @@ Result<int> bake(const Options& given) {
     }
     auto input = read_bake_input(given.mesh, options, progress);
     if (!input) return tl::unexpected(input.error());
-    std::optional<WorkFolder> work;
+    std::optional<CheckpointFolder> work;
     if (given.resume) {
-        auto folder = WorkFolder::open(tmp, bake_key(input->source, options));
+        auto folder = CheckpointFolder::open(tmp, bake_key(input->source, options));
         if (!folder) return tl::unexpected(folder.error());
         work = std::move(*folder);
         if (work->begun()) announce("going on with what " + work->path().string() + " has kept");

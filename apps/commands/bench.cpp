@@ -86,9 +86,9 @@ public:
     }
 
     // Adds a row. Fault::machine where the backend cannot draw the scene within its budget.
-    Result<void> measure(const Way& way, double pixel_error) {
+    Result<void> measure(const Technique& way, double pixel_error) {
         Row row;
-        static_cast<Way&>(row) = way;
+        static_cast<Technique&>(row) = way;
         row.pixel_error = pixel_error;
         row.frames = options_.frames;
         row.bake_seconds = scene_.bake_seconds;
@@ -100,14 +100,14 @@ public:
     }
 
     // Adds a row of `way` at the largest pixel error at which it is no worse than `like`. None where it never is.
-    Result<void> measure_like(const Way& way, const Row& like, const ErrorMetric& metric) {
+    Result<void> measure_like(const Technique& way, const Row& like, const ErrorMetric& metric) {
         const double worst = metric.worse(like);
         const auto at = largest_good({.start = like.pixel_error}, [&](double pixel_error) -> Result<bool> {
             if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
             const auto [tried, is_new] = tried_.try_emplace({way, metric.name, pixel_error});
             if (is_new) {
                 Row row;
-                static_cast<Way&>(row) = way;
+                static_cast<Technique&>(row) = way;
                 row.pixel_error = pixel_error;
                 if (auto done = measure_quality(row, false); !done) return tl::unexpected(done.error());
                 tried->second = metric.worse(row);
@@ -121,13 +121,13 @@ public:
             return {};
         }
         const bool measured = std::ranges::any_of(report.rows, [&](const Row& row) {
-            return static_cast<const Way&>(row) == way && row.pixel_error == **at;
+            return static_cast<const Technique&>(row) == way && row.pixel_error == **at;
         });
         return measured ? Result<void>{} : measure(way, **at);
     }
 
     // Flies once more with the pixel error steered to hold a frame rate.
-    Result<void> steer(const Way& way, double fps, double pixel_error) {
+    Result<void> steer(const Technique& way, double fps, double pixel_error) {
         if (auto done = renderer_.resize(width_, height_); !done) return done;
         auto session = DrawSession::open(scene_, renderer_, way, false, progress_);
         if (!session) return tl::unexpected(session.error());
@@ -205,7 +205,7 @@ private:
     }
 
     Result<void> measure_times(Row& row) {
-        const Way& way = row;
+        const Technique& way = row;
         const Budget budget = budget_of(row);
         if (auto done = renderer_.resize(width_, height_); !done) return done;
         auto session = DrawSession::open(scene_, renderer_, way, false, progress_);
@@ -252,7 +252,7 @@ private:
 
     // keep: the pictures go into the report, with the row that is added next.
     Result<void> measure_quality(Row& row, bool keep) {
-        const Way& way = row;
+        const Technique& way = row;
         const Budget budget = budget_of(row);
         if (auto done = renderer_.resize(width_, height_); !done) return done;
         auto session = DrawSession::open(scene_, renderer_, way, true, progress_);
@@ -317,7 +317,7 @@ private:
     const Progress& progress_;
     std::vector<Reference> references_;
     std::vector<PageImage> images_;
-    std::map<std::tuple<Way, std::string, double>, double> tried_;  // by way, metric and pixel error: how bad
+    std::map<std::tuple<Technique, std::string, double>, double> tried_;  // by way, metric and pixel error: how bad
 };
 
 Result<int> bench(const Options& o) {
@@ -366,18 +366,21 @@ Result<int> bench(const Options& o) {
     bench.report.scene = stage->scene.scene.name;
     bench.report.size = o.stage.size;
     for (const std::string& backend : *backends) {
-        const std::vector<Way> ways = ways_of(backend, stage->scene);
+        const std::vector<Technique> ways = techniques_of(backend, stage->scene);
         for (const std::string& order : orders) {
-            if (backend != "lod" || std::ranges::find(ways, order, &Way::order) != ways.end()) continue;
+            if (backend != "lod" || std::ranges::find(ways, order, &Technique::order) != ways.end()) continue;
             return fail(Fault::usage, "--orders " + order + ": the scene's meshes are not baked with it");
         }
         // What none of its ways goes by is for other backends, and it draws in its usual way.
-        const auto chosen = [&](const std::vector<std::string>& wanted, std::string Way::*what, const Way& way) {
-            const auto is_wanted = [&](const Way& w) { return std::ranges::find(wanted, w.*what) != wanted.end(); };
+        const auto chosen = [&](const std::vector<std::string>& wanted, std::string Technique::*what,
+                                const Technique& way) {
+            const auto is_wanted = [&](const Technique& w) {
+                return std::ranges::find(wanted, w.*what) != wanted.end();
+            };
             return std::ranges::any_of(ways, is_wanted) ? is_wanted(way) : way.*what == ways.front().*what;
         };
-        for (const Way& way : ways) {
-            if (!chosen(orders, &Way::order, way) || !chosen(rasters, &Way::raster, way)) continue;
+        for (const Technique& way : ways) {
+            if (!chosen(orders, &Technique::order, way) || !chosen(rasters, &Technique::raster, way)) continue;
             for (const double pixel_error : pixel_errors) {
                 auto done = bench.measure(way, pixel_error);
                 if (!done && done.error().fault == Fault::machine) {

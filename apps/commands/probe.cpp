@@ -62,7 +62,7 @@ public:
         range.instances = {0};
         const Sphere in_sight{{0, 0, 0}, 1e6f};
         draw_ranges(plan, input, std::span(&range, 1), std::span(&in_sight, 1));
-        if (auto done = renderer_->submit(plan, input, Look{}); !done) return tl::unexpected(done.error());
+        if (auto done = renderer_->submit(plan, input, ShadingOptions{}); !done) return tl::unexpected(done.error());
         if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
         uint64_t runs = 0;
         for (const FrameCounters& counters : renderer_->take_counters())

@@ -71,8 +71,9 @@ DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer, uint32_t p
           return files;
       }()) {}
 
-Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer, const Way& way,
-                                                       bool mirrored, const Progress& progress, uint32_t place) {
+Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, Renderer& renderer,
+                                                       const Technique& way, bool mirrored, const Progress& progress,
+                                                       uint32_t place) {
     keep_freed_memory();
     if ((way.raster == "tess" || way.raster == "device") && !renderer.device().tessellates) {
         return fail(Fault::machine, renderer.device().name + " does not tessellate; choose --raster grid or bintree");
@@ -121,7 +122,7 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
         plan.commands, [](const Command& command) { return std::holds_alternative<Readback>(command.what); });
     reader_.request(plan.requests);
     const double plan_ms = ms_since(start);
-    Look shown = look;
+    ShadingOptions shown = look;
     if (mirror_) {
         if (auto done = mirror_->execute(plan, input); !done) return tl::unexpected(done.error());
         if (look.debug == DebugView::misses)

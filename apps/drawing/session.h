@@ -27,7 +27,7 @@ class DrawSession {
 public:
     // Opens the backend and loads its recipe. scene and renderer must outlive the session.
     // mirrored: also carry every plan out on the CPU, for mirror(). place: of the renderer's.
-    static Result<std::unique_ptr<DrawSession>> open(const ReadyScene& scene, Renderer& renderer, const Way& way,
+    static Result<std::unique_ptr<DrawSession>> open(const ReadyScene& scene, Renderer& renderer, const Technique& way,
                                                      bool mirrored, const Progress& progress, uint32_t place = 0);
 
     // Plans, submits and waits for one frame. empty: the same frame with no instance in it.
@@ -42,7 +42,7 @@ public:
     const PlanMirror* mirror() const { return mirror_ ? &*mirror_ : nullptr; }
     const View& view() const { return view_; }  // views[0] of the last frame
     FrameSource& source() { return *source_; }
-    Look look;
+    ShadingOptions look;
     // Levels, or what is culled, stay as this view has them, though the camera moves on.
     std::optional<View> frozen_levels, frozen_culling;
 

@@ -15,7 +15,7 @@ namespace lodestone {
 
 namespace {
 
-using Open = Result<std::unique_ptr<FrameSource>> (*)(const Way& way, const ReadyScene& scene,
+using Open = Result<std::unique_ptr<FrameSource>> (*)(const Technique& way, const ReadyScene& scene,
                                                       const Progress& progress);
 
 // How vgi makes triangles.
@@ -27,14 +27,15 @@ constexpr std::pair<const char*, vgi::Raster> vgi_rasters[] = {{"bintree", vgi::
 // And lod.
 constexpr const char* lod_geomorph = "geomorph";
 
-Result<std::unique_ptr<FrameSource>> open_full(const Way&, const ReadyScene& scene, const Progress&) {
+Result<std::unique_ptr<FrameSource>> open_full(const Technique&, const ReadyScene& scene, const Progress&) {
     std::vector<FixedLevels> levels;
     for (const Asset& asset : scene.assets)
         levels.push_back(full_level(asset.lod->vertices, asset.lod->orders[0].indices));
     return open_fixed_levels(std::move(levels), scene.scene.resident_bytes);
 }
 
-Result<std::unique_ptr<FrameSource>> open_discrete(const Way&, const ReadyScene& scene, const Progress& progress) {
+Result<std::unique_ptr<FrameSource>> open_discrete(const Technique&, const ReadyScene& scene,
+                                                   const Progress& progress) {
     std::vector<FixedLevels> levels;
     for (const Asset& asset : scene.assets) {
         std::shared_ptr<const DiscreteChain> chain = asset.discrete;
@@ -49,7 +50,7 @@ Result<std::unique_ptr<FrameSource>> open_discrete(const Way&, const ReadyScene&
     return open_fixed_levels(std::move(levels), scene.scene.resident_bytes);
 }
 
-Result<std::unique_ptr<FrameSource>> open_lod_scene(const Way& way, const ReadyScene& scene, const Progress&) {
+Result<std::unique_ptr<FrameSource>> open_lod_scene(const Technique& way, const ReadyScene& scene, const Progress&) {
     std::vector<std::shared_ptr<const ProgressiveMesh>> assets;
     for (const Asset& asset : scene.assets) assets.push_back(asset.lod);
     return open_lod(std::move(assets), {.order = way.order,
@@ -58,7 +59,7 @@ Result<std::unique_ptr<FrameSource>> open_lod_scene(const Way& way, const ReadyS
                                         .geomorph = way.raster == lod_geomorph});
 }
 
-Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Way& way, const ReadyScene& scene, const Progress&) {
+Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Technique& way, const ReadyScene& scene, const Progress&) {
     std::vector<std::shared_ptr<const vgi::AtlasFile>> assets;
     for (const Asset& asset : scene.assets) assets.push_back(asset.atlas_file);
     const auto* raster = std::ranges::find(vgi_rasters, way.raster, &std::pair<const char*, vgi::Raster>::first);
@@ -125,7 +126,7 @@ Result<void> check_raster(const std::string& option, const std::string& name, co
                                   (backend.empty() ? "" : " to draw by " + backend) + "; there are " + choices);
 }
 
-std::vector<Way> ways_of(const std::string& backend, const ReadyScene& scene) {
+std::vector<Technique> techniques_of(const std::string& backend, const ReadyScene& scene) {
     std::vector<std::string> orders{""};
     if (backend == "lod") {
         orders.clear();
@@ -135,14 +136,15 @@ std::vector<Way> ways_of(const std::string& backend, const ReadyScene& scene) {
             if (everywhere) orders.push_back(o.name);
         }
     }
-    std::vector<Way> ways;
+    std::vector<Technique> ways;
     for (const std::string& raster : backend_named(backend)->rasters) {
         for (const std::string& order : orders) ways.push_back({backend, order, raster});
     }
     return ways;
 }
 
-Result<std::unique_ptr<FrameSource>> open_backend(const Way& way, const ReadyScene& scene, const Progress& progress) {
+Result<std::unique_ptr<FrameSource>> open_backend(const Technique& way, const ReadyScene& scene,
+                                                  const Progress& progress) {
     if (auto known = check_backend("--backend", way.backend); !known) return tl::unexpected(known.error());
     if (auto known = check_raster("--raster", way.raster, way.backend); !known) return tl::unexpected(known.error());
     return backend_named(way.backend)->open(way, scene, progress);

@@ -22,10 +22,11 @@ SceneNeeds needs_of(const std::vector<std::string>& names);
 Result<void> check_raster(const std::string& option, const std::string& name, const std::string& backend);
 // The ways a backend can draw the scene, the usual one first: by how triangles are made and moved, and for `lod` by the
 // orders that every asset holds.
-std::vector<Way> ways_of(const std::string& backend, const ReadyScene& scene);
+std::vector<Technique> techniques_of(const std::string& backend, const ReadyScene& scene);
 
 // Choices may be left empty, for the usual ones. Fault::usage for an unknown backend.
-Result<std::unique_ptr<FrameSource>> open_backend(const Way& way, const ReadyScene& scene, const Progress& progress);
+Result<std::unique_ptr<FrameSource>> open_backend(const Technique& way, const ReadyScene& scene,
+                                                  const Progress& progress);
 
 // How its vertices are pulled; empty where they come from vertex buffers.
 PlanMirror::Puller puller_of(const std::string& backend);

@@ -12,7 +12,7 @@
 #include "frame/screen_error.h"
 #include "lod/bake/bake.h"
 #include "lod/bake/error_curve.h"
-#include "lod/bake/simplify/collapse_list.h"
+#include "lod/bake/simplify/simplifier.h"
 #include "mesh/repair.h"
 #include "mesh/topology.h"
 #include "vgi/asset/atlas_chunks.h"
@@ -53,13 +53,13 @@ SimplifyOptions simplify_options(const BakeOptions& options) {
 
 // The progressive mesh with its measured errors. Figures that are not told by it go into `report`.
 Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options, Json& report,
-                                 const Progress& progress, const WorkFolder* work) {
+                                 const Progress& progress, const CheckpointFolder* work) {
     struct Simplified {
         CollapseList list;
         double cpu = 0;
     };
     progress.at("simplify", 0);
-    auto simplified = kept_or_made<Simplified>(
+    auto simplified = load_or_make<Simplified>(
         work, "lod-collapses",
         [](const ChunkFile& file) -> std::optional<Simplified> {
             auto list = CollapseList::open(file);
@@ -102,8 +102,8 @@ Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options
 }
 
 Result<ProgressiveMesh> bake_lod(const TriMesh& mesh, const BakeOptions& options, Json& report,
-                                 const Progress& progress, const WorkFolder* work) {
-    auto pm = kept_or_made<ProgressiveMesh>(
+                                 const Progress& progress, const CheckpointFolder* work) {
+    auto pm = load_or_make<ProgressiveMesh>(
         work, "lod",
         [&](const ChunkFile& file) -> std::optional<ProgressiveMesh> {
             auto kept = ProgressiveMesh::open(file);
@@ -196,7 +196,7 @@ Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const
 }
 
 Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
-                        const Progress& progress, const WorkFolder* work) {
+                        const Progress& progress, const CheckpointFolder* work) {
     const Stopwatch watch;
     const Json option_json = options.to_json();
     const std::string option_text = option_json.dump();
@@ -249,7 +249,7 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
     if (wants(options, "discrete")) {
         const Stopwatch discrete_watch;
-        auto chain = kept_or_made<DiscreteChain>(
+        auto chain = load_or_make<DiscreteChain>(
             work, "discrete",
             [](const ChunkFile& file) -> std::optional<DiscreteChain> {
                 auto kept = DiscreteChain::open(file);

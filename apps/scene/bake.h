@@ -57,7 +57,7 @@ Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const
 // Writes the asset and returns the bake report of docs/cli.md. Outputs appear whole or not at all. work: stages found
 // there are not made again, others are kept there; null for none. The same asset either way.
 Result<nlohmann::json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
-                                  const Progress& progress, const WorkFolder* work = nullptr);
+                                  const Progress& progress, const CheckpointFolder* work = nullptr);
 
 // A hash of everything that an asset's bytes depend on. source: as BakeInput::source. Work folders are opened with it.
 Hash128 bake_key(const Hash128& source, const BakeOptions& options);

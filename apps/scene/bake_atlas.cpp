@@ -44,7 +44,7 @@ bool fit_finer(vgi::AtlasOptions& options, const BakeOptions& asked, const vgi::
 }  // namespace
 
 Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, nlohmann::json& report,
-                              const Progress& progress, const WorkFolder* work) {
+                              const Progress& progress, const CheckpointFolder* work) {
     if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
     vgi::AtlasOptions atlas_options = options.atlas;
     if (options.fit_error > 0) fit(atlas_options, mesh.triangle_count());

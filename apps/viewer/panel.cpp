@@ -14,7 +14,7 @@ namespace {
 auto colouring_of(const Viewer& v) { return std::ranges::find(debug_choices(), v.look.debug, &DebugChoice::view); }
 
 Result<void> choose(Viewer& viewer, const char* backend) {
-    return viewer.choose(0, ways_of(backend, viewer.scene()).front());
+    return viewer.choose(0, techniques_of(backend, viewer.scene()).front());
 }
 
 void steer(Viewer& viewer, bool on) {
@@ -24,7 +24,7 @@ void steer(Viewer& viewer, bool on) {
 
 void choose_in_combo(Viewer& viewer, uint32_t p) {
     Pane& pane = viewer.panes[p];
-    Way way = pane.way;
+    Technique way = pane.way;
     ImGui::PushID(static_cast<int>(p));
     if (ImGui::BeginCombo(p == 0 ? "backend" : "right half", way.backend.c_str())) {
         for (const std::string& name : backend_names()) {
@@ -32,10 +32,10 @@ void choose_in_combo(Viewer& viewer, uint32_t p) {
         }
         ImGui::EndCombo();
     }
-    const auto ways = ways_of(way.backend, viewer.scene());
+    const auto ways = techniques_of(way.backend, viewer.scene());
     if (std::ranges::find(ways, way) == ways.end()) way = ways.front();
     if (ways.size() > 1 && ImGui::BeginCombo("way", choices_of(way).c_str())) {
-        for (const Way& other : ways) {
+        for (const Technique& other : ways) {
             if (ImGui::Selectable(choices_of(other).c_str(), other == way)) way = other;
         }
         ImGui::EndCombo();
@@ -102,7 +102,7 @@ const std::vector<ViewKey>& view_keys() {
             ++number;
         }
         add('O', "O", "the next face order or raster", [](Viewer& v) {
-            const auto ways = ways_of(v.panes[0].way.backend, v.scene());
+            const auto ways = techniques_of(v.panes[0].way.backend, v.scene());
             const auto at = std::ranges::find(ways, v.panes[0].way);
             return v.choose(0, at == ways.end() || at + 1 == ways.end() ? ways.front() : *(at + 1));
         });

@@ -49,15 +49,15 @@ Result<void> Viewer::show(ReadyScene scene) {
     reset_camera();
     for (uint32_t p = 0; p < panes.size(); ++p) {
         if (p == 1 && !split) continue;
-        const auto ways = ways_of(panes[p].way.backend, *scene_);
+        const auto ways = techniques_of(panes[p].way.backend, *scene_);
         const bool known = std::ranges::find(ways, panes[p].way) != ways.end();
         if (auto done = choose(p, known ? panes[p].way : ways.front()); !done) return done;
     }
     return {};
 }
 
-Result<void> Viewer::choose(uint32_t p, const Way& chosen) {
-    const Way way = chosen;  // which may be the pane's own
+Result<void> Viewer::choose(uint32_t p, const Technique& chosen) {
+    const Technique way = chosen;  // which may be the pane's own
     Pane& pane = panes[p];
     auto opened = DrawSession::open(*scene_, renderer_, way, look.debug == DebugView::misses, progress_, p);
     if (!opened) {
@@ -252,7 +252,7 @@ void Viewer::move_camera() {
 
 Result<void> Viewer::draw_panes() {
     if (split && panes[1].session == nullptr) {
-        if (auto done = choose(1, ways_of(panes[1].way.backend, *scene_).front()); !done) return done;
+        if (auto done = choose(1, techniques_of(panes[1].way.backend, *scene_).front()); !done) return done;
     }
     Budget budget;
     budget.pixel_error = controller ? controller->error() : pixel_error;

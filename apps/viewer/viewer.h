@@ -36,7 +36,7 @@ private:
 
 // One half of the picture: a backend, what it draws and what that took.
 struct Pane {
-    Way way;
+    Technique way;
     std::unique_ptr<DrawSession> session;
     DrawnFrame drawn;
     History ms, triangles, acmr, uploaded_kib, missing;
@@ -59,14 +59,14 @@ public:
     Window& window() { return window_; }
 
     std::array<Pane, 2> panes;
-    Result<void> choose(uint32_t pane, const Way& way);
+    Result<void> choose(uint32_t pane, const Technique& way);
     // Compiles shader_folder anew and draws with what it gives; what does not work is told in `message`, and changes
     // nothing.
     Result<void> reload_shaders();
     std::filesystem::path shader_folder = "shaders";
 
     // The look of both panes, and what both are asked for.
-    Look look;
+    ShadingOptions look;
     double pixel_error = 1;
     std::optional<ErrorController> controller;  // steers pixel_error while there
     double fps = 30;                            // that it holds

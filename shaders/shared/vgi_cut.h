@@ -15,7 +15,7 @@
 
 #define LODE_CUT_VIEWS 8  // as LODE_MOST_VIEWS
 #define LODE_CUT_ABSENT 0xffffffffu
-#define LODE_CUT_GROUP 64         // invocations of a workgroup
+#define LODE_CUT_GROUP 64            // invocations of a workgroup
 #define LODE_CUT_RECORD_PATCHES 128  // to a draw: lavapipe takes time by their square
 #define LODE_CUT_RECORD_WORDS 4
 #define LODE_CUT_FIRST_FINDING 2  // word of the first page
@@ -24,11 +24,11 @@
 #define LODE_CUT_WORD_LEVEL 0
 
 // Bits of a node's state, and where the views that see it stand: of those that are looked into, of those that exist.
-#define LODE_NODE_OPEN 1u      // what it is divided into is looked into
-#define LODE_NODE_WANTED 2u    // it is to be divided
+#define LODE_NODE_OPEN 1u    // what it is divided into is looked into
+#define LODE_NODE_WANTED 2u  // it is to be divided
 #define LODE_NODE_DIVIDED 4u
 #define LODE_NODE_EXISTS 8u
-#define LODE_NODE_LEAF 16u     // it is drawn
+#define LODE_NODE_LEAF 16u  // it is drawn
 #define LODE_NODE_LOOKED_SHIFT 8
 #define LODE_NODE_SEEN_SHIFT 16
 
@@ -58,20 +58,20 @@ struct VgiCutPage {
 
 // An instance to cut.
 struct VgiCutInstance {
-    float lattice[12];             // columns: a lattice point as lode_within takes it
-    float object[12];              // the same of object space
-    float ahead, cosine, sine_squared;  // as lode_within takes them
-    float magnification, scale;    // as CutRequest's and magnification_of
-    float eye_x, eye_y, eye_z;     // of views[0], object space
+    float lattice[12];                  // columns: a lattice point as lode_metric_within takes it
+    float object[12];                   // the same of object space
+    float ahead, cosine, sine_squared;  // as lode_metric_within takes them
+    float magnification, scale;         // as CutRequest's and magnification_of
+    float eye_x, eye_y, eye_z;          // of views[0], object space
     uint asset;
     uint first_page, pages;        // of positions: its first one, and how many a chart has
     uint first_chart, charts;      // among all atlases'
     uint first_state, first_leaf;  // of its nodes, of its charts
     uint first_patch;              // word of the draw lists
     uint first_record, records;
-    uint first_id;                 // as Draw::first_id
-    uint views;                    // a bit each
-    uint cones;                    // 1: views[0] leaves out back faces
+    uint first_id;  // as Draw::first_id
+    uint views;     // a bit each
+    uint cones;     // 1: views[0] leaves out back faces
     int forced_level;
     float planes[LODE_CUT_VIEWS * 24];  // per view six of four, object space
 };
@@ -90,12 +90,13 @@ LODE_FUNCTION float lode_reach(float error, float magnification, float scale, fl
     LODE_EXACT float reach = error * magnification * scale + margin;
     return error > 0.0f ? reach : 0.0f;
 }
-// How far away something counts for the errors of a picture, and whether that is within a reach. In the picture it is the
-// depth, for errors are seen as large as that makes them: c distances at its corners, where c is their cosine. Farther
-// aside, up to twice the corners' angle, as much as on the other side of the corners; beyond, the distance itself. No
-// faster than a point moves does it change, and no such rule gives more there.
-// x, y, z: seen from the eye, z ahead. ahead: 1, or less for views that may turn; cosine, sine_squared: of that angle.
-LODE_FUNCTION bool lode_within(float reach, float x, float y, float z, float ahead, float cosine, float sine_squared) {
+// How far away something counts for the errors of a picture, and whether that is within a reach. In the picture it is
+// the depth, for errors are seen as large as that makes them: c distances at its corners, where c is their cosine.
+// Farther aside, up to twice the corners' angle, as much as on the other side of the corners; beyond, the distance
+// itself. No faster than a point moves does it change, and no such rule gives more there. x, y, z: seen from the eye, z
+// ahead. ahead: 1, or less for views that may turn; cosine, sine_squared: of that angle.
+LODE_FUNCTION bool lode_metric_within(float reach, float x, float y, float z, float ahead, float cosine,
+                                      float sine_squared) {
     // Mostly it is neither nearer than the depth nor farther than the distance that tells.
     LODE_EXACT float squared = lode_dot(x, y, z, x, y, z);
     LODE_EXACT float reach_squared = reach * reach;
@@ -113,8 +114,9 @@ LODE_FUNCTION bool lode_within(float reach, float x, float y, float z, float ahe
     LODE_EXACT float needed = (squared - along_squared) * sine_squared;
     return left > 0.0f && left_squared > needed;
 }
-// That distance itself, for what need not be the same bit for bit. along: of the place, ahead of the eye; away: from it.
-LODE_FUNCTION float lode_counted(float along, float away, float ahead, float cosine, float sine_squared) {
+// That distance itself, for what need not be the same bit for bit. along: of the place, ahead of the eye; away: from
+// it.
+LODE_FUNCTION float lode_distance_metric(float along, float away, float ahead, float cosine, float sine_squared) {
     if (along < cosine * away) return away;
     return max(along * ahead, along * cosine + sqrt(max((away * away - along * along) * sine_squared, 0.0f)));
 }

@@ -123,7 +123,7 @@ uint seen(Node n, uint mask) {
     return mask;
 }
 
-// An affine map's columns, and where a point goes, as lode_within takes it.
+// An affine map's columns, and where a point goes, as lode_metric_within takes it.
 struct SeenFromEye {
     vec3 x, y, z, offset;
 };

@@ -17,11 +17,11 @@ struct PulledSample {
 
 const float morph_share = 1.0 - 1.0 / 1.0905077326652577;  // 1 - 1 / error_ratio
 
-// In views[0], as lode_within has it.
-float counted_distance(vec3 seen) {
+// In views[0], as lode_metric_within has it.
+float distance_metric(vec3 seen) {
     vec4 forward = frame.views[0].forward;
     float cosine = 2.0 * forward.w * forward.w - 1.0;  // of twice the angle to the corners
-    return lode_counted(dot(seen, forward.xyz), length(seen), 1.0, cosine, 1.0 - cosine * cosine);
+    return lode_distance_metric(dot(seen, forward.xyz), length(seen), 1.0, cosine, 1.0 - cosine * cosine);
 }
 
 // p: in the page, which must be of the sample's own level, or the coarsest.
@@ -44,7 +44,7 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
         vec3 world = (to_world * vec4(origin + asset.step * sample_point, 1.0)).xyz;
         // Always of the eye that chose the samples, in every view.
         vec3 seen = world - frame.views[0].eye.xyz;
-        float t = error == 0.0 ? 1.0 : clamp((error + radius - counted_distance(seen)) / (morph_share * error), 0.0, 1.0);
+        float t = error == 0.0 ? 1.0 : clamp((error + radius - distance_metric(seen)) / (morph_share * error), 0.0, 1.0);
         // Ends of the hypotenuse it halves; in the same page (vgi/asset/bintree.h).
         int h = 1 << findLSB(uint(p.x | p.y | int(asset.page_cells)));
         bool odd_x = (p.x & h) != 0, odd_y = (p.y & h) != 0;

@@ -8,16 +8,17 @@
 // Per sample of the attributes: normal x | normal y << 8 | material << 16; then texture coordinates u | v << 16, then
 // colour, each where some asset of the scene has it.
 
-// Where a chart's level of so many times fewer cells than its coarsest page begins among the small ones (level 1 has half
-// of the page's cells; vgi/draw/mip_tail.h): after the (cells / 2 + 1)^2 + (cells / 4 + 1)^2 + .. samples before it.
-#define LODE_VGI_SMALL_FIRST(cells, level)                                                                 \
-    (((cells) * (cells) - ((cells) >> ((level) - 1u)) * ((cells) >> ((level) - 1u))) / 3u +                \
-     2u * ((cells) - ((cells) >> ((level) - 1u))) + (level) - 1u)
+// Where a chart's level of so many times fewer cells than its coarsest page begins among the small ones (level 1 has
+// half of the page's cells; vgi/draw/mip_tail.h): after the (cells / 2 + 1)^2 + (cells / 4 + 1)^2 + .. samples before
+// it.
+#define LODE_VGI_SMALL_FIRST(cells, level)                                              \
+    (((cells) * (cells) - ((cells) >> ((level)-1u)) * ((cells) >> ((level)-1u))) / 3u + \
+     2u * ((cells) - ((cells) >> ((level)-1u))) + (level)-1u)
 
 // Bindings of descriptor set 1.
-#define LODE_VGI_GEOMETRY 0    // pool of positions
-#define LODE_VGI_SLOTS 1       // per slot of that pool: chart | level << 28, page x | page y << 16
-#define LODE_VGI_TABLE 2       // per page, of positions and then of attributes: slot << 4 | level of the finest page there
+#define LODE_VGI_GEOMETRY 0  // pool of positions
+#define LODE_VGI_SLOTS 1     // per slot of that pool: chart | level << 28, page x | page y << 16
+#define LODE_VGI_TABLE 2  // per page, of positions and then of attributes: slot << 4 | level of the finest page there
 #define LODE_VGI_ATTRIBUTES 3  // pool of attributes, and small levels after it
 #define LODE_VGI_ASSETS 4      // VgiAsset records
 #define LODE_VGI_CHARTS 6      // float per chart: object units between samples of its attributes
@@ -53,18 +54,18 @@ using uint = uint32_t;
 struct VgiAsset {
     float origin_x, origin_y, origin_z, step;
     float uv_low_x, uv_low_y, uv_step_x, uv_step_y;
-    uint cells;            // of positions per side of a chart
+    uint cells;  // of positions per side of a chart
     uint levels;
-    uint page_cells;       // of geometry pages: 32, or fewer where charts are smaller
-    uint first_chart;      // of the chart table
-    uint first_page;       // of positions, in the page table
-    uint pages;            // of a chart
+    uint page_cells;   // of geometry pages: 32, or fewer where charts are smaller
+    uint first_chart;  // of the chart table
+    uint first_page;   // of positions, in the page table
+    uint pages;        // of a chart
     uint first_attribute_page;
     uint attribute_pages;
-    uint attribute_cells;  // log2, per side of a chart
-    uint has;              // LODE_VGI_HAS_...
-    uint first_small;      // sample of the pool of attributes
-    uint small_samples;    // of a chart
+    uint attribute_cells;   // log2, per side of a chart
+    uint has;               // LODE_VGI_HAS_...
+    uint first_mip_tail;    // sample of the pool of attributes
+    uint mip_tail_samples;  // of a chart
 };
 
 #ifdef __cplusplus

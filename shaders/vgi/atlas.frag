@@ -41,7 +41,7 @@ void main() {
     // Coarser than the coarsest page: a small level.
     uint small = uint(clamp(fit - int(base), 0, findMSB(cells))), read_cells = cells >> small;
     uint first = small == 0u ? found.slot * LODE_VGI_PAGE_TEXELS
-                             : asset.first_small + chart * asset.small_samples +
+                             : asset.first_mip_tail + chart * asset.mip_tail_samples +
                                    LODE_VGI_SMALL_FIRST(cells, small);
     vec2 local = found.place * float(read_cells);
     ivec2 low = min(ivec2(local), ivec2(int(read_cells) - 1));

@@ -5,7 +5,7 @@
 #include "shared/vgi_nodes.glsl"
 
 bool within(float reach, vec3 p) {
-    return lode_within(reach, p.x, p.y, p.z, cuts[instance].ahead, cuts[instance].cosine, cuts[instance].sine_squared);
+    return lode_metric_within(reach, p.x, p.y, p.z, cuts[instance].ahead, cuts[instance].cosine, cuts[instance].sine_squared);
 }
 
 // As Wanted::may_be.

@@ -20,8 +20,8 @@ constexpr size_t grain = 4096;
 
 // A closed surface made of the six sides of a cube, each n x n quads, pushed onto the sphere by `place`. Sides are
 // charts of the texture: their common edges are seams, positions are shared. place(unit direction) gives the point.
-template <class Place>
-TriMesh cube_sphere(uint32_t n, const Place& place) {
+template <class Surface>
+TriMesh cube_sphere(uint32_t n, const Surface& place) {
     TriMesh mesh;
     const uint32_t row = n + 1;
     // Vertices of the cube's surface lattice are numbered by first appearance over the sides; a lattice point of a
@@ -137,8 +137,8 @@ TriMesh make_rock(uint64_t triangles, uint64_t seed) {
 }
 
 // A field of n x n quads over [-1, 1]^2; place(x, z) gives the point.
-template <class Place>
-TriMesh field(uint32_t n, const Place& place) {
+template <class Surface>
+TriMesh field(uint32_t n, const Surface& place) {
     TriMesh mesh;
     const uint32_t row = n + 1;
     mesh.positions.resize(size_t{row} * row);

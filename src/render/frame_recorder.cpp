@@ -33,7 +33,8 @@ bool draws(const Command& command) { return direct_draw(command) != nullptr || i
 
 }  // namespace
 
-FrameRecorder::FrameRecorder(const FrameContext& context, const Plan& plan, const FrameInput& input, const Look& look)
+FrameRecorder::FrameRecorder(const FrameContext& context, const Plan& plan, const FrameInput& input,
+                             const ShadingOptions& look)
     : c_(context), plan_(plan), input_(input), look_(look), commands_(context.slot.commands) {
     LODE_CHECK(plan.generation == c_.recipe.generation, plan.generation, c_.recipe.generation);
     has_shadow_ = c_.shadow_size > 0 && std::any_of(input.views.begin(), input.views.end(),
@@ -65,8 +66,8 @@ void FrameRecorder::record() {
     }
 }
 
-template <class Place>
-void FrameRecorder::stage_bytes(const std::byte* data, uint64_t bytes, Place&& place) {
+template <class Target>
+void FrameRecorder::stage_bytes(const std::byte* data, uint64_t bytes, Target&& place) {
     Staging& staging = c_.slot.staging;
     for (uint64_t done = 0; done < bytes;) {
         if (staging.free_bytes() < 16) {

@@ -29,7 +29,7 @@ struct FrameContext {
 
 class FrameRecorder {
 public:
-    FrameRecorder(const FrameContext& context, const Plan& plan, const FrameInput& input, const Look& look);
+    FrameRecorder(const FrameContext& context, const Plan& plan, const FrameInput& input, const ShadingOptions& look);
     // Records everything; the slot's commands have begun and are left for the caller to submit. Commands that break the
     // contract fail a CHECK.
     void record();
@@ -42,8 +42,8 @@ private:
     void read_back(const Readback& command);
     void flush_uploads();
     // Stages bytes for a buffer, submitting what is recorded so far whenever the staging memory is full.
-    template <class Place>
-    void stage_bytes(const std::byte* data, uint64_t bytes, Place&& place);
+    template <class Target>
+    void stage_bytes(const std::byte* data, uint64_t bytes, Target&& place);
 
     void record_stage(Stage stage);
     void begin_rendering(Stage stage, bool clear);
@@ -57,7 +57,7 @@ private:
     FrameContext c_;
     const Plan& plan_;
     const FrameInput& input_;
-    const Look& look_;
+    const ShadingOptions& look_;
     VkCommandBuffer commands_;
     bool has_shadow_ = false;
     bool cull_back_ = true;

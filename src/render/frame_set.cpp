@@ -113,7 +113,7 @@ void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, co
     vkUpdateDescriptorSets(device_.handle(), static_cast<uint32_t>(writes.size()), writes.data(), 0, nullptr);
 }
 
-gpu::FrameConstants frame_constants(const FrameInput& input, const Look& look, uint32_t shadow_size) {
+gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOptions& look, uint32_t shadow_size) {
     LODE_CHECK(input.views.size() <= LODE_MOST_VIEWS, input.views.size());
     gpu::FrameConstants c{};
     c.shadow_view = LODE_MOST_VIEWS;

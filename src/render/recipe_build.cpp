@@ -156,7 +156,7 @@ const std::string& fragment_of(const PipelineSpec& spec, Variant variant) {
     return in_colour_stage(variant) ? spec.fragment : in_depth_stage(variant) ? spec.visibility : none;
 }
 
-// Whether some stage of some Look runs it.
+// Whether some stage of some ShadingOptions runs it.
 bool is_used(const PipelineSpec& spec, Variant variant, bool draws_lines) {
     for (const Stage stage : {Stage::shadow, Stage::depth, Stage::colour}) {
         if (spec.whole_view && stage != Stage::colour) continue;

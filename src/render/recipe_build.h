@@ -39,7 +39,7 @@ struct BuiltPipeline {
     VkShaderStageFlags stages = 0;  // that see the push constants
 };
 
-// What a pipeline runs in a stage that draws, under a Look. wire: lines, on a device that draws them.
+// What a pipeline runs in a stage that draws, under a ShadingOptions. wire: lines, on a device that draws them.
 Variant variant_of(const PipelineSpec& spec, Stage stage, bool debug, bool wire);
 
 struct BuiltRecipe {

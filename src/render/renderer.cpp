@@ -55,7 +55,8 @@ public:
         });
     }
 
-    Result<void> submit(const Plan& plan, const FrameInput& input, const Look& look, uint32_t place) override {
+    Result<void> submit(const Plan& plan, const FrameInput& input, const ShadingOptions& look,
+                        uint32_t place) override {
         return guarded([&] {
             const auto entered = std::chrono::steady_clock::now();
             LODE_CHECK(!input.views.empty() && input.views[0].kind == View::Kind::camera, input.views.size());

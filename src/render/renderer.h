@@ -59,7 +59,7 @@ struct TriangleMarks {
 };
 
 // How a frame is lit and shown; the same for every backend.
-struct Look {
+struct ShadingOptions {
     glm::vec3 light_direction{-0.4f, -0.8f, -0.45f};  // from the light towards the scene, any length
     glm::vec3 light_colour{2.1f, 2.0f, 1.85f};        // linear
     glm::vec3 sky_colour{0.5f, 0.56f, 0.65f};         // hemisphere from above, linear
@@ -114,7 +114,8 @@ public:
     // uploaded than are staged at once. views[0] is drawn to the target that read_picture() reads; at most one shadow
     // view is drawn and used for lighting. Other cameras have no target yet: draws of them are an error. Where an
     // instance is mirrored, back faces are not culled in that frame.
-    virtual Result<void> submit(const Plan& plan, const FrameInput& input, const Look& look, uint32_t place = 0) = 0;
+    virtual Result<void> submit(const Plan& plan, const FrameInput& input, const ShadingOptions& look,
+                                uint32_t place = 0) = 0;
 
     // Every frame of the place before this number has left the GPU.
     virtual uint64_t completed_frame(uint32_t place = 0) = 0;

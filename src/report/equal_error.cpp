@@ -22,7 +22,7 @@ using Curve = std::vector<const Row*>;
 // The cheapest place of a curve that is no worse than `worst`.
 EqualError read_curve(const Curve& curve, const ErrorMetric& metric, double worst) {
     EqualError found;
-    static_cast<Way&>(found) = *curve[0];
+    static_cast<Technique&>(found) = *curve[0];
     const auto take = [&](const Row& row, const char* where) {
         found.pixel_error = row.pixel_error;
         found.ms = mean_ms(row);
@@ -49,13 +49,13 @@ EqualError read_curve(const Curve& curve, const ErrorMetric& metric, double wors
 std::span<const ErrorMetric> error_metrics() { return metrics; }
 
 std::vector<EqualError> at_equal_error(std::span<const Row> rows) {
-    std::map<Way, Curve> curves;
+    std::map<Technique, Curve> curves;
     for (const Row& row : rows) curves[row].push_back(&row);
     for (auto& [name, curve] : curves) std::ranges::sort(curve, {}, &Row::pixel_error);
     std::vector<EqualError> result;
     for (uint32_t i = 0; i < rows.size(); ++i) {
         for (const auto& [name, curve] : curves) {
-            if (name == static_cast<const Way&>(rows[i])) continue;
+            if (name == static_cast<const Technique&>(rows[i])) continue;
             for (const ErrorMetric& metric : metrics) {
                 // `full` deviates from itself by nothing: nobody else could.
                 if (rows[i].backend == "full" && metric.worse(rows[i]) <= 0) continue;

@@ -89,12 +89,12 @@ Json json_of(const Report& report) {
     return json;
 }
 
-std::string choices_of(const Way& way, char between) {
+std::string choices_of(const Technique& way, char between) {
     const bool both = !way.order.empty() && !way.raster.empty();
     return way.order + (both ? std::string(1, between) : "") + way.raster;
 }
 
-std::string name_of(const Way& way, char between) {
+std::string name_of(const Technique& way, char between) {
     const std::string choices = choices_of(way, between);
     return choices.empty() ? way.backend : way.backend + between + choices;
 }

@@ -17,18 +17,18 @@ struct Machine {
 nlohmann::ordered_json json_of(const Machine& machine);
 
 // One way to draw a scene: a backend, and what of it is chosen.
-struct Way {
+struct Technique {
     std::string backend;
     std::string order;   // lod: of faces
     std::string raster;  // vgi, lod: how triangles are made and moved
-    auto operator<=>(const Way&) const = default;
+    auto operator<=>(const Technique&) const = default;
 };
 // What is chosen, without the backend; empty where nothing is.
-std::string choices_of(const Way& way, char between = ' ');
-std::string name_of(const Way& way, char between = ' ');
+std::string choices_of(const Technique& way, char between = ' ');
+std::string name_of(const Technique& way, char between = ' ');
 
 // Field names are the JSON names of the report. Means are over frames unless the name says otherwise.
-struct Row : Way {
+struct Row : Technique {
     double pixel_error = 0;
     uint32_t frames = 0;
     double ms_median = 0, ms_p95 = 0, ms_p99 = 0, ms_max = 0;  // plan to fence
@@ -57,13 +57,13 @@ struct RowPicture {
 };
 
 // A flight on which a controller set the pixel error of every frame to hold a frame time.
-struct SteeredFlight : Way {
+struct SteeredFlight : Technique {
     double target_ms = 0;
     std::vector<double> ms, pixel_error;
 };
 
 // A backend swept over pixel errors, read where it measures the same as a row of another.
-struct EqualError : Way {            // which is read
+struct EqualError : Technique {      // which is read
     uint32_t row = 0;                // which is compared
     std::string metric;              // "ssim" or "max_pixel_deviation"
     double value = 0;                // the row's

@@ -3,6 +3,7 @@
 
 #include "lod/asset/cursor.h"
 #include "lod/bake/bake.h"
+#include "lod/bake/simplify/simplifier.h"
 #include "mesh/generate.h"
 #include "mesh/io/write.h"
 #include "mesh/repair.h"

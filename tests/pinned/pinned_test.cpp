@@ -10,6 +10,7 @@
 #include "fixtures/meshes.h"
 #include "lod/bake/bake.h"
 #include "lod/bake/error_curve.h"
+#include "lod/bake/simplify/simplifier.h"
 #include "lod/draw/lod_source.h"
 #include "mesh/packed_vertices.h"
 #include "pinned/pins.h"

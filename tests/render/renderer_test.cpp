@@ -1,5 +1,6 @@
 // The renderer on whatever device is there; Mesa's software rasteriser will do. Validation must stay silent throughout.
 #include "render/renderer.h"
+#include "lod/bake/simplify/simplifier.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -47,7 +48,7 @@ FrameInput look_at(const glm::vec3& eye, uint64_t frame, std::vector<Instance> i
     camera.eye = eye;
     camera.near_plane = 0.05f;
     FrameInput input;
-    input.views = {view_of(camera, width, height), shadow_view(Look{}.light_direction, {0, 0, 0}, 3, 512)};
+    input.views = {view_of(camera, width, height), shadow_view(ShadingOptions{}.light_direction, {0, 0, 0}, 3, 512)};
     input.instances = std::move(instances);
     input.frame = frame;
     return input;
@@ -85,7 +86,7 @@ std::unique_ptr<FrameSource> full_of(const TriMesh& mesh) {
 
 MaterialSet plain_materials() { return {{SurfaceMaterial{}}, 0, 0, {}}; }
 
-Picture drawn(Renderer& renderer, FrameSource& source, const FrameInput& input, const Look& look = {}) {
+Picture drawn(Renderer& renderer, FrameSource& source, const FrameInput& input, const ShadingOptions& look = {}) {
     const auto submitted = renderer.submit(source.plan(input), input, look);
     EXPECT_TRUE(submitted) << submitted.error().message;
     auto picture = renderer.read_picture();
@@ -129,7 +130,7 @@ TEST_F(RendererTest, DrawsTheGoldenPictures) {
     auto full = full_of(mesh);
     ASSERT_TRUE(renderer.load(full->recipe(), plain_materials()));
     expect_golden(drawn(renderer, *full, look_at({0, 0.6f, 3}, 0)), "rock");
-    Look look;
+    ShadingOptions look;
     look.debug = DebugView::normal;
     expect_golden(drawn(renderer, *full, look_at({0, 0.6f, 3}, 1), look), "rock-normals");
 
@@ -163,7 +164,7 @@ TEST_F(RendererTest, ColoursTrianglesByTheirMarks) {
     for (const auto& corners : mirror.triangles_of(0))
         marks->of_triangles.push_back(corners[0].y + corners[1].y + corners[2].y > 0 ? 3 : 0);
     ASSERT_EQ(marks->of_triangles.size() - 3, plan.stats.triangles);
-    Look look;
+    ShadingOptions look;
     look.debug = DebugView::misses;
     look.marks = marks;
     ASSERT_TRUE(renderer.submit(plan, look_at({0, 0, 3}, 0), look));
@@ -195,7 +196,7 @@ TEST_F(RendererTest, MorphsAsTheMirrorDoes) {
     const auto done = mirror.execute(plan, input);
     ASSERT_TRUE(done) << done.error().message;
     ASSERT_TRUE(renderer.load((*source)->recipe(), plain_materials()));
-    ASSERT_TRUE(renderer.submit(plan, input, Look{}));
+    ASSERT_TRUE(renderer.submit(plan, input, ShadingOptions{}));
     const auto morphed = renderer.read_picture();
     ASSERT_TRUE(morphed);
     const auto as_mesh = [](const std::vector<std::array<glm::vec3, 3>>& triangles) {

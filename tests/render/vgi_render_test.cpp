@@ -59,7 +59,7 @@ protected:
     }
     // Draws, with those of the pages asked for that luck lets through.
     // mirror: executes the plans, too, where there is one.
-    Picture draw(FrameSource& source, FrameInput input, const Look& look, double luck, Random& random,
+    Picture draw(FrameSource& source, FrameInput input, const ShadingOptions& look, double luck, Random& random,
                  PlanMirror* mirror = nullptr) {
         std::vector<Arrival> arrivals;
         for (int quiet = 0, frames = 0; quiet < 3 && frames < 40; ++frames) {
@@ -80,7 +80,7 @@ protected:
         return std::move(*picture);
     }
     // What is read back of it.
-    std::vector<ReadbackResult> submit(const Plan& plan, const FrameInput& input, const Look& look) {
+    std::vector<ReadbackResult> submit(const Plan& plan, const FrameInput& input, const ShadingOptions& look) {
         const auto submitted = renderer_->submit(plan, input, look);
         EXPECT_TRUE(submitted) << submitted.error().message;
         EXPECT_TRUE(renderer_->wait());
@@ -108,7 +108,7 @@ protected:
             2 * std::atan(std::tan(camera.fov_y / 2) * static_cast<float>(tall) / static_cast<float>(height));
         FrameInput input;
         input.views = {view_of(camera, width + 2 * around, tall),
-                       shadow_view(Look{}.light_direction, {0, 0, 0}, 3, 512)};
+                       shadow_view(ShadingOptions{}.light_direction, {0, 0, 0}, 3, 512)};
         input.views[0].culls_back_faces = true;
         input.instances = {Instance{}};
         return input;
@@ -284,7 +284,7 @@ TEST_F(VgiRenderTest, DrawsTheSameFromPoolsInPieces) {
 TEST_F(VgiRenderTest, ColoursWhatSamplesWouldCostAndHowFarApartTheyAre) {
     const auto atlas = atlas_of(mesh_of(Shape::rock, 20000));
     Renderer& renderer = make();
-    Look look;
+    ShadingOptions look;
     Random random(6);
     const auto mean_red_over_blue = [&](vgi::Raster raster, DebugView view, double pixel_error) {
         auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 26, 1, raster});

@@ -4,8 +4,8 @@ namespace lodestone {
 
 namespace fs = std::filesystem;
 
-Result<WorkFolder> WorkFolder::open(const fs::path& parent, const Hash128& key) {
-    WorkFolder folder(parent / ("lodestone-" + key.hex().substr(0, 16)), key);
+Result<CheckpointFolder> CheckpointFolder::open(const fs::path& parent, const Hash128& key) {
+    CheckpointFolder folder(parent / ("lodestone-" + key.hex().substr(0, 16)), key);
     std::error_code error;
     fs::create_directories(folder.path_, error);
     if (error)
@@ -14,7 +14,7 @@ Result<WorkFolder> WorkFolder::open(const fs::path& parent, const Hash128& key) 
     return folder;
 }
 
-bool WorkFolder::begun() const {
+bool CheckpointFolder::begun() const {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(path_, error)) {
         if (entry.path().extension() == ".stage") return true;
@@ -22,13 +22,14 @@ bool WorkFolder::begun() const {
     return false;
 }
 
-std::optional<ChunkFile> WorkFolder::find(const std::string& stage) const {
+std::optional<ChunkFile> CheckpointFolder::find(const std::string& stage) const {
     auto file = ChunkFile::open(file_of(stage));
     if (!file || !(file->provenance().source == key_) || !file->verify()) return std::nullopt;
     return std::move(*file);
 }
 
-Result<void> WorkFolder::keep(const std::string& stage, const std::function<Result<void>(ChunkWriter&)>& write) const {
+Result<void> CheckpointFolder::keep(const std::string& stage,
+                                    const std::function<Result<void>(ChunkWriter&)>& write) const {
     auto writer = ChunkWriter::create(file_of(stage), {key_, key_});
     if (!writer) return tl::unexpected(writer.error());
     if (auto done = write(*writer); !done) return done;
@@ -36,7 +37,7 @@ Result<void> WorkFolder::keep(const std::string& stage, const std::function<Resu
     return {};
 }
 
-void WorkFolder::remove() const {
+void CheckpointFolder::remove() const {
     std::error_code error;
     fs::remove_all(path_, error);
 }

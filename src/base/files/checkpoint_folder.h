@@ -13,11 +13,11 @@
 
 namespace lodestone {
 
-class WorkFolder {
+class CheckpointFolder {
 public:
     // Makes PARENT/lodestone-KEY unless it is there. key: a hash of everything that results depend on. Fault::machine
     // where it cannot be made.
-    static Result<WorkFolder> open(const std::filesystem::path& parent, const Hash128& key);
+    static Result<CheckpointFolder> open(const std::filesystem::path& parent, const Hash128& key);
 
     const std::filesystem::path& path() const { return path_; }
     // Whether some stage was kept before.
@@ -29,7 +29,7 @@ public:
     void remove() const;
 
 private:
-    WorkFolder(std::filesystem::path path, const Hash128& key) : path_(std::move(path)), key_(key) {}
+    CheckpointFolder(std::filesystem::path path, const Hash128& key) : path_(std::move(path)), key_(key) {}
     std::filesystem::path file_of(const std::string& stage) const { return path_ / (stage + ".stage"); }
     std::filesystem::path path_;
     Hash128 key_;
@@ -38,7 +38,8 @@ private:
 // The result of a stage: what was kept of it, or else made now and kept. work: null keeps nothing. read: from a
 // ChunkFile, std::optional of the result; write: the result to a ChunkWriter.
 template <class Value, class Read, class Make, class Write>
-Result<Value> kept_or_made(const WorkFolder* work, const std::string& stage, Read&& read, Make&& make, Write&& write) {
+Result<Value> load_or_make(const CheckpointFolder* work, const std::string& stage, Read&& read, Make&& make,
+                           Write&& write) {
     if (work == nullptr) return make();
     if (const auto file = work->find(stage)) {
         if (std::optional<Value> value = read(*file)) return std::move(*value);

@@ -141,7 +141,7 @@ void PmCursor::look_at_keyframes() {
 }
 
 // Blocks of the order that comes next, from the faces that are drawn.
-void PmCursor::make_up(const Keyframe& next, uint32_t first_block, uint32_t end_block) {
+void PmCursor::build_next(const Keyframe& next, uint32_t first_block, uint32_t end_block) {
     const FaceOrder& order = pm_->orders[order_];
     const uint32_t* from = indices_.data() + half_begin_[half()];
     const uint32_t begin = half_begin_[1 - half()];
@@ -162,7 +162,7 @@ void PmCursor::make_up(const Keyframe& next, uint32_t first_block, uint32_t end_
 }
 
 // Blocks of the order before the one that is drawn, the dead faces they hold included.
-void PmCursor::bring_back(const Keyframe& drawn, uint32_t first_block, uint32_t end_block) {
+void PmCursor::restore_previous(const Keyframe& drawn, uint32_t first_block, uint32_t end_block) {
     const FaceOrder& order = pm_->orders[order_];
     const uint32_t begin = half_begin_[1 - half()], wedges = vertex_count(), total = pm_->wedges_at(0);
     uint32_t* to = indices_.data() + begin;
@@ -214,7 +214,7 @@ void PmCursor::enter_level_from_above() {
     if (level_ < next_begin_) return;
     const Keyframe& next = order.keyframes[keyframe_];
     if (level_ < next.level) {
-        make_up(next, next.blocks_held(level_ - 1), next.blocks_held(level_));
+        build_next(next, next.blocks_held(level_ - 1), next.blocks_held(level_));
     } else {
         ++keyframe_;
         slots_ = next.slots;
@@ -228,7 +228,7 @@ void PmCursor::enter_level_from_below() {
     const FaceOrder& order = pm_->orders[order_];
     const Keyframe& drawn = order.keyframes[keyframe_ - 1];
     if (level_ >= drawn.level) {
-        bring_back(drawn, drawn.blocks_held(level_ + 1), drawn.blocks_held(level_));
+        restore_previous(drawn, drawn.blocks_held(level_ + 1), drawn.blocks_held(level_));
     } else {
         --keyframe_;
         slots_ = order.slots_of(keyframe_);

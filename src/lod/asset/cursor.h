@@ -64,7 +64,7 @@ public:
     }
     // The whole buffer, both halves; what is neither drawn nor on its way in or out is of no meaning.
     std::span<const uint32_t> all_indices() const { return indices_; }
-    uint32_t at(Place place) const { return indices_[index_of(place)]; }
+    uint32_t at(IndexSlot place) const { return indices_[index_of(place)]; }
     // Whether the half that is not drawn still holds some of the order before; a limited copy is then larger.
     bool holds_order_before() const { return keyframe_ > 0 && level_ < last_end_; }
     const ProgressiveMesh& mesh() const { return *pm_; }
@@ -86,7 +86,7 @@ public:
 
 private:
     uint32_t half() const { return keyframe_ & 1; }
-    uint32_t index_of(Place place) const { return half_begin_[place.half()] + place.position(); }
+    uint32_t index_of(IndexSlot place) const { return half_begin_[place.half()] + place.position(); }
     void mark(uint32_t position);   // its block is dirty
     void touch(uint32_t position);  // and within the blocks looked at
     void touch_range(uint32_t first, uint32_t count);
@@ -95,8 +95,8 @@ private:
     void look_at_keyframes();
     void enter_level_from_above();
     void enter_level_from_below();
-    void make_up(const Keyframe& next, uint32_t first_block, uint32_t end_block);
-    void bring_back(const Keyframe& drawn, uint32_t first_block, uint32_t end_block);
+    void build_next(const Keyframe& next, uint32_t first_block, uint32_t end_block);
+    void restore_previous(const Keyframe& drawn, uint32_t first_block, uint32_t end_block);
     void jump(const PmSnapshots::Snapshot& snapshot);
 
     const ProgressiveMesh* pm_;

@@ -71,7 +71,7 @@ Result<void> check_ranges(const ProgressiveMesh& pm, const FaceOrder& order,
         return wrong(place + "/first_corner", "does not divide the corners among the removed wedges");
     }
     const uint32_t other = order.keyframes.empty() ? 0 : order.keyframes[0].slots * 3;  // no later one is longer
-    for (const Place corner : order.corners) {
+    for (const IndexSlot corner : order.corners) {
         if (corner.position() >= (corner.half() == 0 ? positions : other))
             return wrong(place + "/corners", "a position is out of range");
     }

@@ -75,13 +75,13 @@ struct Keyframe {
 static_assert(sizeof(Keyframe) == 20);
 
 // Where a corner is in the index buffer: position / 3 is a slot of one of the halves.
-struct Place {
+struct IndexSlot {
     uint32_t code = 0;
-    static Place of(uint32_t half, uint32_t position) { return {position * 2 + half}; }
+    static IndexSlot of(uint32_t half, uint32_t position) { return {position * 2 + half}; }
     uint32_t half() const { return code & 1; }
     uint32_t position() const { return code >> 1; }
 };
-static_assert(sizeof(Place) == 4);
+static_assert(sizeof(IndexSlot) == 4);
 
 // One face order: a permutation stream over the shared collapses.
 struct FaceOrder {
@@ -91,7 +91,7 @@ struct FaceOrder {
     std::span<const uint32_t> indices;  // level 0; three wedges per slot
     std::span<const uint32_t>
         first_corner;  // per removed wedge r (0 = first to go): its corners begin here; one more at the end
-    std::span<const Place> corners;  // where the wedge is when it is removed, and where it comes when it returns
+    std::span<const IndexSlot> corners;  // where the wedge is when it is removed, and where it comes when it returns
     std::span<const TswapStep> tswaps;
     std::span<const uint32_t> cycle_lengths;  // >= 2 each
     std::span<const uint32_t> cycle_slots;  // tswap arguments, cycle after cycle: slot f[i] receives what f[i + 1] held

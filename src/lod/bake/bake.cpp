@@ -26,7 +26,7 @@ struct Store {
     std::vector<float> errors;
     struct Order {
         std::vector<uint32_t> indices, first_corner;
-        std::vector<Place> corners;
+        std::vector<IndexSlot> corners;
         std::vector<TswapStep> tswaps;
         std::vector<uint32_t> cycle_lengths, cycle_slots;
         std::vector<Keyframe> keyframes;
@@ -243,13 +243,14 @@ private:
                 if (orderer_.drops_dead() && !replay_.alive(c / 3)) continue;
                 const uint32_t face = c / 3;
                 // A dead face of the order before the one that is drawn is in no slot of the latter.
-                if (slot_of_[face] != none) order_.corners.push_back(Place::of(half, slot_of_[face] * 3 + c % 3));
+                if (slot_of_[face] != none) order_.corners.push_back(IndexSlot::of(half, slot_of_[face] * 3 + c % 3));
                 if (held > 0 && other_slot_[face] != none && other_block_[face] < held)
-                    order_.corners.push_back(Place::of(1 - half, other_slot_[face] * 3 + c % 3));
+                    order_.corners.push_back(IndexSlot::of(1 - half, other_slot_[face] * 3 + c % 3));
             }
-            std::sort(
-                order_.corners.begin() + static_cast<ptrdiff_t>(begin), order_.corners.end(),
-                [](Place a, Place b) { return std::pair(a.half(), a.position()) < std::pair(b.half(), b.position()); });
+            std::sort(order_.corners.begin() + static_cast<ptrdiff_t>(begin), order_.corners.end(),
+                      [](IndexSlot a, IndexSlot b) {
+                          return std::pair(a.half(), a.position()) < std::pair(b.half(), b.position());
+                      });
             order_.first_corner.push_back(static_cast<uint32_t>(order_.corners.size()));
         }
         if (orderer_.drops_dead()) {

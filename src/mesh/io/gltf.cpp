@@ -296,8 +296,8 @@ private:
     }
 
     // Calls place(mesh, where it is) for all that stands in the scene; of files without one, for every mesh.
-    template <class Place>
-    void for_placed(Place&& place) const {
+    template <class Visit>
+    void for_placed(Visit&& place) const {
         if (model_.scenes.empty()) {
             for (size_t m = 0; m < model_.meshes.size(); ++m) place(static_cast<int>(m), glm::dmat4(1));
             return;
@@ -308,8 +308,8 @@ private:
         for (const int node : model_.scenes[scene].nodes) visit(node, glm::dmat4(1), 0, place);
     }
 
-    template <class Place>
-    void visit(int number, const glm::dmat4& parent, int depth, Place& place) const {
+    template <class Visit>
+    void visit(int number, const glm::dmat4& parent, int depth, Visit& place) const {
         if (number < 0 || static_cast<size_t>(number) >= model_.nodes.size())
             throw WrongFile{"nodes", "one refers to a node that is not there"};
         if (depth > deepest_node) throw WrongFile{"nodes", "are nested more than 256 deep or in a circle"};

@@ -25,8 +25,8 @@ glm::vec3 unpack_octahedral(const std::array<int8_t, 2>& packed) {
 uint32_t Atlas::levels() const { return static_cast<uint32_t>(std::bit_width(cells)); }
 
 void Atlas::lay_out(std::vector<uint8_t> levels_left_out) {
-    left_out = std::move(levels_left_out);
-    const auto count = static_cast<uint32_t>(left_out.size());
+    trimmed_levels = std::move(levels_left_out);
+    const auto count = static_cast<uint32_t>(trimmed_levels.size());
     cluster.resize(count);
     first_texel.assign(1, 0);
     first_attribute_texel.assign(1, 0);
@@ -59,7 +59,7 @@ uint64_t Atlas::triangles_at(uint32_t level) const {
 
 glm::vec3 Atlas::normal(size_t texel) const { return unpack_octahedral(normals[texel]); }
 
-Atlas::Square Atlas::across(Square from, uint32_t side, uint32_t per_side) const {
+Atlas::Tile Atlas::across(Tile from, uint32_t side, uint32_t per_side) const {
     const uint32_t last = per_side - 1;
     const auto [chart, x, y] = from;
     const bool inside = side == 0 ? y > 0 : side == 1 ? x < last : side == 2 ? y < last : x > 0;
@@ -169,7 +169,7 @@ Result<void> Atlas::validate() const {
         !std::has_single_bit(attribute_cells))
         return wrong("cells are no powers of two, or fewer for attributes than for positions");
     if (!(step > 0)) return wrong("the lattice has no step");
-    if (left_out.size() != charts() || first_texel.size() != charts() + size_t{1} ||
+    if (trimmed_levels.size() != charts() || first_texel.size() != charts() + size_t{1} ||
         first_attribute_texel.size() != first_texel.size())
         return wrong("charts are not laid out");
     if (sides.size() != size_t{charts()} * 4 || positions.size() != texels() || sample_errors.size() != texels() ||
@@ -214,7 +214,7 @@ Result<void> Atlas::validate_gluing() const {
             if (other.chart >= charts() || other.side > 3) return wrong(place + ": is glued to nothing");
             if (sides[size_t{other.chart} * 4 + other.side] != GluedSide{c, s})
                 return wrong(place + ": is glued to a side that is glued elsewhere");
-            if (left_out[c] != left_out[other.chart])
+            if (trimmed_levels[c] != trimmed_levels[other.chart])
                 return wrong(place + ": is glued to a chart that leaves out other levels");
         }
     }

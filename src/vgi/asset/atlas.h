@@ -70,11 +70,11 @@ struct PageBounds {
 static_assert(sizeof(PageBounds) == 28);
 
 struct Atlas {
-    uint32_t cells = 128;            // per side of a whole chart's positions, a power of two, 2 .. 4096
-    uint32_t attribute_cells = 128;  // per side of its attributes, a power of two, cells .. 4096
-    std::vector<uint8_t> left_out;   // per chart: finest levels it does without; lay_out() sets it
-    glm::dvec3 origin{0};            // positions are origin + step * lattice point, one lattice for all charts
-    double step = 1;                 // object units, > 0
+    uint32_t cells = 128;                 // per side of a whole chart's positions, a power of two, 2 .. 4096
+    uint32_t attribute_cells = 128;       // per side of its attributes, a power of two, cells .. 4096
+    std::vector<uint8_t> trimmed_levels;  // per chart: finest levels it does without; lay_out() sets it
+    glm::dvec3 origin{0};                 // positions are origin + step * lattice point, one lattice for all charts
+    double step = 1;                      // object units, > 0
     glm::vec2 uv_low{0}, uv_step{0};
     PresentAttributes attributes;                                  // of the source; normals are always there
     std::vector<GluedSide> sides;                                  // four per chart
@@ -104,8 +104,8 @@ struct Atlas {
     // Gives the images that `attributes` names their texels.
     void make_room();
     // Per side of a chart's own images.
-    uint32_t cells_of(uint32_t chart) const { return cells >> left_out[chart]; }
-    uint32_t attribute_cells_of(uint32_t chart) const { return attribute_cells >> left_out[chart]; }
+    uint32_t cells_of(uint32_t chart) const { return cells >> trimmed_levels[chart]; }
+    uint32_t attribute_cells_of(uint32_t chart) const { return attribute_cells >> trimmed_levels[chart]; }
     // x, y: 0 .. cells_of(chart).
     size_t texel(uint32_t chart, uint32_t x, uint32_t y) const {
         return first_texel[chart] + size_t{y} * (cells_of(chart) + 1) + x;
@@ -118,15 +118,15 @@ struct Atlas {
     size_t attribute_texels() const { return first_attribute_texel.back(); }
     // A chart's own level for a level of the atlas.
     uint32_t own_level(uint32_t chart, uint32_t level) const {
-        return level > left_out[chart] ? level - left_out[chart] : 0u;
+        return level > trimmed_levels[chart] ? level - trimmed_levels[chart] : 0u;
     }
     // The square across a side of square (x, y), where every chart is divided into per_side x per_side: in the chart,
     // or in the one glued to it. Its chart is ~0 where the surface ends.
-    struct Square {
+    struct Tile {
         uint32_t chart, x, y;
-        bool operator==(const Square&) const = default;
+        bool operator==(const Tile&) const = default;
     };
-    Square across(Square from, uint32_t side, uint32_t per_side) const;
+    Tile across(Tile from, uint32_t side, uint32_t per_side) const;
     // Largest distance there can be: the lattice's diagonal; object units.
     double extent() const { return step * 65535 * 1.7320508075688772; }
     glm::dvec3 point(size_t texel) const {

@@ -63,7 +63,7 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
     Result<void> done = writer.add_text("vgi/atlas", about.dump());
     if (done) done = writer.add_array("vgi/sides", std::span(atlas.sides));
     if (done) done = writer.add_array("vgi/clusters", std::span(atlas.cluster));
-    if (done) done = writer.add_array("vgi/left_out", std::span(atlas.left_out));
+    if (done) done = writer.add_array("vgi/left_out", std::span(atlas.trimmed_levels));
     if (done) done = writer.add_array("vgi/errors", std::span(atlas.errors));
     if (done) done = writer.add_array("vgi/bounds", std::span(atlas.bounds));
     for (const LayerName& layer : layers) {
@@ -103,22 +103,22 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
     if (!(atlas.step > 0)) return named("vgi/atlas: the lattice has no step");
     auto sides = file.array<GluedSide>("vgi/sides");
     auto clusters = file.array<uint32_t>("vgi/clusters");
-    auto left_out = file.array<uint8_t>("vgi/left_out");
+    auto trimmed_levels = file.array<uint8_t>("vgi/left_out");
     auto errors = file.array<float>("vgi/errors");
     auto bounds = file.array<PageBounds>("vgi/bounds");
     if (!sides) return tl::unexpected(sides.error());
     if (!clusters) return tl::unexpected(clusters.error());
-    if (!left_out) return tl::unexpected(left_out.error());
+    if (!trimmed_levels) return tl::unexpected(trimmed_levels.error());
     if (!errors) return tl::unexpected(errors.error());
     if (!bounds) return tl::unexpected(bounds.error());
     const uint32_t most_left_out = tree_of(atlas, Layer::geometry).base_level();
-    if (std::ranges::any_of(*left_out, [&](uint8_t levels) { return levels > most_left_out; }))
+    if (std::ranges::any_of(*trimmed_levels, [&](uint8_t levels) { return levels > most_left_out; }))
         return named("vgi/left_out: a chart has no pages");
-    if (clusters->size() != charts || left_out->size() != charts || sides->size() != size_t{charts} * 4 ||
+    if (clusters->size() != charts || trimmed_levels->size() != charts || sides->size() != size_t{charts} * 4 ||
         errors->size() != atlas.levels() || bounds->size() != size_t{charts} * tree_of(atlas, Layer::geometry).pages())
         return named("vgi/atlas: the number of charts does not fit the other chunks");
     atlas.sides.assign(sides->begin(), sides->end());
-    atlas.lay_out({left_out->begin(), left_out->end()});
+    atlas.lay_out({trimmed_levels->begin(), trimmed_levels->end()});
     atlas.cluster.assign(clusters->begin(), clusters->end());
     atlas.errors.assign(errors->begin(), errors->end());
     atlas.bounds.assign(bounds->begin(), bounds->end());
@@ -146,7 +146,7 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
     return opened;
 }
 
-AtlasFile::Place AtlasFile::place(Layer layer, uint32_t chart, uint32_t page) const {
+AtlasFile::ByteRange AtlasFile::place(Layer layer, uint32_t chart, uint32_t page) const {
     const auto l = static_cast<size_t>(layer);
     const PageTree tree = tree_of(about_, layer);
     const size_t i = size_t{chart} * tree.families() + tree.family(page);
@@ -160,7 +160,7 @@ bool AtlasFile::has(Layer layer, uint32_t chart, uint32_t page) const {
 }
 
 std::span<const std::byte> AtlasFile::bytes(Layer layer, uint32_t chart, uint32_t page) const {
-    const Place at = place(layer, chart, page);
+    const ByteRange at = place(layer, chart, page);
     return pages_[static_cast<size_t>(layer)].subspan(at.offset, at.bytes);
 }
 

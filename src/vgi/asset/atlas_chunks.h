@@ -23,11 +23,11 @@ public:
     const ChunkFile& file() const { return file_; }
 
     // Where the bytes of a page's family lie: in which chunk, and from where to where in it.
-    struct Place {
+    struct ByteRange {
         const char* chunk;
         uint64_t offset, bytes;
     };
-    Place place(Layer layer, uint32_t chart, uint32_t page) const;
+    ByteRange place(Layer layer, uint32_t chart, uint32_t page) const;
     // Whether the chart has the page, or leaves it out.
     bool has(Layer layer, uint32_t chart, uint32_t page) const;
     std::span<const std::byte> bytes(Layer layer, uint32_t chart, uint32_t page) const;

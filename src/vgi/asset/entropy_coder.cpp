@@ -68,8 +68,8 @@ bool from_pairs(std::span<const uint8_t> pairs, std::span<uint8_t> numbers) {
 
 }  // namespace
 
-void pack_numbers(std::span<const uint8_t> numbers, std::vector<std::byte>& packed) {
-    LODE_CHECK(numbers.size() <= most_packed_numbers, numbers.size());
+void encode_numbers(std::span<const uint8_t> numbers, std::vector<std::byte>& packed) {
+    LODE_CHECK(numbers.size() <= most_encoded_numbers, numbers.size());
     static thread_local std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
     // How much there is is known to whoever unpacks: no size is stored.
     for (const auto& [parameter, value] : compression) ZSTD_CCtx_setParameter(context.get(), parameter, value);
@@ -95,7 +95,7 @@ void pack_numbers(std::span<const uint8_t> numbers, std::vector<std::byte>& pack
     packed.insert(packed.end(), frame.begin(), frame.end());
 }
 
-std::optional<std::span<const std::byte>> unpack_numbers(std::span<const std::byte> packed,
+std::optional<std::span<const std::byte>> decode_numbers(std::span<const std::byte> packed,
                                                          std::span<uint8_t> numbers) {
     if (packed.size() < header) return std::nullopt;
     const size_t word = std::to_integer<size_t>(packed[0]) | std::to_integer<size_t>(packed[1]) << 8,

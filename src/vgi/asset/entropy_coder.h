@@ -12,13 +12,13 @@
 namespace lodestone::vgi {
 
 // How many a stream can hold.
-inline constexpr size_t most_packed_numbers = 32000;
+inline constexpr size_t most_encoded_numbers = 32000;
 
-// Appends what unpack_numbers reads back. Deterministic.
-void pack_numbers(std::span<const uint8_t> numbers, std::vector<std::byte>& packed);
+// Appends what decode_numbers reads back. Deterministic.
+void encode_numbers(std::span<const uint8_t> numbers, std::vector<std::byte>& packed);
 
 // Fills `numbers`, as many as were packed, from the beginning of what is packed, and returns what comes after them;
 // nothing where `packed` is broken.
-std::optional<std::span<const std::byte>> unpack_numbers(std::span<const std::byte> packed, std::span<uint8_t> numbers);
+std::optional<std::span<const std::byte>> decode_numbers(std::span<const std::byte> packed, std::span<uint8_t> numbers);
 
 }  // namespace lodestone::vgi

@@ -247,7 +247,7 @@ std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Chann
                     numbers.push_back(static_cast<uint8_t>(stream.high ? folded[c][i] >> 8 : folded[c][i]));
             }
         }
-        pack_numbers(numbers, packed);
+        encode_numbers(numbers, packed);
     }
     return packed;
 }
@@ -265,7 +265,7 @@ Result<PageFamily> PageFamily::unpack(const PageTree& tree, std::span<const Chan
     std::vector<uint8_t> numbers;
     for (const Stream& stream : streams_of(tree, channels, family == 0)) {
         numbers.resize(stream.channels * members * (stream.end - stream.begin));
-        const auto rest = unpack_numbers(bytes, numbers);
+        const auto rest = decode_numbers(bytes, numbers);
         if (!rest) return broken();
         bytes = *rest;
         const uint8_t* next = numbers.data();

@@ -55,12 +55,12 @@ std::vector<double> wanted_of(const Surface& surface, const std::vector<float>& 
     return wanted;
 }
 
-// One attempt: clusters, quads and charts of a surface with a density of clusters.
-class Attempt {
+// One round: clusters, quads and charts of a surface with a density of clusters.
+class RefinementRound {
 public:
-    Attempt(const TriMesh& mesh, std::span<const glm::vec3> normals, const FeatureLines& features,
-            const AtlasOptions& options, AtlasReport& report, Rounds& rounds, const Progress& progress,
-            const WorkFolder* work)
+    RefinementRound(const TriMesh& mesh, std::span<const glm::vec3> normals, const FeatureLines& features,
+                    const AtlasOptions& options, AtlasReport& report, Refinement& rounds, const Progress& progress,
+                    const CheckpointFolder* work)
         : mesh_(mesh),
           normals_(normals),
           features_(features),
@@ -70,21 +70,21 @@ public:
           progress_(progress),
           work_(work) {}
 
-    // What is wrong with its clusters goes to judgement(), `fault` says it of the last that could not be made.
+    // What is wrong with its clusters goes to quality(), `fault` says it of the last that could not be made.
     Result<void> run(Surface surface, const std::vector<float>& density, std::vector<uint32_t> kept) {
         ClusterOptions cluster_options = options_.clusters;
         cluster_options.density = density;
         cluster_options.kept = std::move(kept);
         cluster_options.features = features_;
-        auto clusters = kept_or_made<Clusters>(
+        auto clusters = load_or_make<Clusters>(
             work_, stage("clusters"), read_clusters, [&] { return make_clusters(surface, cluster_options, progress_); },
-            [](const Clusters& made, ChunkWriter& writer) { return write_stage(made, writer); });
+            [](const Clusters& made, ChunkWriter& writer) { return write_checkpoint(made, writer); });
         if (!clusters) return tl::unexpected(clusters.error());
         clusters_ = std::move(*clusters);
-        judged_ = {std::vector<bool>(clusters_.count, false), std::vector<double>(clusters_.count, 0)};
-        doubtful_.assign(clusters_.count, false);
+        quality_ = {std::vector<bool>(clusters_.count, false), std::vector<double>(clusters_.count, 0)};
+        dirty_.assign(clusters_.count, false);
         find_doubtful(surface, cluster_options.kept);
-        for (const ReadyQuad& quad : clusters_.ready) doubtful_[quad.cluster] = true;
+        for (const ReadyQuad& quad : clusters_.ready) dirty_[quad.cluster] = true;
         report_.clusters = clusters_.count;
         report_.template_charts = static_cast<uint32_t>(clusters_.ready.size());
         report_.buckets = clusters_.buckets;
@@ -94,15 +94,15 @@ public:
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         rounds_.begin(report_.clusters);
         last_ = rounds_.is_last();
-        auto straight = kept_or_made<StraightQuads>(
+        auto straight = load_or_make<StraightQuads>(
             work_, stage("quads"), read_quads, [&] { return make_quads(std::move(surface)); },
-            [](const StraightQuads& made, ChunkWriter& writer) { return write_stage(made, writer); });
+            [](const StraightQuads& made, ChunkWriter& writer) { return write_checkpoint(made, writer); });
         if (!straight) return tl::unexpected(straight.error());
         quads_ = std::move(straight->quads);
         report_.not_recentred = straight->not_recentred;
         report_.uniform_clusters = quads_.uniform_clusters;
         for (const uint32_t c : quads_.failed) {
-            judged_.bad[c] = true;
+            quality_.bad[c] = true;
             fault_ = "cluster " + std::to_string(c) + " " + quads_.fault;
         }
         if (!quads_.failed.empty()) return {};
@@ -110,7 +110,7 @@ public:
     }
 
     const std::vector<uint32_t>& label() const { return clusters_.label; }
-    const Judgement& judgement() const { return judged_; }
+    const RoundQuality& quality() const { return quality_; }
     const std::string& fault() const { return fault_; }
     // Whether stretched charts are taken as they are.
     bool is_last() const { return last_; }
@@ -185,12 +185,12 @@ private:
         std::vector<uint32_t> now(kept.size(), none);  // per cluster before
         for (size_t t = 0; t < kept.size(); ++t) {
             if (kept[t] == none || (now[kept[t]] != none && now[kept[t]] != label[t])) {
-                doubtful_[label[t]] = true;
+                dirty_[label[t]] = true;
             } else {
                 now[kept[t]] = label[t];
             }
         }
-        doubtful_ = with_neighbours(surface, label, std::move(doubtful_));
+        dirty_ = with_neighbours(surface, label, std::move(dirty_));
     }
 
     // Quads of the clusters, made straight; or what has failed.
@@ -282,7 +282,7 @@ private:
         const Stopwatch watch;
         const auto count = static_cast<uint32_t>(quads_.quads.size());
         std::vector<uint32_t> twin = quads_.surface.twins();
-        auto patches = trace_patches(quads_.surface, twin, quads_.label, count, quads_.corners());
+        auto patches = trace_charts(quads_.surface, twin, quads_.label, count, quads_.corners());
         if (!patches) return tl::unexpected(patches.error());
         patches_ = std::move(*patches);
         std::vector<std::vector<uint32_t>> members = members_of(quads_.label, count);
@@ -300,9 +300,9 @@ private:
         malloc_trim(0);  // what the stages before have given back
         ChartSizes sizes = sizes_of(members);
         report_.cells = sizes.cells;
-        report_.coarse_charts = count - static_cast<uint32_t>(std::ranges::count(sizes.left_out, 0));
+        report_.coarse_charts = count - static_cast<uint32_t>(std::ranges::count(sizes.trimmed_levels, 0));
         resampler_.emplace(mesh_, normals_, quads_.surface, patches_, sizes.cells,
-                           sizes.cells * options_.attribute_ratio, std::move(sizes.left_out));
+                           sizes.cells * options_.attribute_ratio, std::move(sizes.trimmed_levels));
         charts_.assign(count, {});
         choose_lattice(members);
         resampler_->keep_corners_open();
@@ -314,7 +314,7 @@ private:
         std::vector<uint32_t> order(count);
         std::iota(order.begin(), order.end(), 0u);
         std::ranges::stable_sort(order, std::greater<>(), [&](uint32_t q) {
-            return std::pair<bool, size_t>(doubtful_[quads_.quads[q].cluster], members[q].size());
+            return std::pair<bool, size_t>(dirty_[quads_.quads[q].cluster], members[q].size());
         });
         // Some chart will be made anew and all others with it: what is left to know is which else are bad.
         bool rejected = false;
@@ -380,7 +380,7 @@ private:
         for (size_t first = 0; first < count; first += charts_at_once) {
             const auto some = std::span<const uint32_t>(order).subspan(first, std::min(charts_at_once, count - first));
             // What is left was good before, if not quite as it is now: the next round will tell.
-            if (rejected && report_.rounds > 1 && !doubtful_[quads_.quads[some.front()].cluster]) break;
+            if (rejected && report_.rounds > 1 && !dirty_[quads_.quads[some.front()].cluster]) break;
             const auto look = [&] {
                 rejected =
                     rejected || (!last_ && std::ranges::any_of(some, [&](uint32_t q) { return is_bad(charts_[q]); }));
@@ -394,8 +394,9 @@ private:
             if (auto done = make_some(some, first); !done) return done;
             look();
             if (work_ == nullptr) continue;
-            auto done = work_->keep(
-                name, [&](ChunkWriter& writer) { return write_stage(some, charts_, resampler_->atlas(), writer); });
+            auto done = work_->keep(name, [&](ChunkWriter& writer) {
+                return write_checkpoint(some, charts_, resampler_->atlas(), writer);
+            });
             if (!done) return done;
         }
         const auto judge = [&] {
@@ -405,18 +406,17 @@ private:
                 report_.stretched_charts += stretch_of(c) > options_.worst_stretch ? 1 : 0;
                 if (!is_bad(c)) continue;
                 const uint32_t cluster = quads_.quads[q].cluster;
-                judged_.bad[cluster] = true;
-                judged_.stretch[cluster] = std::max(judged_.stretch[cluster], stretch_of(c));
+                quality_.bad[cluster] = true;
+                quality_.stretch[cluster] = std::max(quality_.stretch[cluster], stretch_of(c));
                 if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
                 if (c.figures.sampled.missing > 0)
                     fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
             }
         };
         judge();
-        double badness = 0;
-        for (const ChartResult& c : charts_)
-            badness += Judgement::badness(c.figures.area, stretch_of(c), rounds_.bound());
-        if (const bool pays = rounds_.pays(badness, judged_); rejected && fault_.empty() && !pays) {
+        double cost = 0;
+        for (const ChartResult& c : charts_) cost += RoundQuality::cost(c.figures.area, stretch_of(c), rounds_.bound());
+        if (const bool improves = rounds_.improves(cost, quality_); rejected && fault_.empty() && !improves) {
             // They are taken as they are, and what was left out is sampled.
             last_ = true;
             rejected = false;
@@ -437,16 +437,16 @@ private:
     const FeatureLines& features_;
     const AtlasOptions& options_;
     AtlasReport& report_;
-    Rounds& rounds_;
+    Refinement& rounds_;
     const Progress& progress_;
-    const WorkFolder* work_;
+    const CheckpointFolder* work_;
     Clusters clusters_;
-    Judgement judged_;
-    std::vector<bool> doubtful_;  // per cluster: templates, what was made anew, and around
+    RoundQuality quality_;
+    std::vector<bool> dirty_;  // per cluster: templates, what was made anew, and around
     std::string fault_;
     bool last_ = false;
     Quads quads_;
-    Patches patches_;
+    ChartComplex patches_;
     std::optional<Resampler> resampler_;
     std::vector<ChartResult> charts_;
 };
@@ -454,7 +454,7 @@ private:
 }  // namespace
 
 Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, AtlasReport& report,
-                         const Progress& progress, const WorkFolder* work) {
+                         const Progress& progress, const CheckpointFolder* work) {
     LODE_CHECK(source.triangle_count() > 0 && options.cells >= 2 && options.most_rounds > 0);
     std::vector<glm::vec3> made;
     if (source.normals.empty()) made = vertex_normals(source);
@@ -466,18 +466,18 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     FeatureLines features = options.clusters.weights.feature > 0 ? FeatureLines(source) : FeatureLines();
     std::vector<float> density;  // 1 everywhere
     std::vector<uint32_t> kept;
-    Rounds rounds(options.clusters.clusters, options.worst_stretch, source.triangle_count(), options.most_rounds);
+    Refinement rounds(options.clusters.clusters, options.worst_stretch, source.triangle_count(), options.most_rounds);
     for (;;) {
         ++report.rounds;
-        Attempt attempt(source, normals, features, options, report, rounds, progress, work);
-        if (auto done = attempt.run(std::move(surface), density, std::move(kept)); !done)
+        RefinementRound round(source, normals, features, options, report, rounds, progress, work);
+        if (auto done = round.run(std::move(surface), density, std::move(kept)); !done)
             return tl::unexpected(done.error());
-        const Judgement& judged = attempt.judgement();
+        const RoundQuality& judged = round.quality();
         // What is stretched is taken in the end, what could not be made never is.
-        if (report.rounds >= options.most_rounds && !attempt.fault().empty())
-            return fail(Fault::invariant, attempt.fault());
-        if ((attempt.is_last() && attempt.fault().empty()) || std::ranges::find(judged.bad, true) == judged.bad.end()) {
-            auto atlas = attempt.take();
+        if (report.rounds >= options.most_rounds && !round.fault().empty())
+            return fail(Fault::invariant, round.fault());
+        if ((round.is_last() && round.fault().empty()) || std::ranges::find(judged.bad, true) == judged.bad.end()) {
+            auto atlas = round.take();
             if (atlas) atlas->attributes = attributes_of(source);
             return atlas;
         }
@@ -485,16 +485,16 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         surface = surface_now();
         density.resize(surface.triangles.size(), 1.0f);
         const std::vector<double> times = rounds.times_denser(
-            judged, wanted_of(surface, density, attempt.label(), judged.bad.size(), options.clusters.clusters));
+            judged, wanted_of(surface, density, round.label(), judged.bad.size(), options.clusters.clusters));
         std::vector<bool> forgotten(source.triangle_count(), false);
         for (uint32_t t = 0; t < density.size(); ++t) {
-            const uint32_t cluster = attempt.label()[t];
+            const uint32_t cluster = round.label()[t];
             if (!judged.bad[cluster]) continue;
             density[t] *= static_cast<float>(times[cluster]);
             forgotten[surface.triangles[t].source] = true;
         }
         features.forget(forgotten);
-        kept = kept_clusters(surface, attempt.label(), judged.bad);
+        kept = kept_clusters(surface, round.label(), judged.bad);
     }
 }
 

@@ -42,7 +42,7 @@ struct AtlasReport {
     uint32_t uniform_clusters = 0, uniform_charts = 0;  // laid out with equal weights, because the better ones folded
     uint32_t stretched_charts = 0;                      // more than worst_stretch, by as much as counts
     uint32_t flipped_triangles = 0, missing_samples = 0;
-    uint32_t folded_cells = 0, still_folded_cells = 0;  // of the finest level, before and after unfold()
+    uint32_t folded_cells = 0, still_folded_cells = 0;  // of the finest level, before and after untangle()
     double features_on_borders = 1;                     // of the length of creases and seams
     double l2_stretch_tutte = 0, l2_stretch_rms = 0, l2_stretch_worst = 0;
     double rms_error = 0, max_error = 0;  // of the finest level, two-sided, object units
@@ -54,6 +54,6 @@ struct AtlasReport {
 // The mesh must be what repair() leaves, and have a triangle. Fault::invariant where a stage cannot do its work.
 // work: stages found there are not made again, others are kept there; null for none. The same atlas either way.
 Result<Atlas> make_atlas(const TriMesh& mesh, const AtlasOptions& options, AtlasReport& report,
-                         const Progress& progress = {}, const WorkFolder* work = nullptr);
+                         const Progress& progress = {}, const CheckpointFolder* work = nullptr);
 
 }  // namespace lodestone::vgi

@@ -45,7 +45,7 @@ void for_images(AtlasType& atlas, Visit&& visit) {
 
 }  // namespace
 
-Result<void> write_stage(const Clusters& clusters, ChunkWriter& writer) {
+Result<void> write_checkpoint(const Clusters& clusters, ChunkWriter& writer) {
     if (auto done = put(writer, "label", clusters.label); !done) return done;
     if (auto done = put(writer, "ready", clusters.ready); !done) return done;
     return put(writer, "counts", std::vector<uint32_t>{clusters.count, clusters.buckets});
@@ -62,7 +62,7 @@ std::optional<Clusters> read_clusters(const ChunkFile& file) {
     return clusters;
 }
 
-Result<void> write_stage(const StraightQuads& straight, ChunkWriter& writer) {
+Result<void> write_checkpoint(const StraightQuads& straight, ChunkWriter& writer) {
     const Quads& quads = straight.quads;
     if (auto done = put(writer, "positions", quads.surface.positions); !done) return done;
     if (auto done = put(writer, "triangles", quads.surface.triangles); !done) return done;
@@ -90,8 +90,8 @@ std::optional<StraightQuads> read_quads(const ChunkFile& file) {
     return straight;
 }
 
-Result<void> write_stage(std::span<const uint32_t> charts, const std::vector<ChartResult>& results, const Atlas& atlas,
-                         ChunkWriter& writer) {
+Result<void> write_checkpoint(std::span<const uint32_t> charts, const std::vector<ChartResult>& results,
+                              const Atlas& atlas, ChunkWriter& writer) {
     std::vector<ChartResult::Figures> figures;
     std::vector<double> errors;
     std::vector<uint32_t> error_counts;

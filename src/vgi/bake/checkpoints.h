@@ -15,7 +15,7 @@
 
 namespace lodestone::vgi {
 
-Result<void> write_stage(const Clusters& clusters, ChunkWriter& writer);
+Result<void> write_checkpoint(const Clusters& clusters, ChunkWriter& writer);
 std::optional<Clusters> read_clusters(const ChunkFile& file);
 
 // Quads once they are straight. not_recentred: places that were left where they were.
@@ -23,7 +23,7 @@ struct StraightQuads {
     Quads quads;
     uint32_t not_recentred = 0;
 };
-Result<void> write_stage(const StraightQuads& straight, ChunkWriter& writer);
+Result<void> write_checkpoint(const StraightQuads& straight, ChunkWriter& writer);
 std::optional<StraightQuads> read_quads(const ChunkFile& file);
 
 // What making a chart told, besides its images.
@@ -40,8 +40,8 @@ struct ChartResult {
     std::string fault;  // empty where it could be made
 };
 // Some charts: their results, and their images out of an atlas.
-Result<void> write_stage(std::span<const uint32_t> charts, const std::vector<ChartResult>& results, const Atlas& atlas,
-                         ChunkWriter& writer);
+Result<void> write_checkpoint(std::span<const uint32_t> charts, const std::vector<ChartResult>& results,
+                              const Atlas& atlas, ChunkWriter& writer);
 // False where the file is not of these charts; then some may have been written.
 bool read_charts(const ChunkFile& file, std::span<const uint32_t> charts, std::vector<ChartResult>& results,
                  Atlas& atlas);

@@ -38,7 +38,7 @@ public:
           words_(texel_words),
           n_(tree_of(about, Layer::attributes).cells_per_page()),
           colour_word_(about.attributes.colours ? 1 + (about.attributes.uvs ? 1u : 0u) : 0),
-          samples_(small_samples(n_)),
+          samples_(mip_tail_samples(n_)),
           corners_(size_t{4} * about.charts()) {
         for (uint32_t chart = 0; chart < about_.charts(); ++chart) {
             for (uint32_t side = 0; side < 4; ++side) glue_corners(chart, side);
@@ -176,13 +176,13 @@ private:
 
 }  // namespace
 
-uint32_t small_samples(uint32_t cells) {
+uint32_t mip_tail_samples(uint32_t cells) {
     LODE_CHECK(std::has_single_bit(cells), cells);
     return LODE_VGI_SMALL_FIRST(cells, static_cast<uint32_t>(std::bit_width(cells)));
 }
 
-AttributePage small_levels(const Atlas& about, std::span<const std::shared_ptr<const AttributePage>> coarsest,
-                           uint32_t texel_words) {
+AttributePage mip_tail(const Atlas& about, std::span<const std::shared_ptr<const AttributePage>> coarsest,
+                       uint32_t texel_words) {
     LODE_CHECK(coarsest.size() == about.charts(), coarsest.size(), about.charts());
     return SmallLevels(about, coarsest, texel_words).run();
 }

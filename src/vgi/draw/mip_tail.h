@@ -15,11 +15,11 @@
 namespace lodestone::vgi {
 
 // Samples that a chart has of them all, whose coarsest page has `cells` a side: a power of two.
-uint32_t small_samples(uint32_t cells);
+uint32_t mip_tail_samples(uint32_t cells);
 
 // All of an atlas, chart after chart: of each, the level of half the page's cells first, as packed_attributes() packs
 // them. coarsest: of each chart, in the same form.
-AttributePage small_levels(const Atlas& about, std::span<const std::shared_ptr<const AttributePage>> coarsest,
-                           uint32_t texel_words);
+AttributePage mip_tail(const Atlas& about, std::span<const std::shared_ptr<const AttributePage>> coarsest,
+                       uint32_t texel_words);
 
 }  // namespace lodestone::vgi

@@ -68,8 +68,8 @@ Result<void> PageStream::load_base_pages() {
             if (page.attributes != nullptr) coarsest.push_back(page.attributes);
             ready_.push_back(std::move(page));
         }
-        atlases_[a].small_levels =
-            std::make_shared<const AttributePage>(small_levels(atlas.file->about(), coarsest, texel_words_));
+        atlases_[a].mip_tail =
+            std::make_shared<const AttributePage>(mip_tail(atlas.file->about(), coarsest, texel_words_));
     }
     return {};
 }
@@ -256,7 +256,7 @@ uint32_t PageStream::request(std::span<const FrameCuts::Wish> wishes, uint64_t f
         return atlas.holds(w.layer, w.number) || !atlas.file->has(w.layer, w.number / per_chart, w.number % per_chart);
     };
     for (const FrameCuts::Wish& w : wishes) {
-        missing += !w.foreseen && !there(w);
+        missing += !w.prefetched && !there(w);
         uint32_t& left = room[index_of(w.layer)];
         if (state(w.layer, w.atlas, w.number) == State::waiting) left -= std::min(left, 1u);
     }

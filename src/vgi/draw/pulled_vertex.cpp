@@ -38,7 +38,7 @@ glm::vec3 pulled_vertex(const PlanMirror& mirror, const Draw& draw, const FrameI
         const float radius = mirror.stored<float>(draw, LODE_VGI_CODES, number * 512 + 256 + texel.radius) * scale;
         const glm::vec3 world(input.instances[instance].object_to_world * glm::vec4(origin + asset.step * point, 1));
         constexpr auto morph_share = static_cast<float>(1 - 1 / error_ratio);
-        const float away = counted_distance(input.views[0], world);
+        const float away = distance_metric(input.views[0], world);
         const float t = error == 0 ? 1 : std::clamp((error + radius - away) / (morph_share * error), 0.0f, 1.0f);
         const auto [a, b] = tree.hypotenuse(p);
         const glm::vec3 middle = 0.5f * (lattice(texel_at(a)) + lattice(texel_at(b)));

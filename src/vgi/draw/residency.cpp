@@ -53,7 +53,7 @@ Residency::Residency(const Atlas& about) : about_(&about), tree_{about.cells} {
             uint32_t level = 0, x = 0, y = 0;
             tree_.place(page, &level, &x, &y);
             for (uint32_t side = 0; side < 4; ++side) {
-                const Atlas::Square to = about.across({chart, x, y}, side, tree_.pages_per_side(level));
+                const Atlas::Tile to = about.across({chart, x, y}, side, tree_.pages_per_side(level));
                 neighbours_[number(chart, page)][side] =
                     to.chart == ~0u ? ~0u : number(to.chart, tree_.page(level, to.x, to.y));
             }

@@ -144,8 +144,8 @@ private:
             r.first_page = atlas.first[0];
             r.first_attribute_page = all_positions + atlas.first[1];
             r.pages = atlas.trees[0].pages();
-            r.first_small = static_cast<uint32_t>(atlas.first_small);
-            r.small_samples = small_samples(atlas.trees[1].cells_per_page());
+            r.first_mip_tail = static_cast<uint32_t>(atlas.first_mip_tail);
+            r.mip_tail_samples = mip_tail_samples(atlas.trees[1].cells_per_page());
             r.attribute_pages = atlas.trees[1].pages();
             r.attribute_cells = static_cast<uint32_t>(std::countr_zero(about.attribute_cells));
             r.has = (about.attributes.uvs ? LODE_VGI_HAS_UVS : 0u) |
@@ -158,9 +158,9 @@ private:
             for (int code = 0; code < 256; ++code) codes.push_back(decoded.radius(static_cast<uint8_t>(code)));
         }
         for (const OpenAtlas& atlas : atlases_) {
-            const auto bytes = std::as_bytes(std::span(*atlas.small_levels));
-            add_upload(plan, attribute_pool, atlas.first_small * texel_words_ * sizeof(uint32_t),
-                       Blob(atlas.small_levels, bytes.data(), bytes.size()));
+            const auto bytes = std::as_bytes(std::span(*atlas.mip_tail));
+            add_upload(plan, attribute_pool, atlas.first_mip_tail * texel_words_ * sizeof(uint32_t),
+                       Blob(atlas.mip_tail, bytes.data(), bytes.size()));
         }
         add_upload(plan, asset_table, 0, Blob::copy_of(records.data(), records.size()));
         add_upload(plan, code_table, 0, Blob::copy_of(codes.data(), codes.size()));
@@ -173,14 +173,14 @@ private:
         if (auto found = device_->findings(input.readbacks, input.instances)) {
             found_ = std::move(*found);
             if (found_.triangles > input.budget.max_triangles) {
-                raised_ *= raise;
+                raised_ *= error_scale_step;
             } else if (may_lower(found_.triangles, input.budget.max_triangles)) {
-                raised_ = std::max(1.0, raised_ / raise);
+                raised_ = std::max(1.0, raised_ / error_scale_step);
             }
         }
         stream_.touch_positions(found_.touched);
         auto& wishes = cuts_->wishes;
-        std::erase_if(wishes, [](const FrameCuts::Wish& w) { return w.layer == Layer::geometry && !w.foreseen; });
+        std::erase_if(wishes, [](const FrameCuts::Wish& w) { return w.layer == Layer::geometry && !w.prefetched; });
         for (const auto& w : found_.wishes) wishes.push_back({w.wanted, Layer::geometry, false, w.atlas, w.number});
         sort_wishes(wishes);
     }
@@ -294,8 +294,8 @@ private:
     uint32_t texel_words_;    // of a sample of attributes
     uint64_t list_capacity_;  // words of one region
     PageStream stream_;
-    std::optional<FrameCuts> cuts_;  // that are drawn
-    std::vector<KeptCut> kept_;      // from the cuts made last; not to be looked at while next_ is made
+    std::optional<FrameCuts> cuts_;     // that are drawn
+    std::vector<IncrementalCut> kept_;  // from the cuts made last; not to be looked at while next_ is made
     std::optional<DeviceCut> device_;
     DeviceCut::Findings found_;  // of the last frame that is known of
     double raised_ = 1;          // times the pixel error, to save triangles where the device cuts
@@ -350,10 +350,10 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     const uint64_t all_list_bytes = on_device ? sizes.list_bytes() : list_bytes * list_regions;
     // Small levels lie after the pages, in slots of their own.
     uint64_t small = 0;
-    const auto small_of = [](const OpenAtlas& atlas) {
-        return uint64_t{atlas.file->about().charts()} * small_samples(atlas.trees[1].cells_per_page());
+    const auto mip_tail_of = [](const OpenAtlas& atlas) {
+        return uint64_t{atlas.file->about().charts()} * mip_tail_samples(atlas.trees[1].cells_per_page());
     };
-    for (const OpenAtlas& atlas : atlases) small += small_of(atlas);
+    for (const OpenAtlas& atlas : atlases) small += mip_tail_of(atlas);
     const uint64_t small_slots = (small + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
     uint64_t tables = small_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
                       atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
@@ -366,7 +366,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     if (need > left) {
         return fail(Fault::machine, "the coarsest pages need " + std::to_string(need) +
                                         " bytes and the budget leaves " + std::to_string(left) +
-                                        " for pages; raise the budget");
+                                        " for pages; error_scale_step the budget");
     }
     std::array<uint32_t, 2> slots{};
     left -= need;
@@ -377,8 +377,8 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
 
     uint64_t next_small = uint64_t{slots[1]} * LODE_VGI_PAGE_TEXELS;
     for (OpenAtlas& atlas : atlases) {
-        atlas.first_small = next_small;
-        next_small += small_of(atlas);
+        atlas.first_mip_tail = next_small;
+        next_small += mip_tail_of(atlas);
     }
 
     Recipe recipe;

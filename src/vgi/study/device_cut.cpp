@@ -110,8 +110,8 @@ void DeviceCut::upload_tables(Plan& plan) const {
     add_upload(plan, cut_findings, 0, Blob::copy_of(nothing.data(), nothing.size()));
 }
 
-std::vector<DeviceCut::Place> DeviceCut::cut(const FrameInput& input, double pixel_error, Plan& plan) const {
-    std::vector<Place> places;
+std::vector<DeviceCut::DrawRange> DeviceCut::cut(const FrameInput& input, double pixel_error, Plan& plan) const {
+    std::vector<DrawRange> places;
     std::vector<gpu::VgiCutInstance> records;
     DeviceCutSizes used;
     std::vector<uint64_t> most_nodes;  // by level, in the largest of the atlases
@@ -128,7 +128,7 @@ std::vector<DeviceCut::Place> DeviceCut::cut(const FrameInput& input, double pix
         request.cull_back_faces = input.views[0].culls_back_faces;
         const DeviceCutSizes sizes = DeviceCutSizes::of(about);
         gpu::VgiCutInstance& r = records.emplace_back();
-        Wanted(request, about).describe(r);
+        RefinementTest(request, about).describe(r);
         Visibility(request, about).describe(r);
         r.asset = instance.asset;
         r.first_page = atlas.first[index_of(Layer::geometry)];

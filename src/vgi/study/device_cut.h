@@ -40,13 +40,13 @@ public:
     void upload_tables(Plan& plan) const;  // once
 
     // Where an instance's draws are.
-    struct Place {
+    struct DrawRange {
         uint64_t first_word, record_offset;  // of its patches; bytes to its indirect draws
         uint32_t records;
     };
     // Uploads what the frame asks for, and dispatches the cuts; one place for each instance, whose number among the
     // plan's instance_ids is its own. pixel_error: pixels, > 0.
-    std::vector<Place> cut(const FrameInput& input, double pixel_error, Plan& plan) const;
+    std::vector<DrawRange> cut(const FrameInput& input, double pixel_error, Plan& plan) const;
 
     struct Findings {
         uint64_t triangles = 0, nodes = 0;  // of views[0]; of all views

@@ -78,7 +78,7 @@ private:
     enum : uint8_t { wants = 1, divided = 2 };
     struct Node {
         uint32_t level;
-        Atlas::Square at;
+        Atlas::Tile at;
     };
     struct Found {
         std::vector<Node> wanted;
@@ -201,7 +201,7 @@ private:
         const uint32_t coarse = n.level + most_difference;
         if (coarse > nodes_.levels) return;
         for (uint32_t side = 0; side < 4; ++side) {
-            const Atlas::Square to = about_.across(n.at, side, nodes_.per_side(n.level));
+            const Atlas::Tile to = about_.across(n.at, side, nodes_.per_side(n.level));
             if (to.chart != ~0u) visit(up({n.level, to}, coarse));
         }
     }
@@ -239,7 +239,7 @@ private:
 
     // Levels that the node across a side is coarser; 0 where nothing of it is drawn.
     uint32_t coarser_across(const Node& n, uint32_t side) const {
-        const Atlas::Square to = about_.across(n.at, side, nodes_.per_side(n.level));
+        const Atlas::Tile to = about_.across(n.at, side, nodes_.per_side(n.level));
         if (to.chart == ~0u) return 0;
         Node other{n.level, to};
         while (!exists(other)) other = up(other, other.level + 1);
@@ -282,7 +282,7 @@ private:
     PageDemand& demand_;
     const GridOutput output_;
     const Visibility visibility_;
-    const Wanted wanted_;
+    const RefinementTest wanted_;
     const NodeTree nodes_;
     const PageTree pages_;
     const uint32_t page_shift_, base_;

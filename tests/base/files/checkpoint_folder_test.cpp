@@ -19,8 +19,8 @@ protected:
     void TearDown() override { fs::remove_all(parent_); }
 
     // The number that the stage has kept, or `made`, kept now.
-    static uint32_t number(const WorkFolder* work, uint32_t made) {
-        const auto value = kept_or_made<uint32_t>(
+    static uint32_t number(const CheckpointFolder* work, uint32_t made) {
+        const auto value = load_or_make<uint32_t>(
             work, "stage",
             [](const ChunkFile& file) -> std::optional<uint32_t> {
                 const auto numbers = file.array<uint32_t>("number");
@@ -31,17 +31,19 @@ protected:
         EXPECT_TRUE(value);
         return *value;
     }
-    WorkFolder open(const std::string& key) const { return *WorkFolder::open(parent_, hash_of(std::span(key))); }
+    CheckpointFolder open(const std::string& key) const {
+        return *CheckpointFolder::open(parent_, hash_of(std::span(key)));
+    }
     fs::path parent_;
 };
 
 TEST_F(WorkFolderTest, KeepsAStageForTheSameComputationAlone) {
-    const WorkFolder work = open("one");
+    const CheckpointFolder work = open("one");
     EXPECT_FALSE(work.begun());
     EXPECT_EQ(number(&work, 7), 7u);
     EXPECT_TRUE(work.begun());
     EXPECT_EQ(number(&work, 8), 7u);
-    const WorkFolder again = open("one"), other = open("two");
+    const CheckpointFolder again = open("one"), other = open("two");
     EXPECT_EQ(number(&again, 9), 7u);
     EXPECT_EQ(number(&other, 9), 9u);
     EXPECT_EQ(number(nullptr, 10), 10u);
@@ -50,7 +52,7 @@ TEST_F(WorkFolderTest, KeepsAStageForTheSameComputationAlone) {
 }
 
 TEST_F(WorkFolderTest, MakesAStageAnewWhoseFileIsDamagedOrAnother) {
-    const WorkFolder work = open("one");
+    const CheckpointFolder work = open("one");
     EXPECT_EQ(number(&work, 7), 7u);
     const fs::path file = work.path() / "stage.stage";
     for (const auto place : {70, -3}) {  // in the header's reach, and in the last bytes
@@ -63,7 +65,7 @@ TEST_F(WorkFolderTest, MakesAStageAnewWhoseFileIsDamagedOrAnother) {
         EXPECT_EQ(number(&work, 1), made);
     }
     // The same stage of another computation, put there by somebody.
-    const WorkFolder other = open("two");
+    const CheckpointFolder other = open("two");
     EXPECT_EQ(number(&other, 9), 9u);
     fs::copy_file(other.path() / "stage.stage", file, fs::copy_options::overwrite_existing);
     EXPECT_EQ(number(&work, 11), 11u);
@@ -72,7 +74,7 @@ TEST_F(WorkFolderTest, MakesAStageAnewWhoseFileIsDamagedOrAnother) {
 TEST_F(WorkFolderTest, SaysWhereItCannotBeMade) {
     std::ofstream(parent_ / "file") << "in the way";
     const std::string key = "one";
-    const auto failed = WorkFolder::open(parent_ / "file", hash_of(std::span(key)));
+    const auto failed = CheckpointFolder::open(parent_ / "file", hash_of(std::span(key)));
     ASSERT_FALSE(failed);
     EXPECT_EQ(failed.error().fault, Fault::machine);
     EXPECT_NE(failed.error().message.find("--tmp"), std::string::npos);

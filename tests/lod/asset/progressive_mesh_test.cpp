@@ -1,4 +1,5 @@
 #include "lod/asset/progressive_mesh.h"
+#include "lod/bake/simplify/simplifier.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -295,8 +296,8 @@ TEST_F(AssetFile, ContentThatWouldLeaveTheBuffersIsRefused) {
         EXPECT_EQ(read.error().fault, Fault::format);
         EXPECT_THAT(read.error().message, testing::HasSubstr(expect));
     };
-    std::vector<Place> corners(good.orders[0].corners.begin(), good.orders[0].corners.end());
-    corners[0] = Place::of(0, static_cast<uint32_t>(good.orders[0].indices.size()));
+    std::vector<IndexSlot> corners(good.orders[0].corners.begin(), good.orders[0].corners.end());
+    corners[0] = IndexSlot::of(0, static_cast<uint32_t>(good.orders[0].indices.size()));
     refused("lod/static/corners", [&](ProgressiveMesh& pm) { pm.orders[0].corners = corners; });
     std::vector<uint32_t> parents(good.parents.begin(), good.parents.end());
     parents.back() = static_cast<uint32_t>(good.vertices.size()) - 1;

@@ -1,4 +1,5 @@
 #include "lod/bake/orders/cluster_order.h"
+#include "lod/bake/simplify/simplifier.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 #include "lod/bake/error_curve.h"
+#include "lod/bake/simplify/simplifier.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include "fixtures/real_data.h"
 #include "lod/asset/cursor.h"
 #include "lod/bake/bake.h"
-#include "lod/bake/simplify/collapse_list.h"
+#include "lod/bake/simplify/simplifier.h"
 #include "mesh/distance/distance.h"
 #include "mesh/generate.h"
 #include "mesh/io/read.h"

@@ -1,4 +1,5 @@
 #include "lod/draw/lod_source.h"
+#include "lod/bake/simplify/simplifier.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -140,8 +140,8 @@ TEST(Atlas, SmallComponentsAreTemplatesWithFewSamplesAndTakeNothingFromOthers) {
     ASSERT_TRUE(atlas.validate());
     EXPECT_EQ(atlas.cells, 128u);
     EXPECT_EQ(report.template_charts, 1 + 2 + 2 + 1u) << "the torus has clusters";
-    EXPECT_GE(std::ranges::count(atlas.left_out, 2), 6);
-    EXPECT_NEAR(static_cast<double>(std::ranges::count(atlas.left_out, 0)), grid.charts(), 8);
+    EXPECT_GE(std::ranges::count(atlas.trimmed_levels, 2), 6);
+    EXPECT_NEAR(static_cast<double>(std::ranges::count(atlas.trimmed_levels, 0)), grid.charts(), 8);
     // Small as they are, their samples are closer together than the grid's.
     EXPECT_LT(report.max_error, 0.05 * 0.1) << "of the size of the pieces";
 }

@@ -15,7 +15,7 @@ constexpr uint32_t cells = 8;
 // Four charts around a vertex in the plane z = 0, from which straight borders lead, each given by its first sample.
 struct Star {
     Surface surface;
-    Patches patches;
+    ChartComplex patches;
     Atlas atlas;
 
     explicit Star(const std::array<glm::dvec2, 4>& first) {

@@ -111,7 +111,7 @@ TEST(Clusters, ReachTheCountWantedOrWhatComponentsNeed) {
             const auto others = static_cast<uint32_t>(topology_of(f.mesh).components) - 1;
             EXPECT_LE(clusters->count, std::max(2 * wanted, 16u) + 4 * others);
             const auto patches =
-                trace_patches(surface, surface.twins(), clusters->label, clusters->count, clusters->ready_corners());
+                trace_charts(surface, surface.twins(), clusters->label, clusters->count, clusters->ready_corners());
             EXPECT_TRUE(patches) << patches.error().message;
         }
     }
@@ -129,7 +129,7 @@ TEST(Clusters, AreAsGoodWhereTheyBeginAsPairs) {
             const auto clusters = make_clusters(surface, options);
             EXPECT_TRUE(clusters);
             EXPECT_EQ(clusters->buckets > 1, bucket_triangles < 60000);
-            EXPECT_TRUE(trace_patches(surface, twin, clusters->label, clusters->count));
+            EXPECT_TRUE(trace_charts(surface, twin, clusters->label, clusters->count));
             double length = 0;
             for (uint32_t h = 0; h < twin.size(); ++h) {
                 if (twin[h] != none && clusters->label[h / 3] != clusters->label[twin[h] / 3])

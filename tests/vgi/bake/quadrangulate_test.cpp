@@ -28,8 +28,8 @@ TEST(Quadrangulate, MakesFourSidedDisksThatCoverTheSurface) {
             const auto valid = quads->surface.validate();
             ASSERT_TRUE(valid) << valid.error().message;
             EXPECT_NEAR(quads->surface.area(), surface.area(), 1e-9 * surface.area());
-            const auto patches = trace_patches(quads->surface, quads->surface.twins(), quads->label,
-                                               static_cast<uint32_t>(quads->quads.size()), quads->corners());
+            const auto patches = trace_charts(quads->surface, quads->surface.twins(), quads->label,
+                                              static_cast<uint32_t>(quads->quads.size()), quads->corners());
             ASSERT_TRUE(patches) << patches.error().message;
             for (size_t q = 0; q < quads->quads.size(); ++q) {
                 ASSERT_EQ(patches->sides[q].size(), 4u) << q;
@@ -52,7 +52,7 @@ TEST(Quadrangulate, MakesFourSidedDisksThatCoverTheSurface) {
 double borders_inwards(const Quads& quads) {
     const auto twin = quads.surface.twins();
     const auto patches =
-        trace_patches(quads.surface, twin, quads.label, static_cast<uint32_t>(quads.quads.size()), quads.corners());
+        trace_charts(quads.surface, twin, quads.label, static_cast<uint32_t>(quads.quads.size()), quads.corners());
     EXPECT_TRUE(patches);
     std::vector<bool> outer(quads.surface.positions.size(), false);
     for (uint32_t h = 0; h < twin.size(); ++h) {
@@ -79,8 +79,8 @@ TEST(Recentre, MakesBordersStraightUpToTheBoundary) {
         ASSERT_TRUE(recentre(*quads, pivot));
         ASSERT_TRUE(quads->surface.validate());
         EXPECT_NEAR(quads->surface.area(), surface.area(), 1e-9 * surface.area());
-        const auto patches = trace_patches(quads->surface, quads->surface.twins(), quads->label,
-                                           static_cast<uint32_t>(quads->quads.size()), quads->corners());
+        const auto patches = trace_charts(quads->surface, quads->surface.twins(), quads->label,
+                                          static_cast<uint32_t>(quads->quads.size()), quads->corners());
         ASSERT_TRUE(patches) << patches.error().message;
         EXPECT_TRUE(std::ranges::all_of(patches->sides, [](const auto& sides) { return sides.size() == 4; }));
     }

@@ -5,53 +5,53 @@
 namespace lodestone::vgi {
 namespace {
 
-Judgement judged(std::vector<double> stretch) {
-    Judgement judgement{{}, std::move(stretch)};
-    for (const double s : judgement.stretch) judgement.bad.push_back(s > 3);
-    return judgement;
+RoundQuality judged(std::vector<double> stretch) {
+    RoundQuality quality{{}, std::move(stretch)};
+    for (const double s : quality.stretch) quality.bad.push_back(s > 3);
+    return quality;
 }
 
-TEST(Rounds, OrdersOfMagnitudeCountAndWhatIsWithinTheBoundDoesNot) {
-    EXPECT_EQ(Judgement::badness(10, 3, 3), 0);
-    EXPECT_GT(Judgement::badness(10, 4, 3), 10);
-    EXPECT_LT(Judgement::badness(10, 4, 3), 20);
-    EXPECT_NEAR(Judgement::badness(1, 3e6, 3) / Judgement::badness(1, 3e3, 3), 1.9, 0.1);
-    Rounds rounds(100, 3, 1000, 7);
-    const Judgement one = judged({1e6, 1});
+TEST(Refinement, OrdersOfMagnitudeCountAndWhatIsWithinTheBoundDoesNot) {
+    EXPECT_EQ(RoundQuality::cost(10, 3, 3), 0);
+    EXPECT_GT(RoundQuality::cost(10, 4, 3), 10);
+    EXPECT_LT(RoundQuality::cost(10, 4, 3), 20);
+    EXPECT_NEAR(RoundQuality::cost(1, 3e6, 3) / RoundQuality::cost(1, 3e3, 3), 1.9, 0.1);
+    Refinement rounds(100, 3, 1000, 7);
+    const RoundQuality one = judged({1e6, 1});
     rounds.begin(100);
-    EXPECT_TRUE(rounds.pays(Judgement::badness(1, 1e6, 3), one));
+    EXPECT_TRUE(rounds.improves(RoundQuality::cost(1, 1e6, 3), one));
     rounds.begin(100);
-    EXPECT_TRUE(rounds.pays(Judgement::badness(1, 1e3, 3), one));  // as large, but not as bad
+    EXPECT_TRUE(rounds.improves(RoundQuality::cost(1, 1e3, 3), one));  // as large, but not as bad
     rounds.begin(100);
-    EXPECT_FALSE(rounds.pays(Judgement::badness(1, 0.9e3, 3), one));
+    EXPECT_FALSE(rounds.improves(RoundQuality::cost(1, 0.9e3, 3), one));
 }
 
-TEST(Rounds, ArePatientWhereFewAreBad) {
+TEST(Refinement, ArePatientWhereFewAreBad) {
     std::vector<double> stretch(100, 1.0);
     stretch[7] = 5;
-    Rounds rounds(100, 3, 1000, 9);
+    Refinement rounds(100, 3, 1000, 9);
     for (int round = 0; round < 4; ++round) {
         rounds.begin(100);
-        EXPECT_TRUE(rounds.pays(1, judged(stretch))) << round;
+        EXPECT_TRUE(rounds.improves(1, judged(stretch))) << round;
     }
     rounds.begin(100);
-    EXPECT_FALSE(rounds.pays(1, judged(stretch)));
+    EXPECT_FALSE(rounds.improves(1, judged(stretch)));
 }
 
-TEST(Rounds, EndAtTheLastAndWhereClustersAreTooMany) {
-    Rounds few(100, 3, 1000, 2);
+TEST(Refinement, EndAtTheLastAndWhereClustersAreTooMany) {
+    Refinement few(100, 3, 1000, 2);
     few.begin(100);
     EXPECT_FALSE(few.is_last());
     few.begin(100);
     EXPECT_TRUE(few.is_last());
-    Rounds of_many_parts(100, 3, 1000, 7);  // components ask for them
+    Refinement of_many_parts(100, 3, 1000, 7);  // components ask for them
     of_many_parts.begin(5000);
     EXPECT_EQ(of_many_parts.bound(), 3);
 }
 
-TEST(Rounds, OnlyTheHopelessGoOnWhereClustersAreTooMany) {
+TEST(Refinement, OnlyTheHopelessGoOnWhereClustersAreTooMany) {
     for (const size_t triangles : {size_t{1000}, size_t{10'000'000}}) {
-        Rounds rounds(100, 3, triangles, 7);
+        Refinement rounds(100, 3, triangles, 7);
         rounds.begin(90);
         rounds.begin(1000);
         EXPECT_EQ(rounds.bound(), 3);
@@ -60,11 +60,11 @@ TEST(Rounds, OnlyTheHopelessGoOnWhereClustersAreTooMany) {
         rounds.begin(20000);
         EXPECT_GE(rounds.bound(), 10);
     }
-    Rounds full(100, 3, 1000, 7);
+    Refinement full(100, 3, 1000, 7);
     full.begin(100);
-    EXPECT_TRUE(full.pays(5, judged({1e4})));
+    EXPECT_TRUE(full.improves(5, judged({1e4})));
     full.begin(2000);
-    EXPECT_TRUE(full.pays(5, judged({1e4}))) << "another bound is another measure";
+    EXPECT_TRUE(full.improves(5, judged({1e4}))) << "another bound is another measure";
     EXPECT_FALSE(full.is_last());
     full.begin(2100);
     EXPECT_FALSE(full.is_last());
@@ -78,13 +78,13 @@ TEST(Rounds, OnlyTheHopelessGoOnWhereClustersAreTooMany) {
     EXPECT_LT(more, 400);
 }
 
-TEST(Rounds, MakeTheWorstDenserFirst) {
-    Rounds rounds(100, 3, 1000, 7);
+TEST(Refinement, MakeTheWorstDenserFirst) {
+    Refinement rounds(100, 3, 1000, 7);
     rounds.begin(100);
     const std::vector<double> stretch{1, 4, 300, 0, 40}, wanted{1, 1, 1, 1, 0.01};
-    Judgement judgement = judged(stretch);
-    judgement.bad[3] = true;  // could not be made
-    const std::vector<double> times = rounds.times_denser(judgement, wanted);
+    RoundQuality quality = judged(stretch);
+    quality.bad[3] = true;  // could not be made
+    const std::vector<double> times = rounds.times_denser(quality, wanted);
     EXPECT_EQ(times[0], 1);
     EXPECT_GT(times[1], 3);
     EXPECT_GT(times[2], 2 * times[1]);

@@ -44,7 +44,7 @@ TEST(Unfold, HeightFieldsHaveNoTriangleThatLooksDown) {
         EXPECT_EQ(report.still_folded_cells, 0u) << seed;
         folded += report.folded_cells;
     }
-    EXPECT_GT(folded, 50u) << "nothing was there to unfold";
+    EXPECT_GT(folded, 50u) << "nothing was there to untangle";
 }
 
 TEST(Unfold, KnowsHeightFields) {
@@ -59,8 +59,8 @@ TEST(Unfold, KnowsHeightFields) {
 // A flat square of cells x cells, sampled where its vertices lie, but for some samples.
 struct Square {
     Surface surface;
-    Patch patch;
-    std::vector<SamplePlace> places;
+    ChartMesh patch;
+    std::vector<SurfaceSample> places;
 
     explicit Square(uint32_t cells) {
         const uint32_t row = cells + 1;
@@ -76,13 +76,13 @@ struct Square {
             }
         }
         for (uint32_t t = 0; t < surface.triangles.size(); ++t) all.push_back(t);
-        patch = take_patch(surface, all);
+        patch = take_chart_mesh(surface, all);
         places.resize(size_t{row} * row);
         for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
             for (uint32_t k = 0; k < 3; ++k) {
                 glm::dvec3 weights(0);
                 weights[static_cast<int>(k)] = 1;
-                places[surface.triangles[t].vertices[k]] = SamplePlace(patch, t, weights);
+                places[surface.triangles[t].vertices[k]] = SurfaceSample(patch, t, weights);
             }
         }
     }
@@ -95,12 +95,12 @@ TEST(Unfold, PutsSamplesThatChangedPlacesBackInOrder) {
     Atlas lattice;
     lattice.origin = {0, 0, -16};
     lattice.step = 1.0 / 256;
-    const auto run = [&] { return unfold(square.patch, square.places, cells, lattice, glm::dvec3(0, 1, 0)); };
+    const auto run = [&] { return untangle(square.patch, square.places, cells, lattice, glm::dvec3(0, 1, 0)); };
     EXPECT_EQ(run().before, 0u);
     EXPECT_TRUE(run().moved.empty());
     std::swap(square.places[8 * row + 7], square.places[8 * row + 9]);
     std::swap(square.places[3 * row + 1], square.places[5 * row + 2]);
-    const Unfolded unfolded = run();
+    const Untangled unfolded = run();
     EXPECT_GT(unfolded.before, 4u);
     EXPECT_EQ(unfolded.left, 0u);
     EXPECT_TRUE(std::ranges::is_sorted(unfolded.moved));

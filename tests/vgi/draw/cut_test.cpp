@@ -44,7 +44,7 @@ Residency partly_resident(const Atlas& atlas, double share, uint64_t seed) {
 }
 
 Cut from_scratch(const Residency& residency, const CutRequest& request, PageDemand& demand) {
-    KeptCut nothing;
+    IncrementalCut nothing;
     return cut_bintree(residency, request, demand, nothing);
 }
 
@@ -77,7 +77,7 @@ Sample sample_of(const Residency& residency, uint32_t index) {
     uint32_t level = 0, px = 0, py = 0;
     tree.place(number % tree.pages(), &level, &px, &py);
     const uint32_t row = tree.samples_per_side(), n = tree.cells_per_page();
-    const uint32_t chart = number / tree.pages(), own = level - residency.about().left_out[chart];
+    const uint32_t chart = number / tree.pages(), own = level - residency.about().trimmed_levels[chart];
     return {chart, (px * n + texel % row) << own, (py * n + texel / row) << own};
 }
 
@@ -252,7 +252,7 @@ TEST(Cuts, GoOnFromTheOnesBeforeAndAreAsFromScratch) {
         const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
         std::vector<uint32_t> slots(residency.pages());
         for (uint32_t n = 0; n < slots.size(); ++n) slots[n] = n;
-        KeptCut kept;
+        IncrementalCut kept;
         Camera camera;
         glm::vec3 way(0), look(0);
         CutRequest request;
@@ -412,7 +412,7 @@ TEST(Cuts, CountDepthInThePictureAndNoLessThanIsFarAsideAndNoFasterThanPointsMov
         for (int i = 0; i < 2000; ++i) {
             const glm::vec3 p = camera.eye + 5.0f * glm::vec3(unit(), unit(), unit()), seen = p - camera.eye;
             const float depth = glm::dot(seen, view.forward()), away = glm::length(seen),
-                        counted = counted_distance(view, p), angle = std::acos(depth / away);
+                        counted = distance_metric(view, p), angle = std::acos(depth / away);
             if (angle < corner) { EXPECT_NEAR(counted, depth, 1e-4f); }
             if (angle > 2 * corner) { EXPECT_NEAR(counted, away, 1e-4f); }
             inside += angle < corner;
@@ -420,11 +420,12 @@ TEST(Cuts, CountDepthInThePictureAndNoLessThanIsFarAsideAndNoFasterThanPointsMov
             EXPECT_GE(counted, std::max(depth, away * view.corner_cosine()) - 1e-4f);
             EXPECT_LE(counted, away + 1e-4f);
             const glm::vec3 q = p + unit() * glm::vec3(unit(), unit(), unit());
-            EXPECT_LE(std::abs(counted_distance(view, q) - counted), glm::distance(p, q) * 1.0001f + 1e-4f);
+            EXPECT_LE(std::abs(distance_metric(view, q) - counted), glm::distance(p, q) * 1.0001f + 1e-4f);
             // As cuts have it.
             for (const float reach : {counted * 0.999f - 1e-4f, counted * 1.001f + 1e-4f}) {
                 const glm::vec3 local = glm::mat3(view.world_to_view) * seen;
-                EXPECT_EQ(gpu::lode_within(reach, local.x, local.y, -local.z, 1, cosine, sine * sine), reach > counted);
+                EXPECT_EQ(gpu::lode_metric_within(reach, local.x, local.y, -local.z, 1, cosine, sine * sine),
+                          reach > counted);
             }
         }
         EXPECT_GT(inside, 5);

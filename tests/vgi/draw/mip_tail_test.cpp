@@ -20,7 +20,7 @@ struct Small {
     uint32_t n, words;
 };
 
-Small small_of(Atlas atlas, uint32_t more_words = 0) {
+Small mip_tail_of(Atlas atlas, uint32_t more_words = 0) {
     Small s;
     s.words = attribute_words(atlas.attributes) + more_words;
     const PageTree tree = tree_of(atlas, Layer::attributes);
@@ -30,7 +30,7 @@ Small small_of(Atlas atlas, uint32_t more_words = 0) {
         s.coarsest.push_back(
             std::make_shared<const AttributePage>(packed_attributes(page, tree, atlas.attributes, s.words)));
     }
-    s.levels = small_levels(atlas, s.coarsest, s.words);
+    s.levels = mip_tail(atlas, s.coarsest, s.words);
     s.atlas = std::move(atlas);
     return s;
 }
@@ -38,7 +38,7 @@ Small small_of(Atlas atlas, uint32_t more_words = 0) {
 const uint32_t* sample(const Small& s, uint32_t chart, uint32_t level, uint32_t x, uint32_t y) {
     const uint32_t row = (s.n >> level) + 1;
     return s.levels.data() +
-           (size_t{chart} * small_samples(s.n) + LODE_VGI_SMALL_FIRST(s.n, level) + y * row + x) * s.words;
+           (size_t{chart} * mip_tail_samples(s.n) + LODE_VGI_SMALL_FIRST(s.n, level) + y * row + x) * s.words;
 }
 glm::vec3 normal(uint32_t word) {
     return unpack_octahedral({static_cast<int8_t>(word & 255), static_cast<int8_t>(word >> 8 & 255)});
@@ -51,14 +51,14 @@ TEST(SmallLevels, LieOneAfterTheOther) {
             EXPECT_EQ(LODE_VGI_SMALL_FIRST(n, level), samples) << n << " " << level;
             samples += ((n >> level) + 1) * ((n >> level) + 1);
         }
-        EXPECT_EQ(small_samples(n), samples) << n;
+        EXPECT_EQ(mip_tail_samples(n), samples) << n;
     }
 }
 
 TEST(SmallLevels, AgreeWhereChartsAreGluedAndAreMeansOfWhatIsAround) {
     TriMesh mesh = generate(Shape::rock, 5000, 3);
     ASSERT_TRUE(repair(mesh));
-    const Small s = small_of(small_atlas(mesh, 32), 1);  // a word that this atlas does not use
+    const Small s = mip_tail_of(small_atlas(mesh, 32), 1);  // a word that this atlas does not use
     ASSERT_EQ(s.n, 32u);
     size_t glued = 0, across = 0;
     for (uint32_t chart = 0; chart < s.atlas.charts(); ++chart) {
@@ -104,7 +104,7 @@ TEST(SmallLevels, AgreeWhereChartsAreGluedAndAreMeansOfWhatIsAround) {
 TEST(SmallLevels, SmoothNoiseAndKeepCreases) {
     Atlas atlas = small_atlas(generate(Shape::sphere, 3000, 1), 32);
     // Noise as fine as samples are leaves next to nothing.
-    Small s = small_of(atlas);
+    Small s = mip_tail_of(atlas);
     double before = 0, after = 0;
     for (uint32_t chart = 0; chart < atlas.charts(); ++chart) {
         for (uint32_t y = 1; y < 32; ++y) {
@@ -117,7 +117,7 @@ TEST(SmallLevels, SmoothNoiseAndKeepCreases) {
             }
         }
     }
-    const Small noisy = small_of(atlas);
+    const Small noisy = mip_tail_of(atlas);
     for (uint32_t chart = 0; chart < atlas.charts(); ++chart) {
         for (uint32_t y = 1; y < 4; ++y) {
             for (uint32_t x = 1; x < 4; ++x)
@@ -130,7 +130,7 @@ TEST(SmallLevels, SmoothNoiseAndKeepCreases) {
     for (uint32_t y = 0; y <= 32; ++y) {
         for (uint32_t x = 0; x <= 32; ++x) turned.normals[turned.attribute_texel(0, x, y)] = pack_octahedral({0, 0, 1});
     }
-    const Small creased = small_of(turned);
+    const Small creased = mip_tail_of(turned);
     for (uint32_t level = 1; level <= 5; ++level) {
         for (uint32_t y = 0; y <= 32u >> level; ++y) {
             for (uint32_t x = 0; x <= 32u >> level; ++x)

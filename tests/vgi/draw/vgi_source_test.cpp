@@ -149,7 +149,7 @@ TEST_F(VgiSourceTest, AsksForNoPageThatAtlasesLeaveOut) {
     bake(fixtures::grid_with_debris(), path);
     const auto file = atlas(path);
     std::filesystem::remove(path);
-    ASSERT_GT(std::ranges::count(file->about().left_out, 2), 0);
+    ASSERT_GT(std::ranges::count(file->about().trimmed_levels, 2), 0);
     auto opened = open_vgi({file}, {uint64_t{1} << 28, 3});
     ASSERT_TRUE(opened) << opened.error().message;
     std::vector<Arrival> arrivals;

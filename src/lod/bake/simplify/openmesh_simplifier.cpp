@@ -6,7 +6,7 @@
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
 
 #include "base/check.h"
-#include "lod/bake/simplify/collapse_list.h"
+#include "lod/bake/simplify/simplifier.h"
 #include "lod/bake/simplify/wedge_replay.h"
 
 namespace lodestone {

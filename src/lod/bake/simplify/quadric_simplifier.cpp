@@ -12,8 +12,8 @@
 #include "base/check.h"
 #include "base/random.h"
 #include "base/threads.h"
-#include "lod/bake/simplify/collapse_list.h"
 #include "lod/bake/simplify/quadric.h"
+#include "lod/bake/simplify/simplifier.h"
 #include "mesh/distance/closest_point.h"
 #include "mesh/topology.h"
 

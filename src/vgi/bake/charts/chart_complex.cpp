@@ -22,7 +22,7 @@ public:
         for (const uint32_t v : corners) is_given_[v] = is_corner_[v] = true;
     }
 
-    Result<Patches> run() {
+    Result<ChartComplex> run() {
         // Borders that meet at each vertex, every border edge counted once.
         std::vector<uint32_t> borders(surface_.positions.size(), 0);
         for (uint32_t h = 0; h < twins_.size(); ++h) {
@@ -35,7 +35,7 @@ public:
             is_corner_[v] = true;
             is_given_[v] = false;
         }
-        Patches patches;
+        ChartComplex patches;
         patches.sides.resize(count_);
         std::vector<uint32_t> arc_of(twins_.size(), none);  // border half-edge: its arc
         std::vector<uint32_t> loops(count_, 0);
@@ -92,7 +92,7 @@ private:
         return fail(Fault::invariant, "patch " + std::to_string(patch) + ": " + what);
     }
 
-    Result<void> check(const Patches& patches, const std::vector<uint32_t>& loops, const std::vector<bool>& done) {
+    Result<void> check(const ChartComplex& patches, const std::vector<uint32_t>& loops, const std::vector<bool>& done) {
         for (uint32_t h = 0; h < twins_.size(); ++h) {
             if (border(h) && !done[h]) return wrong(label_[h / 3], "has a border without corners");
         }
@@ -176,8 +176,8 @@ std::vector<std::vector<uint32_t>> members_of(std::span<const uint32_t> label, u
     return members;
 }
 
-Result<Patches> trace_patches(const Surface& surface, std::span<const uint32_t> twins, std::span<const uint32_t> label,
-                              uint32_t count, std::span<const uint32_t> corners) {
+Result<ChartComplex> trace_charts(const Surface& surface, std::span<const uint32_t> twins,
+                                  std::span<const uint32_t> label, uint32_t count, std::span<const uint32_t> corners) {
     return Tracing(surface, twins, label, count, corners).run();
 }
 

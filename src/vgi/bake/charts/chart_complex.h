@@ -27,7 +27,7 @@ struct Side {
     bool reversed = false;  // run against the arc's direction
 };
 
-struct Patches {
+struct ChartComplex {
     std::vector<Arc> arcs;
     std::vector<std::vector<Side>> sides;  // per patch, counter-clockwise seen from outside
 };
@@ -38,7 +38,8 @@ std::vector<std::vector<uint32_t>> members_of(std::span<const uint32_t> label, u
 // label: per triangle, 0 .. count - 1. corners: vertices of borders that are corners even where only two meet; there
 // patches may touch in more than one place. Fault::invariant where a patch is not a disk with at least three sides or
 // two patches touch in more than a point or an arc; the message names them.
-Result<Patches> trace_patches(const Surface& surface, std::span<const uint32_t> twins, std::span<const uint32_t> label,
-                              uint32_t count, std::span<const uint32_t> corners = {});
+Result<ChartComplex> trace_charts(const Surface& surface, std::span<const uint32_t> twins,
+                                  std::span<const uint32_t> label, uint32_t count,
+                                  std::span<const uint32_t> corners = {});
 
 }  // namespace lodestone::vgi

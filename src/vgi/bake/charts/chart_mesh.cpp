@@ -8,7 +8,7 @@
 
 namespace lodestone::vgi {
 
-uint32_t Patch::split_edge(uint32_t h, double at, double flat_at) {
+uint32_t ChartMesh::split_edge(uint32_t h, double at, double flat_at) {
     const auto middle = static_cast<uint32_t>(positions.size());
     const uint32_t a = from(h), b = to(h), g = twin[h];
     positions.push_back(positions[a] + (positions[b] - positions[a]) * at);
@@ -47,7 +47,7 @@ uint32_t Patch::split_edge(uint32_t h, double at, double flat_at) {
     return middle;
 }
 
-uint32_t Patch::split_triangle(uint32_t t) {
+uint32_t ChartMesh::split_triangle(uint32_t t) {
     const auto middle = static_cast<uint32_t>(positions.size());
     const SurfaceTriangle whole = triangles[t];
     const auto& v = whole.vertices;
@@ -73,7 +73,7 @@ uint32_t Patch::split_triangle(uint32_t t) {
     return middle;
 }
 
-std::vector<bool> Patch::on_boundary() const {
+std::vector<bool> ChartMesh::on_boundary() const {
     std::vector<bool> rim(positions.size(), false);
     for (uint32_t h = 0; h < twin.size(); ++h) {
         if (twin[h] == none) rim[from(h)] = rim[to(h)] = true;
@@ -81,7 +81,7 @@ std::vector<bool> Patch::on_boundary() const {
     return rim;
 }
 
-std::unordered_map<uint32_t, uint32_t> Patch::numbers() const {
+std::unordered_map<uint32_t, uint32_t> ChartMesh::numbers() const {
     std::unordered_map<uint32_t, uint32_t> number;
     number.reserve(origin.size());
     for (uint32_t v = 0; v < origin.size(); ++v) {
@@ -90,7 +90,7 @@ std::unordered_map<uint32_t, uint32_t> Patch::numbers() const {
     return number;
 }
 
-std::vector<uint32_t> Patch::boundary() const {
+std::vector<uint32_t> ChartMesh::boundary() const {
     std::vector<uint32_t> after(positions.size(), none);
     uint32_t lowest = none;
     size_t count = 0;
@@ -111,18 +111,18 @@ std::vector<uint32_t> Patch::boundary() const {
     return loop;
 }
 
-double Patch::signed_flat_area(uint32_t t) const {
+double ChartMesh::signed_flat_area(uint32_t t) const {
     const auto& v = triangles[t].vertices;
     const glm::dvec2 e = flat[v[1]] - flat[v[0]], f = flat[v[2]] - flat[v[0]];
     return e.x * f.y - e.y * f.x;
 }
 
-double Patch::area(uint32_t t) const {
+double ChartMesh::area(uint32_t t) const {
     const auto& v = triangles[t].vertices;
     return glm::length(area_vector(positions[v[0]], positions[v[1]], positions[v[2]])) / 2;
 }
 
-uint32_t Patch::flipped() const {
+uint32_t ChartMesh::flipped() const {
     uint32_t count = 0;
     for (const SurfaceTriangle& t : triangles) {
         const auto& v = t.vertices;
@@ -131,8 +131,8 @@ uint32_t Patch::flipped() const {
     return count;
 }
 
-Patch take_patch(const Surface& surface, std::span<const uint32_t> triangles) {
-    Patch patch;
+ChartMesh take_chart_mesh(const Surface& surface, std::span<const uint32_t> triangles) {
+    ChartMesh patch;
     std::unordered_map<uint32_t, uint32_t> number;
     number.reserve(triangles.size());
     for (const uint32_t t : triangles) {
@@ -151,7 +151,7 @@ Patch take_patch(const Surface& surface, std::span<const uint32_t> triangles) {
     return patch;
 }
 
-uint32_t split_chords(Patch& patch) {
+uint32_t split_chords(ChartMesh& patch) {
     std::vector<bool> rim = patch.on_boundary();
     uint32_t count = 0;
     // New half-edges are looked at too: a triangle with three boundary vertices has several chords.

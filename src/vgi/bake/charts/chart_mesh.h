@@ -14,7 +14,7 @@
 
 namespace lodestone::vgi {
 
-struct Patch {
+struct ChartMesh {
     std::vector<glm::dvec3> positions;
     std::vector<glm::dvec2> flat;            // where each vertex lies in the plane, once flattened
     std::vector<uint32_t> origin;            // vertex of the surface; none for those that splits made
@@ -42,10 +42,10 @@ struct Patch {
 };
 
 // The triangles listed, in that order; vertices numbered by first use.
-Patch take_patch(const Surface& surface, std::span<const uint32_t> triangles);
+ChartMesh take_chart_mesh(const Surface& surface, std::span<const uint32_t> triangles);
 
 // Splits every inner edge whose ends both lie on the boundary, in the middle. A straight side can then be drawn with no
 // triangle flattened to a line. Returns how many.
-uint32_t split_chords(Patch& patch);
+uint32_t split_chords(ChartMesh& patch);
 
 }  // namespace lodestone::vgi

@@ -219,7 +219,7 @@ constexpr size_t paired_per_cell = 128;
 // all. A triangle at the bucket's border, or the surface's, stays as it is, so that parts fit together.
 CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangles, const ClusterOptions& options,
                        const Whole& whole, std::vector<uint32_t>& cell_of) {
-    Patch patch = take_patch(surface, triangles);
+    ChartMesh patch = take_chart_mesh(surface, triangles);
     Surface own;
     own.positions = std::move(patch.positions);
     own.triangles = std::move(patch.triangles);

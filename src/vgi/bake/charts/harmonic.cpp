@@ -14,7 +14,7 @@ constexpr double least_weight = 0.02, most_weight = 50;
 }  // namespace
 
 struct HarmonicSolver::System {
-    Patch& patch;
+    ChartMesh& patch;
     std::vector<uint32_t> unknown;  // per vertex: its row, none on the boundary
     std::vector<double> cotangent;  // per half-edge: of the angle opposite to it, clamped
     Eigen::SparseMatrix<double> matrix;
@@ -23,7 +23,7 @@ struct HarmonicSolver::System {
     uint32_t rows = 0;
 };
 
-HarmonicSolver::HarmonicSolver(Patch& patch) : system_(new System{patch, {}, {}, {}, {}, {}, {}, 0}) {
+HarmonicSolver::HarmonicSolver(ChartMesh& patch) : system_(new System{patch, {}, {}, {}, {}, {}, {}, 0}) {
     System& s = *system_;
     s.unknown.assign(patch.positions.size(), 0);
     for (uint32_t h = 0; h < patch.twin.size(); ++h) {
@@ -70,7 +70,7 @@ HarmonicSolver::~HarmonicSolver() = default;
 bool HarmonicSolver::solve(std::span<const double> density, bool uniform) {
     System& s = *system_;
     if (s.rows == 0) return true;
-    Patch& patch = s.patch;
+    ChartMesh& patch = s.patch;
     double* values = s.matrix.valuePtr();
     std::fill(values, values + s.matrix.nonZeros(), 0.0);
     Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(s.rows, 2);

@@ -17,7 +17,7 @@ namespace lodestone::vgi {
 class HarmonicSolver {
 public:
     // The patch must outlive the solver and keep its triangles.
-    explicit HarmonicSolver(Patch& patch);
+    explicit HarmonicSolver(ChartMesh& patch);
     ~HarmonicSolver();
     HarmonicSolver(const HarmonicSolver&) = delete;
     HarmonicSolver& operator=(const HarmonicSolver&) = delete;

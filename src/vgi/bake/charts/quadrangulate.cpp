@@ -47,7 +47,7 @@ size_t middle_of(const Arc& arc, const std::vector<glm::dvec3>& positions, doubl
 }
 
 // A vertex near the middle of every arc.
-void insert_middles(Patch& whole, std::vector<uint32_t>& label, const Patches& patches) {
+void insert_middles(ChartMesh& whole, std::vector<uint32_t>& label, const ChartComplex& patches) {
     // Half-edges by their ends, of borders alone.
     const auto key = [](uint32_t a, uint32_t b) { return uint64_t{a} << 32 | b; };
     std::unordered_map<uint64_t, uint32_t> edge;
@@ -83,9 +83,10 @@ void insert_middles(Patch& whole, std::vector<uint32_t>& label, const Patches& p
 
 class ClusterCut {
 public:
-    ClusterCut(const Surface& surface, std::span<const uint32_t> triangles) : patch(take_patch(surface, triangles)) {}
+    ClusterCut(const Surface& surface, std::span<const uint32_t> triangles)
+        : patch(take_chart_mesh(surface, triangles)) {}
 
-    Patch patch;
+    ChartMesh patch;
     std::vector<uint32_t> quad;  // per triangle of the patch: its quad, as Outline::begins has them
     uint32_t centre = none;
     bool uniform = false;
@@ -349,9 +350,9 @@ Result<Quads> quadrangulate(Surface surface, const Clusters& clusters) {
     const uint32_t count = clusters.count;
     const std::vector<uint32_t> given = clusters.ready_corners();
     std::vector<uint32_t> label = clusters.label;
-    Patch whole;
+    ChartMesh whole;
     whole.twin = surface.twins();
-    const auto traced = trace_patches(surface, whole.twin, label, count, given);
+    const auto traced = trace_charts(surface, whole.twin, label, count, given);
     if (!traced) return tl::unexpected(traced.error());
     whole.positions = std::move(surface.positions);
     whole.triangles = std::move(surface.triangles);
@@ -362,7 +363,7 @@ Result<Quads> quadrangulate(Surface surface, const Clusters& clusters) {
     result.surface.positions = std::move(whole.positions);
     result.surface.triangles = std::move(whole.triangles);
     result.surface.places = std::move(whole.places);
-    const auto patches = trace_patches(result.surface, whole.twin, label, count, given);
+    const auto patches = trace_charts(result.surface, whole.twin, label, count, given);
     if (!patches) return tl::unexpected(patches.error());
     whole = {};
     std::vector<uint32_t> middle(patches->arcs.size());
@@ -447,7 +448,7 @@ std::set<std::pair<uint32_t, uint32_t>> borders_on_features(const Quads& quads, 
 Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& features) {
     const auto count = static_cast<uint32_t>(quads.quads.size());
     std::vector<uint32_t> twin = quads.surface.twins();
-    auto patches = trace_patches(quads.surface, twin, quads.label, count, quads.corners());
+    auto patches = trace_charts(quads.surface, twin, quads.label, count, quads.corners());
     if (!patches) return tl::unexpected(patches.error());
     const auto kept = borders_on_features(quads, twin, features);
     twin = {};

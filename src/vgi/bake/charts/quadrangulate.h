@@ -31,7 +31,7 @@ struct Quads {
     std::vector<uint32_t> corners() const;  // of all quads, in turn
 };
 
-// clusters: of the surface, valid for trace_patches; else Fault::invariant.
+// clusters: of the surface, valid for trace_charts; else Fault::invariant.
 Result<Quads> quadrangulate(Surface surface, const Clusters& clusters);
 
 // Stages 4 and 5 again, with the roles changed: the quads around a vertex are flattened together, the vertex moves to

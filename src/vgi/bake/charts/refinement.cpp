@@ -33,50 +33,50 @@ constexpr double seldom_made = 2;
 
 }  // namespace
 
-double Judgement::badness(double area, double stretch, double bound) {
+double RoundQuality::cost(double area, double stretch, double bound) {
     return stretch > bound ? area * (1 + std::log(stretch / bound)) : 0;
 }
 
-Rounds::Rounds(uint32_t clusters, double bound, size_t triangles, uint32_t most_rounds)
+Refinement::Refinement(uint32_t clusters, double bound, size_t triangles, uint32_t most_rounds)
     : wanted_(clusters), bound_(bound), triangles_(triangles), most_rounds_(most_rounds) {
     LODE_CHECK(most_rounds > 0);
 }
 
-void Rounds::begin(uint32_t clusters) {
+void Refinement::begin(uint32_t clusters) {
     ++rounds_;
     clusters_ = clusters;
     if (rounds_ == 1)
         most_clusters_ = std::max(std::max(of_wanted * wanted_, of_first * clusters) + few_clusters,
                                   static_cast<uint32_t>(triangles_ / few_triangles));
-    if (clusters >= most_clusters_ && full_++ == 0) badness_ = std::numeric_limits<double>::infinity();
+    if (clusters >= most_clusters_ && full_++ == 0) cost_ = std::numeric_limits<double>::infinity();
 }
 
-bool Rounds::is_last() const { return rounds_ >= most_rounds_ || full_ > most_full; }
+bool Refinement::is_last() const { return rounds_ >= most_rounds_ || full_ > most_full; }
 
-double Rounds::bound() const { return full_ > 0 ? hopeless * bound_ : bound_; }
+double Refinement::bound() const { return full_ > 0 ? hopeless * bound_ : bound_; }
 
-bool Rounds::pays(double badness, const Judgement& judgement) {
-    const auto bad = static_cast<size_t>(std::ranges::count(judgement.bad, true));
-    if (badness > still_bad * badness_) ++in_vain_;
-    badness_ = badness;
-    return in_vain_ <= (bad * few_bad < judgement.bad.size() ? patience : 0);
+bool Refinement::improves(double cost, const RoundQuality& quality) {
+    const auto bad = static_cast<size_t>(std::ranges::count(quality.bad, true));
+    if (cost > still_bad * cost_) ++in_vain_;
+    cost_ = cost;
+    return in_vain_ <= (bad * few_bad < quality.bad.size() ? patience : 0);
 }
 
-std::vector<double> Rounds::times_denser(const Judgement& judgement, std::span<const double> wanted) const {
+std::vector<double> Refinement::times_denser(const RoundQuality& quality, std::span<const double> wanted) const {
     std::vector<uint32_t> order;
-    for (uint32_t c = 0; c < judgement.bad.size(); ++c) {
-        if (judgement.bad[c]) order.push_back(c);
+    for (uint32_t c = 0; c < quality.bad.size(); ++c) {
+        if (quality.bad[c]) order.push_back(c);
     }
     const auto urgency = [&](uint32_t c) {  // what could not be made comes first
-        return judgement.stretch[c] > bound() ? judgement.stretch[c] : std::numeric_limits<double>::infinity();
+        return quality.stretch[c] > bound() ? quality.stretch[c] : std::numeric_limits<double>::infinity();
     };
     std::ranges::stable_sort(order, std::greater<>(), urgency);
-    std::vector<double> times(judgement.bad.size(), 1);
+    std::vector<double> times(quality.bad.size(), 1);
     double room = std::max(seldom_made * most_clusters_ - clusters_, added_then * clusters_);
     for (const uint32_t c : order) {
         if (room <= 0) break;
         times[c] = (wanted[c] < few_wanted ? least_wanted / std::max(wanted[c], 1e-9) : denser) *
-                   times_more(judgement.stretch[c], bound_);
+                   times_more(quality.stretch[c], bound_);
         room -= std::max(1.0, wanted[c] * times[c]) - 1;
     }
     return times;

@@ -75,8 +75,8 @@ Result<void> Surface::validate() const {
 
 namespace {
 
-Patch whole_patch(const TriMesh& mesh) {
-    Patch whole;
+ChartMesh whole_patch(const TriMesh& mesh) {
+    ChartMesh whole;
     for (const glm::vec3& p : mesh.positions) whole.positions.emplace_back(p);
     whole.triangles.reserve(mesh.triangle_count());
     for (uint32_t t = 0; t < mesh.triangle_count(); ++t)
@@ -87,7 +87,7 @@ Patch whole_patch(const TriMesh& mesh) {
 }
 
 // The longest first; halves go back to the heap.
-uint32_t split_long_edges(Patch& whole, double longest) {
+uint32_t split_long_edges(ChartMesh& whole, double longest) {
     struct Edge {
         double length;
         uint32_t half_edge, a, b;
@@ -127,7 +127,7 @@ uint32_t split_long_edges(Patch& whole, double longest) {
 }  // namespace
 
 Surface surface_of(const TriMesh& mesh, double longest, SurfaceChanges* changes) {
-    Patch whole = whole_patch(mesh);
+    ChartMesh whole = whole_patch(mesh);
     SurfaceChanges made;
     const auto given = static_cast<uint32_t>(whole.triangles.size());
     for (uint32_t t = 0; t < given; ++t) {

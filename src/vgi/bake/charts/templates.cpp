@@ -55,7 +55,7 @@ std::array<size_t, 4> corners_of(const std::vector<glm::dvec3>& loop) {
     return {first, (first + from[1][second]) % count, (first + second) % count, (first + third) % count};
 }
 
-bool is_disk(const Patch& patch) {
+bool is_disk(const ChartMesh& patch) {
     size_t ends = 0;
     for (const uint32_t g : patch.twin) ends += g == none;
     const size_t edges = (patch.twin.size() + ends) / 2;
@@ -65,7 +65,7 @@ bool is_disk(const Patch& patch) {
 }  // namespace
 
 std::optional<TemplateQuad> disk_template(const Surface& surface, std::span<const uint32_t> triangles) {
-    const Patch patch = take_patch(surface, triangles);
+    const ChartMesh patch = take_chart_mesh(surface, triangles);
     if (!is_disk(patch)) return std::nullopt;
     const std::vector<uint32_t> boundary = patch.boundary();
     if (boundary.size() < 4) return std::nullopt;
@@ -97,7 +97,7 @@ std::optional<std::array<TemplateQuad, 2>> sphere_template(const Surface& surfac
     std::array<TemplateQuad, 2> quads;
     for (size_t i = 0; i < triangles.size(); ++i)
         quads[label[i] == cluster[0] || label[i] == cluster[partner] ? 0 : 1].triangles.push_back(triangles[i]);
-    const Patch patch = take_patch(surface, quads[0].triangles);
+    const ChartMesh patch = take_chart_mesh(surface, quads[0].triangles);
     if (!is_disk(patch)) return std::nullopt;
     std::vector<uint32_t> corners;
     for (const uint32_t v : patch.boundary()) {

@@ -29,7 +29,8 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y 
 
 }  // namespace
 
-Borders::Borders(const Surface& surface, const Patches& patches, const Atlas& atlas) : samples_(patches.arcs.size()) {
+Borders::Borders(const Surface& surface, const ChartComplex& patches, const Atlas& atlas)
+    : samples_(patches.arcs.size()) {
     for (size_t a = 0; a < samples_.size(); ++a) {
         const Arc& arc = patches.arcs[a];
         const std::vector<double> places = places_along(arc, surface.positions);
@@ -51,7 +52,7 @@ Borders::Borders(const Surface& surface, const Patches& patches, const Atlas& at
     }
 }
 
-void Borders::keep_corners_open(const Patches& patches, const Atlas& atlas, const glm::dvec3& up) {
+void Borders::keep_corners_open(const ChartComplex& patches, const Atlas& atlas, const glm::dvec3& up) {
     const uint32_t ratio = atlas.attribute_cells / atlas.cells;
     std::map<uint32_t, std::vector<Wedge>> wedges;  // by the vertex they are at
     for (uint32_t q = 0; q < patches.sides.size(); ++q) {

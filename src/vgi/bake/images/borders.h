@@ -20,7 +20,7 @@ struct BorderSample {
 class Borders {
 public:
     // As many samples as the charts beside an arc have attributes there. atlas: laid out.
-    Borders(const Surface& surface, const Patches& patches, const Atlas& atlas);
+    Borders(const Surface& surface, const ChartComplex& patches, const Atlas& atlas);
 
     // step: 0 .. attribute_cells_of the charts, in the arc's direction.
     const BorderSample& at(uint32_t arc, uint32_t step) const { return samples_[arc][step]; }
@@ -28,7 +28,7 @@ public:
     // Where two borders leave a corner almost the same way, rounding to the atlas's lattice may turn their first
     // samples over, and no sample inside the chart can make up for it. Such samples of a height field seen from `up`
     // move by a few steps of the lattice, as little as will do.
-    void keep_corners_open(const Patches& patches, const Atlas& atlas, const glm::dvec3& up);
+    void keep_corners_open(const ChartComplex& patches, const Atlas& atlas, const glm::dvec3& up);
 
 private:
     std::vector<std::vector<BorderSample>> samples_;  // per arc

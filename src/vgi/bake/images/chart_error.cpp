@@ -105,7 +105,7 @@ double mean_squared_distance(const Atlas& atlas, const std::vector<SourceSample>
 }
 
 std::vector<SourceSample> sample_source(uint32_t quad, const Chart& chart, uint32_t samples) {
-    const Patch& patch = chart.patch;
+    const ChartMesh& patch = chart.patch;
     std::vector<SourceSample> result;
     Random random(mix64(quad + 1));
     if (patch.positions.size() <= samples) {

@@ -21,7 +21,7 @@ struct Component {
 }  // namespace
 
 ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uint32_t>>& members,
-                       const Patches& patches, uint32_t clusters, uint32_t cells, double most_texels) {
+                       const ChartComplex& patches, uint32_t clusters, uint32_t cells, double most_texels) {
     const auto count = static_cast<uint32_t>(members.size());
     DisjointSets joined(count);
     for (const Arc& arc : patches.arcs) {
@@ -53,11 +53,12 @@ ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uin
     };
     ChartSizes sizes{cells, {}};
     for (;; sizes.cells /= 2) {
-        sizes.left_out.clear();
+        sizes.trimmed_levels.clear();
         double texels = 0;
         for (uint32_t c = 0; c < count; ++c) {
-            sizes.left_out.push_back(static_cast<uint8_t>(levels_left_out(components[joined.find(c)], sizes.cells)));
-            const double row = (sizes.cells >> sizes.left_out[c]) + 1;
+            sizes.trimmed_levels.push_back(
+                static_cast<uint8_t>(levels_left_out(components[joined.find(c)], sizes.cells)));
+            const double row = (sizes.cells >> sizes.trimmed_levels[c]) + 1;
             texels += row * row;
         }
         if (sizes.cells <= fewest_cells || texels <= most_texels) return sizes;

@@ -14,12 +14,12 @@ namespace lodestone::vgi {
 inline constexpr double usual_charts_per_cluster = 6;
 
 struct ChartSizes {
-    uint32_t cells = 0;             // per side of a whole chart
-    std::vector<uint8_t> left_out;  // per chart: Atlas::left_out
+    uint32_t cells = 0;                   // per side of a whole chart
+    std::vector<uint8_t> trimmed_levels;  // per chart: Atlas::trimmed_levels
 };
 
 // members: triangles of each chart. clusters, cells: wanted. most_texels: of all charts; for more, cells are fewer.
 ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uint32_t>>& members,
-                       const Patches& patches, uint32_t clusters, uint32_t cells, double most_texels);
+                       const ChartComplex& patches, uint32_t clusters, uint32_t cells, double most_texels);
 
 }  // namespace lodestone::vgi

@@ -18,7 +18,7 @@ constexpr double most_importance = 0.69;  // logarithm, either way
 
 // Each triangle's becomes the mean of its own and its neighbours'. Where densities jump, so does the shear of what is
 // laid out, and samples either side of the jump may fold.
-void smooth(const Patch& patch, std::vector<double>& logarithms) {
+void smooth(const ChartMesh& patch, std::vector<double>& logarithms) {
     std::vector<double> before;
     for (int pass = 0; pass < smoothing_passes; ++pass) {
         before = logarithms;
@@ -55,7 +55,7 @@ void place_boundary(Chart& chart, const Surface& surface, std::span<const Side> 
 }
 
 // As l2_stretch; a triangle that is to be sampled more densely counts as larger. Empty: all evenly.
-double weighted_stretch(const Patch& patch, std::span<const double> importance) {
+double weighted_stretch(const ChartMesh& patch, std::span<const double> importance) {
     double sum = 0, area = 0;
     for (uint32_t t = 0; t < patch.triangles.size(); ++t) {
         const double a = patch.area(t), weight = importance.empty() ? 1 : std::exp(2 * importance[t]);
@@ -67,7 +67,7 @@ double weighted_stretch(const Patch& patch, std::span<const double> importance) 
 
 // Per triangle, the logarithm of how many times denser than evenly it is to be sampled, from the angles to its
 // neighbours over the distances to them.
-std::vector<double> importance_of(const Patch& patch, double power) {
+std::vector<double> importance_of(const ChartMesh& patch, double power) {
     std::vector<double> logarithms(patch.triangles.size(), 0.0);
     if (power == 0) return logarithms;
     std::vector<glm::dvec3> normal;
@@ -102,7 +102,7 @@ std::vector<double> importance_of(const Patch& patch, double power) {
 
 }  // namespace
 
-double squared_stretch(const Patch& patch, uint32_t triangle) {
+double squared_stretch(const ChartMesh& patch, uint32_t triangle) {
     const auto& v = patch.triangles[triangle].vertices;
     const glm::dvec2 &a = patch.flat[v[0]], &b = patch.flat[v[1]], &c = patch.flat[v[2]];
     const glm::dvec3 &p = patch.positions[v[0]], &q = patch.positions[v[1]], &r = patch.positions[v[2]];
@@ -112,15 +112,15 @@ double squared_stretch(const Patch& patch, uint32_t triangle) {
     return (glm::dot(by_s, by_s) + glm::dot(by_t, by_t)) / 2;
 }
 
-double l2_stretch(const Patch& patch) { return weighted_stretch(patch, {}); }
+double l2_stretch(const ChartMesh& patch) { return weighted_stretch(patch, {}); }
 
 Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> triangles, std::span<const Side> sides,
                            const std::vector<Arc>& arcs, const ParameteriseOptions& options) {
     LODE_CHECK(sides.size() == 4, sides.size());
     Chart chart;
-    chart.patch = take_patch(surface, triangles);
+    chart.patch = take_chart_mesh(surface, triangles);
     split_chords(chart.patch);
-    Patch& patch = chart.patch;
+    ChartMesh& patch = chart.patch;
     place_boundary(chart, surface, sides, arcs);
     for (uint32_t t = 0; t < patch.triangles.size(); ++t) chart.area += patch.area(t);
     HarmonicSolver solver(patch);

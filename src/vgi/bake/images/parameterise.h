@@ -14,9 +14,9 @@
 
 namespace lodestone::vgi {
 
-// A quad with its vertices laid onto the unit square: Patch::flat, corner 0 at (0, 0), then counter-clockwise.
+// A quad with its vertices laid onto the unit square: ChartMesh::flat, corner 0 at (0, 0), then counter-clockwise.
 struct Chart {
-    Patch patch;
+    ChartMesh patch;
     double area = 0;           // of the surface
     double stretch = 0;        // L2, 1 where sampling is perfectly even
     double tutte_stretch = 0;  // before the weights were changed
@@ -39,8 +39,8 @@ Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> tri
 
 // Squared L2 stretch of a triangle that lies at flat positions with twice the area `flat_area`, > 0: the mean of the
 // squared lengths that unit vectors of the plane have on the surface.
-double squared_stretch(const Patch& patch, uint32_t triangle);
+double squared_stretch(const ChartMesh& patch, uint32_t triangle);
 // Over the whole patch, which covers the unit square: sqrt(sum of area * squared stretch) / sum of area.
-double l2_stretch(const Patch& patch);
+double l2_stretch(const ChartMesh& patch);
 
 }  // namespace lodestone::vgi

@@ -17,7 +17,8 @@ constexpr int64_t fine = int64_t{1} << 18;  // integer steps per cell: edge func
 }  // namespace
 
 Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, const Surface& surface,
-                     const Patches& patches, uint32_t cells, uint32_t attribute_cells, std::vector<uint8_t> left_out)
+                     const ChartComplex& patches, uint32_t cells, uint32_t attribute_cells,
+                     std::vector<uint8_t> trimmed_levels)
     : mesh_(mesh), normals_(normals), patches_(patches), up_(height_axis(mesh)) {
     LODE_CHECK(normals.size() == mesh.wedge_count());
     const auto quads = static_cast<uint32_t>(patches.sides.size());
@@ -44,7 +45,7 @@ Resampler::Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, co
         atlas_.uv_low = uv_low;
         atlas_.uv_step = (uv_high - uv_low) / most_uv;
     }
-    atlas_.lay_out(std::move(left_out));
+    atlas_.lay_out(std::move(trimmed_levels));
     LODE_CHECK(atlas_.charts() == quads, quads);
     atlas_.make_room();
     // Sides of one arc are glued.
@@ -108,15 +109,15 @@ void Resampler::put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& po
 }
 
 Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
-    const Patch& patch = chart.patch;
+    const ChartMesh& patch = chart.patch;
     const uint32_t cells = atlas_.attribute_cells_of(quad), ratio = atlas_.attribute_cells / atlas_.cells,
                    row = cells / ratio + 1;
-    std::vector<SamplePlace> places(size_t{row} * row);  // of positions
-    const auto put_place = [&](uint32_t x, uint32_t y, const SamplePlace& place) {
+    std::vector<SurfaceSample> places(size_t{row} * row);  // of positions
+    const auto put_place = [&](uint32_t x, uint32_t y, const SurfaceSample& place) {
         const SurfaceTriangle& t = patch.triangles[place.triangle];
         put(quad, x, y, place.point, t.source, patch.places.of(t), place.weights);
     };
-    const auto put_new = [&](uint32_t x, uint32_t y, const SamplePlace& place) {
+    const auto put_new = [&](uint32_t x, uint32_t y, const SurfaceSample& place) {
         put_place(x, y, place);
         if (x % ratio == 0 && y % ratio == 0) places[size_t{y} / ratio * row + x / ratio] = place;
     };
@@ -138,7 +139,7 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
             weights[static_cast<int>(h % 3)] = 1 - share;
             weights[static_cast<int>(next_corner(h) % 3)] = share;
             const auto [x, y] = on_side(s, k, cells);
-            SamplePlace place(patch, h / 3, weights);
+            SurfaceSample place(patch, h / 3, weights);
             place.point = b.position;
             put_new(x, y, place);
         }
@@ -173,7 +174,7 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
                 const glm::dvec3 weights =
                     glm::dvec3(static_cast<double>(wa), static_cast<double>(wb), static_cast<double>(wc)) /
                     static_cast<double>(twice);
-                put_new(static_cast<uint32_t>(x), static_cast<uint32_t>(y), SamplePlace(patch, triangle, weights));
+                put_new(static_cast<uint32_t>(x), static_cast<uint32_t>(y), SurfaceSample(patch, triangle, weights));
             }
         }
     }
@@ -182,7 +183,7 @@ Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
         for (uint32_t x = 1; x < cells; ++x) sampled.missing += !filled[y * (cells + 1) + x];
     }
     if (sampled.missing > 0) return sampled;
-    const Unfolded unfolded = unfold(patch, places, row - 1, atlas_, up_);
+    const Untangled unfolded = untangle(patch, places, row - 1, atlas_, up_);
     for (const uint32_t s : unfolded.moved) put_place(s % row * ratio, s / row * ratio, places[s]);
     sampled.folded = unfolded.before;
     sampled.still_folded = unfolded.left;

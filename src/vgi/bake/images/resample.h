@@ -17,16 +17,17 @@ namespace lodestone::vgi {
 // What became of the samples of a chart.
 struct Sampled {
     uint32_t missing = 0;                   // samples that no triangle covered: none, unless the chart is folded
-    uint32_t folded = 0, still_folded = 0;  // cells with a triangle that looks inwards, before and after unfold()
+    uint32_t folded = 0, still_folded = 0;  // cells with a triangle that looks inwards, before and after untangle()
 };
 
 // Fills the images of one chart after the other; a chart may be dropped once it is sampled.
 class Resampler {
 public:
-    // The mesh, its normals per wedge, the surface cut into quads and its patches must outlive the sampling. left_out:
-    // Atlas::left_out.
-    Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, const Surface& surface, const Patches& patches,
-              uint32_t cells, uint32_t attribute_cells, std::vector<uint8_t> left_out);
+    // The mesh, its normals per wedge, the surface cut into quads and its patches must outlive the sampling.
+    // trimmed_levels: Atlas::trimmed_levels.
+    Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, const Surface& surface,
+              const ChartComplex& patches, uint32_t cells, uint32_t attribute_cells,
+              std::vector<uint8_t> trimmed_levels);
 
     // Samples of the chart of a quad, 0 .. quads - 1. Different charts may be sampled at once.
     Sampled sample(uint32_t quad, const Chart& chart);
@@ -37,7 +38,7 @@ public:
     void set_step(double step);
     // Of height fields (borders.h): once the lattice is chosen, before charts are sampled for good.
     void keep_corners_open();
-    const std::optional<glm::dvec3>& up() const { return up_; }  // of the mesh (unfold.h)
+    const std::optional<glm::dvec3>& up() const { return up_; }  // of the mesh (untangle.h)
     Atlas take() { return std::move(atlas_); }
     Atlas& atlas() { return atlas_; }
 
@@ -48,7 +49,7 @@ private:
 
     const TriMesh& mesh_;
     const std::span<const glm::vec3> normals_;
-    const Patches& patches_;
+    const ChartComplex& patches_;
     std::optional<Borders> borders_;
     const std::optional<glm::dvec3> up_;  // of a height field
     double extent_;                       // the longest of the surface

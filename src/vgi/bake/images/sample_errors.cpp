@@ -48,12 +48,12 @@ public:
           cells_(atlas.cells_of(chart)),
           tree_{cells_},
           squared_(size_t{cells_ + 1} * (cells_ + 1), 0.0) {
-        errors_.levels.assign(atlas.levels() - atlas.left_out[chart], 0);
+        errors_.levels.assign(atlas.levels() - atlas.trimmed_levels[chart], 0);
         errors_.pages.assign(tree_.pages(), 0);
     }
 
     ChartErrors run(const Chart& source) {
-        const Patch& patch = source.patch;
+        const ChartMesh& patch = source.patch;
         const auto levels = static_cast<uint32_t>(errors_.levels.size()) - 1;
         for (size_t v = 0; v < patch.positions.size(); ++v) {
             const glm::dvec2 at = glm::clamp(patch.flat[v], 0.0, 1.0) * static_cast<double>(cells_);

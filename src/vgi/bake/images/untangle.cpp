@@ -246,7 +246,7 @@ private:
 
 class Unfolding {
 public:
-    Unfolding(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const Atlas& atlas,
+    Unfolding(const ChartMesh& patch, std::span<SurfaceSample> places, uint32_t cells, const Atlas& atlas,
               const std::optional<glm::dvec3>& up)
         : patch_(patch),
           places_(places),
@@ -260,8 +260,8 @@ public:
         }
     }
 
-    Unfolded run() {
-        Unfolded result;
+    Untangled run() {
+        Untangled result;
         std::vector<bool> moved(places_.size(), false);
         std::vector<bool> folded = folded_cells();
         const auto count = [&] { return static_cast<uint32_t>(std::ranges::count(folded, true)); };
@@ -400,7 +400,7 @@ private:
         };
         struct Was {
             size_t sample;
-            SamplePlace place;
+            SurfaceSample place;
             glm::dvec3 point, normal;
         };
         std::vector<Was> was;
@@ -431,8 +431,8 @@ private:
 
     // The triangle that holds a place, or, just outside of the chart, the one that it is least outside of.
     template <class Seen>
-    std::optional<SamplePlace> find_anywhere(const glm::dvec2& wanted, const Seen& seen, const glm::dvec3& up) const {
-        std::optional<SamplePlace> best;
+    std::optional<SurfaceSample> find_anywhere(const glm::dvec2& wanted, const Seen& seen, const glm::dvec3& up) const {
+        std::optional<SurfaceSample> best;
         double outside = most_outside;
         for (uint32_t t = 0; t < patch_.triangles.size(); ++t) {
             if (glm::dot(normal_of(t), up) <= 0) continue;
@@ -440,7 +440,7 @@ private:
             const double off = -std::min({weights.x, weights.y, weights.z, 0.0});
             if (off >= outside) continue;
             outside = off;
-            best = SamplePlace(patch_, t, weights);
+            best = SurfaceSample(patch_, t, weights);
         }
         return best;
     }
@@ -461,8 +461,8 @@ private:
 
     // Walks from triangle to triangle towards a place in the plane.
     template <class Seen>
-    std::optional<SamplePlace> find(uint32_t triangle, const glm::dvec2& wanted, const Seen& seen,
-                                    const glm::dvec3& up) const {
+    std::optional<SurfaceSample> find(uint32_t triangle, const glm::dvec2& wanted, const Seen& seen,
+                                      const glm::dvec3& up) const {
         for (int steps = 0; steps < 4 * n_; ++steps) {
             if (glm::dot(normal_of(triangle), up) <= 0) return std::nullopt;
             const glm::dvec3 weights = weights_of(triangle, wanted, seen);
@@ -471,7 +471,7 @@ private:
                 if (weights[static_cast<int>(k)] < weights[static_cast<int>(least)]) least = k;
             }
             if (weights[static_cast<int>(least)] >= -1e-9)
-                return SamplePlace(patch_, triangle, glm::clamp(weights, 0.0, 1.0));
+                return SurfaceSample(patch_, triangle, glm::clamp(weights, 0.0, 1.0));
             const uint32_t across = patch_.twin[triangle * 3 + (least + 1) % 3];
             if (across == none) return find_anywhere(wanted, seen, up);
             triangle = across / 3;
@@ -479,8 +479,8 @@ private:
         return std::nullopt;
     }
 
-    const Patch& patch_;
-    std::span<SamplePlace> places_;
+    const ChartMesh& patch_;
+    std::span<SurfaceSample> places_;
     const Atlas& atlas_;
     const int n_;  // cells
     const std::optional<glm::dvec3> up_;
@@ -490,7 +490,7 @@ private:
 
 }  // namespace
 
-SamplePlace::SamplePlace(const Patch& patch, uint32_t in_triangle, const glm::dvec3& by_weights)
+SurfaceSample::SurfaceSample(const ChartMesh& patch, uint32_t in_triangle, const glm::dvec3& by_weights)
     : triangle(in_triangle), weights(by_weights) {
     const auto& v = patch.triangles[triangle].vertices;
     point = patch.positions[v[0]] * weights.x + patch.positions[v[1]] * weights.y + patch.positions[v[2]] * weights.z;
@@ -512,8 +512,8 @@ std::optional<glm::dvec3> height_axis(const TriMesh& mesh) {
     return std::nullopt;
 }
 
-Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const Atlas& lattice,
-                const std::optional<glm::dvec3>& up) {
+Untangled untangle(const ChartMesh& patch, std::span<SurfaceSample> places, uint32_t cells, const Atlas& lattice,
+                   const std::optional<glm::dvec3>& up) {
     return Unfolding(patch, places, cells, lattice, up).run();
 }
 

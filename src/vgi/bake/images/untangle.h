@@ -18,16 +18,16 @@
 namespace lodestone::vgi {
 
 // Where a sample lies: in which triangle of the chart's patch, by the weights of its corners.
-struct SamplePlace {
+struct SurfaceSample {
     uint32_t triangle = none;
     glm::dvec3 weights{0};
     glm::dvec3 point{0};  // object units; there, but for samples of borders that have given way (borders.h)
 
-    SamplePlace() = default;
-    SamplePlace(const Patch& patch, uint32_t triangle, const glm::dvec3& weights);
+    SurfaceSample() = default;
+    SurfaceSample(const ChartMesh& patch, uint32_t triangle, const glm::dvec3& weights);
 };
 
-struct Unfolded {
+struct Untangled {
     std::vector<uint32_t> moved;    // samples, ascending
     uint32_t before = 0, left = 0;  // cells with a triangle that looks inwards
 };
@@ -39,7 +39,7 @@ std::optional<glm::dvec3> height_axis(const TriMesh& mesh);
 // changed. lattice: the atlas, whose lattice is taken. A triangle of the finest level looks inwards if its area vector
 // does not look to the side of `up`, or, where there is none, to where the triangles that its corners lie in look
 // together.
-Unfolded unfold(const Patch& patch, std::span<SamplePlace> places, uint32_t cells, const Atlas& lattice,
-                const std::optional<glm::dvec3>& up);
+Untangled untangle(const ChartMesh& patch, std::span<SurfaceSample> places, uint32_t cells, const Atlas& lattice,
+                   const std::optional<glm::dvec3>& up);
 
 }  // namespace lodestone::vgi

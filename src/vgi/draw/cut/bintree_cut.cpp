@@ -24,8 +24,8 @@ struct Square {
 
 // The cut before this one, of the same charts.
 struct Before {
-    const KeptCharts& charts;
-    const WantedSince& counted;
+    const CachedCharts& charts;
+    const RefinementChange& counted;
     Motion motion;     // since then
     uint64_t updates;  // Residency::updates, then
 };
@@ -36,8 +36,8 @@ class ChartCut {
 public:
     // touched: as PageDemand's, of which only the pages of the charts run here are written. kept: takes what is made.
     // before: null for a cut from scratch.
-    ChartCut(const Residency& residency, const Visibility& visibility, const Wanted& wanted, int64_t forced_level,
-             std::vector<uint8_t>& touched, KeptCharts& kept, const Before* before)
+    ChartCut(const Residency& residency, const Visibility& visibility, const RefinementTest& wanted,
+             int64_t forced_level, std::vector<uint8_t>& touched, CachedCharts& kept, const Before* before)
         : residency_(residency),
           visibility_(visibility),
           wanted_(wanted),
@@ -120,9 +120,9 @@ private:
     }
 
     // As the square of a page is seen; other squares are seen as the one they are part of.
-    uint32_t seen(uint32_t level, uint32_t x, uint32_t y, uint32_t mask, Steadiness& steady) const {
+    uint32_t seen(uint32_t level, uint32_t x, uint32_t y, uint32_t mask, Slack& slack) const {
         if (level < page_shift_ || level >= base_ + page_shift_) return mask;
-        return visibility_.seen(mask, first_page_ + tree_.page(level - page_shift_, x, y), steady);
+        return visibility_.seen(mask, first_page_ + tree_.page(level - page_shift_, x, y), slack);
     }
 
     // Where the centres of squares lie: in one page for all four quarters of a square, in steps of its level.
@@ -159,19 +159,19 @@ private:
     struct Kept {
         uint32_t first = 0, end = 0;
     };
-    const KeptSquare* find_kept(Kept among, const Square& square) const {
+    const CachedSquare* find_kept(Kept among, const Square& square) const {
         for (uint32_t i = among.first; i < among.end; i += 1 + before_->charts.squares[i].squares) {
-            const KeptSquare& old = before_->charts.squares[i];
+            const CachedSquare& old = before_->charts.squares[i];
             if (old.x == square.x && old.y == square.y && old.level == square.level) return &old;
         }
         return nullptr;
     }
-    bool is_as_it_was(const KeptSquare& was, const Square& square, const Centres& centres, uint32_t looked_at) const {
-        return was.steady.slack > 0 && was.looked_at == looked_at && was.corners == square.corners &&
+    bool is_as_it_was(const CachedSquare& was, const Square& square, const Centres& centres, uint32_t looked_at) const {
+        return was.slack.allowed_motion > 0 && was.looked_at == looked_at && was.corners == square.corners &&
                residency_.changed_at(centres.number) <= before_->updates &&
-               was.steady.outlasts(before_->motion, before_->counted.of(was.centre));
+               was.slack.holds_after(before_->motion, before_->counted.of(was.centre));
     }
-    void take_over(const KeptSquare& old) {
+    void take_over(const CachedSquare& old) {
         const std::vector<uint32_t>& from = *before_->charts.parts.find(old.drawn_for);
         std::vector<uint32_t>& to = kept_.parts.list(old.drawn_for);
         const uint32_t indices_on = static_cast<uint32_t>(to.size()) - old.first_index,
@@ -182,11 +182,11 @@ private:
         kept_.touched.insert(kept_.touched.end(), pages.begin(), pages.end());
         for (const uint32_t page : pages) touched_[page] = 1;
         last_touched_ = pages.back();
-        for (const KeptSquare& each : std::span(&old, 1 + old.squares)) {
-            KeptSquare& moved = kept_.squares.emplace_back(each);
+        for (const CachedSquare& each : std::span(&old, 1 + old.squares)) {
+            CachedSquare& moved = kept_.squares.emplace_back(each);
             moved.first_index += indices_on;
             moved.first_touched += touched_on;
-            moved.steady = each.steady.after(before_->motion, before_->counted.of(each.centre));
+            moved.slack = each.slack.after(before_->motion, before_->counted.of(each.centre));
         }
     }
 
@@ -197,25 +197,25 @@ private:
     // What a square is part of.
     struct Whole {
         uint32_t mask;  // of views that its triangles are for
-        Steadiness steady;
+        Slack slack;
         Fan fan;   // its triangles that are not yet in their list
         Kept old;  // squares in it that the cut before has
     };
 
     void draw(const Square& square, const Centres& centres, Whole& whole) {
-        const KeptSquare* const was = find_kept(whole.old, square);
+        const CachedSquare* const was = find_kept(whole.old, square);
         if (was != nullptr && is_as_it_was(*was, square, centres, whole.mask)) {
             put(whole.fan, whole.mask);
             const auto place = kept_.squares.size();
             take_over(*was);
-            whole.steady.add(kept_.squares[place].steady);
-            if (was->drawn_for != whole.mask) whole.steady.add_unsteady();
+            whole.slack.add(kept_.squares[place].slack);
+            if (was->drawn_for != whole.mask) whole.slack.add_none();
             return;
         }
         Whole part;
-        part.mask = seen(square.level, square.x, square.y, whole.mask, part.steady);
+        part.mask = seen(square.level, square.x, square.y, whole.mask, part.slack);
         Samples in;
-        if (part.mask != 0 && square.level > 0 && find(centres, centres.of(square), part.mask, in, part.steady)) {
+        if (part.mask != 0 && square.level > 0 && find(centres, centres.of(square), part.mask, in, part.slack)) {
             if (was != nullptr) {
                 part.old.first = static_cast<uint32_t>(was - before_->charts.squares.data()) + 1;
                 part.old.end = part.old.first + was->squares;
@@ -230,8 +230,8 @@ private:
             fan.add(corner[from + 2], corner[(from + 3) % 4], corner[from]);
             put(part.fan, part.mask);
         }
-        whole.steady.add(part.steady);
-        if (part.mask != 0 && part.mask != whole.mask) whole.steady.add_unsteady();
+        whole.slack.add(part.slack);
+        if (part.mask != 0 && part.mask != whole.mask) whole.slack.add_none();
     }
 
     // in: of the square, whose centre is in the cut. part: with nothing drawn.
@@ -263,7 +263,7 @@ private:
                 draw(quarter, finer, part);
                 continue;
             }
-            const uint32_t half_mask = seen(quarter.level, quarter.x, quarter.y, part.mask, part.steady);
+            const uint32_t half_mask = seen(quarter.level, quarter.x, quarter.y, part.mask, part.slack);
             if (half_mask == 0) continue;
             Fan half;
             Fan& to = half_mask == part.mask ? part.fan : half;
@@ -274,7 +274,7 @@ private:
             }
             if (half_mask == part.mask) continue;
             put(half, half_mask);
-            part.steady.add_unsteady();
+            part.slack.add_none();
         }
         put(part.fan, part.mask);
 
@@ -284,7 +284,7 @@ private:
             kept_.squares.pop_back();
             return;
         }
-        KeptSquare& kept = kept_.squares[place];
+        CachedSquare& kept = kept_.squares[place];
         kept.corners = corner;
         kept.level = static_cast<uint16_t>(square.level);
         kept.x = static_cast<uint16_t>(square.x);
@@ -292,7 +292,7 @@ private:
         kept.looked_at = looked_at;
         kept.drawn_for = part.mask;
         kept.centre = *in.texel;
-        kept.steady = part.steady;
+        kept.slack = part.slack;
         kept.first_index = static_cast<uint32_t>(first_index);
         kept.indices = static_cast<uint32_t>(indices);
         kept.first_touched = static_cast<uint32_t>(first_touched);
@@ -301,61 +301,61 @@ private:
     }
 
     // Whether a square's centre is in the cut; then also which of the middles are. at: the centre in its page.
-    bool find(const Centres& centres, const glm::uvec2& at, uint32_t mask, Samples& in, Steadiness& steady) {
+    bool find(const Centres& centres, const glm::uvec2& at, uint32_t mask, Samples& in, Slack& slack) {
         const auto& [level, number, entry_at, step, left, top] = centres;
         const uint32_t lx = at.x, ly = at.y;
         const Entry& entry = *entry_at;
         if (entry.first == nullptr) {
-            guess(number, level, mask, steady);
+            guess(number, level, mask, slack);
             return false;
         }
         const uint32_t row = n_ + 1;
         const GeometryTexel* const centre = entry.first + ly * row + lx;
-        if (!is_wanted(*centre, level, steady)) return false;
+        if (!is_wanted(*centre, level, slack)) return false;
         touch(number);
         if ((entry.usable & 1) == 0) {
-            need(number, mask, steady);
+            need(number, mask, slack);
             return false;
         }
         in.texel = centre;
         in.centre = index(entry, lx, ly);
         if (ly > step) {
-            if (is_wanted(centre[-static_cast<ptrdiff_t>(step * row)], level, steady))
+            if (is_wanted(centre[-static_cast<ptrdiff_t>(step * row)], level, slack))
                 in.middle[0] = in.centre - step * row;
         } else {
-            in.middle[0] = take_on_border({left + lx, top + ly - step}, level, mask, steady);
+            in.middle[0] = take_on_border({left + lx, top + ly - step}, level, mask, slack);
         }
         if (lx + step < n_) {
-            if (is_wanted(centre[step], level, steady)) in.middle[1] = in.centre + step;
+            if (is_wanted(centre[step], level, slack)) in.middle[1] = in.centre + step;
         } else {
-            in.middle[1] = take_on_border({left + lx + step, top + ly}, level, mask, steady);
+            in.middle[1] = take_on_border({left + lx + step, top + ly}, level, mask, slack);
         }
         if (ly + step < n_) {
-            if (is_wanted(centre[step * row], level, steady)) in.middle[2] = in.centre + step * row;
+            if (is_wanted(centre[step * row], level, slack)) in.middle[2] = in.centre + step * row;
         } else {
-            in.middle[2] = take_on_border({left + lx, top + ly + step}, level, mask, steady);
+            in.middle[2] = take_on_border({left + lx, top + ly + step}, level, mask, slack);
         }
         if (lx > step) {
-            if (is_wanted(centre[-static_cast<ptrdiff_t>(step)], level, steady)) in.middle[3] = in.centre - step;
+            if (is_wanted(centre[-static_cast<ptrdiff_t>(step)], level, slack)) in.middle[3] = in.centre - step;
         } else {
-            in.middle[3] = take_on_border({left + lx - step, top + ly}, level, mask, steady);
+            in.middle[3] = take_on_border({left + lx - step, top + ly}, level, mask, slack);
         }
         return true;
     }
-    bool is_wanted(const GeometryTexel& texel, uint32_t level, Steadiness& steady) const {
+    bool is_wanted(const GeometryTexel& texel, uint32_t level, Slack& slack) const {
         if (forced_level_ >= 0) return static_cast<int64_t>(level) >= forced_level_;
         const float left = wanted_.left_of_reach(texel);
         if (left > 0) {
-            steady.farther = std::min(steady.farther, left);
+            slack.farther = std::min(slack.farther, left);
             return true;
         }
-        steady.nearer = std::min(steady.nearer, -left);
+        slack.nearer = std::min(slack.nearer, -left);
         return false;
     }
 
     // The index of a sample on a page's border, which needs the page across as well, or nothing. at: in steps of its
     // page's level. Whichever side it is met from, it is the same index.
-    uint32_t take_on_border(glm::uvec2 at, uint32_t level, uint32_t mask, Steadiness& steady) {
+    uint32_t take_on_border(glm::uvec2 at, uint32_t level, uint32_t mask, Slack& slack) {
         const uint32_t page_level = std::min(level, base_), side_shift = base_ - page_level,
                        last = (1u << side_shift) - 1, px = std::min(at.x >> page_shift_, last),
                        py = std::min(at.y >> page_shift_, last), lx = at.x - (px << page_shift_),
@@ -365,37 +365,37 @@ private:
         const uint32_t needed =
             1u | (ly == 0 ? 2u : 0u) | (lx == n_ ? 4u : 0u) | (ly == n_ ? 8u : 0u) | (lx == 0 ? 16u : 0u);
         if (entry.first == nullptr) {
-            guess(number, level, mask, steady);
+            guess(number, level, mask, slack);
             return nothing;
         }
-        if (!is_wanted(entry.first[ly * (n_ + 1) + lx], level, steady)) return nothing;
+        if (!is_wanted(entry.first[ly * (n_ + 1) + lx], level, slack)) return nothing;
         touch(number);
         if ((entry.usable & needed) != needed) {
             for (uint32_t side = 0; side < 4; ++side) {
-                if ((needed >> (side + 1) & 1) != 0) need(residency_.neighbour(number, side), mask, steady);
+                if ((needed >> (side + 1) & 1) != 0) need(residency_.neighbour(number, side), mask, slack);
             }
-            need(number, mask, steady);
+            need(number, mask, slack);
             return nothing;
         }
         return index(entry, lx, ly);
     }
 
     // What a page that is not there holds is not known, but what its parent leaves out is.
-    void guess(uint32_t number, uint32_t level, uint32_t mask, Steadiness& steady) {
+    void guess(uint32_t number, uint32_t level, uint32_t mask, Slack& slack) {
         const uint32_t parent = first_page_ + tree_.parent(number - first_page_);
         if (residency_.entry(parent).texels == nullptr) {  // its turn comes first
-            steady.add_unsteady();
+            slack.add_none();
             return;
         }
         const PageBounds& bounds = residency_.about().bounds[number];
-        if (!(forced_level_ >= 0 ? static_cast<int64_t>(level) >= forced_level_ : wanted_.may_be(bounds, steady)))
+        if (!(forced_level_ >= 0 ? static_cast<int64_t>(level) >= forced_level_ : wanted_.may_be(bounds, slack)))
             return;
         ask(number, wanted_.excess(bounds), mask);
-        steady.add_unsteady();  // pages are asked for anew by every cut
+        slack.add_none();  // pages are asked for anew by every cut
     }
     // Something that makes the page usable is missing: the first such thing is asked for.
-    void need(uint32_t number, uint32_t mask, Steadiness& steady) {
-        steady.add_unsteady();
+    void need(uint32_t number, uint32_t mask, Slack& slack) {
+        slack.add_none();
         need(number, mask);
     }
     void need(uint32_t number, uint32_t mask) {
@@ -414,10 +414,10 @@ private:
 
     const Residency& residency_;
     const Visibility& visibility_;
-    const Wanted& wanted_;
+    const RefinementTest& wanted_;
     const int64_t forced_level_;
     std::vector<uint8_t>& touched_;
-    KeptCharts& kept_;
+    CachedCharts& kept_;
     const Before* const before_;
     std::vector<std::pair<uint32_t, float>> asked_;
     size_t next_ = 0;          // chart of those run here
@@ -431,15 +431,15 @@ private:
 
 }  // namespace
 
-Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand, KeptCut& kept) {
+Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand, IncrementalCut& kept) {
     LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.touched.size() == residency.pages());
     const Visibility visibility(request, residency.about());
-    const Wanted wanted(request, residency.about());
+    const RefinementTest wanted(request, residency.about());
     std::optional<Motion> seen;
-    std::optional<WantedSince> counted;
+    std::optional<RefinementChange> counted;
     if (kept.residency == &residency && kept.forced_level == request.forced_level) {
         seen = visibility.since(*kept.visibility);
-        counted = WantedSince::between(*kept.wanted, wanted);
+        counted = RefinementChange::between(*kept.wanted, wanted);
     }
     constexpr size_t charts_at_once = 16;
     const size_t charts = residency.about().charts(), groups = (charts + charts_at_once - 1) / charts_at_once;

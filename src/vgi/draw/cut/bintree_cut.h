@@ -9,6 +9,6 @@
 namespace lodestone::vgi {
 
 // kept: from the instance's cut before, which may have been of anything; takes what this one leaves for the next.
-Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand, KeptCut& kept);
+Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand, IncrementalCut& kept);
 
 }  // namespace lodestone::vgi

@@ -20,10 +20,10 @@ std::vector<std::pair<uint32_t, std::vector<uint32_t>>> CutParts::take() {
     return std::move(parts_);
 }
 
-void foresee(const Residency& residency, const CutRequest& request, std::span<const float> wanted_now,
-             std::vector<float>& foreseen) {
+void prefetch(const Residency& residency, const CutRequest& request, std::span<const float> wanted_now,
+              std::vector<float>& prefetched) {
     const Visibility visibility(request, residency.about());
-    const Wanted wanted(request, residency.about());
+    const RefinementTest wanted(request, residency.about());
     const uint32_t per_chart = residency.tree().pages();
     for (uint32_t number = 0; number < residency.pages(); ++number) {
         const uint32_t page = number % per_chart;
@@ -32,7 +32,7 @@ void foresee(const Residency& residency, const CutRequest& request, std::span<co
             continue;
         const PageBounds& bounds = residency.about().bounds[number];
         if (wanted.may_be(bounds) && visibility.seen(1, number) != 0)
-            foreseen[number] = std::max(foreseen[number], std::min(wanted.excess(bounds) * 1e-3f, 1e-2f));
+            prefetched[number] = std::max(prefetched[number], std::min(wanted.excess(bounds) * 1e-3f, 1e-2f));
     }
 }
 

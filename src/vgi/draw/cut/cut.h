@@ -103,8 +103,8 @@ private:
 };
 
 // Pages that views[0] of the request, an eye further along the camera's way, would want and `wanted` does not ask for.
-// Both are sized as the residency's pages; what is foreseen counts less than what is wanted now.
-void foresee(const Residency& residency, const CutRequest& request, std::span<const float> wanted,
-             std::vector<float>& foreseen);
+// Both are sized as the residency's pages; what is prefetched counts less than what is wanted now.
+void prefetch(const Residency& residency, const CutRequest& request, std::span<const float> wanted,
+              std::vector<float>& prefetched);
 
 }  // namespace lodestone::vgi

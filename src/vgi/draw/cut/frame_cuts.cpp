@@ -17,7 +17,7 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr float frames_ahead = 12;  // that the camera's way is foreseen
+constexpr float frames_ahead = 12;  // that the camera's way is prefetched
 constexpr float most_wasted = 2;    // times smaller than wanted, that an error may be
 
 // How the camera moved from one view to the next.
@@ -93,7 +93,8 @@ CutRequest request_for(Raster raster, const CutRegion& region, size_t instance, 
     return request;
 }
 
-Cut cut_atlas(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand, KeptCut& kept) {
+Cut cut_atlas(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand,
+              IncrementalCut& kept) {
     if (raster == Raster::bintree) return cut_bintree(residency, request, demand, kept);
     return cut_grid(residency, request, demand, raster == Raster::tess ? GridOutput::patches : GridOutput::indices);
 }
@@ -101,7 +102,7 @@ Cut cut_atlas(Raster raster, const Residency& residency, const CutRequest& reque
 // What was found of one atlas' pages.
 struct Found {
     PageDemand demand;
-    std::vector<float> foreseen, attribute_demand;
+    std::vector<float> prefetched, attribute_demand;
     std::vector<uint8_t> attribute_touched;
 };
 
@@ -176,7 +177,7 @@ bool CutRegion::covers(const FrameInput& input) const {
 }
 
 FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wanted, const FrameInput* last,
-                    const CutLimits& limits, std::vector<KeptCut>& kept) {
+                    const CutLimits& limits, std::vector<IncrementalCut>& kept) {
     FrameCuts result;
     result.region = std::move(wanted);
     const CutRegion& region = result.region;
@@ -189,7 +190,7 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
     // From what the last cuts needed: views change little.
     result.raised = limits.raised;
     if (may_lower(limits.triangles, budget.max_triangles) && may_lower(limits.words, limits.most_words))
-        result.raised = std::max(1.0, result.raised / raise);
+        result.raised = std::max(1.0, result.raised / error_scale_step);
     result.level = budget.forced_level;
     const View& sets_levels = region.level_view ? *region.level_view : region.views[0];
     std::vector<Found> found(atlases.size());
@@ -217,7 +218,7 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
         } else if (magnification_of(sets_levels, budget.pixel_error * result.raised) <= least_magnification) {
             result.level = 0;
         } else {
-            result.raised *= raise;
+            result.raised *= error_scale_step;
         }
     }
     result.pixel_error = budget.pixel_error * result.raised;
@@ -239,7 +240,7 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
     for (size_t a = 0; a < atlases.size(); ++a) {
         found[a].attribute_demand.assign(atlases[a].attributes->pages(), 0.0f);
         found[a].attribute_touched.assign(atlases[a].attributes->pages(), 0);
-        found[a].foreseen.assign(atlases[a].residency->pages(), 0.0f);
+        found[a].prefetched.assign(atlases[a].residency->pages(), 0.0f);
     }
     const bool moves =
         last != nullptr && result.level < 0 && !region.level_view && last->views[0].eye != region.views[0].eye;
@@ -256,7 +257,7 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
                                f.attribute_touched);
         if (!moves) continue;
         request.views = ahead;
-        foresee(*atlas.residency, request, f.demand.wanted, f.foreseen);
+        prefetch(*atlas.residency, request, f.demand.wanted, f.prefetched);
     }
 
     for (uint32_t a = 0; a < atlases.size(); ++a) {
@@ -271,8 +272,8 @@ FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wante
                 if (touched[n]) result.touched[index_of(layer)].push_back(atlas.first[index_of(layer)] + n);
                 if (wishes[n] > 0) {
                     result.wishes.push_back({wishes[n], layer, false, a, n});
-                } else if (geometry && f.foreseen[n] > 0) {
-                    result.wishes.push_back({f.foreseen[n], layer, true, a, n});
+                } else if (geometry && f.prefetched[n] > 0) {
+                    result.wishes.push_back({f.prefetched[n], layer, true, a, n});
                 }
             }
         }

@@ -54,7 +54,7 @@ struct FrameCuts {
     struct Wish {
         float wanted;  // PageDemand::wanted
         Layer layer;
-        bool foreseen;  // not by this region, but further along the way
+        bool prefetched;  // not by this region, but further along the way
         uint32_t atlas, number;
     };
     std::vector<Wish> wishes;  // pages that were not there, the most wanted first
@@ -62,12 +62,13 @@ struct FrameCuts {
 
 void sort_wishes(std::vector<FrameCuts::Wish>& wishes);  // the most wanted first
 
-inline constexpr double raise = 1.189207115;  // of errors, where there are too many triangles: a quarter of an octave
+inline constexpr double error_scale_step =
+    1.189207115;  // of errors, where there are too many triangles: a quarter of an octave
 
 // Errors that were raised fall again step by step, where a step's triangles will hardly be too many: they would go to
 // and fro, and be cut twice.
 inline bool may_lower(uint64_t count, uint64_t most) {
-    return static_cast<double>(count) * raise * raise < static_cast<double>(most);
+    return static_cast<double>(count) * error_scale_step * error_scale_step < static_cast<double>(most);
 }
 
 struct CutLimits {
@@ -77,11 +78,11 @@ struct CutLimits {
     uint64_t triangles = 0, words = 0;
 };
 
-// Where the device cuts, nothing is cut here: what comes of it are attributes, and what is foreseen of positions.
-// last: the frame before `region`, for what is foreseen further along the way; null for nothing. Reads the atlases, and
-// brings Residency::usable up to date first.
-// kept: of each instance from the cuts before, for those after; any number of them.
+// Where the device cuts, nothing is cut here: what comes of it are attributes, and what is prefetched of positions.
+// last: the frame before `region`, for what is prefetched further along the way; null for nothing. Reads the atlases,
+// and brings Residency::usable up to date first. kept: of each instance from the cuts before, for those after; any
+// number of them.
 FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion region, const FrameInput* last,
-                    const CutLimits& limits, std::vector<KeptCut>& kept);
+                    const CutLimits& limits, std::vector<IncrementalCut>& kept);
 
 }  // namespace lodestone::vgi

@@ -16,24 +16,24 @@
 namespace lodestone::vgi {
 
 // A square (bintree_cut.h) as it was cut, all that lies in it included.
-struct KeptSquare {
+struct CachedSquare {
     std::array<uint32_t, 4> corners;  // indices
     uint16_t level, x, y;
     // The views it was looked at for, and those that its triangles are for.
     uint32_t looked_at, drawn_for;
     GeometryTexel centre;
-    Steadiness steady;                // of all decisions in it; unsteady where it has triangles for other views, too
+    Slack slack;                      // of all decisions in it; unsteady where it has triangles for other views, too
     uint32_t first_index, indices;    // in the list of drawn_for
-    uint32_t first_touched, touched;  // in KeptCharts::touched
+    uint32_t first_touched, touched;  // in CachedCharts::touched
     uint32_t squares;                 // kept ones in it, which follow this one
 };
 
 // Of charts that are cut one after another.
-struct KeptCharts {
+struct CachedCharts {
     CutParts parts;
-    std::vector<KeptSquare> squares;  // chart after chart, each before those in it
-    std::vector<uint32_t> touched;    // pages, as PageDemand::touched; those of a square together
-    std::vector<uint32_t> first;      // per chart, of its squares; one more at the end
+    std::vector<CachedSquare> squares;  // chart after chart, each before those in it
+    std::vector<uint32_t> touched;      // pages, as PageDemand::touched; those of a square together
+    std::vector<uint32_t> first;        // per chart, of its squares; one more at the end
 
     // Keeps the room there is.
     void clear() {
@@ -45,9 +45,9 @@ struct KeptCharts {
 };
 
 // Of an instance.
-struct KeptCut {
-    std::vector<KeptCharts> charts, before;  // of this cut, and of the one before: room to be used again
-    std::optional<Wanted> wanted;
+struct IncrementalCut {
+    std::vector<CachedCharts> charts, before;  // of this cut, and of the one before: room to be used again
+    std::optional<RefinementTest> wanted;
     std::optional<Visibility> visibility;
     const Residency* residency = nullptr;
     uint64_t updates = 0;  // Residency::updates

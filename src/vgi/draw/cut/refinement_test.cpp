@@ -14,13 +14,13 @@ double magnification_of(const View& view, double pixel_error) {
     return std::max(least_magnification, static_cast<double>(view.focal_px) / pixel_error);
 }
 
-float counted_distance(const View& view, const glm::vec3& world) {
+float distance_metric(const View& view, const glm::vec3& world) {
     const float corner = view.corner_cosine(), cosine = 2 * corner * corner - 1;
     const glm::vec3 seen = world - view.eye;
-    return gpu::lode_counted(glm::dot(seen, view.forward()), glm::length(seen), 1, cosine, 1 - cosine * cosine);
+    return gpu::lode_distance_metric(glm::dot(seen, view.forward()), glm::length(seen), 1, cosine, 1 - cosine * cosine);
 }
 
-Wanted::Wanted(const CutRequest& request, const Atlas& about) {
+RefinementTest::RefinementTest(const CutRequest& request, const Atlas& about) {
     const View& view = request.sets_levels();
     scale_ = largest_scale(request.object_to_world);
     margin_ = request.margin.distance;
@@ -54,15 +54,15 @@ Wanted::Wanted(const CutRequest& request, const Atlas& about) {
     object_ = seen_from_eye(1, glm::dvec3(0));
 }
 
-float Wanted::excess(const PageBounds& bounds) const {
+float RefinementTest::excess(const PageBounds& bounds) const {
     const glm::vec3 seen = object_.seen(bounds.centre);
-    const float away = gpu::lode_counted(seen.z, glm::length(seen), ahead_, cosine_, sine_squared_) -
+    const float away = gpu::lode_distance_metric(seen.z, glm::length(seen), ahead_, cosine_, sine_squared_) -
                        bounds.radius * scale_ - radii_[bounds.sample_radius] - margin_;
     const float error = errors_[bounds.sample_error];
     return error > 0 ? error / std::max(away, 1e-3f * error) : 0;
 }
 
-void Wanted::describe(gpu::VgiCutInstance& instance) const {
+void RefinementTest::describe(gpu::VgiCutInstance& instance) const {
     LODE_CHECK(margin_ == 0, margin_);  // and no turn
     const auto put = [](const SeenFromEye& map, float* to) {
         for (const glm::vec3& column : {map.x, map.y, map.z, map.offset}) {
@@ -78,13 +78,13 @@ void Wanted::describe(gpu::VgiCutInstance& instance) const {
     instance.scale = scale_;
 }
 
-std::optional<WantedSince> WantedSince::between(const Wanted& before, const Wanted& now) {
+std::optional<RefinementChange> RefinementChange::between(const RefinementTest& before, const RefinementTest& now) {
     if (now.magnification_ != before.magnification_ || now.scale_ != before.scale_ || now.corner_ != before.corner_ ||
         now.most_change_ != before.most_change_)
         return std::nullopt;
-    WantedSince since(before, now);
+    RefinementChange since(before, now);
     // Where a point is seen now is turn * (where it was) + shift.
-    const auto axes = [](const Wanted::SeenFromEye& map) { return glm::dmat3(map.x, map.y, map.z); };
+    const auto axes = [](const RefinementTest::SeenFromEye& map) { return glm::dmat3(map.x, map.y, map.z); };
     const glm::dmat3 turn = axes(now.object_) * glm::inverse(axes(before.object_));
     const glm::dvec3 shift = glm::dvec3(now.object_.offset) - turn * glm::dvec3(before.object_.offset);
     since.seen_ = {static_cast<float>(glm::length(shift)), largest_scale(glm::mat4(glm::mat3(turn - glm::dmat3(1))))};
@@ -92,14 +92,14 @@ std::optional<WantedSince> WantedSince::between(const Wanted& before, const Want
     // than twice as much aside.
     const float turned = std::abs(now.turn_ - before.turn_) * (2 + std::tan(now.corner_));
     // What is rounded on the way, of coordinates and of squares.
-    const auto size = [](const Wanted::SeenFromEye& map) {
+    const auto size = [](const RefinementTest::SeenFromEye& map) {
         return glm::length(map.offset) + 65535 * (glm::length(map.x) + glm::length(map.y) + glm::length(map.z));
     };
     since.rounding_ = 1e-6f * std::max(size(now.lattice_), size(before.lattice_));
     since.motion_ = {since.seen_.distance + std::abs(now.margin_ - before.margin_) + since.rounding_,
                      since.seen_.angle + turned / now.most_change_ + 1e-5f};
     since.turned_ = since.seen_.angle + 2 * turned;
-    const auto depth = [](const Wanted& w) {
+    const auto depth = [](const RefinementTest& w) {
         return w.ahead_ * glm::vec3(w.object_.x.z, w.object_.y.z, w.object_.z.z);
     };
     since.in_picture_ = glm::distance(depth(now), depth(before)) / now.scale_;
@@ -112,7 +112,7 @@ std::optional<WantedSince> WantedSince::between(const Wanted& before, const Want
     return since;
 }
 
-Change WantedSince::of(const GeometryTexel& t) const {
+Change RefinementChange::of(const GeometryTexel& t) const {
     const glm::vec3 was = before_->place_of(t), is = now_->place_of(t);
     const float radius = now_->radii_[t.radius], away = glm::length(was);
     const float rounding = rounding_ + 1e-5f * (away + radius);

@@ -15,17 +15,17 @@
 namespace lodestone::vgi {
 
 // How long a distance of an error is in a view: a sample of error E and radius r is wanted from within
-// scale * (E * magnification + r), world units, by depth (gpu::lode_within). Smaller than wanted errors are taken where
-// the atlas asks for it.
+// scale * (E * magnification + r), world units, by depth (gpu::lode_metric_within). Smaller than wanted errors are
+// taken where the atlas asks for it.
 double magnification_of(const View& view, double pixel_error);
 
-// How far from the view a point of the world counts to be, as gpu::lode_within has it. World units.
-float counted_distance(const View& view, const glm::vec3& world);
+// How far from the view a point of the world counts to be, as gpu::lode_metric_within has it. World units.
+float distance_metric(const View& view, const glm::vec3& world);
 
 // Whether a sample is wanted, as a pure function of its texel.
-class Wanted {
+class RefinementTest {
 public:
-    Wanted(const CutRequest& request, const Atlas& about);
+    RefinementTest(const CutRequest& request, const Atlas& about);
 
     bool operator()(const GeometryTexel& t) const {
         const glm::vec3 p = place_of(t);
@@ -45,10 +45,10 @@ public:
         return reach_[most.error] > 0 && within(reach_to(bounds, most), object_.seen(bounds.centre));
     }
     bool may_be(const PageBounds& bounds) const { return may_be(bounds, most_of(bounds)); }
-    bool may_be(const PageBounds& bounds, Steadiness& steady) const {
+    bool may_be(const PageBounds& bounds, Slack& slack) const {
         if (reach_[bounds.sample_error] > 0) {
             const glm::vec3 p = object_.seen(bounds.centre);
-            steady.add(std::abs(reach_to(bounds, most_of(bounds)) - counted(p)), glm::length(p) * most_change_);
+            slack.add(std::abs(reach_to(bounds, most_of(bounds)) - counted(p)), glm::length(p) * most_change_);
         }
         return may_be(bounds);
     }
@@ -59,9 +59,9 @@ public:
     void describe(gpu::VgiCutInstance& instance) const;
 
 private:
-    friend class WantedSince;
+    friend class RefinementChange;
 
-    // Where a point is, as gpu::lode_within takes it.
+    // Where a point is, as gpu::lode_metric_within takes it.
     struct SeenFromEye {
         glm::vec3 x, y, z, offset;
         glm::vec3 seen(const glm::vec3& p) const {
@@ -76,14 +76,14 @@ private:
         return reach_[most.error] + radii_[most.radius] + bounds.radius * scale_;
     }
     bool within(float reach, const glm::vec3& p) const {
-        return gpu::lode_within(reach, p.x, p.y, p.z, ahead_, cosine_, sine_squared_);
+        return gpu::lode_metric_within(reach, p.x, p.y, p.z, ahead_, cosine_, sine_squared_);
     }
-    // Short of its corners: where it is nothing but depth that tells, as gpu::lode_within has it.
+    // Short of its corners: where it is nothing but depth that tells, as gpu::lode_metric_within has it.
     bool in_picture(const glm::vec3& p, float squared) const {
         return p.z > 0 && p.z * p.z > corner_cosine_squared_ * squared;
     }
     float counted_aside(const glm::vec3& p, float squared) const {
-        return gpu::lode_counted(p.z, std::sqrt(squared), ahead_, cosine_, sine_squared_);
+        return gpu::lode_distance_metric(p.z, std::sqrt(squared), ahead_, cosine_, sine_squared_);
     }
     // How far away a point counts to be.
     float counted(const glm::vec3& p) const {
@@ -95,17 +95,17 @@ private:
     float magnification_, scale_, margin_;
     float corner_, turn_;                  // radians: from the middle of the picture to its corners; the margin's
     float corner_cosine_squared_;          // a little more
-    float ahead_, cosine_, sine_squared_;  // as gpu::lode_within takes them
+    float ahead_, cosine_, sine_squared_;  // as gpu::lode_metric_within takes them
     // Where the eye turns by an angle, what a point counts to be away changes by that times this times its distance.
     float most_change_;
     SeenFromEye lattice_, object_;
 };
 
 // How much what counts has changed between two requests for the same atlas.
-class WantedSince {
+class RefinementChange {
 public:
     // Nothing where more has changed than where things are. Both must outlive it.
-    static std::optional<WantedSince> between(const Wanted& before, const Wanted& now);
+    static std::optional<RefinementChange> between(const RefinementTest& before, const RefinementTest& now);
 
     // Of all points.
     const Motion& motion() const { return motion_; }
@@ -113,8 +113,8 @@ public:
     Change of(const GeometryTexel& t) const;
 
 private:
-    WantedSince(const Wanted& before, const Wanted& now) : before_(&before), now_(&now) {}
-    const Wanted *before_, *now_;
+    RefinementChange(const RefinementTest& before, const RefinementTest& now) : before_(&before), now_(&now) {}
+    const RefinementTest *before_, *now_;
     Motion motion_;         // of what counts
     Motion seen_;           // of where points are seen
     float turned_ = 0;      // how much the gradient of what counts may have turned, of points in the same place

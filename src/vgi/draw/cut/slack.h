@@ -24,28 +24,29 @@ struct Change {
 };
 
 // What decisions outlast, world units: that what they are about counts to be nearer or farther by less than this, and,
-// of those that rest on something else, any motion of less than their slack.
-struct Steadiness {
+// of those that rest on something else, any motion of less than their allowed_motion.
+struct Slack {
     float nearer = std::numeric_limits<float>::infinity(), farther = std::numeric_limits<float>::infinity();
-    float slack = std::numeric_limits<float>::infinity(), lever = 0;
+    float allowed_motion = std::numeric_limits<float>::infinity(), lever = 0;
 
     // Of a decision of the second kind.
-    void add(float own_slack, float own_lever) {
-        slack = std::min(slack, own_slack);
+    void add(float own_motion, float own_lever) {
+        allowed_motion = std::min(allowed_motion, own_motion);
         lever = std::max(lever, own_lever);
     }
-    void add(const Steadiness& other) {
+    void add(const Slack& other) {
         nearer = std::min(nearer, other.nearer);
         farther = std::min(farther, other.farther);
-        add(other.slack, other.lever);
+        add(other.allowed_motion, other.lever);
     }
-    void add_unsteady() { slack = -1; }
-    bool outlasts(const Motion& motion, const Change& change) const {
-        return slack > motion.of(lever) && nearer > change.nearer && farther > change.farther;
+    void add_none() { allowed_motion = -1; }
+    bool holds_after(const Motion& motion, const Change& change) const {
+        return allowed_motion > motion.of(lever) && nearer > change.nearer && farther > change.farther;
     }
     // Thereafter.
-    Steadiness after(const Motion& motion, const Change& change) const {
-        return {nearer - change.nearer, farther - change.farther, slack - motion.of(lever), lever + motion.distance};
+    Slack after(const Motion& motion, const Change& change) const {
+        return {nearer - change.nearer, farther - change.farther, allowed_motion - motion.of(lever),
+                lever + motion.distance};
     }
 };
 

@@ -57,7 +57,7 @@ uint32_t Visibility::seen(uint32_t mask, uint32_t number) const {
     return mask;
 }
 
-uint32_t Visibility::seen(uint32_t mask, uint32_t number, Steadiness& steady) const {
+uint32_t Visibility::seen(uint32_t mask, uint32_t number, Slack& slack) const {
     const PageBounds& bounds = about_->bounds[number];
     const glm::vec3& c = bounds.centre;
     const float away = glm::distance(c, eye_);
@@ -71,7 +71,7 @@ uint32_t Visibility::seen(uint32_t mask, uint32_t number, Steadiness& steady) co
             outside = outside || gpu::lode_outside(p.x, p.y, p.z, p.w, c.x, c.y, c.z, bounds.radius);
         }
         if (outside) mask &= ~(1u << v);
-        steady.add(std::abs(least) * scale_, away * scale_);
+        slack.add(std::abs(least) * scale_, away * scale_);
     }
     if ((mask & 1) != 0 && cones_ && bounds.cosine > 0) {
         const gpu::VgiCutPage page = cut_page_of(bounds, {});
@@ -79,7 +79,7 @@ uint32_t Visibility::seen(uint32_t mask, uint32_t number, Steadiness& steady) co
         const float along = glm::dot(glm::vec3(page.axis_x, page.axis_y, page.axis_z), off);
         const float across = std::sqrt(std::max(0.0f, glm::dot(off, off) - along * along));
         const float turned = along * page.cosine - across * std::sqrt(page.sine_squared);
-        steady.add(std::abs(turned - bounds.radius - eye_margin_) * scale_, away * scale_);
+        slack.add(std::abs(turned - bounds.radius - eye_margin_) * scale_, away * scale_);
         if (turned_away(bounds)) mask &= ~1u;
     }
     return mask;

@@ -26,8 +26,8 @@ public:
     uint32_t all() const { return (1u << frusta_.size()) - 1; }
     // Of the views in `mask`, those that may see something of the page, numbered over all charts.
     uint32_t seen(uint32_t mask, uint32_t number) const;
-    // The same, and what that outlasts.
-    uint32_t seen(uint32_t mask, uint32_t number, Steadiness& steady) const;
+    // The same, and what that holds_after.
+    uint32_t seen(uint32_t mask, uint32_t number, Slack& slack) const;
 
     // How far things moved since another was made for the same atlas; nothing where more than that has changed.
     std::optional<Motion> since(const Visibility& before) const;

@@ -10,6 +10,7 @@
 #include "fixtures/meshes.h"
 #include "vgi/bake/bake.h"
 #include "vgi/draw/cut/bintree_cut.h"
+#include "vgi/draw/cut/chart_tree.h"
 #include "vgi/study/grid_cut.h"
 
 namespace lodestone::vgi {
@@ -42,6 +43,11 @@ const Residency& rock() {
     return residency;
 }
 
+std::vector<uint32_t> charts_seen(const CutRequest& request) {
+    static const ChartTree tree(rock().about());
+    return tree.seen(Visibility(request, rock().about()), rock().about());
+}
+
 void cut(benchmark::State& state, Raster raster, double pixel_error) {
     const Residency& residency = rock();
     set_thread_count(1);
@@ -63,9 +69,9 @@ void cut(benchmark::State& state, Raster raster, double pixel_error) {
         request.pixel_error = pixel_error;
         request.by_area = raster == Raster::grid_area;
         PageDemand demand(residency.pages());
-        kept.residency = nullptr;
+        kept.topology = nullptr;
         const Cut made = raster == Raster::bintree
-                             ? cut_bintree(residency, request, demand, kept)
+                             ? cut_bintree(residency, request, charts_seen(request), demand, kept)
                              : cut_grid(residency, request, demand,
                                         raster == Raster::tess ? GridOutput::patches : GridOutput::indices);
         triangles += made.triangles;
@@ -98,7 +104,7 @@ void go_on(benchmark::State& state, double degrees) {
         CutRequest request;
         request.views = std::span(views).subspan(next++ % views.size(), 1);
         PageDemand demand(residency.pages());
-        const Cut made = cut_bintree(residency, request, demand, kept);
+        const Cut made = cut_bintree(residency, request, charts_seen(request), demand, kept);
         triangles += made.triangles;
         taken_over += kept.taken_over;
         benchmark::DoNotOptimize(made.parts.data());

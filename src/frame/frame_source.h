@@ -2,24 +2,17 @@
 #pragma once
 
 #include <cstdint>
-#include <glm/mat4x4.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "frame/instance_set.h"
 #include "frame/plan.h"
 #include "frame/recipe.h"
 #include "frame/view.h"
 
 namespace lodestone {
-
-struct Instance {
-    uint32_t asset = 0;            // into the assets given to open()
-    uint32_t first_material = 0;   // added to the material numbers of the asset's vertices
-    glm::mat4 object_to_world{1};  // affine, any non-zero scale
-    bool operator==(const Instance&) const = default;
-};
 
 struct Budget {
     double pixel_error = 1;                       // pixels, > 0
@@ -47,7 +40,7 @@ struct FrameInput {
     std::vector<View> views;  // views[0], a camera, sets the levels; every view culls for itself
     // Sets the levels instead of views[0], and vertices do not morph: to look at what was chosen from elsewhere.
     std::optional<View> level_view;
-    std::vector<Instance> instances;
+    InstanceSet instances;
     Budget budget;
     std::vector<Arrival> arrivals;
     std::vector<ReadbackResult> readbacks;

@@ -171,7 +171,7 @@ TEST(Plan, EqualPlansHaveEqualHashesAndDifferentOnesDiffer) {
 TEST(DrawRanges, CullsPerViewAndDrawsShadowsOfWhatTheCameraDoesNotSee) {
     OneTriangle one;
     FrameInput input = one.input;
-    input.instances[0].object_to_world[3] = {0, 0, 50, 1};  // behind the camera
+    input.instances.edit(0).object_to_world[3] = {0, 0, 50, 1};  // behind the camera
     input.views.push_back(shadow_view({0, -1, 0}, {0, 0, 0}, 100, 64));
     IndexedRange range;
     range.index_buffer = 1;

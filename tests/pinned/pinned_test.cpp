@@ -129,10 +129,10 @@ FrameInput frame_of_flight(uint64_t frame, uint64_t frames) {
     input.views[0].culls_back_faces = true;
     input.instances.resize(2);
     const float turn = 0.02f * static_cast<float>(frame);
-    input.instances[1].object_to_world = {{0.5f * std::cos(turn), 0, 0.5f * std::sin(turn), 0},
-                                          {0, 0.5f, 0, 0},
-                                          {-0.5f * std::sin(turn), 0, 0.5f * std::cos(turn), 0},
-                                          {1.5f, 0.2f, 0.4f, 1}};
+    input.instances.edit(1).object_to_world = {{0.5f * std::cos(turn), 0, 0.5f * std::sin(turn), 0},
+                                               {0, 0.5f, 0, 0},
+                                               {-0.5f * std::sin(turn), 0, 0.5f * std::cos(turn), 0},
+                                               {1.5f, 0.2f, 0.4f, 1}};
     input.budget.pixel_error = frame < frames / 2 ? 1 : 2;
     input.budget.upload_bytes = 400'000;
     input.frame = frame;

@@ -21,8 +21,8 @@
 #include "render/device_test.h"
 #include "report/image_metrics.h"
 #include "vgi/bake/bake.h"
-#include "vgi/draw/page_stream.h"
 #include "vgi/draw/pulled_vertex.h"
+#include "vgi/draw/recipe_layout.h"
 #include "vgi/draw/vgi_source.h"
 #include "vgi/study/grid_cut.h"
 #include "vgi/study/grid_patch.h"
@@ -170,7 +170,7 @@ TEST_F(VgiRenderTest, LooksUpWhatIsSeenOnTheSurfaceItself) {
         frame_ = 0;
         FrameInput input = look_from({0.3f, 1.1f, 1.9f});
         // One that is turned, scaled and mirrored, too.
-        glm::mat4& m = input.instances[0].object_to_world;
+        glm::mat4& m = input.instances.edit(0).object_to_world;
         m = glm::rotate(glm::scale(glm::mat4(1), {-0.9f, 0.9f, 0.9f}), 0.4f, glm::vec3(0, 1, 0));
         input.views[0].culls_back_faces = false;
         // Shadows' borders are where triangles are.
@@ -447,7 +447,7 @@ TEST_F(VgiRenderTest, TheDeviceCutsTheNodesThatTheProcessorCuts) {
             if (frame_ % 5 == 4) input.level_view = look_from(eye * 1.5f).views[0];
             input.instances.resize(1 + frame_ % instances);
             for (size_t i = 1; i < input.instances.size(); ++i) {
-                glm::mat4& m = input.instances[i].object_to_world;
+                glm::mat4& m = input.instances.edit(i).object_to_world;
                 m = glm::translate(glm::mat4(1), glm::vec3(unit(), unit(), unit()) * 2.0f);
                 m = glm::rotate(m, 3 * unit(), glm::normalize(glm::vec3(unit(), 1.1f, unit())));
                 m = glm::scale(m, glm::vec3(i == 2 ? -1 : 1, 0.7f + 0.4f * unit(), 1));

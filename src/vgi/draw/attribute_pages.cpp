@@ -39,17 +39,22 @@ AttributePage packed_attributes(const Page& page, const PageTree& tree, const Pr
 }
 
 AttributePages::AttributePages(const Atlas& about) : tree_(tree_of(about, Layer::attributes)) {
-    pages_.resize(size_t{about.charts()} * tree_.pages());
+    entries_.resize(size_t{about.charts()} * tree_.pages());
 }
 
-void AttributePages::put(uint32_t number, std::shared_ptr<const AttributePage> texels) {
+void AttributePages::put(uint32_t number, std::shared_ptr<const AttributePage> texels, uint32_t slot) {
     LODE_CHECK(texels != nullptr && !holds(number), number);
-    pages_[number] = std::move(texels);
+    entries_[number] = {std::move(texels), slot, PageState::resident};
 }
 
 void AttributePages::drop(uint32_t number) {
     LODE_CHECK(holds(number), number);
-    pages_[number] = nullptr;
+    entries_[number] = {};
+}
+
+void AttributePages::set_state(uint32_t number, PageState state) {
+    LODE_CHECK(!holds(number) && state != PageState::resident, number);
+    entries_[number].state = state;
 }
 
 Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, const PresentAttributes& attributes) {
@@ -92,7 +97,7 @@ float spacing_of(const Atlas& about, const GeometryPage& coarsest) {
 }
 
 void AttributePages::want(const Atlas& about, std::span<const float> spacing, const CutRequest& request,
-                          std::vector<float>& wanted, std::vector<uint8_t>& touched) const {
+                          std::span<const uint32_t> charts, PageDemand& demand) const {
     const PageTree geometry = tree_of(about, Layer::geometry);
     const Visibility visibility(request, about);
     const View& view = request.sets_levels();
@@ -101,7 +106,7 @@ void AttributePages::want(const Atlas& about, std::span<const float> spacing, co
         uint32_t level, x, y;
     };
     std::vector<Part> stack;
-    for (uint32_t chart = 0; chart < about.charts(); ++chart) {
+    for (const uint32_t chart : charts) {
         stack.assign(1, {tree_.base_level(), 0, 0});
         while (!stack.empty()) {
             const auto [level, x, y] = stack.back();
@@ -122,10 +127,10 @@ void AttributePages::want(const Atlas& about, std::span<const float> spacing, co
                                  std::max(away, view.near_plane);
             const uint32_t number = chart * tree_.pages() + tree_.page(level, x, y);
             if (!holds(number)) {
-                wanted[number] = std::max(wanted[number], 2 * pixels);  // what is drawn there is its parent
+                demand.ask(number, 2 * pixels);  // what is drawn there is its parent
                 continue;
             }
-            touched[number] = 1;
+            demand.touch(number);
             // Shaders take the nearest level.
             if (level == 0 || pixels <= 1.4142136f) continue;
             for (uint32_t k = 0; k < 4; ++k) stack.push_back({level - 1, 2 * x + k % 2, 2 * y + k / 2});

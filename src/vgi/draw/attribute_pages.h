@@ -8,6 +8,8 @@
 
 #include "vgi/asset/pages.h"
 #include "vgi/draw/cut/cut.h"
+#include "vgi/draw/cut/page_demand.h"
+#include "vgi/draw/residency.h"
 
 namespace lodestone::vgi {
 
@@ -27,21 +29,28 @@ class AttributePages {
 public:
     explicit AttributePages(const Atlas& about);
 
-    uint32_t pages() const { return static_cast<uint32_t>(pages_.size()); }  // of all charts
-    bool holds(uint32_t number) const { return pages_[number] != nullptr; }
-    void put(uint32_t number, std::shared_ptr<const AttributePage> texels);
+    struct Entry {
+        std::shared_ptr<const AttributePage> texels;  // null: not there
+        uint32_t slot = ~0u;
+        PageState state = PageState::absent;
+    };
+    uint32_t pages() const { return static_cast<uint32_t>(entries_.size()); }  // of all charts
+    const Entry& entry(uint32_t number) const { return entries_[number]; }
+    bool holds(uint32_t number) const { return entries_[number].texels != nullptr; }
+    void put(uint32_t number, std::shared_ptr<const AttributePage> texels, uint32_t slot);
     void drop(uint32_t number);
-    std::shared_ptr<const AttributePage> texels(uint32_t number) const { return pages_[number]; }  // null: not there
+    // Of a page that is not there; not PageState::resident.
+    void set_state(uint32_t number, PageState state);
 
-    // What views[0] needs for samples to be a pixel apart: marks pages that are there as touched; wanted of those that
-    // are not: pixels between samples of what is there instead.
+    // What views[0] needs for samples to be a pixel apart, of the charts named: marks pages that are there as touched;
+    // asks for those that are not, by the pixels between samples of what is there instead.
     // spacing: per chart, object units between samples of level 0 (spacing_of).
-    void want(const Atlas& about, std::span<const float> spacing, const CutRequest& request, std::vector<float>& wanted,
-              std::vector<uint8_t>& touched) const;
+    void want(const Atlas& about, std::span<const float> spacing, const CutRequest& request,
+              std::span<const uint32_t> charts, PageDemand& demand) const;
 
 private:
     PageTree tree_;
-    std::vector<std::shared_ptr<const AttributePage>> pages_;  // null: not there
+    std::vector<Entry> entries_;
 };
 
 }  // namespace lodestone::vgi

@@ -1,4 +1,4 @@
-// An atlas that is drawn: its file, and which of its pages are there.
+// An atlas that is drawn: what never changes of it while it is.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 #include "vgi/asset/atlas_chunks.h"
 #include "vgi/draw/attribute_pages.h"
-#include "vgi/draw/page_table.h"
+#include "vgi/draw/cut/chart_tree.h"
 #include "vgi/draw/residency.h"
 
 namespace lodestone::vgi {
@@ -17,10 +17,9 @@ inline constexpr std::array<Layer, 2> both_layers{Layer::geometry, Layer::attrib
 
 struct OpenAtlas {
     std::shared_ptr<const AtlasFile> file;
-    std::unique_ptr<Residency> residency;
-    std::unique_ptr<AttributePages> attributes;
+    std::shared_ptr<const PageTopology> topology;
+    ChartTree charts;
     std::array<PageTree, 2> trees;                  // by layer
-    std::vector<PageTable> tables;                  // by layer
     std::array<std::vector<Channel>, 2> channels;   // by layer
     std::array<uint32_t, 2> first{};                // number of its first page among all atlases', by layer
     std::vector<float> spacing;                     // per chart, of attributes (spacing_of)
@@ -29,9 +28,34 @@ struct OpenAtlas {
     uint32_t first_chart = 0;                       // among all atlases'
 
     uint32_t pages(Layer layer) const { return file->about().charts() * trees[index_of(layer)].pages(); }
+};
+
+// All that is known of the pages of one atlas.
+struct AtlasPages {
+    Residency geometry;
+    AttributePages attributes;
+
     bool holds(Layer layer, uint32_t number) const {
-        return layer == Layer::geometry ? residency->entry(number).texels != nullptr : attributes->holds(number);
+        return layer == Layer::geometry ? geometry.holds(number) : attributes.holds(number);
     }
+    PageState state(Layer layer, uint32_t number) const {
+        return layer == Layer::geometry ? geometry.entry(number).state : attributes.entry(number).state;
+    }
+    uint32_t slot(Layer layer, uint32_t number) const {
+        return layer == Layer::geometry ? geometry.entry(number).slot : attributes.entry(number).slot;
+    }
+    void set_state(Layer layer, uint32_t number, PageState state) {
+        layer == Layer::geometry ? geometry.set_state(number, state) : attributes.set_state(number, state);
+    }
+    void drop(Layer layer, uint32_t number) {
+        layer == Layer::geometry ? geometry.drop(number) : attributes.drop(number);
+    }
+};
+
+// An atlas and what was known of its pages at some moment: what a cut is made from.
+struct AtlasSnapshot {
+    const OpenAtlas* atlas = nullptr;
+    std::shared_ptr<const AtlasPages> pages;
 };
 
 }  // namespace lodestone::vgi

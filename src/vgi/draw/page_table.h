@@ -1,48 +1,26 @@
-// For every page of one layer of an atlas the finest page there that covers it, as shaders look it up.
+// For every page of a chart the finest page there that covers it, as shaders look it up.
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {
 
-class PageTable {
-public:
-    PageTable(const PageTree& tree, uint32_t charts);
-
-    void put(uint32_t number, uint32_t slot);
-    void drop(uint32_t number);
-
-    // Calls visit(first chart, entries) for runs of charts whose entries have changed since the last call. An entry is
-    // slot << 4 | level of the page in it (LODE_VGI_TABLE); of level 15 where not even the coarsest page is there.
-    template <class Visit>
-    void for_changed(Visit&& visit) {
-        const uint32_t per_chart = tree_.pages();
-        for (uint32_t chart = 0; chart < changed_.size();) {
-            if (!changed_[chart]) {
-                ++chart;
-                continue;
-            }
-            const uint32_t first = chart;
-            for (; chart < changed_.size() && changed_[chart]; ++chart) {
-                update(chart);
-                changed_[chart] = false;
-            }
-            visit(first, std::span<const uint32_t>(entries_).subspan(size_t{first} * per_chart,
-                                                                     size_t{chart - first} * per_chart));
-        }
+// Appends the entries of one chart's pages: slot << 4 | level of the page in it (LODE_VGI_TABLE); of level 15 where not
+// even the coarsest page is there. slot_of(page): the slot of a page of the chart, ~0 where it is not there.
+template <class SlotOf>
+void append_table_row(const PageTree& tree, SlotOf&& slot_of, std::vector<uint32_t>& entries) {
+    constexpr uint32_t absent = ~0u, no_page = 15;
+    const size_t first = entries.size();
+    // Parents come before their children.
+    for (uint32_t page = 0; page < tree.pages(); ++page) {
+        const uint32_t slot = slot_of(page);
+        entries.push_back(slot != absent ? slot << 4 | tree.level(page)
+                          : page > 0     ? entries[first + tree.parent(page)]
+                                         : no_page);
     }
-
-private:
-    void update(uint32_t chart);
-
-    PageTree tree_;
-    std::vector<uint32_t> slots_;    // per page; ~0: not there
-    std::vector<uint32_t> entries_;  // per page
-    std::vector<bool> changed_;      // per chart
-};
+}
 
 }  // namespace lodestone::vgi

@@ -34,115 +34,160 @@ Page unpacked_geometry(const GeometryPage& page) {
     return plain;
 }
 
-Residency::Residency(const Atlas& about) : about_(&about), tree_{about.cells} {
-    entries_.resize(size_t{about.charts()} * tree_.pages());
-    neighbours_.resize(entries_.size());
-    below_.resize(entries_.size());
-    changed_at_.resize(entries_.size());
-    for (uint32_t i = static_cast<uint32_t>(entries_.size()); i-- > 0;) {
+PageTopology::PageTopology(const Atlas& about) : about_(&about), tree_{about.cells} {
+    const uint32_t per_chart = tree_.pages();
+    neighbours_.resize(size_t{about.charts()} * per_chart);
+    below_.resize(neighbours_.size());
+    for (uint32_t i = static_cast<uint32_t>(below_.size()); i-- > 0;) {
         const PageBounds& bounds = about.bounds[i];
         const auto raise = [](SampleCodes& codes, uint8_t error, uint8_t radius) {
             codes = {std::max(codes.error, error), std::max(codes.radius, radius)};
         };
         raise(below_[i], bounds.sample_error, bounds.sample_radius);
-        const uint32_t page = i % tree_.pages();
-        if (page > 0) raise(below_[i - page + tree_.parent(page)], below_[i].error, below_[i].radius);
+        if (i % per_chart > 0) raise(below_[parent(i)], below_[i].error, below_[i].radius);
     }
     for (uint32_t chart = 0; chart < about.charts(); ++chart) {
-        for (uint32_t page = 0; page < tree_.pages(); ++page) {
+        for (uint32_t page = 0; page < per_chart; ++page) {
             uint32_t level = 0, x = 0, y = 0;
             tree_.place(page, &level, &x, &y);
             for (uint32_t side = 0; side < 4; ++side) {
                 const Atlas::Tile to = about.across({chart, x, y}, side, tree_.pages_per_side(level));
-                neighbours_[number(chart, page)][side] =
-                    to.chart == ~0u ? ~0u : number(to.chart, tree_.page(level, to.x, to.y));
+                neighbours_[chart * per_chart + page][side] =
+                    to.chart == ~0u ? ~0u : to.chart * per_chart + tree_.page(level, to.x, to.y);
             }
         }
     }
 }
 
+Residency::Residency(std::shared_ptr<const PageTopology> topology)
+    : topology_(std::move(topology)), entries_(topology_->pages()), changed_at_(topology_->pages()) {}
+
 void Residency::put(uint32_t number, std::shared_ptr<const GeometryPage> texels, uint32_t slot) {
-    LODE_CHECK(texels != nullptr && entries_[number].texels == nullptr, number);
-    entries_[number].first = texels->data();
-    entries_[number].texels = std::move(texels);
-    entries_[number].slot = slot;
+    Entry& entry = entries_[number];
+    LODE_CHECK(texels != nullptr && entry.texels == nullptr, number);
+    entry.first = texels->data();
+    entry.texels = std::move(texels);
+    entry.slot = slot;
+    entry.state = PageState::resident;
     came_or_went_.push_back(number);
 }
 
 void Residency::drop(uint32_t number) {
-    LODE_CHECK(entries_[number].texels != nullptr, number);
-    entries_[number] = {};
+    Entry& entry = entries_[number];
+    LODE_CHECK(entry.texels != nullptr, number);
+    entry.texels = nullptr;
+    entry.first = nullptr;
+    entry.slot = ~0u;
+    entry.state = PageState::absent;
     came_or_went_.push_back(number);
 }
 
-uint32_t Residency::neighbour(uint32_t number, uint32_t side) const { return neighbours_[number][side]; }
+void Residency::set_state(uint32_t number, PageState state) {
+    LODE_CHECK(!holds(number) && state != PageState::resident, number);
+    entries_[number].state = state;
+}
 
 bool Residency::usable_by_definition(uint32_t number) const {
     if (entries_[number].texels == nullptr) return false;
-    const uint32_t per_chart = tree_.pages(), page = number % per_chart, chart = number / per_chart;
+    const uint32_t page = number % tree().pages();
     if (page == 0) return true;
     uint32_t level = 0, x = 0, y = 0;
-    tree_.place(page, &level, &x, &y);
-    const uint32_t parent = chart * per_chart + tree_.parent(page);
+    tree().place(page, &level, &x, &y);
+    const uint32_t parent = topology_->parent(number);
     if (!usable(parent)) return false;
     for (const uint32_t side : {y % 2 == 0 ? 0u : 2u, x % 2 == 0 ? 3u : 1u}) {
-        const uint32_t across = neighbours_[parent][side];
+        const uint32_t across = neighbour(parent, side);
         if (across != ~0u && !usable(across)) return false;
     }
     return true;
 }
 
+// From which neighbours are usable.
+uint8_t Residency::usable_bits(uint32_t number) const {
+    if (!usable(number)) return 0;
+    uint8_t bits = 1;
+    for (uint32_t side = 0; side < 4; ++side) {
+        const uint32_t across = neighbour(number, side);
+        if (across == ~0u || usable(across)) bits |= static_cast<uint8_t>(2u << side);
+    }
+    return bits;
+}
+
+// Sets whether pages are usable, coarsest first: a page follows from its parent and its parent's neighbours. Returns
+// those for which it changed.
+std::vector<uint32_t> Residency::spread_usable() {
+    const uint32_t per_chart = tree().pages();
+    std::vector<std::vector<uint32_t>> by_level(tree().base_level() + 1);
+    for (const uint32_t number : came_or_went_) by_level[tree().level(number % per_chart)].push_back(number);
+    std::vector<uint32_t> changed;
+    for (size_t level = by_level.size(); level-- > 0;) {
+        std::vector<uint32_t>& looked_at = by_level[level];
+        std::ranges::sort(looked_at);
+        const auto repeated = std::ranges::unique(looked_at);
+        looked_at.erase(repeated.begin(), repeated.end());
+        for (const uint32_t number : looked_at) {
+            const bool now = usable_by_definition(number);
+            if (now == usable(number)) continue;
+            entries_[number].usable ^= 1;
+            changed.push_back(number);
+            if (level == 0) continue;
+            const auto look_below = [&](uint32_t coarse) {
+                const uint32_t page = coarse % per_chart;
+                for (uint32_t k = 0; k < 4; ++k)
+                    by_level[level - 1].push_back(coarse - page + tree().member(page + 1, k));
+            };
+            look_below(number);
+            for (uint32_t side = 0; side < 4; ++side) {
+                if (neighbour(number, side) != ~0u) look_below(neighbour(number, side));
+            }
+        }
+    }
+    return changed;
+}
+
 void Residency::update() {
     if (came_or_went_.empty()) return;
     ++updates_;
-    const uint32_t per_chart = tree_.pages();
-    std::vector<uint8_t> before;
-    for (const Entry& entry : entries_) before.push_back(entry.usable);
-    // Coarse levels first: parents come before their children.
-    for (uint32_t page = 0; page < per_chart; ++page) {
-        for (uint32_t number = page; number < entries_.size(); number += per_chart)
-            entries_[number].usable = usable_by_definition(number) ? 1 : 0;
-    }
-    for (uint32_t number = 0; number < entries_.size(); ++number) {
-        if ((entries_[number].usable & 1) == 0) continue;
+    for (const uint32_t number : spread_usable()) {
+        entries_[number].usable = usable_bits(number);
+        mark_changed(number);
         for (uint32_t side = 0; side < 4; ++side) {
-            const uint32_t across = neighbours_[number][side];
-            if (across == ~0u || usable(across)) entries_[number].usable |= static_cast<uint8_t>(2u << side);
+            const uint32_t across = neighbour(number, side);
+            if (across == ~0u || !usable(across)) continue;
+            const uint8_t before = std::exchange(entries_[across].usable, usable_bits(across));
+            if (entries_[across].usable != before) mark_changed(across);
         }
-    }
-    for (uint32_t number = 0; number < entries_.size(); ++number) {
-        if (entries_[number].usable != before[number]) mark_changed(number);
     }
     for (const uint32_t number : came_or_went_) mark_changed(number);
     came_or_went_.clear();
 }
 
 void Residency::mark_changed(uint32_t number) {
-    const uint32_t per_chart = tree_.pages();
+    const uint32_t per_chart = tree().pages();
     const auto mark_up = [&](uint32_t n) {
         for (;;) {
             if (std::exchange(changed_at_[n], updates_) == updates_) return;
-            const uint32_t page = n % per_chart;
-            if (page == 0) return;
-            n = n - page + tree_.parent(page);
+            if (n % per_chart == 0) return;
+            n = topology_->parent(n);
         }
     };
     mark_up(number);
-    for (const uint32_t across : neighbours_[number]) {
-        if (across != ~0u) mark_up(across);
+    for (uint32_t side = 0; side < 4; ++side) {
+        if (neighbour(number, side) != ~0u) mark_up(neighbour(number, side));
     }
 }
 
 Result<void> Residency::validate() const {
     for (uint32_t number = 0; number < entries_.size(); ++number) {
         const std::string place = "residency: page " + std::to_string(number);
-        if (came_or_went_.empty() && usable(number) != usable_by_definition(number))
+        const uint8_t bits = usable_by_definition(number) ? usable_bits(number) : 0;
+        if (came_or_went_.empty() && entries_[number].usable != bits)
             return fail(Fault::invariant, place + ": is stale");
         for (uint32_t side = 0; side < 4; ++side) {
-            const uint32_t across = neighbours_[number][side];
+            const uint32_t across = neighbour(number, side);
             if (across == ~0u) continue;
             uint32_t back = 0;
-            while (back < 4 && neighbours_[across][back] != number) ++back;
+            while (back < 4 && neighbour(across, back) != number) ++back;
             if (back == 4) return fail(Fault::invariant, place + ": is not its neighbour's neighbour");
         }
     }

@@ -32,53 +32,91 @@ using GeometryPage = std::vector<GeometryTexel>;  // row by row, samples_per_sid
 GeometryPage packed_geometry(const Page& page, const PageTree& tree);
 Page unpacked_geometry(const GeometryPage& page);
 
-class Residency {
+// What is known of a page that is not there, and that it is.
+enum class PageState : uint8_t {
+    absent,
+    requested,  // asked for, not read yet
+    decoding,   // read; being decoded, or decoded and without a slot yet
+    failed,     // could not be read or decoded; asked for again later
+    resident,
+};
+
+// What never changes of the pages of one atlas' positions: which lie side by side, and what is below each.
+class PageTopology {
 public:
     // about: only its description and gluing are used; must outlive this.
-    explicit Residency(const Atlas& about);
+    explicit PageTopology(const Atlas& about);
 
     const Atlas& about() const { return *about_; }
     const PageTree& tree() const { return tree_; }
+    uint32_t pages() const { return static_cast<uint32_t>(neighbours_.size()); }  // of all charts
+    // The page across a side (as of charts: 0 at y = 0, then counter-clockwise) at the same level; ~0 where the surface
+    // ends.
+    uint32_t neighbour(uint32_t number, uint32_t side) const { return neighbours_[number][side]; }
+    // Of all samples that a page or a finer one of its part of the chart has, and its parent has not.
+    SampleCodes below(uint32_t number) const { return below_[number]; }
+    // number is not of a coarsest page.
+    uint32_t parent(uint32_t number) const {
+        const uint32_t page = number % tree_.pages();
+        return number - page + tree_.parent(page);
+    }
+
+private:
+    const Atlas* about_;
+    PageTree tree_;
+    std::vector<std::array<uint32_t, 4>> neighbours_;
+    std::vector<SampleCodes> below_;
+};
+
+class Residency {
+public:
+    explicit Residency(std::shared_ptr<const PageTopology> topology);
+    // about: must outlive this.
+    explicit Residency(const Atlas& about) : Residency(std::make_shared<const PageTopology>(about)) {}
+
+    const PageTopology& topology() const { return *topology_; }
+    const Atlas& about() const { return topology_->about(); }
+    const PageTree& tree() const { return topology_->tree(); }
     uint32_t pages() const { return static_cast<uint32_t>(entries_.size()); }  // of all charts
-    uint32_t number(uint32_t chart, uint32_t page) const { return chart * tree_.pages() + page; }
+    uint32_t number(uint32_t chart, uint32_t page) const { return chart * tree().pages() + page; }
+    uint32_t neighbour(uint32_t number, uint32_t side) const { return topology_->neighbour(number, side); }
+    SampleCodes below(uint32_t number) const { return topology_->below(number); }
 
     struct Entry {
         std::shared_ptr<const GeometryPage> texels;  // null: not there
         const GeometryTexel* first = nullptr;        // of them
         uint32_t slot = ~0u;
         uint8_t usable = 0;  // bit 0: usable itself; bit 1 + side: and so is what is across that side, or nothing is
+        PageState state = PageState::absent;
     };
     const Entry& entry(uint32_t number) const { return entries_[number]; }
     bool usable(uint32_t number) const { return (entries_[number].usable & 1) != 0; }
+    bool holds(uint32_t number) const { return entries_[number].texels != nullptr; }
 
     void put(uint32_t number, std::shared_ptr<const GeometryPage> texels, uint32_t slot);
     void drop(uint32_t number);
-    // Which pages are usable now; does nothing where no page came or went since it was last called.
+    // Of a page that is not there; not PageState::resident.
+    void set_state(uint32_t number, PageState state);
+    // Which pages are usable now: looks at pages that came or went since the last call, and those that follow from
+    // them.
     void update();
+    bool owes_update() const { return !came_or_went_.empty(); }
     // How many times update() found anything changed, and how many it was when an entry last changed that a cut reads
     // of the page, of those next to it or of finer ones of its part of the chart.
     uint64_t updates() const { return updates_; }
     uint64_t changed_at(uint32_t number) const { return changed_at_[number]; }
-
-    // The page across a side (as of charts: 0 at y = 0, then counter-clockwise) at the same level; ~0 where the surface
-    // ends.
-    uint32_t neighbour(uint32_t number, uint32_t side) const;
-
-    // Of all samples that a page or a finer one of its part of the chart has, and its parent has not.
-    SampleCodes below(uint32_t number) const { return below_[number]; }
 
     // Every page's usable bits are what its definition says, unless update() is owed.
     Result<void> validate() const;
 
 private:
     bool usable_by_definition(uint32_t number) const;
+    uint8_t usable_bits(uint32_t number) const;
+    std::vector<uint32_t> spread_usable();
     void mark_changed(uint32_t number);
 
-    const Atlas* about_;
-    PageTree tree_;
+    std::shared_ptr<const PageTopology> topology_;
     std::vector<Entry> entries_;
-    std::vector<std::array<uint32_t, 4>> neighbours_;
-    std::vector<SampleCodes> below_;
     std::vector<uint32_t> came_or_went_;  // since update()
     std::vector<uint64_t> changed_at_;
     uint64_t updates_ = 0;

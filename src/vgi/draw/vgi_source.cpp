@@ -13,7 +13,8 @@
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/mip_tail.h"
-#include "vgi/draw/page_stream.h"
+#include "vgi/draw/page_cache.h"
+#include "vgi/draw/recipe_layout.h"
 #include "vgi/study/device_cut.h"
 
 namespace lodestone::vgi {
@@ -34,14 +35,18 @@ public:
           raster_(raster),
           texel_words_(texel_words),
           list_capacity_(list_capacity),
-          stream_(atlases_, slots, texel_words) {
+          pages_(atlases_, slots, texel_words),
+          instances_([this](const Instance& instance) {
+              LODE_CHECK(instance.asset < atlases_.size(), instance.asset, atlases_.size());
+              return to_world(atlases_[instance.asset].charts.sphere(), instance.object_to_world);
+          }) {
         if (raster == Raster::device) device_.emplace(atlases_);
     }
     ~VgiSource() override {
         if (next_.valid()) next_.wait();
     }
 
-    Result<void> load_base_pages() { return stream_.load_base_pages(); }
+    Result<void> load_base_pages() { return pages_.load_base_pages(); }
 
     const Recipe& recipe() const override { return recipe_; }
 
@@ -52,51 +57,46 @@ public:
         const std::optional<FrameInput> last = std::exchange(last_, input);
         last_->arrivals.clear();
         last_->readbacks.clear();
-        // From here to where the next cuts are begun, nothing else looks at atlases and pages.
-        if (next_.valid()) {
-            // Those that are drawn may be good for longer than what was thought to come.
-            FrameCuts next = next_.get();
-            if (next.region.covers(input)) {
-                take_cuts(std::move(next));
-            } else {
-                behind_ = true;
-            }
-        }
-        stream_.begin_frame(input.frame, input.completed_frame);
+        instances_.update(input.instances);
+        take_next_cuts(input);
+        pages_.begin_frame(input.frame, input.completed_frame);
         if (!last) {
             upload_tables(plan);
-            stream_.place(input, true, plan);
+            pages_.place(input, true, plan);
         }
         const bool missed = !cuts_ || (!device_ && !cuts_->region.covers(input));
-        if (missed) take_cuts(make_cuts(atlases_, raster_, CutRegion::of(input), nullptr, limits(), kept_));
+        if (missed) {
+            const CutInput now = cut_input(CutRegion::of(input), pages_.snapshot(), instances_, nullptr);
+            take_cuts(make_cuts(raster_, now, limits(), memory_));
+        }
         if (device_) take_findings(input);
-        stream_.touch(cuts_->touched);
-        if (last) stream_.place(input, false, plan);
+        pages_.touch(cuts_->touched);
+        if (last) pages_.place(input, false, plan);
         device_ ? draw_device_cuts(input, plan) : draw_cuts(input, plan);
         light(input, plan);
-        const uint32_t missing = stream_.request(cuts_->wishes, input.frame, plan);
+        const uint32_t missing = pages_.request(cuts_->wishes, input.frame, plan);
         begin_next_cuts(last, input);
 
         for (const BufferSpec& buffer : recipe_.buffers) plan.stats.resident_bytes += buffer.bytes;
         plan.stats.index_bytes = recipe_.buffers[draw_lists].bytes;
         plan.stats.triangles = device_ ? found_.triangles : cuts_->triangles;
-        plan.stats.more = {{"pages_resident", stream_.resident()},
+        plan.stats.more = {{"pages_resident", pages_.resident()},
                            {"pages_missing", missing},
-                           {"pages_uploaded", stream_.uploaded()},
-                           {"pages_evicted", stream_.evicted()},
-                           {"pages_failed", stream_.failed()},
-                           {"requests_waiting", stream_.waiting()},
+                           {"pages_uploaded", pages_.uploaded()},
+                           {"pages_evicted", pages_.evicted()},
+                           {"pages_failed", pages_.failed()},
+                           {"requests_waiting", pages_.waiting()},
                            {"raised_error", device_ ? raised_ : cuts_->raised},
                            {"cut_in_frame", missed ? 1 : 0}};
         return plan;
     }
 
     Result<void> validate() const override {
-        if (next_.valid()) next_.wait();
         for (const OpenAtlas& atlas : atlases_) {
-            if (auto good = atlas.residency->validate(); !good) return good;
+            if (auto good = atlas.charts.validate(atlas.file->about()); !good) return good;
         }
-        return stream_.validate();
+        if (auto good = instances_.validate(); !good) return good;
+        return pages_.validate();
     }
 
 private:
@@ -110,15 +110,33 @@ private:
         uploaded_ = false;
     }
 
-    // Beside what follows of this frame: cuts for the next, unless those there are will be as good as new.
+    // The cuts made beside the last frame; those that are drawn may be good for longer than what was thought to come.
+    void take_next_cuts(const FrameInput& input) {
+        if (!next_.valid()) return;
+        NextCuts next = next_.get();
+        memory_ = std::move(next.memory);
+        if (next.cuts.region.covers(input)) {
+            take_cuts(std::move(next.cuts));
+        } else {
+            behind_ = true;
+        }
+    }
+
+    // Beside what follows of this frame: cuts for the next, unless those there are will be as good as new. All they are
+    // made from goes with the task: what it reads never changes, what it writes is its own.
     void begin_next_cuts(const std::optional<FrameInput>& last, const FrameInput& now) {
         std::optional<CutRegion> region = last ? CutRegion::after(*last, now) : CutRegion::of(now);
         if (!region) return;  // every frame cuts for itself
-        const bool changed = stream_.take_changed() || std::exchange(behind_, false);
+        const bool changed = pages_.take_changed() || std::exchange(behind_, false);
         if (!changed && *region == cuts_->region) return;
-        next_ = cutter_.start<FrameCuts>([this, region = std::move(*region), now, limits = limits()] {
-            return make_cuts(atlases_, raster_, region, &now, limits, kept_);
-        });
+        auto input =
+            std::make_shared<const CutInput>(cut_input(std::move(*region), pages_.snapshot(), instances_, &now));
+        auto memory = std::make_shared<CutMemory>(std::move(memory_));
+        next_ = cutter_.start<NextCuts>(
+            [raster = raster_, input = std::move(input), memory = std::move(memory), limits = limits()] {
+                FrameCuts cuts = make_cuts(raster, *input, limits, *memory);
+                return NextCuts{std::move(cuts), std::move(*memory)};
+            });
     }
 
     void upload_tables(Plan& plan) const {
@@ -178,7 +196,7 @@ private:
                 raised_ = std::max(1.0, raised_ / error_scale_step);
             }
         }
-        stream_.touch_positions(found_.touched);
+        pages_.touch_positions(found_.touched);
         auto& wishes = cuts_->wishes;
         std::erase_if(wishes, [](const FrameCuts::Wish& w) { return w.layer == Layer::geometry && !w.prefetched; });
         for (const auto& w : found_.wishes) wishes.push_back({w.wanted, Layer::geometry, false, w.atlas, w.number});
@@ -226,11 +244,11 @@ private:
                 ? 0
                 : magnification_of(input.views[0], std::max(input.budget.pixel_error, cuts_->pixel_error));
         uint64_t first = region_ * list_capacity_;
-        auto part = cuts_->parts.begin();
-        for (uint32_t i = 0; i < input.instances.size(); ++i) {
-            const Draw whole = draw_of(input, i, magnification, plan);
+        for (auto part = cuts_->parts.begin(); part != cuts_->parts.end();) {
+            const uint32_t instance = part->instance;
+            const Draw whole = draw_of(input, instance, magnification, plan);
             bool drawn = false;
-            for (; part != cuts_->parts.end() && part->instance == i; ++part) {
+            for (; part != cuts_->parts.end() && part->instance == instance; ++part) {
                 for (uint32_t v = 0; v < input.views.size(); ++v) {
                     if ((part->views >> v & 1) == 0) continue;
                     Draw draw = whole;
@@ -240,8 +258,9 @@ private:
                 }
                 first += part->words;
             }
-            ++(drawn ? plan.stats.instances_drawn : plan.stats.instances_culled);
+            plan.stats.instances_drawn += drawn;
         }
+        plan.stats.instances_culled = static_cast<uint32_t>(input.instances.size()) - plan.stats.instances_drawn;
     }
 
     // The triangles or patches of `words` words of the lists, from `first` on.
@@ -293,9 +312,10 @@ private:
     Raster raster_;
     uint32_t texel_words_;    // of a sample of attributes
     uint64_t list_capacity_;  // words of one region
-    PageStream stream_;
-    std::optional<FrameCuts> cuts_;     // that are drawn
-    std::vector<IncrementalCut> kept_;  // from the cuts made last; not to be looked at while next_ is made
+    PageCache pages_;
+    std::optional<FrameCuts> cuts_;  // that are drawn
+    CutMemory memory_;               // of the cuts made last; while next_ is made, the task has it
+    InstanceTree instances_;
     std::optional<DeviceCut> device_;
     DeviceCut::Findings found_;  // of the last frame that is known of
     double raised_ = 1;          // times the pixel error, to save triangles where the device cuts
@@ -303,7 +323,11 @@ private:
     uint64_t region_ = 0;    // of the lists, where cuts_ are
     bool uploaded_ = false;  // they are there
     bool behind_ = false;    // pages have changed since cuts_ were made
-    std::future<FrameCuts> next_;
+    struct NextCuts {
+        FrameCuts cuts;
+        CutMemory memory;
+    };
+    std::future<NextCuts> next_;
     Worker cutter_;  // last: its thread ends before what it works for
 };
 
@@ -321,13 +345,12 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         const Atlas& about = file->about();
         atlas.file = file;
         atlas.first_chart = static_cast<uint32_t>(base[0]);
-        atlas.residency = std::make_unique<Residency>(about);
-        atlas.attributes = std::make_unique<AttributePages>(about);
+        atlas.topology = std::make_shared<const PageTopology>(about);
+        atlas.charts = ChartTree(about);
         for (const Layer layer : both_layers) {
             const size_t l = index_of(layer);
             atlas.trees[l] = tree_of(about, layer);
             atlas.channels[l] = channels_of(about.attributes, layer);
-            atlas.tables.emplace_back(atlas.trees[l], about.charts());
             pages[l] += uint64_t{about.charts()} * atlas.trees[l].pages();
             base[l] += about.charts();
         }
@@ -366,7 +389,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
     if (need > left) {
         return fail(Fault::machine, "the coarsest pages need " + std::to_string(need) +
                                         " bytes and the budget leaves " + std::to_string(left) +
-                                        " for pages; error_scale_step the budget");
+                                        " for pages; raise the budget");
     }
     std::array<uint32_t, 2> slots{};
     left -= need;

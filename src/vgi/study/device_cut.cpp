@@ -10,7 +10,7 @@
 #include "vgi/draw/cut/cut.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/cut/visibility.h"
-#include "vgi/draw/page_stream.h"
+#include "vgi/draw/recipe_layout.h"
 #include "vgi/study/grid_patch.h"
 
 namespace lodestone::vgi {
@@ -99,8 +99,8 @@ void DeviceCut::upload_tables(Plan& plan) const {
     std::vector<uint32_t> sides;
     for (const OpenAtlas& atlas : atlases_) {
         const Atlas& about = atlas.file->about();
-        for (uint32_t page = 0; page < atlas.residency->pages(); ++page)
-            pages.push_back(cut_page_of(about.bounds[page], atlas.residency->below(page)));
+        for (uint32_t page = 0; page < atlas.pages(Layer::geometry); ++page)
+            pages.push_back(cut_page_of(about.bounds[page], atlas.topology->below(page)));
         for (const GluedSide& side : about.sides)
             sides.push_back(side.chart == ~0u ? LODE_CUT_ABSENT : side.chart | side.side << 30);
     }
@@ -174,7 +174,7 @@ std::vector<DeviceCut::DrawRange> DeviceCut::cut(const FrameInput& input, double
     dispatch(emit, 0, most_charts);
     Readback back;
     back.buffer = cut_findings;
-    for (const OpenAtlas& atlas : atlases_) back.bytes += 2 * sizeof(uint32_t) * atlas.residency->pages();
+    for (const OpenAtlas& atlas : atlases_) back.bytes += 2 * sizeof(uint32_t) * atlas.pages(Layer::geometry);
     back.bytes += LODE_CUT_FIRST_FINDING * sizeof(uint32_t);
     back.tag = findings_tag;
     plan.commands.push_back({Stage::update, back});
@@ -198,7 +198,7 @@ std::optional<DeviceCut::Findings> DeviceCut::findings(std::span<const ReadbackR
         const uint32_t first = atlas.first[index_of(Layer::geometry)];
         // What is told of others is from frames before.
         if (std::ranges::find(instances, a, &Instance::asset) == instances.end()) continue;
-        for (uint32_t page = atlas.residency->pages(); page-- > 0;) {
+        for (uint32_t page = atlas.pages(Layer::geometry); page-- > 0;) {
             const uint32_t* of_page = words.data() + LODE_CUT_FIRST_FINDING + 2 * (first + page);
             if (of_page[0] != 0) found.touched.push_back(first + page);
             if (of_page[1] != 0) found.wishes.push_back({a, page, std::bit_cast<float>(of_page[1])});

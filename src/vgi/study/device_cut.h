@@ -30,10 +30,10 @@ struct DeviceCutSizes {
 
 class DeviceCut {
 public:
-    // atlases: must outlive this, their pages numbered (PageStream).
+    // atlases: must outlive this, their pages numbered (PageCache).
     explicit DeviceCut(std::span<OpenAtlas> atlases) : atlases_(atlases) {}
 
-    // Adds its buffers, which must come to stand from `cut_instances` on (page_stream.h), and its pipelines.
+    // Adds its buffers, which must come to stand from `cut_instances` on (recipe_layout.h), and its pipelines.
     static void add_to(Recipe& recipe, std::span<const OpenAtlas> atlases, const DeviceCutSizes& sizes,
                        uint32_t instances);
 

@@ -69,6 +69,7 @@ public:
         for (auto& f : found) {
             parts.add(f->parts);
             cut.triangles += f->triangles;
+            demand_.add_marked(f->marked);
         }
         cut.parts = parts.take();
         return cut;
@@ -82,6 +83,7 @@ private:
     };
     struct Found {
         std::vector<Node> wanted;
+        std::vector<uint32_t> marked;  // pages
         CutParts parts;
         uint64_t triangles = 0;
     };
@@ -265,7 +267,7 @@ private:
         const uint32_t first = std::min(n.level, base_);
         for (uint32_t level = first; level <= base_; ++level) {
             const uint32_t number = page(n, level);
-            demand_.touched[number] = 1;
+            if (demand_.mark(number)) to.marked.push_back(number);
             patch.slots[level - first] = residency_.entry(number).slot;
         }
         if ((mask & 1) != 0) to.triangles += patch.triangles();
@@ -294,7 +296,7 @@ private:
 }  // namespace
 
 Cut cut_grid(const Residency& residency, const CutRequest& request, PageDemand& demand, GridOutput output) {
-    LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.touched.size() == residency.pages());
+    LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.pages() == residency.pages());
     return GridCut(residency, request, demand, output).run();
 }
 

@@ -119,7 +119,7 @@ TEST(LodSource, ManyInstancesInMotionStayWithinTheBudget) {
         input.instances.resize(300);
         for (int i = 0; i < 300; ++i) {
             const float z = -3.0f * static_cast<float>((i * 7 + frame * 11) % 300);
-            input.instances[static_cast<size_t>(i)].object_to_world =
+            input.instances.edit(static_cast<size_t>(i)).object_to_world =
                 glm::translate(glm::mat4(1), {0.1f * static_cast<float>(i % 5), 0, z});
         }
         const Plan plan = source->plan(input);
@@ -148,7 +148,7 @@ TEST(LodSource, FewInstancesEachHaveTheirOwnLevel) {
     FrameInput input = input_at(4);
     input.instances.resize(3);
     for (int i = 0; i < 3; ++i)
-        input.instances[static_cast<size_t>(i)].object_to_world =
+        input.instances.edit(static_cast<size_t>(i)).object_to_world =
             glm::translate(glm::mat4(1), {0, 0, -40.0f * static_cast<float>(i)});
     ASSERT_TRUE(mirror.execute(source->plan(input), input));
     for (uint32_t i = 0; i < 3; ++i) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numeric>
 #include <set>
 
 #include "base/disjoint_sets.h"
@@ -19,6 +20,7 @@
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/bake/images/sample_errors.h"
 #include "vgi/draw/cut/frame_cuts.h"
+#include "vgi/draw/cut/visibility.h"
 #include "vgi/small_atlas.h"
 #include "vgi/study/grid_cut.h"
 #include "vgi/study/grid_patch.h"
@@ -45,7 +47,16 @@ Residency partly_resident(const Atlas& atlas, double share, uint64_t seed) {
 
 Cut from_scratch(const Residency& residency, const CutRequest& request, PageDemand& demand) {
     IncrementalCut nothing;
-    return cut_bintree(residency, request, demand, nothing);
+    // All charts, whether they are seen or not.
+    std::vector<uint32_t> charts(residency.about().charts());
+    std::iota(charts.begin(), charts.end(), 0u);
+    return cut_bintree(residency, request, charts, demand, nothing);
+}
+
+std::vector<std::pair<uint32_t, float>> asked(const PageDemand& demand) {
+    std::vector<std::pair<uint32_t, float>> all;
+    for (const uint32_t page : demand.all_asked()) all.emplace_back(page, demand.wish(page));
+    return all;
 }
 
 struct Glue {
@@ -248,6 +259,9 @@ TEST(Cuts, GoOnFromTheOnesBeforeAndAreAsFromScratch) {
         const Atlas atlas = small_atlas(f.mesh, 128);
         const auto [centre, size] = extent_of(atlas);
         Residency residency = partly_resident(atlas, 0.9, 11);
+        const ChartTree tree(atlas);
+        const auto sound = tree.validate(atlas);
+        ASSERT_TRUE(sound) << sound.error().message;
         Random random(23);
         const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
         std::vector<uint32_t> slots(residency.pages());
@@ -299,12 +313,13 @@ TEST(Cuts, GoOnFromTheOnesBeforeAndAreAsFromScratch) {
             const std::array views{view_of(camera, 1280, 720), shadow_view({0.3f, -1, 0.2f}, centre, size * 0.4f, 64)};
             request.views = views;
             PageDemand demand(residency.pages()), expected_demand(residency.pages());
-            const Cut made = cut_bintree(residency, request, demand, kept);
+            const auto charts = tree.seen(Visibility(request, residency.about()), residency.about());
+            const Cut made = cut_bintree(residency, request, charts, demand, kept);
             const Cut expected = from_scratch(residency, request, expected_demand);
             ASSERT_EQ(made.parts, expected.parts);
             ASSERT_EQ(made.triangles, expected.triangles);
-            ASSERT_EQ(demand.touched, expected_demand.touched);
-            ASSERT_EQ(demand.wanted, expected_demand.wanted);
+            ASSERT_EQ(demand.all_touched(), expected_demand.all_touched());
+            ASSERT_EQ(asked(demand), asked(expected_demand));
             for (const auto& part : made.parts) triangles += part.second.size() / 3;
             taken_over += kept.taken_over;
         }
@@ -344,7 +359,7 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
             input->views = {view_of(camera, 1280, 720)};
             input->views[0].culls_back_faces = i % 2 == 0;
             input->instances = {Instance{}};
-            input->instances[0].object_to_world = place;
+            input->instances.edit(0).object_to_world = place;
             input->budget.pixel_error = last.views.empty() ? 2 : now.views.empty() ? 1.9 : 1.82;
             camera.eye += step + (now.views.empty() ? glm::vec3(0) : drift);
             camera.target += look;
@@ -357,16 +372,17 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
         EXPECT_FALSE(CutRegion::of(now).covers(next));
         EXPECT_EQ(CutRegion::after(now, now), CutRegion::of(now));
         FrameInput grown = now;
-        grown.instances[0].object_to_world[0] *= 1.01f;
+        grown.instances.edit(0).object_to_world[0] *= 1.01f;
         EXPECT_FALSE(CutRegion::after(now, grown));
         EXPECT_FALSE(region->covers(grown));
         const auto samples_of = [&](const CutRegion& of) {
             CutRequest request;
-            request.object_to_world = of.instances[0].object_to_world;
+            const auto* moved = of.find_moved(0);
+            request.object_to_world = (moved != nullptr ? moved->there : of.instances[0]).object_to_world;
             request.views = of.views;
             request.pixel_error = of.budget.pixel_error;
             request.cull_back_faces = of.views[0].culls_back_faces;
-            request.margin = of.margins[0];
+            request.margin = moved != nullptr ? moved->margin : of.margin;
             PageDemand demand(residency.pages());
             std::set<uint32_t> samples;
             for (const auto& [mask, indices] : from_scratch(residency, request, demand).parts)
@@ -485,6 +501,36 @@ TEST_P(Cuts, DrawAForcedLevelAsTheAtlasHasIt) {
     }
 }
 
+// Whatever a tree of charts leaves out, no view sees.
+TEST(ChartTree, FindsTheChartsThatAreSeen) {
+    for (const TriMesh& mesh : {fixtures::repaired(Shape::rock, 6000), fixtures::grid_with_debris()}) {
+        const Atlas atlas = small_atlas(mesh, 32, 24);
+        const ChartTree tree(atlas);
+        ASSERT_TRUE(tree.validate(atlas));
+        const uint32_t per_chart = tree_of(atlas, Layer::geometry).pages();
+        Random random(3);
+        size_t found = 0, left_out = 0;
+        for (int i = 0; i < 200; ++i) {
+            auto views = random_views(atlas, random);
+            if (i % 2 == 0) views.pop_back();  // else the shadow view sees all
+            CutRequest request;
+            request.views = views;
+            request.cull_back_faces = i % 3 != 0;
+            if (i % 5 == 0) request.margin = {extent_of(atlas).size * 0.1f, 0.05f, 0.1f};
+            const Visibility visibility(request, atlas);
+            std::vector<uint32_t> expected;
+            for (uint32_t chart = 0; chart < atlas.charts(); ++chart) {
+                if (visibility.seen(visibility.all(), chart * per_chart) != 0) expected.push_back(chart);
+            }
+            ASSERT_EQ(tree.seen(visibility, atlas), expected) << i;
+            found += expected.size();
+            left_out += atlas.charts() - expected.size();
+        }
+        EXPECT_GT(found, 1000u);
+        EXPECT_GT(left_out, 1000u);
+    }
+}
+
 TEST_P(Cuts, AreTheSameForAnyNumberOfThreadsAndAskForWhatIsMissing) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 128);
     Random random(13);
@@ -501,11 +547,9 @@ TEST_P(Cuts, AreTheSameForAnyNumberOfThreadsAndAskForWhatIsMissing) {
         const Cut b = cut(residency, request, many);
         set_thread_count(0);
         EXPECT_EQ(a.parts, b.parts);
-        EXPECT_EQ(one.touched, many.touched);
-        EXPECT_EQ(one.wanted, many.wanted);
-        for (uint32_t number = 0; number < residency.pages(); ++number) {
-            if (one.wanted[number] > 0) { EXPECT_EQ(residency.entry(number).texels, nullptr); }
-        }
+        EXPECT_EQ(one.all_touched(), many.all_touched());
+        EXPECT_EQ(asked(one), asked(many));
+        for (const uint32_t number : one.all_asked()) EXPECT_FALSE(residency.holds(number));
     }
 }
 
@@ -527,8 +571,7 @@ TEST_P(Cuts, GetWhatTheyAskForUntilNothingIsMissing) {
             PageDemand demand(some.pages());
             const Cut now = cut(some, request, demand);
             bool missing = false;
-            for (uint32_t number = 0; number < some.pages(); ++number) {
-                if (demand.wanted[number] == 0) continue;
+            for (const uint32_t number : demand.all_asked()) {
                 missing = true;
                 some.put(number, all.entry(number).texels, number);
             }
@@ -640,7 +683,7 @@ TEST(GridCut, SaysTheSameAsPatchesAndAsTriangles) {
             const Cut triangles = cut_grid(residency, request, demand, GridOutput::indices);
             const Cut nodes = cut_grid(residency, request, again, GridOutput::patches);
             EXPECT_EQ(triangles.triangles, nodes.triangles);
-            EXPECT_EQ(demand.touched, again.touched);
+            EXPECT_EQ(demand.all_touched(), again.all_touched());
             ASSERT_EQ(triangles.parts.size(), nodes.parts.size());
             uint64_t counted = 0;
             for (size_t part = 0; part < nodes.parts.size(); ++part) {

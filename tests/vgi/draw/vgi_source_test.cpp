@@ -265,7 +265,7 @@ TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereInstancesMoveSteadilyAnd
         for (uint64_t frame = 0; frame < 60; ++frame) {
             FrameInput input = look_from({0.4f, 0.5f, 1.6f}, frame);
             const uint64_t step = moves ? std::min<uint64_t>(frame, 10) : 10;
-            input.instances[0].object_to_world[3].x = 1e-3f * static_cast<float>(step);
+            input.instances.edit(0).object_to_world[3].x = 1e-3f * static_cast<float>(step);
             input.arrivals = std::move(arrivals);
             arrivals.clear();
             const Plan plan = vgi->plan(input);
@@ -294,9 +294,9 @@ TEST_F(VgiSourceTest, SeesFromInstancesThatTurnWhatTheyWouldSeeStanding) {
         const float angle = 0.03f * static_cast<float>(frame) + (frame >= 50 ? 1.0f : 0.0f);
         const glm::mat4 m(std::cos(angle), 0, -std::sin(angle), 0, 0, 1, 0, 0, std::sin(angle), 0, std::cos(angle), 0,
                           0.1f, 0, -0.2f, 1);
-        input.instances[0].object_to_world = m;
+        input.instances.edit(0).object_to_world = m;
         input.instances.push_back(Instance{});
-        input.instances[1].object_to_world[3] = {-1, 0, -1, 1};
+        input.instances.edit(1).object_to_world[3] = {-1, 0, -1, 1};
         input.arrivals = std::move(arrivals);
         arrivals.clear();
         const Plan plan = vgi->plan(input);
@@ -338,7 +338,8 @@ TEST_F(VgiSourceTest, DrawsACoarseLevelAsItIsWhereNoErrorIsLargeEnoughForTheBudg
         // A needle, whose errors count as if it were as thick as long, right before the eye.
         FrameInput input = look_from({0.1f, 0, 0}, 0);
         input.views[0].culls_back_faces = false;
-        input.instances[0].object_to_world[0][0] = input.instances[0].object_to_world[2][2] = 0.01f;
+        glm::mat4& m = input.instances.edit(0).object_to_world;
+        m[0][0] = m[2][2] = 0.01f;
         input.budget.max_triangles = most;
         input.budget.forced_level = level;
         const Plan plan = vgi->plan(input);
@@ -358,8 +359,8 @@ TEST_F(VgiSourceTest, DrawsEveryInstanceAndCullsForEachView) {
     FrameInput input = look_from({0, 0, 6}, 0);
     input.views[1] = shadow_view({0.2f, -1, 0.1f}, {0, 0, 0}, 5, 256);
     input.instances.assign(3, Instance{});
-    input.instances[1].object_to_world[3] = glm::vec4(2, 0, 0, 1);
-    input.instances[2].object_to_world[3] = glm::vec4(0, 0, 100, 1);  // behind the camera, out of the light
+    input.instances.edit(1).object_to_world[3] = glm::vec4(2, 0, 0, 1);
+    input.instances.edit(2).object_to_world[3] = glm::vec4(0, 0, 100, 1);  // behind the camera, out of the light
     const Plan plan = vgi->plan(input);
     ASSERT_TRUE(mirror.execute(plan, input));
     EXPECT_EQ(plan.stats.instances_drawn, 2u);

@@ -30,19 +30,20 @@ struct Before {
     uint64_t updates;  // Residency::updates, then
 };
 
-constexpr uint32_t least_kept = 48;  // indices in a square that is kept
+constexpr size_t charts_at_once = 16;  // whose triangles follow each other, and that one thread cuts
+constexpr uint32_t least_kept = 48;    // indices in a square that is kept
 
 class ChartCut {
 public:
-    // touched: as PageDemand's, of which only the pages of the charts run here are written. kept: takes what is made.
-    // before: null for a cut from scratch.
+    // demand: pages of the charts run here are marked in it. kept: takes what is made. before: null for a cut from
+    // scratch.
     ChartCut(const Residency& residency, const Visibility& visibility, const RefinementTest& wanted,
-             int64_t forced_level, std::vector<uint8_t>& touched, CachedCharts& kept, const Before* before)
+             int64_t forced_level, PageDemand& demand, CachedCharts& kept, const Before* before)
         : residency_(residency),
           visibility_(visibility),
           wanted_(wanted),
           forced_level_(forced_level),
-          touched_(touched),
+          demand_(demand),
           kept_(kept),
           before_(before),
           tree_(residency.tree()),
@@ -50,16 +51,15 @@ public:
           page_shift_(static_cast<uint32_t>(std::countr_zero(tree_.cells_per_page()))),
           base_(tree_.base_level()) {}
 
-    // chart: next_ of those run here.
-    void run(uint32_t chart) {
-        kept_.first.push_back(static_cast<uint32_t>(kept_.squares.size()));
+    // place: among those run here, rising; charts between are left out.
+    void run(uint32_t chart, size_t place) {
+        kept_.first.resize(place + 1, static_cast<uint32_t>(kept_.squares.size()));
         Kept old;
-        if (before_ != nullptr) old = {before_->charts.first[next_], before_->charts.first[next_ + 1]};
-        ++next_;
+        if (before_ != nullptr) old = {before_->charts.first[place], before_->charts.first[place + 1]};
         first_page_ = residency_.number(chart, 0);
         const uint32_t mask = visibility_.seen(visibility_.all(), first_page_);
         if (mask == 0) return;
-        touched_[first_page_] = 1;
+        mark(first_page_);
         const Entry& e = residency_.entry(first_page_);
         const Square whole{
             base_ + page_shift_, 0, 0, {index(e, 0, 0), index(e, n_, 0), index(e, n_, n_), index(e, 0, n_)}};
@@ -69,8 +69,9 @@ public:
         draw(whole, centres_around(whole), all);
         put(all.fan, mask);
     }
-    void end() { kept_.first.push_back(static_cast<uint32_t>(kept_.squares.size())); }
+    void end() { kept_.first.resize(charts_at_once + 1, static_cast<uint32_t>(kept_.squares.size())); }
 
+    const std::vector<uint32_t>& marked() const { return marked_; }
     uint64_t taken_over() const { return taken_over_; }  // triangles
     // Pages asked for, with PageDemand::wanted.
     const std::vector<std::pair<uint32_t, float>>& asked() const { return asked_; }
@@ -114,8 +115,11 @@ private:
         if (!fan.empty()) fan.move_to(kept_.parts.list(mask));
     }
 
+    void mark(uint32_t page) {
+        if (demand_.mark(page)) marked_.push_back(page);
+    }
     void touch(uint32_t page) {
-        touched_[page] = 1;
+        mark(page);
         if (page != last_touched_) kept_.touched.push_back(last_touched_ = page);
     }
 
@@ -180,7 +184,7 @@ private:
         taken_over_ += old.indices / 3;
         const auto pages = std::span(before_->charts.touched).subspan(old.first_touched, old.touched);
         kept_.touched.insert(kept_.touched.end(), pages.begin(), pages.end());
-        for (const uint32_t page : pages) touched_[page] = 1;
+        for (const uint32_t page : pages) mark(page);
         last_touched_ = pages.back();
         for (const CachedSquare& each : std::span(&old, 1 + old.squares)) {
             CachedSquare& moved = kept_.squares.emplace_back(each);
@@ -416,11 +420,11 @@ private:
     const Visibility& visibility_;
     const RefinementTest& wanted_;
     const int64_t forced_level_;
-    std::vector<uint8_t>& touched_;
+    PageDemand& demand_;
+    std::vector<uint32_t> marked_;  // pages, by this
     CachedCharts& kept_;
     const Before* const before_;
     std::vector<std::pair<uint32_t, float>> asked_;
-    size_t next_ = 0;          // chart of those run here
     uint64_t taken_over_ = 0;  // triangles
     uint32_t last_touched_ = nothing;
     const PageTree tree_;
@@ -431,43 +435,57 @@ private:
 
 }  // namespace
 
-Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand, IncrementalCut& kept) {
-    LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.touched.size() == residency.pages());
+Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts,
+                PageDemand& demand, IncrementalCut& kept) {
+    LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.pages() == residency.pages());
     const Visibility visibility(request, residency.about());
     const RefinementTest wanted(request, residency.about());
     std::optional<Motion> seen;
     std::optional<RefinementChange> counted;
-    if (kept.residency == &residency && kept.forced_level == request.forced_level) {
+    if (kept.topology == &residency.topology() && kept.forced_level == request.forced_level) {
         seen = visibility.since(*kept.visibility);
         counted = RefinementChange::between(*kept.wanted, wanted);
     }
-    constexpr size_t charts_at_once = 16;
-    const size_t charts = residency.about().charts(), groups = (charts + charts_at_once - 1) / charts_at_once;
+    // Charts of a group are cut together; only groups with a chart that is seen are looked at.
+    const uint32_t before = kept.cuts++;
     std::swap(kept.charts, kept.before);
-    kept.charts.resize(groups);
+    kept.charts.resize((residency.about().charts() + charts_at_once - 1) / charts_at_once);
+    kept.before.resize(kept.charts.size());
+    std::vector<size_t> first_of_group;  // in charts, and the end
+    for (size_t i = 0; i < charts.size(); ++i) {
+        if (i == 0 || charts[i] / charts_at_once != charts[i - 1] / charts_at_once) first_of_group.push_back(i);
+    }
+    const size_t groups = first_of_group.size();
+    first_of_group.push_back(charts.size());
     std::vector<std::optional<ChartCut>> done(groups);
-    parallel_for(charts, charts_at_once, [&](size_t begin, size_t end) {
-        const size_t group = begin / charts_at_once;
-        kept.charts[group].clear();
-        std::optional<Before> before;
-        if (seen && counted)
-            before.emplace(kept.before[group], *counted, larger(*seen, counted->motion()), kept.updates);
-        ChartCut& cut = done[group].emplace(residency, visibility, wanted, request.forced_level, demand.touched,
-                                            kept.charts[group], before ? &*before : nullptr);
-        for (size_t c = begin; c < end; ++c) cut.run(static_cast<uint32_t>(c));
-        cut.end();
+    parallel_for(groups, 1, [&](size_t begin, size_t end) {
+        for (size_t g = begin; g < end; ++g) {
+            const size_t group = charts[first_of_group[g]] / charts_at_once;
+            CachedCharts& made = kept.charts[group];
+            made.clear();
+            made.cut = kept.cuts;
+            std::optional<Before> old;
+            if (seen && counted && kept.before[group].cut == before)
+                old.emplace(kept.before[group], *counted, larger(*seen, counted->motion()), kept.updates);
+            ChartCut& cut = done[g].emplace(residency, visibility, wanted, request.forced_level, demand, made,
+                                            old ? &*old : nullptr);
+            for (size_t i = first_of_group[g]; i < first_of_group[g + 1]; ++i)
+                cut.run(charts[i], charts[i] % charts_at_once);
+            cut.end();
+        }
     });
     kept.visibility = visibility;
     kept.wanted = wanted;
-    kept.residency = &residency;
+    kept.topology = &residency.topology();
     kept.updates = residency.updates();
     kept.forced_level = request.forced_level;
     kept.taken_over = 0;
     CutParts parts;
-    for (size_t group = 0; group < groups; ++group) {
-        parts.add(kept.charts[group].parts);
-        kept.taken_over += done[group]->taken_over();
-        for (const auto& [page, wish] : done[group]->asked()) demand.ask(page, wish);
+    for (size_t g = 0; g < groups; ++g) {
+        parts.add(kept.charts[charts[first_of_group[g]] / charts_at_once].parts);
+        kept.taken_over += done[g]->taken_over();
+        demand.add_marked(done[g]->marked());
+        for (const auto& [page, wish] : done[g]->asked()) demand.ask(page, wish);
     }
     Cut result;
     result.parts = parts.take();

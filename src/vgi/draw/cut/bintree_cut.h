@@ -8,7 +8,9 @@
 
 namespace lodestone::vgi {
 
+// charts: those that some view sees, rising (ChartTree::seen); others may be among them.
 // kept: from the instance's cut before, which may have been of anything; takes what this one leaves for the next.
-Cut cut_bintree(const Residency& residency, const CutRequest& request, PageDemand& demand, IncrementalCut& kept);
+Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts,
+                PageDemand& demand, IncrementalCut& kept);
 
 }  // namespace lodestone::vgi

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "frame/view.h"
+#include "vgi/draw/cut/page_demand.h"
 #include "vgi/draw/residency.h"
 
 namespace lodestone::vgi {
@@ -57,16 +58,6 @@ struct Cut {
     uint64_t triangles = 0;  // of all parts that views[0] has, without flat ones
 };
 
-// What a cut found of pages; accumulates over instances. Sized as the residency's pages.
-struct PageDemand {
-    std::vector<uint8_t> touched;  // 1: a sample of the page is in the cut
-    // Of a missing page: how many times the pixel error leaving it out may cost, less where no camera sees it; 0: not
-    // wanted.
-    std::vector<float> wanted;
-    explicit PageDemand(uint32_t pages = 0) : touched(pages, 0), wanted(pages, 0.0f) {}
-    void ask(uint32_t page, float wish) { wanted[page] = std::max(wanted[page], wish); }
-};
-
 // What a missing page counts, for the views in `mask`: less where views[0] does not see it.
 inline float wish_for(float excess, uint32_t mask) {
     return std::max(excess, 1e-6f) * ((mask & 1) != 0 ? 1.0f : 0.25f);
@@ -101,10 +92,5 @@ private:
     std::vector<std::pair<uint32_t, std::vector<uint32_t>>> parts_;
     size_t last_ = 0;
 };
-
-// Pages that views[0] of the request, an eye further along the camera's way, would want and `wanted` does not ask for.
-// Both are sized as the residency's pages; what is prefetched counts less than what is wanted now.
-void prefetch(const Residency& residency, const CutRequest& request, std::span<const float> wanted,
-              std::vector<float>& prefetched);
 
 }  // namespace lodestone::vgi

@@ -7,8 +7,10 @@
 #include <optional>
 
 #include "base/check.h"
+#include "frame/screen_error.h"
 #include "vgi/bake/images/sample_errors.h"
 #include "vgi/draw/cut/bintree_cut.h"
+#include "vgi/draw/cut/prefetch.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/cut/visibility.h"
 #include "vgi/study/grid_cut.h"
@@ -58,13 +60,28 @@ View carried(const View& view, const glm::dmat4& motion) {
     along.world_to_view = glm::mat4(glm::dmat4(view.world_to_view) * glm::inverse(motion));
     return along;
 }
-View moved(const View& view, const glm::vec3& by, const glm::mat3& turn) {
+View moved_view(const View& view, const glm::vec3& by, const glm::mat3& turn) {
     View next = view;
     next.eye += by;
     const glm::mat3 rotation = turn * glm::mat3(view.world_to_view);
     next.world_to_view = glm::mat4(rotation);
     next.world_to_view[3] = glm::vec4(-rotation * next.eye, 1);
     return next;
+}
+
+// Numbers of instances that are not the same in two sets of one size, rising.
+std::vector<uint32_t> differing(const InstanceSet& before, const InstanceSet& now) {
+    std::vector<uint32_t> numbers;
+    if (const auto changed = now.changed_since(before.generation())) {
+        numbers.assign(changed->begin(), changed->end());
+        std::ranges::sort(numbers);
+        const auto repeated = std::ranges::unique(numbers);
+        numbers.erase(repeated.begin(), repeated.end());
+    } else {
+        for (uint32_t i = 0; i < now.size(); ++i) numbers.push_back(i);
+    }
+    std::erase_if(numbers, [&](uint32_t i) { return before[i] == now[i]; });
+    return numbers;
 }
 
 bool inside(const View& view, const Frustum& frustum) {
@@ -80,37 +97,29 @@ bool inside(const View& view, const Frustum& frustum) {
     return true;
 }
 
-CutRequest request_for(Raster raster, const CutRegion& region, size_t instance, double raised, int64_t level) {
+CutRequest request_for(Raster raster, const CutRegion& region, const CutInstance& instance, double raised,
+                       int64_t level) {
     CutRequest request;
-    request.object_to_world = region.instances[instance].object_to_world;
+    request.object_to_world = instance.there.object_to_world;
     request.views = region.views;
     request.level_view = region.level_view ? &*region.level_view : nullptr;
     request.pixel_error = region.budget.pixel_error * raised;
     request.forced_level = level;
     request.by_area = raster == Raster::grid_area;
     request.cull_back_faces = region.views[0].culls_back_faces;
-    request.margin = region.margins[instance];
+    request.margin = instance.margin;
     return request;
 }
-
-Cut cut_atlas(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand,
-              IncrementalCut& kept) {
-    if (raster == Raster::bintree) return cut_bintree(residency, request, demand, kept);
-    return cut_grid(residency, request, demand, raster == Raster::tess ? GridOutput::patches : GridOutput::indices);
-}
-
-// What was found of one atlas' pages.
-struct Found {
-    PageDemand demand;
-    std::vector<float> prefetched, attribute_demand;
-    std::vector<uint8_t> attribute_touched;
-};
 
 }  // namespace
 
 CutRegion CutRegion::of(const FrameInput& input) {
-    return {input.views, input.level_view, input.instances, std::vector<CutMargin>(input.instances.size()),
-            input.budget};
+    return {input.views, input.level_view, {}, input.instances, {}, input.budget};
+}
+
+const CutRegion::Moved* CutRegion::find_moved(uint32_t instance) const {
+    const auto at = std::ranges::lower_bound(moved, instance, {}, &Moved::instance);
+    return at != moved.end() && at->instance == instance ? &*at : nullptr;
 }
 
 std::optional<CutRegion> CutRegion::after(const FrameInput& last, const FrameInput& now) {
@@ -119,17 +128,17 @@ std::optional<CutRegion> CutRegion::after(const FrameInput& last, const FrameInp
     const Step step = step_between(last.views[0], now.views[0]);
     if (last.views.size() != now.views.size() || last.views[0].eye != now.views[0].eye ||
         last.views[0].world_to_view != now.views[0].world_to_view) {
-        region.views[0] = moved(now.views[0], step.eye, step.turn);
-        region.margins.assign(region.margins.size(), margin_for(step, now.views[0]));
+        region.views[0] = moved_view(now.views[0], step.eye, step.turn);
+        region.margin = margin_for(step, now.views[0]);
     }
-    for (size_t i = 0; i < now.instances.size(); ++i) {
-        if (last.instances[i] == now.instances[i]) continue;
+    for (const uint32_t i : differing(last.instances, now.instances)) {
         const auto motion = rigid_motion(last.instances[i], now.instances[i]);
         if (!motion || last.instances[i].asset != now.instances[i].asset) return std::nullopt;
-        region.instances[i].object_to_world = glm::mat4(*motion * glm::dmat4(now.instances[i].object_to_world));
+        Moved& moved = region.moved.emplace_back(i, now.instances[i], region.margin);
+        moved.there.object_to_world = glm::mat4(*motion * glm::dmat4(now.instances[i].object_to_world));
         // As far as the camera would have had to go to be seen so by the instance.
         const Step as_seen = step_between(carried(now.views[0], *motion), now.views[0]);
-        region.margins[i] = sum(region.margins[i], margin_for(as_seen, now.views[0]));
+        moved.margin = sum(moved.margin, margin_for(as_seen, now.views[0]));
     }
     // Errors are thought to go on as they did, too; a smaller one does no harm.
     const double ratio = now.budget.pixel_error / last.budget.pixel_error;
@@ -150,136 +159,246 @@ bool CutRegion::covers(const FrameInput& input) const {
             return false;
     }
     // Views as an instance sees them that stands where it is thought to be.
-    const auto within = [&](std::span<const View> seen, const CutMargin& margin) {
-        if (glm::distance(seen[0].eye, views[0].eye) > margin.distance) return false;
-        if (angle_between(seen[0].forward(), views[0].forward()) > margin.turn) return false;
+    const auto within = [&](std::span<const View> seen, const CutMargin& allowed) {
+        if (glm::distance(seen[0].eye, views[0].eye) > allowed.distance) return false;
+        if (angle_between(seen[0].forward(), views[0].forward()) > allowed.turn) return false;
         for (size_t v = 0; v < views.size(); ++v) {
-            if (seen[v] != views[v] && !inside(seen[v], widened_frustum(views[v], margin))) return false;
+            if (seen[v] != views[v] && !inside(seen[v], widened_frustum(views[v], allowed))) return false;
         }
         return true;
     };
-    std::optional<CutMargin> enough;  // for those that stand there
-    for (size_t i = 0; i < instances.size(); ++i) {
-        if (input.instances[i] == instances[i]) {
-            if (input.views == views || enough == margins[i]) continue;
-            if (!within(input.views, margins[i])) return false;
-            enough = margins[i];
+    // Those that stand where they stood.
+    if (moved.size() < instances.size() && input.views != views && !within(input.views, margin)) return false;
+    // Those that moved, or were thought to.
+    std::vector<uint32_t> elsewhere = differing(instances, input.instances);
+    for (const Moved& m : moved) elsewhere.push_back(m.instance);
+    std::ranges::sort(elsewhere);
+    const auto repeated = std::ranges::unique(elsewhere);
+    elsewhere.erase(repeated.begin(), repeated.end());
+    for (const uint32_t i : elsewhere) {
+        const Moved* const thought = find_moved(i);
+        const Instance& there = thought != nullptr ? thought->there : instances[i];
+        const CutMargin& own = thought != nullptr ? thought->margin : margin;
+        if (input.instances[i] == there) {
+            if (input.views != views && !within(input.views, own)) return false;
             continue;
         }
-        if (level_view || input.instances[i].asset != instances[i].asset) return false;
-        const auto motion = rigid_motion(input.instances[i], instances[i]);
+        if (level_view || input.instances[i].asset != there.asset) return false;
+        const auto motion = rigid_motion(input.instances[i], there);
         if (!motion) return false;
         std::vector<View> seen;
         for (const View& view : input.views) seen.push_back(carried(view, *motion));
-        if (!within(seen, margins[i])) return false;
+        if (!within(seen, own)) return false;
     }
     return true;
 }
 
-FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion wanted, const FrameInput* last,
-                    const CutLimits& limits, std::vector<IncrementalCut>& kept) {
-    FrameCuts result;
-    result.region = std::move(wanted);
-    const CutRegion& region = result.region;
-    const Budget& budget = region.budget;
-    for (OpenAtlas& atlas : atlases) atlas.residency->update();
-    uint32_t levels = 1;
-    for (const OpenAtlas& atlas : atlases) levels = std::max(levels, atlas.file->about().levels());
-
-    kept.resize(region.instances.size());
-    // From what the last cuts needed: views change little.
-    result.raised = limits.raised;
-    if (may_lower(limits.triangles, budget.max_triangles) && may_lower(limits.words, limits.most_words))
-        result.raised = std::max(1.0, result.raised / error_scale_step);
-    result.level = budget.forced_level;
-    const View& sets_levels = region.level_view ? *region.level_view : region.views[0];
-    std::vector<Found> found(atlases.size());
-    std::vector<Cut> cuts;
-    for (;;) {
-        cuts.clear();
-        for (size_t a = 0; a < atlases.size(); ++a) found[a].demand = PageDemand(atlases[a].residency->pages());
-        result.triangles = 0;
-        uint64_t words = 0;
-        for (size_t i = 0; i < region.instances.size(); ++i) {
-            const uint32_t asset = region.instances[i].asset;
-            LODE_CHECK(asset < atlases.size(), asset, atlases.size());
-            if (raster == Raster::device) continue;
-            cuts.push_back(cut_atlas(raster, *atlases[asset].residency,
-                                     request_for(raster, region, i, result.raised, result.level), found[asset].demand,
-                                     kept[i]));
-            result.triangles += cuts.back().triangles;
-            for (const auto& part : cuts.back().parts) words += part.second.size();
+CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const InstanceTree& tree,
+                   const FrameInput* last) {
+    CutInput input;
+    input.atlases = std::move(atlases);
+    const auto sphere_of = [&](const Instance& instance) {
+        return to_world(input.atlases[instance.asset].atlas->charts.sphere(), instance.object_to_world);
+    };
+    // Those that stand are looked for in the tree, the others one by one.
+    const auto seen_from = [&](std::span<const View> views) {
+        std::vector<CutInstance> seen;
+        const auto frusta = [&](const CutMargin& margin) {
+            std::vector<Frustum> wide;
+            for (const View& view : views) wide.push_back(widened_frustum(view, margin));
+            return wide;
+        };
+        for (const InstanceTree::Seen& s : tree.seen(frusta(region.margin))) {
+            if (region.find_moved(s.instance) == nullptr)
+                seen.push_back({s.instance, region.instances[s.instance], region.margin});
         }
-        // Too many: all errors rise alike, and where they may not rise further one level is drawn everywhere.
-        if (result.triangles <= budget.max_triangles && words <= limits.most_words) break;
-        if (result.level >= 0) {
-            if (result.level >= levels - 1) break;
-            ++result.level;
-        } else if (magnification_of(sets_levels, budget.pixel_error * result.raised) <= least_magnification) {
-            result.level = 0;
-        } else {
-            result.raised *= error_scale_step;
+        for (const CutRegion::Moved& m : region.moved) {
+            const Sphere sphere = sphere_of(m.there);
+            if (std::ranges::any_of(frusta(m.margin),
+                                    [&](const Frustum& f) { return f.touches(sphere.centre, sphere.radius); }))
+                seen.push_back({m.instance, m.there, m.margin});
         }
-    }
-    result.pixel_error = budget.pixel_error * result.raised;
-    auto lists = std::make_shared<std::vector<uint32_t>>();
-    size_t total = 0;
-    for (const Cut& cut : cuts) {
-        for (const auto& part : cut.parts) total += part.second.size();
-    }
-    lists->reserve(total);
-    for (uint32_t i = 0; i < cuts.size(); ++i) {
-        for (const auto& [mask, words] : cuts[i].parts) {
-            result.parts.push_back({i, mask, static_cast<uint32_t>(words.size())});
-            lists->insert(lists->end(), words.begin(), words.end());
-        }
-    }
-    result.words = std::move(lists);
-
-    // Attributes, and what will be wanted further along the way.
-    for (size_t a = 0; a < atlases.size(); ++a) {
-        found[a].attribute_demand.assign(atlases[a].attributes->pages(), 0.0f);
-        found[a].attribute_touched.assign(atlases[a].attributes->pages(), 0);
-        found[a].prefetched.assign(atlases[a].residency->pages(), 0.0f);
-    }
-    const bool moves =
-        last != nullptr && result.level < 0 && !region.level_view && last->views[0].eye != region.views[0].eye;
-    std::vector<View> ahead;
-    if (moves) {
+        std::ranges::sort(seen, {}, &CutInstance::number);
+        return seen;
+    };
+    input.seen = seen_from(region.views);
+    if (last != nullptr && !region.level_view && last->views[0].eye != region.views[0].eye) {
         const glm::vec3 step = region.views[0].eye - last->views[0].eye;
-        ahead = {moved(region.views[0], step * frames_ahead, glm::mat3(1))};
+        input.ahead = moved_view(region.views[0], step * frames_ahead, glm::mat3(1));
+        input.seen_ahead = seen_from(std::span(&*input.ahead, 1));
     }
-    for (size_t i = 0; i < region.instances.size(); ++i) {
-        const OpenAtlas& atlas = atlases[region.instances[i].asset];
-        Found& f = found[region.instances[i].asset];
-        CutRequest request = request_for(raster, region, i, result.raised, result.level);
-        atlas.attributes->want(atlas.residency->about(), atlas.spacing, request, f.attribute_demand,
-                               f.attribute_touched);
-        if (!moves) continue;
-        request.views = ahead;
-        prefetch(*atlas.residency, request, f.demand.wanted, f.prefetched);
+    input.region = std::move(region);
+    return input;
+}
+
+namespace {
+
+// The cuts of one region, step by step.
+class CutMaker {
+public:
+    CutMaker(Raster raster, const CutInput& input, const CutLimits& limits, CutMemory& memory)
+        : raster_(raster), input_(input), region_(input.region), limits_(limits), memory_(memory) {
+        memory_.atlases.resize(input_.atlases.size());
+        for (size_t a = 0; a < input_.atlases.size(); ++a) {
+            CutMemory::Demand& demand = memory_.atlases[a];
+            const AtlasPages& pages = *input_.atlases[a].pages;
+            if (demand.positions.pages() == pages.geometry.pages()) continue;
+            demand = {PageDemand(pages.geometry.pages()), PageDemand(pages.geometry.pages()),
+                      PageDemand(pages.attributes.pages())};
+        }
+        forget_unseen();
     }
 
-    for (uint32_t a = 0; a < atlases.size(); ++a) {
-        const OpenAtlas& atlas = atlases[a];
-        const Found& f = found[a];
-        for (const Layer layer : both_layers) {
-            const bool geometry = layer == Layer::geometry;
-            const auto& touched = geometry ? f.demand.touched : f.attribute_touched;
-            const auto& wishes = geometry ? f.demand.wanted : f.attribute_demand;
-            // Pages have higher numbers than their parents.
-            for (uint32_t n = static_cast<uint32_t>(touched.size()); n-- > 0;) {
-                if (touched[n]) result.touched[index_of(layer)].push_back(atlas.first[index_of(layer)] + n);
-                if (wishes[n] > 0) {
-                    result.wishes.push_back({wishes[n], layer, false, a, n});
-                } else if (geometry && f.prefetched[n] > 0) {
-                    result.wishes.push_back({f.prefetched[n], layer, true, a, n});
-                }
+    FrameCuts run() {
+        fit();
+        put_together();
+        look_for_attributes();
+        look_ahead();
+        collect_pages();
+        result_.region = region_;
+        return std::move(result_);
+    }
+
+private:
+    const AtlasSnapshot& atlas_of(const CutInstance& i) const {
+        LODE_CHECK(i.there.asset < input_.atlases.size(), i.there.asset, input_.atlases.size());
+        return input_.atlases[i.there.asset];
+    }
+    CutMemory::Demand& demand_of(const CutInstance& i) { return memory_.atlases[i.there.asset]; }
+    CutRequest request_of(const CutInstance& i) const {
+        return request_for(raster_, region_, i, result_.raised, result_.level);
+    }
+    // Charts that some view of the request sees.
+    std::vector<uint32_t> charts_of(const CutInstance& i, const CutRequest& request) const {
+        const OpenAtlas& atlas = *atlas_of(i).atlas;
+        return atlas.charts.seen(Visibility(request, atlas.file->about()), atlas.file->about());
+    }
+
+    // What is kept of instances that no view sees any more.
+    void forget_unseen() {
+        std::erase_if(memory_.instances, [&](const auto& kept) {
+            return !std::ranges::binary_search(input_.seen, kept.first, {}, &CutInstance::number);
+        });
+    }
+
+    Cut cut(const CutInstance& i) {
+        const CutRequest request = request_of(i);
+        const Residency& residency = atlas_of(i).pages->geometry;
+        PageDemand& demand = demand_of(i).positions;
+        if (raster_ == Raster::bintree)
+            return cut_bintree(residency, request, charts_of(i, request), demand, memory_.instances[i.number]);
+        return cut_grid(residency, request, demand,
+                        raster_ == Raster::tess ? GridOutput::patches : GridOutput::indices);
+    }
+
+    // Cuts all instances, with larger errors where there is too much: all rise alike, and where they may not rise
+    // further one level is drawn everywhere.
+    void fit() {
+        const Budget& budget = region_.budget;
+        uint32_t levels = 1;
+        for (const AtlasSnapshot& a : input_.atlases) levels = std::max(levels, a.atlas->file->about().levels());
+        // From what the last cuts needed: views change little.
+        result_.raised = limits_.raised;
+        if (may_lower(limits_.triangles, budget.max_triangles) && may_lower(limits_.words, limits_.most_words))
+            result_.raised = std::max(1.0, result_.raised / error_scale_step);
+        result_.level = budget.forced_level;
+        const View& sets_levels = region_.level_view ? *region_.level_view : region_.views[0];
+        for (;;) {
+            const uint64_t words = cut_all();
+            if (result_.triangles <= budget.max_triangles && words <= limits_.most_words) break;
+            if (result_.level >= 0) {
+                if (result_.level >= levels - 1) break;
+                ++result_.level;
+            } else if (magnification_of(sets_levels, budget.pixel_error * result_.raised) <= least_magnification) {
+                result_.level = 0;
+            } else {
+                result_.raised *= error_scale_step;
             }
         }
+        result_.pixel_error = budget.pixel_error * result_.raised;
     }
-    sort_wishes(result.wishes);
-    return result;
+    uint64_t cut_all() {
+        cuts_.clear();
+        for (CutMemory::Demand& demand : memory_.atlases) demand.positions.clear();
+        result_.triangles = 0;
+        if (raster_ == Raster::device) return 0;
+        uint64_t words = 0;
+        for (const CutInstance& i : input_.seen) {
+            cuts_.push_back(cut(i));
+            result_.triangles += cuts_.back().triangles;
+            for (const auto& part : cuts_.back().parts) words += part.second.size();
+        }
+        return words;
+    }
+
+    void put_together() {
+        auto lists = std::make_shared<std::vector<uint32_t>>();
+        size_t total = 0;
+        for (const Cut& cut : cuts_) {
+            for (const auto& part : cut.parts) total += part.second.size();
+        }
+        lists->reserve(total);
+        for (size_t i = 0; i < cuts_.size(); ++i) {
+            for (const auto& [mask, words] : cuts_[i].parts) {
+                result_.parts.push_back({input_.seen[i].number, mask, static_cast<uint32_t>(words.size())});
+                lists->insert(lists->end(), words.begin(), words.end());
+            }
+        }
+        result_.words = std::move(lists);
+    }
+
+    void look_for_attributes() {
+        for (CutMemory::Demand& demand : memory_.atlases) demand.attributes.clear();
+        for (const CutInstance& i : input_.seen) {
+            CutRequest request = request_of(i);
+            request.views = request.views.subspan(0, 1);
+            atlas_of(i).pages->attributes.want(atlas_of(i).atlas->file->about(), atlas_of(i).atlas->spacing, request,
+                                               charts_of(i, request), demand_of(i).attributes);
+        }
+    }
+
+    void look_ahead() {
+        for (CutMemory::Demand& demand : memory_.atlases) demand.prefetched.clear();
+        if (!input_.ahead || result_.level >= 0) return;
+        for (const CutInstance& i : input_.seen_ahead) {
+            CutRequest request = request_of(i);
+            request.views = std::span(&*input_.ahead, 1);
+            prefetch(atlas_of(i).pages->geometry, request, charts_of(i, request), demand_of(i).positions,
+                     demand_of(i).prefetched);
+        }
+    }
+
+    void collect_pages() {
+        for (uint32_t a = 0; a < input_.atlases.size(); ++a) {
+            const CutMemory::Demand& found = memory_.atlases[a];
+            collect(Layer::geometry, a, found.positions);
+            collect(Layer::attributes, a, found.attributes);
+            for (const uint32_t page : found.prefetched.all_asked())
+                result_.wishes.push_back({found.prefetched.wish(page), Layer::geometry, true, a, page});
+        }
+        sort_wishes(result_.wishes);
+    }
+    void collect(Layer layer, uint32_t a, const PageDemand& found) {
+        const uint32_t first = input_.atlases[a].atlas->first[index_of(layer)];
+        // Pages have higher numbers than their parents.
+        for (const uint32_t page : found.all_touched()) result_.touched[index_of(layer)].push_back(first + page);
+        for (const uint32_t page : found.all_asked())
+            result_.wishes.push_back({found.wish(page), layer, false, a, page});
+    }
+
+    const Raster raster_;
+    const CutInput& input_;
+    const CutRegion& region_;
+    const CutLimits& limits_;
+    CutMemory& memory_;
+    FrameCuts result_;
+    std::vector<Cut> cuts_;  // of CutInput::seen
+};
+
+}  // namespace
+
+FrameCuts make_cuts(Raster raster, const CutInput& input, const CutLimits& limits, CutMemory& memory) {
+    return CutMaker(raster, input, limits, memory).run();
 }
 
 void sort_wishes(std::vector<FrameCuts::Wish>& wishes) {

@@ -10,9 +10,11 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "frame/frame_source.h"
+#include "frame/instance_tree.h"
 #include "vgi/draw/cut/cut.h"
 #include "vgi/draw/cut/incremental_cut.h"
 #include "vgi/draw/open_atlas.h"
@@ -21,11 +23,19 @@ namespace lodestone::vgi {
 
 // What cuts are made for.
 struct CutRegion {
-    std::vector<View> views;          // as FrameInput::views, where the camera is thought to be
-    std::optional<View> level_view;   // as FrameInput::level_view
-    std::vector<Instance> instances;  // where they are thought to be
-    std::vector<CutMargin> margins;   // of views as they are seen from each instance
-    Budget budget;                    // pixel_error, forced_level and max_triangles count
+    std::vector<View> views;         // as FrameInput::views, where the camera is thought to be
+    std::optional<View> level_view;  // as FrameInput::level_view
+    CutMargin margin;                // of the views
+    InstanceSet instances;           // as they were last known
+    // Those that are thought to be elsewhere by then, rising.
+    struct Moved {
+        uint32_t instance;
+        Instance there;
+        CutMargin margin;  // of the views as it sees them
+        bool operator==(const Moved&) const = default;
+    };
+    std::vector<Moved> moved;
+    Budget budget;  // pixel_error, forced_level and max_triangles count
 
     // Exactly this frame.
     static CutRegion of(const FrameInput& input);
@@ -33,8 +43,29 @@ struct CutRegion {
     // where instances came, went, or changed their size or shape.
     static std::optional<CutRegion> after(const FrameInput& last, const FrameInput& now);
     bool covers(const FrameInput& input) const;
+    // Where an instance is thought to be.
+    const Moved* find_moved(uint32_t instance) const;
     bool operator==(const CutRegion&) const = default;
 };
+
+// An instance that is cut.
+struct CutInstance {
+    uint32_t number;  // in the region's set
+    Instance there;
+    CutMargin margin;
+};
+
+// What the cut of a region is made from; nothing of it changes while it is made.
+struct CutInput {
+    CutRegion region;
+    std::vector<AtlasSnapshot> atlases;
+    std::vector<CutInstance> seen;        // those that some view of the region may see, rising
+    std::optional<View> ahead;            // the camera further along its way, where it moves
+    std::vector<CutInstance> seen_ahead;  // those that this one may see
+};
+// tree: of the region's instances.
+CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const InstanceTree& tree,
+                   const FrameInput* last);
 
 struct FrameCuts {
     CutRegion region;
@@ -42,7 +73,7 @@ struct FrameCuts {
         uint32_t instance, views;  // views: bit v for views[v]
         uint32_t words;
     };
-    std::vector<Part> parts;                             // one after another in `words`, instance after instance
+    std::vector<Part> parts;                             // one after another in `words`, instances rising
     std::shared_ptr<const std::vector<uint32_t>> words;  // as Cut::parts has them
     double pixel_error = 1;  // that cuts were made with, at most: what had to be raised to stay within the budget
     double raised = 1;       // by how much
@@ -78,11 +109,16 @@ struct CutLimits {
     uint64_t triangles = 0, words = 0;
 };
 
+// What a cut goes on from, and room that is used again: of the cuts before, whatever they were of.
+struct CutMemory {
+    std::unordered_map<uint32_t, IncrementalCut> instances;  // of those seen by the last cut
+    struct Demand {
+        PageDemand positions, prefetched, attributes;
+    };
+    std::vector<Demand> atlases;
+};
+
 // Where the device cuts, nothing is cut here: what comes of it are attributes, and what is prefetched of positions.
-// last: the frame before `region`, for what is prefetched further along the way; null for nothing. Reads the atlases,
-// and brings Residency::usable up to date first. kept: of each instance from the cuts before, for those after; any
-// number of them.
-FrameCuts make_cuts(std::span<OpenAtlas> atlases, Raster raster, CutRegion region, const FrameInput* last,
-                    const CutLimits& limits, std::vector<IncrementalCut>& kept);
+FrameCuts make_cuts(Raster raster, const CutInput& input, const CutLimits& limits, CutMemory& memory);
 
 }  // namespace lodestone::vgi

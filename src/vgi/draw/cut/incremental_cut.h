@@ -34,6 +34,7 @@ struct CachedCharts {
     std::vector<CachedSquare> squares;  // chart after chart, each before those in it
     std::vector<uint32_t> touched;      // pages, as PageDemand::touched; those of a square together
     std::vector<uint32_t> first;        // per chart, of its squares; one more at the end
+    uint32_t cut = 0;                   // IncrementalCut::cuts when it was made
 
     // Keeps the room there is.
     void clear() {
@@ -49,8 +50,9 @@ struct IncrementalCut {
     std::vector<CachedCharts> charts, before;  // of this cut, and of the one before: room to be used again
     std::optional<RefinementTest> wanted;
     std::optional<Visibility> visibility;
-    const Residency* residency = nullptr;
-    uint64_t updates = 0;  // Residency::updates
+    const PageTopology* topology = nullptr;  // null: nothing to go on from
+    uint32_t cuts = 0;                       // made so far
+    uint64_t updates = 0;                    // Residency::updates
     int64_t forced_level = -1;
     uint64_t taken_over = 0;  // triangles of the last cut, for statistics
 };

@@ -44,8 +44,7 @@ Visibility::Visibility(const CutRequest& request, const Atlas& about) : about_(&
     }
 }
 
-uint32_t Visibility::seen(uint32_t mask, uint32_t number) const {
-    const PageBounds& bounds = about_->bounds[number];
+uint32_t Visibility::seen(uint32_t mask, const PageBounds& bounds) const {
     for (uint32_t v = 0; v < frusta_.size(); ++v) {
         const auto outside = [&](const glm::vec4& p) {
             const glm::vec3& c = bounds.centre;

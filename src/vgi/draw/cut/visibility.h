@@ -25,8 +25,10 @@ public:
 
     uint32_t all() const { return (1u << frusta_.size()) - 1; }
     // Of the views in `mask`, those that may see something of the page, numbered over all charts.
-    uint32_t seen(uint32_t mask, uint32_t number) const;
-    // The same, and what that holds_after.
+    uint32_t seen(uint32_t mask, uint32_t number) const { return seen(mask, about_->bounds[number]); }
+    // The same of any sphere and cone.
+    uint32_t seen(uint32_t mask, const PageBounds& bounds) const;
+    // The same of a page, and what that holds_after.
     uint32_t seen(uint32_t mask, uint32_t number, Slack& slack) const;
 
     // How far things moved since another was made for the same atlas; nothing where more than that has changed.

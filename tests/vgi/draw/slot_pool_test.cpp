@@ -1,4 +1,4 @@
-#include "vgi/draw/page_pool.h"
+#include "vgi/draw/slot_pool.h"
 
 #include <gtest/gtest.h>
 
@@ -10,27 +10,29 @@
 namespace lodestone::vgi {
 namespace {
 
-constexpr uint32_t nothing = PagePool::nothing;
+constexpr uint32_t nothing = SlotPool::nothing;
 
-TEST(PagePool, GivesAwayWhatWasNotUsedForLongest) {
-    PagePool pool(6, 3);
+TEST(SlotPool, GivesAwayWhatWasNotUsedForLongest) {
+    SlotPool pool(3);
     pool.begin_frame(0, 0);
-    EXPECT_EQ(pool.place(0, nothing, true)->slot, 0u);
-    EXPECT_EQ(pool.place(1, 0, false)->slot, 1u);
-    EXPECT_EQ(pool.place(2, 0, false)->slot, 2u);
-    EXPECT_FALSE(pool.place(3, 0, false)) << "everything is used by this frame";
+    EXPECT_EQ(pool.place(10, nothing, true)->slot, 0u);
+    EXPECT_EQ(pool.place(11, 0, false)->slot, 1u);
+    EXPECT_EQ(pool.place(12, 0, false)->slot, 2u);
+    EXPECT_FALSE(pool.place(13, 0, false)) << "everything is used by this frame";
     pool.begin_frame(1, 1);
     pool.touch(1);
-    const auto placed = pool.place(3, 0, false);
+    const auto placed = pool.place(13, 0, false);
     ASSERT_TRUE(placed);
-    EXPECT_EQ(placed->evicted, 2u);
+    EXPECT_EQ(placed->evicted, 12u);
     EXPECT_EQ(placed->slot, 2u);
-    EXPECT_TRUE(pool.holds(0) && pool.holds(1) && pool.holds(3));
+    EXPECT_EQ(pool.page_in(0), 10u);
+    EXPECT_EQ(pool.page_in(1), 11u);
+    EXPECT_EQ(pool.page_in(2), 13u);
     EXPECT_TRUE(pool.validate());
 }
 
-TEST(PagePool, KeepsPagesThatAFrameOnTheGpuMayRead) {
-    PagePool pool(4, 1);
+TEST(SlotPool, KeepsPagesThatAFrameOnTheGpuMayRead) {
+    SlotPool pool(1);
     pool.begin_frame(5, 0);
     ASSERT_TRUE(pool.place(0, nothing, false));
     pool.begin_frame(6, 5);  // frame 5 is still under way
@@ -39,8 +41,8 @@ TEST(PagePool, KeepsPagesThatAFrameOnTheGpuMayRead) {
     EXPECT_TRUE(pool.place(1, nothing, false));
 }
 
-TEST(PagePool, KeepsParentsOfWhatIsThere) {
-    PagePool pool(4, 2);
+TEST(SlotPool, KeepsParentsOfWhatIsThere) {
+    SlotPool pool(2);
     pool.begin_frame(0, 0);
     ASSERT_TRUE(pool.place(0, nothing, false));
     ASSERT_TRUE(pool.place(1, 0, false));
@@ -50,7 +52,7 @@ TEST(PagePool, KeepsParentsOfWhatIsThere) {
     const auto placed = pool.place(2, nothing, false);
     ASSERT_TRUE(placed);
     EXPECT_EQ(placed->evicted, 1u);
-    EXPECT_TRUE(pool.holds(0));
+    EXPECT_EQ(pool.page_in(0), 0u);
 }
 
 // The same rules, written as plainly as can be.
@@ -90,11 +92,12 @@ struct Oracle {
     }
 };
 
-TEST(PagePool, DoesWhatAPlainOneDoesUnderRandomTraces) {
+TEST(SlotPool, DoesWhatAPlainOneDoesUnderRandomTraces) {
     for (uint64_t seed = 0; seed < 40; ++seed) {
         Random random(seed);
         const uint32_t pages = 40 + random.below(60), slots = 8 + random.below(24);
-        PagePool pool(pages, slots);
+        SlotPool pool(slots);
+        std::map<uint32_t, uint32_t> slot_of;
         Oracle oracle{{}, slots};
         uint64_t completed = 0;
         std::set<uint32_t> pinned;
@@ -105,26 +108,32 @@ TEST(PagePool, DoesWhatAPlainOneDoesUnderRandomTraces) {
             oracle.completed = completed;
             for (uint32_t i = random.below(12); i > 0; --i) {
                 const uint32_t page = random.below(pages);
-                if (pool.holds(page)) {
-                    pool.touch(page);
+                if (slot_of.contains(page)) {
+                    pool.touch(slot_of[page]);
                     if (!pinned.contains(page)) oracle.touch(page);
                     continue;
                 }
                 // Trees four wide: the parent of page p is p / 4, of 0 none.
                 const uint32_t parent = page == 0 ? nothing : page / 4;
-                if (parent != nothing && !pool.holds(parent)) continue;
+                if (parent != nothing && !slot_of.contains(parent)) continue;
                 const bool pin = page < 3;
-                const auto placed = pool.place(page, parent, pin);
+                const auto placed = pool.place(page, parent == nothing ? nothing : slot_of[parent], pin);
                 const auto expected = oracle.place(page, parent, pin);
                 ASSERT_EQ(placed.has_value(), expected.first) << seed << " " << frame;
                 if (!placed) continue;
                 ASSERT_EQ(placed->evicted, expected.second) << seed << " " << frame;
+                if (placed->evicted != nothing) slot_of.erase(placed->evicted);
+                slot_of[page] = placed->slot;
                 if (pin) pinned.insert(page);
             }
             const auto valid = pool.validate();
             ASSERT_TRUE(valid) << valid.error().message;
-            for (const uint32_t page : pinned) ASSERT_TRUE(pool.holds(page)) << "pinned pages never leave";
-            for (uint32_t page = 0; page < pages; ++page) ASSERT_EQ(pool.holds(page), oracle.pages.contains(page));
+            for (const uint32_t page : pinned) ASSERT_TRUE(slot_of.contains(page)) << "pinned pages never leave";
+            ASSERT_EQ(slot_of.size(), oracle.pages.size());
+            for (const auto& [page, slot] : slot_of) {
+                ASSERT_TRUE(oracle.pages.contains(page));
+                ASSERT_EQ(pool.page_in(slot), page);
+            }
         }
     }
 }

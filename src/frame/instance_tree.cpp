@@ -1,0 +1,134 @@
+#include "frame/instance_tree.h"
+
+#include <algorithm>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numeric>
+#include <string>
+
+#include "base/check.h"
+
+namespace lodestone {
+
+namespace {
+
+Sphere around_both(const Sphere& a, const Sphere& b) {
+    const float apart = glm::distance(a.centre, b.centre);
+    if (apart + b.radius <= a.radius) return a;
+    if (apart + a.radius <= b.radius) return b;
+    const float radius = (apart + a.radius + b.radius) / 2;
+    return {a.centre + (b.centre - a.centre) * ((radius - a.radius) / apart), radius * 1.00001f};
+}
+
+}  // namespace
+
+void InstanceTree::update(const InstanceSet& instances) {
+    if (generation_ == instances.generation()) return;
+    const auto changed =
+        instances.size() == instances_.size() && !nodes_.empty() ? instances.changed_since(generation_) : std::nullopt;
+    instances_ = instances;
+    generation_ = instances.generation();
+    if (!changed || (moves_ += changed->size()) > instances.size()) return build();
+    for (const uint32_t i : *changed) move(i);
+}
+
+void InstanceTree::build() {
+    const auto count = static_cast<uint32_t>(instances_.size());
+    nodes_.clear();
+    order_.resize(count);
+    leaf_of_.resize(count);
+    spheres_.resize(count);
+    moves_ = 0;
+    std::iota(order_.begin(), order_.end(), 0u);
+    for (uint32_t i = 0; i < count; ++i) spheres_[i] = sphere_of_(instances_[i]);
+    if (count == 0) return;
+    nodes_.push_back({{}, 0, count, 0});
+    for (uint32_t n = 0; n < nodes_.size(); ++n) {
+        const uint32_t first = nodes_[n].first, size = nodes_[n].count;
+        const auto own = std::span(order_).subspan(first, size);
+        if (size <= leaf_instances) {
+            for (const uint32_t i : own) leaf_of_[i] = n;
+            continue;
+        }
+        glm::vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
+        for (const uint32_t i : own) {
+            low = glm::min(low, spheres_[i].centre);
+            high = glm::max(high, spheres_[i].centre);
+        }
+        const glm::vec3 extent = high - low;
+        const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+        std::ranges::nth_element(own, own.begin() + size / 2, {},
+                                 [&](uint32_t i) { return std::pair(spheres_[i].centre[axis], i); });
+        const auto left = static_cast<uint32_t>(nodes_.size());
+        nodes_[n].first = left;
+        nodes_[n].count = 0;
+        nodes_.push_back({{}, first, size / 2, n});
+        nodes_.push_back({{}, first + size / 2, size - size / 2, n});
+    }
+    for (size_t n = nodes_.size(); n-- > 0;) nodes_[n].sphere = around(nodes_[n]);
+}
+
+Sphere InstanceTree::around(const Node& node) const {
+    if (node.count == 0) return around_both(nodes_[node.first].sphere, nodes_[node.first + 1].sphere);
+    Sphere all = spheres_[order_[node.first]];
+    for (uint32_t k = 1; k < node.count; ++k) all = around_both(all, spheres_[order_[node.first + k]]);
+    return all;
+}
+
+void InstanceTree::move(uint32_t instance) {
+    spheres_[instance] = sphere_of_(instances_[instance]);
+    for (uint32_t n = leaf_of_[instance];; n = nodes_[n].parent) {
+        nodes_[n].sphere = around(nodes_[n]);
+        if (n == 0) return;
+    }
+}
+
+std::vector<InstanceTree::Seen> InstanceTree::seen(std::span<const Frustum> frusta) const {
+    LODE_CHECK(frusta.size() <= 32, frusta.size());
+    std::vector<Seen> found;
+    if (nodes_.empty()) return found;
+    const auto touching = [&](uint32_t views, const Sphere& sphere) {
+        for (uint32_t v = 0; v < frusta.size(); ++v) {
+            if ((views >> v & 1) != 0 && !frusta[v].touches(sphere.centre, sphere.radius)) views &= ~(1u << v);
+        }
+        return views;
+    };
+    const uint32_t all = frusta.size() == 32 ? ~0u : (1u << frusta.size()) - 1;
+    std::vector<std::pair<uint32_t, uint32_t>> open = {{0, all}};
+    while (!open.empty()) {
+        const auto [number, views] = open.back();
+        open.pop_back();
+        const Node& node = nodes_[number];
+        const uint32_t mask = touching(views, node.sphere);
+        if (mask == 0) continue;
+        if (node.count == 0) {
+            open.emplace_back(node.first, mask);
+            open.emplace_back(node.first + 1, mask);
+            continue;
+        }
+        for (const uint32_t i : std::span(order_).subspan(node.first, node.count)) {
+            if (const uint32_t seen_by = touching(mask, spheres_[i]); seen_by != 0) found.push_back({i, seen_by});
+        }
+    }
+    std::ranges::sort(found, {}, &Seen::instance);
+    return found;
+}
+
+Result<void> InstanceTree::validate() const {
+    for (uint32_t i = 0; i < spheres_.size(); ++i) {
+        const std::string name = "instance tree: instance " + std::to_string(i);
+        const Node& leaf = nodes_[leaf_of_[i]];
+        if (std::ranges::count(std::span(order_).subspan(leaf.first, leaf.count), i) != 1)
+            return fail(Fault::invariant, name + " is not in its leaf");
+        for (uint32_t n = leaf_of_[i];; n = nodes_[n].parent) {
+            const Sphere& s = nodes_[n].sphere;
+            if (glm::distance(s.centre, spheres_[i].centre) + spheres_[i].radius > s.radius * 1.001f + 1e-6f)
+                return fail(Fault::invariant, name + " sticks out of a node");
+            if (n == 0) break;
+        }
+    }
+    return {};
+}
+
+}  // namespace lodestone

@@ -1,0 +1,59 @@
+// A hierarchy over the instances of a scene: a node's sphere holds those of all instances below it, so that instances
+// no view sees cost nothing below the node that says so.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "frame/instance_set.h"
+#include "frame/screen_error.h"
+#include "frame/view.h"
+
+namespace lodestone {
+
+class InstanceTree {
+public:
+    // Where an instance is: its sphere in world space.
+    using SphereOf = std::function<Sphere(const Instance&)>;
+    explicit InstanceTree(SphereOf sphere_of) : sphere_of_(std::move(sphere_of)) {}
+
+    // The tree of this set. Instances that moved since the last call take their nodes along; the tree is built anew
+    // where instances came or went, and after as many moves as there are instances.
+    void update(const InstanceSet& instances);
+
+    struct Seen {
+        uint32_t instance, views;  // views: bit v for frusta[v]
+        bool operator==(const Seen&) const = default;
+    };
+    // Instances whose spheres touch one of the frusta, rising; at most 32 frusta.
+    std::vector<Seen> seen(std::span<const Frustum> frusta) const;
+
+    // Every node holds the spheres of what is below it, every instance is in one leaf.
+    Result<void> validate() const;
+
+private:
+    static constexpr uint32_t leaf_instances = 4;
+    struct Node {
+        Sphere sphere;
+        uint32_t first = 0, count = 0;  // leaf: of order_; inner nodes: the left child, the right one follows it, and 0
+        uint32_t parent = 0;            // of the root: itself
+    };
+    void build();
+    void move(uint32_t instance);
+    Sphere around(const Node& node) const;
+
+    SphereOf sphere_of_;
+    InstanceSet instances_;
+    uint64_t generation_ = 0;
+    std::vector<Node> nodes_;
+    std::vector<uint32_t> order_;    // instances, leaf after leaf
+    std::vector<uint32_t> leaf_of_;  // per instance
+    std::vector<Sphere> spheres_;    // per instance
+    size_t moves_ = 0;               // since the tree was built
+};
+
+}  // namespace lodestone

@@ -1,0 +1,35 @@
+#include "vgi/draw/cut/prefetch.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "vgi/draw/cut/refinement_test.h"
+#include "vgi/draw/cut/visibility.h"
+
+namespace lodestone::vgi {
+
+void prefetch(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts,
+              const PageDemand& wanted_now, PageDemand& prefetched) {
+    const Visibility visibility(request, residency.about());
+    const RefinementTest wanted(request, residency.about());
+    const PageTree& tree = residency.tree();
+    std::vector<uint32_t> open;
+    for (const uint32_t chart : charts) {
+        open.assign(1, 0);
+        while (!open.empty()) {
+            const uint32_t page = open.back(), number = residency.number(chart, page);
+            open.pop_back();
+            const PageBounds& bounds = residency.about().bounds[number];
+            // The sphere holds all finer pages, too, and none of them has larger errors.
+            if (visibility.seen(1, number) == 0) continue;
+            if (residency.holds(number)) {
+                if (tree.level(page) == 0 || !wanted.may_be(bounds, residency.below(number))) continue;
+                for (uint32_t k = 0; k < 4; ++k) open.push_back(tree.member(page + 1, k));
+            } else if (wanted_now.wish(number) == 0 && wanted.may_be(bounds)) {
+                prefetched.ask(number, std::min(wanted.excess(bounds) * 1e-3f, 1e-2f));
+            }
+        }
+    }
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,357 @@
+#include "vgi/draw/page_cache.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "base/check.h"
+#include "base/threads.h"
+#include "vgi/draw/mip_tail.h"
+#include "vgi/draw/page_table.h"
+#include "vgi/draw/recipe_layout.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+constexpr uint32_t most_waiting = 256;      // requests at once
+constexpr uint32_t most_new_requests = 64;  // per frame and layer
+constexpr uint64_t retry_frames = 120;      // until a page that could not be read is asked for again
+
+// Ids of requests: atlas << 40 | number << 1 | layer.
+uint64_t request_id(Layer layer, uint32_t atlas, uint32_t number) {
+    return uint64_t{atlas} << 40 | uint64_t{number} << 1 | index_of(layer);
+}
+
+}  // namespace
+
+PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<uint32_t, 2> slots, uint32_t texel_words)
+    : atlases_(atlases), texel_words_(texel_words) {
+    for (const OpenAtlas& atlas : atlases_)
+        pages_.emplace_back(AtlasPages{Residency(atlas.topology), AttributePages(atlas.file->about())});
+    for (const Layer layer : both_layers) {
+        uint32_t pages = 0;
+        for (OpenAtlas& atlas : atlases_) {
+            atlas.first[index_of(layer)] = pages;
+            pages += atlas.pages(layer);
+            std::vector<uint32_t>& all = changed_charts_[index_of(layer)].emplace_back(atlas.file->about().charts());
+            std::iota(all.begin(), all.end(), 0u);
+        }
+        pools_.emplace_back(slots[index_of(layer)]);
+    }
+}
+
+PageCache::PageId PageCache::page_of(Layer layer, uint32_t key) const {
+    const size_t l = index_of(layer);
+    const auto next = std::ranges::upper_bound(atlases_, key, {}, [&](const OpenAtlas& a) { return a.first[l]; });
+    const auto atlas = static_cast<uint32_t>(next - atlases_.begin()) - 1;
+    return {layer, atlas, key - atlases_[atlas].first[l]};
+}
+
+PageCache::PageId PageCache::parent_of(const PageId& id) const {
+    const PageTree& tree = atlases_[id.atlas].trees[index_of(id.layer)];
+    const uint32_t page = id.number % tree.pages();
+    return {id.layer, id.atlas, id.number - page + tree.parent(page)};
+}
+
+Result<void> PageCache::load_base_pages() {
+    for (uint32_t a = 0; a < atlases_.size(); ++a) {
+        OpenAtlas& atlas = atlases_[a];
+        const Atlas& about = atlas.file->about();
+        std::vector<Decoded> pages(size_t{about.charts()} * 2);
+        parallel_for(about.charts(), 4, [&](size_t begin, size_t end) {
+            for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
+                for (const Layer layer : both_layers) {
+                    const auto bytes = atlas.file->bytes(layer, c, 0);
+                    const DecodeTask task{{layer, a, c * atlas.trees[index_of(layer)].pages()},
+                                          &atlas,
+                                          Blob(nullptr, bytes.data(), bytes.size()),
+                                          nullptr,
+                                          nullptr,
+                                          texel_words_};
+                    pages[c * 2 + index_of(layer)] = task.run();
+                }
+            }
+        });
+        std::vector<std::shared_ptr<const AttributePage>> coarsest;
+        for (Decoded& page : pages) {
+            if (page.geometry != nullptr) atlas.spacing.push_back(spacing_of(about, *page.geometry));
+            if (page.geometry == nullptr && page.attributes == nullptr) {
+                return fail(Fault::format, atlas.file->file().path().string() + ": a coarsest page of chart " +
+                                               std::to_string(page.id.number / atlas.trees[0].pages()) +
+                                               " cannot be unpacked; bake the asset again");
+            }
+            if (page.attributes != nullptr) coarsest.push_back(page.attributes);
+            ready_.push_back(std::move(page));
+        }
+        atlas.mip_tail = std::make_shared<const AttributePage>(mip_tail(about, coarsest, texel_words_));
+    }
+    return {};
+}
+
+uint64_t PageCache::Decoded::bytes() const {
+    return geometry != nullptr     ? geometry->size() * sizeof(GeometryTexel)
+           : attributes != nullptr ? attributes->size() * sizeof(uint32_t)
+                                   : 0;
+}
+
+PageCache::Decoded PageCache::DecodeTask::run() const {
+    const size_t l = index_of(id.layer);
+    const Atlas& about = atlas->file->about();
+    const uint32_t per_chart = atlas->trees[l].pages(), page = id.number % per_chart;
+    const PageTree tree = tree_of(about, id.layer, id.number / per_chart);
+    Decoded decoded{id, nullptr, nullptr};
+    const auto family =
+        PageFamily::unpack(tree, atlas->channels[l], tree.family(page), std::span(blob.data(), blob.size()));
+    if (!family) return decoded;
+    std::optional<Page> parent;
+    if (parent_geometry != nullptr) parent = unpacked_geometry(*parent_geometry);
+    if (parent_attributes != nullptr)
+        parent = unpacked_attributes(*parent_attributes, atlas->trees[l], about.attributes);
+    const Page plain = family->page(page, parent ? &*parent : nullptr);
+    if (id.layer == Layer::geometry) {
+        decoded.geometry = std::make_shared<const GeometryPage>(packed_geometry(plain, tree));
+    } else {
+        decoded.attributes =
+            std::make_shared<const AttributePage>(packed_attributes(plain, tree, about.attributes, texel_words));
+    }
+    return decoded;
+}
+
+void PageCache::begin_frame(uint64_t frame, uint64_t completed) {
+    for (SlotPool& pool : pools_) pool.begin_frame(frame, completed);
+    uploaded_ = evicted_ = 0;
+}
+
+void PageCache::touch(const std::array<std::vector<uint32_t>, 2>& pages) {
+    for (const Layer layer : both_layers) {
+        for (const uint32_t key : pages[index_of(layer)]) {
+            const PageId id = page_of(layer, key);
+            pool(layer).touch(this->pages(id.atlas).slot(layer, id.number));
+        }
+    }
+}
+
+void PageCache::touch_positions(std::span<const uint32_t> pages) {
+    for (const uint32_t key : pages) {
+        const PageId id = page_of(Layer::geometry, key);
+        const uint32_t slot = this->pages(id.atlas).slot(Layer::geometry, id.number);
+        if (slot != SlotPool::nothing) pool(Layer::geometry).touch(slot);
+    }
+}
+
+// What was decoded since the last frame.
+void PageCache::take_decoded() {
+    for (auto& page : decoding_) ready_.push_back(page.get());
+    decoding_.clear();
+}
+
+void PageCache::start_decoding(const FrameInput& input) {
+    for (const Arrival& arrival : input.arrivals) {
+        const PageId id{static_cast<Layer>(arrival.request & 1), static_cast<uint32_t>(arrival.request >> 40),
+                        static_cast<uint32_t>(arrival.request >> 1 & 0xffffffffu)};
+        if (id.atlas >= atlases_.size() || id.number >= atlases_[id.atlas].pages(id.layer) ||
+            pages(id.atlas).state(id.layer, id.number) != PageState::requested)
+            continue;  // nothing that was asked for
+        if (arrival.blob.size() == 0) {
+            fail_page(id, input.frame);
+            continue;
+        }
+        const PageId up = parent_of(id);
+        const AtlasPages& known = pages(id.atlas);
+        if (!known.holds(id.layer, up.number)) {
+            forget(id);
+            continue;
+        }
+        const bool geometry = id.layer == Layer::geometry;
+        DecodeTask task{id,
+                        &atlases_[id.atlas],
+                        arrival.blob,
+                        geometry ? known.geometry.entry(up.number).texels : nullptr,
+                        geometry ? nullptr : known.attributes.entry(up.number).texels,
+                        texel_words_};
+        set_state(id, PageState::decoding);
+        decoding_.push_back(decoder_.start<Decoded>([task = std::move(task)] { return task.run(); }));
+    }
+}
+
+void PageCache::forget(const PageId& id) {
+    set_state(id, PageState::absent);
+    --waiting_;
+}
+
+void PageCache::fail_page(const PageId& id, uint64_t frame) {
+    set_state(id, PageState::failed);
+    retry_[id] = frame + retry_frames;
+    --waiting_;
+    ++failed_;
+}
+
+void PageCache::place(const FrameInput& input, bool all, Plan& plan) {
+    take_decoded();
+    start_decoding(input);
+    uint64_t bytes = 0;
+    size_t done = 0;
+    for (; done < ready_.size(); ++done) {
+        const Decoded& page = ready_[done];
+        const uint64_t size = page.bytes();
+        if (!all && bytes > 0 && bytes + size > input.budget.upload_bytes) break;
+        if (size == 0) {
+            fail_page(page.id, input.frame);
+        } else if (place_one(page, plan)) {
+            bytes += size;
+            ++uploaded_;
+        }
+    }
+    ready_.erase(ready_.begin(), ready_.begin() + static_cast<ptrdiff_t>(done));
+    for (CopyOnWrite<AtlasPages>& known : pages_) {
+        if (known->geometry.owes_update()) known.write().geometry.update();
+    }
+    upload_page_tables(plan);
+}
+
+// False where there is no room, or what it is coded against has gone: if it is still wanted, it is asked for again.
+bool PageCache::place_one(const Decoded& page, Plan& plan) {
+    const PageId& id = page.id;
+    const bool base = id.number % atlases_[id.atlas].trees[index_of(id.layer)].pages() == 0;
+    if (!base) forget(id);
+    uint32_t parent = SlotPool::nothing;
+    if (!base) {
+        parent = pages(id.atlas).slot(id.layer, parent_of(id).number);
+        if (parent == SlotPool::nothing) return false;
+    }
+    const auto placed = pool(id.layer).place(key_of(id), parent, base);
+    if (!placed) return false;
+    if (placed->evicted != SlotPool::nothing) evict(id.layer, placed->evicted);
+    upload_page(page, placed->slot, plan);
+    return true;
+}
+
+void PageCache::evict(Layer layer, uint32_t key) {
+    const PageId id = page_of(layer, key);
+    pages_[id.atlas].write().drop(layer, id.number);
+    changed_charts_[index_of(layer)][id.atlas].push_back(id.number / atlases_[id.atlas].trees[index_of(layer)].pages());
+    changed_ = true;
+    ++evicted_;
+}
+
+void PageCache::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
+    const PageId& id = page.id;
+    const PageTree& tree = atlases_[id.atlas].trees[index_of(id.layer)];
+    AtlasPages& known = pages_[id.atlas].write();
+    changed_ = true;
+    changed_charts_[index_of(id.layer)][id.atlas].push_back(id.number / tree.pages());
+    if (id.layer == Layer::geometry) {
+        known.geometry.put(id.number, page.geometry, slot);
+        const auto bytes = std::as_bytes(std::span(*page.geometry));
+        add_upload(plan, geometry_pool, slot * geometry_slot_bytes, Blob(page.geometry, bytes.data(), bytes.size()));
+        uint32_t level = 0, x = 0, y = 0;
+        tree.place(id.number % tree.pages(), &level, &x, &y);
+        const uint32_t header[2] = {id.number / tree.pages() | level << 28, x | y << 16};
+        add_upload(plan, slot_table, uint64_t{slot} * sizeof header, Blob::copy_of(header, 2));
+        return;
+    }
+    known.attributes.put(id.number, page.attributes, slot);
+    const auto bytes = std::as_bytes(std::span(*page.attributes));
+    add_upload(plan, attribute_pool, uint64_t{slot} * LODE_VGI_PAGE_TEXELS * texel_words_ * sizeof(uint32_t),
+               Blob(page.attributes, bytes.data(), bytes.size()));
+}
+
+// Rows of the page table whose charts have changed, those that follow each other at once.
+void PageCache::upload_page_tables(Plan& plan) {
+    uint64_t first_of_layer = 0;
+    for (const Layer layer : both_layers) {
+        const size_t l = index_of(layer);
+        for (uint32_t a = 0; a < atlases_.size(); ++a) {
+            std::vector<uint32_t> changed = std::exchange(changed_charts_[l][a], {});
+            std::ranges::sort(changed);
+            const auto repeated = std::ranges::unique(changed);
+            changed.erase(repeated.begin(), repeated.end());
+            const PageTree& tree = atlases_[a].trees[l];
+            for (size_t i = 0; i < changed.size();) {
+                const uint32_t first = changed[i];
+                std::vector<uint32_t> entries;
+                for (uint32_t chart = first; i < changed.size() && changed[i] == chart; ++i, ++chart) {
+                    append_table_row(
+                        tree, [&](uint32_t page) { return pages(a).slot(layer, chart * tree.pages() + page); },
+                        entries);
+                }
+                const uint64_t place = first_of_layer + atlases_[a].first[l] + uint64_t{first} * tree.pages();
+                add_upload(plan, page_table, place * sizeof(uint32_t), Blob::copy_of(entries.data(), entries.size()));
+            }
+        }
+        for (const OpenAtlas& atlas : atlases_) first_of_layer += atlas.pages(layer);
+    }
+}
+
+// What is left out is nowhere, and nothing is missing there.
+bool PageCache::there(const FrameCuts::Wish& w) const {
+    const OpenAtlas& atlas = atlases_[w.atlas];
+    const uint32_t per_chart = atlas.trees[index_of(w.layer)].pages();
+    return pages(w.atlas).holds(w.layer, w.number) ||
+           !atlas.file->has(w.layer, w.number / per_chart, w.number % per_chart);
+}
+
+// Whether it is absent, not left out, and its parent is there, from which it differs.
+bool PageCache::may_be_asked_for(const FrameCuts::Wish& w, uint64_t frame) {
+    const PageId id{w.layer, w.atlas, w.number};
+    if (pages(w.atlas).state(w.layer, w.number) == PageState::failed && retry_.at(id) <= frame) {
+        retry_.erase(id);
+        set_state(id, PageState::absent);
+    }
+    if (pages(w.atlas).state(w.layer, w.number) != PageState::absent || there(w)) return false;
+    const bool base = w.number % atlases_[w.atlas].trees[index_of(w.layer)].pages() == 0;
+    return base || pages(w.atlas).holds(w.layer, parent_of(id).number);
+}
+
+uint32_t PageCache::request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan) {
+    uint32_t missing = 0;
+    std::array<uint32_t, 2> room{}, asked{};
+    // No more than there is room for: what is wanted least would only push out what is wanted more.
+    for (const Layer layer : both_layers) room[index_of(layer)] = pool(layer).available();
+    for (const FrameCuts::Wish& w : wishes) {
+        missing += !w.prefetched && !there(w);
+        const PageState state = pages(w.atlas).state(w.layer, w.number);
+        uint32_t& left = room[index_of(w.layer)];
+        if (state == PageState::requested || state == PageState::decoding) left -= std::min(left, 1u);
+    }
+    for (const FrameCuts::Wish& w : wishes) {
+        const size_t l = index_of(w.layer);
+        if (waiting_ >= most_waiting) break;
+        if (room[l] == 0 || asked[l] == most_new_requests || !may_be_asked_for(w, frame)) continue;
+        const OpenAtlas& atlas = atlases_[w.atlas];
+        const uint32_t per_chart = atlas.trees[l].pages();
+        const auto range = atlas.file->place(w.layer, w.number / per_chart, w.number % per_chart);
+        plan.requests.push_back(
+            {request_id(w.layer, w.atlas, w.number), w.atlas, range.chunk, range.offset, range.bytes, w.wanted});
+        set_state({w.layer, w.atlas, w.number}, PageState::requested);
+        ++waiting_;
+        --room[l];
+        ++asked[l];
+    }
+    return missing;
+}
+
+std::vector<AtlasSnapshot> PageCache::snapshot() const {
+    std::vector<AtlasSnapshot> all;
+    for (size_t a = 0; a < atlases_.size(); ++a) all.push_back({&atlases_[a], pages_[a].snapshot()});
+    return all;
+}
+
+Result<void> PageCache::validate() const {
+    for (const CopyOnWrite<AtlasPages>& known : pages_) {
+        if (auto good = known->geometry.validate(); !good) return good;
+    }
+    for (const Layer layer : both_layers) {
+        const SlotPool& pool = pools_[index_of(layer)];
+        if (auto good = pool.validate(); !good) return good;
+        for (uint32_t slot = 0; slot < pool.slots(); ++slot) {
+            if (pool.page_in(slot) == SlotPool::nothing) continue;
+            const PageId id = page_of(layer, pool.page_in(slot));
+            if (pages(id.atlas).slot(layer, id.number) != slot)
+                return fail(Fault::invariant, "vgi: a slot is given to a page that is elsewhere");
+        }
+    }
+    return {};
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,111 @@
+// The owner of every page of every atlas: whether it is absent, requested, decoding, failed or resident, in which slot,
+// and whether cuts may use it. Pages are asked for, decoded beside the frames, given a slot of a pool, uploaded, and
+// evicted when others need the room.
+//
+//   absent ─request()→ requested ─arrival→ decoding ─place()→ resident ─evicted→ absent
+//                          └─ empty arrival, or it cannot be decoded ─→ failed ─120 frames→ absent
+#pragma once
+
+#include <future>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "base/copy_on_write.h"
+#include "frame/frame_source.h"
+#include "vgi/draw/cut/frame_cuts.h"
+#include "vgi/draw/open_atlas.h"
+#include "vgi/draw/slot_pool.h"
+#include "vgi/draw/worker.h"
+
+namespace lodestone::vgi {
+
+class PageCache {
+public:
+    // atlases: must outlive this. slots: of the pools, by layer. texel_words: of every sample of attributes.
+    PageCache(std::span<OpenAtlas> atlases, std::array<uint32_t, 2> slots, uint32_t texel_words);
+
+    // The coarsest page of every chart; they are placed by the first frame. Fault::format for a damaged one.
+    Result<void> load_base_pages();
+
+    // Once a frame, in this order: the frame begins; pages that cuts use are touched; what was decoded is placed, as
+    // many bytes as may be uploaded, and what has arrived goes to be decoded; pages are asked for.
+    void begin_frame(uint64_t frame, uint64_t completed);
+    void touch(const std::array<std::vector<uint32_t>, 2>& pages);
+    void touch_positions(std::span<const uint32_t> pages);  // those of them that are still there
+    // all: with no regard to Budget::upload_bytes.
+    void place(const FrameInput& input, bool all, Plan& plan);
+    // Returns how many of the pages wanted now are not there.
+    uint32_t request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan);
+
+    // What is known of all pages now, by atlas; it stays as it is whatever comes.
+    std::vector<AtlasSnapshot> snapshot() const;
+
+    // Pages came or went since this was last asked.
+    bool take_changed() { return std::exchange(changed_, false); }
+    uint32_t resident() const { return pools_[0].resident() + pools_[1].resident(); }
+    uint32_t uploaded() const { return uploaded_; }  // by this frame
+    uint32_t evicted() const { return evicted_; }
+    uint32_t failed() const { return failed_; }    // ever
+    uint32_t waiting() const { return waiting_; }  // requested or decoding
+
+    // Which pages are usable is what its definition says, the pools are sound, and each slot has the page that has it.
+    Result<void> validate() const;
+
+private:
+    struct PageId {
+        Layer layer;
+        uint32_t atlas, number;  // number: of the atlas
+        auto operator<=>(const PageId&) const = default;
+    };
+    struct Decoded {
+        PageId id;
+        std::shared_ptr<const GeometryPage> geometry;
+        std::shared_ptr<const AttributePage> attributes;  // both null: it could not be decoded
+        uint64_t bytes() const;
+    };
+    // What decoding a page takes, none of which changes meanwhile.
+    struct DecodeTask {
+        PageId id;
+        const OpenAtlas* atlas;
+        Blob blob;
+        std::shared_ptr<const GeometryPage> parent_geometry;
+        std::shared_ptr<const AttributePage> parent_attributes;  // both null: a coarsest page
+        uint32_t texel_words;
+        Decoded run() const;
+    };
+    SlotPool& pool(Layer layer) { return pools_[index_of(layer)]; }
+    const AtlasPages& pages(uint32_t atlas) const { return *pages_[atlas]; }
+    uint32_t key_of(const PageId& id) const { return atlases_[id.atlas].first[index_of(id.layer)] + id.number; }
+    PageId page_of(Layer layer, uint32_t key) const;
+    // Of a page that is not a coarsest one.
+    PageId parent_of(const PageId& id) const;
+    void set_state(const PageId& id, PageState state) {
+        pages_[id.atlas].write().set_state(id.layer, id.number, state);
+    }
+
+    void take_decoded();
+    void start_decoding(const FrameInput& input);
+    void forget(const PageId& id);
+    void fail_page(const PageId& id, uint64_t frame);
+    bool place_one(const Decoded& page, Plan& plan);
+    void evict(Layer layer, uint32_t key);
+    void upload_page(const Decoded& page, uint32_t slot, Plan& plan);
+    void upload_page_tables(Plan& plan);
+    bool there(const FrameCuts::Wish& wish) const;
+    bool may_be_asked_for(const FrameCuts::Wish& wish, uint64_t frame);
+
+    std::span<OpenAtlas> atlases_;
+    uint32_t texel_words_;
+    std::vector<CopyOnWrite<AtlasPages>> pages_;  // by atlas
+    std::vector<SlotPool> pools_;                 // by layer
+    std::map<PageId, uint64_t> retry_;            // of failed pages: the frame from which they may be asked for again
+    std::array<std::vector<std::vector<uint32_t>>, 2> changed_charts_;  // by layer and atlas: their page tables changed
+    std::vector<Decoded> ready_;                                        // decoded, without a slot yet
+    std::vector<std::future<Decoded>> decoding_;
+    uint32_t waiting_ = 0, uploaded_ = 0, evicted_ = 0, failed_ = 0;
+    bool changed_ = true;
+    Worker decoder_;  // last: its thread ends before what it works for
+};
+
+}  // namespace lodestone::vgi

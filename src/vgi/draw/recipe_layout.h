@@ -1,0 +1,39 @@
+// Buffers and pipelines of the backend's recipe by number.
+#pragma once
+
+#include <cstdint>
+
+#include "frame/plan.h"
+#include "shaders/shared/vgi_texels.h"
+#include "vgi/draw/residency.h"
+
+namespace lodestone::vgi {
+
+enum Pipelines : uint32_t { visibility_pipeline, lighting_pipeline, first_pass };  // first_pass: of DeviceCut
+enum Buffers : uint32_t {
+    geometry_pool,
+    slot_table,
+    page_table,
+    attribute_pool,
+    asset_table,
+    code_table,
+    chart_table,
+    draw_lists,
+    // Where the device cuts (study/device_cut.h).
+    cut_instances,
+    cut_bounds,
+    cut_sides,
+    cut_states,
+    cut_leaves,
+    cut_records,
+    cut_findings
+};
+inline constexpr uint64_t geometry_slot_bytes = uint64_t{LODE_VGI_PAGE_TEXELS} * sizeof(GeometryTexel);
+
+// Adds an upload to the plan's update stage.
+inline void add_upload(Plan& plan, uint32_t buffer, uint64_t offset, Blob blob) {
+    plan.stats.uploaded_bytes += blob.size();
+    plan.commands.push_back({Stage::update, Upload{buffer, offset, std::move(blob)}});
+}
+
+}  // namespace lodestone::vgi

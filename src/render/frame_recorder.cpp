@@ -41,7 +41,7 @@ FrameRecorder::FrameRecorder(const FrameContext& context, const Plan& plan, cons
                                                     [](const View& v) { return v.kind == View::Kind::shadow; });
     wire_ = look.wireframe && context.device.draws_lines();
     has_visibility_ = c_.recipe.has_visibility();
-    cull_back_ = !look.double_sided && !any_mirrored(input.instances);
+    cull_back_ = !look.double_sided && !c_.instances.any_mirrored();
 }
 
 void FrameRecorder::record() {
@@ -85,16 +85,18 @@ void FrameRecorder::stage_bytes(const std::byte* data, uint64_t bytes, Target&& 
 
 void FrameRecorder::upload_frame_data() {
     const gpu::FrameConstants constants = frame_constants(input_, look_, c_.shadow_size);
-    const auto instances = instance_constants(input_.instances);
-    const auto put = [&](const Buffer& buffer, const void* data, uint64_t bytes) {
+    const auto put = [&](const Buffer& buffer, const void* data, uint64_t bytes, uint64_t offset = 0) {
         stage_bytes(static_cast<const std::byte*>(data), bytes,
                     [&](VkDeviceSize staged, uint64_t done, uint64_t length) {
-                        const VkBufferCopy region{staged, done, length};
+                        const VkBufferCopy region{staged, offset + done, length};
                         vkCmdCopyBuffer(commands_, c_.slot.staging.get(), buffer.get(), 1, &region);
                     });
     };
     put(c_.slot.constants, &constants, sizeof constants);
-    put(c_.slot.instances.buffer, instances.data(), instances.size() * sizeof instances[0]);
+    constexpr size_t each = sizeof(gpu::InstanceConstants);
+    for (const InstanceTable::Range& range : c_.instances.stale(c_.slot.instances_version))
+        put(c_.slot.instances.buffer, &c_.instances.all()[range.first], range.count * each, range.first * each);
+    c_.slot.instances_version = c_.instances.version();
     put(c_.slot.instance_ids.buffer, plan_.instance_ids.data(),
         plan_.instance_ids.size() * sizeof plan_.instance_ids[0]);
     if (look_.marks != nullptr) put(c_.slot.marks, look_.marks->of_triangles.data(), look_.marks->of_triangles.size());

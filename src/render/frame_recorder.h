@@ -7,6 +7,7 @@
 
 #include "render/frame_slot.h"
 #include "render/hazards.h"
+#include "render/instance_table.h"
 #include "render/recipe_build.h"
 #include "render/targets.h"
 #include "render/vulkan/commands.h"
@@ -25,6 +26,7 @@ struct FrameContext {
     const Targets& targets;
     uint32_t shadow_size;
     FrameSlot& slot;
+    const InstanceTable& instances;  // of the frame
 };
 
 class FrameRecorder {

@@ -140,20 +140,4 @@ gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOption
     return c;
 }
 
-std::vector<gpu::InstanceConstants> instance_constants(std::span<const Instance> instances) {
-    std::vector<gpu::InstanceConstants> all;
-    all.reserve(instances.size());
-    for (const Instance& i : instances) {
-        const glm::mat3 normal = glm::transpose(glm::inverse(glm::mat3(i.object_to_world)));
-        all.push_back(
-            {i.object_to_world, glm::mat4(normal), i.first_material, i.asset, largest_scale(i.object_to_world), 0});
-    }
-    return all;
-}
-
-bool any_mirrored(std::span<const Instance> instances) {
-    return std::any_of(instances.begin(), instances.end(),
-                       [](const Instance& i) { return glm::determinant(glm::mat3(i.object_to_world)) < 0; });
-}
-
 }  // namespace lodestone

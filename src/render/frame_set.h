@@ -29,7 +29,5 @@ private:
 
 // shadow_size: texels a side of the shadow map; 0 turns shadows off.
 gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOptions& look, uint32_t shadow_size);
-std::vector<gpu::InstanceConstants> instance_constants(std::span<const Instance> instances);
-bool any_mirrored(std::span<const Instance> instances);
 
 }  // namespace lodestone

@@ -23,10 +23,11 @@ bool ensure_buffer(BlockAllocator& allocator, Buffer& buffer, VkDeviceSize bytes
     return true;
 }
 
-void ensure_texels(BlockAllocator& allocator, TexelBuffer& texels, VkDeviceSize bytes, uint32_t words,
+bool ensure_texels(BlockAllocator& allocator, TexelBuffer& texels, VkDeviceSize bytes, uint32_t words,
                    const char* name) {
-    if (ensure_buffer(allocator, texels.buffer, bytes, VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, name))
-        texels.view = make_texel_view(allocator.device(), texels.buffer.get(), words);
+    if (!ensure_buffer(allocator, texels.buffer, bytes, VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, name)) return false;
+    texels.view = make_texel_view(allocator.device(), texels.buffer.get(), words);
+    return true;
 }
 
 FrameCounters read_counters(const Device& device, const FrameSlot& slot) {

@@ -39,6 +39,7 @@ struct FrameSlot {
     Staging staging;
     Buffer constants, marks;              // device-local
     TexelBuffer instances, instance_ids;  // the same
+    uint64_t instances_version = 0;       // InstanceTable::version() of what is in `instances`
     VkDescriptorSet frame_set = VK_NULL_HANDLE;
     OwnedQueryPool statistics, timestamps;
     struct PendingReadback {
@@ -52,7 +53,7 @@ struct FrameSlot {
 bool ensure_buffer(BlockAllocator& allocator, Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage,
                    const char* name);
 // The same of texels of so many words.
-void ensure_texels(BlockAllocator& allocator, TexelBuffer& texels, VkDeviceSize bytes, uint32_t words,
+bool ensure_texels(BlockAllocator& allocator, TexelBuffer& texels, VkDeviceSize bytes, uint32_t words,
                    const char* name);
 
 // Counters of a finished slot.

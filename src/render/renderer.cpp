@@ -68,8 +68,11 @@ public:
             slot.place = place;
             slot.submitted_at = entered;
             slot.staging.reset();
-            ensure_texels(allocator_, slot.instances,
-                          std::max<size_t>(input.instances.size(), 1) * sizeof(gpu::InstanceConstants), 4, "instances");
+            instances_.update(input.instances);
+            if (ensure_texels(allocator_, slot.instances,
+                              std::max<size_t>(input.instances.size(), 1) * sizeof(gpu::InstanceConstants), 4,
+                              "instances"))
+                slot.instances_version = 0;
             ensure_texels(allocator_, slot.instance_ids,
                           std::max<size_t>(plan.instance_ids.size(), 1) * sizeof(uint32_t), 1, "instance ids");
             const size_t marks = look.marks != nullptr ? look.marks->of_triangles.size() : 0;
@@ -78,7 +81,7 @@ public:
             sets_.write(slot, loaded.materials, targets_);
             CommandPool::begin(slot.commands);
             FrameRecorder({device_, pool_, allocator_, loaded.recipe, loaded.built, loaded.hazards, targets_,
-                           options_.shadow_size, slot},
+                           options_.shadow_size, slot, instances_},
                           plan, input, look)
                 .record();
             const VkFence fence = slot.fence.get();
@@ -253,6 +256,7 @@ private:
     };
     std::array<Loaded, most_places> loaded_;
     std::vector<FrameSlot> slots_;
+    InstanceTable instances_;  // of the last frame submitted
     size_t next_slot_ = 0;
     bool drawn_ = false;  // a frame was submitted
     ImageUse colour_use_, depth_use_;

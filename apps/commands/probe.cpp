@@ -59,9 +59,8 @@ public:
         range.index_buffer = 1;
         range.index_count = static_cast<uint32_t>(indices.size());
         range.triangles = range.index_count / 3;
-        range.instances = {0};
-        const Sphere in_sight{{0, 0, 0}, 1e6f};
-        draw_ranges(plan, input, std::span(&range, 1), std::span(&in_sight, 1));
+        range.instances = {{0, 1}};
+        draw_ranges(plan, input, std::span(&range, 1));
         if (auto done = renderer_->submit(plan, input, ShadingOptions{}); !done) return tl::unexpected(done.error());
         if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
         uint64_t runs = 0;

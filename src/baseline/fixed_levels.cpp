@@ -13,7 +13,11 @@ constexpr uint32_t vertex_buffer = 0, index_buffer = 1, mesh_pipeline = 0;
 
 class FixedLevelsSource final : public FrameSource {
 public:
-    explicit FixedLevelsSource(std::vector<FixedLevels> assets) {
+    explicit FixedLevelsSource(std::vector<FixedLevels> assets)
+        : instances_([this](const Instance& instance) {
+              LODE_CHECK(instance.asset < assets_.size(), instance.asset, assets_.size());
+              return to_world(assets_[instance.asset].sphere, instance.object_to_world);
+          }) {
         uint64_t vertex_bytes = 0, index_bytes = 0;
         for (FixedLevels& levels : assets) {
             Asset asset;
@@ -39,15 +43,12 @@ public:
         Plan plan;
         plan.generation = recipe_.generation;
         if (!uploaded_) upload(plan);
-        std::vector<std::vector<std::vector<uint32_t>>> chosen;  // per asset and level: instances
+        instances_.update(input.instances);
+        std::vector<std::vector<std::vector<InstanceTree::Seen>>> chosen;  // per asset and level
         for (const Asset& asset : assets_) chosen.emplace_back(asset.levels.levels.size());
-        std::vector<Sphere> spheres;
-        for (uint32_t i = 0; i < input.instances.size(); ++i) {
-            const Instance& instance = input.instances[i];
-            LODE_CHECK(instance.asset < assets_.size(), instance.asset, assets_.size());
-            const Asset& asset = assets_[instance.asset];
-            chosen[instance.asset][level_for(asset, input, instance)].push_back(i);
-            spheres.push_back(asset.sphere);
+        for (const InstanceTree::Seen& seen : seen_instances(instances_, input.views)) {
+            const Instance& instance = input.instances[seen.instance];
+            chosen[instance.asset][level_for(assets_[instance.asset], input, instance)].push_back(seen);
         }
         std::vector<IndexedRange> ranges;
         for (size_t a = 0; a < assets_.size(); ++a) {
@@ -68,13 +69,14 @@ public:
                 ranges.push_back(std::move(range));
             }
         }
-        draw_ranges(plan, input, ranges, spheres);
+        draw_ranges(plan, input, ranges);
         for (const BufferSpec& buffer : recipe_.buffers) plan.stats.resident_bytes += buffer.bytes;
         plan.stats.index_bytes = recipe_.buffers[index_buffer].bytes;
         return plan;
     }
 
     Result<void> validate() const override {
+        if (auto good = instances_.validate(); !good) return good;
         for (const Asset& asset : assets_) {
             double error = 0;
             for (const FixedLevel& level : asset.levels.levels) {
@@ -127,6 +129,7 @@ private:
     }
 
     std::vector<Asset> assets_;
+    InstanceTree instances_;
     Recipe recipe_;
     bool uploaded_ = false;
 };

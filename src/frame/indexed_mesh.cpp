@@ -37,15 +37,15 @@ Sphere bounding_sphere(std::span<const MeshVertex> vertices) {
     return bounding_sphere_of(positions);
 }
 
-void draw_ranges(Plan& plan, const FrameInput& input, std::span<const IndexedRange> ranges,
-                 std::span<const Sphere> spheres) {
-    LODE_CHECK(spheres.size() == input.instances.size(), spheres.size(), input.instances.size());
-    std::vector<Sphere> world;
-    for (size_t i = 0; i < spheres.size(); ++i)
-        world.push_back(to_world(spheres[i], input.instances[i].object_to_world));
+std::vector<InstanceTree::Seen> seen_instances(const InstanceTree& tree, std::span<const View> views) {
+    std::vector<Frustum> frusta;
+    for (const View& view : views) frusta.push_back(frustum_of(view));
+    return tree.seen(frusta);
+}
+
+void draw_ranges(Plan& plan, const FrameInput& input, std::span<const IndexedRange> ranges) {
     for (uint32_t v = 0; v < input.views.size(); ++v) {
         const View& view = input.views[v];
-        const Frustum frustum = frustum_of(view);
         for (const IndexedRange& range : ranges) {
             Draw draw;
             draw.pipeline = range.pipeline;
@@ -57,20 +57,17 @@ void draw_ranges(Plan& plan, const FrameInput& input, std::span<const IndexedRan
             draw.count = range.index_count;
             draw.first_id = static_cast<uint32_t>(plan.instance_ids.size());
             float scale = 0;
-            for (const uint32_t i : range.instances) {
-                if (!frustum.touches(world[i].centre, world[i].radius)) continue;
-                plan.instance_ids.push_back(i);
-                scale = std::max(scale, largest_scale(input.instances[i].object_to_world));
+            for (const auto& [instance, views] : range.instances) {
+                if ((views >> v & 1) == 0) continue;
+                plan.instance_ids.push_back(instance);
+                scale = std::max(scale, largest_scale(input.instances[instance].object_to_world));
             }
             draw.words = range.words;
             const Words own =
                 indexed_mesh_words(range.level, range.levels, static_cast<float>(range.error) * scale * view.focal_px);
             std::copy_n(own.begin(), indexed_mesh_words_used, draw.words.begin());
             draw.instances = static_cast<uint32_t>(plan.instance_ids.size()) - draw.first_id;
-            if (v == 0) {
-                plan.stats.instances_drawn += draw.instances;
-                plan.stats.instances_culled += static_cast<uint32_t>(range.instances.size()) - draw.instances;
-            }
+            if (v == 0) plan.stats.instances_drawn += draw.instances;
             if (draw.instances == 0 || draw.count == 0) continue;
             if (view.kind == View::Kind::shadow) {
                 plan.commands.push_back({Stage::shadow, draw});
@@ -81,6 +78,7 @@ void draw_ranges(Plan& plan, const FrameInput& input, std::span<const IndexedRan
             plan.stats.triangles += uint64_t{range.triangles} * draw.instances;
         }
     }
+    plan.stats.instances_culled = static_cast<uint32_t>(input.instances.size()) - plan.stats.instances_drawn;
 }
 
 }  // namespace lodestone

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "frame/frame_source.h"
+#include "frame/instance_tree.h"
 #include "frame/screen_error.h"
 #include "shaders/shared/mesh_vertex.h"
 
@@ -32,15 +33,17 @@ struct IndexedRange {
     uint32_t index_count = 0;                      // indices drawn, degenerate triangles included
     uint32_t triangles = 0;                        // of them not degenerate, for the statistics
     uint32_t level = 0, levels = 1;
-    double error = 0;                 // of the level, object units
-    std::vector<uint32_t> instances;  // numbers into FrameInput::instances
-    Words words{};                    // of its draws; the first are indexed_mesh_words
+    double error = 0;                           // of the level, object units
+    std::vector<InstanceTree::Seen> instances;  // with the views that see them
+    Words words{};                              // of its draws; the first are indexed_mesh_words
 };
 
 // Adds draws of `ranges` to the plan: each shadow view in the shadow stage, views[0] and every other camera in depth
-// and colour. Every view culls instances by bounding sphere. spheres[i] is the object-space bounding sphere of instance
-// i. Also counts stats.triangles over camera views, and instances_drawn and instances_culled of views[0].
-void draw_ranges(Plan& plan, const FrameInput& input, std::span<const IndexedRange> ranges,
-                 std::span<const Sphere> spheres);
+// and colour. An instance is drawn in the views that see it. Also counts stats.triangles over camera views, and
+// instances_drawn and instances_culled of views[0].
+void draw_ranges(Plan& plan, const FrameInput& input, std::span<const IndexedRange> ranges);
+
+// The instances of the frame that its views see, rising.
+std::vector<InstanceTree::Seen> seen_instances(const InstanceTree& tree, std::span<const View> views);
 
 }  // namespace lodestone

@@ -31,9 +31,8 @@ struct OneTriangle {
         range.index_buffer = 1;
         range.index_count = 6;
         range.triangles = 1;
-        range.instances = {0};
-        const Sphere sphere{{0, 0, 0}, 2};
-        draw_ranges(plan, input, {&range, 1}, {&sphere, 1});
+        range.instances = {{0, 1}};
+        draw_ranges(plan, input, {&range, 1});
     }
     Draw& draw(size_t command) { return std::get<Draw>(plan.commands[command].what); }
     std::string fault() const {
@@ -176,10 +175,12 @@ TEST(DrawRanges, CullsPerViewAndDrawsShadowsOfWhatTheCameraDoesNotSee) {
     IndexedRange range;
     range.index_buffer = 1;
     range.index_count = 6;
-    range.instances = {0};
     const Sphere sphere{{0, 0, 0}, 2};
+    InstanceTree tree([&](const Instance& instance) { return to_world(sphere, instance.object_to_world); });
+    tree.update(input.instances);
+    range.instances = seen_instances(tree, input.views);
     Plan plan;
-    draw_ranges(plan, input, {&range, 1}, {&sphere, 1});
+    draw_ranges(plan, input, {&range, 1});
     ASSERT_EQ(plan.commands.size(), 1u);
     EXPECT_EQ(plan.commands[0].stage, Stage::shadow);
     EXPECT_EQ(plan.stats.instances_culled, 1u);

@@ -43,9 +43,9 @@ public:
     struct Served {  // a cursor and its part of the index buffer
         PmCursor cursor;
         uint64_t first_byte;
-        std::vector<uint32_t> instances;  // of this frame
-        uint32_t wanted_level = 0;        // which is morphed to
-        uint32_t drawn_level = 0;         // the same without morphs
+        std::vector<InstanceTree::Seen> instances;  // of this frame
+        uint32_t wanted_level = 0;                  // which is morphed to
+        uint32_t drawn_level = 0;                   // the same without morphs
     };
     struct Asset {
         std::shared_ptr<const ProgressiveMesh> pm;
@@ -57,6 +57,10 @@ public:
 
     LodSource(std::vector<Asset> assets, Recipe recipe, const LodOptions& options)
         : assets_(std::move(assets)),
+          instances_([this](const Instance& instance) {
+              LODE_CHECK(instance.asset < assets_.size(), instance.asset, assets_.size());
+              return to_world(assets_[instance.asset].sphere, instance.object_to_world);
+          }),
           recipe_(std::move(recipe)),
           steady_share_(options.steady_share),
           geomorph_(options.geomorph) {}
@@ -69,36 +73,13 @@ public:
         if (!vertices_uploaded_) upload_vertices(plan);
         choose_levels(input, plan);
         std::vector<IndexedRange> ranges;
-        for (Asset& asset : assets_) {
-            for (Served& served : asset.cursors) {
-                if (served.instances.empty()) continue;
-                served.cursor.goto_level(served.drawn_level);
-                upload_dirty(served, plan);
-                IndexedRange range;
-                if (geomorph_) {
-                    range.vertex_buffer = no_buffer;
-                    range.words[LODE_LOD_WORD_WEDGES] = asset.pm->wedges_at(served.drawn_level);
-                    range.words[LODE_LOD_WORD_STAYING] =
-                        asset.pm->wedges_at(input.level_view ? served.drawn_level : served.wanted_level);
-                    range.words[LODE_LOD_WORD_FIRST] = static_cast<uint32_t>(asset.vertex_offset / sizeof(MeshVertex));
-                } else {
-                    range.vertex_buffer = vertex_buffer;
-                    range.vertex_offset = asset.vertex_offset;
-                }
-                range.index_buffer = index_buffer;
-                range.index_offset = served.first_byte + uint64_t{served.cursor.drawn().first} * 4;
-                range.index_count = served.cursor.slot_count() * 3;
-                range.triangles = served.cursor.triangle_count();
-                range.level = served.cursor.level();
-                range.levels = asset.pm->levels();
-                if (!asset.pm->errors.empty()) range.error = static_cast<double>(asset.pm->errors[served.wanted_level]);
-                range.instances = served.instances;
-                ranges.push_back(std::move(range));
-            }
+        for (const InUse& used : in_use_) {
+            Served& served = served_by(used);
+            served.cursor.goto_level(served.drawn_level);
+            upload_dirty(served, plan);
+            ranges.push_back(range_of(assets_[used.asset], served, input));
         }
-        std::vector<Sphere> spheres;
-        for (const Instance& instance : input.instances) spheres.push_back(assets_[instance.asset].sphere);
-        draw_ranges(plan, input, ranges, spheres);
+        draw_ranges(plan, input, ranges);
         for (const BufferSpec& buffer : recipe_.buffers) plan.stats.resident_bytes += buffer.bytes;
         plan.stats.index_bytes = recipe_.buffers[index_buffer].bytes;
         return plan;
@@ -114,6 +95,36 @@ public:
     }
 
 private:
+    // A cursor that some instance of this frame is drawn from.
+    struct InUse {
+        uint32_t asset, cursor;
+        auto operator<=>(const InUse&) const = default;
+    };
+    Served& served_by(const InUse& used) { return assets_[used.asset].cursors[used.cursor]; }
+
+    IndexedRange range_of(const Asset& asset, const Served& served, const FrameInput& input) const {
+        IndexedRange range;
+        if (geomorph_) {
+            range.vertex_buffer = no_buffer;
+            range.words[LODE_LOD_WORD_WEDGES] = asset.pm->wedges_at(served.drawn_level);
+            range.words[LODE_LOD_WORD_STAYING] =
+                asset.pm->wedges_at(input.level_view ? served.drawn_level : served.wanted_level);
+            range.words[LODE_LOD_WORD_FIRST] = static_cast<uint32_t>(asset.vertex_offset / sizeof(MeshVertex));
+        } else {
+            range.vertex_buffer = vertex_buffer;
+            range.vertex_offset = asset.vertex_offset;
+        }
+        range.index_buffer = index_buffer;
+        range.index_offset = served.first_byte + uint64_t{served.cursor.drawn().first} * 4;
+        range.index_count = served.cursor.slot_count() * 3;
+        range.triangles = served.cursor.triangle_count();
+        range.level = served.cursor.level();
+        range.levels = asset.pm->levels();
+        if (!asset.pm->errors.empty()) range.error = static_cast<double>(asset.pm->errors[served.wanted_level]);
+        range.instances = served.instances;
+        return range;
+    }
+
     void upload_vertices(Plan& plan) {
         for (const Asset& asset : assets_) {
             const auto bytes = std::as_bytes(asset.pm->vertices);
@@ -133,48 +144,71 @@ private:
         vertices_uploaded_ = true;
     }
 
-    // Gives every instance a cursor and every cursor the level it goes to.
+    // How many instances of its asset come before each.
+    void count_instances(const InstanceSet& instances) {
+        if (counted_ == instances.generation()) return;
+        const auto changed = counted_size_ == instances.size() ? instances.changed_since(counted_) : std::nullopt;
+        counted_ = instances.generation();
+        counted_size_ = instances.size();
+        if (changed && std::ranges::all_of(*changed, [&](uint32_t i) { return asset_of_[i] == instances[i].asset; }))
+            return;
+        nth_.clear();
+        asset_of_.clear();
+        std::vector<uint32_t> met(assets_.size(), 0);
+        for (const Instance& instance : instances) {
+            LODE_CHECK(instance.asset < assets_.size(), instance.asset, assets_.size());
+            asset_of_.push_back(instance.asset);
+            nth_.push_back(met[instance.asset]++);
+        }
+        levels_.assign(instances.size(), never);
+        levels_before_.assign(instances.size(), never);
+    }
+
+    // Gives every instance that is seen a cursor, and every cursor in use the level it goes to.
     void choose_levels(const FrameInput& input, Plan& plan) {
         LODE_CHECK(!input.views.empty());
+        instances_.update(input.instances);
+        count_instances(input.instances);
+        const auto seen = seen_instances(instances_, input.views);
         double pixel_error = input.budget.pixel_error;
         // A triangle budget raises the error for all alike, by steps of an eighth of an octave.
         for (int step = 0; step < 256; ++step) {
             uint64_t triangles = 0;
-            assign(input, pixel_error, plan);
-            for (const Asset& asset : assets_) {
-                for (const Served& served : asset.cursors) {
-                    triangles += uint64_t{asset.pm->triangles_at(served.drawn_level)} * served.instances.size();
-                }
+            assign(input, seen, pixel_error, plan);
+            for (const InUse& used : in_use_) {
+                const Served& served = served_by(used);
+                triangles +=
+                    uint64_t{assets_[used.asset].pm->triangles_at(served.drawn_level)} * served.instances.size();
             }
             if (triangles <= input.budget.max_triangles || input.budget.forced_level >= 0) break;
             pixel_error *= std::exp2(0.125);
         }
-        levels_before_ = levels_;
+        for (const InstanceTree::Seen& s : seen) levels_before_[s.instance] = levels_[s.instance];
     }
 
-    void assign(const FrameInput& input, double pixel_error, Plan& plan) {
+    void assign(const FrameInput& input, std::span<const InstanceTree::Seen> seen, double pixel_error, Plan& plan) {
         uint32_t out_of_reach = 0;
-        std::vector<uint32_t> met(assets_.size(), 0);
-        levels_.resize(input.instances.size());
-        for (Asset& asset : assets_) {
-            for (Served& served : asset.cursors) {
-                served.instances.clear();
+        for (const InUse& used : in_use_) served_by(used).instances.clear();
+        in_use_.clear();
+        for (const InstanceTree::Seen& s : seen) {
+            const uint32_t i = s.instance, a = input.instances[i].asset;
+            const Asset& asset = assets_[a];
+            const uint32_t wanted = levels_[i] = level_for(asset, input, i, pixel_error);
+            const InUse used{a, cursor_for(asset, wanted, nth_[i])};
+            Served& served = served_by(used);
+            if (served.instances.empty()) {
+                in_use_.push_back(used);
                 served.wanted_level = asset.pm->levels() - 1;
             }
-        }
-        for (uint32_t i = 0; i < input.instances.size(); ++i) {
-            const Instance& instance = input.instances[i];
-            LODE_CHECK(instance.asset < assets_.size(), instance.asset, assets_.size());
-            Asset& asset = assets_[instance.asset];
-            const uint32_t wanted = levels_[i] = level_for(asset, input, i, pixel_error);
-            Served& served = cursor_for(asset, wanted, met[instance.asset]++);
             const uint32_t level = std::max(wanted, served.cursor.finest_level());
             out_of_reach += level > wanted;
-            served.instances.push_back(i);
+            served.instances.push_back(s);
             served.wanted_level = std::min(served.wanted_level, level);
         }
-        for (Asset& asset : assets_) {
-            for (Served& served : asset.cursors) served.drawn_level = drawn_level(asset, served, input);
+        std::ranges::sort(in_use_);
+        for (const InUse& used : in_use_) {
+            Served& served = served_by(used);
+            served.drawn_level = drawn_level(assets_[used.asset], served, input);
         }
         plan.stats.more = {{"levels_out_of_reach", out_of_reach}, {"cursors", static_cast<double>(cursor_count())}};
     }
@@ -186,7 +220,7 @@ private:
         const double error =
             error_under(input.sets_levels(), asset.sphere, input.instances[i].object_to_world, pixel_error);
         const uint32_t coarsest = asset.pm->level_for_error(error);
-        if (i >= levels_before_.size()) return coarsest;
+        if (levels_before_[i] == never) return coarsest;
         return std::clamp(levels_before_[i], asset.pm->level_for_error(steady_share_ * error), coarsest);
     }
 
@@ -196,12 +230,12 @@ private:
         return std::max(asset.pm->level_for_wedges(staying + staying / morphing_part), served.cursor.finest_level());
     }
 
-    // `nth`: how many instances of the asset came before.
-    static Served& cursor_for(Asset& asset, uint32_t level, uint32_t nth) {
-        if (asset.own_cursors && nth < asset.cursors.size()) return asset.cursors[nth];
-        size_t best = 0;
-        for (size_t c = 1; c < asset.cursors.size() && asset.cursors[c].cursor.finest_level() <= level; ++c) best = c;
-        return asset.cursors[best];
+    // Which of the asset's cursors serves the level. nth: how many instances of the asset come before.
+    static uint32_t cursor_for(const Asset& asset, uint32_t level, uint32_t nth) {
+        if (asset.own_cursors && nth < asset.cursors.size()) return nth;
+        uint32_t best = 0;
+        for (uint32_t c = 1; c < asset.cursors.size() && asset.cursors[c].cursor.finest_level() <= level; ++c) best = c;
+        return best;
     }
 
     void upload_dirty(Served& served, Plan& plan) const {
@@ -230,11 +264,18 @@ private:
     }
 
     std::vector<Asset> assets_;
+    InstanceTree instances_;
     Recipe recipe_;
     const double steady_share_;
     const bool geomorph_;
     bool vertices_uploaded_ = false;
-    std::vector<uint32_t> levels_, levels_before_;  // by instance: that it asks for, in this frame and the last
+    static constexpr uint32_t never = ~0u;  // not yet seen
+    // By instance: the level it asks for in this frame, and when it was last seen before.
+    std::vector<uint32_t> levels_, levels_before_;
+    std::vector<uint32_t> nth_, asset_of_;  // by instance: how many of its asset come before; its asset
+    uint64_t counted_ = 0;                  // generation of the set they are of
+    size_t counted_size_ = 0;
+    std::vector<InUse> in_use_;  // rising
 };
 
 // Cursors for the capacities, found on one walk from full detail downwards.

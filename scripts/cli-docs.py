@@ -51,7 +51,7 @@ each of its fields is. The row of `render --stats` has those that one frame can 
 |---|---|
 | `ms_median`, `ms_p95`, `ms_p99`, `ms_max` | time of a frame, from its plan to its fence, all passes, milliseconds |
 | `ms_floor` | the same for an empty scene |
-| `cpu_plan_ms`, `gpu_ms` | processor time of the plan on the render thread; device time of all passes; milliseconds |
+| `cpu_plan_ms`, `cpu_ms`, `gpu_ms` | processor time of the plan on the render thread, of the threads that cut, decode and read beside it; device time of all passes; milliseconds a frame |
 | `triangles`, `vertex_invocations` | per frame; vertices are counted in all passes |
 | `acmr`, `acmr_fifo16` | vertex shader runs per triangle of the colour pass: counted by the device; simulated for a FIFO of 16 |
 | `psnr_db`, `ssim` | luminance against a picture of the whole mesh with 16 samples a pixel, over pixels that either covers |

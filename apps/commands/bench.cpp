@@ -242,6 +242,7 @@ private:
         row.fps_min = 1000 / percentile(ms, 1);
         row.fps_max = 1000 / percentile(ms, 0);
         row.cpu_plan_ms = mean(of_frames(flown, [](const FlownFrame& f) { return f.plan_cpu_ms; }));
+        row.cpu_ms = mean(of_frames(flown, [](const FlownFrame& f) { return f.cpu_ms; }));
         row.gpu_ms = median(of_frames(flown, [](const FlownFrame& f) { return f.gpu_ms; }));
         row.triangles = mean(of_frames(flown, [](const FlownFrame& f) { return f.triangles; }));
         row.vertex_invocations = mean(of_frames(flown, [](const FlownFrame& f) { return f.vertex_invocations; }));

@@ -21,6 +21,7 @@ Result<std::vector<FlownFrame>> fly(DrawSession& session, const Flight& flight, 
         FlownFrame frame;
         frame.ms = drawn->ms;
         frame.plan_cpu_ms = drawn->plan_cpu_ms;
+        frame.cpu_ms = drawn->cpu_ms;
         frame.gpu_ms = drawn->counters.gpu_ms;
         frame.pixel_error = budget.pixel_error;
         frame.triangles = drawn->stats.triangles;

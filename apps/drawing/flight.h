@@ -10,7 +10,7 @@
 namespace lodestone {
 
 struct FlownFrame {
-    double ms = 0, plan_cpu_ms = 0, gpu_ms = 0;
+    double ms = 0, plan_cpu_ms = 0, cpu_ms = 0, gpu_ms = 0;
     double pixel_error = 0;
     uint64_t triangles = 0;
     uint64_t vertex_invocations = 0, camera_invocations = 0;  // of all passes; of one over the camera's triangles

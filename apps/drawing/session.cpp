@@ -6,20 +6,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <variant>
 
+#include "base/cpu_meter.h"
 #include "mesh/cache/vertex_cache.h"
 
 namespace lodestone {
 
 namespace {
-
-double thread_cpu_ms() {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
-}
 
 double ms_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -138,6 +132,8 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     if (auto done = renderer_->submit(plan, input, shown, place_); !done) return tl::unexpected(done.error());
     if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
     drawn.ms = plan_ms + ms_since(submitted);
+    const double cpu = started_threads_cpu_ms();
+    drawn.cpu_ms = cpu - std::exchange(cpu_before_, cpu);
     drawn.stats = plan.stats;
     for (const FrameCounters& counters : renderer_->take_counters()) {
         if (counters.frame == input.frame) drawn.counters = counters;

@@ -7,6 +7,7 @@
 #include "apps/scene/backends.h"
 #include "apps/scene/page_reader.h"
 #include "apps/scene/workplace.h"
+#include "base/cpu_meter.h"
 #include "frame/plan_mirror.h"
 #include "mesh/tri_mesh.h"
 #include "render/renderer.h"
@@ -17,6 +18,7 @@ struct DrawnFrame {
     FrameCounters counters;
     PlanStats stats;
     double plan_cpu_ms = 0;  // CPU of the calling thread inside FrameSource::plan
+    double cpu_ms = 0;       // CPU of the threads we start, since the frame before was done
     double ms = 0;           // wall clock, from plan() entered to the fence seen signalled; simulations left out
 };
 
@@ -61,6 +63,7 @@ private:
     std::vector<ReadbackResult> readbacks_;
     View view_;
     uint64_t frame_ = 0;
+    double cpu_before_ = started_threads_cpu_ms();  // when the last frame was done
 };
 
 }  // namespace lodestone

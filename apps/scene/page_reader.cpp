@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/cpu_meter.h"
+
 namespace lodestone {
 
 PageReader::PageReader(std::vector<ChunkFile> files) : files_(std::move(files)), thread_([this] { run(); }) {}
@@ -44,6 +46,7 @@ Arrival PageReader::read(const PageRequest& request) const {
 }
 
 void PageReader::run() {
+    const CountedThread counted;
     std::unique_lock lock(mutex_);
     for (;;) {
         wake_.wait(lock, [this] { return ending_ || !waiting_.empty(); });

@@ -16,8 +16,8 @@ namespace lodestone {
 
 struct ReadyScene {
     Scene scene;
-    std::vector<Asset> assets;        // as Scene::assets
-    std::vector<Instance> instances;  // as Scene::instances
+    std::vector<Asset> assets;  // as Scene::assets
+    InstanceSet instances;      // as Scene::instances
     MaterialSet materials;
     Sphere bounds;                // world space, around all instances
     CameraPath camera;            // the scene's own or default_camera_path

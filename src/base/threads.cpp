@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/check.h"
+#include "base/cpu_meter.h"
 
 namespace lodestone {
 
@@ -35,7 +36,12 @@ void parallel_for(size_t count, size_t grain, const std::function<void(size_t, s
     };
     const size_t workers = t_inside_loop ? 1 : std::min<size_t>(thread_count(), chunks);
     std::vector<std::jthread> others;
-    for (size_t i = 1; i < workers; ++i) others.emplace_back(work);
+    for (size_t i = 1; i < workers; ++i) {
+        others.emplace_back([&] {
+            const CountedThread counted;
+            work();
+        });
+    }
     work();
 }
 

@@ -33,6 +33,7 @@ Json json_of(const Row& r) {
             {"fps_min", r.fps_min},
             {"fps_max", r.fps_max},
             {"cpu_plan_ms", r.cpu_plan_ms},
+            {"cpu_ms", r.cpu_ms},
             {"gpu_ms", r.gpu_ms},
             {"uploaded_bytes", r.uploaded_bytes},
             {"resident_bytes", r.resident_bytes},

@@ -35,7 +35,7 @@ struct Row : Technique {
     double ms_floor = 0;                                       // median of the same frame with an empty scene
     double ms_jolt = 0;  // 99th percentile of each frame over the median of the 15 around it; 1 is smooth
     double fps_mean = 0, fps_min = 0, fps_max = 0;
-    double cpu_plan_ms = 0, gpu_ms = 0;
+    double cpu_plan_ms = 0, cpu_ms = 0, gpu_ms = 0;
     double uploaded_bytes = 0;  // per frame, the first left out
     uint64_t resident_bytes = 0;
     double triangles = 0, vertex_invocations = 0;  // per frame; all passes

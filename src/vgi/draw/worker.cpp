@@ -1,5 +1,7 @@
 #include "vgi/draw/worker.h"
 
+#include "base/cpu_meter.h"
+
 namespace lodestone::vgi {
 
 Worker::Worker() : thread_([this] { run(); }) {}
@@ -22,6 +24,7 @@ void Worker::push(std::function<void()> work) {
 }
 
 void Worker::run() {
+    const CountedThread counted;
     for (;;) {
         std::function<void()> work;
         {

@@ -1,0 +1,183 @@
+// What a plan costs where most of a scene is out of view: CPU of the planning thread and of the threads beside it, per
+// frame, by backend. A slow orbit around 20 instances of a rock of 300k triangles, alone and among 10,000, all still or
+// 1% of them moving; and the same of an atlas of 16 times the charts, most of them out of view.
+#include <benchmark/benchmark.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "base/check.h"
+#include "base/cpu_meter.h"
+#include "base/random.h"
+#include "baseline/full.h"
+#include "fixtures/meshes.h"
+#include "lod/bake/bake.h"
+#include "lod/bake/error_curve.h"
+#include "lod/bake/simplify/simplifier.h"
+#include "lod/draw/lod_source.h"
+#include "mesh/packed_vertices.h"
+#include "vgi/bake/bake.h"
+#include "vgi/draw/vgi_source.h"
+
+namespace lodestone {
+namespace {
+
+// PLAN_BENCH_TRIANGLES=20000 for a quick look.
+size_t rock_triangles() {
+    const char* given = std::getenv("PLAN_BENCH_TRIANGLES");
+    return given != nullptr ? static_cast<size_t>(std::atoll(given)) : 300000;
+}
+
+const TriMesh& rock() {
+    static const TriMesh mesh = fixtures::repaired(Shape::rock, rock_triangles());
+    return mesh;
+}
+
+std::shared_ptr<const vgi::AtlasFile> atlas_of(const TriMesh& mesh, uint32_t clusters) {
+    vgi::AtlasOptions options;
+    options.clusters.clusters = clusters;
+    options.error_samples = 1000;
+    vgi::AtlasReport report;
+    const auto atlas = vgi::make_atlas(mesh, options, report);
+    LODE_CHECK(atlas.has_value());
+    const auto path = std::filesystem::temp_directory_path() / ("lodestone-plan-" + std::to_string(getpid()) + ".lode");
+    auto writer = ChunkWriter::create(path, {});
+    LODE_CHECK(writer && vgi::write_chunks(*atlas, *writer) && writer->commit());
+    const auto file = ChunkFile::open(path);
+    LODE_CHECK(file.has_value());
+    auto opened = vgi::AtlasFile::open(*file);
+    LODE_CHECK(opened.has_value());
+    std::filesystem::remove(path);  // it stays mapped
+    return std::make_shared<const vgi::AtlasFile>(std::move(*opened));
+}
+
+const std::shared_ptr<const vgi::AtlasFile>& rock_atlas() {
+    static const auto file = atlas_of(rock(), 60);
+    return file;
+}
+
+struct Subject {
+    std::unique_ptr<FrameSource> source;
+    std::shared_ptr<const vgi::AtlasFile> file;  // where pages come from
+};
+Subject open(const std::string& backend, uint32_t instances) {
+    const uint64_t plenty = uint64_t{4} << 30;
+    Subject subject;
+    if (backend == "vgi") {
+        subject.file = rock_atlas();
+        subject.source = std::move(*vgi::open_vgi({subject.file}, {plenty, instances}));
+    } else if (backend == "lod") {
+        static const auto pm = [] {
+            const auto list = make_quadric_simplifier()->simplify(rock(), {});
+            auto made = bake_progressive_mesh(rock(), *list, {"static"});
+            made->set_errors(*measure_errors(*made, {16, 20000, 1}));
+            return std::make_shared<const ProgressiveMesh>(std::move(*made));
+        }();
+        subject.source = std::move(*open_lod({pm}, {.resident_bytes = uint64_t{1} << 28, .instances = instances}));
+    } else {
+        static const auto vertices = pack_vertices(rock());
+        static const auto indices = [] {
+            std::vector<uint32_t> all;
+            for (const Triangle& t : rock().triangles) all.insert(all.end(), t.begin(), t.end());
+            return all;
+        }();
+        subject.source = std::move(*open_fixed_levels({full_level(vertices, indices)}, plenty));
+    }
+    return subject;
+}
+
+enum class Light { none, fitted };  // a shadow view around what is in view
+
+// 20 rocks around the origin, the others far behind the camera.
+InstanceSet scene(uint32_t count) {
+    Random random(3);
+    std::vector<Instance> all(count);
+    for (uint32_t i = 0; i < count; ++i) {
+        const auto at = [&](double low, double high) { return static_cast<float>(random.uniform(low, high)); };
+        glm::mat4& m = all[i].object_to_world;
+        m = glm::mat4(0.5f);
+        m[3] = i < 20 ? glm::vec4(at(-4, 4), at(-2, 2), at(-4, 4), 1)
+                      : glm::vec4(at(-400, 400), at(-20, 20), at(60, 800), 1);
+    }
+    return all;
+}
+
+void plan(benchmark::State& state, const std::string& backend, uint32_t count, double moving, Light light) {
+    const Subject subject = open(backend, count);
+    InstanceSet instances = scene(count);
+    Random random(5);
+    std::vector<Arrival> arrivals;
+    uint64_t frame = 0;
+    // Moving ones turn where they are; among 20 alone as many of them as are in view move among 10,000.
+    std::vector<uint32_t> movers;
+    for (uint32_t i = 0; i < static_cast<uint32_t>(moving * count); ++i) movers.push_back(i * (count / 100));
+    if (count == 20 && moving > 0) movers = {0};
+    double plan_ms = 0, triangles = 0;
+    const auto step = [&] {
+        const float angle = 0.002f * static_cast<float>(frame);
+        Camera camera;
+        camera.eye = {9 * std::sin(angle), 1, -9 * std::cos(angle)};
+        camera.near_plane = 0.05f;
+        camera.far_plane = 2000;
+        for (const uint32_t i : movers) {
+            glm::mat4& m = instances.edit(i).object_to_world;
+            m = glm::rotate(m, 0.01f, {0, 1, 0});
+        }
+        FrameInput input;
+        input.views = {view_of(camera, 1280, 720)};
+        input.views[0].culls_back_faces = true;
+        if (light == Light::fitted) input.views.push_back(shadow_view({-0.4f, -0.8f, -0.45f}, {0, 0, 0}, 6, 2048));
+        input.instances = instances;
+        input.frame = frame++;
+        input.completed_frame = input.frame > 1 ? input.frame - 1 : 0;
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const double before = thread_cpu_ms();
+        const Plan made = subject.source->plan(input);
+        plan_ms += thread_cpu_ms() - before;
+        triangles += static_cast<double>(made.stats.triangles);
+        for (const PageRequest& r : made.requests) {
+            const auto part = subject.file->file().unchecked_bytes(r.chunk)->subspan(r.offset, r.bytes);
+            arrivals.push_back({r.id, Blob(std::vector<std::byte>(part.begin(), part.end()))});
+        }
+    };
+    for (int warm = 0; warm < 40; ++warm) step();
+    plan_ms = triangles = 0;
+    const double others = started_threads_cpu_ms();
+    for (auto _ : state) {
+        const double cpu = plan_ms + started_threads_cpu_ms();
+        step();
+        state.SetIterationTime((plan_ms + started_threads_cpu_ms() - cpu) * 1e-3);
+    }
+    const auto frames = static_cast<double>(state.iterations());
+    state.counters["plan_ms"] = plan_ms / frames;
+    state.counters["others_ms"] = (started_threads_cpu_ms() - others) / frames;
+    state.counters["triangles"] = triangles / frames;
+}
+
+}  // namespace
+}  // namespace lodestone
+
+int main(int argc, char** argv) {
+    using namespace lodestone;
+    benchmark::Initialize(&argc, argv);
+    for (const char* backend : {"vgi", "lod", "full"}) {
+        for (const Light light : {Light::none, Light::fitted}) {
+            for (const double moving : {0.0, 0.01}) {
+                for (const uint32_t count : {20u, 10000u}) {
+                    const std::string name = std::string(backend) + (light == Light::none ? "" : "/shadow") +
+                                             (moving > 0 ? "/moving/" : "/still/") + std::to_string(count);
+                    benchmark::RegisterBenchmark(name.c_str(), plan, backend, count, moving, light)
+                        ->UseManualTime()
+                        ->Unit(benchmark::kMillisecond)
+                        ->Iterations(60);
+                }
+            }
+        }
+    }
+    benchmark::RunSpecifiedBenchmarks();
+    return 0;
+}

@@ -100,7 +100,7 @@ InstanceSet scene(uint32_t count) {
         glm::mat4& m = all[i].object_to_world;
         m = glm::mat4(0.5f);
         m[3] = i < 20 ? glm::vec4(at(-4, 4), at(-2, 2), at(-4, 4), 1)
-                      : glm::vec4(at(-400, 400), at(-20, 20), at(60, 800), 1);
+                      : glm::vec4(at(-400, 400), at(-20, 20), at(-800, -60), 1);
     }
     return all;
 }

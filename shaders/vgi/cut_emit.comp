@@ -7,7 +7,6 @@
 layout(set = 1, binding = LODE_VGI_PATCHES, std430) writeonly buffer VgiPatchBlock { uint patch_words[]; };
 
 shared uint counts[LODE_CUT_GROUP];
-shared uint before;
 
 // Levels that the node across a side is coarser; 0 where nothing of it is drawn.
 uint coarser_across(Node n, uint side) {
@@ -52,13 +51,8 @@ void main() {
     begin();
     uint chart = own_group();
     if (chart >= cuts[instance].charts) return;
-    uint lane = gl_LocalInvocationID.x, first_leaf = cuts[instance].first_leaf;
-    // Nodes of the charts before.
-    if (lane == 0u) before = 0u;
-    barrier();
-    uint sum = 0u;
-    for (uint c = lane; c < chart; c += LODE_CUT_GROUP) sum += leaves[first_leaf + c];
-    atomicAdd(before, sum);
+    uint lane = gl_LocalInvocationID.x;
+    uint before = leaves[cuts[instance].first_leaf + chart];  // nodes of the charts before
     // A run of nodes each, and where in the list they begin.
     uint nodes = nodes_per_chart(), first = cuts[instance].first_state + chart * nodes;
     uint run = (nodes + LODE_CUT_GROUP - 1u) / LODE_CUT_GROUP, begin = min(lane * run, nodes), end = min(begin + run, nodes);
@@ -75,7 +69,8 @@ void main() {
         ++to;
     }
     if (chart + 1u < cuts[instance].charts) return;
-    uint total = before + leaves[first_leaf + chart];
+    uint total = before;
+    for (uint i = 0u; i < LODE_CUT_GROUP; ++i) total += counts[i];
     if (lane == 0u) atomicAdd(findings[1], total);
     for (uint r = lane; r < cuts[instance].records; r += LODE_CUT_GROUP) {
         uint done = r * LODE_CUT_RECORD_PATCHES, at = (cuts[instance].first_record + r) * LODE_CUT_RECORD_WORDS;

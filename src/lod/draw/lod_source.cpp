@@ -160,8 +160,8 @@ private:
             asset_of_.push_back(instance.asset);
             nth_.push_back(met[instance.asset]++);
         }
-        levels_.assign(instances.size(), never);
-        levels_before_.assign(instances.size(), never);
+        levels_.resize(instances.size(), never);
+        levels_before_.resize(instances.size(), never);
     }
 
     // Gives every instance that is seen a cursor, and every cursor in use the level it goes to.

@@ -21,7 +21,7 @@ static_assert(LODE_CUT_ABSENT == ~0u && most_node_shift == 3);
 
 constexpr uint32_t findings_tag = 1;
 constexpr uint64_t most_groups = 65535;                                    // in a row: what every device takes
-enum Passes : uint32_t { look = first_pass, close, divide, count, emit };  // pipelines
+enum Passes : uint32_t { look = first_pass, close, divide, count, sum, emit };  // pipelines
 
 uint32_t levels_of(const Atlas& about) { return about.levels() - 1; }
 uint32_t top_of(const Atlas& about) {
@@ -87,7 +87,7 @@ void DeviceCut::add_to(Recipe& recipe, std::span<const OpenAtlas> atlases, const
                     {LODE_CUT_RECORDS, cut_records, Access::write},
                     {LODE_CUT_FINDINGS, cut_findings, Access::read_write},
                     {LODE_VGI_PATCHES, draw_lists, Access::write}};
-    for (const char* name : {"look", "close", "divide", "count", "emit"}) {
+    for (const char* name : {"look", "close", "divide", "count", "sum", "emit"}) {
         pass.name = std::string("cut: ") + name;
         pass.compute = std::string("vgi/cut_") + name + ".comp";
         recipe.pipelines.push_back(pass);
@@ -171,6 +171,7 @@ std::vector<DeviceCut::DrawRange> DeviceCut::cut(const FrameInput& input, double
     for (uint32_t level = 1; level < levels; ++level) over_nodes(close, level);
     for (uint32_t level = levels; level-- > 0;) over_nodes(divide, level);
     dispatch(count, 0, most_charts);
+    dispatch(sum, 0, 1);
     dispatch(emit, 0, most_charts);
     Readback back;
     back.buffer = cut_findings;

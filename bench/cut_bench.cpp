@@ -11,6 +11,7 @@
 #include "vgi/bake/bake.h"
 #include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/cut/chart_tree.h"
+#include "vgi/draw/vgi_source.h"
 #include "vgi/study/grid_cut.h"
 
 namespace lodestone::vgi {
@@ -67,13 +68,13 @@ void cut(benchmark::State& state, Raster raster, double pixel_error) {
         CutRequest request;
         request.views = std::span(views).subspan(next++ % around, 1);
         request.pixel_error = pixel_error;
-        request.by_area = raster == Raster::grid_area;
         PageDemand demand(residency.pages());
         kept.topology = nullptr;
         const Cut made = raster == Raster::bintree
                              ? cut_bintree(residency, request, charts_seen(request), demand, kept)
                              : cut_grid(residency, request, demand,
-                                        raster == Raster::tess ? GridOutput::patches : GridOutput::indices);
+                                        raster == Raster::tess ? GridOutput::patches : GridOutput::indices,
+                                        raster == Raster::grid_area ? GridRule::by_area : GridRule::by_error);
         triangles += made.triangles;
         benchmark::DoNotOptimize(made.parts.data());
     }

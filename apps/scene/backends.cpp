@@ -10,6 +10,7 @@
 #include "lod/draw/morphed_vertex.h"
 #include "vgi/draw/pulled_vertex.h"
 #include "vgi/draw/vgi_source.h"
+#include "vgi/study/patch_indices.h"
 
 namespace lodestone {
 

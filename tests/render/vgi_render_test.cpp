@@ -26,6 +26,7 @@
 #include "vgi/draw/vgi_source.h"
 #include "vgi/study/grid_cut.h"
 #include "vgi/study/grid_patch.h"
+#include "vgi/study/patch_indices.h"
 
 namespace lodestone {
 namespace {

@@ -8,7 +8,7 @@
 #include "base/threads.h"
 #include "mesh/io/material_chunks.h"
 #include "vgi/asset/pages.h"
-#include "vgi/bake/images/sample_errors.h"
+#include "vgi/asset/saturation.h"
 
 namespace lodestone::vgi {
 

@@ -1,8 +1,6 @@
 // What shaders/vgi/sample.vert makes of an index, done on the CPU from the same buffers: for measurements and tests.
 #pragma once
 
-#include <vector>
-
 #include "frame/plan_mirror.h"
 
 namespace lodestone::vgi {
@@ -10,8 +8,5 @@ namespace lodestone::vgi {
 // Object space, moved towards its place as drawn.
 glm::vec3 pulled_vertex(const PlanMirror& mirror, const Draw& draw, const FrameInput& input, uint32_t instance,
                         uint32_t index);
-
-// Of a draw of patches: what the tessellator makes of them, by index. Empty for other draws.
-std::vector<uint32_t> patch_indices(const PlanMirror& mirror, const Draw& draw);
 
 }  // namespace lodestone::vgi

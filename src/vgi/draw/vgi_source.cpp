@@ -9,13 +9,16 @@
 #include "frame/screen_error.h"
 #include "shaders/shared/vgi_cut.h"
 #include "shaders/shared/vgi_texels.h"
-#include "vgi/bake/images/sample_errors.h"
+#include "vgi/asset/error_codes.h"
+#include "vgi/asset/saturation.h"
+#include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/mip_tail.h"
 #include "vgi/draw/page_cache.h"
 #include "vgi/draw/recipe_layout.h"
 #include "vgi/study/device_cut.h"
+#include "vgi/study/grid_cut.h"
 
 namespace lodestone::vgi {
 
@@ -26,6 +29,23 @@ constexpr uint64_t most_list_bytes = uint64_t{48} << 20;  // per list
 // To a draw: lavapipe takes time by their square (800 at once: 2.5 times as long as 100 at a time).
 constexpr uint32_t most_patches = LODE_CUT_RECORD_PATCHES;
 
+// The one place that knows all techniques.
+std::shared_ptr<const Cutter> cutter_of(Raster raster) {
+    switch (raster) {
+        case Raster::bintree:
+            return std::make_shared<const BintreeCutter>();
+        case Raster::grid:
+            return std::make_shared<const GridCutter>(GridOutput::indices, GridRule::by_error);
+        case Raster::grid_area:
+            return std::make_shared<const GridCutter>(GridOutput::indices, GridRule::by_area);
+        case Raster::tess:
+            return std::make_shared<const GridCutter>(GridOutput::patches, GridRule::by_error);
+        case Raster::device:
+            break;
+    }
+    return nullptr;
+}
+
 class VgiSource final : public FrameSource {
 public:
     VgiSource(std::vector<OpenAtlas> atlases, Recipe recipe, Raster raster, std::array<uint32_t, 2> slots,
@@ -33,6 +53,7 @@ public:
         : atlases_(std::move(atlases)),
           recipe_(std::move(recipe)),
           raster_(raster),
+          cutter_(cutter_of(raster)),
           texel_words_(texel_words),
           list_capacity_(list_capacity),
           pages_(atlases_, slots, texel_words),
@@ -67,7 +88,7 @@ public:
         const bool missed = !cuts_ || (!device_ && !cuts_->region.covers(input));
         if (missed) {
             const CutInput now = cut_input(CutRegion::of(input), pages_.snapshot(), instances_, nullptr);
-            take_cuts(make_cuts(raster_, now, limits(), memory_));
+            take_cuts(make_cuts(cutter_.get(), now, limits(), memory_));
         }
         if (device_) take_findings(input);
         pages_.touch(cuts_->touched);
@@ -132,9 +153,9 @@ private:
         auto input =
             std::make_shared<const CutInput>(cut_input(std::move(*region), pages_.snapshot(), instances_, &now));
         auto memory = std::make_shared<CutMemory>(std::move(memory_));
-        next_ = cutter_.start<NextCuts>(
-            [raster = raster_, input = std::move(input), memory = std::move(memory), limits = limits()] {
-                FrameCuts cuts = make_cuts(raster, *input, limits, *memory);
+        next_ = beside_.start<NextCuts>(
+            [cutter = cutter_, input = std::move(input), memory = std::move(memory), limits = limits()] {
+                FrameCuts cuts = make_cuts(cutter.get(), *input, limits, *memory);
                 return NextCuts{std::move(cuts), std::move(*memory)};
             });
     }
@@ -310,8 +331,9 @@ private:
     std::vector<OpenAtlas> atlases_;
     Recipe recipe_;
     Raster raster_;
-    uint32_t texel_words_;    // of a sample of attributes
-    uint64_t list_capacity_;  // words of one region
+    std::shared_ptr<const Cutter> cutter_;  // null where the device cuts
+    uint32_t texel_words_;                  // of a sample of attributes
+    uint64_t list_capacity_;                // words of one region
     PageCache pages_;
     std::optional<FrameCuts> cuts_;  // that are drawn
     CutMemory memory_;               // of the cuts made last; while next_ is made, the task has it
@@ -328,7 +350,7 @@ private:
         CutMemory memory;
     };
     std::future<NextCuts> next_;
-    Worker cutter_;  // last: its thread ends before what it works for
+    Worker beside_;  // last: its thread ends before what it works for
 };
 
 }  // namespace

@@ -10,9 +10,17 @@
 #include "base/result.h"
 #include "frame/frame_source.h"
 #include "vgi/asset/atlas_chunks.h"
-#include "vgi/draw/cut/cut.h"
 
 namespace lodestone::vgi {
+
+// How what is drawn is made of triangles.
+enum class Raster {
+    bintree,    // draw/cut/bintree_cut.h, pulled from pages by index lists
+    grid,       // study/grid_cut.h, the same way
+    grid_area,  // the same by areas on screen, not by errors
+    tess,       // study/grid_cut.h, a patch for each node, which the device tessellates
+    device,     // study/device_cut.h: as tess, by nodes that the device chooses
+};
 
 struct VgiOptions {
     uint64_t resident_bytes = uint64_t{1} << 30;  // for pools, tables and index lists together

@@ -43,12 +43,13 @@ struct NodeTree {
 
 class GridCut {
 public:
-    GridCut(const Residency& residency, const CutRequest& request, PageDemand& demand, GridOutput output)
+    GridCut(const Residency& residency, const CutRequest& request, PageDemand& demand, GridOutput output, GridRule rule)
         : residency_(residency),
           about_(residency.about()),
           request_(request),
           demand_(demand),
           output_(output),
+          rule_(rule),
           visibility_(request, about_),
           wanted_(request, about_),
           nodes_(about_.cells),
@@ -143,7 +144,7 @@ private:
         if (mask == 0) return;
         const uint32_t number = page(n, n.level - 1);
         const bool forced = request_.forced_level >= 0;
-        if (!forced && request_.by_area) {
+        if (!forced && rule_ == GridRule::by_area) {
             if (pixels_across(n) <= pixels_per_cell * request_.pixel_error * (1u << nodes_.cell_shift(n.level))) return;
             to.push_back(n);
             if (residency_.entry(number).texels != nullptr)
@@ -283,6 +284,7 @@ private:
     const CutRequest& request_;
     PageDemand& demand_;
     const GridOutput output_;
+    const GridRule rule_;
     const Visibility visibility_;
     const RefinementTest wanted_;
     const NodeTree nodes_;
@@ -295,9 +297,10 @@ private:
 
 }  // namespace
 
-Cut cut_grid(const Residency& residency, const CutRequest& request, PageDemand& demand, GridOutput output) {
+Cut cut_grid(const Residency& residency, const CutRequest& request, PageDemand& demand, GridOutput output,
+             GridRule rule) {
     LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.pages() == residency.pages());
-    return GridCut(residency, request, demand, output).run();
+    return GridCut(residency, request, demand, output, rule).run();
 }
 
 }  // namespace lodestone::vgi

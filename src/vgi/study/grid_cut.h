@@ -24,6 +24,28 @@ enum class GridOutput {
     patches,  // LODE_VGI_PATCH_WORDS words for every node, for a device that tessellates
 };
 
-Cut cut_grid(const Residency& residency, const CutRequest& request, PageDemand& demand, GridOutput output);
+// When a node is divided.
+enum class GridRule {
+    by_error,
+    by_area,  // by what it covers on screen, with no regard to errors: a cell may be pixels_per_cell * pixel_error wide
+};
+inline constexpr double pixels_per_cell = 8;
+
+Cut cut_grid(const Residency& residency, const CutRequest& request, PageDemand& demand, GridOutput output,
+             GridRule rule = GridRule::by_error);
+
+class GridCutter final : public Cutter {
+public:
+    GridCutter(GridOutput output, GridRule rule) : output_(output), rule_(rule) {}
+    // All charts are looked at.
+    Cut cut(const Residency& residency, const CutRequest& request, std::span<const uint32_t>, PageDemand& demand,
+            IncrementalCut&) const override {
+        return cut_grid(residency, request, demand, output_, rule_);
+    }
+
+private:
+    GridOutput output_;
+    GridRule rule_;
+};
 
 }  // namespace lodestone::vgi

@@ -21,6 +21,7 @@
 #include "vgi/bake/images/sample_errors.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/visibility.h"
+#include "vgi/draw/vgi_source.h"
 #include "vgi/small_atlas.h"
 #include "vgi/study/grid_cut.h"
 #include "vgi/study/grid_patch.h"
@@ -169,10 +170,9 @@ std::vector<uint32_t> all_triangles(const Cut& cut) {
 }
 
 Cut cut_as(Raster raster, const Residency& residency, const CutRequest& request, PageDemand& demand) {
-    CutRequest wanted = request;
-    wanted.by_area = raster == Raster::grid_area;
-    return raster == Raster::bintree ? from_scratch(residency, wanted, demand)
-                                     : cut_grid(residency, wanted, demand, GridOutput::indices);
+    if (raster == Raster::bintree) return from_scratch(residency, request, demand);
+    return cut_grid(residency, request, demand, GridOutput::indices,
+                    raster == Raster::grid_area ? GridRule::by_area : GridRule::by_error);
 }
 
 class Cuts : public testing::TestWithParam<Raster> {
@@ -641,10 +641,9 @@ TEST(GridCut, ByAreaHasNoCellWiderThanItMayBe) {
         const auto views = random_views(atlas, random);
         CutRequest request;
         request.views = views;
-        request.by_area = true;
         request.pixel_error = std::exp2(random.unit() * 3 - 1);
         PageDemand demand(residency.pages());
-        const Cut cut = cut_grid(residency, request, demand, GridOutput::patches);
+        const Cut cut = cut_grid(residency, request, demand, GridOutput::patches, GridRule::by_area);
         double widest = 0;
         for (const auto& [mask, words] : cut.parts) {
             if ((mask & 1) == 0) continue;

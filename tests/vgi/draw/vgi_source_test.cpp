@@ -21,6 +21,7 @@
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/bake/bake.h"
 #include "vgi/draw/pulled_vertex.h"
+#include "vgi/study/patch_indices.h"
 
 namespace lodestone::vgi {
 namespace {

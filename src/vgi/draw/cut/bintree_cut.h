@@ -13,4 +13,12 @@ namespace lodestone::vgi {
 Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts,
                 PageDemand& demand, IncrementalCut& kept);
 
+class BintreeCutter final : public Cutter {
+public:
+    Cut cut(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts, PageDemand& demand,
+            IncrementalCut& kept) const override {
+        return cut_bintree(residency, request, charts, demand, kept);
+    }
+};
+
 }  // namespace lodestone::vgi

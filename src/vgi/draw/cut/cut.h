@@ -31,23 +31,9 @@ struct CutRequest {
     const View* level_view = nullptr;  // sets the levels; views[0] where there is none
     double pixel_error = 1;            // pixels, > 0
     int64_t forced_level = -1;         // >= 0: this level everywhere
-    // grid_cut.h: nodes are divided by what they cover on screen, as in the seed, with no regard to errors; a cell may
-    // be pixels_per_cell * pixel_error pixels wide.
-    bool by_area = false;
-    bool cull_back_faces = true;  // views[0] may leave out what shows it none but back faces
+    bool cull_back_faces = true;       // views[0] may leave out what shows it none but back faces
     CutMargin margin;
     const View& sets_levels() const { return level_view != nullptr ? *level_view : views[0]; }
-};
-
-inline constexpr double pixels_per_cell = 8;
-
-// How what is drawn is made of triangles.
-enum class Raster {
-    bintree,    // bintree_cut.h, pulled from pages by index lists
-    grid,       // grid_cut.h, the same way
-    grid_area,  // the same by areas on screen, not by errors
-    tess,       // grid_cut.h, a patch for each node, which the device tessellates
-    device,     // device_cut.h: as tess, by nodes that the device chooses
 };
 
 struct Cut {
@@ -91,6 +77,18 @@ public:
 private:
     std::vector<std::pair<uint32_t, std::vector<uint32_t>>> parts_;
     size_t last_ = 0;
+};
+
+struct IncrementalCut;
+
+// A technique that makes one instance into triangles.
+class Cutter {
+public:
+    virtual ~Cutter() = default;
+    // charts: those that some view sees, rising. demand: takes the pages that are used and missed. kept: what the cut
+    // before left for this one, and this one leaves for the next; a technique that needs nothing of it leaves it alone.
+    virtual Cut cut(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts,
+                    PageDemand& demand, IncrementalCut& kept) const = 0;
 };
 
 }  // namespace lodestone::vgi

@@ -8,12 +8,10 @@
 
 #include "base/check.h"
 #include "frame/screen_error.h"
-#include "vgi/bake/images/sample_errors.h"
-#include "vgi/draw/cut/bintree_cut.h"
+#include "vgi/asset/saturation.h"
 #include "vgi/draw/cut/prefetch.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/cut/visibility.h"
-#include "vgi/study/grid_cut.h"
 
 namespace lodestone::vgi {
 
@@ -97,15 +95,13 @@ bool inside(const View& view, const Frustum& frustum) {
     return true;
 }
 
-CutRequest request_for(Raster raster, const CutRegion& region, const CutInstance& instance, double raised,
-                       int64_t level) {
+CutRequest request_for(const CutRegion& region, const CutInstance& instance, double raised, int64_t level) {
     CutRequest request;
     request.object_to_world = instance.there.object_to_world;
     request.views = region.views;
     request.level_view = region.level_view ? &*region.level_view : nullptr;
     request.pixel_error = region.budget.pixel_error * raised;
     request.forced_level = level;
-    request.by_area = raster == Raster::grid_area;
     request.cull_back_faces = region.views[0].culls_back_faces;
     request.margin = instance.margin;
     return request;
@@ -236,8 +232,8 @@ namespace {
 // The cuts of one region, step by step.
 class CutMaker {
 public:
-    CutMaker(Raster raster, const CutInput& input, const CutLimits& limits, CutMemory& memory)
-        : raster_(raster), input_(input), region_(input.region), limits_(limits), memory_(memory) {
+    CutMaker(const Cutter* cutter, const CutInput& input, const CutLimits& limits, CutMemory& memory)
+        : cutter_(cutter), input_(input), region_(input.region), limits_(limits), memory_(memory) {
         memory_.atlases.resize(input_.atlases.size());
         for (size_t a = 0; a < input_.atlases.size(); ++a) {
             CutMemory::Demand& demand = memory_.atlases[a];
@@ -265,9 +261,7 @@ private:
         return input_.atlases[i.there.asset];
     }
     CutMemory::Demand& demand_of(const CutInstance& i) { return memory_.atlases[i.there.asset]; }
-    CutRequest request_of(const CutInstance& i) const {
-        return request_for(raster_, region_, i, result_.raised, result_.level);
-    }
+    CutRequest request_of(const CutInstance& i) const { return request_for(region_, i, result_.raised, result_.level); }
     // Charts that some view of the request sees.
     std::vector<uint32_t> charts_of(const CutInstance& i, const CutRequest& request) const {
         const OpenAtlas& atlas = *atlas_of(i).atlas;
@@ -283,12 +277,8 @@ private:
 
     Cut cut(const CutInstance& i) {
         const CutRequest request = request_of(i);
-        const Residency& residency = atlas_of(i).pages->geometry;
-        PageDemand& demand = demand_of(i).positions;
-        if (raster_ == Raster::bintree)
-            return cut_bintree(residency, request, charts_of(i, request), demand, memory_.instances[i.number]);
-        return cut_grid(residency, request, demand,
-                        raster_ == Raster::tess ? GridOutput::patches : GridOutput::indices);
+        return cutter_->cut(atlas_of(i).pages->geometry, request, charts_of(i, request), demand_of(i).positions,
+                            memory_.instances[i.number]);
     }
 
     // Cuts all instances, with larger errors where there is too much: all rise alike, and where they may not rise
@@ -321,7 +311,7 @@ private:
         cuts_.clear();
         for (CutMemory::Demand& demand : memory_.atlases) demand.positions.clear();
         result_.triangles = 0;
-        if (raster_ == Raster::device) return 0;
+        if (cutter_ == nullptr) return 0;
         uint64_t words = 0;
         for (const CutInstance& i : input_.seen) {
             cuts_.push_back(cut(i));
@@ -386,7 +376,7 @@ private:
             result_.wishes.push_back({found.wish(page), layer, false, a, page});
     }
 
-    const Raster raster_;
+    const Cutter* const cutter_;
     const CutInput& input_;
     const CutRegion& region_;
     const CutLimits& limits_;
@@ -397,8 +387,8 @@ private:
 
 }  // namespace
 
-FrameCuts make_cuts(Raster raster, const CutInput& input, const CutLimits& limits, CutMemory& memory) {
-    return CutMaker(raster, input, limits, memory).run();
+FrameCuts make_cuts(const Cutter* cutter, const CutInput& input, const CutLimits& limits, CutMemory& memory) {
+    return CutMaker(cutter, input, limits, memory).run();
 }
 
 void sort_wishes(std::vector<FrameCuts::Wish>& wishes) {

@@ -118,7 +118,7 @@ struct CutMemory {
     std::vector<Demand> atlases;
 };
 
-// Where the device cuts, nothing is cut here: what comes of it are attributes, and what is prefetched of positions.
-FrameCuts make_cuts(Raster raster, const CutInput& input, const CutLimits& limits, CutMemory& memory);
+// cutter: null where the device cuts; then what comes of it are attributes, and what is prefetched of positions.
+FrameCuts make_cuts(const Cutter* cutter, const CutInput& input, const CutLimits& limits, CutMemory& memory);
 
 }  // namespace lodestone::vgi

@@ -5,7 +5,8 @@
 
 #include "base/check.h"
 #include "frame/screen_error.h"
-#include "vgi/bake/images/sample_errors.h"
+#include "vgi/asset/error_codes.h"
+#include "vgi/asset/saturation.h"
 
 namespace lodestone::vgi {
 

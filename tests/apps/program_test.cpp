@@ -413,6 +413,13 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     fails("render s.scene.json --device nosuch -o x.png", 4, "nosuch");
 }
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which take terabytes of addresses
+TEST_F(ProgramTest, MemoryThatIsRefusedIsOneClearLine) {
+    fails("generate rock --triangles 20000000 -o rock.ply", 4, "out of memory", "ulimit -v 400000 && ");
+    EXPECT_FALSE(fs::exists(folder_ / "rock.ply"));
+}
+#endif
+
 TEST_F(ProgramTest, KeepsToTheMemoryAllowed) {
     succeeds("generate rock --triangles 50000 -o rock.ply");
     fails("bake rock.ply -o rock.lode --memory 2", 2, "at least 192 MiB");

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <string>
 
 #include "apps/commands/commands.h"
 #include "apps/machine.h"
@@ -77,5 +78,7 @@ int main(int argc, char** argv) {
                                                  ? "what does not fit --memory has no room in the folder for temporary "
                                                    "files; name another by --tmp, or allow more"
                                                  : "out of memory; use a smaller mesh, or bake with --memory"});
-    } catch (const std::exception& e) { return report_error({Fault::machine, e.what()}); }
+    } catch (const std::exception& e) {
+        return report_error({Fault::machine, std::string("an operation of the system failed: ") + e.what()});
+    } catch (...) { return report_error({Fault::machine, "an operation failed for a reason that is not known"}); }
 }

@@ -68,20 +68,25 @@ void print_summary(const nlohmann::json& report) {
                 report["seconds"].get<double>());
 }
 
-Result<int> bake(const Options& given) {
+Result<std::vector<std::string>> parse_orders(const std::string& text) {
+    auto orders = parse_list("--order", text);
+    if (!orders) return orders;
+    for (auto order = orders->begin(); order != orders->end(); ++order) {
+        if (auto orderer = face_orderer_named(*order); !orderer) return fail_at("--order", orderer.error());
+        if (std::find(orders->begin(), order, *order) != order)
+            return fail(Fault::usage, "--order " + text + ": names " + *order + " twice");
+    }
+    return orders;
+}
+
+// What the given words and numbers ask of a bake.
+Result<BakeOptions> bake_options_of(const Options& given) {
     BakeOptions options = given.bake;
     auto backends = parse_list("--backends", given.backends);
-    auto orders = parse_list("--order", given.orders);
     if (!backends) return tl::unexpected(backends.error());
-    if (!orders) return tl::unexpected(orders.error());
     if (auto good = check_backends(*backends); !good) return tl::unexpected(good.error());
-    for (size_t i = 0; i < orders->size(); ++i) {
-        if (auto orderer = face_orderer_named((*orders)[i]); !orderer) return fail_at("--order", orderer.error());
-        if (std::find(orders->begin(), orders->begin() + static_cast<ptrdiff_t>(i), (*orders)[i]) !=
-            orders->begin() + static_cast<ptrdiff_t>(i)) {
-            return fail(Fault::usage, "--order " + given.orders + ": names " + (*orders)[i] + " twice");
-        }
-    }
+    auto orders = parse_orders(given.orders);
+    if (!orders) return tl::unexpected(orders.error());
     options.atlas.cells = given.resolution - 1;
     if (given.attribute_resolution > 0) {
         if (given.attribute_resolution < given.resolution) {
@@ -95,18 +100,20 @@ Result<int> bake(const Options& given) {
     options.order.cache = *model;
     options.backends = *backends;
     options.orders = *orders;
-    set_thread_count(given.threads);
-    const Progress progress = terminal_progress();
-    std::error_code no_folder;
-    const std::filesystem::path tmp =
-        given.tmp.empty() ? std::filesystem::temp_directory_path(no_folder) : std::filesystem::path(given.tmp);
-    if (given.memory_mib > 0) {
-        if (given.memory_mib < least_bake_memory_mib) {
-            return fail(Fault::usage, "--memory " + std::to_string(given.memory_mib) + ": baking takes at least " +
-                                          std::to_string(least_bake_memory_mib) + " MiB");
-        }
-        if (auto done = begin_spilling({tmp, given.memory_mib << 20}); !done) return tl::unexpected(done.error());
+    return options;
+}
+
+Result<void> limit_memory(uint64_t mib, const std::filesystem::path& tmp) {
+    if (mib < least_bake_memory_mib) {
+        return fail(Fault::usage, "--memory " + std::to_string(mib) + ": baking takes at least " +
+                                      std::to_string(least_bake_memory_mib) + " MiB");
     }
+    return begin_spilling({tmp, mib << 20});
+}
+
+// Reads, bakes and writes; returns the report. tmp: for the work folder, if stages are to be kept.
+Result<nlohmann::json> bake_file(const Options& given, const BakeOptions& options, const std::filesystem::path& tmp) {
+    const Progress progress = terminal_progress();
     auto input = read_bake_input(given.mesh, options, progress);
     if (!input) return tl::unexpected(input.error());
     std::optional<CheckpointFolder> work;
@@ -119,8 +126,22 @@ Result<int> bake(const Options& given) {
     auto report = bake_asset(std::move(*input), options, given.out, progress, work ? &*work : nullptr);
     if (!report && report.error().fault == Fault::interrupted && work)
         announce("the same command goes on from " + work->path().string());
+    if (report && work) work->remove();
+    return report;
+}
+
+Result<int> bake(const Options& given) {
+    const auto options = bake_options_of(given);
+    if (!options) return tl::unexpected(options.error());
+    set_thread_count(given.threads);
+    std::error_code no_folder;
+    const std::filesystem::path tmp =
+        given.tmp.empty() ? std::filesystem::temp_directory_path(no_folder) : std::filesystem::path(given.tmp);
+    if (given.memory_mib > 0) {
+        if (auto done = limit_memory(given.memory_mib, tmp); !done) return tl::unexpected(done.error());
+    }
+    const auto report = bake_file(given, *options, tmp);
     if (!report) return tl::unexpected(report.error());
-    if (work) work->remove();
     end_progress();
     if (!given.report.empty()) {
         if (auto done = write_json(given.report, report->dump(2)); !done) return tl::unexpected(done.error());
@@ -133,74 +154,79 @@ Result<int> bake(const Options& given) {
     return 0;
 }
 
-}  // namespace
-
-void add_bake(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand(
-        "bake", "Make an asset from a mesh: a progressive mesh, an atlas of geometry images, or both");
+// Options by what they are about. Help lists them in the order in which they are added.
+void add_input_options(CLI::App& command, Options& o) {
     command
-        ->add_option("mesh", o->mesh,
-                     "Mesh (PLY, OBJ, STL, OFF, glTF, GLB) or height map (16-bit PNG, GeoTIFF); also .gz")
+        .add_option("mesh", o.mesh,
+                    "Mesh (PLY, OBJ, STL, OFF, glTF, GLB) or height map (16-bit PNG, GeoTIFF); also .gz")
         ->required();
-    command->add_option("-o,--out", o->out, "Asset to write, .lode")->required();
+    command.add_option("-o,--out", o.out, "Asset to write, .lode")->required();
     command
-        ->add_option("--backends", o->backends,
-                     "What to bake, separated by commas: lod (a progressive mesh), vgi (an atlas of geometry images), "
-                     "discrete (a chain of simplified meshes)")
+        .add_option("--backends", o.backends,
+                    "What to bake, separated by commas: lod (a progressive mesh), vgi (an atlas of geometry images), "
+                    "discrete (a chain of simplified meshes)")
         ->capture_default_str();
+}
+
+void add_order_options(CLI::App& command, Options& o) {
     command
-        ->add_option(
-            "--order", o->orders,
+        .add_option(
+            "--order", o.orders,
             "lod: face orders to bake, separated by commas: keyframe, greedy, static, classic; the first is drawn "
             "unless another is asked for")
         ->capture_default_str();
     command
-        ->add_option("--cache", o->cache,
-                     "lod: vertex cache that face orders are optimised for: fifoN, lruN, nvidia, amd, intel or auto; "
-                     "auto is the model that probe found last, or nvidia before any probe")
+        .add_option("--cache", o.cache,
+                    "lod: vertex cache that face orders are optimised for: fifoN, lruN, nvidia, amd, intel or auto; "
+                    "auto is the model that probe found last, or nvidia before any probe")
         ->capture_default_str();
     command
-        ->add_option(
-            "--order-seconds", o->bake.order.seconds,
+        .add_option(
+            "--order-seconds", o.bake.order.seconds,
             "lod: longest search for a face order, in seconds, about; it is estimated from the size of the mesh, so "
             "that every machine makes the same asset")
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str();
     command
-        ->add_option("--look-ahead", o->bake.order.greedy_look_ahead,
-                     "lod: faces that the order greedy looks ahead for each choice")
+        .add_option("--look-ahead", o.bake.order.greedy_look_ahead,
+                    "lod: faces that the order greedy looks ahead for each choice")
         ->check(CLI::Range(0, 100))
         ->capture_default_str();
     command
-        ->add_option("--moves-per-ecol", o->bake.order.moves_per_ecol,
-                     "lod: faces moved per edge collapse, about; more moves give fewer vertex transforms")
+        .add_option("--moves-per-ecol", o.bake.order.moves_per_ecol,
+                    "lod: faces moved per edge collapse, about; more moves give fewer vertex transforms")
         ->check(CLI::Range(0.1, 100.0))
         ->capture_default_str();
+}
+
+void add_chart_options(CLI::App& command, Options& o) {
     command
-        ->add_option("--clusters", o->bake.atlas.clusters.clusters,
-                     "vgi: clusters wanted; each becomes one quad chart for each of its sides")
+        .add_option("--clusters", o.bake.atlas.clusters.clusters,
+                    "vgi: clusters wanted; each becomes one quad chart for each of its sides")
         ->check(CLI::Range(1, 1 << 20))
         ->capture_default_str();
     command
-        ->add_option("--target-error", o->bake.target_error,
-                     "vgi: double --clusters until the error of the finest level is at most this, in object units")
+        .add_option("--target-error", o.bake.target_error,
+                    "vgi: double --clusters until the error of the finest level is at most this, in object units")
         ->check(CLI::PositiveNumber);
-    command->add_option("--resolution", o->resolution, "vgi: samples along each side of a chart, 2^n + 1")
+    command.add_option("--resolution", o.resolution, "vgi: samples along each side of a chart, 2^n + 1")
         ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025}))
         ->capture_default_str();
     command
-        ->add_option(
-            "--attribute-resolution", o->attribute_resolution,
+        .add_option(
+            "--attribute-resolution", o.attribute_resolution,
             "vgi: samples of normals, colours and texture coordinates along each side; at least --resolution, which "
             "it is unless given")
         ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025, 2049, 4097}));
+}
+
+void add_cluster_weights(CLI::App& command, Options& o) {
     const auto cluster_weight = [&](const char* name, double& value, const char* what) {
-        command->add_option(name, value, std::string("vgi: weight, in the cost of a cluster, of ") + what)
+        command.add_option(name, value, std::string("vgi: weight, in the cost of a cluster, of ") + what)
             ->check(CLI::Range(0.0, 1e6))
             ->capture_default_str();
     };
-    vgi::ClusterWeights& weights = o->bake.atlas.clusters.weights;
+    vgi::ClusterWeights& weights = o.bake.atlas.clusters.weights;
     cluster_weight("--planarity-weight", weights.planarity, "its distance from a plane");
     cluster_weight("--compactness-weight", weights.compactness, "the length of its border");
     cluster_weight("--irregularity-weight", weights.irregularity, "how much less round a merge makes it");
@@ -208,72 +234,99 @@ void add_bake(CLI::App& app, Run& run) {
     cluster_weight("--curvature-weight", weights.curvature, "how far its normals differ");
     cluster_weight("--feature-weight", weights.feature, "creases and edges of colour or material inside it");
     cluster_weight("--bulge-weight", weights.bulge, "how far it bulges beyond its border");
+}
+
+void add_sampling_options(CLI::App& command, Options& o) {
     command
-        ->add_option("--worst-stretch", o->bake.atlas.worst_stretch,
-                     "vgi: largest stretch of a chart; where a chart has more, clusters are made finer")
+        .add_option("--worst-stretch", o.bake.atlas.worst_stretch,
+                    "vgi: largest stretch of a chart; where a chart has more, clusters are made finer")
         ->check(CLI::Range(1.1, 1e6))
         ->capture_default_str();
     command
-        ->add_option(
-            "--curvature-importance", o->bake.atlas.parameterise.curvature_importance,
+        .add_option(
+            "--curvature-importance", o.bake.atlas.parameterise.curvature_importance,
             "vgi: samples are denser where the surface bends, by its curvature to this power; 0 spreads them evenly")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
     command
-        ->add_option(
-            "--rounding-share", o->bake.atlas.rounding_share,
+        .add_option(
+            "--rounding-share", o.bake.atlas.rounding_share,
             "vgi: error that the rounding of positions may add, as a share of the error of sampling; a smaller share "
             "takes more bytes")
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
-    command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
+}
+
+void add_machine_options(CLI::App& command, Options& o) {
+    command.add_option("--threads", o.threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command
-        ->add_option("--memory", o->memory_mib,
-                     "Memory to keep to, in MiB, about, at least 192; the rest waits in unnamed files in --tmp")
+        .add_option("--memory", o.memory_mib,
+                    "Memory to keep to, in MiB, about, at least 192; the rest waits in unnamed files in --tmp")
         ->check(CLI::Range(1, 1 << 30));
-    command->add_flag(
-        "--resume", o->resume,
+    command.add_flag(
+        "--resume", o.resume,
         "Keep finished stages in a work folder until the asset is written; the same command then goes on from "
         "them, even if it was killed");
     command
-        ->add_option(
-            "--tmp", o->tmp,
+        .add_option(
+            "--tmp", o.tmp,
             "Folder for the files of --resume and --memory, on a disk; the system's folder for temporary files unless "
             "given")
         ->check(CLI::ExistingDirectory);
-    command->add_option("--report", o->report, "Also write the bake report to this JSON file");
-    command->add_flag("--json", o->json, "Print the bake report as JSON");
+    command.add_option("--report", o.report, "Also write the bake report to this JSON file");
+    command.add_flag("--json", o.json, "Print the bake report as JSON");
+}
+
+void add_simplifier_options(CLI::App& command, Options& o) {
     command
-        ->add_option("--simplifier", o->bake.simplifier,
-                     "lod: simplifier: quadric (our own) or openmesh (OpenMesh's decimater)")
+        .add_option("--simplifier", o.bake.simplifier,
+                    "lod: simplifier: quadric (our own) or openmesh (OpenMesh's decimater)")
         ->check(CLI::IsMember({"quadric", "openmesh"}))
         ->capture_default_str();
     const auto attribute_weight = [&](const char* name, double& value, const char* what, double otherwise) {
         command
-            ->add_option(name, value,
-                         std::string("lod: weight of ") + what + " in the error that the simplifier counts")
+            .add_option(name, value, std::string("lod: weight of ") + what + " in the error that the simplifier counts")
             ->check(CLI::Range(0.0, 1e6))
             ->default_str(CLI::detail::to_string(otherwise));
     };
     const SimplifyOptions simplify;
-    attribute_weight("--normal-weight", o->bake.normal_weight, "normals", simplify.normal_weight);
-    attribute_weight("--uv-weight", o->bake.uv_weight, "texture coordinates", simplify.uv_weight);
-    attribute_weight("--colour-weight", o->bake.colour_weight, "colours", simplify.colour_weight);
+    attribute_weight("--normal-weight", o.bake.normal_weight, "normals", simplify.normal_weight);
+    attribute_weight("--uv-weight", o.bake.uv_weight, "texture coordinates", simplify.uv_weight);
+    attribute_weight("--colour-weight", o.bake.colour_weight, "colours", simplify.colour_weight);
     command
-        ->add_option("--error-samples", o->bake.error_samples,
-                     "lod: points on each surface from which the error of a level is measured")
+        .add_option("--error-samples", o.bake.error_samples,
+                    "lod: points on each surface from which the error of a level is measured")
         ->check(CLI::Range(1000, 100000000))
         ->capture_default_str();
-    command->add_option("--height-scale", o->bake.read.height_scale, "Height maps: object units per height unit")
+}
+
+void add_height_options(CLI::App& command, Options& o) {
+    command.add_option("--height-scale", o.bake.read.height_scale, "Height maps: object units per height unit")
         ->capture_default_str();
     command
-        ->add_option("--pixel-size", o->bake.read.pixel_size,
-                     "Height maps: object units between samples; 0 takes the file's")
+        .add_option("--pixel-size", o.bake.read.pixel_size,
+                    "Height maps: object units between samples; 0 takes the file's")
         ->capture_default_str();
-    command->add_option("--void-height", o->bake.read.void_height,
-                        "Height maps: samples of this height (before scaling) hold no data");
-    command->add_flag("--fill-voids", o->bake.read.fill_voids,
-                      "Height maps: fill samples that hold no data from around them, instead of leaving holes");
+    command.add_option("--void-height", o.bake.read.void_height,
+                       "Height maps: samples of this height (before scaling) hold no data");
+    command.add_flag("--fill-voids", o.bake.read.fill_voids,
+                     "Height maps: fill samples that hold no data from around them, instead of leaving holes");
+}
+
+}  // namespace
+
+void add_bake(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand(
+        "bake", "Make an asset from a mesh: a progressive mesh, an atlas of geometry images, or both");
+    add_input_options(*command, *o);
+    add_order_options(*command, *o);
+    add_chart_options(*command, *o);
+    add_cluster_weights(*command, *o);
+    add_sampling_options(*command, *o);
+    add_machine_options(*command, *o);
+    add_simplifier_options(*command, *o);
+    add_height_options(*command, *o);
     command->footer(
         examples("lodestone bake bunny.obj -o bunny.lode\n"
                  "lodestone bake scan.ply.gz -o scan.lode --backends lod,vgi --report scan.json\n"

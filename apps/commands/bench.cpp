@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <tuple>
 #include <utility>
@@ -321,16 +322,18 @@ private:
     std::map<std::tuple<Technique, std::string, double>, double> tried_;  // by way, metric and pixel error: how bad
 };
 
-Result<int> bench(const Options& o) {
-    const auto backends = parse_list("--backends", o.backends);
-    if (!backends) return tl::unexpected(backends.error());
-    for (const std::string& backend : *backends) {
-        if (auto known = check_backend("--backends", backend); !known) return tl::unexpected(known.error());
-    }
-    const auto error_words = parse_list("--pixel-error", o.pixel_errors);
-    if (!error_words) return tl::unexpected(error_words.error());
+// What is compared, as asked for.
+struct Compared {
+    std::vector<std::string> backends, orders, rasters;
     std::vector<double> pixel_errors;
-    for (const std::string& word : *error_words) {
+    const ErrorMetric* metric = nullptr;  // of --equal-error; null for none
+};
+
+Result<std::vector<double>> parse_pixel_errors(const std::string& text) {
+    const auto words = parse_list("--pixel-error", text);
+    if (!words) return tl::unexpected(words.error());
+    std::vector<double> pixel_errors;
+    for (const std::string& word : *words) {
         double value = 0;
         if (std::from_chars(word.data(), word.data() + word.size(), value).ptr != word.data() + word.size() ||
             !(value > 0)) {
@@ -338,22 +341,96 @@ Result<int> bench(const Options& o) {
         }
         pixel_errors.push_back(value);
     }
+    return pixel_errors;
+}
+
+Result<Compared> compared_of(const Options& o) {
+    Compared compared;
+    auto backends = parse_list("--backends", o.backends);
+    if (!backends) return tl::unexpected(backends.error());
+    compared.backends = std::move(*backends);
+    for (const std::string& backend : compared.backends) {
+        if (auto known = check_backend("--backends", backend); !known) return tl::unexpected(known.error());
+    }
+    auto pixel_errors = parse_pixel_errors(o.pixel_errors);
+    if (!pixel_errors) return tl::unexpected(pixel_errors.error());
+    compared.pixel_errors = std::move(*pixel_errors);
     const auto metric = std::ranges::find(error_metrics(), o.equal_error, &ErrorMetric::name);
-    if (!o.equal_error.empty() && metric == error_metrics().end())
+    if (metric != error_metrics().end()) {
+        compared.metric = &*metric;
+    } else if (!o.equal_error.empty()) {
         return fail(Fault::usage, "--equal-error " + o.equal_error + ": choose ssim or max_pixel_deviation");
-    std::vector<std::string> orders, rasters;
-    for (const auto& [option, text, wanted] :
-         {std::tuple("--orders", &o.orders, &orders), std::tuple("--rasters", &o.rasters, &rasters)}) {
+    }
+    for (const auto& [option, text, wanted] : {std::tuple("--orders", &o.orders, &compared.orders),
+                                               std::tuple("--rasters", &o.rasters, &compared.rasters)}) {
         if (text->empty()) continue;
         auto words = parse_list(option, *text);
         if (!words) return tl::unexpected(words.error());
         *wanted = std::move(*words);
     }
-    for (const std::string& raster : rasters) {
+    for (const std::string& raster : compared.rasters) {
         if (auto known = check_raster("--rasters", raster, ""); !known) return tl::unexpected(known.error());
     }
+    return compared;
+}
+
+// The techniques of a backend that the orders and rasters asked for choose.
+Result<std::vector<Technique>> chosen_techniques(const std::string& backend, const ReadyScene& scene,
+                                                 const Compared& compared) {
+    std::vector<Technique> techniques = techniques_of(backend, scene);
+    for (const std::string& order : compared.orders) {
+        if (backend != "lod" || std::ranges::find(techniques, order, &Technique::order) != techniques.end()) continue;
+        return fail(Fault::usage, "--orders " + order + ": the scene's meshes are not baked with it");
+    }
+    // If the list names none of the backend's techniques, it is for other backends, and this one draws as usual.
+    const auto is_chosen = [&](const std::vector<std::string>& wanted, std::string Technique::*what,
+                               const Technique& technique) {
+        const auto is_wanted = [&](const Technique& t) { return std::ranges::find(wanted, t.*what) != wanted.end(); };
+        return std::ranges::any_of(techniques, is_wanted) ? is_wanted(technique)
+                                                          : technique.*what == techniques.front().*what;
+    };
+    std::vector<Technique> chosen;
+    std::ranges::copy_if(techniques, std::back_inserter(chosen), [&](const Technique& technique) {
+        return is_chosen(compared.orders, &Technique::order, technique) &&
+               is_chosen(compared.rasters, &Technique::raster, technique);
+    });
+    return chosen;
+}
+
+// Rows of a technique at every pixel error. A technique that the machine cannot draw has no more rows.
+Result<void> measure_technique(Bench& bench, const Technique& technique, const Compared& compared, double fps,
+                               const Progress& progress) {
+    for (const double pixel_error : compared.pixel_errors) {
+        auto done = bench.measure(technique, pixel_error);
+        if (!done && done.error().fault == Fault::machine) {
+            progress.warning(technique.backend + ": no row: " + done.error().message);
+            break;
+        }
+        if (!done) return done;
+        if (technique.backend == "full") break;  // it has one level
+        if (fps <= 0 || pixel_error != compared.pixel_errors.front()) continue;
+        if (auto steered = bench.steer(technique, fps, pixel_error); !steered) return steered;
+    }
+    return {};
+}
+
+// Rows of `discrete` that are as good as those of the backends with finer levels.
+Result<void> measure_equal_errors(Bench& bench, const Compared& compared) {
+    if (compared.metric == nullptr || std::ranges::find(compared.backends, "discrete") == compared.backends.end())
+        return {};
+    const std::vector<Row> rows = bench.report.rows;
+    for (const Row& like : rows) {
+        if (like.backend == "full" || like.backend == "discrete") continue;
+        if (auto done = bench.measure_like({"discrete", "", ""}, like, *compared.metric); !done) return done;
+    }
+    return {};
+}
+
+Result<int> bench(const Options& o) {
+    const auto compared = compared_of(o);
+    if (!compared) return tl::unexpected(compared.error());
     const Progress progress = terminal_progress();
-    SceneNeeds needs = needs_of(*backends);
+    SceneNeeds needs = needs_of(compared->backends);
     needs.meshes = true;  // pictures are compared with `full`
     auto stage = set_stage(o.stage, needs, progress);
     if (!stage) return tl::unexpected(stage.error());
@@ -366,46 +443,15 @@ Result<int> bench(const Options& o) {
     bench.report.machine = stage->machine();
     bench.report.scene = stage->scene.scene.name;
     bench.report.size = o.stage.size;
-    for (const std::string& backend : *backends) {
-        const std::vector<Technique> ways = techniques_of(backend, stage->scene);
-        for (const std::string& order : orders) {
-            if (backend != "lod" || std::ranges::find(ways, order, &Technique::order) != ways.end()) continue;
-            return fail(Fault::usage, "--orders " + order + ": the scene's meshes are not baked with it");
-        }
-        // What none of its ways goes by is for other backends, and it draws in its usual way.
-        const auto chosen = [&](const std::vector<std::string>& wanted, std::string Technique::*what,
-                                const Technique& way) {
-            const auto is_wanted = [&](const Technique& w) {
-                return std::ranges::find(wanted, w.*what) != wanted.end();
-            };
-            return std::ranges::any_of(ways, is_wanted) ? is_wanted(way) : way.*what == ways.front().*what;
-        };
-        for (const Technique& way : ways) {
-            if (!chosen(orders, &Technique::order, way) || !chosen(rasters, &Technique::raster, way)) continue;
-            for (const double pixel_error : pixel_errors) {
-                auto done = bench.measure(way, pixel_error);
-                if (!done && done.error().fault == Fault::machine) {
-                    progress.warning(backend + ": no row: " + done.error().message);
-                    break;
-                }
-                if (!done) return tl::unexpected(done.error());
-                if (backend == "full") break;  // it has one level
-                if (o.fps <= 0 || pixel_error != pixel_errors.front()) continue;
-                if (auto steered = bench.steer(way, o.fps, pixel_error); !steered)
-                    return tl::unexpected(steered.error());
-            }
-        }
-    }
-    if (metric != error_metrics().end()) {
-        const std::vector<Row> rows = bench.report.rows;
-        for (const Row& like : rows) {
-            const bool wanted = like.backend != "full" && like.backend != "discrete" &&
-                                std::ranges::find(*backends, "discrete") != backends->end();
-            if (!wanted) continue;
-            if (auto done = bench.measure_like({"discrete", "", ""}, like, *metric); !done)
+    for (const std::string& backend : compared->backends) {
+        const auto techniques = chosen_techniques(backend, stage->scene, *compared);
+        if (!techniques) return tl::unexpected(techniques.error());
+        for (const Technique& technique : *techniques) {
+            if (auto done = measure_technique(bench, technique, *compared, o.fps, progress); !done)
                 return tl::unexpected(done.error());
         }
     }
+    if (auto done = measure_equal_errors(bench, *compared); !done) return tl::unexpected(done.error());
     if (auto done = bench.write(); !done) return tl::unexpected(done.error());
     end_progress();
     if (o.json) {

@@ -134,10 +134,28 @@ Result<ProgressiveMesh> bake_lod(const TriMesh& mesh, const BakeOptions& options
     return pm;
 }
 
+void add_atlas_options(Json& json, const vgi::AtlasOptions& atlas) {
+    const vgi::ClusterWeights& weights = atlas.clusters.weights;
+    json["clusters"] = atlas.clusters.clusters;
+    json["cluster_weights"] = {weights.planarity, weights.compactness, weights.size,   weights.irregularity,
+                               weights.curvature, weights.bulge,       weights.feature};
+    json["bucket_triangles"] = atlas.clusters.bucket_triangles;
+    json["resolution"] = atlas.cells + 1;
+    json["most_texels_per_triangle"] = atlas.most_texels_per_triangle;
+    json["rounding_share"] = atlas.rounding_share;
+    json["attribute_ratio"] = atlas.attribute_ratio;
+    json["worst_stretch"] = atlas.worst_stretch;
+    json["most_rounds"] = atlas.most_rounds;
+    json["recentre_passes"] = atlas.recentre_passes;
+    json["atlas_error_samples"] = atlas.error_samples;
+    json["curvature_importance"] = atlas.parameterise.curvature_importance;
+    json["most_solves"] = atlas.parameterise.most_solves;
+    json["least_gain"] = atlas.parameterise.least_gain;
+}
+
 }  // namespace
 
 Json BakeOptions::to_json() const {
-    const vgi::ClusterWeights& weights = atlas.clusters.weights;
     Json json = {{"backends", backends},
                  {"orders", orders},
                  {"cache", name_of(order.cache)},
@@ -149,20 +167,12 @@ Json BakeOptions::to_json() const {
                  {"uv_weight", uv_weight},
                  {"colour_weight", colour_weight},
                  {"error_samples", error_samples},
-                 {"clusters", atlas.clusters.clusters},
-                 {"cluster_weights",
-                  {weights.planarity, weights.compactness, weights.size, weights.irregularity, weights.curvature,
-                   weights.bulge, weights.feature}},
                  {"fit_error", fit_error},
                  {"target_error", target_error},
-                 {"resolution", atlas.cells + 1},
-                 {"attribute_ratio", atlas.attribute_ratio},
-                 {"worst_stretch", atlas.worst_stretch},
-                 {"curvature_importance", atlas.parameterise.curvature_importance},
-                 {"rounding_share", atlas.rounding_share},
                  {"load_images", read.load_images},
                  {"height_scale", read.height_scale},
                  {"pixel_size", read.pixel_size}};
+    add_atlas_options(json, atlas);
     if (read.fill_voids) json["fill_voids"] = true;
     if (read.void_height) json["void_height"] = *read.void_height;
     if (read.gltf_mesh >= 0) json["gltf_mesh"] = read.gltf_mesh;

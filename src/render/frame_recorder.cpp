@@ -330,13 +330,8 @@ void FrameRecorder::draw(const Command& command) {
     }
 }
 
-void FrameRecorder::record_stage(Stage stage) {
-    std::vector<const Command*> commands;
-    for (const Command& c : plan_.commands) {
-        if (c.stage == stage) commands.push_back(&c);
-    }
-    const bool renders = (stage == Stage::shadow && has_shadow_) || stage == Stage::depth || stage == Stage::colour;
-    const Targets& targets = c_.targets;
+// Images get ready for what the stage does with them.
+void FrameRecorder::use_images(Stage stage) {
     constexpr ImageUse dropped_depth = {
         VK_IMAGE_LAYOUT_UNDEFINED,
         as_depth_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
@@ -345,6 +340,7 @@ void FrameRecorder::record_stage(Stage stage) {
         VK_IMAGE_LAYOUT_UNDEFINED,
         as_colour_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
         VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
+    const Targets& targets = c_.targets;
     if (stage == Stage::shadow)
         change_use(commands_, targets.shadow_depth, dropped_depth, has_shadow_ ? as_depth_target : as_sampled);
     if (stage == Stage::depth) {
@@ -356,63 +352,79 @@ void FrameRecorder::record_stage(Stage stage) {
         if (has_visibility_) change_use(commands_, targets.visibility, as_colour_target, as_sampled);
         change_use(commands_, targets.colour, dropped_image, as_colour_target);
     }
-    // A query cannot span command buffers, and uploads may submit: statistics of the update stage count nothing.
-    const bool counts = c_.device.has_statistics();
-    if (counts && stage != Stage::update)
-        vkCmdBeginQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage), 0);
+}
 
-    bool rendering = false, clear = true;
-    bound_pipeline_ = VK_NULL_HANDLE;
-    bound_vertices_ = bound_indices_ = VK_NULL_HANDLE;
-    const auto stop_rendering = [&] {
-        if (rendering) vkCmdEndRendering(commands_);
-        rendering = false;
-    };
-    for (size_t i = 0; i < commands.size(); ++i) {
-        const Command& command = *commands[i];
-        if (draws(command)) {
-            LODE_CHECK(renders || stage == Stage::shadow, name_of(stage));
-            if (!renders) continue;  // shadows are off
-            if (!rendering) {
-                // Barriers come before rendering begins, for all the draws up to the next command of another kind.
-                for (size_t k = i; k < commands.size() && draws(*commands[k]); ++k) {
-                    const DrawIndirect* indirect = indirect_draw(*commands[k]);
-                    use_draw_buffers(indirect != nullptr ? indirect->draw : *direct_draw(*commands[k]), indirect);
-                }
-                c_.hazards.flush(commands_);
-                begin_rendering(stage, clear);
-                rendering = true;
-                clear = false;
-            }
-            draw(command);
-            continue;
-        }
-        stop_rendering();
-        if (const auto* u = std::get_if<Upload>(&command.what)) {
-            LODE_CHECK(stage == Stage::update, name_of(stage));
-            upload(*u);
-            continue;
-        }
-        flush_uploads();
-        if (const auto* copied = std::get_if<Copy>(&command.what)) {
-            LODE_CHECK(stage == Stage::update, name_of(stage));
-            copy(*copied);
-        } else if (const auto* dispatched = std::get_if<Dispatch>(&command.what)) {
-            dispatch(*dispatched);
-        } else if (const auto* back = std::get_if<Readback>(&command.what)) {
-            read_back(*back);
-        }
+// Draws in a row, rendered together. Barriers come before rendering begins, for all of them.
+void FrameRecorder::draw_all(Stage stage, std::span<const Command* const> commands, bool clear) {
+    for (const Command* command : commands) {
+        const DrawIndirect* indirect = indirect_draw(*command);
+        use_draw_buffers(indirect != nullptr ? indirect->draw : *direct_draw(*command), indirect);
+    }
+    c_.hazards.flush(commands_);
+    begin_rendering(stage, clear);
+    for (const Command* command : commands) draw(*command);
+    vkCmdEndRendering(commands_);
+}
+
+// A command that draws nothing.
+void FrameRecorder::record_other(Stage stage, const Command& command) {
+    if (const auto* u = std::get_if<Upload>(&command.what)) {
+        LODE_CHECK(stage == Stage::update, name_of(stage));
+        upload(*u);
+        return;
     }
     flush_uploads();
-    stop_rendering();
+    if (const auto* copied = std::get_if<Copy>(&command.what)) {
+        LODE_CHECK(stage == Stage::update, name_of(stage));
+        copy(*copied);
+    } else if (const auto* dispatched = std::get_if<Dispatch>(&command.what)) {
+        dispatch(*dispatched);
+    } else if (const auto* back = std::get_if<Readback>(&command.what)) {
+        read_back(*back);
+    }
+}
+
+void FrameRecorder::record_commands(Stage stage) {
+    std::vector<const Command*> commands;
+    for (const Command& c : plan_.commands) {
+        if (c.stage == stage) commands.push_back(&c);
+    }
+    const bool renders = (stage == Stage::shadow && has_shadow_) || stage == Stage::depth || stage == Stage::colour;
+    bool clear = true;
+    bound_pipeline_ = VK_NULL_HANDLE;
+    bound_vertices_ = bound_indices_ = VK_NULL_HANDLE;
+    for (size_t i = 0; i < commands.size();) {
+        if (!draws(*commands[i])) {
+            record_other(stage, *commands[i++]);
+            continue;
+        }
+        LODE_CHECK(renders || stage == Stage::shadow, name_of(stage));
+        const size_t first = i;
+        while (i < commands.size() && draws(*commands[i])) ++i;
+        if (!renders) continue;  // shadows are off
+        draw_all(stage, std::span(commands).subspan(first, i - first), clear);
+        clear = false;
+    }
+    flush_uploads();
     if (renders && clear) {
         begin_rendering(stage, true);
         vkCmdEndRendering(commands_);
     }
-    if (counts && stage == Stage::update)
+}
+
+void FrameRecorder::record_stage(Stage stage) {
+    use_images(stage);
+    // A query cannot span command buffers, and uploads may submit: statistics of the update stage count nothing.
+    const bool counts = c_.device.has_statistics();
+    const auto begin_counting = [&] {
         vkCmdBeginQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage), 0);
+    };
+    if (counts && stage != Stage::update) begin_counting();
+    record_commands(stage);
+    if (counts && stage == Stage::update) begin_counting();
     if (counts) vkCmdEndQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage));
-    if (stage == Stage::shadow && has_shadow_) change_use(commands_, targets.shadow_depth, as_depth_target, as_sampled);
+    if (stage == Stage::shadow && has_shadow_)
+        change_use(commands_, c_.targets.shadow_depth, as_depth_target, as_sampled);
 }
 
 }  // namespace lodestone

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -48,6 +49,10 @@ private:
     void stage_bytes(const std::byte* data, uint64_t bytes, Target&& place);
 
     void record_stage(Stage stage);
+    void use_images(Stage stage);
+    void record_commands(Stage stage);
+    void record_other(Stage stage, const Command& command);
+    void draw_all(Stage stage, std::span<const Command* const> commands, bool clear);
     void begin_rendering(Stage stage, bool clear);
     void use_draw_buffers(const Draw& draw, const DrawIndirect* indirect);
     void draw(const Command& command);

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
 #include "apps/scene/bake.h"
@@ -297,6 +298,31 @@ TEST_F(ProgramTest, MeshesThatAreDrawnAsTheyAreGetAtlasesFineEnough) {
 #endif
 }
 
+TEST(BakeKey, DependsOnEveryOptionOfTheAtlas) {
+    const auto key_with = [](auto change) {
+        BakeOptions options;
+        change(options.atlas);
+        return bake_key({}, options).hex();
+    };
+    using vgi::AtlasOptions;
+    const std::set<std::string> keys = {key_with([](AtlasOptions&) {}),
+                                        key_with([](AtlasOptions& o) { o.clusters.clusters = 131; }),
+                                        key_with([](AtlasOptions& o) { o.clusters.weights.bulge = 2; }),
+                                        key_with([](AtlasOptions& o) { o.clusters.bucket_triangles = 100000; }),
+                                        key_with([](AtlasOptions& o) { o.parameterise.most_solves = 3; }),
+                                        key_with([](AtlasOptions& o) { o.parameterise.least_gain = 0.1; }),
+                                        key_with([](AtlasOptions& o) { o.parameterise.curvature_importance = 0; }),
+                                        key_with([](AtlasOptions& o) { o.cells = 64; }),
+                                        key_with([](AtlasOptions& o) { o.most_texels_per_triangle = 50; }),
+                                        key_with([](AtlasOptions& o) { o.rounding_share = 1; }),
+                                        key_with([](AtlasOptions& o) { o.attribute_ratio = 2; }),
+                                        key_with([](AtlasOptions& o) { o.worst_stretch = 4; }),
+                                        key_with([](AtlasOptions& o) { o.most_rounds = 1; }),
+                                        key_with([](AtlasOptions& o) { o.recentre_passes = 0; }),
+                                        key_with([](AtlasOptions& o) { o.error_samples = 1; })};
+    EXPECT_EQ(keys.size(), 15u);
+}
+
 TEST_F(ProgramTest, AKilledBakeGoesOnWhereItWas) {
     succeeds("generate rock --triangles 30000 -o rock.ply");
     const std::string options =
@@ -412,6 +438,13 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     fails("render s.scene.json --backend nosuch -o x.png", 2, "full, discrete, lod, vgi");
     fails("render s.scene.json --device nosuch -o x.png", 4, "nosuch");
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which take terabytes of addresses
+TEST_F(ProgramTest, MemoryThatIsRefusedIsOneClearLine) {
+    fails("generate rock --triangles 20000000 -o rock.ply", 4, "out of memory", "ulimit -v 400000 && ");
+    EXPECT_FALSE(fs::exists(folder_ / "rock.ply"));
+}
+#endif
 
 TEST_F(ProgramTest, KeepsToTheMemoryAllowed) {
     succeeds("generate rock --triangles 50000 -o rock.ply");

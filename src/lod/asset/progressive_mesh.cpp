@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "base/check.h"
 #include "lod/asset/cursor.h"
@@ -234,34 +235,65 @@ Result<void> ProgressiveMesh::validate() const {
     return {};
 }
 
-Result<void> ProgressiveMesh::write_chunks(ChunkWriter& writer) const {
-    Json meta;
-    meta["attributes"] = {{"normals", attributes.normals},
-                          {"uvs", attributes.uvs},
-                          {"colours", attributes.colours},
-                          {"materials", attributes.materials}};
-    for (const FaceOrder& o : orders) meta["orders"].push_back({{"name", o.name}, {"drops_dead", o.drops_dead}});
-    Result<void> done = writer.add_text("lod/mesh", meta.dump());
-    const auto add = [&](const std::string& name, auto values) {
-        if (done) done = writer.add_array(name, values);
-    };
-    add("lod/vertices", vertices);
-    add("lod/wedge_vertex", wedge_vertex);
-    add("lod/ecols", ecols);
-    add("lod/parents", parents);
-    add("lod/errors", errors);
-    for (const FaceOrder& o : orders) {
+namespace {
+
+// Every array of a mesh by the name of its chunk: visit(name, span). Pm: a ProgressiveMesh, const where it is written.
+template <class Pm, class Visit>
+void for_chunks(Pm& pm, const Visit& visit) {
+    visit("lod/vertices", pm.vertices);
+    visit("lod/wedge_vertex", pm.wedge_vertex);
+    visit("lod/ecols", pm.ecols);
+    visit("lod/parents", pm.parents);
+    visit("lod/errors", pm.errors);
+    for (auto& o : pm.orders) {
         const std::string place = "lod/" + o.name;
-        add(place + "/indices", o.indices);
-        add(place + "/first_corner", o.first_corner);
-        add(place + "/corners", o.corners);
-        add(place + "/tswaps", o.tswaps);
-        add(place + "/cycle_lengths", o.cycle_lengths);
-        add(place + "/cycle_slots", o.cycle_slots);
-        add(place + "/keyframes", o.keyframes);
-        add(place + "/block_ends", o.block_ends);
-        add(place + "/block_bytes", o.block_bytes);
+        visit(place + "/indices", o.indices);
+        visit(place + "/first_corner", o.first_corner);
+        visit(place + "/corners", o.corners);
+        visit(place + "/tswaps", o.tswaps);
+        visit(place + "/cycle_lengths", o.cycle_lengths);
+        visit(place + "/cycle_slots", o.cycle_slots);
+        visit(place + "/keyframes", o.keyframes);
+        visit(place + "/block_ends", o.block_ends);
+        visit(place + "/block_bytes", o.block_bytes);
     }
+}
+
+// What no array tells, as text.
+Json meta_of(const ProgressiveMesh& pm) {
+    Json meta;
+    meta["attributes"] = {{"normals", pm.attributes.normals},
+                          {"uvs", pm.attributes.uvs},
+                          {"colours", pm.attributes.colours},
+                          {"materials", pm.attributes.materials}};
+    for (const FaceOrder& o : pm.orders) meta["orders"].push_back({{"name", o.name}, {"drops_dead", o.drops_dead}});
+    return meta;
+}
+Result<void> read_meta(ProgressiveMesh& pm, std::string_view text) {
+    try {
+        const Json meta = Json::parse(text);
+        const Json& has = meta.at("attributes");
+        pm.attributes = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
+                         has.at("materials").get<bool>()};
+        for (const Json& o : meta.at("orders")) {
+            FaceOrder order;
+            order.name = o.at("name").get<std::string>();
+            order.drops_dead = o.at("drops_dead").get<bool>();
+            pm.orders.push_back(std::move(order));
+        }
+        return {};
+    } catch (const Json::exception& e) {
+        return fail(Fault::format, std::string("lod/mesh: ") + e.what() + "; bake the asset again");
+    }
+}
+
+}  // namespace
+
+Result<void> ProgressiveMesh::write_chunks(ChunkWriter& writer) const {
+    Result<void> done = writer.add_text("lod/mesh", meta_of(*this).dump());
+    for_chunks(*this, [&](const std::string& name, auto values) {
+        if (done) done = writer.add_array(name, values);
+    });
     if (done) done = write_materials(writer, material_table, images);
     return done;
 }
@@ -272,22 +304,9 @@ Result<ProgressiveMesh> ProgressiveMesh::open(const ChunkFile& file) {
     auto text = file.text("lod/mesh");
     if (!text) return tl::unexpected(text.error());
     ProgressiveMesh pm;
-    try {
-        const Json meta = Json::parse(*text);
-        const Json& has = meta.at("attributes");
-        pm.attributes = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
-                         has.at("materials").get<bool>()};
-        for (const Json& o : meta.at("orders")) {
-            FaceOrder order;
-            order.name = o.at("name").get<std::string>();
-            order.drops_dead = o.at("drops_dead").get<bool>();
-            pm.orders.push_back(std::move(order));
-        }
-    } catch (const Json::exception& e) {
-        return named({Fault::format, std::string("lod/mesh: ") + e.what() + "; bake the asset again"});
-    }
+    if (auto read = read_meta(pm, *text); !read) return named(read.error());
     Result<void> done;
-    const auto take = [&]<class T>(const std::string& name, std::span<const T>& into) {
+    for_chunks(pm, [&]<class T>(const std::string& name, std::span<const T>& into) {
         if (!done) return;
         auto values = file.array<T>(name);
         if (values) {
@@ -295,24 +314,7 @@ Result<ProgressiveMesh> ProgressiveMesh::open(const ChunkFile& file) {
         } else {
             done = tl::unexpected(values.error());
         }
-    };
-    take("lod/vertices", pm.vertices);
-    take("lod/wedge_vertex", pm.wedge_vertex);
-    take("lod/ecols", pm.ecols);
-    take("lod/parents", pm.parents);
-    take("lod/errors", pm.errors);
-    for (FaceOrder& o : pm.orders) {
-        const std::string place = "lod/" + o.name;
-        take(place + "/indices", o.indices);
-        take(place + "/first_corner", o.first_corner);
-        take(place + "/corners", o.corners);
-        take(place + "/tswaps", o.tswaps);
-        take(place + "/cycle_lengths", o.cycle_lengths);
-        take(place + "/cycle_slots", o.cycle_slots);
-        take(place + "/keyframes", o.keyframes);
-        take(place + "/block_ends", o.block_ends);
-        take(place + "/block_bytes", o.block_bytes);
-    }
+    });
     if (!done) return tl::unexpected(done.error());
     auto materials = read_materials(file);
     if (!materials) return tl::unexpected(materials.error());

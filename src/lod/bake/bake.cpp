@@ -401,6 +401,99 @@ private:
     Store::Order order_;
 };
 
+// Wedges of the mesh in their new order: by the removal of their vertices, so that the wedges of every level are a
+// prefix.
+class WedgeOrder {
+public:
+    WedgeOrder(const TriMesh& mesh, const CollapseList& list)
+        : first_(mesh.vertex_count() + 1, 0), of_(mesh.wedge_count()), new_wedge_(mesh.wedge_count()) {
+        for (const uint32_t v : mesh.wedge_vertex) ++first_[v + 1];
+        std::partial_sum(first_.begin(), first_.end(), first_.begin());
+        std::vector<uint32_t> fill(first_.begin(), first_.end() - 1);
+        for (uint32_t w = 0; w < mesh.wedge_count(); ++w) of_[fill[mesh.wedge_vertex[w]]++] = w;
+        const std::vector<uint32_t> vertices = vertices_by_removal(mesh, list);
+        uint32_t next = 0;
+        for (uint32_t v = 0; v < vertices.size(); ++v) {
+            for (uint32_t k = 0; k < count(vertices[v]); ++k) {
+                new_wedge_[of_[first_[vertices[v]] + k]] = next++;
+                new_vertex_.push_back(v);
+            }
+        }
+    }
+
+    uint32_t new_wedge(uint32_t wedge) const { return new_wedge_[wedge]; }
+    // Wedges of a vertex of the mesh: how many, and the new number of each.
+    uint32_t count(uint32_t vertex) const { return first_[vertex + 1] - first_[vertex]; }
+    uint32_t wedge_of(uint32_t vertex, uint32_t k) const { return new_wedge_[of_[first_[vertex] + k]]; }
+    std::vector<uint32_t> take_new_vertices() { return std::move(new_vertex_); }  // per new wedge
+
+private:
+    // Those that stay come first, in source order, then the removed ones, last removed first.
+    static std::vector<uint32_t> vertices_by_removal(const TriMesh& mesh, const CollapseList& list) {
+        std::vector<uint32_t> order;
+        std::vector<bool> removed(mesh.vertex_count(), false);
+        for (const Collapse& c : list.collapses) removed[c.removed] = true;
+        for (uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+            if (!removed[v]) order.push_back(v);
+        }
+        for (size_t i = list.collapses.size(); i-- > 0;) order.push_back(list.collapses[i].removed);
+        LODE_CHECK(order.size() == mesh.vertex_count(), order.size(), mesh.vertex_count());
+        return order;
+    }
+
+    std::vector<uint32_t> first_, of_;  // wedges of vertex v: of_[first_[v]] ...
+    std::vector<uint32_t> new_wedge_, new_vertex_;
+};
+
+// Ecols and parents go to the store. Returns, per face, the level at which it dies. A wedge that no face uses any more
+// at its removal becomes the first wedge of the kept vertex.
+Result<std::vector<uint32_t>> replay_collapses(const CollapseList& list, const WedgeOrder& wedges,
+                                               const std::vector<uint32_t>& face_indices, Store& store) {
+    std::vector<uint32_t> death(face_indices.size() / 3, static_cast<uint32_t>(list.collapses.size()) + 1);
+    Replay replay(face_indices, store.wedge_vertex);
+    std::vector<uint32_t> parent_of(store.wedge_vertex.size(), none);
+    for (uint32_t i = 0; i < list.collapses.size(); ++i) {
+        const Collapse& c = list.collapses[i];
+        for (uint32_t p = c.first_wedge; p < c.first_wedge + c.wedge_count; ++p) {
+            parent_of[wedges.new_wedge(list.wedge_pairs[p].removed)] = wedges.new_wedge(list.wedge_pairs[p].kept);
+        }
+        const uint32_t count = wedges.count(c.removed);
+        if (count > std::numeric_limits<uint16_t>::max()) {
+            return fail(Fault::machine, "vertex " + std::to_string(c.removed) + " has more than 65535 wedges");
+        }
+        uint32_t faces = 0;
+        for (uint32_t k = count; k-- > 0;) {
+            const uint32_t wedge = wedges.wedge_of(c.removed, k);
+            const uint32_t parent = parent_of[wedge] != none ? parent_of[wedge] : wedges.wedge_of(c.kept, 0);
+            store.parents.push_back(parent);
+            replay.rewrite(wedge, parent, [&](uint32_t face) {
+                death[face] = i + 1;
+                replay.leave_range(face);
+                ++faces;
+            });
+        }
+        LODE_CHECK(faces <= std::numeric_limits<uint16_t>::max(), faces);
+        store.ecols.push_back({static_cast<uint16_t>(count), static_cast<uint16_t>(faces)});
+    }
+    store.errors.assign(store.ecols.size() + 1, 0.0f);
+    return death;
+}
+
+// A progressive mesh without orders, whose spans refer to the store.
+ProgressiveMesh mesh_in(const std::shared_ptr<Store>& store, const TriMesh& mesh) {
+    ProgressiveMesh pm;
+    pm.vertices = store->vertices;
+    pm.wedge_vertex = store->wedge_vertex;
+    pm.ecols = store->ecols;
+    pm.parents = store->parents;
+    pm.errors = store->errors;
+    pm.attributes = attributes_of(mesh);
+    pm.material_table = mesh.material_table;
+    pm.images = mesh.images;
+    pm.owner = store;
+    return pm;
+}
+
 }  // namespace
 
 Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const CollapseList& list,
@@ -412,89 +505,25 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
                     "the mesh has more triangles than a 32-bit index buffer can hold; cut it into pieces");
     }
     const auto store = std::make_shared<Store>();
-
-    // Vertices by removal: those that stay first, in source order, then the removed ones, last removed first.
-    std::vector<uint32_t> vertex_order;
-    {
-        std::vector<bool> removed(mesh.vertex_count(), false);
-        for (const Collapse& c : list.collapses) removed[c.removed] = true;
-        for (uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-            if (!removed[v]) vertex_order.push_back(v);
-        }
-        for (size_t i = list.collapses.size(); i-- > 0;) vertex_order.push_back(list.collapses[i].removed);
-        LODE_CHECK(vertex_order.size() == mesh.vertex_count(), vertex_order.size(), mesh.vertex_count());
-    }
-    std::vector<uint32_t> first_wedge(mesh.vertex_count() + 1, 0), wedges_of(mesh.wedge_count());
-    for (const uint32_t v : mesh.wedge_vertex) ++first_wedge[v + 1];
-    std::partial_sum(first_wedge.begin(), first_wedge.end(), first_wedge.begin());
-    {
-        std::vector<uint32_t> fill(first_wedge.begin(), first_wedge.end() - 1);
-        for (uint32_t w = 0; w < mesh.wedge_count(); ++w) wedges_of[fill[mesh.wedge_vertex[w]]++] = w;
-    }
-    std::vector<uint32_t> new_wedge(mesh.wedge_count());
-    uint32_t next_wedge = 0;
-    for (uint32_t v = 0; v < vertex_order.size(); ++v) {
-        for (uint32_t k = first_wedge[vertex_order[v]]; k < first_wedge[vertex_order[v] + 1]; ++k) {
-            new_wedge[wedges_of[k]] = next_wedge++;
-            store->wedge_vertex.push_back(v);
-        }
-    }
+    WedgeOrder wedges(mesh, list);
+    store->wedge_vertex = wedges.take_new_vertices();
     const std::vector<MeshVertex> packed = pack_vertices(mesh);
     store->vertices.resize(packed.size());
-    for (size_t w = 0; w < packed.size(); ++w) store->vertices[new_wedge[w]] = packed[w];
-
+    for (uint32_t w = 0; w < packed.size(); ++w) store->vertices[wedges.new_wedge(w)] = packed[w];
     std::vector<uint32_t> face_indices;
     face_indices.reserve(mesh.triangle_count() * 3);
     for (const Triangle& t : mesh.triangles) {
-        for (const uint32_t w : t) face_indices.push_back(new_wedge[w]);
+        for (const uint32_t w : t) face_indices.push_back(wedges.new_wedge(w));
     }
+    const auto death = replay_collapses(list, wedges, face_indices, *store);
+    if (!death) return tl::unexpected(death.error());
 
-    // Ecols and parents. A wedge no face uses any more at its removal becomes the first wedge of the kept vertex.
-    std::vector<uint32_t> death(mesh.triangle_count(), static_cast<uint32_t>(list.collapses.size()) + 1);
-    {
-        Replay replay(face_indices, store->wedge_vertex);
-        std::vector<uint32_t> parent_of(mesh.wedge_count(), none);
-        for (uint32_t i = 0; i < list.collapses.size(); ++i) {
-            const Collapse& c = list.collapses[i];
-            for (uint32_t p = c.first_wedge; p < c.first_wedge + c.wedge_count; ++p) {
-                parent_of[new_wedge[list.wedge_pairs[p].removed]] = new_wedge[list.wedge_pairs[p].kept];
-            }
-            const uint32_t count = first_wedge[c.removed + 1] - first_wedge[c.removed];
-            if (count > std::numeric_limits<uint16_t>::max()) {
-                return fail(Fault::machine, "vertex " + std::to_string(c.removed) + " has more than 65535 wedges");
-            }
-            uint32_t faces = 0;
-            for (uint32_t k = first_wedge[c.removed + 1]; k-- > first_wedge[c.removed];) {
-                const uint32_t wedge = new_wedge[wedges_of[k]];
-                const uint32_t parent =
-                    parent_of[wedge] != none ? parent_of[wedge] : new_wedge[wedges_of[first_wedge[c.kept]]];
-                store->parents.push_back(parent);
-                replay.rewrite(wedge, parent, [&](uint32_t face) {
-                    death[face] = i + 1;
-                    replay.leave_range(face);
-                    ++faces;
-                });
-            }
-            LODE_CHECK(faces <= std::numeric_limits<uint16_t>::max(), faces);
-            store->ecols.push_back({static_cast<uint16_t>(count), static_cast<uint16_t>(faces)});
-        }
-    }
-    store->errors.assign(store->ecols.size() + 1, 0.0f);
-
-    ProgressiveMesh pm;
-    pm.vertices = store->vertices;
-    pm.wedge_vertex = store->wedge_vertex;
-    pm.ecols = store->ecols;
-    pm.parents = store->parents;
-    pm.errors = store->errors;
-    pm.attributes = attributes_of(mesh);
-    pm.material_table = mesh.material_table;
-    pm.images = mesh.images;
-    store->orders.reserve(orders.size());
+    ProgressiveMesh pm = mesh_in(store, mesh);
+    store->orders.reserve(orders.size());  // spans refer to them
     for (const std::string& name : orders) {
         auto orderer = face_orderer_named(name, order_options);
         if (!orderer) return tl::unexpected(orderer.error());
-        auto baked = OrderBake(*store, face_indices, death, **orderer).run(progress);
+        auto baked = OrderBake(*store, face_indices, *death, **orderer).run(progress);
         if (!baked) return tl::unexpected(baked.error());
         store->orders.push_back(std::move(*baked));
         const Store::Order& o = store->orders.back();
@@ -502,7 +531,6 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
                              o.corners, o.tswaps, o.cycle_lengths, o.cycle_slots, o.keyframes, o.block_ends,
                              o.block_bytes});
     }
-    pm.owner = store;
     if (auto counted = pm.count_levels(); !counted) return tl::unexpected(counted.error());
     return pm;
 }

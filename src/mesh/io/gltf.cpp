@@ -44,9 +44,11 @@ public:
         scale_ = accessor.normalized ? scale_of(accessor.componentType) : 1;
         const size_t size = component_size(accessor.componentType);
         if (accessor.bufferView >= 0) {
-            load(model, accessor.bufferView, accessor.byteOffset, accessor.componentType,
-                 accessor.ByteStride(view_of(model, accessor.bufferView)), size * static_cast<size_t>(components),
-                 count_, [&](size_t i, size_t k, double value) { at(i, k) = value * scale_; });
+            const int stride = accessor.ByteStride(view_of(model, accessor.bufferView));
+            load(model,
+                 {accessor.bufferView, accessor.byteOffset, accessor.componentType, stride,
+                  size * static_cast<size_t>(components), count_},
+                 [&](size_t i, size_t k, double value) { at(i, k) = value * scale_; });
         } else {
             // Without a view an accessor is zeros (and a sparse part); only believable counts are.
             if (!accessor.sparse.isSparse) throw WrongFile{name, "has no data; its compression is not read"};
@@ -111,41 +113,55 @@ private:
         return model.bufferViews[static_cast<size_t>(number)];
     }
 
+    // Elements in a buffer view.
+    struct Elements {
+        int view;
+        size_t offset;  // bytes from the view's begin
+        int type;       // of a component, TINYGLTF_COMPONENT_TYPE_...
+        int stride;     // bytes; 0 or less where elements follow each other without gaps
+        size_t bytes;   // of an element
+        size_t count;
+    };
+    // put(i, k, number) for the numbers of every element.
     template <class Put>
-    void load(const tinygltf::Model& model, int view_number, size_t offset, int type, int stride, size_t element_bytes,
-              size_t count, Put&& put) {
-        const tinygltf::BufferView& view = view_of(model, view_number);
+    void load(const tinygltf::Model& model, const Elements& from, const Put& put) {
+        const tinygltf::BufferView& view = view_of(model, from.view);
         if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= model.buffers.size())
             throw WrongFile{name_, "refers to a buffer that is not there"};
         const auto& bytes = model.buffers[static_cast<size_t>(view.buffer)].data;
-        const size_t step = stride > 0 ? static_cast<size_t>(stride) : element_bytes;
+        const size_t step = from.stride > 0 ? static_cast<size_t>(from.stride) : from.bytes;
         const bool view_fits = view.byteOffset <= bytes.size() && view.byteLength <= bytes.size() - view.byteOffset;
         const bool fits =
-            view_fits && (count == 0 || (offset <= view.byteLength && element_bytes <= view.byteLength - offset &&
-                                         (count - 1) <= (view.byteLength - offset - element_bytes) / step));
+            view_fits &&
+            (from.count == 0 || (from.offset <= view.byteLength && from.bytes <= view.byteLength - from.offset &&
+                                 (from.count - 1) <= (view.byteLength - from.offset - from.bytes) / step));
         if (!fits) throw WrongFile{name_, "reaches past the end of its buffer; the file is cut or its header is wrong"};
         if (values_.empty()) values_.assign(count_ * static_cast<size_t>(width_), 0);
-        const unsigned char* base = bytes.data() + view.byteOffset + offset;
-        const size_t size = component_size(type);
-        for (size_t i = 0; i < count; ++i) {
-            for (size_t k = 0; k < static_cast<size_t>(width_) && k * size < element_bytes; ++k)
-                put(i, k, number(base + i * step + k * size, type));
+        const unsigned char* base = bytes.data() + view.byteOffset + from.offset;
+        const size_t size = component_size(from.type);
+        for (size_t i = 0; i < from.count; ++i) {
+            for (size_t k = 0; k < static_cast<size_t>(width_) && k * size < from.bytes; ++k)
+                put(i, k, number(base + i * step + k * size, from.type));
         }
     }
 
     void add_sparse(const tinygltf::Model& model, const tinygltf::Accessor& accessor, size_t element_bytes) {
         const auto count = static_cast<size_t>(std::max(accessor.sparse.count, 0));
+        const auto& indices = accessor.sparse.indices;
+        const auto& values = accessor.sparse.values;
         std::vector<size_t> places(count);
         const int width = std::exchange(width_, 1);
-        load(model, accessor.sparse.indices.bufferView, static_cast<size_t>(accessor.sparse.indices.byteOffset),
-             accessor.sparse.indices.componentType, 0, component_size(accessor.sparse.indices.componentType), count,
+        load(model,
+             {indices.bufferView, static_cast<size_t>(indices.byteOffset), indices.componentType, 0,
+              component_size(indices.componentType), count},
              [&](size_t i, size_t, double value) {
                  places[i] = static_cast<size_t>(value);
                  if (places[i] >= count_) throw WrongFile{name_, "has a sparse index out of range"};
              });
         width_ = width;
-        load(model, accessor.sparse.values.bufferView, static_cast<size_t>(accessor.sparse.values.byteOffset),
-             accessor.componentType, 0, element_bytes, count,
+        load(model,
+             {values.bufferView, static_cast<size_t>(values.byteOffset), accessor.componentType, 0, element_bytes,
+              count},
              [&](size_t i, size_t k, double value) { at(places[i], k) = value * scale_; });
     }
 

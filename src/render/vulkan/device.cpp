@@ -189,13 +189,23 @@ void Device::choose(const std::string& wanted) {
     info_ = infos[chosen];
 }
 
-void Device::make_device(bool presents) {
-    VkPhysicalDeviceProperties properties{};
-    vkGetPhysicalDeviceProperties(physical_, &properties);
-    if (properties.apiVersion < VK_API_VERSION_1_3)
-        throw VulkanFailure(info_.name + " has no Vulkan 1.3; update its driver or choose another with --device");
-    limits_ = properties.limits;
-    vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
+// The features a device has, or is to be made with: a chain that must not be moved.
+struct Device::Features {
+    VkPhysicalDeviceVulkan13Features vulkan13{};
+    VkPhysicalDeviceVulkan12Features vulkan12{};
+    VkPhysicalDeviceFeatures2 all{};
+    Features() {
+        vulkan13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
+        vulkan12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
+        vulkan12.pNext = &vulkan13;
+        all.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+        all.pNext = &vulkan12;
+    }
+    Features(const Features&) = delete;
+    Features& operator=(const Features&) = delete;
+};
+
+void Device::choose_queue_family() {
     const auto families = enumerate<VkQueueFamilyProperties>([&](uint32_t* n, VkQueueFamilyProperties* q) {
         vkGetPhysicalDeviceQueueFamilyProperties(physical_, n, q);
         return VK_SUCCESS;
@@ -207,49 +217,51 @@ void Device::make_device(bool presents) {
     if (family == families.end()) throw VulkanFailure(info_.name + " has no queue that both draws and computes");
     queue_family_ = static_cast<uint32_t>(family - families.begin());
     timestamps_ = family->timestampValidBits >= 32 && limits_.timestampPeriod > 0;
+}
 
-    VkPhysicalDeviceVulkan13Features have13{};
-    have13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
-    VkPhysicalDeviceVulkan12Features have12{};
-    have12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
-    have12.pNext = &have13;
-    VkPhysicalDeviceFeatures2 have{};
-    have.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
-    have.pNext = &have12;
-    vkGetPhysicalDeviceFeatures2(physical_, &have);
+void Device::check_features(const Features& have) const {
     const auto need = [&](VkBool32 present, const char* feature) {
         if (present == VK_FALSE)
             throw VulkanFailure(info_.name + " lacks the feature " + feature + "; choose another with --device");
     };
-    need(have13.dynamicRendering, "dynamicRendering");
-    need(have13.synchronization2, "synchronization2");
-    need(have13.maintenance4, "maintenance4");
-    need(have.features.geometryShader, "geometryShader (for gl_PrimitiveID)");
-    need(have.features.fullDrawIndexUint32, "fullDrawIndexUint32");
-    statistics_ = have.features.pipelineStatisticsQuery;
-    draw_indirect_count_ = have12.drawIndirectCount;
+    need(have.vulkan13.dynamicRendering, "dynamicRendering");
+    need(have.vulkan13.synchronization2, "synchronization2");
+    need(have.vulkan13.maintenance4, "maintenance4");
+    need(have.all.features.geometryShader, "geometryShader (for gl_PrimitiveID)");
+    need(have.all.features.fullDrawIndexUint32, "fullDrawIndexUint32");
+}
 
-    VkPhysicalDeviceVulkan13Features use13{};
-    use13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
-    use13.dynamicRendering = VK_TRUE;
-    use13.synchronization2 = VK_TRUE;
-    use13.maintenance4 = VK_TRUE;  // compute shaders say their local size by it
-    VkPhysicalDeviceVulkan12Features use12{};
-    use12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
-    use12.pNext = &use13;
-    use12.drawIndirectCount = have12.drawIndirectCount;
-    VkPhysicalDeviceFeatures2 use{};
-    use.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
-    use.pNext = &use12;
-    use.features.geometryShader = VK_TRUE;
-    use.features.fullDrawIndexUint32 = VK_TRUE;
-    use.features.pipelineStatisticsQuery = have.features.pipelineStatisticsQuery;
-    use.features.tessellationShader = have.features.tessellationShader;
-    use.features.multiDrawIndirect = have.features.multiDrawIndirect;
-    use.features.drawIndirectFirstInstance = have.features.drawIndirectFirstInstance;
-    use.features.samplerAnisotropy = have.features.samplerAnisotropy;
-    lines_ = presents && have.features.fillModeNonSolid != VK_FALSE;
-    use.features.fillModeNonSolid = lines_ ? VK_TRUE : VK_FALSE;
+void Device::use_features(const Features& have, Features& use) const {
+    const VkPhysicalDeviceFeatures& present = have.all.features;
+    use.vulkan13.dynamicRendering = VK_TRUE;
+    use.vulkan13.synchronization2 = VK_TRUE;
+    use.vulkan13.maintenance4 = VK_TRUE;  // compute shaders say their local size by it
+    use.vulkan12.drawIndirectCount = have.vulkan12.drawIndirectCount;
+    use.all.features.geometryShader = VK_TRUE;
+    use.all.features.fullDrawIndexUint32 = VK_TRUE;
+    use.all.features.pipelineStatisticsQuery = present.pipelineStatisticsQuery;
+    use.all.features.tessellationShader = present.tessellationShader;
+    use.all.features.multiDrawIndirect = present.multiDrawIndirect;
+    use.all.features.drawIndirectFirstInstance = present.drawIndirectFirstInstance;
+    use.all.features.samplerAnisotropy = present.samplerAnisotropy;
+    use.all.features.fillModeNonSolid = lines_ ? VK_TRUE : VK_FALSE;
+}
+
+void Device::make_device(bool presents) {
+    VkPhysicalDeviceProperties properties{};
+    vkGetPhysicalDeviceProperties(physical_, &properties);
+    if (properties.apiVersion < VK_API_VERSION_1_3)
+        throw VulkanFailure(info_.name + " has no Vulkan 1.3; update its driver or choose another with --device");
+    limits_ = properties.limits;
+    vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
+    choose_queue_family();
+    Features have, use;
+    vkGetPhysicalDeviceFeatures2(physical_, &have.all);
+    check_features(have);
+    statistics_ = have.all.features.pipelineStatisticsQuery;
+    draw_indirect_count_ = have.vulkan12.drawIndirectCount;
+    lines_ = presents && have.all.features.fillModeNonSolid != VK_FALSE;
+    use_features(have, use);
     const float priority = 1;
     VkDeviceQueueCreateInfo queue{};
     queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
@@ -258,7 +270,7 @@ void Device::make_device(bool presents) {
     queue.pQueuePriorities = &priority;
     VkDeviceCreateInfo create{};
     create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
-    create.pNext = &use;
+    create.pNext = &use.all;
     create.queueCreateInfoCount = 1;
     create.pQueueCreateInfos = &queue;
     const char* swapchain = VK_KHR_SWAPCHAIN_EXTENSION_NAME;
@@ -266,14 +278,17 @@ void Device::make_device(bool presents) {
     create.ppEnabledExtensionNames = &swapchain;
     LODE_VK(vkCreateDevice(physical_, &create, nullptr, &device_));
     vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
-    if (debug_utils_) {
-        set_name_ = reinterpret_cast<PFN_vkSetDebugUtilsObjectNameEXT>(
-            vkGetInstanceProcAddr(instance_, "vkSetDebugUtilsObjectNameEXT"));
-        begin_label_ = reinterpret_cast<PFN_vkCmdBeginDebugUtilsLabelEXT>(
-            vkGetInstanceProcAddr(instance_, "vkCmdBeginDebugUtilsLabelEXT"));
-        end_label_ = reinterpret_cast<PFN_vkCmdEndDebugUtilsLabelEXT>(
-            vkGetInstanceProcAddr(instance_, "vkCmdEndDebugUtilsLabelEXT"));
-    }
+    load_debug_functions();
+}
+
+void Device::load_debug_functions() {
+    if (!debug_utils_) return;
+    set_name_ = reinterpret_cast<PFN_vkSetDebugUtilsObjectNameEXT>(
+        vkGetInstanceProcAddr(instance_, "vkSetDebugUtilsObjectNameEXT"));
+    begin_label_ = reinterpret_cast<PFN_vkCmdBeginDebugUtilsLabelEXT>(
+        vkGetInstanceProcAddr(instance_, "vkCmdBeginDebugUtilsLabelEXT"));
+    end_label_ = reinterpret_cast<PFN_vkCmdEndDebugUtilsLabelEXT>(
+        vkGetInstanceProcAddr(instance_, "vkCmdEndDebugUtilsLabelEXT"));
 }
 
 std::vector<std::string> Device::messages() const {

@@ -44,7 +44,12 @@ public:
 private:
     void make_instance(bool validation, bool presents);
     void choose(const std::string& wanted);
+    struct Features;
     void make_device(bool presents);
+    void choose_queue_family();
+    void check_features(const Features& have) const;  // throws where one is lacking that is needed
+    void use_features(const Features& have, Features& use) const;
+    void load_debug_functions();
     static VkBool32 VKAPI_PTR on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
                                          VkDebugUtilsMessageTypeFlagsEXT type,
                                          const VkDebugUtilsMessengerCallbackDataEXT* data, void* self);

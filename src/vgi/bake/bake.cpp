@@ -55,42 +55,66 @@ std::vector<double> wanted_of(const Surface& surface, const std::vector<float>& 
     return wanted;
 }
 
+// A hash of everything that stages depend on besides the mesh: stages of other options have other names. A field that
+// is added to one of these structs does not compile until it is listed here.
+Hash128 key_of(const AtlasOptions& options) {
+    const auto& [clusters, parameterise, cells, most_texels_per_triangle, rounding_share, attribute_ratio,
+                 worst_stretch, most_rounds, recentre_passes, error_samples] = options;
+    // Every round sets the density, the features and the kept clusters itself.
+    const auto& [wanted, weights, bucket_triangles, density, features, kept] = clusters;
+    const auto& [planarity, compactness, size, irregularity, curvature, feature, bulge] = weights;
+    const auto& [most_solves, least_gain, curvature_importance] = parameterise;
+    const double reals[] = {most_texels_per_triangle,
+                            rounding_share,
+                            worst_stretch,
+                            planarity,
+                            compactness,
+                            size,
+                            irregularity,
+                            curvature,
+                            feature,
+                            bulge,
+                            least_gain,
+                            curvature_importance};
+    const uint64_t counts[] = {cells,         attribute_ratio, most_rounds,      recentre_passes,
+                               error_samples, wanted,          bucket_triangles, most_solves};
+    HashStream all;
+    all.add(std::as_bytes(std::span(reals)));
+    all.add(std::as_bytes(std::span(counts)));
+    return all.digest();
+}
+
+// How far a chart is stretched, as far as it counts.
+double counted_stretch(const ChartResult& chart) {
+    return chart.figures.stretch * std::min(1.0, chart.figures.spacing / close_samples);
+}
+
+// What all rounds have in common. It outlives them.
+struct RoundContext {
+    const TriMesh& mesh;
+    std::span<const glm::vec3> normals;  // per wedge
+    const AtlasOptions& options;
+    const Progress& progress;
+    const CheckpointFolder* work;  // null for none
+    std::string key = key_of(options).hex().substr(0, 16);
+};
+
 // One round: clusters, quads and charts of a surface with a density of clusters.
 class RefinementRound {
 public:
-    RefinementRound(const TriMesh& mesh, std::span<const glm::vec3> normals, const FeatureLines& features,
-                    const AtlasOptions& options, AtlasReport& report, Refinement& rounds, const Progress& progress,
-                    const CheckpointFolder* work)
-        : mesh_(mesh),
-          normals_(normals),
+    RefinementRound(const RoundContext& context, const FeatureLines& features, AtlasReport& report, Refinement& rounds)
+        : context_(context),
+          mesh_(context.mesh),
+          options_(context.options),
+          progress_(context.progress),
+          work_(context.work),
           features_(features),
-          options_(options),
           report_(report),
-          rounds_(rounds),
-          progress_(progress),
-          work_(work) {}
+          rounds_(rounds) {}
 
     // What is wrong with its clusters goes to quality(), `fault` says it of the last that could not be made.
     Result<void> run(Surface surface, const std::vector<float>& density, std::vector<uint32_t> kept) {
-        ClusterOptions cluster_options = options_.clusters;
-        cluster_options.density = density;
-        cluster_options.kept = std::move(kept);
-        cluster_options.features = features_;
-        auto clusters = load_or_make<Clusters>(
-            work_, stage("clusters"), read_clusters, [&] { return make_clusters(surface, cluster_options, progress_); },
-            [](const Clusters& made, ChunkWriter& writer) { return write_checkpoint(made, writer); });
-        if (!clusters) return tl::unexpected(clusters.error());
-        clusters_ = std::move(*clusters);
-        quality_ = {std::vector<bool>(clusters_.count, false), std::vector<double>(clusters_.count, 0)};
-        dirty_.assign(clusters_.count, false);
-        find_doubtful(surface, cluster_options.kept);
-        for (const ReadyQuad& quad : clusters_.ready) dirty_[quad.cluster] = true;
-        report_.clusters = clusters_.count;
-        report_.template_charts = static_cast<uint32_t>(clusters_.ready.size());
-        report_.buckets = clusters_.buckets;
-        report_.cut_seconds += clusters_.cut_seconds;
-        report_.bucket_seconds += clusters_.bucket_seconds;
-        report_.merge_seconds += clusters_.merge_seconds;
+        if (auto done = cluster(surface, density, std::move(kept)); !done) return done;
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         rounds_.begin(report_.clusters);
         last_ = rounds_.is_last();
@@ -116,46 +140,22 @@ public:
     bool is_last() const { return last_; }
 
     Result<Atlas> take() {
-        report_.l2_stretch_tutte = report_.l2_stretch_rms = report_.l2_stretch_worst = 0;
-        report_.missing_samples = report_.flipped_triangles = report_.uniform_charts = 0;
-        report_.folded_cells = report_.still_folded_cells = 0;
-        double area = 0, tutte = 0, stretch = 0;
-        std::vector<SourceSample> samples;
-        std::vector<double> level_errors(resampler_->atlas().levels(), 0);
-        std::vector<std::vector<double>> page_errors;
-        for (uint32_t q = 0; q < charts_.size(); ++q) {
-            const ChartResult& made = charts_[q];
-            const ChartResult::Figures& c = made.figures;
-            area += c.area;
-            tutte += c.area * c.tutte_stretch * c.tutte_stretch;
-            stretch += c.area * c.stretch * c.stretch;
-            report_.l2_stretch_worst = std::max(report_.l2_stretch_worst, c.stretch);
-            report_.missing_samples += c.sampled.missing;
-            report_.folded_cells += c.sampled.folded;
-            report_.still_folded_cells += c.sampled.still_folded;
-            report_.flipped_triangles += c.flipped;
-            report_.uniform_charts += c.uniform;
-            for (uint32_t level = 0; level < level_errors.size() && !made.errors.levels.empty(); ++level)
-                level_errors[level] =
-                    std::max(level_errors[level], made.errors.levels[resampler_->atlas().own_level(q, level)]);
-            page_errors.push_back(made.errors.pages);
-            samples.insert(samples.end(), made.samples.begin(), made.samples.end());
-            resampler_->atlas().cluster[q] = quads_.quads[q].cluster;
-        }
-        report_.charts = static_cast<uint32_t>(charts_.size());
-        report_.l2_stretch_tutte = area > 0 ? std::sqrt(tutte / area) : 1;
-        report_.l2_stretch_rms = area > 0 ? std::sqrt(stretch / area) : 1;
+        report_charts();
         if (report_.missing_samples > 0)
             return fail(Fault::invariant, std::to_string(report_.missing_samples) + " samples lie in no triangle");
+        std::vector<SourceSample> samples;
+        std::vector<std::vector<double>> page_errors;
+        for (const ChartResult& made : charts_) {
+            page_errors.push_back(made.errors.pages);
+            samples.insert(samples.end(), made.samples.begin(), made.samples.end());
+        }
+        const std::vector<float> errors = errors_of_levels();
         Atlas atlas = resampler_->take();
+        std::ranges::transform(quads_.quads, atlas.cluster.begin(), &Quads::Quad::cluster);
+        atlas.errors = errors;
         quads_ = {};
         patches_ = {};
         charts_ = {};
-        double largest = 0;
-        for (const double error : level_errors) {
-            largest = std::max(largest, error);
-            atlas.errors.push_back(static_cast<float>(largest * sampling_margin));
-        }
         const Stopwatch watch;
         progress_.at("errors", 0);
         saturate(atlas);
@@ -171,10 +171,32 @@ public:
     }
 
 private:
-    // Its name in the work folder.
+    // The name in the work folder of what this round makes with these options.
     std::string stage(const std::string& what) const {
-        return "atlas-" + std::to_string(options_.clusters.clusters) + "-" + std::to_string(report_.rounds) + "-" +
-               what;
+        return "atlas-" + context_.key + "-" + std::to_string(report_.rounds) + "-" + what;
+    }
+
+    Result<void> cluster(const Surface& surface, const std::vector<float>& density, std::vector<uint32_t> kept) {
+        ClusterOptions cluster_options = options_.clusters;
+        cluster_options.density = density;
+        cluster_options.kept = std::move(kept);
+        cluster_options.features = features_;
+        auto clusters = load_or_make<Clusters>(
+            work_, stage("clusters"), read_clusters, [&] { return make_clusters(surface, cluster_options, progress_); },
+            [](const Clusters& made, ChunkWriter& writer) { return write_checkpoint(made, writer); });
+        if (!clusters) return tl::unexpected(clusters.error());
+        clusters_ = std::move(*clusters);
+        quality_ = {std::vector<bool>(clusters_.count, false), std::vector<double>(clusters_.count, 0)};
+        dirty_.assign(clusters_.count, false);
+        find_doubtful(surface, cluster_options.kept);
+        for (const ReadyQuad& quad : clusters_.ready) dirty_[quad.cluster] = true;
+        report_.clusters = clusters_.count;
+        report_.template_charts = static_cast<uint32_t>(clusters_.ready.size());
+        report_.buckets = clusters_.buckets;
+        report_.cut_seconds += clusters_.cut_seconds;
+        report_.bucket_seconds += clusters_.bucket_seconds;
+        report_.merge_seconds += clusters_.merge_seconds;
+        return {};
     }
 
     // Those that are not as they were (kept: ClusterOptions::kept), and what is around them: borders are moved
@@ -278,178 +300,277 @@ private:
         report_.features_on_borders = all > 0 ? on_border / all : 1;
     }
 
+    // All charts of the quads; which are bad goes to quality().
     Result<void> make_charts() {
         const Stopwatch watch;
+        if (auto done = trace_sides(); !done) return done;
+        prepare_images();
+        order_charts();
+        if (auto done = make_in_portions(); !done) return done;
+        judge_charts();
+        const bool improves = rounds_.improves(cost_of_charts(), quality_);
+        if (rejected_ && fault_.empty() && !improves) {
+            // The bad charts are taken as they are, and those that were left out are sampled.
+            last_ = true;
+            rejected_ = false;
+            std::erase_if(order_, [&](uint32_t q) { return !charts_[q].errors.levels.empty(); });
+            members_ = members_of(quads_.label, static_cast<uint32_t>(charts_.size()));
+            if (auto done = make_some(order_, charts_.size() - order_.size()); !done) return done;
+            judge_charts();
+        }
+        members_ = {};
+        order_ = {};
+        // Charts are made side by side: each step has its share of the wall clock.
+        const double share = watch.wall() / std::max(1e-9, seconds_.parameterise + seconds_.resample + seconds_.error);
+        report_.parameterise_seconds += seconds_.parameterise * share;
+        report_.resample_seconds += seconds_.resample * share;
+        report_.error_seconds += seconds_.error * share;
+        return {};
+    }
+
+    // Traces the sides of all quads; those of a quad begin at its first corner.
+    Result<void> trace_sides() {
         const auto count = static_cast<uint32_t>(quads_.quads.size());
-        std::vector<uint32_t> twin = quads_.surface.twins();
+        const std::vector<uint32_t> twin = quads_.surface.twins();
         auto patches = trace_charts(quads_.surface, twin, quads_.label, count, quads_.corners());
         if (!patches) return tl::unexpected(patches.error());
         patches_ = std::move(*patches);
-        std::vector<std::vector<uint32_t>> members = members_of(quads_.label, count);
         for (uint32_t q = 0; q < count; ++q) {
             auto& sides = patches_.sides[q];
             if (sides.size() != 4) return fail(Fault::invariant, "quad " + std::to_string(q) + " has not four sides");
-            const auto begins = [&](const Side& side) {  // at the quad's first corner
+            const auto begins = [&](const Side& side) {
                 const auto& v = patches_.arcs[side.arc].vertices;
                 return (side.reversed ? v.back() : v.front()) == quads_.quads[q].corners[0];
             };
             std::rotate(sides.begin(), std::ranges::find_if(sides, begins), sides.end());
         }
         measure_features(twin);
-        twin = {};
-        malloc_trim(0);  // what the stages before have given back
-        ChartSizes sizes = sizes_of(members);
-        report_.cells = sizes.cells;
-        report_.coarse_charts = count - static_cast<uint32_t>(std::ranges::count(sizes.trimmed_levels, 0));
-        resampler_.emplace(mesh_, normals_, quads_.surface, patches_, sizes.cells,
-                           sizes.cells * options_.attribute_ratio, std::move(sizes.trimmed_levels));
-        charts_.assign(count, {});
-        choose_lattice(members);
-        resampler_->keep_corners_open();
-        std::mutex clock_mutex;
-        double parameterise_seconds = 0, resample_seconds = 0, error_seconds = 0;
-        const double whole_area = std::max(quads_.surface.area(), 1e-300);
-        // Those first that may have to be made anew, and with them all others: then the others need not be sampled. Of
-        // either the largest first, so that no thread is left with one at the end.
-        std::vector<uint32_t> order(count);
-        std::iota(order.begin(), order.end(), 0u);
-        std::ranges::stable_sort(order, std::greater<>(), [&](uint32_t q) {
-            return std::pair<bool, size_t>(dirty_[quads_.quads[q].cluster], members[q].size());
-        });
-        // Some chart will be made anew and all others with it: what is left to know is which else are bad.
-        bool rejected = false;
-        const auto stretch_of = [](const ChartResult& c) {
-            return c.figures.stretch * std::min(1.0, c.figures.spacing / close_samples);
-        };
-        const auto is_bad = [&](const ChartResult& c) {
-            return !c.fault.empty() || c.figures.sampled.missing > 0 || stretch_of(c) > rounds_.bound();
-        };
-        const auto make = [&](uint32_t q) {
-            const Stopwatch chart_watch;
-            auto chart =
-                parameterise(quads_.surface, members[q], patches_.sides[q], patches_.arcs, options_.parameterise);
-            ChartResult& c = charts_[q] = {};
-            if (!chart) {
-                c.fault = chart.error().message;
-                return;
-            }
-            const double parameterised = chart_watch.wall();
-            c.figures.area = chart->area;
-            c.figures.stretch = chart->stretch;
-            const double usual = options_.clusters.clusters * usual_charts_per_cluster * chart->area / whole_area,
-                         row_share = resampler_->atlas().cells_of(q) / static_cast<double>(report_.cells);
-            c.figures.spacing = std::sqrt(usual) / row_share;
-            c.figures.tutte_stretch = chart->tutte_stretch;
-            c.figures.uniform = chart->uniform;
-            c.figures.flipped = chart->patch.flipped();
-            if (rejected) {
-                members[q] = {};
-                return;
-            }
-            c.figures.sampled = resampler_->sample(q, *chart);
-            const Sampled as_laid_out = c.figures.sampled;
-            // What unfolding did nothing for is not shear.
-            if (resampler_->up() && as_laid_out.still_folded > 0 && as_laid_out.still_folded < as_laid_out.folded) {
-                shear_less(q, members[q], *chart, c.figures.sampled);
-                c.figures.stretch = chart->stretch;
-            }
-            members[q] = {};
-            const double sampled = chart_watch.wall() - parameterised;
-            if (c.figures.sampled.missing == 0) {
-                const double share = static_cast<double>(options_.error_samples) * chart->area / whole_area;
-                c.errors = measure_samples(resampler_->atlas(), q, *chart);
-                c.samples = sample_source(q, *chart, std::max(fewest_samples, static_cast<uint32_t>(std::ceil(share))));
-            }
-            const double measured = chart_watch.wall() - parameterised - sampled;
-            const std::lock_guard lock(clock_mutex);
-            parameterise_seconds += parameterised;
-            resample_seconds += sampled;
-            error_seconds += measured;
-        };
-        const auto make_some = [&](std::span<const uint32_t> some, size_t done) -> Result<void> {
-            parallel_for(some.size(), 1, [&](size_t begin, size_t end) {
-                for (size_t i = begin; i < end && !progress_.stopped(); ++i) {
-                    make(some[i]);
-                    const std::lock_guard lock(clock_mutex);
-                    progress_.at("charts", static_cast<double>(done + i) / count);
-                }
-            });
-            if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
-            return {};
-        };
-        for (size_t first = 0; first < count; first += charts_at_once) {
-            const auto some = std::span<const uint32_t>(order).subspan(first, std::min(charts_at_once, count - first));
-            // What is left was good before, if not quite as it is now: the next round will tell.
-            if (rejected && report_.rounds > 1 && !dirty_[quads_.quads[some.front()].cluster]) break;
-            const auto look = [&] {
-                rejected =
-                    rejected || (!last_ && std::ranges::any_of(some, [&](uint32_t q) { return is_bad(charts_[q]); }));
-            };
-            const std::string name = stage("charts-" + std::to_string(first));
-            if (const auto kept = work_ != nullptr ? work_->find(name) : std::nullopt;
-                kept && read_charts(*kept, some, charts_, resampler_->atlas())) {
-                look();
-                continue;
-            }
-            if (auto done = make_some(some, first); !done) return done;
-            look();
-            if (work_ == nullptr) continue;
-            auto done = work_->keep(name, [&](ChunkWriter& writer) {
-                return write_checkpoint(some, charts_, resampler_->atlas(), writer);
-            });
-            if (!done) return done;
-        }
-        const auto judge = [&] {
-            report_.stretched_charts = 0;
-            for (uint32_t q = 0; q < count; ++q) {
-                const ChartResult& c = charts_[q];
-                report_.stretched_charts += stretch_of(c) > options_.worst_stretch ? 1 : 0;
-                if (!is_bad(c)) continue;
-                const uint32_t cluster = quads_.quads[q].cluster;
-                quality_.bad[cluster] = true;
-                quality_.stretch[cluster] = std::max(quality_.stretch[cluster], stretch_of(c));
-                if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
-                if (c.figures.sampled.missing > 0)
-                    fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
-            }
-        };
-        judge();
-        double cost = 0;
-        for (const ChartResult& c : charts_) cost += RoundQuality::cost(c.figures.area, stretch_of(c), rounds_.bound());
-        if (const bool improves = rounds_.improves(cost, quality_); rejected && fault_.empty() && !improves) {
-            // They are taken as they are, and what was left out is sampled.
-            last_ = true;
-            rejected = false;
-            std::erase_if(order, [&](uint32_t q) { return !charts_[q].errors.levels.empty(); });
-            members = members_of(quads_.label, count);
-            if (auto done = make_some(order, count - order.size()); !done) return done;
-            judge();
-        }
-        const double share = watch.wall() / std::max(1e-9, parameterise_seconds + resample_seconds + error_seconds);
-        report_.parameterise_seconds += parameterise_seconds * share;
-        report_.resample_seconds += resample_seconds * share;
-        report_.error_seconds += error_seconds * share;
         return {};
     }
 
+    // Sizes and lattice of the images.
+    void prepare_images() {
+        const auto count = static_cast<uint32_t>(quads_.quads.size());
+        members_ = members_of(quads_.label, count);
+        whole_area_ = std::max(quads_.surface.area(), 1e-300);
+        malloc_trim(0);  // what the stages before have given back
+        ChartSizes sizes = sizes_of(members_);
+        report_.cells = sizes.cells;
+        report_.coarse_charts = count - static_cast<uint32_t>(std::ranges::count(sizes.trimmed_levels, 0));
+        resampler_.emplace(ResampleInput{mesh_, context_.normals, quads_.surface, patches_}, sizes.cells,
+                           sizes.cells * options_.attribute_ratio, std::move(sizes.trimmed_levels));
+        charts_.assign(count, {});
+        choose_lattice(members_);
+        resampler_->keep_corners_open();
+    }
+
+    // Charts that may be bad come first: once one is, all charts are made anew, and the others need not be sampled.
+    // Of either kind the largest come first, so that no thread is left with one at the end.
+    void order_charts() {
+        order_.resize(charts_.size());
+        std::iota(order_.begin(), order_.end(), 0u);
+        std::ranges::stable_sort(order_, std::greater<>(),
+                                 [&](uint32_t q) { return std::pair<bool, size_t>(is_dirty(q), members_[q].size()); });
+    }
+
+    Result<void> make_in_portions() {
+        for (size_t first = 0; first < order_.size(); first += charts_at_once) {
+            const auto some =
+                std::span<const uint32_t>(order_).subspan(first, std::min(charts_at_once, order_.size() - first));
+            // The charts that are left were good before, if not quite as they are now: the next round will tell.
+            if (rejected_ && report_.rounds > 1 && !is_dirty(some.front())) break;
+            if (auto done = load_or_make_portion(some, first); !done) return done;
+            rejected_ =
+                rejected_ || (!last_ && std::ranges::any_of(some, [&](uint32_t q) { return is_bad(charts_[q]); }));
+        }
+        return {};
+    }
+
+    Result<void> load_or_make_portion(std::span<const uint32_t> some, size_t first) {
+        if (work_ == nullptr) return make_some(some, first);
+        const std::string name = stage("charts-" + std::to_string(first));
+        if (const auto kept = work_->find(name); kept && read_charts(*kept, some, charts_, resampler_->atlas()))
+            return {};
+        if (auto done = make_some(some, first); !done) return done;
+        return work_->keep(
+            name, [&](ChunkWriter& writer) { return write_checkpoint(some, charts_, resampler_->atlas(), writer); });
+    }
+
+    // done: how many charts have been made before.
+    Result<void> make_some(std::span<const uint32_t> some, size_t done) {
+        parallel_for(some.size(), 1, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end && !progress_.stopped(); ++i) {
+                const StepSeconds seconds = make_chart(some[i]);
+                const std::lock_guard lock(seconds_mutex_);
+                seconds_.parameterise += seconds.parameterise;
+                seconds_.resample += seconds.resample;
+                seconds_.error += seconds.error;
+                progress_.at("charts", static_cast<double>(done + i) / static_cast<double>(charts_.size()));
+            }
+        });
+        if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+        return {};
+    }
+
+    struct StepSeconds {
+        double parameterise = 0, resample = 0, error = 0;
+    };
+
+    StepSeconds make_chart(uint32_t q) {
+        const Stopwatch watch;
+        auto chart = parameterise(quads_.surface, members_[q], patches_.sides[q], patches_.arcs, options_.parameterise);
+        ChartResult& made = charts_[q] = {};
+        if (!chart) {
+            made.fault = chart.error().message;
+            return {};
+        }
+        StepSeconds seconds;
+        seconds.parameterise = watch.wall();
+        measure_layout(q, *chart, made.figures);
+        if (!rejected_) {
+            sample_chart(q, *chart, made.figures);
+            seconds.resample = watch.wall() - seconds.parameterise;
+            if (made.figures.sampled.missing == 0) measure_chart(q, *chart, made);
+            seconds.error = watch.wall() - seconds.parameterise - seconds.resample;
+        }
+        members_[q] = {};
+        return seconds;
+    }
+
+    void measure_layout(uint32_t q, const Chart& chart, ChartResult::Figures& figures) const {
+        figures.area = chart.area;
+        figures.stretch = chart.stretch;
+        const double usual = options_.clusters.clusters * usual_charts_per_cluster * chart.area / whole_area_,
+                     row_share = resampler_->atlas().cells_of(q) / static_cast<double>(report_.cells);
+        figures.spacing = std::sqrt(usual) / row_share;
+        figures.tutte_stretch = chart.tutte_stretch;
+        figures.uniform = chart.uniform;
+        figures.flipped = chart.patch.flipped();
+    }
+
+    void sample_chart(uint32_t q, Chart& chart, ChartResult::Figures& figures) {
+        figures.sampled = resampler_->sample(q, chart);
+        const Sampled as_laid_out = figures.sampled;
+        // If untangling has gained nothing, shear is not what folds the samples.
+        if (resampler_->up() && as_laid_out.still_folded > 0 && as_laid_out.still_folded < as_laid_out.folded) {
+            shear_less(q, members_[q], chart, figures.sampled);
+            figures.stretch = chart.stretch;
+        }
+    }
+
+    // The errors of its images, and samples of the source for its distance.
+    void measure_chart(uint32_t q, const Chart& chart, ChartResult& made) {
+        const double share = static_cast<double>(options_.error_samples) * chart.area / whole_area_;
+        made.errors = measure_samples(resampler_->atlas(), q, chart);
+        made.samples = sample_source(q, chart, std::max(fewest_samples, static_cast<uint32_t>(std::ceil(share))));
+    }
+
+    void judge_charts() {
+        report_.stretched_charts = 0;
+        for (uint32_t q = 0; q < charts_.size(); ++q) {
+            const ChartResult& c = charts_[q];
+            report_.stretched_charts += counted_stretch(c) > options_.worst_stretch ? 1 : 0;
+            if (!is_bad(c)) continue;
+            const uint32_t cluster = quads_.quads[q].cluster;
+            quality_.bad[cluster] = true;
+            quality_.stretch[cluster] = std::max(quality_.stretch[cluster], counted_stretch(c));
+            if (!c.fault.empty()) fault_ = "chart " + std::to_string(q) + ": " + c.fault;
+            if (c.figures.sampled.missing > 0)
+                fault_ = "chart " + std::to_string(q) + ": samples lie in none of its triangles";
+        }
+    }
+
+    double cost_of_charts() const {
+        double cost = 0;
+        for (const ChartResult& c : charts_)
+            cost += RoundQuality::cost(c.figures.area, counted_stretch(c), rounds_.bound());
+        return cost;
+    }
+
+    bool is_bad(const ChartResult& c) const {
+        return !c.fault.empty() || c.figures.sampled.missing > 0 || counted_stretch(c) > rounds_.bound();
+    }
+    bool is_dirty(uint32_t q) const { return dirty_[quads_.quads[q].cluster]; }
+
+    // Sums and extremes over all charts.
+    void report_charts() {
+        report_.l2_stretch_worst = 0;
+        report_.missing_samples = report_.flipped_triangles = report_.uniform_charts = 0;
+        report_.folded_cells = report_.still_folded_cells = 0;
+        double area = 0, tutte = 0, stretch = 0;
+        for (const ChartResult& made : charts_) {
+            const ChartResult::Figures& c = made.figures;
+            area += c.area;
+            tutte += c.area * c.tutte_stretch * c.tutte_stretch;
+            stretch += c.area * c.stretch * c.stretch;
+            report_.l2_stretch_worst = std::max(report_.l2_stretch_worst, c.stretch);
+            report_.missing_samples += c.sampled.missing;
+            report_.folded_cells += c.sampled.folded;
+            report_.still_folded_cells += c.sampled.still_folded;
+            report_.flipped_triangles += c.flipped;
+            report_.uniform_charts += c.uniform;
+        }
+        report_.charts = static_cast<uint32_t>(charts_.size());
+        report_.l2_stretch_tutte = area > 0 ? std::sqrt(tutte / area) : 1;
+        report_.l2_stretch_rms = area > 0 ? std::sqrt(stretch / area) : 1;
+    }
+
+    // Per level the largest error of sampling among the charts, never decreasing.
+    std::vector<float> errors_of_levels() {
+        const Atlas& atlas = resampler_->atlas();
+        std::vector<double> largest_of(atlas.levels(), 0);
+        for (uint32_t q = 0; q < charts_.size(); ++q) {
+            const std::vector<double>& levels = charts_[q].errors.levels;
+            for (uint32_t level = 0; level < largest_of.size() && !levels.empty(); ++level)
+                largest_of[level] = std::max(largest_of[level], levels[atlas.own_level(q, level)]);
+        }
+        std::vector<float> errors;
+        double largest = 0;
+        for (const double error : largest_of) {
+            largest = std::max(largest, error);
+            errors.push_back(static_cast<float>(largest * sampling_margin));
+        }
+        return errors;
+    }
+
+    const RoundContext& context_;
     const TriMesh& mesh_;
-    const std::span<const glm::vec3> normals_;
-    const FeatureLines& features_;
     const AtlasOptions& options_;
+    const Progress& progress_;
+    const CheckpointFolder* const work_;
+    const FeatureLines& features_;
     AtlasReport& report_;
     Refinement& rounds_;
-    const Progress& progress_;
-    const CheckpointFolder* work_;
     Clusters clusters_;
     RoundQuality quality_;
     std::vector<bool> dirty_;  // per cluster: templates, what was made anew, and around
     std::string fault_;
     bool last_ = false;
+    // Some chart is bad, so all will be made anew: it is only left to know which others are bad.
+    bool rejected_ = false;
     Quads quads_;
     ChartComplex patches_;
+    std::vector<std::vector<uint32_t>> members_;  // triangles per chart, until it is made
+    std::vector<uint32_t> order_;                 // in which charts are made
     std::optional<Resampler> resampler_;
     std::vector<ChartResult> charts_;
+    double whole_area_ = 0;  // of the surface
+    std::mutex seconds_mutex_;
+    StepSeconds seconds_;  // of all threads
 };
+
+// Makes bad clusters finer; borders need not be kept on features there any more. times: per cluster, how much finer.
+void make_denser(const RoundContext& context, const Surface& surface, const RefinementRound& round,
+                 const std::vector<double>& times, std::vector<float>& density, FeatureLines& features) {
+    std::vector<bool> forgotten(context.mesh.triangle_count(), false);
+    for (uint32_t t = 0; t < density.size(); ++t) {
+        const uint32_t cluster = round.label()[t];
+        if (!round.quality().bad[cluster]) continue;
+        density[t] *= static_cast<float>(times[cluster]);
+        forgotten[surface.triangles[t].source] = true;
+    }
+    features.forget(forgotten);
+}
 
 }  // namespace
 
@@ -458,7 +579,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     LODE_CHECK(source.triangle_count() > 0 && options.cells >= 2 && options.most_rounds > 0);
     std::vector<glm::vec3> made;
     if (source.normals.empty()) made = vertex_normals(source);
-    const std::span<const glm::vec3> normals = made.empty() ? source.normals : made;
+    const RoundContext context{source, made.empty() ? source.normals : made, options, progress, work};
     const auto surface_now = [&] {
         return surface_of(source, longest_edge(source, options.clusters.clusters), &report.changes);
     };
@@ -469,32 +590,24 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     Refinement rounds(options.clusters.clusters, options.worst_stretch, source.triangle_count(), options.most_rounds);
     for (;;) {
         ++report.rounds;
-        RefinementRound round(source, normals, features, options, report, rounds, progress, work);
+        RefinementRound round(context, features, report, rounds);
         if (auto done = round.run(std::move(surface), density, std::move(kept)); !done)
             return tl::unexpected(done.error());
-        const RoundQuality& judged = round.quality();
+        const std::vector<bool>& bad = round.quality().bad;
         // What is stretched is taken in the end, what could not be made never is.
         if (report.rounds >= options.most_rounds && !round.fault().empty())
             return fail(Fault::invariant, round.fault());
-        if ((round.is_last() && round.fault().empty()) || std::ranges::find(judged.bad, true) == judged.bad.end()) {
+        if ((round.is_last() && round.fault().empty()) || std::ranges::find(bad, true) == bad.end()) {
             auto atlas = round.take();
             if (atlas) atlas->attributes = attributes_of(source);
             return atlas;
         }
-        // There clusters become finer, and borders need not be kept on features any more.
         surface = surface_now();
         density.resize(surface.triangles.size(), 1.0f);
         const std::vector<double> times = rounds.times_denser(
-            judged, wanted_of(surface, density, round.label(), judged.bad.size(), options.clusters.clusters));
-        std::vector<bool> forgotten(source.triangle_count(), false);
-        for (uint32_t t = 0; t < density.size(); ++t) {
-            const uint32_t cluster = round.label()[t];
-            if (!judged.bad[cluster]) continue;
-            density[t] *= static_cast<float>(times[cluster]);
-            forgotten[surface.triangles[t].source] = true;
-        }
-        features.forget(forgotten);
-        kept = kept_clusters(surface, round.label(), judged.bad);
+            round.quality(), wanted_of(surface, density, round.label(), bad.size(), options.clusters.clusters));
+        make_denser(context, surface, round, times, density, features);
+        kept = kept_clusters(surface, round.label(), bad);
     }
 }
 

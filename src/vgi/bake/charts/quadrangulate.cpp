@@ -124,24 +124,28 @@ public:
     }
 
 private:
-    // Onto the unit circle; every side takes an equal part and a part by its length, and so does every edge of it. Of
-    // one whose centre is on the boundary the last two sides, either side of the centre, make the flat half of a
-    // half-disk.
-    bool flatten(const std::vector<uint32_t>& corner, bool half) {
-        const std::vector<uint32_t> loop = patch.boundary();
-        const size_t begin = static_cast<size_t>(std::ranges::find(loop, corner[0]) - loop.begin());
+    // Where the vertices of the boundary go: loop[i] to turn[i] of a whole turn, 0 .. 1.
+    struct Turns {
+        std::vector<uint32_t> loop;  // from the first corner
+        std::vector<double> turn;
+        std::vector<double> begin_of_side;
+    };
+
+    // Every side takes an equal part and a part by its length, and so does every edge of it.
+    Turns turns_of(const std::vector<uint32_t>& corner) const {
+        Turns turns{patch.boundary(), {}, {}};
+        std::vector<uint32_t>& loop = turns.loop;
+        std::ranges::rotate(loop, std::ranges::find(loop, corner[0]));
         double total = 0;
         std::vector<double> length(loop.size());
         for (size_t i = 0; i < loop.size(); ++i) {
-            length[i] = glm::length(patch.positions[loop[(begin + i + 1) % loop.size()]] -
-                                    patch.positions[loop[(begin + i) % loop.size()]]);
+            length[i] = glm::length(patch.positions[loop[(i + 1) % loop.size()]] - patch.positions[loop[i]]);
             total += length[i];
         }
-        size_t side = 0, i = 0;
+        turns.turn.resize(loop.size());
         double turned = 0;
-        std::vector<double> turn(loop.size()), begin_of_side;
-        while (i < loop.size()) {
-            begin_of_side.push_back(turned);
+        for (size_t side = 0, i = 0; i < loop.size(); ++side) {
+            turns.begin_of_side.push_back(turned);
             // Edges of one side: up to the next corner.
             const uint32_t end = corner[(side + 1) % corner.size()];
             size_t last = i;
@@ -149,27 +153,34 @@ private:
             do {
                 along += length[last];
                 ++last;
-            } while (loop[(begin + last) % loop.size()] != end && last < loop.size());
+            } while (loop[last % loop.size()] != end && last < loop.size());
             const auto edges = static_cast<double>(last - i);
             const double share = 0.5 / static_cast<double>(corner.size()) + 0.5 * along / total;
             for (; i < last; ++i) {
-                turn[i] = turned;
+                turns.turn[i] = turned;
                 turned += share * (0.1 / edges + 0.9 * (along > 0 ? length[i] / along : 1 / edges));
             }
-            ++side;
         }
+        return turns;
+    }
+
+    // Onto the unit circle. If the centre is on the boundary (half), the last two sides, either side of the centre,
+    // make the flat half of a half-disk.
+    bool flatten(const std::vector<uint32_t>& corner, bool half) {
+        const Turns turns = turns_of(corner);
+        const size_t sides = turns.begin_of_side.size();
         patch.flat.assign(patch.positions.size(), {0, 0});
-        for (i = 0; i < loop.size(); ++i) {
-            double angle = 2 * turn[i], height = 1;
+        for (size_t i = 0; i < turns.loop.size(); ++i) {
+            const double turn = turns.turn[i];
+            double angle = 2 * turn, height = 1;
             if (half) {
-                const double from = begin_of_side[side - 3], to = begin_of_side[side - 1];  // of the flat half
-                const bool flat = turn[i] >= from && turn[i] < to;
-                angle = flat ? 1 + (turn[i] - from) / (to - from)
-                             : (turn[i] - to + (turn[i] < to ? 1 : 0)) / (1 - to + from);
+                const double from = turns.begin_of_side[sides - 3], to = turns.begin_of_side[sides - 1];
+                const bool flat = turn >= from && turn < to;
+                angle = flat ? 1 + (turn - from) / (to - from) : (turn - to + (turn < to ? 1 : 0)) / (1 - to + from);
                 if (flat) height = flat_half;
             }
-            patch.flat[loop[(begin + i) % loop.size()]] = {std::cos(angle * std::numbers::pi),
-                                                           std::sin(angle * std::numbers::pi) * height};
+            patch.flat[turns.loop[i]] = {std::cos(angle * std::numbers::pi),
+                                         std::sin(angle * std::numbers::pi) * height};
         }
         HarmonicSolver solver(patch);
         if (solver.solve({}) && patch.flipped() == 0) return true;
@@ -203,53 +214,73 @@ private:
         centre = patch.split_triangle(around);
     }
 
+    // A half-edge out of a vertex; on the boundary, the first of the edges from there.
+    uint32_t edge_out_of(uint32_t vertex) const {
+        uint32_t out = none;
+        for (uint32_t h = 0; h < patch.twin.size() && (out == none || patch.twin[out] != none); ++h) {
+            if (patch.from(h) == vertex) out = h;
+        }
+        return out;
+    }
+
+    // Around a vertex, from the half-edge `out` of it: the half-edge that goes to the target; else that of the triangle
+    // in whose angle the target lies; none where there is neither.
+    uint32_t edge_towards(uint32_t target, uint32_t vertex, uint32_t out) const {
+        uint32_t found = none, best = none, h = out;
+        double most = -1e300;
+        do {
+            if (patch.to(h) == target) return h;
+            const glm::dvec2 a = patch.flat[patch.to(h)] - patch.flat[vertex],
+                             b = patch.flat[patch.to(next_corner(h))] - patch.flat[vertex],
+                             d = patch.flat[target] - patch.flat[vertex];
+            const double ca = cross(a, d), cb = cross(d, b);
+            if (ca >= 0 && cb > 0 && found == none) found = h;
+            // Rounding may leave none: then the one that misses least.
+            const double miss = std::min(ca / (glm::length(a) + 1e-300), cb / (glm::length(b) + 1e-300));
+            if (glm::dot(a + b, d) > 0 && miss > most) {
+                most = miss;
+                best = h;
+            }
+            h = patch.twin[previous_corner(h)];
+        } while (h != none && h != out);
+        return found != none ? found : best;
+    }
+
+    // From a vertex across the triangle of its half-edge `out` towards the goal: to a corner of it, or to a new vertex
+    // on the edge across. `out` becomes a half-edge of the vertex it goes to; none where a ray or the boundary is met.
+    uint32_t step_across(uint32_t vertex, const glm::dvec2& goal, uint32_t& out) {
+        const uint32_t edge = next_corner(out), a = patch.from(edge), b = patch.to(edge);
+        const glm::dvec2 d = goal - patch.flat[vertex];
+        const double ca = std::max(0.0, cross(patch.flat[a] - patch.flat[vertex], d)),
+                     cb = std::max(0.0, cross(d, patch.flat[b] - patch.flat[vertex]));
+        double share = ca + cb > 0 ? ca / (ca + cb) : 0.5;
+        const uint32_t near = share < 0.5 ? a : b;
+        if (std::min(share, 1 - share) < snap && !used_[near]) {
+            out = near == a ? edge : next_corner(edge);
+            return near;
+        }
+        if (patch.twin[edge] == none || (used_[a] && used_[b] && wall(a, b))) return none;
+        share = std::clamp(share, 1e-6, 1 - 1e-6);
+        const uint32_t made = patch.split_edge(edge, std::clamp(share, least_share, 1 - least_share), share);
+        used_.push_back(false);
+        out = next_corner(edge);
+        return made;
+    }
+
     // From the centre to a vertex on the boundary, splitting every edge on the way.
     bool cut_ray(uint32_t target, std::vector<uint32_t>& path) {
         const glm::dvec2 goal = patch.flat[target];
-        uint32_t x = centre, out = none;  // on the boundary: the first of the edges from there
-        for (uint32_t h = 0; h < patch.twin.size() && (out == none || patch.twin[out] != none); ++h) {
-            if (patch.from(h) == x) out = h;
-        }
+        uint32_t x = centre, out = edge_out_of(centre);
         path.push_back(x);
         for (size_t step = 0; step < patch.triangles.size() + 1000; ++step) {
-            // The triangle around x in whose angle the goal lies.
-            uint32_t found = none, best = none, h = out;
-            double most = -1e300;
-            do {
-                if (patch.to(h) == target) {
-                    path.push_back(target);
-                    return true;
-                }
-                const glm::dvec2 a = patch.flat[patch.to(h)] - patch.flat[x],
-                                 b = patch.flat[patch.to(next_corner(h))] - patch.flat[x], d = goal - patch.flat[x];
-                const double ca = cross(a, d), cb = cross(d, b);
-                if (ca >= 0 && cb > 0 && found == none) found = h;
-                // Rounding may leave none: then the one that misses least.
-                const double miss = std::min(ca / (glm::length(a) + 1e-300), cb / (glm::length(b) + 1e-300));
-                if (glm::dot(a + b, d) > 0 && miss > most) {
-                    most = miss;
-                    best = h;
-                }
-                h = patch.twin[previous_corner(h)];
-            } while (h != none && h != out);
-            if (found == none) found = best;
-            if (found == none) return false;
-            const uint32_t edge = next_corner(found), a = patch.from(edge), b = patch.to(edge);
-            const glm::dvec2 d = goal - patch.flat[x];
-            const double ca = std::max(0.0, cross(patch.flat[a] - patch.flat[x], d)),
-                         cb = std::max(0.0, cross(d, patch.flat[b] - patch.flat[x]));
-            double share = ca + cb > 0 ? ca / (ca + cb) : 0.5;
-            const uint32_t near = share < 0.5 ? a : b;
-            if (std::min(share, 1 - share) < snap && !used_[near]) {
-                out = near == a ? edge : next_corner(edge);
-                x = near;
-            } else {
-                if (patch.twin[edge] == none || (used_[a] && used_[b] && wall(a, b))) return false;
-                share = std::clamp(share, 1e-6, 1 - 1e-6);
-                x = patch.split_edge(edge, std::clamp(share, least_share, 1 - least_share), share);
-                used_.push_back(false);
-                out = next_corner(edge);
+            out = edge_towards(target, x, out);
+            if (out == none) return false;
+            if (patch.to(out) == target) {
+                path.push_back(target);
+                return true;
             }
+            x = step_across(x, goal, out);
+            if (x == none) return false;
             used_[x] = true;
             path.push_back(x);
         }
@@ -337,6 +368,122 @@ void in_batches(const std::vector<std::vector<uint32_t>>& members, Work&& work, 
     }
 }
 
+// The surface gets a vertex near the middle of every border of two clusters, and `label` follows its triangles. Returns
+// its charts as they are then.
+Result<ChartComplex> trace_with_middles(Surface& surface, std::vector<uint32_t>& label, const Clusters& clusters) {
+    const std::vector<uint32_t> given = clusters.ready_corners();
+    ChartMesh whole;
+    whole.twin = surface.twins();
+    const auto traced = trace_charts(surface, whole.twin, label, clusters.count, given);
+    if (!traced) return tl::unexpected(traced.error());
+    whole.positions = std::move(surface.positions);
+    whole.triangles = std::move(surface.triangles);
+    whole.places = std::move(surface.places);
+    whole.origin.resize(whole.positions.size());
+    std::iota(whole.origin.begin(), whole.origin.end(), 0u);
+    insert_middles(whole, label, *traced);
+    surface.positions = std::move(whole.positions);
+    surface.triangles = std::move(whole.triangles);
+    surface.places = std::move(whole.places);
+    return trace_charts(surface, whole.twin, label, clusters.count, given);
+}
+
+// Per arc: the vertex nearest to its middle.
+std::vector<uint32_t> middles_of(const ChartComplex& patches, const std::vector<glm::dvec3>& positions) {
+    std::vector<uint32_t> middle(patches.arcs.size());
+    for (size_t a = 0; a < middle.size(); ++a) {
+        const size_t at = middle_of(patches.arcs[a], positions, 0.5);
+        LODE_CHECK(at > 0, a);
+        middle[a] = patches.arcs[a].vertices[at];
+    }
+    return middle;
+}
+
+// Cuts clusters into quads: cut(c) for any cluster on any thread, then put(c) in order.
+class ClustersIntoQuads {
+public:
+    // patches: of the surface with middles. label: per triangle, its cluster.
+    ClustersIntoQuads(Surface surface, const Clusters& clusters, const ChartComplex& patches,
+                      std::span<const uint32_t> label)
+        : patches_(patches),
+          middle_(middles_of(patches, surface.positions)),
+          members_(members_of(label, clusters.count)),
+          ready_(clusters.count, nullptr),
+          cuts_(clusters.count),
+          faults_(clusters.count),
+          corners_(clusters.count),
+          middles_(clusters.count) {
+        result_.surface = std::move(surface);
+        for (const ReadyQuad& quad : clusters.ready) ready_[quad.cluster] = &quad;
+        triangles_.reserve(label.size() + label.size() / 16);
+        result_.label.reserve(triangles_.capacity());
+    }
+
+    const std::vector<std::vector<uint32_t>>& members() const { return members_; }
+
+    void cut(size_t c) {
+        if (ready_[c] != nullptr) return;
+        for (const Side& side : patches_.sides[c]) {
+            const Arc& arc = patches_.arcs[side.arc];
+            corners_[c].push_back(side.reversed ? arc.vertices.back() : arc.vertices.front());
+            middles_[c].push_back(middle_[side.arc]);
+        }
+        cuts_[c] = std::make_unique<ClusterCut>(result_.surface, members_[c]);
+        faults_[c] = cuts_[c]->run({corners_[c], corners_[c], middles_[c]});
+    }
+
+    void put(size_t at) {
+        const auto c = static_cast<uint32_t>(at);
+        if (!faults_[c].empty()) {
+            if (result_.failed.empty()) result_.fault = faults_[c];
+            result_.failed.push_back(c);
+        }
+        if (result_.failed.empty()) {
+            if (ready_[c] != nullptr) {
+                put_ready(c);
+            } else {
+                put_cut(c);
+            }
+        }
+        cuts_[c].reset();
+        members_[c] = {};
+    }
+
+    Quads take() {
+        result_.surface.triangles = std::move(triangles_);
+        return std::move(result_);
+    }
+
+private:
+    void put_ready(uint32_t c) {
+        for (const uint32_t t : members_[c]) {
+            triangles_.push_back(result_.surface.triangles[t]);
+            result_.label.push_back(static_cast<uint32_t>(result_.quads.size()));
+        }
+        result_.quads.push_back({c, ready_[c]->corners});
+    }
+    void put_cut(uint32_t c) {
+        const size_t sides = corners_[c].size();
+        std::vector<uint32_t> quads(sides);
+        std::iota(quads.begin(), quads.end(), static_cast<uint32_t>(result_.quads.size()));
+        const uint32_t centre = put_back(*cuts_[c], quads, result_.surface, triangles_, result_.label);
+        for (size_t s = 0; s < sides; ++s)
+            result_.quads.push_back(
+                {c, {corners_[c][s], middles_[c][s], centre, middles_[c][(s + sides - 1) % sides]}});
+        result_.uniform_clusters += cuts_[c]->uniform;
+    }
+
+    const ChartComplex& patches_;
+    const std::vector<uint32_t> middle_;          // per arc
+    std::vector<std::vector<uint32_t>> members_;  // triangles per cluster
+    std::vector<const ReadyQuad*> ready_;         // per cluster; null where it is cut
+    std::vector<std::unique_ptr<ClusterCut>> cuts_;
+    std::vector<std::string> faults_;                       // per cluster, empty where it could be cut
+    std::vector<std::vector<uint32_t>> corners_, middles_;  // per cluster, in turn
+    std::vector<SurfaceTriangle> triangles_;
+    Quads result_;
+};
+
 }  // namespace
 
 std::vector<uint32_t> Quads::corners() const {
@@ -346,79 +493,13 @@ std::vector<uint32_t> Quads::corners() const {
 }
 
 Result<Quads> quadrangulate(Surface surface, const Clusters& clusters) {
-    Quads result;
-    const uint32_t count = clusters.count;
-    const std::vector<uint32_t> given = clusters.ready_corners();
     std::vector<uint32_t> label = clusters.label;
-    ChartMesh whole;
-    whole.twin = surface.twins();
-    const auto traced = trace_charts(surface, whole.twin, label, count, given);
-    if (!traced) return tl::unexpected(traced.error());
-    whole.positions = std::move(surface.positions);
-    whole.triangles = std::move(surface.triangles);
-    whole.places = std::move(surface.places);
-    whole.origin.resize(whole.positions.size());
-    std::iota(whole.origin.begin(), whole.origin.end(), 0u);
-    insert_middles(whole, label, *traced);
-    result.surface.positions = std::move(whole.positions);
-    result.surface.triangles = std::move(whole.triangles);
-    result.surface.places = std::move(whole.places);
-    const auto patches = trace_charts(result.surface, whole.twin, label, count, given);
+    const auto patches = trace_with_middles(surface, label, clusters);
     if (!patches) return tl::unexpected(patches.error());
-    whole = {};
-    std::vector<uint32_t> middle(patches->arcs.size());
-    for (size_t a = 0; a < middle.size(); ++a) {
-        const size_t at = middle_of(patches->arcs[a], result.surface.positions, 0.5);
-        LODE_CHECK(at > 0, a);
-        middle[a] = patches->arcs[a].vertices[at];
-    }
-    std::vector<std::vector<uint32_t>> members = members_of(label, count);
-    std::vector<const ReadyQuad*> ready(count, nullptr);
-    for (const ReadyQuad& quad : clusters.ready) ready[quad.cluster] = &quad;
-    std::vector<std::unique_ptr<ClusterCut>> cuts(count);
-    std::vector<std::string> faults(count);
-    std::vector<std::vector<uint32_t>> corners(count), middles(count);
-    std::vector<SurfaceTriangle> triangles;
-    triangles.reserve(label.size() + label.size() / 16);
-    result.label.reserve(triangles.capacity());
-    const auto cut = [&](size_t c) {
-        if (ready[c] != nullptr) return;
-        for (const Side& side : patches->sides[c]) {
-            const Arc& arc = patches->arcs[side.arc];
-            corners[c].push_back(side.reversed ? arc.vertices.back() : arc.vertices.front());
-            middles[c].push_back(middle[side.arc]);
-        }
-        cuts[c] = std::make_unique<ClusterCut>(result.surface, members[c]);
-        faults[c] = cuts[c]->run({corners[c], corners[c], middles[c]});
-    };
-    const auto put = [&](size_t at) {
-        const auto c = static_cast<uint32_t>(at);
-        if (!faults[c].empty()) {
-            if (result.failed.empty()) result.fault = faults[c];
-            result.failed.push_back(c);
-        }
-        if (result.failed.empty() && ready[c] != nullptr) {
-            for (const uint32_t t : members[c]) {
-                triangles.push_back(result.surface.triangles[t]);
-                result.label.push_back(static_cast<uint32_t>(result.quads.size()));
-            }
-            result.quads.push_back({c, ready[c]->corners});
-        } else if (result.failed.empty()) {
-            const size_t sides = corners[c].size();
-            std::vector<uint32_t> quads(sides);
-            std::iota(quads.begin(), quads.end(), static_cast<uint32_t>(result.quads.size()));
-            const uint32_t centre = put_back(*cuts[c], quads, result.surface, triangles, result.label);
-            for (size_t s = 0; s < sides; ++s)
-                result.quads.push_back(
-                    {c, {corners[c][s], middles[c][s], centre, middles[c][(s + sides - 1) % sides]}});
-            result.uniform_clusters += cuts[c]->uniform;
-        }
-        cuts[c].reset();
-        members[c] = {};
-    };
-    in_batches(members, cut, put);
-    result.surface.triangles = std::move(triangles);
-    return result;
+    ClustersIntoQuads quads(std::move(surface), clusters, *patches, label);
+    in_batches(
+        quads.members(), [&](size_t c) { quads.cut(c); }, [&](size_t c) { quads.put(c); });
+    return quads.take();
 }
 
 namespace {
@@ -443,51 +524,71 @@ std::set<std::pair<uint32_t, uint32_t>> borders_on_features(const Quads& quads, 
     return kept;
 }
 
-}  // namespace
+// recentre(), by its steps.
+class Recentring {
+public:
+    Recentring(Quads& quads, Pivot pivot, const FeatureLines& features)
+        : quads_(quads), pivot_(pivot), count_(static_cast<uint32_t>(quads.quads.size())), features_(features) {}
 
-Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& features) {
-    const auto count = static_cast<uint32_t>(quads.quads.size());
-    std::vector<uint32_t> twin = quads.surface.twins();
-    auto patches = trace_charts(quads.surface, twin, quads.label, count, quads.corners());
-    if (!patches) return tl::unexpected(patches.error());
-    const auto kept = borders_on_features(quads, twin, features);
-    twin = {};
-    uint32_t left = 0;
-    // Sides of a quad by the corner they begin at, and what is across.
-    std::vector<std::array<uint32_t, 4>> across(count, {none, none, none, none});
-    std::vector<std::array<uint32_t, 2>> first(patches->arcs.size(), {none, none});
-    for (uint32_t q = 0; q < count; ++q) {
-        for (const Side& side : patches->sides[q]) {
-            const auto& v = patches->arcs[side.arc].vertices;
-            const uint32_t begin = side.reversed ? v.back() : v.front();
-            const auto s = static_cast<uint32_t>(std::ranges::find(quads.quads[q].corners, begin) -
-                                                 quads.quads[q].corners.begin());
-            if (s == 4) return fail(Fault::invariant, "quad " + std::to_string(q) + " has lost a corner");
-            if (first[side.arc][0] == none) {
-                first[side.arc] = {q, s};
-            } else {
-                across[q][s] = first[side.arc][0];
-                across[first[side.arc][0]][first[side.arc][1]] = q;
-            }
-        }
+    // How many pivots were left where they were.
+    Result<uint32_t> run() {
+        if (auto done = find_neighbours(); !done) return tl::unexpected(done.error());
+        if (auto done = choose_rings(); !done) return tl::unexpected(done.error());
+        share_triangles();
+        cuts_.resize(rings_.size());
+        in_batches(
+            members_, [&](size_t r) { cut(r); }, [&](size_t r) { put(r); });
+        quads_.surface.triangles = std::move(triangles_);
+        quads_.label = std::move(label_);
+        return left_;
     }
-    // Quads around their pivot, counter-clockwise; those that the boundary opens from one end of it to the other.
+
+private:
+    // Quads around their pivot, counter-clockwise; where the boundary opens them (open), from one end of it to the
+    // other.
     struct Ring {
         uint32_t pivot;
         bool open;
         std::vector<uint32_t> quads;
     };
-    const auto corner_of = [&](uint32_t q, uint32_t vertex) {
-        const auto& corners = quads.quads[q].corners;
+
+    // What is across the sides of quads, and which borders are to stay.
+    Result<void> find_neighbours() {
+        const std::vector<uint32_t> twin = quads_.surface.twins();
+        const auto patches = trace_charts(quads_.surface, twin, quads_.label, count_, quads_.corners());
+        if (!patches) return tl::unexpected(patches.error());
+        kept_ = borders_on_features(quads_, twin, features_);
+        across_.assign(count_, {none, none, none, none});
+        std::vector<std::array<uint32_t, 2>> first(patches->arcs.size(), {none, none});
+        for (uint32_t q = 0; q < count_; ++q) {
+            for (const Side& side : patches->sides[q]) {
+                const auto& v = patches->arcs[side.arc].vertices;
+                const uint32_t s = corner_of(q, side.reversed ? v.back() : v.front());
+                if (s == 4) return fail(Fault::invariant, "quad " + std::to_string(q) + " has lost a corner");
+                if (first[side.arc][0] == none) {
+                    first[side.arc] = {q, s};
+                } else {
+                    across_[q][s] = first[side.arc][0];
+                    across_[first[side.arc][0]][first[side.arc][1]] = q;
+                }
+            }
+        }
+        return {};
+    }
+
+    // 4 where the vertex is no corner of it.
+    uint32_t corner_of(uint32_t q, uint32_t vertex) const {
+        const auto& corners = quads_.quads[q].corners;
         return static_cast<uint32_t>(std::ranges::find(corners, vertex) - corners.begin());
-    };
-    const auto next = [&](uint32_t q, uint32_t vertex) { return across[q][(corner_of(q, vertex) + 3) % 4]; };
-    const auto before = [&](uint32_t q, uint32_t vertex) { return across[q][corner_of(q, vertex)]; };
-    const auto ring_around = [&](uint32_t q, uint32_t vertex) -> std::optional<Ring> {
+    }
+    uint32_t next(uint32_t q, uint32_t vertex) const { return across_[q][(corner_of(q, vertex) + 3) % 4]; }
+    uint32_t before(uint32_t q, uint32_t vertex) const { return across_[q][corner_of(q, vertex)]; }
+
+    std::optional<Ring> ring_around(uint32_t q, uint32_t vertex) const {
         uint32_t start = q;
         for (size_t steps = 0; before(start, vertex) != none && before(start, vertex) != q; ++steps) {
             start = before(start, vertex);
-            if (steps > count) return std::nullopt;
+            if (steps > count_) return std::nullopt;
         }
         Ring ring{vertex, before(start, vertex) == none, {}};
         if (!ring.open) start = q;
@@ -495,62 +596,76 @@ Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& feature
         do {
             ring.quads.push_back(at);
             at = next(at, vertex);
-            if (ring.quads.size() > count) return std::nullopt;
+            if (ring.quads.size() > count_) return std::nullopt;
         } while (at != none && at != start);
         return ring;
-    };
+    }
+
     // Whether a cluster's corner among the quads lies on the boundary.
-    const auto meets_boundary = [&](const Ring& ring) {
+    bool meets_boundary(const Ring& ring) const {
         return std::ranges::any_of(ring.quads,
-                                   [&](uint32_t q) { return across[q][0] == none || across[q][3] == none; });
-    };
-    std::vector<Ring> rings;
-    std::vector<uint32_t> ring_of(count, none);
-    const auto take_ring = [&](uint32_t q, uint32_t vertex) -> Result<void> {
-        if (ring_of[q] != none) return {};
+                                   [&](uint32_t q) { return across_[q][0] == none || across_[q][3] == none; });
+    }
+    bool crosses_kept_border(const Ring& ring) const {
+        return std::ranges::any_of(ring.quads, [&](uint32_t q) {
+            const uint32_t after = next(q, ring.pivot);
+            return !kept_.empty() && after != none && kept_.contains(std::minmax(q, after));
+        });
+    }
+
+    // Rings share no quad: the first of two that would is taken.
+    Result<void> choose_rings() {
+        ring_of_.assign(count_, none);
+        for (uint32_t q = 0; q < count_; ++q) {
+            const auto& corners = quads_.quads[q].corners;
+            const auto pivots = pivot_ == Pivot::corners   ? std::vector{corners[0]}
+                                : pivot_ == Pivot::centres ? std::vector{corners[2]}
+                                                           : std::vector{corners[1], corners[3]};
+            for (const uint32_t vertex : pivots) {
+                if (auto taken = take_ring(q, vertex); !taken) return taken;
+            }
+        }
+        return {};
+    }
+
+    Result<void> take_ring(uint32_t q, uint32_t vertex) {
+        if (ring_of_[q] != none) return {};
         auto ring = ring_around(q, vertex);
         if (!ring) return fail(Fault::invariant, "quads around a vertex do not close");
         if (ring->quads.size() < (ring->open ? 2u : 3u)) return {};
-        if (pivot == Pivot::outer_middles && (ring->open || !meets_boundary(*ring))) return {};
-        if (std::ranges::any_of(ring->quads, [&](uint32_t r) { return ring_of[r] != none; })) return {};
-        for (const uint32_t r : ring->quads) {
-            const uint32_t after = next(r, vertex);
-            if (!kept.empty() && after != none && kept.contains(std::minmax(r, after))) {
-                ++left;
-                return {};
+        if (pivot_ == Pivot::outer_middles && (ring->open || !meets_boundary(*ring))) return {};
+        if (std::ranges::any_of(ring->quads, [&](uint32_t r) { return ring_of_[r] != none; })) return {};
+        if (crosses_kept_border(*ring)) {
+            ++left_;
+            return {};
+        }
+        for (const uint32_t r : ring->quads) ring_of_[r] = static_cast<uint32_t>(rings_.size());
+        rings_.push_back(std::move(*ring));
+        return {};
+    }
+
+    // Triangles of rings go to their members, all others stay what they are.
+    void share_triangles() {
+        members_.resize(rings_.size());
+        triangles_.reserve(quads_.label.size() + quads_.label.size() / 32);
+        label_.reserve(triangles_.capacity());
+        for (uint32_t t = 0; t < quads_.label.size(); ++t) {
+            if (const uint32_t ring = ring_of_[quads_.label[t]]; ring != none) {
+                members_[ring].push_back(t);
+            } else {
+                keep(t);
             }
         }
-        for (const uint32_t r : ring->quads) ring_of[r] = static_cast<uint32_t>(rings.size());
-        rings.push_back(std::move(*ring));
-        return {};
-    };
-    for (uint32_t q = 0; q < count; ++q) {
-        const auto& corners = quads.quads[q].corners;
-        const auto pivots = pivot == Pivot::corners   ? std::vector{corners[0]}
-                            : pivot == Pivot::centres ? std::vector{corners[2]}
-                                                      : std::vector{corners[1], corners[3]};
-        for (const uint32_t vertex : pivots) {
-            if (auto taken = take_ring(q, vertex); !taken) return tl::unexpected(taken.error());
-        }
     }
-    std::vector<std::vector<uint32_t>> members(rings.size());
-    std::vector<SurfaceTriangle> triangles;
-    std::vector<uint32_t> label;
-    triangles.reserve(quads.label.size() + quads.label.size() / 32);
-    label.reserve(triangles.capacity());
-    for (uint32_t t = 0; t < quads.label.size(); ++t) {
-        if (const uint32_t ring = ring_of[quads.label[t]]; ring != none) {
-            members[ring].push_back(t);
-        } else {
-            triangles.push_back(quads.surface.triangles[t]);
-            label.push_back(quads.label[t]);
-        }
+    void keep(uint32_t triangle) {
+        triangles_.push_back(quads_.surface.triangles[triangle]);
+        label_.push_back(quads_.label[triangle]);
     }
-    std::vector<std::unique_ptr<ClusterCut>> cuts(rings.size());
-    const auto cut = [&](size_t r) {
-        const Ring& ring = rings[r];
+
+    void cut(size_t r) {
+        const Ring& ring = rings_[r];
         const auto from_pivot = [&](uint32_t q, uint32_t by) {
-            return quads.quads[q].corners[(corner_of(q, ring.pivot) + by) % 4];
+            return quads_.quads[q].corners[(corner_of(q, ring.pivot) + by) % 4];
         };
         ClusterCut::Outline outline;
         for (const uint32_t q : ring.quads) {
@@ -566,28 +681,42 @@ Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& feature
             outline.corners.push_back(from_pivot(ring.quads.front(), 1));
             outline.middles.pop_back();
         }
-        cuts[r] = std::make_unique<ClusterCut>(quads.surface, members[r]);
-        if (!cuts[r]->run(outline).empty() || cuts[r]->uniform) cuts[r].reset();
-    };
-    const auto put = [&](size_t r) {
-        if (cuts[r] == nullptr) {
-            ++left;
-            for (const uint32_t t : members[r]) {
-                triangles.push_back(quads.surface.triangles[t]);
-                label.push_back(quads.label[t]);
-            }
+        cuts_[r] = std::make_unique<ClusterCut>(quads_.surface, members_[r]);
+        if (!cuts_[r]->run(outline).empty() || cuts_[r]->uniform) cuts_[r].reset();
+    }
+
+    void put(size_t r) {
+        if (cuts_[r] == nullptr) {
+            ++left_;
+            for (const uint32_t t : members_[r]) keep(t);
         } else {
-            const Ring& ring = rings[r];
-            const uint32_t centre = put_back(*cuts[r], ring.quads, quads.surface, triangles, label);
-            for (const uint32_t q : ring.quads) quads.quads[q].corners[corner_of(q, ring.pivot)] = centre;
-            cuts[r].reset();
+            const Ring& ring = rings_[r];
+            const uint32_t centre = put_back(*cuts_[r], ring.quads, quads_.surface, triangles_, label_);
+            for (const uint32_t q : ring.quads) quads_.quads[q].corners[corner_of(q, ring.pivot)] = centre;
+            cuts_[r].reset();
         }
-        members[r] = {};
-    };
-    in_batches(members, cut, put);
-    quads.surface.triangles = std::move(triangles);
-    quads.label = std::move(label);
-    return left;
+        members_[r] = {};
+    }
+
+    Quads& quads_;
+    const Pivot pivot_;
+    const uint32_t count_;  // of quads
+    const FeatureLines& features_;
+    std::set<std::pair<uint32_t, uint32_t>> kept_;  // pairs of quads whose border stays
+    std::vector<std::array<uint32_t, 4>> across_;   // per quad and corner that a side begins at: the quad across
+    std::vector<Ring> rings_;
+    std::vector<uint32_t> ring_of_;                  // per quad
+    std::vector<std::vector<uint32_t>> members_;     // triangles per ring
+    std::vector<std::unique_ptr<ClusterCut>> cuts_;  // per ring; null where it stays what it is
+    std::vector<SurfaceTriangle> triangles_;         // of the result, and their quads
+    std::vector<uint32_t> label_;
+    uint32_t left_ = 0;
+};
+
+}  // namespace
+
+Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& features) {
+    return Recentring(quads, pivot, features).run();
 }
 
 }  // namespace lodestone::vgi

@@ -11,6 +11,7 @@
 #include "vgi/bake/charts/chart_complex.h"
 #include "vgi/bake/images/borders.h"
 #include "vgi/bake/images/parameterise.h"
+#include "vgi/bake/images/untangle.h"
 
 namespace lodestone::vgi {
 
@@ -20,13 +21,19 @@ struct Sampled {
     uint32_t folded = 0, still_folded = 0;  // cells with a triangle that looks inwards, before and after untangle()
 };
 
+// What is sampled. It must outlive the sampling.
+struct ResampleInput {
+    const TriMesh& mesh;
+    std::span<const glm::vec3> normals;  // of the mesh, per wedge
+    const Surface& surface;              // cut into quads
+    const ChartComplex& patches;         // of the surface
+};
+
 // Fills the images of one chart after the other; a chart may be dropped once it is sampled.
 class Resampler {
 public:
-    // The mesh, its normals per wedge, the surface cut into quads and its patches must outlive the sampling.
-    // trimmed_levels: Atlas::trimmed_levels.
-    Resampler(const TriMesh& mesh, std::span<const glm::vec3> normals, const Surface& surface,
-              const ChartComplex& patches, uint32_t cells, uint32_t attribute_cells,
+    // cells, attribute_cells: of the atlas. trimmed_levels: Atlas::trimmed_levels.
+    Resampler(const ResampleInput& input, uint32_t cells, uint32_t attribute_cells,
               std::vector<uint8_t> trimmed_levels);
 
     // Samples of the chart of a quad, 0 .. quads - 1. Different charts may be sampled at once.
@@ -41,11 +48,26 @@ public:
     const std::optional<glm::dvec3>& up() const { return up_; }  // of the mesh (untangle.h)
     Atlas take() { return std::move(atlas_); }
     Atlas& atlas() { return atlas_; }
+    const Atlas& atlas() const { return atlas_; }
 
 private:
+    // One chart while it is sampled.
+    struct Sampling {
+        uint32_t quad;
+        const Chart& chart;
+        uint32_t cells, ratio, row;  // attribute cells of the chart; cells for one of positions; positions in a row
+        std::vector<SurfaceSample> places;  // of positions
+    };
+    void set_uv_range();
+    void glue_sides();
+    void sample_borders(Sampling& s);
+    // How many samples no triangle covered.
+    uint32_t sample_inside(Sampling& s);
     // x, y: 0 .. attribute_cells_of(chart).
-    void put(uint32_t chart, uint32_t x, uint32_t y, const glm::dvec3& position, uint32_t source,
-             const CutPlaces::Corners& places, const glm::dvec3& weights);
+    void put_new(Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place);
+    void put(const Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place);
+    void put_attributes(size_t texel, const SurfaceTriangle& triangle, const CutPlaces::Corners& corners,
+                        const glm::dvec3& weights);
 
     const TriMesh& mesh_;
     const std::span<const glm::vec3> normals_;

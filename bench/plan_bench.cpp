@@ -20,6 +20,7 @@
 #include "lod/draw/lod_source.h"
 #include "mesh/packed_vertices.h"
 #include "vgi/bake/bake.h"
+#include "vgi/draw/residency.h"
 #include "vgi/draw/vgi_source.h"
 
 namespace lodestone {
@@ -57,6 +58,21 @@ std::shared_ptr<const vgi::AtlasFile> atlas_of(const TriMesh& mesh, uint32_t clu
 const std::shared_ptr<const vgi::AtlasFile>& rock_atlas() {
     static const auto file = atlas_of(rock(), 60);
     return file;
+}
+
+// As many rocks in one mesh, in a row behind the camera but for the first.
+TriMesh row_of_rocks(uint32_t rocks) {
+    TriMesh row;
+    for (uint32_t k = 0; k < rocks; ++k) {
+        const auto vertices = static_cast<uint32_t>(row.positions.size()),
+                   wedges = static_cast<uint32_t>(row.wedge_vertex.size());
+        for (glm::vec3 p : rock().positions) row.positions.push_back(p - glm::vec3(0, 0, 3.0f * static_cast<float>(k)));
+        for (const uint32_t v : rock().wedge_vertex) row.wedge_vertex.push_back(v + vertices);
+        for (const glm::vec3& n : rock().normals) row.normals.push_back(n);
+        for (const Triangle& t : rock().triangles)
+            row.triangles.push_back({t[0] + wedges, t[1] + wedges, t[2] + wedges});
+    }
+    return row;
 }
 
 struct Subject {
@@ -158,6 +174,72 @@ void plan(benchmark::State& state, const std::string& backend, uint32_t count, d
     state.counters["triangles"] = triangles / frames;
 }
 
+// The first of a row of rocks, seen from close by; the others are behind the camera.
+void plan_of_charts(benchmark::State& state, uint32_t rocks) {
+    const auto file = atlas_of(row_of_rocks(rocks), 60 * rocks);
+    const auto source = std::move(*vgi::open_vgi({file}, {uint64_t{4} << 30, 1}));
+    std::vector<Arrival> arrivals;
+    double plan_ms = 0, triangles = 0;
+    uint64_t frame = 0;
+    const auto step = [&] {
+        Camera camera;
+        camera.eye = {0.3f * std::sin(0.01f * static_cast<float>(frame)), 0.1f, -1.6f};
+        camera.near_plane = 0.05f;
+        FrameInput input;
+        input.views = {view_of(camera, 1280, 720)};
+        input.views[0].culls_back_faces = true;
+        input.instances = {Instance{}};
+        input.frame = frame++;
+        input.completed_frame = input.frame > 1 ? input.frame - 1 : 0;
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const double before = thread_cpu_ms();
+        const Plan made = source->plan(input);
+        plan_ms += thread_cpu_ms() - before;
+        triangles += static_cast<double>(made.stats.triangles);
+        for (const PageRequest& r : made.requests) {
+            const auto part = file->file().unchecked_bytes(r.chunk)->subspan(r.offset, r.bytes);
+            arrivals.push_back({r.id, Blob(std::vector<std::byte>(part.begin(), part.end()))});
+        }
+    };
+    for (int warm = 0; warm < 60; ++warm) step();
+    plan_ms = triangles = 0;
+    for (auto _ : state) {
+        const double cpu = plan_ms + started_threads_cpu_ms();
+        step();
+        state.SetIterationTime((plan_ms + started_threads_cpu_ms() - cpu) * 1e-3);
+    }
+    state.counters["charts"] = file->about().charts();
+    state.counters["plan_ms"] = plan_ms / static_cast<double>(state.iterations());
+    state.counters["triangles"] = triangles / static_cast<double>(state.iterations());
+}
+
+// A page comes, and goes, in an atlas of so many pages: what is known of the pages around it is brought up to date.
+void arrival(benchmark::State& state, uint32_t clusters) {
+    const auto file = atlas_of(rock(), clusters);
+    const vgi::Atlas& about = file->about();
+    vgi::Residency residency(about);
+    const auto texels = std::make_shared<const vgi::GeometryPage>(vgi::GeometryPage(33 * 33));
+    const uint32_t pages = residency.pages(), per_chart = residency.tree().pages();
+    for (uint32_t number = 0; number < pages; ++number) {
+        if (residency.tree().level(number % per_chart) > 0) residency.put(number, texels, number);
+    }
+    residency.update();
+    Random random(1);
+    std::vector<uint32_t> fine;
+    for (uint32_t number = 0; number < pages; ++number) {
+        if (residency.tree().level(number % per_chart) == 0) fine.push_back(number);
+    }
+    for (auto _ : state) {
+        const uint32_t number = fine[random.below(static_cast<uint32_t>(fine.size()))];
+        residency.put(number, texels, number);
+        residency.update();
+        residency.drop(number);
+        residency.update();
+    }
+    state.counters["pages"] = pages;
+}
+
 }  // namespace
 }  // namespace lodestone
 
@@ -178,6 +260,14 @@ int main(int argc, char** argv) {
             }
         }
     }
+    for (const uint32_t rocks : {1u, 16u}) {
+        benchmark::RegisterBenchmark(("vgi/rocks_in_one_atlas/" + std::to_string(rocks)).c_str(), plan_of_charts, rocks)
+            ->UseManualTime()
+            ->Unit(benchmark::kMillisecond)
+            ->Iterations(60);
+    }
+    for (const uint32_t clusters : {6u, 900u})
+        benchmark::RegisterBenchmark(("vgi/arrival/" + std::to_string(clusters)).c_str(), arrival, clusters);
     benchmark::RunSpecifiedBenchmarks();
     return 0;
 }

@@ -84,83 +84,124 @@ uint32_t Atlas::level_for_triangles(uint64_t triangles) const {
     return level;
 }
 
-TriMesh Atlas::extract(uint32_t level) const {
-    LODE_CHECK(level < levels(), level, levels());
-    const auto cells_at = [&](uint32_t chart) { return cells_of(chart) >> own_level(chart, level); };
-    std::vector<uint32_t> first(1, 0);  // sample of each chart
-    for (uint32_t c = 0; c < charts(); ++c) first.push_back(first[c] + (cells_at(c) + 1) * (cells_at(c) + 1));
-    const auto sample = [&](uint32_t chart, uint32_t x, uint32_t y) {
-        return first[chart] + y * (cells_at(chart) + 1) + x;
-    };
-    const auto side_sample = [&](uint32_t chart, uint32_t side, uint32_t k) {
+namespace {
+
+// One level of an atlas as a mesh. Samples of all charts are numbered in turn.
+class Extraction {
+public:
+    Extraction(const Atlas& atlas, uint32_t level) : atlas_(atlas), level_(level), first_(1, 0) {
+        for (uint32_t c = 0; c < atlas.charts(); ++c)
+            first_.push_back(first_[c] + (cells_at(c) + 1) * (cells_at(c) + 1));
+    }
+
+    TriMesh run() {
+        mesh_.material_table = atlas_.material_table;
+        mesh_.images = atlas_.images;
+        vertex_.assign(first_.back(), ~0u);
+        wedge_.resize(vertex_.size());
+        DisjointSets glued = glued_samples();
+        for (uint32_t c = 0; c < atlas_.charts(); ++c) add_wedges(c, glued);
+        mesh_.triangles.reserve(atlas_.triangles_at(level_));
+        for (uint32_t c = 0; c < atlas_.charts(); ++c) add_triangles(c);
+        return std::move(mesh_);
+    }
+
+private:
+    uint32_t cells_at(uint32_t chart) const { return atlas_.cells_of(chart) >> atlas_.own_level(chart, level_); }
+    uint32_t sample(uint32_t chart, uint32_t x, uint32_t y) const {
+        return first_[chart] + y * (cells_at(chart) + 1) + x;
+    }
+    uint32_t side_sample(uint32_t chart, uint32_t side, uint32_t k) const {
         const auto [x, y] = on_side(side, k, cells_at(chart));
         return sample(chart, x, y);
-    };
-    DisjointSets glued(first.back());
-    for (uint32_t c = 0; c < charts(); ++c) {
-        const uint32_t n = cells_at(c);
-        for (uint32_t s = 0; s < 4; ++s) {
-            const GluedSide& other = sides[size_t{c} * 4 + s];
-            if (other.chart == ~0u) continue;
-            for (uint32_t k = 0; k <= n; ++k)
-                glued.join(side_sample(c, s, k), side_sample(other.chart, other.side, n - k));
-        }
     }
-    TriMesh mesh;
-    mesh.material_table = material_table;
-    mesh.images = images;
-    std::vector<uint32_t> vertex(first.back(), ~0u), wedge(vertex.size());
-    // Wedges of a vertex by their attributes.
-    using Attributes = std::tuple<std::array<int8_t, 2>, std::array<uint16_t, 2>, uint32_t, uint16_t>;
-    std::map<std::pair<uint32_t, Attributes>, uint32_t> on_border;
-    for (uint32_t c = 0; c < charts(); ++c) {
-        const uint32_t n = cells_at(c), stride = cells_of(c) / n, attribute_stride = attribute_cells_of(c) / n;
+
+    // Samples of glued sides are one vertex.
+    DisjointSets glued_samples() const {
+        DisjointSets glued(first_.back());
+        for (uint32_t c = 0; c < atlas_.charts(); ++c) {
+            const uint32_t n = cells_at(c);
+            for (uint32_t s = 0; s < 4; ++s) {
+                const GluedSide& other = atlas_.sides[size_t{c} * 4 + s];
+                if (other.chart == ~0u) continue;
+                for (uint32_t k = 0; k <= n; ++k)
+                    glued.join(side_sample(c, s, k), side_sample(other.chart, other.side, n - k));
+            }
+        }
+        return glued;
+    }
+
+    void add_wedges(uint32_t c, DisjointSets& glued) {
+        const uint32_t n = cells_at(c), stride = atlas_.cells_of(c) / n,
+                       attribute_stride = atlas_.attribute_cells_of(c) / n;
         for (uint32_t y = 0; y <= n; ++y) {
             for (uint32_t x = 0; x <= n; ++x) {
                 const uint32_t i = sample(c, x, y), root = glued.find(i);
-                if (vertex[root] == ~0u) {
-                    vertex[root] = static_cast<uint32_t>(mesh.positions.size());
-                    mesh.positions.push_back(position(texel(c, x * stride, y * stride)));
+                if (vertex_[root] == ~0u) {
+                    vertex_[root] = static_cast<uint32_t>(mesh_.positions.size());
+                    mesh_.positions.push_back(atlas_.position(atlas_.texel(c, x * stride, y * stride)));
                 }
-                const size_t t = attribute_texel(c, x * attribute_stride, y * attribute_stride);
-                vertex[i] = vertex[root];
-                if (x == 0 || y == 0 || x == n || y == n) {
-                    const Attributes key{normals[t], uvs.empty() ? std::array<uint16_t, 2>{} : uvs[t],
-                                         colours.empty() ? 0u : std::bit_cast<uint32_t>(colours[t]),
-                                         materials.empty() ? uint16_t{0} : materials[t]};
-                    const auto [at, fresh] =
-                        on_border.try_emplace({vertex[i], key}, static_cast<uint32_t>(mesh.wedge_vertex.size()));
-                    wedge[i] = at->second;
-                    if (!fresh) continue;
-                } else {
-                    wedge[i] = static_cast<uint32_t>(mesh.wedge_vertex.size());
-                }
-                mesh.wedge_vertex.push_back(vertex[i]);
-                mesh.normals.push_back(normal(t));
-                if (!uvs.empty()) mesh.uvs.push_back(uv_low + uv_step * glm::vec2(uvs[t][0], uvs[t][1]));
-                if (!colours.empty()) mesh.colours.push_back(colours[t]);
-                if (!materials.empty()) mesh.materials.push_back(materials[t]);
+                vertex_[i] = vertex_[root];
+                add_wedge(i, atlas_.attribute_texel(c, x * attribute_stride, y * attribute_stride),
+                          x == 0 || y == 0 || x == n || y == n);
             }
         }
     }
-    mesh.triangles.reserve(triangles_at(level));
-    for (uint32_t c = 0; c < charts(); ++c) {
+
+    // Samples of a border with the same attributes are one wedge.
+    void add_wedge(uint32_t i, size_t texel, bool border) {
+        const auto next = static_cast<uint32_t>(mesh_.wedge_vertex.size());
+        wedge_[i] = next;
+        if (border) {
+            const Attributes key{atlas_.normals[texel],
+                                 atlas_.uvs.empty() ? std::array<uint16_t, 2>{} : atlas_.uvs[texel],
+                                 atlas_.colours.empty() ? 0u : std::bit_cast<uint32_t>(atlas_.colours[texel]),
+                                 atlas_.materials.empty() ? uint16_t{0} : atlas_.materials[texel]};
+            const auto [at, fresh] = on_border_.try_emplace({vertex_[i], key}, next);
+            wedge_[i] = at->second;
+            if (!fresh) return;
+        }
+        mesh_.wedge_vertex.push_back(vertex_[i]);
+        mesh_.normals.push_back(atlas_.normal(texel));
+        if (!atlas_.uvs.empty()) {
+            const auto& uv = atlas_.uvs[texel];
+            mesh_.uvs.push_back(atlas_.uv_low + atlas_.uv_step * glm::vec2(uv[0], uv[1]));
+        }
+        if (!atlas_.colours.empty()) mesh_.colours.push_back(atlas_.colours[texel]);
+        if (!atlas_.materials.empty()) mesh_.materials.push_back(atlas_.materials[texel]);
+    }
+
+    void add_triangles(uint32_t c) {
         const uint32_t n = cells_at(c);
         for (uint32_t y = 0; y < n; ++y) {
             for (uint32_t x = 0; x < n; ++x) {
-                const uint32_t a = wedge[sample(c, x, y)], b = wedge[sample(c, x + 1, y)],
-                               d = wedge[sample(c, x, y + 1)], e = wedge[sample(c, x + 1, y + 1)];
+                const uint32_t a = wedge_[sample(c, x, y)], b = wedge_[sample(c, x + 1, y)],
+                               d = wedge_[sample(c, x, y + 1)], e = wedge_[sample(c, x + 1, y + 1)];
                 if (rising_diagonal(x, y)) {
-                    mesh.triangles.push_back({a, b, e});
-                    mesh.triangles.push_back({a, e, d});
+                    mesh_.triangles.push_back({a, b, e});
+                    mesh_.triangles.push_back({a, e, d});
                 } else {
-                    mesh.triangles.push_back({a, b, d});
-                    mesh.triangles.push_back({b, e, d});
+                    mesh_.triangles.push_back({a, b, d});
+                    mesh_.triangles.push_back({b, e, d});
                 }
             }
         }
     }
-    return mesh;
+
+    using Attributes = std::tuple<std::array<int8_t, 2>, std::array<uint16_t, 2>, uint32_t, uint16_t>;
+    const Atlas& atlas_;
+    const uint32_t level_;
+    std::vector<uint32_t> first_;                                    // sample of each chart, and the end
+    std::vector<uint32_t> vertex_, wedge_;                           // per sample; ~0 for none yet
+    std::map<std::pair<uint32_t, Attributes>, uint32_t> on_border_;  // wedges by vertex and attributes
+    TriMesh mesh_;
+};
+
+}  // namespace
+
+TriMesh Atlas::extract(uint32_t level) const {
+    LODE_CHECK(level < levels(), level, levels());
+    return Extraction(*this, level).run();
 }
 
 Result<void> Atlas::validate() const {

@@ -73,14 +73,17 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
     return done;
 }
 
-Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
-    const auto named = [&](const std::string& what) {
-        return fail_at(file.path().string(), {Fault::format, what + "; bake the asset again"});
-    };
+namespace {
+
+Error wrong_asset(const ChunkFile& file, const std::string& what) {
+    return {Fault::format, file.path().string() + ": " + what + "; bake the asset again"};
+}
+
+// Cells, lattice and attributes; returns the number of charts.
+Result<uint32_t> read_about(const ChunkFile& file, Atlas& atlas) {
+    const auto wrong = [&](const std::string& what) { return tl::unexpected(wrong_asset(file, "vgi/atlas: " + what)); };
     auto text = file.text("vgi/atlas");
     if (!text) return tl::unexpected(text.error());
-    AtlasFile opened(file);
-    Atlas& atlas = opened.about_;
     uint32_t charts = 0;
     try {
         const Json about = Json::parse(*text);
@@ -96,11 +99,17 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
         const Json& has = about.at("attributes");
         atlas.attributes = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
                             has.at("materials").get<bool>()};
-    } catch (const Json::exception& e) { return named(std::string("vgi/atlas: ") + e.what()); }
+    } catch (const Json::exception& e) { return wrong(e.what()); }
     const auto good_cells = [](uint32_t cells) { return cells >= 2 && cells <= 4096 && std::has_single_bit(cells); };
     if (!good_cells(atlas.cells) || !good_cells(atlas.attribute_cells) || atlas.cells > atlas.attribute_cells)
-        return named("vgi/atlas: cells are no powers of two, 2 to 4096, those of attributes the larger");
-    if (!(atlas.step > 0)) return named("vgi/atlas: the lattice has no step");
+        return wrong("cells are no powers of two, 2 to 4096, those of attributes the larger");
+    if (!(atlas.step > 0)) return wrong("the lattice has no step");
+    return charts;
+}
+
+// What is told of every chart, once the cells are known.
+Result<void> read_charts(const ChunkFile& file, uint32_t charts, Atlas& atlas) {
+    const auto wrong = [&](const std::string& what) { return tl::unexpected(wrong_asset(file, what)); };
     auto sides = file.array<GluedSide>("vgi/sides");
     auto clusters = file.array<uint32_t>("vgi/clusters");
     auto trimmed_levels = file.array<uint8_t>("vgi/left_out");
@@ -111,33 +120,52 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
     if (!trimmed_levels) return tl::unexpected(trimmed_levels.error());
     if (!errors) return tl::unexpected(errors.error());
     if (!bounds) return tl::unexpected(bounds.error());
-    const uint32_t most_left_out = tree_of(atlas, Layer::geometry).base_level();
-    if (std::ranges::any_of(*trimmed_levels, [&](uint8_t levels) { return levels > most_left_out; }))
-        return named("vgi/left_out: a chart has no pages");
+    const uint32_t most_trimmed = tree_of(atlas, Layer::geometry).base_level();
+    if (std::ranges::any_of(*trimmed_levels, [&](uint8_t levels) { return levels > most_trimmed; }))
+        return wrong("vgi/left_out: a chart has no pages");
     if (clusters->size() != charts || trimmed_levels->size() != charts || sides->size() != size_t{charts} * 4 ||
         errors->size() != atlas.levels() || bounds->size() != size_t{charts} * tree_of(atlas, Layer::geometry).pages())
-        return named("vgi/atlas: the number of charts does not fit the other chunks");
+        return wrong("vgi/atlas: the number of charts does not fit the other chunks");
     atlas.sides.assign(sides->begin(), sides->end());
     atlas.lay_out({trimmed_levels->begin(), trimmed_levels->end()});
     atlas.cluster.assign(clusters->begin(), clusters->end());
     atlas.errors.assign(errors->begin(), errors->end());
     atlas.bounds.assign(bounds->begin(), bounds->end());
-    if (auto good = atlas.validate_gluing(); !good) return named(good.error().message);
+    if (auto good = atlas.validate_gluing(); !good) return wrong(good.error().message);
+    return {};
+}
+
+}  // namespace
+
+Result<void> AtlasFile::find_pages(Layer layer, const char* ends_chunk, const char* bytes_chunk) {
+    const auto wrong = [&](const std::string& what) {
+        return tl::unexpected(wrong_asset(file_, std::string(ends_chunk) + ": " + what));
+    };
+    auto ends = file_.array<uint64_t>(ends_chunk);
+    if (!ends) return tl::unexpected(ends.error());
+    auto bytes = file_.unchecked_bytes(bytes_chunk);  // pages may be more than memory holds
+    if (!bytes) return tl::unexpected(bytes.error());
+    if (ends->size() != size_t{about_.charts()} * tree_of(about_, layer).families())
+        return wrong("is not one per family of pages");
+    uint64_t before = 0;
+    for (const uint64_t end : *ends) {
+        if (end < before || end > bytes->size()) return wrong("a family of pages has no end");
+        before = end;
+    }
+    ends_[static_cast<size_t>(layer)] = *ends;
+    pages_[static_cast<size_t>(layer)] = *bytes;
+    return {};
+}
+
+Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
+    AtlasFile opened(file);
+    Atlas& atlas = opened.about_;
+    const auto charts = read_about(file, atlas);
+    if (!charts) return tl::unexpected(charts.error());
+    if (auto read = read_charts(file, *charts, atlas); !read) return tl::unexpected(read.error());
     for (const LayerName& layer : layers) {
-        auto ends = file.array<uint64_t>(layer.ends);
-        if (!ends) return tl::unexpected(ends.error());
-        auto bytes = file.unchecked_bytes(layer.bytes);  // pages may be more than memory holds
-        if (!bytes) return tl::unexpected(bytes.error());
-        if (ends->size() != size_t{charts} * tree_of(atlas, layer.layer).families())
-            return named(std::string(layer.ends) + ": is not one per family of pages");
-        uint64_t before = 0;
-        for (const uint64_t end : *ends) {
-            if (end < before || end > bytes->size())
-                return named(std::string(layer.ends) + ": a family of pages has no end");
-            before = end;
-        }
-        opened.ends_[static_cast<size_t>(layer.layer)] = *ends;
-        opened.pages_[static_cast<size_t>(layer.layer)] = *bytes;
+        if (auto found = opened.find_pages(layer.layer, layer.ends, layer.bytes); !found)
+            return tl::unexpected(found.error());
     }
     auto shared = read_materials(file);
     if (!shared) return tl::unexpected(shared.error());

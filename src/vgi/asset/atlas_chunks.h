@@ -34,6 +34,9 @@ public:
 
 private:
     explicit AtlasFile(const ChunkFile& file) : file_(file) {}
+    // ends_chunk, bytes_chunk: the layer's chunks.
+    Result<void> find_pages(Layer layer, const char* ends_chunk, const char* bytes_chunk);
+
     ChunkFile file_;
     Atlas about_;
     std::array<std::span<const uint64_t>, 2> ends_;  // by layer

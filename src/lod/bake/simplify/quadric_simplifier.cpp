@@ -655,6 +655,20 @@ private:
     }
 
     void collapse(uint32_t u, uint32_t v) {
+        const std::span<const WedgePair> pairs = record_collapse(u, v);
+        quadrics_[v] += quadrics_[u];
+        weights_[v] += weights_[u];
+        add_attributes(pairs);
+        join_fans(u, v, pairs);
+        queue_.remove(u);
+        if (pool_.size() > wedges_.size() + 6 * alive_ + 65536) compact_pool();
+        gather_ring(v, around_);
+        for (const uint32_t w : around_.neighbours) update(w, u, v);
+        queue_.set(v, evaluate(v, ring_));
+    }
+
+    // Returns its pairs of wedges, valid until the next collapse.
+    std::span<const WedgePair> record_collapse(uint32_t u, uint32_t v) {
         Collapse record{u, v, static_cast<uint32_t>(list_.wedge_pairs.size()), 0};
         if (seams_) {
             LODE_CHECK(pair_wedges(u, v, ring_.resolved), u, v);
@@ -664,13 +678,14 @@ private:
         }
         record.wedge_count = static_cast<uint32_t>(list_.wedge_pairs.size()) - record.first_wedge;
         list_.collapses.push_back(record);
-        const std::span<const WedgePair> pairs(list_.wedge_pairs.data() + record.first_wedge, record.wedge_count);
+        return {list_.wedge_pairs.data() + record.first_wedge, record.wedge_count};
+    }
 
-        quadrics_[v] += quadrics_[u];
-        weights_[v] += weights_[u];
+    // Kept wedges take the attribute quadrics of the removed ones.
+    void add_attributes(std::span<const WedgePair> pairs) {
+        if (attributes_.empty()) return;
+        const size_t count = attribute_count_;
         for (const WedgePair& pair : pairs) {
-            if (attributes_.empty()) break;
-            const size_t count = attribute_count_;
             if (seams_) attribute_quadrics_[pair.kept] += attribute_quadrics_[pair.removed];
             attribute_areas_[pair.kept] += attribute_areas_[pair.removed];
             for (size_t j = 0; j < count; ++j) {
@@ -678,8 +693,10 @@ private:
                 fields_[pair.kept * count + j].offset += fields_[pair.removed * count + j].offset;
             }
         }
+    }
 
-        // The joined fan goes to the end of the pool; the dead faces leave the lists of their apexes.
+    // The joined fan goes to the end of the pool; the dead faces leave the lists of their apexes.
+    void join_fans(uint32_t u, uint32_t v, std::span<const WedgePair> pairs) {
         const auto joined = static_cast<uint32_t>(pool_.size());
         for (uint32_t i = 0; i < count_[v]; ++i) {
             const uint32_t c = pool_[first_[v] + i];
@@ -706,12 +723,6 @@ private:
         count_[u] = 0;
         first_[v] = joined;
         count_[v] = static_cast<uint32_t>(pool_.size()) - joined;
-        queue_.remove(u);
-        if (pool_.size() > wedges_.size() + 6 * alive_ + 65536) compact_pool();
-
-        gather_ring(v, around_);
-        for (const uint32_t w : around_.neighbours) update(w, u, v);
-        queue_.set(v, evaluate(v, ring_));
     }
 
     // After u went to v: what w would add elsewhere is as it was, for only w's own quadric counts; v may be a new

@@ -360,6 +360,67 @@ std::vector<uint32_t> Clusters::ready_corners() const {
     return corners;
 }
 
+namespace {
+
+// Merges clusters inside buckets, side by side. label: per triangle, its cell of the complex made of them. Nothing
+// where that was stopped.
+std::optional<CellComplex> merge_in_buckets(const Surface& surface, const ClusterOptions& options, const Whole& whole,
+                                            const Buckets& buckets, const Progress& progress,
+                                            std::vector<uint32_t>& label) {
+    progress.at("clusters inside buckets", 0);
+    std::vector<CellPart> parts(buckets.count());
+    label.resize(surface.triangles.size());
+    parallel_for(buckets.count(), 1, [&](size_t begin, size_t end) {
+        for (size_t b = begin; b < end && !progress.stopped(); ++b) {
+            std::vector<uint32_t> cell_of;
+            parts[b] = merged_bucket(surface, buckets.of(b), options, whole, cell_of);
+            for (size_t i = 0; i < cell_of.size(); ++i) label[buckets.of(b)[i]] = cell_of[i];
+        }
+    });
+    if (progress.stopped()) return std::nullopt;
+    uint32_t first = 0;
+    for (size_t b = 0; b < buckets.count(); ++b) {
+        for (const uint32_t t : buckets.of(b)) label[t] += first;
+        first += static_cast<uint32_t>(parts[b].cells.size());
+    }
+    return std::optional<CellComplex>(std::in_place, parts, surface.positions.size(), options.features);
+}
+
+// Merges clusters everywhere, those of small components apart from the others. label: per triangle, its cell before;
+// empty where every triangle is a cell.
+void merge_everywhere(CellComplex& complex, const ClusterOptions& options, const Whole& whole,
+                      const Components& components, std::span<const uint32_t> label) {
+    std::vector<uint32_t> kept_cells = options.kept;
+    if (!options.kept.empty() && !label.empty()) {
+        kept_cells.resize(complex.triangle_cells());
+        for (size_t t = 0; t < options.kept.size(); ++t) kept_cells[label[t]] = options.kept[t];
+    }
+    std::vector<uint32_t> in_small, in_others;  // edges
+    for (uint32_t e = 0; e < complex.edge_slots(); ++e)
+        (components.of(complex.origin(e * 2)).is_small() ? in_small : in_others).push_back(e);
+    size_t others = 0;  // cells
+    for (uint32_t c = 0; c < complex.triangle_cells(); ++c)
+        others += !components.of(complex.origin(complex.first_half_edge(c))).is_small();
+    double wanted = 0;
+    for (const Components::One& one : components.all) wanted += one.is_small() ? 0 : one.wanted;
+    Merging merging(complex, options, whole.area, std::move(kept_cells));
+    merging.run(in_others, others, static_cast<size_t>(std::lround(wanted)), {});
+    merging.run(in_small, complex.triangle_cells() - others, 0, {});
+}
+
+// Clusters by their lowest triangles. labels: how many there may have been before.
+void number_clusters(Clusters& clusters, uint32_t labels) {
+    std::vector<uint32_t> number(labels, none);
+    for (uint32_t& label : clusters.label) {
+        if (number[label] == none) number[label] = clusters.count++;
+        label = number[label];
+    }
+    for (ReadyQuad& quad : clusters.ready) quad.cluster = number[quad.cluster];
+    std::ranges::sort(clusters.ready, {}, &ReadyQuad::cluster);
+}
+
+}  // namespace
+
 Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& options, const Progress& progress) {
     Clusters result;
     if (surface.triangles.empty()) return result;
@@ -373,44 +434,14 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     if (buckets.count() == 1) {
         complex.emplace(surface, options.density, options.features, whole.middle);
     } else {
-        progress.at("clusters inside buckets", 0);
-        std::vector<CellPart> parts(buckets.count());
-        result.label.resize(surface.triangles.size());
-        parallel_for(buckets.count(), 1, [&](size_t begin, size_t end) {
-            for (size_t b = begin; b < end && !progress.stopped(); ++b) {
-                std::vector<uint32_t> cell_of;
-                parts[b] = merged_bucket(surface, buckets.of(b), options, whole, cell_of);
-                for (size_t i = 0; i < cell_of.size(); ++i) result.label[buckets.of(b)[i]] = cell_of[i];
-            }
-        });
-        if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-        uint32_t first = 0;
-        for (size_t b = 0; b < buckets.count(); ++b) {
-            for (const uint32_t t : buckets.of(b)) result.label[t] += first;
-            first += static_cast<uint32_t>(parts[b].cells.size());
-        }
-        complex.emplace(parts, surface.positions.size(), options.features);
+        complex = merge_in_buckets(surface, options, whole, buckets, progress, result.label);
+        if (!complex) return fail(Fault::interrupted, "interrupted");
     }
     result.bucket_seconds = bucket_watch.wall();
     const Stopwatch merge_watch;
     progress.at("clusters", 0);
     const Components components(surface, *complex, options, whole);
-    std::vector<uint32_t> kept_cells = options.kept;
-    if (!options.kept.empty() && !result.label.empty()) {
-        kept_cells.resize(complex->triangle_cells());
-        for (size_t t = 0; t < options.kept.size(); ++t) kept_cells[result.label[t]] = options.kept[t];
-    }
-    std::vector<uint32_t> in_small, in_others;  // edges
-    for (uint32_t e = 0; e < complex->edge_slots(); ++e)
-        (components.of(complex->origin(e * 2)).is_small() ? in_small : in_others).push_back(e);
-    size_t others = 0;  // cells
-    for (uint32_t c = 0; c < complex->triangle_cells(); ++c)
-        others += !components.of(complex->origin(complex->first_half_edge(c))).is_small();
-    double wanted = 0;
-    for (const Components::One& one : components.all) wanted += one.is_small() ? 0 : one.wanted;
-    Merging merging(*complex, options, whole.area, std::move(kept_cells));
-    merging.run(in_others, others, static_cast<size_t>(std::lround(wanted)), {});
-    merging.run(in_small, complex->triangle_cells() - others, 0, {});
+    merge_everywhere(*complex, options, whole, components, result.label);
     const std::vector<uint32_t> cell = complex->labels();
     if (result.label.empty()) {
         result.label = cell;
@@ -418,13 +449,7 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
         for (uint32_t& label : result.label) label = cell[label];
     }
     result.ready = use_templates(surface, components, result.label);
-    std::vector<uint32_t> number(complex->triangle_cells(), none);
-    for (uint32_t& label : result.label) {
-        if (number[label] == none) number[label] = result.count++;
-        label = number[label];
-    }
-    for (ReadyQuad& quad : result.ready) quad.cluster = number[quad.cluster];
-    std::ranges::sort(result.ready, {}, &ReadyQuad::cluster);
+    number_clusters(result, complex->triangle_cells());
     result.merge_seconds = merge_watch.wall();
     return result;
 }

@@ -27,6 +27,128 @@ struct Wedge {
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
+using WedgesAround = std::map<uint32_t, std::vector<Wedge>>;  // by the vertex they are at
+
+WedgesAround wedges_of(const ChartComplex& patches, const Atlas& atlas) {
+    const uint32_t ratio = atlas.attribute_cells / atlas.cells;
+    WedgesAround wedges;
+    for (uint32_t q = 0; q < patches.sides.size(); ++q) {
+        const auto& sides = patches.sides[q];
+        if (atlas.cells_of(q) < fewest_cells) continue;
+        // The sample so many texels from where a side begins, for this chart.
+        const auto slot = [&](const Side& side, uint32_t texels) {
+            return Slot{side.arc, side.reversed ? atlas.attribute_cells_of(q) - texels : texels};
+        };
+        for (size_t s = 0; s < sides.size(); ++s) {
+            const Side &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()];
+            const auto& vertices = patches.arcs[side.arc].vertices;
+            wedges[side.reversed ? vertices.back() : vertices.front()].push_back(
+                {slot(side, ratio), slot(before, atlas.attribute_cells_of(q) - ratio)});
+        }
+    }
+    return wedges;
+}
+
+// Opens the wedges around one vertex after the other.
+class WedgeOpening {
+public:
+    using Samples = std::vector<std::vector<BorderSample>>;
+    WedgeOpening(Samples& samples, const Atlas& atlas, const glm::dvec3& up)
+        : samples_(samples),
+          atlas_(atlas),
+          u_(up.x != 0   ? 1
+             : up.y != 0 ? 2
+                         : 0),
+          v_(up.x != 0   ? 2
+             : up.y != 0 ? 0
+                         : 1),
+          swapped_(up.x + up.y + up.z < 0) {}
+
+    void open(const std::vector<Wedge>& around) {
+        // All samples at its end of the first arc are where the vertex is.
+        const Slot& any = around.front().leaving;
+        const auto& arc = samples_[any.arc];
+        corner_ = (2 * any.step < arc.size() ? arc.front() : arc.back()).position;
+        const glm::dvec2 rounded_corner = flat(atlas_.rounded(corner_));
+        way_.clear();
+        for (const Wedge& wedge : around) {
+            for (const Slot& slot : {wedge.leaving, wedge.coming})
+                way_[slot] = flat(atlas_.rounded(position(slot))) - rounded_corner;
+        }
+        for (const Wedge& wedge : around) open(wedge, around);
+    }
+
+private:
+    using Moves = std::array<glm::dvec2, 2>;  // of the sample leaving and the one coming in
+
+    void open(const Wedge& wedge, const std::vector<Wedge>& around) {
+        const Moves exact_ways = {exact(position(wedge.leaving)) - exact(corner_),
+                                  exact(position(wedge.coming)) - exact(corner_)};
+        // Turned over, or flat, by rounding: corners that are wide open are none of ours.
+        if (opening(wedge) > 0 || glm::dot(exact_ways[0], exact_ways[1]) <= 0) return;
+        const std::optional<Moves> best = least_moves(wedge, around, exact_ways);
+        if (!best) return;
+        move(wedge.leaving, (*best)[0]);
+        move(wedge.coming, (*best)[1]);
+    }
+
+    // The moves that open the wedge and leave its samples nearest to where they are exactly; what opens must not close
+    // others that share its samples.
+    std::optional<Moves> least_moves(const Wedge& wedge, const std::vector<Wedge>& around, const Moves& exact_ways) {
+        std::vector<const Wedge*> others;  // open ones
+        for (const Wedge& other : around) {
+            const bool shares = other.leaving == wedge.coming || other.coming == wedge.leaving;
+            if (&other != &wedge && shares && opening(other) > 0) others.push_back(&other);
+        }
+        const glm::dvec2 leaving = way_[wedge.leaving], coming = way_[wedge.coming];
+        std::optional<Moves> best;
+        double least = 0;
+        const auto try_moves = [&](const Moves& by) {
+            way_[wedge.leaving] = leaving + by[0];
+            way_[wedge.coming] = coming + by[1];
+            const auto off = [](const glm::dvec2& p, const glm::dvec2& q) { return glm::dot(p - q, p - q); };
+            const double moved = off(way_[wedge.leaving], exact_ways[0]) + off(way_[wedge.coming], exact_ways[1]);
+            if ((best && moved >= least) || opening(wedge) <= 0) return;
+            if (std::ranges::any_of(others, [&](const Wedge* other) { return opening(*other) <= 0; })) return;
+            best = by;
+            least = moved;
+        };
+        constexpr int moves = 2 * farthest + 1;
+        for (int k = 0; k < moves * moves * moves * moves; ++k) {
+            const auto digit = [&](int place) { return static_cast<double>(k / place % moves - farthest); };
+            try_moves(
+                {glm::dvec2(digit(1), digit(moves)), glm::dvec2(digit(moves * moves), digit(moves * moves * moves))});
+        }
+        way_[wedge.leaving] = leaving;
+        way_[wedge.coming] = coming;
+        return best;
+    }
+
+    void move(const Slot& slot, const glm::dvec2& by) {
+        if (by == glm::dvec2(0)) return;
+        glm::dvec3 p = atlas_.rounded(position(slot));
+        p[u_] += swapped_ ? by.y : by.x;
+        p[v_] += swapped_ ? by.x : by.y;
+        position(slot) = atlas_.origin + p * atlas_.step;
+        way_[slot] += by;
+    }
+
+    double opening(const Wedge& wedge) { return cross(way_[wedge.leaving], way_[wedge.coming]); }
+    glm::dvec3& position(const Slot& slot) { return samples_[slot.arc][slot.step].position; }
+    glm::dvec2 flat(const glm::dvec3& p) const {
+        return swapped_ ? glm::dvec2(p[v_], p[u_]) : glm::dvec2(p[u_], p[v_]);
+    }
+    glm::dvec2 exact(const glm::dvec3& p) const { return flat((p - atlas_.origin) / atlas_.step); }
+
+    Samples& samples_;
+    const Atlas& atlas_;
+    // On the lattice, seen from above: the two axes across from `up` so that turning left is positive.
+    const int u_, v_;
+    const bool swapped_;
+    glm::dvec3 corner_{0};
+    std::map<Slot, glm::dvec2> way_;  // from the corner, on the lattice
+};
+
 }  // namespace
 
 Borders::Borders(const Surface& surface, const ChartComplex& patches, const Atlas& atlas)
@@ -53,86 +175,8 @@ Borders::Borders(const Surface& surface, const ChartComplex& patches, const Atla
 }
 
 void Borders::keep_corners_open(const ChartComplex& patches, const Atlas& atlas, const glm::dvec3& up) {
-    const uint32_t ratio = atlas.attribute_cells / atlas.cells;
-    std::map<uint32_t, std::vector<Wedge>> wedges;  // by the vertex they are at
-    for (uint32_t q = 0; q < patches.sides.size(); ++q) {
-        const auto& sides = patches.sides[q];
-        if (atlas.cells_of(q) < fewest_cells) continue;
-        // The sample so many texels from where a side begins, for this chart.
-        const auto slot = [&](const Side& side, uint32_t texels) {
-            return Slot{side.arc, side.reversed ? atlas.attribute_cells_of(q) - texels : texels};
-        };
-        for (size_t s = 0; s < sides.size(); ++s) {
-            const Side &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()];
-            const auto& vertices = patches.arcs[side.arc].vertices;
-            wedges[side.reversed ? vertices.back() : vertices.front()].push_back(
-                {slot(side, ratio), slot(before, atlas.attribute_cells_of(q) - ratio)});
-        }
-    }
-    // On the lattice, seen from above: the two axes across from `up` so that turning left is positive.
-    const int u = up.x != 0 ? 1 : up.y != 0 ? 2 : 0, v = up.x != 0 ? 2 : up.y != 0 ? 0 : 1;
-    const bool swapped = up.x + up.y + up.z < 0;
-    const auto flat = [&](const glm::dvec3& p) { return swapped ? glm::dvec2(p[v], p[u]) : glm::dvec2(p[u], p[v]); };
-    const auto exact = [&](const glm::dvec3& p) { return flat((p - atlas.origin) / atlas.step); };
-    const auto position = [&](const Slot& slot) -> glm::dvec3& { return samples_[slot.arc][slot.step].position; };
-    for (const auto& [vertex, around] : wedges) {
-        // All samples at its end of the first arc are where the vertex is.
-        const Slot& any = around.front().leaving;
-        const auto& arc = samples_[any.arc];
-        const glm::dvec3& corner = (2 * any.step < arc.size() ? arc.front() : arc.back()).position;
-        const glm::dvec2 rounded_corner = flat(atlas.rounded(corner));
-        std::map<Slot, glm::dvec2> way;  // from the corner, on the lattice
-        for (const Wedge& wedge : around) {
-            for (const Slot& slot : {wedge.leaving, wedge.coming})
-                way[slot] = flat(atlas.rounded(position(slot))) - rounded_corner;
-        }
-        const auto opening = [&](const Wedge& wedge) { return cross(way[wedge.leaving], way[wedge.coming]); };
-        for (const Wedge& wedge : around) {
-            const glm::dvec2 a = exact(position(wedge.leaving)) - exact(corner),
-                             b = exact(position(wedge.coming)) - exact(corner);
-            // Turned over, or flat, by rounding: corners that are wide open are none of ours.
-            if (opening(wedge) > 0 || glm::dot(a, b) <= 0) continue;
-            const glm::dvec2 leaving = way[wedge.leaving], coming = way[wedge.coming];
-            // What opens must not close others that share its samples.
-            std::vector<std::pair<const Wedge*, bool>> others;
-            for (const Wedge& other : around) {
-                const bool shares = other.leaving == wedge.coming || other.coming == wedge.leaving;
-                if (&other != &wedge && shares) others.emplace_back(&other, opening(other) > 0);
-            }
-            std::optional<std::array<glm::dvec2, 2>> best;
-            double least = 0;
-            const auto try_moves = [&](const glm::dvec2& by_leaving, const glm::dvec2& by_coming) {
-                way[wedge.leaving] = leaving + by_leaving;
-                way[wedge.coming] = coming + by_coming;
-                const auto off = [](const glm::dvec2& p, const glm::dvec2& q) { return glm::dot(p - q, p - q); };
-                const double moved = off(way[wedge.leaving], a) + off(way[wedge.coming], b);
-                if ((best && moved >= least) || opening(wedge) <= 0) return;
-                for (const auto& [other, was_open] : others) {
-                    if (was_open && opening(*other) <= 0) return;
-                }
-                best = {by_leaving, by_coming};
-                least = moved;
-            };
-            constexpr int moves = 2 * farthest + 1;
-            for (int k = 0; k < moves * moves * moves * moves; ++k) {
-                const auto digit = [&](int place) { return static_cast<double>(k / place % moves - farthest); };
-                try_moves({digit(1), digit(moves)}, {digit(moves * moves), digit(moves * moves * moves)});
-            }
-            way[wedge.leaving] = leaving;
-            way[wedge.coming] = coming;
-            if (!best) continue;
-            const auto move = [&](const Slot& slot, const glm::dvec2& by) {
-                if (by == glm::dvec2(0)) return;
-                glm::dvec3 p = atlas.rounded(position(slot));
-                p[u] += swapped ? by.y : by.x;
-                p[v] += swapped ? by.x : by.y;
-                position(slot) = atlas.origin + p * atlas.step;
-                way[slot] += by;
-            };
-            move(wedge.leaving, (*best)[0]);
-            move(wedge.coming, (*best)[1]);
-        }
-    }
+    WedgeOpening opening(samples_, atlas, up);
+    for (const auto& [vertex, around] : wedges_of(patches, atlas)) opening.open(around);
 }
 
 }  // namespace lodestone::vgi

@@ -1,5 +1,11 @@
 # Installed: the libraries with their headers, the program, and a package for find_package(Lodestone).
 include(CMakePackageConfigHelpers)
+include(PublicHeaders)
+
+foreach(header ${LODESTONE_PUBLIC_HEADERS})
+  get_filename_component(folder "${header}" DIRECTORY)
+  install(FILES "${PROJECT_SOURCE_DIR}/src/${header}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/lodestone/${folder}")
+endforeach()
 
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/shaders/shared" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/lodestone/shaders"
   FILES_MATCHING PATTERN "*.h")

@@ -255,6 +255,72 @@ Result<TriMesh> read_png_heights(const SourceFile& file, const ReadOptions& opti
     return finished(file, map, options, report);
 }
 
+namespace {
+
+struct TiffSample {
+    uint16_t bits = 0, format = SAMPLEFORMAT_UINT, count = 1;  // count: per pixel
+    size_t bytes() const { return bits / 8u; }
+    bool is_height() const {
+        const bool real = format == SAMPLEFORMAT_IEEEFP && (bits == 32 || bits == 64);
+        const bool integer =
+            (format == SAMPLEFORMAT_UINT || format == SAMPLEFORMAT_INT) && (bits == 8 || bits == 16 || bits == 32);
+        return count == 1 && (real || integer);
+    }
+};
+
+// Samples by tiles; what is wrong, or nothing.
+std::string read_tiles(TIFF* tiff, const TiffSample& sample, HeightMap& map) {
+    uint32_t tile_width = 0, tile_height = 0;
+    TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &tile_width);
+    TIFFGetField(tiff, TIFFTAG_TILELENGTH, &tile_height);
+    const auto tile_bytes = static_cast<size_t>(TIFFTileSize(tiff));
+    if (tile_width == 0 || tile_height == 0 || tile_bytes < size_t{tile_width} * tile_height * sample.bytes() ||
+        tile_bytes > (size_t{1} << 30))
+        return "has tiles of a wrong size";
+    std::vector<uint8_t> tile(tile_bytes);
+    for (uint32_t y0 = 0; y0 < map.height; y0 += tile_height) {
+        for (uint32_t x0 = 0; x0 < map.width; x0 += tile_width) {
+            if (TIFFReadTile(tiff, tile.data(), x0, y0, 0, 0) < 0) return "a tile cannot be decoded";
+            for (uint32_t y = y0; y < std::min(y0 + tile_height, map.height); ++y) {
+                for (uint32_t x = x0; x < std::min(x0 + tile_width, map.width); ++x) {
+                    const uint8_t* at = &tile[(size_t{y - y0} * tile_width + x - x0) * sample.bytes()];
+                    map.samples[size_t{y} * map.width + x] = sample_value(at, sample.bits, sample.format);
+                }
+            }
+        }
+    }
+    return "";
+}
+
+// Samples row by row; what is wrong, or nothing.
+std::string read_rows(TIFF* tiff, const TiffSample& sample, HeightMap& map) {
+    std::vector<uint8_t> line(
+        std::max<size_t>(static_cast<size_t>(TIFFScanlineSize(tiff)), map.width * sample.bytes()));
+    for (uint32_t y = 0; y < map.height; ++y) {
+        if (TIFFReadScanline(tiff, line.data(), y, 0) < 0) return "row " + std::to_string(y) + " cannot be decoded";
+        for (uint32_t x = 0; x < map.width; ++x)
+            map.samples[size_t{y} * map.width + x] =
+                sample_value(&line[x * sample.bytes()], sample.bits, sample.format);
+    }
+    return "";
+}
+
+// What the file marks as no data, and what elevation models commonly do.
+void make_holes(TIFF* tiff, HeightMap& map) {
+    float no_data = hole;
+    uint16_t length = 0;
+    char* text = nullptr;
+    if (TIFFGetField(tiff, tag_no_data, &length, &text) == 1 && text != nullptr) {
+        const std::string_view word(text, strnlen(text, length));
+        std::from_chars(word.data(), word.data() + word.size(), no_data);
+    }
+    for (float& sample : map.samples) {
+        if (sample == no_data || srtm_void(sample)) sample = hole;
+    }
+}
+
+}  // namespace
+
 Result<TriMesh> read_geotiff(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
     TiffInput input{file.content.bytes, 0, {}};
     TIFF* tiff = open_tiff(input);
@@ -266,64 +332,23 @@ Result<TriMesh> read_geotiff(const SourceFile& file, const ReadOptions& options,
     add_geo_tags(tiff);
     TIFFSetDirectory(tiff, 0);
     HeightMap map;
-    uint16_t bits = 0, format = SAMPLEFORMAT_UINT, samples = 1;
+    TiffSample sample;
     TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &map.width);
     TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &map.height);
-    TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &bits);
-    TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &format);
-    TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
-    const bool number =
-        (format == SAMPLEFORMAT_IEEEFP && (bits == 32 || bits == 64)) ||
-        ((format == SAMPLEFORMAT_UINT || format == SAMPLEFORMAT_INT) && (bits == 8 || bits == 16 || bits == 32));
-    if (samples != 1 || !number)
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &sample.bits);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &sample.format);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &sample.count);
+    if (!sample.is_height())
         return wrong("is no height map: it must have one sample of 8, 16 or 32 bits or a float per pixel");
     if (map.width < 2 || map.height < 2 || map.width > most_side || map.height > most_side) {
         return wrong("is " + std::to_string(map.width) + "x" + std::to_string(map.height) +
                      " samples; 2 to 32768 a side are read");
     }
-    const size_t sample_bytes = bits / 8u;
     map.samples.assign(size_t{map.width} * map.height, hole);
-    if (TIFFIsTiled(tiff) != 0) {
-        uint32_t tile_width = 0, tile_height = 0;
-        TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &tile_width);
-        TIFFGetField(tiff, TIFFTAG_TILELENGTH, &tile_height);
-        const auto tile_bytes = static_cast<size_t>(TIFFTileSize(tiff));
-        if (tile_width == 0 || tile_height == 0 || tile_bytes < size_t{tile_width} * tile_height * sample_bytes ||
-            tile_bytes > (size_t{1} << 30))
-            return wrong("has tiles of a wrong size");
-        std::vector<uint8_t> tile(tile_bytes);
-        for (uint32_t y0 = 0; y0 < map.height; y0 += tile_height) {
-            for (uint32_t x0 = 0; x0 < map.width; x0 += tile_width) {
-                if (TIFFReadTile(tiff, tile.data(), x0, y0, 0, 0) < 0) return wrong("a tile cannot be decoded");
-                for (uint32_t y = y0; y < std::min(y0 + tile_height, map.height); ++y) {
-                    for (uint32_t x = x0; x < std::min(x0 + tile_width, map.width); ++x) {
-                        map.samples[size_t{y} * map.width + x] =
-                            sample_value(&tile[(size_t{y - y0} * tile_width + x - x0) * sample_bytes], bits, format);
-                    }
-                }
-            }
-        }
-    } else {
-        std::vector<uint8_t> line(
-            std::max<size_t>(static_cast<size_t>(TIFFScanlineSize(tiff)), map.width * sample_bytes));
-        for (uint32_t y = 0; y < map.height; ++y) {
-            if (TIFFReadScanline(tiff, line.data(), y, 0) < 0)
-                return wrong("row " + std::to_string(y) + " cannot be decoded");
-            for (uint32_t x = 0; x < map.width; ++x)
-                map.samples[size_t{y} * map.width + x] = sample_value(&line[x * sample_bytes], bits, format);
-        }
-    }
+    const std::string fault = TIFFIsTiled(tiff) != 0 ? read_tiles(tiff, sample, map) : read_rows(tiff, sample, map);
+    if (!fault.empty()) return wrong(fault);
     read_spacing(tiff, map);
-    float no_data = hole;
-    uint16_t length = 0;
-    char* text = nullptr;
-    if (TIFFGetField(tiff, tag_no_data, &length, &text) == 1 && text != nullptr) {
-        const std::string_view word(text, strnlen(text, length));
-        std::from_chars(word.data(), word.data() + word.size(), no_data);
-    }
-    for (float& sample : map.samples) {
-        if (sample == no_data || srtm_void(sample)) sample = hole;
-    }
+    make_holes(tiff, map);
     return finished(file, map, options, report);
 }
 

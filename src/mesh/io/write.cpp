@@ -89,33 +89,30 @@ Result<void> write_text(const fs::path& path, const std::string& text) {
     return file->commit();
 }
 
-Result<void> write_obj(const TriMesh& mesh, const fs::path& path) {
-    std::string text;
-    const bool materials = !mesh.materials.empty();
-    if (materials) {
-        fs::path library = path;
-        library.replace_extension(".mtl");
-        std::string mtl;
-        for (size_t m = 0; m < mesh.material_table.size(); ++m) {
-            const Material& material = mesh.material_table[m];
-            mtl += "newmtl " + material_name(mesh, m) + "\nKd";
-            for (int k = 0; k < 3; ++k) add_number(mtl, material.base_colour[k]);
-            mtl += "\nd";
-            add_number(mtl, material.base_colour.w);
-            mtl += '\n';
-            if (material.base_colour_image >= 0) {
-                const std::string image =
-                    path.stem().string() + "-" + std::to_string(material.base_colour_image) + ".png";
-                if (auto done = write_png(mesh.images[static_cast<size_t>(material.base_colour_image)],
-                                          path.parent_path() / image);
-                    !done)
-                    return done;
-                mtl += "map_Kd " + image + "\n";
-            }
+// The materials of an OBJ, with their images beside it. path: of the OBJ.
+Result<void> write_material_library(const TriMesh& mesh, const fs::path& path, const fs::path& library) {
+    std::string mtl;
+    for (size_t m = 0; m < mesh.material_table.size(); ++m) {
+        const Material& material = mesh.material_table[m];
+        mtl += "newmtl " + material_name(mesh, m) + "\nKd";
+        for (int k = 0; k < 3; ++k) add_number(mtl, material.base_colour[k]);
+        mtl += "\nd";
+        add_number(mtl, material.base_colour.w);
+        mtl += '\n';
+        if (material.base_colour_image >= 0) {
+            const std::string image = path.stem().string() + "-" + std::to_string(material.base_colour_image) + ".png";
+            if (auto done =
+                    write_png(mesh.images[static_cast<size_t>(material.base_colour_image)], path.parent_path() / image);
+                !done)
+                return done;
+            mtl += "map_Kd " + image + "\n";
         }
-        if (auto done = write_text(library, mtl); !done) return done;
-        text += "mtllib " + library.filename().string() + "\n";
     }
+    return write_text(library, mtl);
+}
+
+// Positions, with the colours of their first wedges; texture coordinates; normals.
+void add_obj_vertices(std::string& text, const TriMesh& mesh) {
     std::vector<uint32_t> first_wedge(mesh.vertex_count(), ~0u);
     for (uint32_t w = 0; w < mesh.wedge_count(); ++w)
         first_wedge[mesh.wedge_vertex[w]] = std::min(first_wedge[mesh.wedge_vertex[w]], w);
@@ -138,9 +135,12 @@ Result<void> write_obj(const TriMesh& mesh, const fs::path& path) {
         for (int k = 0; k < 3; ++k) add_number(text, n[k]);
         text += '\n';
     }
+}
+
+void add_obj_faces(std::string& text, const TriMesh& mesh) {
     uint32_t material = ~0u;
     for (const Triangle& t : mesh.triangles) {
-        if (materials && mesh.materials[t[0]] != material) {
+        if (!mesh.materials.empty() && mesh.materials[t[0]] != material) {
             material = mesh.materials[t[0]];
             text += "usemtl " + material_name(mesh, material) + "\n";
         }
@@ -154,6 +154,18 @@ Result<void> write_obj(const TriMesh& mesh, const fs::path& path) {
         }
         text += '\n';
     }
+}
+
+Result<void> write_obj(const TriMesh& mesh, const fs::path& path) {
+    std::string text;
+    if (!mesh.materials.empty()) {
+        fs::path library = path;
+        library.replace_extension(".mtl");
+        if (auto done = write_material_library(mesh, path, library); !done) return done;
+        text += "mtllib " + library.filename().string() + "\n";
+    }
+    add_obj_vertices(text, mesh);
+    add_obj_faces(text, mesh);
     return write_text(path, text);
 }
 

@@ -353,90 +353,118 @@ private:
     Worker beside_;  // last: its thread ends before what it works for
 };
 
-}  // namespace
+// What the assets hold together, and the bytes of a slot, by layer.
+struct Totals {
+    uint32_t texel_words = 1;  // of a sample of attributes
+    std::array<uint64_t, 2> pages{}, base{}, slot_bytes{};
+    uint64_t mip_tail_samples = 0, mip_tail_slots = 0;
+};
 
-Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const AtlasFile>> files,
-                                              const VgiOptions& options) {
-    LODE_CHECK(!files.empty());
+uint64_t mip_tail_of(const OpenAtlas& atlas) {
+    return uint64_t{atlas.file->about().charts()} * mip_tail_samples(atlas.trees[1].cells_per_page());
+}
+
+std::vector<OpenAtlas> open_atlases(std::vector<std::shared_ptr<const AtlasFile>> files, Totals& totals) {
     std::vector<OpenAtlas> atlases;
-    uint32_t texel_words = 1;
-    for (auto& file : files) texel_words = std::max(texel_words, attribute_words(file->about().attributes));
-    std::array<uint64_t, 2> pages{}, base{};
     for (auto& file : files) {
-        OpenAtlas atlas;
         const Atlas& about = file->about();
+        totals.texel_words = std::max(totals.texel_words, attribute_words(about.attributes));
+        OpenAtlas atlas;
         atlas.file = file;
-        atlas.first_chart = static_cast<uint32_t>(base[0]);
+        atlas.first_chart = static_cast<uint32_t>(totals.base[0]);
         atlas.topology = std::make_shared<const PageTopology>(about);
         atlas.charts = ChartTree(about);
         for (const Layer layer : both_layers) {
             const size_t l = index_of(layer);
             atlas.trees[l] = tree_of(about, layer);
             atlas.channels[l] = channels_of(about.attributes, layer);
-            pages[l] += uint64_t{about.charts()} * atlas.trees[l].pages();
-            base[l] += about.charts();
+            totals.pages[l] += uint64_t{about.charts()} * atlas.trees[l].pages();
+            totals.base[l] += about.charts();
         }
+        totals.mip_tail_samples += mip_tail_of(atlas);
         atlases.push_back(std::move(atlas));
     }
-    const std::array<uint64_t, 2> slot_bytes{geometry_slot_bytes + 8,
-                                             uint64_t{LODE_VGI_PAGE_TEXELS} * texel_words * sizeof(uint32_t)};
-    // A quarter of the budget is for what is drawn, or what the coarsest level of a few instances takes; the rest for
-    // pages, halves for each kind unless one needs less.
-    const bool on_device = options.raster == Raster::device, tess = options.raster == Raster::tess || on_device;
-    DeviceCutSizes sizes;
-    for (const OpenAtlas& atlas : atlases) sizes.raise(DeviceCutSizes::of(atlas.file->about()));
-    sizes = sizes.times(std::max(1u, options.instances));
-    const uint64_t least_list_bytes =
-        base[0] * std::max(1u, options.instances) * (tess ? LODE_VGI_PATCH_WORDS * sizeof(uint32_t) : 24);
-    const uint64_t list_bytes =
-        std::clamp(options.resident_bytes / 4 / list_regions / 120 * 120, least_list_bytes,
-                   std::max(tess ? most_list_bytes / 8 / 120 * 120 : most_list_bytes, least_list_bytes));
+    totals.slot_bytes = {geometry_slot_bytes + 8,
+                         uint64_t{LODE_VGI_PAGE_TEXELS} * totals.texel_words * sizeof(uint32_t)};
+    // Mip tails lie after the pages, in slots of their own.
+    totals.mip_tail_slots = (totals.mip_tail_samples + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
+    return atlases;
+}
+
+// How the budget is spent. A quarter of it is for what is drawn, or what the coarsest level of a few instances takes;
+// the rest for pages, halves for each kind unless one needs less.
+struct Shares {
+    bool tess = false;            // patches are drawn
+    uint64_t list_bytes = 0;      // of one region of the draw lists
+    uint64_t all_list_bytes = 0;  // of all of them
+    DeviceCutSizes device;        // where the device cuts
+    std::array<uint32_t, 2> slots{};
+};
+
+void share_lists(const Totals& totals, std::span<const OpenAtlas> atlases, const VgiOptions& options, Shares& shares) {
+    const bool on_device = options.raster == Raster::device;
+    const uint32_t instances = std::max(1u, options.instances);
+    shares.tess = options.raster == Raster::tess || on_device;
+    for (const OpenAtlas& atlas : atlases) shares.device.raise(DeviceCutSizes::of(atlas.file->about()));
+    shares.device = shares.device.times(instances);
+    const uint64_t least = totals.base[0] * instances * (shares.tess ? LODE_VGI_PATCH_WORDS * sizeof(uint32_t) : 24);
+    const uint64_t most = shares.tess ? most_list_bytes / 8 / 120 * 120 : most_list_bytes;
+    shares.list_bytes = std::clamp(options.resident_bytes / 4 / list_regions / 120 * 120, least, std::max(most, least));
     // The device's own lists are for whatever may be drawn, and for one frame after the other.
-    const uint64_t all_list_bytes = on_device ? sizes.list_bytes() : list_bytes * list_regions;
-    // Small levels lie after the pages, in slots of their own.
-    uint64_t small = 0;
-    const auto mip_tail_of = [](const OpenAtlas& atlas) {
-        return uint64_t{atlas.file->about().charts()} * mip_tail_samples(atlas.trees[1].cells_per_page());
-    };
-    for (const OpenAtlas& atlas : atlases) small += mip_tail_of(atlas);
-    const uint64_t small_slots = (small + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
-    uint64_t tables = small_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
+    shares.all_list_bytes = on_device ? shares.device.list_bytes() : shares.list_bytes * list_regions;
+}
+
+Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atlases, const VgiOptions& options) {
+    Shares shares;
+    share_lists(totals, atlases, options, shares);
+    const auto &pages = totals.pages, &base = totals.base, &slot_bytes = totals.slot_bytes;
+    uint64_t tables = totals.mip_tail_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
                       atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
-    if (on_device) {
-        tables += sizes.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
+    if (options.raster == Raster::device) {
+        tables += shares.device.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
                   pages[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t);
     }
-    uint64_t left = options.resident_bytes - std::min(options.resident_bytes, tables + all_list_bytes);
+    uint64_t left = options.resident_bytes - std::min(options.resident_bytes, tables + shares.all_list_bytes);
     const uint64_t need = base[0] * slot_bytes[0] + base[1] * slot_bytes[1];
     if (need > left) {
         return fail(Fault::machine, "the coarsest pages need " + std::to_string(need) +
                                         " bytes and the budget leaves " + std::to_string(left) +
                                         " for pages; raise the budget");
     }
-    std::array<uint32_t, 2> slots{};
     left -= need;
     const std::array<uint64_t, 2> more{(pages[0] - base[0]) * slot_bytes[0], (pages[1] - base[1]) * slot_bytes[1]};
     const uint64_t first = std::min(more[0], std::max(left / 2, left - std::min(left, more[1])));
-    slots[0] = static_cast<uint32_t>(base[0] + first / slot_bytes[0]);
-    slots[1] = static_cast<uint32_t>(base[1] + std::min(more[1], left - first) / slot_bytes[1]);
+    shares.slots = {static_cast<uint32_t>(base[0] + first / slot_bytes[0]),
+                    static_cast<uint32_t>(base[1] + std::min(more[1], left - first) / slot_bytes[1])};
+    return shares;
+}
 
-    uint64_t next_small = uint64_t{slots[1]} * LODE_VGI_PAGE_TEXELS;
-    for (OpenAtlas& atlas : atlases) {
-        atlas.first_mip_tail = next_small;
-        next_small += mip_tail_of(atlas);
+// The attributes that some atlas has and shaders read. Texture coordinates are of use where there is a texture.
+uint32_t attributes_ever(std::span<const OpenAtlas> atlases) {
+    uint32_t ever = 0;
+    for (const OpenAtlas& atlas : atlases) {
+        const Atlas& about = atlas.file->about();
+        if (about.attributes.uvs && !about.images.empty()) ever |= LODE_VGI_HAS_UVS;
+        if (about.attributes.colours) ever |= LODE_VGI_HAS_COLOURS;
+        if (about.attributes.materials) ever |= LODE_VGI_HAS_MATERIALS;
     }
+    return ever;
+}
 
-    Recipe recipe;
-    recipe.buffers = {{"page pool of positions", slots[0] * geometry_slot_bytes, use_storage,
-                       static_cast<uint32_t>(geometry_slot_bytes)},
-                      {"slots of the page pool", slots[0] * uint64_t{8}, use_storage, 8},
-                      {"page table", (pages[0] + pages[1]) * sizeof(uint32_t), use_storage, 4},
-                      {"page pool of attributes", (slots[1] + small_slots) * slot_bytes[1], use_storage,
-                       static_cast<uint32_t>(slot_bytes[1])},
-                      {"assets", atlases.size() * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
-                      {"errors and radii", atlases.size() * 2048, use_storage, 2048},
-                      {"spacing of samples", base[0] * sizeof(float), use_storage, 4},
-                      {"draw lists", all_list_bytes, tess ? use_storage : use_index, 4}};
+std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, size_t atlases) {
+    return {{"page pool of positions", shares.slots[0] * geometry_slot_bytes, use_storage,
+             static_cast<uint32_t>(geometry_slot_bytes)},
+            {"slots of the page pool", shares.slots[0] * uint64_t{8}, use_storage, 8},
+            {"page table", (totals.pages[0] + totals.pages[1]) * sizeof(uint32_t), use_storage, 4},
+            {"page pool of attributes", (shares.slots[1] + totals.mip_tail_slots) * totals.slot_bytes[1], use_storage,
+             static_cast<uint32_t>(totals.slot_bytes[1])},
+            {"assets", atlases * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
+            {"errors and radii", atlases * 2048, use_storage, 2048},
+            {"spacing of samples", totals.base[0] * sizeof(float), use_storage, 4},
+            {"draw lists", shares.all_list_bytes, shares.tess ? use_storage : use_index, 4}};
+}
+
+PipelineSpec drawing_pipeline(bool tess) {
     PipelineSpec pipeline;
     pipeline.name = tess ? "patches" : "samples";
     pipeline.vertex = tess ? "vgi/patch.vert" : "vgi/sample.vert";
@@ -446,34 +474,50 @@ Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const 
         pipeline.patch_vertices = 1;
     }
     pipeline.visibility = "vgi/visible.frag";
-    uint32_t ever = 0;
-    for (const OpenAtlas& atlas : atlases) {
-        const Atlas& about = atlas.file->about();
-        // Texture coordinates are of use where there is a texture.
-        if (about.attributes.uvs && !about.images.empty()) ever |= LODE_VGI_HAS_UVS;
-        if (about.attributes.colours) ever |= LODE_VGI_HAS_COLOURS;
-        if (about.attributes.materials) ever |= LODE_VGI_HAS_MATERIALS;
-    }
     pipeline.storage = {
         StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
         StorageBinding::texels(LODE_VGI_SLOTS, slot_table, 2), StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
         StorageBinding::texels(LODE_VGI_CODES, code_table, 1), StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1)};
     if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read});
+    return pipeline;
+}
+
+PipelineSpec lighting_pipeline_of(std::span<const OpenAtlas> atlases, uint32_t texel_words) {
     PipelineSpec lighting;
     lighting.name = "lighting";
     lighting.vertex = "frame/whole_view.vert";
     lighting.fragment = "vgi/atlas.frag";
     lighting.whole_view = true;
-    lighting.constants = {ever, texel_words};
+    lighting.constants = {attributes_ever(atlases), texel_words};
     lighting.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
                         StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
                         StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1),
                         StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
                         StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1)};
-    recipe.pipelines = {pipeline, lighting};
-    if (on_device) DeviceCut::add_to(recipe, atlases, sizes, std::max(1u, options.instances));
-    auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, slots, texel_words,
-                                              list_bytes / sizeof(uint32_t));
+    return lighting;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const AtlasFile>> files,
+                                              const VgiOptions& options) {
+    LODE_CHECK(!files.empty());
+    Totals totals;
+    std::vector<OpenAtlas> atlases = open_atlases(std::move(files), totals);
+    const auto shares = share_budget(totals, atlases, options);
+    if (!shares) return tl::unexpected(shares.error());
+    uint64_t next_mip_tail = uint64_t{shares->slots[1]} * LODE_VGI_PAGE_TEXELS;
+    for (OpenAtlas& atlas : atlases) {
+        atlas.first_mip_tail = next_mip_tail;
+        next_mip_tail += mip_tail_of(atlas);
+    }
+    Recipe recipe;
+    recipe.buffers = buffers_of(totals, *shares, atlases.size());
+    recipe.pipelines = {drawing_pipeline(shares->tess), lighting_pipeline_of(atlases, totals.texel_words)};
+    if (options.raster == Raster::device)
+        DeviceCut::add_to(recipe, atlases, shares->device, std::max(1u, options.instances));
+    auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, shares->slots,
+                                              totals.texel_words, shares->list_bytes / sizeof(uint32_t));
     if (auto done = source->load_base_pages(); !done) return tl::unexpected(done.error());
     return source;
 }

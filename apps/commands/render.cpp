@@ -49,6 +49,43 @@ Result<DebugView> debug_named(const std::string& name) {
     return fail(Fault::usage, "--debug " + name + ": choose " + debug_names());
 }
 
+uint64_t invocations_of(const DrawnFrame& drawn) {
+    uint64_t invocations = 0;
+    for (const auto& pass : drawn.counters.pass) invocations += pass.vertices();
+    return invocations;
+}
+
+Json stats_of(const DrawnFrame& drawn, const Options& o, const DrawStage& stage) {
+    Json stats;
+    stats["machine"] = json_of(stage.machine());
+    stats["rows"] = {{{"backend", o.backend},
+                      {"order", o.order},
+                      {"raster", o.raster},
+                      {"pixel_error", o.pixel_error},
+                      {"frames", 1},
+                      {"ms_median", drawn.ms},
+                      {"cpu_plan_ms", drawn.plan_cpu_ms},
+                      {"gpu_ms", drawn.counters.gpu_ms},
+                      {"uploaded_bytes", drawn.stats.uploaded_bytes},
+                      {"resident_bytes", drawn.stats.resident_bytes},
+                      {"index_bytes", drawn.stats.index_bytes},
+                      {"triangles", drawn.stats.triangles},
+                      {"vertex_invocations", invocations_of(drawn)},
+                      {"acmr", drawn.stats.triangles ? static_cast<double>(drawn.counters.camera_vertices()) /
+                                                           static_cast<double>(drawn.stats.triangles)
+                                                     : 0},
+                      {"instances_drawn", drawn.stats.instances_drawn},
+                      {"asset_bytes", stage.scene.asset_bytes}}};
+    Json& row = stats["rows"][0];
+    for (int s = 0; s < stage_count; ++s) {
+        const auto& pass = drawn.counters.pass[static_cast<size_t>(s)];
+        row["stages"][name_of(static_cast<Stage>(s))] = {{"gpu_ms", pass.gpu_ms},
+                                                         {"vertex_invocations", pass.vertices()}};
+    }
+    for (const auto& [name, value] : drawn.stats.more) row["backend_figures"][name] = value;
+    return stats;
+}
+
 Result<int> render(const Options& o) {
     const auto debug = debug_named(o.debug);
     if (!debug) return tl::unexpected(debug.error());
@@ -78,42 +115,14 @@ Result<int> render(const Options& o) {
     if (auto done = write_png(opaque_image(*picture), o.out); !done) return tl::unexpected(done.error());
     end_progress();
 
-    uint64_t invocations = 0;
-    for (const auto& pass : drawn->counters.pass) invocations += pass.vertices();
-    Json stats;
-    stats["machine"] = json_of(stage->machine());
-    stats["rows"] = {{{"backend", o.backend},
-                      {"order", o.order},
-                      {"raster", o.raster},
-                      {"pixel_error", o.pixel_error},
-                      {"frames", 1},
-                      {"ms_median", drawn->ms},
-                      {"cpu_plan_ms", drawn->plan_cpu_ms},
-                      {"gpu_ms", drawn->counters.gpu_ms},
-                      {"uploaded_bytes", drawn->stats.uploaded_bytes},
-                      {"resident_bytes", drawn->stats.resident_bytes},
-                      {"index_bytes", drawn->stats.index_bytes},
-                      {"triangles", drawn->stats.triangles},
-                      {"vertex_invocations", invocations},
-                      {"acmr", drawn->stats.triangles ? static_cast<double>(drawn->counters.camera_vertices()) /
-                                                            static_cast<double>(drawn->stats.triangles)
-                                                      : 0},
-                      {"instances_drawn", drawn->stats.instances_drawn},
-                      {"asset_bytes", ready.asset_bytes}}};
-    Json& row = stats["rows"][0];
-    for (int s = 0; s < stage_count; ++s) {
-        const auto& pass = drawn->counters.pass[static_cast<size_t>(s)];
-        row["stages"][name_of(static_cast<Stage>(s))] = {{"gpu_ms", pass.gpu_ms},
-                                                         {"vertex_invocations", pass.vertices()}};
-    }
-    for (const auto& [name, value] : drawn->stats.more) row["backend_figures"][name] = value;
     if (!o.stats.empty()) {
-        if (auto done = write_json(o.stats, stats.dump(2)); !done) return tl::unexpected(done.error());
+        if (auto done = write_json(o.stats, stats_of(*drawn, o, *stage).dump(2)); !done)
+            return tl::unexpected(done.error());
     }
     if (verbosity() != Verbosity::quiet) {
         std::printf("%s: %llu triangles, %llu vertex invocations, on %s\n", o.out.c_str(),
                     static_cast<unsigned long long>(drawn->stats.triangles),
-                    static_cast<unsigned long long>(invocations), stage->device_text().c_str());
+                    static_cast<unsigned long long>(invocations_of(*drawn)), stage->device_text().c_str());
     }
     return stage->exit_code();
 }

@@ -67,6 +67,76 @@ private:
     const Progress& progress_;
 };
 
+// What the search has found, and the same flight with the controller at the wheel.
+struct Tuned {
+    std::vector<Tried> tried;
+    Tried best;
+    bool holds = false;
+    std::vector<double> ms, pixel_errors;  // of the flight that was steered, per frame
+};
+
+Json json_of(const Tuned& tuned, const Options& o, const DrawStage& stage) {
+    Json json;
+    json["machine"] = json_of(stage.machine());
+    json["backend"] = o.backend;
+    json["order"] = o.order;
+    json["raster"] = o.raster;
+    json["size"] = o.stage.size;
+    json["fps"] = o.fps;
+    json["frames"] = o.frames;
+    json["pixel_error"] = tuned.best.pixel_error;
+    json["holds"] = tuned.holds;
+    json["ms_median"] = tuned.best.ms_median;
+    json["ms_p95"] = tuned.best.ms_p95;
+    json["fps_median"] = 1000 / tuned.best.ms_median;
+    for (const Tried& t : tuned.tried) {
+        json["tried"].push_back({{"pixel_error", t.pixel_error},
+                                 {"ms_median", t.ms_median},
+                                 {"ms_p95", t.ms_p95},
+                                 {"triangles", t.triangles},
+                                 {"cpu_plan_ms", t.cpu_plan_ms},
+                                 {"gpu_ms", t.gpu_ms}});
+    }
+    json["controlled"] = {{"ms_median", median(tuned.ms)},
+                          {"ms_p95", percentile(tuned.ms, 0.95)},
+                          {"ms", tuned.ms},
+                          {"pixel_error", tuned.pixel_errors}};
+    return json;
+}
+
+void print_summary(const Tuned& tuned, const Options& o, const std::string& device) {
+    char line[256];
+    std::snprintf(line, sizeof line,
+                  "%s: a pixel error of %.3g holds %g frames per second on %s: median %.2f ms (%.1f per second)",
+                  o.backend.c_str(), tuned.best.pixel_error, o.fps, device.c_str(), tuned.best.ms_median,
+                  1000 / tuned.best.ms_median);
+    print_line(line);
+    std::snprintf(line, sizeof line, "steered frame by frame: median %.2f ms with errors from %.3g to %.3g px",
+                  median(tuned.ms), percentile(tuned.pixel_errors, 0), percentile(tuned.pixel_errors, 1));
+    print_line(line);
+}
+
+Result<Tuned> tune(DrawStage& stage, const Options& o, const ErrorController::Range& range, const Progress& progress) {
+    auto session = DrawSession::open(stage.scene, *stage.renderer, {o.backend, o.order, o.raster}, false, progress);
+    if (!session) return tl::unexpected(session.error());
+    const double target_ms = 1000 / o.fps;
+    Flight flight{&stage.scene.camera, o.frames, {}, stage.width, stage.height, nullptr};
+    flight.budget.resident_bytes = stage.scene.scene.resident_bytes;
+    Tuner tuner(**session, flight, target_ms, progress);
+    const FrameTimeSearch wanted{.target_ms = target_ms, .least = range.least, .most = range.most};
+    const auto found = error_that_holds(wanted, [&](double pixel_error) { return tuner.median_ms_at(pixel_error); });
+    if (!found) return tl::unexpected(found.error());
+    Tuned tuned{tuner.tried, tuner.tried[found->which], found->holds, {}, {}};
+
+    ErrorController controller(target_ms, tuned.best.pixel_error, range);
+    flight.controller = &controller;
+    const auto held = fly(**session, flight, "controlled", progress);
+    if (!held) return tl::unexpected(held.error());
+    tuned.ms = of_frames(*held, [](const FlownFrame& f) { return f.ms; });
+    tuned.pixel_errors = of_frames(*held, [](const FlownFrame& f) { return f.pixel_error; });
+    return tuned;
+}
+
 Result<int> tune(const Options& o) {
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
     if (o.backend == "full")
@@ -75,73 +145,22 @@ Result<int> tune(const Options& o) {
     const Progress progress = terminal_progress();
     auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
     if (!stage) return tl::unexpected(stage.error());
-    auto session = DrawSession::open(stage->scene, *stage->renderer, {o.backend, o.order, o.raster}, false, progress);
-    if (!session) return tl::unexpected(session.error());
-
-    const double target_ms = 1000 / o.fps;
     const ErrorController::Range range;
-    Flight flight{&stage->scene.camera, o.frames, {}, stage->width, stage->height, nullptr};
-    flight.budget.resident_bytes = stage->scene.scene.resident_bytes;
-    Tuner tuner(**session, flight, target_ms, progress);
-    const FrameTimeSearch wanted{.target_ms = target_ms, .least = range.least, .most = range.most};
-    const auto found = error_that_holds(wanted, [&](double pixel_error) { return tuner.median_ms_at(pixel_error); });
-    if (!found) return tl::unexpected(found.error());
-    const Tried& best = tuner.tried[found->which];
-
-    // The same flight with the controller at the wheel.
-    ErrorController controller(target_ms, best.pixel_error, range);
-    flight.controller = &controller;
-    const auto held = fly(**session, flight, "controlled", progress);
-    if (!held) return tl::unexpected(held.error());
-    const auto held_ms = of_frames(*held, [](const FlownFrame& f) { return f.ms; });
+    const auto tuned = tune(*stage, o, range, progress);
+    if (!tuned) return tl::unexpected(tuned.error());
     end_progress();
-
     if (o.json) {
-        Json json;
-        json["machine"] = json_of(stage->machine());
-        json["backend"] = o.backend;
-        json["order"] = o.order;
-        json["raster"] = o.raster;
-        json["size"] = o.stage.size;
-        json["fps"] = o.fps;
-        json["frames"] = o.frames;
-        json["pixel_error"] = best.pixel_error;
-        json["holds"] = found->holds;
-        json["ms_median"] = best.ms_median;
-        json["ms_p95"] = best.ms_p95;
-        json["fps_median"] = 1000 / best.ms_median;
-        for (const Tried& t : tuner.tried) {
-            json["tried"].push_back({{"pixel_error", t.pixel_error},
-                                     {"ms_median", t.ms_median},
-                                     {"ms_p95", t.ms_p95},
-                                     {"triangles", t.triangles},
-                                     {"cpu_plan_ms", t.cpu_plan_ms},
-                                     {"gpu_ms", t.gpu_ms}});
-        }
-        json["controlled"] = {{"ms_median", median(held_ms)},
-                              {"ms_p95", percentile(held_ms, 0.95)},
-                              {"ms", held_ms},
-                              {"pixel_error", of_frames(*held, [](const FlownFrame& f) { return f.pixel_error; })}};
-        print_line(json.dump(2));
-    } else if (found->holds) {
-        const auto errors = of_frames(*held, [](const FlownFrame& f) { return f.pixel_error; });
-        char line[256];
-        std::snprintf(line, sizeof line,
-                      "%s: a pixel error of %.3g holds %g frames per second on %s: median %.2f ms (%.1f per second)",
-                      o.backend.c_str(), best.pixel_error, o.fps, stage->device_text().c_str(), best.ms_median,
-                      1000 / best.ms_median);
-        print_line(line);
-        std::snprintf(line, sizeof line, "steered frame by frame: median %.2f ms with errors from %.3g to %.3g px",
-                      median(held_ms), percentile(errors, 0), percentile(errors, 1));
-        print_line(line);
+        print_line(json_of(*tuned, o, *stage).dump(2));
+    } else if (tuned->holds) {
+        print_summary(*tuned, o, stage->device_text());
     }
-    if (found->holds) return stage->exit_code();
+    if (tuned->holds) return stage->exit_code();
     char line[256];
     std::snprintf(
         line, sizeof line,
         "%s cannot be drawn %g times a second here: of all errors up to %g px the fastest, %g px, takes %.2f ms a "
         "frame; ask for fewer, or for a smaller --size",
-        o.stage.scene.c_str(), o.fps, range.most, best.pixel_error, best.ms_median);
+        o.stage.scene.c_str(), o.fps, range.most, tuned->best.pixel_error, tuned->best.ms_median);
     return fail(Fault::machine, line);
 }
 

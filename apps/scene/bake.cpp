@@ -205,6 +205,93 @@ Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const
     return input;
 }
 
+namespace {
+
+// What an asset tells of itself, as far as it is known before its backends are baked.
+Json about_of(const BakeInput& input, const Json& options, const RepairReport& repaired) {
+    Json about;
+    about["name"] = input.name;
+    about["program"] = "lodestone " LODESTONE_VERSION;
+    about["options"] = options;
+    about["input"] = to_json(topology_of(input.mesh));
+    about["input"]["attributes"] = Json::array();
+    const PresentAttributes has = attributes_of(input.mesh);
+    if (has.normals) about["input"]["attributes"].push_back("normals");
+    if (has.uvs) about["input"]["attributes"].push_back("uvs");
+    if (has.colours) about["input"]["attributes"].push_back("colours");
+    if (has.materials) about["input"]["attributes"].push_back("materials");
+    about["repair"] = to_json(repaired);
+    const Sphere bounds = bounding_sphere_of(input.mesh.positions);
+    about["bounds"] = {bounds.centre.x, bounds.centre.y, bounds.centre.z, bounds.radius};
+    return about;
+}
+
+// One asset in the making: each add_... bakes a backend, writes its chunks and tells of it.
+class AssetBake {
+public:
+    AssetBake(const BakeInput& input, const BakeOptions& options, const Progress& progress,
+              const CheckpointFolder* work)
+        : input_(input), options_(options), progress_(progress), work_(work) {}
+
+    Json about, report;  // what goes into the asset, and what the caller is told besides
+
+    Result<void> add_backends(ChunkWriter& writer) {
+        for (const auto& [name, add] : {std::pair("lod", &AssetBake::add_lod), std::pair("vgi", &AssetBake::add_vgi),
+                                        std::pair("discrete", &AssetBake::add_discrete)}) {
+            if (wants(options_, name)) {
+                const uint64_t before = writer.bytes();
+                if (auto done = (this->*add)(writer); !done) return done;
+                report[name]["bytes"] = writer.bytes() - before;
+            }
+            if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
+        }
+        return {};
+    }
+
+private:
+    Result<void> add_lod(ChunkWriter& writer) {
+        auto pm = bake_lod(input_.mesh, options_, report["lod"], progress_, work_);
+        if (!pm) return tl::unexpected(pm.error());
+        about["lod"] = {{"levels", report["lod"]["levels"]},
+                        {"base_triangles", report["lod"]["base_triangles"]},
+                        {"stopped_because", report["lod"]["stopped_because"]}};
+        return pm->write_chunks(writer);
+    }
+
+    Result<void> add_vgi(ChunkWriter& writer) {
+        auto atlas = bake_atlas(input_.mesh, options_, report["vgi"], progress_, work_);
+        if (!atlas) return fail_at(input_.name, atlas.error());
+        for (const char* figure :
+             {"clusters", "charts", "resolution", "l2_stretch_rms", "l2_stretch_worst", "rms_error", "max_error"})
+            about["vgi"][figure] = report["vgi"][figure];
+        progress_.at("pages", 0);
+        return vgi::write_chunks(*atlas, writer);
+    }
+
+    Result<void> add_discrete(ChunkWriter& writer) {
+        const Stopwatch watch;
+        auto chain = load_or_make<DiscreteChain>(
+            work_, "discrete",
+            [](const ChunkFile& file) -> std::optional<DiscreteChain> {
+                auto kept = DiscreteChain::open(file);
+                return kept ? std::optional(std::move(*kept)) : std::nullopt;
+            },
+            [&] { return make_discrete_chain(input_.mesh, progress_); },
+            [](const DiscreteChain& made, ChunkWriter& to) { return made.write_chunks(to); });
+        if (!chain) return tl::unexpected(chain.error());
+        auto done = chain->write_chunks(writer);
+        report["discrete"] = {{"levels", chain->levels.size()}, {"seconds", watch.wall()}};
+        return done;
+    }
+
+    const BakeInput& input_;
+    const BakeOptions& options_;
+    const Progress& progress_;
+    const CheckpointFolder* const work_;
+};
+
+}  // namespace
+
 Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
                         const Progress& progress, const CheckpointFolder* work) {
     const Stopwatch watch;
@@ -213,70 +300,15 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     progress.at("repair", 0);
     auto repaired = repair(input.mesh);
     if (!repaired) return fail_at(input.name, repaired.error());
-    const TriMesh& mesh = input.mesh;
-    const Topology topology = topology_of(mesh);
-
-    Json about;
-    about["name"] = input.name;
-    about["program"] = "lodestone " LODESTONE_VERSION;
-    about["options"] = option_json;
-    about["input"] = to_json(topology);
-    about["input"]["attributes"] = Json::array();
-    const PresentAttributes has = attributes_of(mesh);
-    if (has.normals) about["input"]["attributes"].push_back("normals");
-    if (has.uvs) about["input"]["attributes"].push_back("uvs");
-    if (has.colours) about["input"]["attributes"].push_back("colours");
-    if (has.materials) about["input"]["attributes"].push_back("materials");
-    about["repair"] = to_json(*repaired);
-    const Sphere bounds = bounding_sphere_of(input.mesh.positions);
-    about["bounds"] = {bounds.centre.x, bounds.centre.y, bounds.centre.z, bounds.radius};
-    Json report = about;
-
+    AssetBake bake(input, options, progress, work);
+    bake.about = bake.report = about_of(input, option_json, *repaired);
     auto writer = ChunkWriter::create(out, {input.source, hash_of(std::span(option_text.data(), option_text.size()))});
     if (!writer) return tl::unexpected(writer.error());
-    if (wants(options, "lod")) {
-        auto pm = bake_lod(mesh, options, report["lod"], progress, work);
-        if (!pm) return tl::unexpected(pm.error());
-        about["lod"] = {{"levels", report["lod"]["levels"]},
-                        {"base_triangles", report["lod"]["base_triangles"]},
-                        {"stopped_because", report["lod"]["stopped_because"]}};
-        const uint64_t before = writer->bytes();
-        if (auto done = pm->write_chunks(*writer); !done) return tl::unexpected(done.error());
-        report["lod"]["bytes"] = writer->bytes() - before;
-    }
-    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-    if (wants(options, "vgi")) {
-        auto atlas = bake_atlas(mesh, options, report["vgi"], progress, work);
-        if (!atlas) return fail_at(input.name, atlas.error());
-        for (const char* figure :
-             {"clusters", "charts", "resolution", "l2_stretch_rms", "l2_stretch_worst", "rms_error", "max_error"})
-            about["vgi"][figure] = report["vgi"][figure];
-        const uint64_t before = writer->bytes();
-        progress.at("pages", 0);
-        if (auto done = vgi::write_chunks(*atlas, *writer); !done) return tl::unexpected(done.error());
-        report["vgi"]["bytes"] = writer->bytes() - before;
-    }
-    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-    if (wants(options, "discrete")) {
-        const Stopwatch discrete_watch;
-        auto chain = load_or_make<DiscreteChain>(
-            work, "discrete",
-            [](const ChunkFile& file) -> std::optional<DiscreteChain> {
-                auto kept = DiscreteChain::open(file);
-                return kept ? std::optional(std::move(*kept)) : std::nullopt;
-            },
-            [&] { return make_discrete_chain(mesh, progress); },
-            [](const DiscreteChain& made, ChunkWriter& to) { return made.write_chunks(to); });
-        if (!chain) return tl::unexpected(chain.error());
-        const uint64_t before = writer->bytes();
-        if (auto done = chain->write_chunks(*writer); !done) return tl::unexpected(done.error());
-        report["discrete"] = {
-            {"levels", chain->levels.size()}, {"seconds", discrete_watch.wall()}, {"bytes", writer->bytes() - before}};
-    }
-    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-    if (auto done = writer->add_text("about", about.dump()); !done) return tl::unexpected(done.error());
+    if (auto done = bake.add_backends(*writer); !done) return tl::unexpected(done.error());
+    if (auto done = writer->add_text("about", bake.about.dump()); !done) return tl::unexpected(done.error());
     auto bytes = writer->commit();
     if (!bytes) return tl::unexpected(bytes.error());
+    Json& report = bake.report;
     report["source_hash"] = input.source.hex();
     report["warnings"] = input.read.warnings;
     report["seconds"] = watch.wall();

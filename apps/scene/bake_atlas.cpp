@@ -41,6 +41,61 @@ bool fit_finer(vgi::AtlasOptions& options, const BakeOptions& asked, const vgi::
     return true;
 }
 
+void warn_of(const vgi::AtlasReport& made, const vgi::AtlasOptions& options, double diagonal,
+             const Progress& progress) {
+    if (made.cells != options.cells) {
+        progress.warning("the mesh needs so many charts, " + std::to_string(made.charts) +
+                         ", that they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
+                         std::to_string(options.cells + 1) + "^2");
+    }
+    if (made.stretched_charts > 0) {
+        std::ostringstream line;
+        line << made.stretched_charts << " of " << made.charts << " charts are stretched more than "
+             << options.worst_stretch << " times, up to " << std::setprecision(3) << made.l2_stretch_worst
+             << ": detail is lost there (largest error of the finest level: " << made.max_error / diagonal
+             << " of the diagonal)";
+        progress.warning(line.str());
+    }
+}
+
+// Errors are shares of the diagonal.
+nlohmann::json json_of(const vgi::AtlasReport& made, const vgi::Atlas& atlas, double diagonal) {
+    return {{"clusters", made.clusters},
+            {"charts", made.charts},
+            {"template_charts", made.template_charts},
+            {"coarse_charts", made.coarse_charts},
+            {"resolution", made.cells + 1},
+            {"attribute_resolution", atlas.attribute_cells + 1},
+            {"buckets", made.buckets},
+            {"rounds", made.rounds},
+            {"lone_triangles", made.changes.lone_triangles},
+            {"split_long_edges", made.changes.long_edges},
+            {"split_boundary_chords", made.changes.boundary_chords},
+            {"not_recentred", made.not_recentred},
+            {"features_on_borders", made.features_on_borders},
+            {"uniform_clusters", made.uniform_clusters},
+            {"uniform_charts", made.uniform_charts},
+            {"seconds",
+             {{"buckets", made.cut_seconds},
+              {"cluster", made.bucket_seconds},
+              {"merge", made.merge_seconds},
+              {"straighten", made.straighten_seconds},
+              {"quadrangulate", made.quadrangulate_seconds},
+              {"parameterise", made.parameterise_seconds},
+              {"resample", made.resample_seconds},
+              {"hierarchy", made.error_seconds}}},
+            {"flipped_triangles", made.flipped_triangles},
+            {"missing_samples", made.missing_samples},
+            {"stretched_charts", made.stretched_charts},
+            {"folded_cells", made.folded_cells},
+            {"still_folded_cells", made.still_folded_cells},
+            {"l2_stretch_tutte", made.l2_stretch_tutte},
+            {"l2_stretch_rms", made.l2_stretch_rms},
+            {"l2_stretch_worst", made.l2_stretch_worst},
+            {"rms_error", made.rms_error / diagonal},
+            {"max_error", made.max_error / diagonal}};
+}
+
 }  // namespace
 
 Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, nlohmann::json& report,
@@ -66,53 +121,8 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                              std::to_string(made.clusters) + " clusters come within " + std::to_string(finest) +
                              "; a higher --resolution may bring it under");
         }
-        if (made.cells != atlas_options.cells) {
-            progress.warning("the mesh needs so many charts, " + std::to_string(made.charts) +
-                             ", that they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
-                             std::to_string(atlas_options.cells + 1) + "^2");
-        }
-        if (made.stretched_charts > 0) {
-            std::ostringstream line;
-            line << made.stretched_charts << " of " << made.charts << " charts are stretched more than "
-                 << atlas_options.worst_stretch << " times, up to " << std::setprecision(3) << made.l2_stretch_worst
-                 << ": detail is lost there (largest error of the finest level: " << made.max_error / diagonal
-                 << " of the diagonal)";
-            progress.warning(line.str());
-        }
-        report = {{"clusters", made.clusters},
-                  {"charts", made.charts},
-                  {"template_charts", made.template_charts},
-                  {"coarse_charts", made.coarse_charts},
-                  {"resolution", made.cells + 1},
-                  {"attribute_resolution", atlas->attribute_cells + 1},
-                  {"buckets", made.buckets},
-                  {"rounds", made.rounds},
-                  {"lone_triangles", made.changes.lone_triangles},
-                  {"split_long_edges", made.changes.long_edges},
-                  {"split_boundary_chords", made.changes.boundary_chords},
-                  {"not_recentred", made.not_recentred},
-                  {"features_on_borders", made.features_on_borders},
-                  {"uniform_clusters", made.uniform_clusters},
-                  {"uniform_charts", made.uniform_charts},
-                  {"seconds",
-                   {{"buckets", made.cut_seconds},
-                    {"cluster", made.bucket_seconds},
-                    {"merge", made.merge_seconds},
-                    {"straighten", made.straighten_seconds},
-                    {"quadrangulate", made.quadrangulate_seconds},
-                    {"parameterise", made.parameterise_seconds},
-                    {"resample", made.resample_seconds},
-                    {"hierarchy", made.error_seconds}}},
-                  {"flipped_triangles", made.flipped_triangles},
-                  {"missing_samples", made.missing_samples},
-                  {"stretched_charts", made.stretched_charts},
-                  {"folded_cells", made.folded_cells},
-                  {"still_folded_cells", made.still_folded_cells},
-                  {"l2_stretch_tutte", made.l2_stretch_tutte},
-                  {"l2_stretch_rms", made.l2_stretch_rms},
-                  {"l2_stretch_worst", made.l2_stretch_worst},
-                  {"rms_error", made.rms_error / diagonal},
-                  {"max_error", made.max_error / diagonal}};
+        warn_of(made, atlas_options, diagonal, progress);
+        report = json_of(made, *atlas, diagonal);
         return atlas;
     }
 }

@@ -250,39 +250,32 @@ Result<SceneInstance> instance_from(const Node& node, const std::vector<SceneAss
     return instance;
 }
 
-Result<Scene> scene_from(const Node& root, const fs::path& path) {
-    if (auto done = only_members(root, {"lodestone", "version", "comment", "assets", "instances", "scatter", "light",
-                                        "camera", "resident_mib"});
-        !done) {
-        return tl::unexpected(done.error());
-    }
-    if (root.json.value("lodestone", "") != std::string("scene"))
-        return root.wrong("lodestone must be \"scene\"; see docs/scenes.md");
-    uint64_t version = 0, resident_mib = 1024;
-    auto done = all([&] { return whole(root, "version", version, 0, 1000); },
-                    [&] { return whole(root, "resident_mib", resident_mib, 1, 1 << 20); });
-    if (!done) return tl::unexpected(done.error());
-    if (version != 1) return root.wrong("version must be 1; this program reads no other");
-    Scene scene;
-    scene.name = path.stem().stem().string();
-    scene.resident_bytes = resident_mib << 20;
-    const auto assets = root.json.find("assets"), instances = root.json.find("instances");
+Node member(const Node& root, const char* name, size_t i) {
+    return {root.json[name][i], root.place + ": " + name + "[" + std::to_string(i) + "]"};
+}
+
+Result<void> read_assets(const Node& root, const fs::path& folder, Scene& scene) {
+    const auto assets = root.json.find("assets");
     if (assets == root.json.end() || !assets->is_array() || assets->empty())
         return root.wrong("assets must be an array of at least one");
     for (size_t i = 0; i < assets->size(); ++i) {
-        auto asset = asset_from({(*assets)[i], root.place + ": assets[" + std::to_string(i) + "]"}, path.parent_path());
+        auto asset = asset_from(member(root, "assets", i), folder);
         if (!asset) return tl::unexpected(asset.error());
         scene.assets.push_back(std::move(*asset));
     }
-    const auto scattered = root.json.find("scatter");
+    return {};
+}
+
+// What is placed one by one and what is scattered; with neither, every asset stands at the origin.
+Result<void> read_instances(const Node& root, Scene& scene) {
+    const auto instances = root.json.find("instances"), scattered = root.json.find("scatter");
     if (instances == root.json.end() && scattered == root.json.end()) {
         for (uint32_t a = 0; a < scene.assets.size(); ++a) scene.instances.push_back({a, glm::mat4(1)});
     }
     if (instances != root.json.end()) {
         if (!instances->is_array()) return root.wrong("instances must be an array");
         for (size_t i = 0; i < instances->size(); ++i) {
-            auto instance =
-                instance_from({(*instances)[i], root.place + ": instances[" + std::to_string(i) + "]"}, scene.assets);
+            auto instance = instance_from(member(root, "instances", i), scene.assets);
             if (!instance) return tl::unexpected(instance.error());
             scene.instances.push_back(*instance);
         }
@@ -290,24 +283,54 @@ Result<Scene> scene_from(const Node& root, const fs::path& path) {
     if (scattered != root.json.end()) {
         if (!scattered->is_array()) return root.wrong("scatter must be an array");
         for (size_t i = 0; i < scattered->size(); ++i) {
-            const Node node{(*scattered)[i], root.place + ": scatter[" + std::to_string(i) + "]"};
-            if (auto good = scatter(node, scene.assets, scene.instances); !good) return tl::unexpected(good.error());
+            if (auto good = scatter(member(root, "scatter", i), scene.assets, scene.instances); !good) return good;
         }
     }
+    return {};
+}
+
+Result<void> read_light(const Node& node, Scene& scene) {
+    const Json& light = node.json;
+    glm::vec3 direction(0);
+    const auto shadows = light.is_object() ? light.find("shadows") : light.end();
+    auto done = all(
+        [&] {
+            return only_members(node, {"direction", "shadows"});
+        },
+        [&] { return vector(node, "direction", direction, true); });
+    if (!done) return done;
+    if (glm::length(direction) == 0) return node.wrong("direction must not be zero");
+    if (shadows != light.end() && !shadows->is_boolean()) return node.wrong("shadows must be true or false");
+    scene.light_direction = direction;
+    scene.shadows = shadows == light.end() || shadows->get<bool>();
+    return {};
+}
+
+Result<void> read_head(const Node& root, Scene& scene) {
+    if (auto done = only_members(root, {"lodestone", "version", "comment", "assets", "instances", "scatter", "light",
+                                        "camera", "resident_mib"});
+        !done) {
+        return done;
+    }
+    if (root.json.value("lodestone", "") != std::string("scene"))
+        return root.wrong("lodestone must be \"scene\"; see docs/scenes.md");
+    uint64_t version = 0, resident_mib = 1024;
+    auto done = all([&] { return whole(root, "version", version, 0, 1000); },
+                    [&] { return whole(root, "resident_mib", resident_mib, 1, 1 << 20); });
+    if (!done) return done;
+    if (version != 1) return root.wrong("version must be 1; this program reads no other");
+    scene.resident_bytes = resident_mib << 20;
+    return {};
+}
+
+Result<Scene> scene_from(const Node& root, const fs::path& path) {
+    Scene scene;
+    scene.name = path.stem().stem().string();
+    if (auto done = read_head(root, scene); !done) return tl::unexpected(done.error());
+    if (auto done = read_assets(root, path.parent_path(), scene); !done) return tl::unexpected(done.error());
+    if (auto done = read_instances(root, scene); !done) return tl::unexpected(done.error());
     if (const auto light = root.json.find("light"); light != root.json.end()) {
-        const Node node{*light, root.place + ": light"};
-        glm::vec3 direction(0);
-        const auto shadows = light->is_object() ? light->find("shadows") : light->end();
-        done = all(
-            [&] {
-                return only_members(node, {"direction", "shadows"});
-            },
-            [&] { return vector(node, "direction", direction, true); });
-        if (!done) return tl::unexpected(done.error());
-        if (glm::length(direction) == 0) return node.wrong("direction must not be zero");
-        if (shadows != light->end() && !shadows->is_boolean()) return node.wrong("shadows must be true or false");
-        scene.light_direction = direction;
-        scene.shadows = shadows == light->end() || shadows->get<bool>();
+        if (auto done = read_light({*light, root.place + ": light"}, scene); !done) return tl::unexpected(done.error());
     }
     if (const auto camera = root.json.find("camera"); camera != root.json.end()) {
         auto read = camera->is_string() ? read_camera_path(path.parent_path() / camera->get<std::string>())

@@ -130,28 +130,19 @@ const std::vector<ViewKey>& view_keys() {
     return keys;
 }
 
-void describe_panel(Viewer& v) {
-    if (v.shows_help) describe_help(v);
-    if (const auto baking = v.baking()) {
-        ImGui::SetNextWindowPos({20, 20}, ImGuiCond_Always);
-        ImGui::Begin("Baking", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
-        ImGui::Text("%s: %s", baking->file.c_str(), baking->stage.c_str());
-        ImGui::ProgressBar(static_cast<float>(baking->fraction), {320, 0});
-        ImGui::End();
-    }
-    if (!v.shows_panel) return;
-    // Its right edge stays where it is when it grows.
-    ImGui::SetNextWindowPos({static_cast<float>(v.window().width()) - 10, 10}, ImGuiCond_FirstUseEver, {1, 0});
-    ImGui::Begin("Lodestone", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
-    ImGui::PushItemWidth(200);
-    ImGui::Text("%s, %s%s", v.scene().scene.name.c_str(), v.renderer().device().name.c_str(),
-                v.renderer().device().software ? " (software)" : "");
-    if (!v.message.empty()) {
-        ImGui::PushTextWrapPos(310);
-        ImGui::TextUnformatted(v.message.c_str());
-        ImGui::PopTextWrapPos();
-    }
-    choose_in_combo(v, 0);
+namespace {
+
+void describe_baking(Viewer& v) {
+    const auto baking = v.baking();
+    if (!baking) return;
+    ImGui::SetNextWindowPos({20, 20}, ImGuiCond_Always);
+    ImGui::Begin("Baking", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
+    ImGui::Text("%s: %s", baking->file.c_str(), baking->stage.c_str());
+    ImGui::ProgressBar(static_cast<float>(baking->fraction), {320, 0});
+    ImGui::End();
+}
+
+void choose_error(Viewer& v) {
     auto error = static_cast<float>(v.pixel_error);
     if (ImGui::SliderFloat("pixel error", &error, 1.0f / 16, 64, "%.3g px", ImGuiSliderFlags_Logarithmic)) {
         v.pixel_error = std::clamp(static_cast<double>(error), 1.0 / 16, 64.0);
@@ -165,6 +156,9 @@ void describe_panel(Viewer& v) {
         v.fps = std::clamp(static_cast<double>(fps), 1.0, 240.0);
         if (v.controller) v.controller->aim(1000 / v.fps);
     }
+}
+
+void choose_look(Viewer& v) {
     bool levels = v.freeze_levels, culling = v.freeze_culling;
     const bool froze = ImGui::Checkbox("freeze levels", &levels);
     ImGui::SameLine();
@@ -178,18 +172,47 @@ void describe_panel(Viewer& v) {
         }
         ImGui::EndCombo();
     }
+}
+
+void choose_split(Viewer& v) {
     ImGui::Checkbox("split", &v.split);
-    if (v.split) {
-        ImGui::SameLine();
-        ImGui::Checkbox("difference", &v.difference);
-        ImGui::SliderFloat("line", &v.split_at, 0, 1, "%.2f");
-        choose_in_combo(v, 1);
-    }
+    if (!v.split) return;
+    ImGui::SameLine();
+    ImGui::Checkbox("difference", &v.difference);
+    ImGui::SliderFloat("line", &v.split_at, 0, 1, "%.2f");
+    choose_in_combo(v, 1);
+}
+
+void choose_motion(Viewer& v) {
     if (ImGui::Button(v.motion() == Viewer::Motion::playing ? "stop" : "fly the path")) v.play();
     ImGui::SameLine();
     if (ImGui::Button(v.motion() == Viewer::Motion::recording ? "end recording" : "record")) v.record();
     ImGui::SameLine();
     if (ImGui::Button("screenshot")) v.take_screenshot();
+}
+
+}  // namespace
+
+void describe_panel(Viewer& v) {
+    if (v.shows_help) describe_help(v);
+    describe_baking(v);
+    if (!v.shows_panel) return;
+    // Its right edge stays where it is when it grows.
+    ImGui::SetNextWindowPos({static_cast<float>(v.window().width()) - 10, 10}, ImGuiCond_FirstUseEver, {1, 0});
+    ImGui::Begin("Lodestone", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
+    ImGui::PushItemWidth(200);
+    ImGui::Text("%s, %s%s", v.scene().scene.name.c_str(), v.renderer().device().name.c_str(),
+                v.renderer().device().software ? " (software)" : "");
+    if (!v.message.empty()) {
+        ImGui::PushTextWrapPos(310);
+        ImGui::TextUnformatted(v.message.c_str());
+        ImGui::PopTextWrapPos();
+    }
+    choose_in_combo(v, 0);
+    choose_error(v);
+    choose_look(v);
+    choose_split(v);
+    choose_motion(v);
     ImGui::Separator();
     describe_pane(v.panes[0]);
     if (v.split) {

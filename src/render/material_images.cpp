@@ -44,57 +44,76 @@ std::vector<glm::u8vec4> halved(const std::vector<glm::u8vec4>& texels, uint32_t
     return out;
 }
 
+// The texels of all levels: levels one after the other, all layers of a level together.
+struct MipLevels {
+    uint32_t size = 1, layers = 1, mips = 1;
+    std::vector<glm::u8vec4> texels;
+    std::vector<VkBufferImageCopy> regions;  // one per level
+
+    // White where there are no textures.
+    explicit MipLevels(const MaterialSet& set) {
+        const bool textured = set.layers > 0 && set.texture_size > 0;
+        if (textured) {
+            size = set.texture_size;
+            layers = set.layers;
+        }
+        LODE_CHECK(std::has_single_bit(size), size);
+        mips = static_cast<uint32_t>(std::countr_zero(size)) + 1;
+        std::vector<std::vector<glm::u8vec4>> level(layers);
+        for (uint32_t l = 0; l < layers; ++l) {
+            const size_t count = size_t{size} * size;
+            if (textured) {
+                level[l].assign(set.texels.begin() + static_cast<ptrdiff_t>(l * count),
+                                set.texels.begin() + static_cast<ptrdiff_t>((l + 1) * count));
+            } else {
+                level[l].assign(count, glm::u8vec4(255));
+            }
+        }
+        for (uint32_t mip = 0; mip < mips; ++mip) add(mip, level);
+    }
+
+private:
+    void add(uint32_t mip, std::vector<std::vector<glm::u8vec4>>& level) {
+        VkBufferImageCopy region{};
+        region.bufferOffset = texels.size() * sizeof(glm::u8vec4);
+        region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, mip, 0, layers};
+        region.imageExtent = {size >> mip, size >> mip, 1};
+        regions.push_back(region);
+        for (auto& layer : level) {
+            texels.insert(texels.end(), layer.begin(), layer.end());
+            if (mip + 1 < mips) layer = halved(layer, size >> mip);
+        }
+    }
+};
+
+void check_limits(const VkPhysicalDeviceLimits& limits, const MaterialSet& set) {
+    if (set.layers == 0 || set.texture_size == 0) return;
+    if (set.layers > limits.maxImageArrayLayers || set.texture_size > limits.maxImageDimension2D) {
+        throw VulkanFailure("the scene has " + std::to_string(set.layers) + " textures of " +
+                            std::to_string(set.texture_size) + " texels a side; the device takes " +
+                            std::to_string(limits.maxImageArrayLayers) + " of " +
+                            std::to_string(limits.maxImageDimension2D));
+    }
+}
+
 }  // namespace
 
 MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool& pool, const MaterialSet& set) {
     LODE_CHECK(!set.materials.empty());
-    MaterialImages made;
     std::vector<gpu::MaterialConstants> table;
     for (const SurfaceMaterial& m : set.materials) table.push_back({m.base_colour, m.layer, 0, 0, 0});
+    check_limits(allocator.device().limits(), set);
+    const MipLevels levels(set);
 
-    const bool textured = set.layers > 0 && set.texture_size > 0;
-    const uint32_t size = textured ? set.texture_size : 1, layers = textured ? set.layers : 1;
-    LODE_CHECK(std::has_single_bit(size), size);
-    const uint32_t mips = static_cast<uint32_t>(std::countr_zero(size)) + 1;
-    const VkPhysicalDeviceLimits& limits = allocator.device().limits();
-    if (layers > limits.maxImageArrayLayers || size > limits.maxImageDimension2D) {
-        throw VulkanFailure("the scene has " + std::to_string(layers) + " textures of " + std::to_string(size) +
-                            " texels a side; the device takes " + std::to_string(limits.maxImageArrayLayers) + " of " +
-                            std::to_string(limits.maxImageDimension2D));
-    }
-
-    // Levels one after the other, all layers of a level together.
-    std::vector<glm::u8vec4> all;
-    std::vector<VkBufferImageCopy> regions;
-    std::vector<std::vector<glm::u8vec4>> level(layers);
-    for (uint32_t l = 0; l < layers; ++l) {
-        const size_t count = size_t{size} * size;
-        if (textured) {
-            level[l].assign(set.texels.begin() + static_cast<ptrdiff_t>(l * count),
-                            set.texels.begin() + static_cast<ptrdiff_t>((l + 1) * count));
-        } else {
-            level[l].assign(count, glm::u8vec4(255));
-        }
-    }
-    for (uint32_t mip = 0; mip < mips; ++mip) {
-        VkBufferImageCopy region{};
-        region.bufferOffset = all.size() * sizeof(glm::u8vec4);
-        region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, mip, 0, layers};
-        region.imageExtent = {size >> mip, size >> mip, 1};
-        regions.push_back(region);
-        for (auto& texels : level) {
-            all.insert(all.end(), texels.begin(), texels.end());
-            if (mip + 1 < mips) texels = halved(texels, size >> mip);
-        }
-    }
-
-    const VkDeviceSize table_bytes = table.size() * sizeof table[0], texel_bytes = all.size() * sizeof all[0];
+    MaterialImages made;
+    const VkDeviceSize table_bytes = table.size() * sizeof table[0],
+                       texel_bytes = levels.texels.size() * sizeof levels.texels[0];
     made.table.buffer =
         Buffer(allocator, table_bytes, VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                MemoryKind::device_local, "materials");
     made.table.view = make_texel_view(allocator.device(), made.table.buffer.get(), 4);
     made.textures = TargetImage(allocator,
-                                {VK_FORMAT_R8G8B8A8_SRGB, size, size, layers, mips,
+                                {VK_FORMAT_R8G8B8A8_SRGB, levels.size, levels.size, levels.layers, levels.mips,
                                  VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT, true},
                                 "textures");
     const Buffer staged_table(allocator, table_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging,
@@ -102,7 +121,7 @@ MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool
     const Buffer staged_texels(allocator, texel_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging,
                                "staged textures");
     std::memcpy(staged_table.mapped(), table.data(), table_bytes);
-    std::memcpy(staged_texels.mapped(), all.data(), texel_bytes);
+    std::memcpy(staged_texels.mapped(), levels.texels.data(), texel_bytes);
     pool.run([&](VkCommandBuffer commands) {
         const VkBufferCopy copy{0, 0, table_bytes};
         vkCmdCopyBuffer(commands, staged_table.get(), made.table.buffer.get(), 1, &copy);
@@ -110,7 +129,7 @@ MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool
                        VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
         change_use(commands, made.textures, {}, as_copy_destination);
         vkCmdCopyBufferToImage(commands, staged_texels.get(), made.textures.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                               static_cast<uint32_t>(regions.size()), regions.data());
+                               static_cast<uint32_t>(levels.regions.size()), levels.regions.data());
         change_use(commands, made.textures, as_copy_destination, as_sampled);
     });
     return made;

@@ -1,6 +1,7 @@
 #include "render/recipe_build.h"
 
 #include <algorithm>
+#include <array>
 
 #include "base/check.h"
 #include "render/shader_library.h"
@@ -170,6 +171,108 @@ bool is_used(const PipelineSpec& spec, Variant variant, bool draws_lines) {
     return false;
 }
 
+// The fixed state of a pipeline that draws: what Vulkan points to, so it must not be moved.
+class DrawState {
+public:
+    // has_visibility: of the recipe.
+    DrawState(const PipelineSpec& spec, Variant variant, bool has_visibility) {
+        set_input(spec);
+        set_raster(variant);
+        set_depth(spec, variant);
+        set_targets(spec, variant, has_visibility);
+    }
+    DrawState(const DrawState&) = delete;
+    DrawState& operator=(const DrawState&) = delete;
+
+    VkGraphicsPipelineCreateInfo info(const ShaderStages& stages, VkPipelineLayout layout) const {
+        VkGraphicsPipelineCreateInfo info{};
+        info.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO;
+        info.pNext = &rendering_;
+        info.stageCount = static_cast<uint32_t>(stages.infos.size());
+        info.pStages = stages.infos.data();
+        info.pVertexInputState = &input_;
+        info.pInputAssemblyState = &assembly_;
+        info.pTessellationState = patches_ ? &tessellation_ : nullptr;
+        info.pViewportState = &viewport_;
+        info.pRasterizationState = &raster_;
+        info.pMultisampleState = &multisample_;
+        info.pDepthStencilState = &depth_;
+        info.pColorBlendState = &blend_;
+        info.pDynamicState = &dynamic_;
+        info.layout = layout;
+        return info;
+    }
+
+private:
+    void set_input(const PipelineSpec& spec) {
+        for (const VertexAttribute& a : spec.layout.attributes)
+            attributes_.push_back({a.location, 0, format_of(a.format), a.offset});
+        binding_ = {0, spec.layout.stride, VK_VERTEX_INPUT_RATE_VERTEX};
+        input_.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;
+        input_.vertexBindingDescriptionCount = spec.layout.stride > 0 ? 1 : 0;
+        input_.pVertexBindingDescriptions = &binding_;
+        input_.vertexAttributeDescriptionCount = static_cast<uint32_t>(attributes_.size());
+        input_.pVertexAttributeDescriptions = attributes_.data();
+        patches_ = !spec.tessellation_control.empty();
+        assembly_.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO;
+        assembly_.topology = patches_ ? VK_PRIMITIVE_TOPOLOGY_PATCH_LIST : VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+        tessellation_.sType = VK_STRUCTURE_TYPE_PIPELINE_TESSELLATION_STATE_CREATE_INFO;
+        tessellation_.patchControlPoints = spec.patch_vertices;
+    }
+    void set_raster(Variant variant) {
+        viewport_.sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO;
+        viewport_.viewportCount = viewport_.scissorCount = 1;
+        raster_.sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO;
+        raster_.polygonMode = as_lines(variant) ? VK_POLYGON_MODE_LINE : VK_POLYGON_MODE_FILL;
+        raster_.frontFace = VK_FRONT_FACE_COUNTER_CLOCKWISE;
+        raster_.lineWidth = 1;
+        multisample_.sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO;
+        multisample_.rasterizationSamples = VK_SAMPLE_COUNT_1_BIT;
+        dynamic_.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO;
+        dynamic_.dynamicStateCount = static_cast<uint32_t>(dynamic_states.size());
+        dynamic_.pDynamicStates = dynamic_states.data();
+    }
+    void set_depth(const PipelineSpec& spec, Variant variant) {
+        const bool coloured = in_colour_stage(variant);
+        depth_.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO;
+        depth_.depthTestEnable = VK_TRUE;
+        depth_.depthWriteEnable = !coloured;
+        // Reversed depth; what the depth stage left is drawn once. What covers the view lies behind it all.
+        depth_.depthCompareOp = spec.whole_view ? VK_COMPARE_OP_LESS
+                                : coloured      ? VK_COMPARE_OP_EQUAL
+                                                : VK_COMPARE_OP_GREATER_OR_EQUAL;
+    }
+    void set_targets(const PipelineSpec& spec, Variant variant, bool has_visibility) {
+        const bool coloured = in_colour_stage(variant);
+        const uint32_t images = coloured || (in_depth_stage(variant) && has_visibility) ? 1 : 0;
+        blend_attachment_.colorWriteMask = fragment_of(spec, variant).empty() ? 0 : 0xf;
+        blend_.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
+        blend_.attachmentCount = images;
+        blend_.pAttachments = &blend_attachment_;
+        rendering_.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO;
+        rendering_.colorAttachmentCount = images;
+        rendering_.pColorAttachmentFormats = coloured ? &colour_format : &visibility_format;
+        rendering_.depthAttachmentFormat = depth_format;
+    }
+
+    static constexpr std::array<VkDynamicState, 3> dynamic_states = {
+        VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR, VK_DYNAMIC_STATE_CULL_MODE};
+    bool patches_ = false;
+    std::vector<VkVertexInputAttributeDescription> attributes_;
+    VkVertexInputBindingDescription binding_{};
+    VkPipelineVertexInputStateCreateInfo input_{};
+    VkPipelineInputAssemblyStateCreateInfo assembly_{};
+    VkPipelineTessellationStateCreateInfo tessellation_{};
+    VkPipelineViewportStateCreateInfo viewport_{};
+    VkPipelineRasterizationStateCreateInfo raster_{};
+    VkPipelineMultisampleStateCreateInfo multisample_{};
+    VkPipelineDepthStencilStateCreateInfo depth_{};
+    VkPipelineColorBlendAttachmentState blend_attachment_{};
+    VkPipelineColorBlendStateCreateInfo blend_{};
+    VkPipelineDynamicStateCreateInfo dynamic_{};
+    VkPipelineRenderingCreateInfo rendering_{};
+};
+
 // has_visibility: of the recipe.
 OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout,
                                  const VkSpecializationInfo* constants, Variant variant, bool has_visibility) {
@@ -178,77 +281,8 @@ OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec,
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, spec.tessellation_control);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, spec.tessellation_evaluation);
     stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, fragment_of(spec, variant));
-    const bool coloured = in_colour_stage(variant), to_image = coloured || (in_depth_stage(variant) && has_visibility);
-
-    std::vector<VkVertexInputAttributeDescription> attributes;
-    for (const VertexAttribute& a : spec.layout.attributes)
-        attributes.push_back({a.location, 0, format_of(a.format), a.offset});
-    const VkVertexInputBindingDescription binding{0, spec.layout.stride, VK_VERTEX_INPUT_RATE_VERTEX};
-    VkPipelineVertexInputStateCreateInfo input{};
-    input.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;
-    input.vertexBindingDescriptionCount = spec.layout.stride > 0 ? 1 : 0;
-    input.pVertexBindingDescriptions = &binding;
-    input.vertexAttributeDescriptionCount = static_cast<uint32_t>(attributes.size());
-    input.pVertexAttributeDescriptions = attributes.data();
-    const bool patches = !spec.tessellation_control.empty();
-    VkPipelineInputAssemblyStateCreateInfo assembly{};
-    assembly.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO;
-    assembly.topology = patches ? VK_PRIMITIVE_TOPOLOGY_PATCH_LIST : VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
-    VkPipelineTessellationStateCreateInfo tessellation{};
-    tessellation.sType = VK_STRUCTURE_TYPE_PIPELINE_TESSELLATION_STATE_CREATE_INFO;
-    tessellation.patchControlPoints = spec.patch_vertices;
-    VkPipelineViewportStateCreateInfo viewport{};
-    viewport.sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO;
-    viewport.viewportCount = viewport.scissorCount = 1;
-    VkPipelineRasterizationStateCreateInfo raster{};
-    raster.sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO;
-    raster.polygonMode = as_lines(variant) ? VK_POLYGON_MODE_LINE : VK_POLYGON_MODE_FILL;
-    raster.frontFace = VK_FRONT_FACE_COUNTER_CLOCKWISE;
-    raster.lineWidth = 1;
-    VkPipelineMultisampleStateCreateInfo multisample{};
-    multisample.sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO;
-    multisample.rasterizationSamples = VK_SAMPLE_COUNT_1_BIT;
-    VkPipelineDepthStencilStateCreateInfo depth{};
-    depth.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO;
-    depth.depthTestEnable = VK_TRUE;
-    depth.depthWriteEnable = !coloured;
-    // Reversed depth; what the depth stage left is drawn once. What covers the view lies behind it all.
-    depth.depthCompareOp = spec.whole_view ? VK_COMPARE_OP_LESS
-                           : coloured      ? VK_COMPARE_OP_EQUAL
-                                           : VK_COMPARE_OP_GREATER_OR_EQUAL;
-    VkPipelineColorBlendAttachmentState blend_attachment{};
-    blend_attachment.colorWriteMask = fragment_of(spec, variant).empty() ? 0 : 0xf;
-    VkPipelineColorBlendStateCreateInfo blend{};
-    blend.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
-    blend.attachmentCount = to_image ? 1 : 0;
-    blend.pAttachments = &blend_attachment;
-    const VkDynamicState dynamic_states[] = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR,
-                                             VK_DYNAMIC_STATE_CULL_MODE};
-    VkPipelineDynamicStateCreateInfo dynamic{};
-    dynamic.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO;
-    dynamic.dynamicStateCount = 3;
-    dynamic.pDynamicStates = dynamic_states;
-    VkPipelineRenderingCreateInfo rendering{};
-    rendering.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO;
-    rendering.colorAttachmentCount = to_image ? 1 : 0;
-    rendering.pColorAttachmentFormats = coloured ? &colour_format : &visibility_format;
-    rendering.depthAttachmentFormat = depth_format;
-
-    VkGraphicsPipelineCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO;
-    info.pNext = &rendering;
-    info.stageCount = static_cast<uint32_t>(stages.infos.size());
-    info.pStages = stages.infos.data();
-    info.pVertexInputState = &input;
-    info.pInputAssemblyState = &assembly;
-    info.pTessellationState = patches ? &tessellation : nullptr;
-    info.pViewportState = &viewport;
-    info.pRasterizationState = &raster;
-    info.pMultisampleState = &multisample;
-    info.pDepthStencilState = &depth;
-    info.pColorBlendState = &blend;
-    info.pDynamicState = &dynamic;
-    info.layout = layout;
+    const DrawState state(spec, variant, has_visibility);
+    const VkGraphicsPipelineCreateInfo info = state.info(stages, layout);
     VkPipeline pipeline = VK_NULL_HANDLE;
     LODE_VK(vkCreateGraphicsPipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
     device.name(VK_OBJECT_TYPE_PIPELINE, reinterpret_cast<uint64_t>(pipeline), spec.name);

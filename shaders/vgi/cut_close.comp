@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A grid cut on the device, second: whatever the wanted nodes of a level need is wanted, too (GridCut::close_wanted).
-// Levels from the finest to the coarsest, a dispatch each: what is needed is coarser.
+// Second pass of a grid cut (cut_look.comp tells the protocol): whatever the wanted nodes of a level need is wanted, too
+// (GridCut::close_wanted). Levels from the finest to the coarsest, a dispatch each: what is needed is coarser.
 #include "shared/vgi_nodes.glsl"
 
 void main() {

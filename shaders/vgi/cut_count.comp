@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A grid cut on the device, fourth: how many nodes of each chart are drawn.
+// Fourth pass of a grid cut (cut_look.comp tells the protocol): how many nodes of each chart are drawn.
 #include "shared/vgi_nodes.glsl"
 
 shared uint count;

@@ -1,10 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A grid cut on the device, third: nodes of a level are divided where that is wanted and pages are there, and it is told
-// which views see what is left (GridCut::divide and see). Levels from the coarsest to the finest, a dispatch each.
+// Third pass of a grid cut (cut_look.comp tells the protocol): nodes of a level are divided where that is wanted and pages
+// are there, and the views that see what is left are noted (GridCut::divide and see). Levels from the coarsest to the finest,
+// a dispatch each.
 #include "shared/vgi_nodes.glsl"
 
-// As Wanted::excess and wish_for; only the order in which pages are read comes from it.
+// As RefinementTest::excess and wish_for; only the order in which pages are read comes from it.
 float wish(Node n, uint number) {
     VgiCutPage page = bounds[number];
     Reaches reaches = own_reaches();

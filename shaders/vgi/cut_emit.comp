@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A grid cut on the device, last: a patch for every node that is drawn, chart after chart and in order of the nodes'
-// numbers whichever invocation comes first, and the draws of all of them (GridCut::draw).
+// Last pass of a grid cut (cut_look.comp tells the protocol): a patch for every node that is drawn, chart after chart and in
+// order of the nodes' numbers whichever invocation comes first, and the draws of all of them (GridCut::draw).
 #include "shared/vgi_nodes.glsl"
 
 layout(set = 1, binding = LODE_VGI_PATCHES, std430) writeonly buffer VgiPatchBlock { uint patch_words[]; };

@@ -1,14 +1,37 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A grid cut on the device, first: the nodes of a level that some view sees and that have a wanted sample of the next
-// finer level (GridCut::look_into of vgi/grid_cut.cpp). Levels from the coarsest to level 1, a dispatch each.
+// First of the six passes that make a grid cut on the device (src/vgi/study/device_cut.cpp records them, in Stage::update;
+// the renderer puts a barrier between any two that share a buffer). They do what GridCut of src/vgi/study/grid_cut.cpp does.
+//
+//   pass    dispatches, L = coarsest level   one per      reads              writes
+//   look    L, L-1, .. 1                     node         parent's state     state (WANTED, OPEN); clears findings
+//   close   1, 2, .. L                       node         state              WANTED of coarser nodes (atomicOr)
+//   divide  L, L-1, .. 0                     node         coarser states     state (DIVIDED, EXISTS, LEAF), wishes
+//   count   1                                chart        states             leaves[chart]: nodes drawn
+//   sum     1                                instance     leaves             leaves[chart]: those of the charts before
+//   emit    1                                chart        states, leaves     patches, records, findings
+//
+// Who clears: nothing is cleared between frames. look overwrites the states of levels L .. 1, divide writes those of level 0
+// without reading them. look zeroes findings[0], findings[1] and the two words of every page, each by the one node that covers
+// the page; count overwrites every entry of leaves, emit every record.
+// Who counts: count, the nodes with LODE_NODE_LEAF of a chart; sum makes that the place where the chart's patches begin, so
+// the order does not depend on scheduling. emit adds triangles of views[0] to findings[0]; the workgroup of an
+// instance's last chart adds its patches to findings[1] and writes its records. divide raises the wish of a page that is
+// missing (findings, atomicMax on the bits of a positive float); emit marks the pages that are used.
+// Sizes, of each instance (DeviceCutSizes): a state per node; charts << 2 * node_top patches, as many as the finest cut has, so
+// no list can overflow; a record per LODE_CUT_RECORD_PATCHES of them. Records past the end draw 0 patches.
+// When it ends: after 3 L + 4 dispatches. There is no loop and no queue. gl_WorkGroupID.y is the instance; where atlases differ
+// in size, L is that of the largest, and invocations without a node or chart return. The processor reads findings back in a
+// later frame: the pages used and missed, and two counts for statistics.
+//
+// This pass: nodes of a level that some view sees and that have a wanted sample of the next finer level (GridCut::look_into).
 #include "shared/vgi_nodes.glsl"
 
 bool within(float reach, vec3 p) {
     return lode_metric_within(reach, p.x, p.y, p.z, cuts[instance].ahead, cuts[instance].cosine, cuts[instance].sine_squared);
 }
 
-// As Wanted::may_be.
+// As RefinementTest::may_be.
 bool may_be_wanted(VgiCutPage page, uint error, uint radius) {
     Reaches reaches = own_reaches();
     vec3 p = mapped(of_object(), vec3(page.centre_x, page.centre_y, page.centre_z));

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A grid cut on the device, fifth: where in the list each chart's nodes begin, a prefix sum over the charts of an
-// instance by one group. Hillis and Steele, "Data parallel algorithms", CACM 1986, for sums of the lanes' runs.
+// Fifth pass of a grid cut (cut_look.comp tells the protocol): where in the list each chart's nodes begin, a prefix sum over
+// the charts of an instance by one group. Hillis and Steele, "Data parallel algorithms", CACM 1986, for sums of the lanes' runs.
 #include "shared/vgi_nodes.glsl"
 
 shared uint sums[LODE_CUT_GROUP];

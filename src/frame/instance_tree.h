@@ -21,8 +21,8 @@ public:
     using SphereOf = std::function<Sphere(const Instance&)>;
     explicit InstanceTree(SphereOf sphere_of) : sphere_of_(std::move(sphere_of)) {}
 
-    // The tree of this set. Instances that moved since the last call take their nodes along; the tree is built anew
-    // where instances came or went, and after as many moves as there are instances.
+    // The tree of this set. Nodes grow around what moved out of them since the last call; the tree is built anew where
+    // instances came or went, and after nodes have grown as often as there are instances.
     void update(const InstanceSet& instances);
 
     struct Seen {
@@ -53,7 +53,7 @@ private:
     std::vector<uint32_t> order_;    // instances, leaf after leaf
     std::vector<uint32_t> leaf_of_;  // per instance
     std::vector<Sphere> spheres_;    // per instance
-    size_t moves_ = 0;               // since the tree was built
+    size_t grown_ = 0;               // how often nodes have grown since the tree was built
 };
 
 }  // namespace lodestone

@@ -13,6 +13,7 @@
 
 namespace lodestone {
 
+// An asset as it stands in the scene.
 struct Instance {
     uint32_t asset = 0;            // into the assets given to open()
     uint32_t first_material = 0;   // added to the material numbers of the asset's vertices
@@ -24,17 +25,19 @@ struct Instance {
 class InstanceSet {
 public:
     InstanceSet() : state_(std::make_shared<State>()) {}
+    // A set of these.
     InstanceSet(std::vector<Instance> instances) : InstanceSet() { state_->all = std::move(instances); }
+    // A set of these.
     InstanceSet(std::initializer_list<Instance> instances) : InstanceSet(std::vector<Instance>(instances)) {}
 
-    size_t size() const { return state_->all.size(); }
-    bool empty() const { return state_->all.empty(); }
-    const Instance& operator[](size_t i) const { return state_->all[i]; }
-    auto begin() const { return state_->all.cbegin(); }
-    auto end() const { return state_->all.cend(); }
-    operator std::span<const Instance>() const { return state_->all; }
+    size_t size() const { return state_->all.size(); }                     // how many there are
+    bool empty() const { return state_->all.empty(); }                     // whether there are none
+    const Instance& operator[](size_t i) const { return state_->all[i]; }  // i: below size()
+    auto begin() const { return state_->all.cbegin(); }                    // constant; edit() changes
+    auto end() const { return state_->all.cend(); }                        // constant, too
+    operator std::span<const Instance>() const { return state_->all; }     // valid until the set is changed or goes
 
-    // Sets of one generation are equal. Never 0.
+    // A number for what the set holds: sets of one generation are equal. Never 0.
     uint64_t generation() const {
         state_->told = true;
         return state_->generation;
@@ -53,14 +56,17 @@ public:
         state_->changed.push_back(static_cast<uint32_t>(i));
         return state_->all[i];
     }
+    // Drops the last instances or adds default ones.
     void resize(size_t count) {
         own(false);
         state_->all.resize(count);
     }
+    // Adds one at the end.
     void push_back(const Instance& instance) {
         own(false);
         state_->all.push_back(instance);
     }
+    // Makes it a set of so many equal instances.
     void assign(size_t count, const Instance& instance) { *this = std::vector<Instance>(count, instance); }
 
     bool operator==(const InstanceSet& other) const {

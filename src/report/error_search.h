@@ -10,6 +10,7 @@
 
 namespace lodestone {
 
+// Where and how finely a setting is looked for.
 struct ErrorSearch {
     double start = 1;       // tried first, > 0
     double range = 64;      // from start / range to start * range
@@ -19,12 +20,14 @@ struct ErrorSearch {
 // smallest is good.
 Result<std::optional<double>> largest_good(const ErrorSearch& search, const std::function<Result<bool>(double)>& good);
 
+// The time that is to be held, and where its pixel error is looked for.
 struct FrameTimeSearch {
     double target_ms = 0;                // what a frame may take, > 0
     double least = 1.0 / 16, most = 64;  // pixel errors to look among, 0 < least <= 1 <= most
     double nearness = 0.03;              // of the target: near enough to stop, and to hold it
     uint32_t most_tries = 12;            // > 0
 };
+// What was found.
 struct FrameTimeFound {
     size_t which;  // try, in the order they were made
     bool holds;    // the target, within nearness

@@ -21,6 +21,7 @@ struct CameraPath {
     float near_plane = 0.01f, far_plane = 100;  // world units
     uint32_t frames = 120;                      // of the whole flight
 
+    // The camera at a time of the flight.
     // t: 0 (first key) .. 1 (last key); clamped.
     Camera at(double t) const;
     // Frame i of `count`: t = i / (count - 1).

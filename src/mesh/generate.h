@@ -23,6 +23,7 @@ enum class Shape {
 };
 Result<Shape> shape_named(std::string_view name);  // Fault::usage names the choices
 
+// A shape of about so many triangles.
 // Seams: sphere, rock, torus and vase carry texture-coordinate seams (positions stay welded). triangles: 1 .. 2^31.
 // seed: of the noise; grid, sphere and torus have none.
 TriMesh generate(Shape shape, uint64_t triangles, uint64_t seed = 1);

@@ -14,6 +14,7 @@ class PositionIndex {
 public:
     static constexpr uint32_t nowhere = ~0u;  // no point is there
 
+    // The points that are looked for.
     // positions: must outlive this; at most 2^32 - 1.
     explicit PositionIndex(std::span<const glm::vec3> positions)
         : positions_(positions), table_(std::bit_ceil(positions.size() * 2 + 1), nowhere) {

@@ -16,6 +16,7 @@ struct ErrorSearch {
     double range = 64;      // from start / range to start * range
     double nearness = 1.1;  // found within this factor of what is not good any more, > 1
 };
+// Looks for the largest setting that is good.
 // good: whether a setting is, which smaller ones then are, too; measured, so it may fail. Nothing where not even the
 // smallest is good.
 Result<std::optional<double>> largest_good(const ErrorSearch& search, const std::function<Result<bool>(double)>& good);
@@ -32,6 +33,7 @@ struct FrameTimeFound {
     size_t which;  // try, in the order they were made
     bool holds;    // the target, within nearness
 };
+// Looks for the smallest pixel error that holds a frame time.
 // median_ms_at: what a frame takes at a pixel error, ms, > 0; measured, so it may fail, and two tries may differ by
 // chance. Of the errors tried that hold the target the smallest; where none does, the fastest of all.
 Result<FrameTimeFound> error_that_holds(const FrameTimeSearch& search,

@@ -12,7 +12,8 @@
 
 namespace lodestone {
 
-// tswap: slot f[0] receives the face of f[1], f[1] that of f[2], ..., the last that of f[0]. indices: three per slot.
+// A cyclic permutation of slots: slot f[0] receives the face of f[1], f[1] that of f[2], ..., the last that of f[0].
+// indices: three per slot.
 void tswap(std::span<uint32_t> indices, std::span<const uint32_t> slots);
 // Its inverse over the same slots: the cycle run backwards.
 void tswap_inverse(std::span<uint32_t> indices, std::span<const uint32_t> slots);

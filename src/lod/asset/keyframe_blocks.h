@@ -24,6 +24,7 @@ struct DeadFace {
     std::array<uint32_t, 3> wedges{};  // only where literal
 };
 
+// Writes a block.
 // sources: per slot of the block, 1 .. 64 of them, its slot in the order before. dead: by rising neighbour. Appends to
 // bytes.
 void write_keyframe_block(std::span<const uint32_t> sources, std::span<const DeadFace> dead,

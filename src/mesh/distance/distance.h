@@ -16,6 +16,7 @@ namespace lodestone {
 // Answers closest-point queries on a set of triangles.
 class ClosestSurface {
 public:
+    // Builds the search tree; needs neither array afterwards.
     // indices: three per triangle, into positions. Degenerate triangles count as the segment or point they are.
     ClosestSurface(std::span<const glm::vec3> positions, std::span<const uint32_t> indices);
     ~ClosestSurface();
@@ -28,6 +29,7 @@ public:
         glm::dvec3 point{0};    // closest point on it
     };
     static constexpr uint32_t no_hint = ~0u;  // no triangle is known to be near
+    // The point of the surface that is closest to a point.
     // hint: a triangle likely to be near (its distance bounds the search), or no_hint. The mesh must have a triangle.
     // near_enough: object units; the search ends at the first triangle found that is no farther. Below 0: never.
     Hit closest(const glm::dvec3& point, uint32_t hint = no_hint, double near_enough = -1) const;

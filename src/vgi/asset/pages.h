@@ -74,6 +74,7 @@ struct Channel {
     Kind kind = Kind::amount;  // of all its numbers
     bool averaged = false;     // coarser pages have means of what is around instead (page_means.h); not wide
 };
+// The channels of a layer, in the order they are stored.
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture
 // coordinates (2), colour (4), material (1), each where the atlas has them.
 std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer);
@@ -85,6 +86,7 @@ PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart);  // its own
 struct Page {
     std::vector<uint16_t> values;  // channels * samples_per_side()^2 of them
 };
+// The samples of a page, read from the images.
 // page: of the chart's own. Its samples, of averaged channels too.
 Page read_page(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page);
 // Puts the samples of a page into the images; coarser pages share some of them.
@@ -103,6 +105,7 @@ public:
     // Fault::format where the bytes are not those of such a family. channels: must outlive this.
     static Result<PageFamily> unpack(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
                                      std::span<const std::byte> bytes);
+    // The samples of a page.
     // number: of a page of this family. parent: of every page but 0.
     Page page(uint32_t number, const Page* parent) const;
 

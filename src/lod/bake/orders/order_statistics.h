@@ -38,6 +38,7 @@ struct OrderCost {
     double cache_lines_per_ecol = 0;  // distinct 64-byte lines of the index buffer written by ecol and tswap together
     double bytes_per_ecol = 0;        // permutation data
 };
+// What a face order costs on a device with this cache.
 // order: into pm.orders. levels: as sample_levels() gives them.
 OrderCost cost_of_order(const ProgressiveMesh& pm, uint32_t order, const CacheModel& model,
                         const std::vector<uint32_t>& levels);

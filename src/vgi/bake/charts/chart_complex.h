@@ -38,6 +38,7 @@ struct ChartComplex {
 // Triangles of each patch, in rising order.
 std::vector<std::vector<uint32_t>> members_of(std::span<const uint32_t> label, uint32_t count);
 
+// Finds the arcs between patches and the sides of each.
 // label: per triangle, 0 .. count - 1. corners: vertices of borders that are corners even where only two meet; there
 // patches may touch in more than one place. Fault::invariant where a patch is not a disk with at least three sides or
 // two patches touch in more than a point or an arc; the message names them.

@@ -33,6 +33,7 @@ struct ParameteriseOptions {
     double curvature_importance = 0.15;
 };
 
+// Lays a quad of the surface onto the unit square.
 // triangles: those of the quad. sides: its four in order, arcs as traced on the same surface. Fault::invariant where
 // even equal weights fold.
 Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> triangles, std::span<const Side> sides,

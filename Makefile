@@ -2,11 +2,12 @@
 #   make demo    bakes and measures the 300k rock and landscape; leaves reports and pictures in build/demo
 #   make test    builds and tests; ends with ctest's summary
 #   make bench   runs the benchmarks
+#   make reference  the pages of the public headers: build/release/reference/html/index.html
 #   make view    the interactive demo, on the demonstration's rock; SCENE=... for another
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all demo test bench view deps build clean
+.PHONY: all demo test bench reference view deps build clean
 all: build
 
 deps:
@@ -24,6 +25,10 @@ test: build
 
 bench: build
 	scripts/bench.sh
+
+reference: deps
+	cmake --preset release
+	cmake --build --preset release --target reference
 
 SCENE ?= assets/rock.scene.json
 view: build

@@ -17,6 +17,8 @@ packages=(
   mesa-vulkan-drivers vulkan-validationlayers xvfb xauth
   # to draw the plots of docs/ (scripts/plot-orders.sh)
   gnuplot-nox
+  # to make the reference of the public headers (make reference), and to test that it is whole
+  doxygen
 )
 
 if [ "${1:-}" = --list ]; then

@@ -91,7 +91,7 @@ struct Atlas {
     // Per texel, chart after chart.
     std::vector<std::array<uint16_t, 3>> positions;  // lattice points
     std::vector<uint8_t> sample_errors;              // codes of sample_errors.h; zeros until measured
-    std::vector<uint8_t> sample_radii;               // likewise
+    std::vector<uint8_t> sample_radii;               // codes of the radii of samples (sample_errors.h)
     // Per texel of the attributes, chart after chart: those of the chart's own side of a seam.
     std::vector<std::array<int8_t, 2>> normals;  // octahedral, -127 .. 127; within a degree
     std::vector<std::array<uint16_t, 2>> uvs;    // uv_low + uv_step * texel; empty where the source has none

@@ -66,7 +66,7 @@ struct Channel {
         // Of geometry alone (sample_errors.h): not above that of the sample's parents in the bintree; mostly that of
         // the sphere around the triangles that the sample splits.
         error,
-        radius,  // likewise
+        radius,  // of geometry alone, the same for sample radii
     };
     uint8_t group;             // channels of equal groups stand together
     bool wide;                 // 16 bits, else 8

@@ -39,7 +39,7 @@ struct CollapseList {
     std::vector<WedgePair> wedge_pairs;            // collapse after collapse
     StopReason stop = StopReason::target_reached;  // why the list ends
     uint64_t blocked_by_topology = 0;              // candidate collapses refused in the end, by reason
-    uint64_t blocked_by_flips = 0;                 // likewise
+    uint64_t blocked_by_flips = 0;                 // those that would turn a triangle over
 
     // Chunks lod/collapses, lod/wedge_pairs, lod/collapse_counts.
     Result<void> write_chunks(ChunkWriter& writer) const;

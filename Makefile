@@ -4,11 +4,12 @@
 #   make test-long  as test, with the tests that take long
 #   make check   clang with address and undefined-behaviour sanitizers, the fast tests in it, and clang-tidy
 #   make bench   runs the benchmarks and writes docs/figures.md
+#   make reference  the pages of the public headers: build/release/reference/html/index.html
 #   make view    the interactive demo, on the demonstration's rock; SCENE=... for another
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all demo test test-long check bench view deps build clean
+.PHONY: all demo test test-long check bench reference view deps build clean
 all: build
 
 deps:
@@ -38,6 +39,10 @@ check:
 bench: build
 	scripts/figures.py measure
 	scripts/figures.py write
+
+reference: deps
+	cmake --preset release
+	cmake --build --preset release --target reference
 
 SCENE ?= assets/rock.scene.json
 view: build

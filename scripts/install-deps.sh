@@ -18,6 +18,8 @@ packages=(
   mesa-vulkan-drivers vulkan-validationlayers xvfb xauth
   # to draw the plots of docs/ (scripts/plot-orders.sh, scripts/plot-history.py)
   gnuplot-nox
+  # to make the reference of the public headers (make reference), and to test that it is whole
+  doxygen
 )
 
 checks=(clang libclang-rt-14-dev clang-tidy)

@@ -17,6 +17,7 @@
 
 namespace lodestone {
 
+// An asset as it stands in the scene.
 struct Instance {
     uint32_t asset = 0;            // into the assets given to open()
     uint32_t first_material = 0;   // added to the material numbers of the asset's vertices
@@ -28,12 +29,13 @@ struct Instance {
 // written to.
 class InstanceSet {
 public:
+    // Goes through a set, which must stay where it is. What it shows is constant; edit() changes.
     class Iterator {
     public:
-        using value_type = Instance;
-        using difference_type = std::ptrdiff_t;
+        using value_type = Instance;             // what it shows
+        using difference_type = std::ptrdiff_t;  // instances between two
         Iterator() = default;
-        Iterator(const InstanceSet* set, size_t at) : set_(set), at_(at) {}
+        Iterator(const InstanceSet* set, size_t at) : set_(set), at_(at) {}  // at: number of an instance, or size()
         const Instance& operator*() const { return (*set_)[at_]; }
         const Instance* operator->() const { return &(*set_)[at_]; }
         Iterator& operator++() {
@@ -49,20 +51,24 @@ public:
     };
 
     InstanceSet() : state_(std::make_shared<State>()) {}
+    // A set of these.
     InstanceSet(std::span<const Instance> instances) : InstanceSet() {
         resize(instances.size());
         for (size_t i = 0; i < instances.size(); ++i) slot(i) = instances[i];
     }
+    // A set of these.
     InstanceSet(const std::vector<Instance>& instances) : InstanceSet(std::span(instances)) {}
+    // A set of these.
     InstanceSet(std::initializer_list<Instance> instances) : InstanceSet(std::span(instances)) {}
 
-    size_t size() const { return state_->size; }
-    bool empty() const { return size() == 0; }
+    size_t size() const { return state_->size; }     // how many there are
+    bool empty() const { return size() == 0; }       // whether there are none
+    Iterator begin() const { return {this, 0}; }     // at the first
+    Iterator end() const { return {this, size()}; }  // behind the last
+    // i: below size().
     const Instance& operator[](size_t i) const { return (*state_->blocks[i / block_size])[i % block_size]; }
-    Iterator begin() const { return {this, 0}; }
-    Iterator end() const { return {this, size()}; }
 
-    // Sets of one generation are equal. Never 0.
+    // A number for what the set holds: sets of one generation are equal. Never 0.
     uint64_t generation() const {
         state_->told = true;
         return state_->generation;
@@ -81,22 +87,24 @@ public:
         state_->changed.push_back(static_cast<uint32_t>(i));
         return slot(i);
     }
+    // Drops the last instances or adds default ones.
     void resize(size_t count) {
         own(false);
         const size_t before = state_->size;
         state_->size = count;
         state_->blocks.resize((count + block_size - 1) / block_size);
-        for (auto& block : state_->blocks) {
-            if (block == nullptr) block = std::make_shared<Block>();
-        }
+        for (size_t b = (before + block_size - 1) / block_size; b < state_->blocks.size(); ++b)
+            state_->blocks[b] = std::make_shared<Block>();
         // What a smaller set left in its last block is not seen again.
         for (size_t i = before; i < std::min(count, (before + block_size - 1) / block_size * block_size); ++i)
             slot(i) = Instance{};
     }
+    // Adds one at the end.
     void push_back(const Instance& instance) {
         resize(size() + 1);
         slot(size() - 1) = instance;
     }
+    // Makes it a set of so many equal instances.
     void assign(size_t count, const Instance& instance) { *this = std::vector<Instance>(count, instance); }
 
     bool operator==(const InstanceSet& other) const {

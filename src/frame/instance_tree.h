@@ -15,16 +15,19 @@
 
 namespace lodestone {
 
+// A tree of spheres over a set, kept from frame to frame.
 class InstanceTree {
 public:
     // Where an instance is: its sphere in world space.
     using SphereOf = std::function<Sphere(const Instance&)>;
+    // An empty tree; sphere_of is called whenever an instance comes or moves.
     explicit InstanceTree(SphereOf sphere_of) : sphere_of_(std::move(sphere_of)) {}
 
     // The tree of this set. Nodes grow around what moved out of them since the last call; the tree is built anew where
     // instances came or went, and after nodes have grown as often as there are instances.
     void update(const InstanceSet& instances);
 
+    // An instance that is seen.
     struct Seen {
         uint32_t instance, views;  // views: bit v for frusta[v]
         bool operator==(const Seen&) const = default;

@@ -12,6 +12,7 @@
 
 namespace lodestone {
 
+// What is repaired beyond what a manifold needs.
 struct RepairOptions {
     bool weld = true;         // vertices with bitwise equal positions (-0 counts as 0) become one
     float weld_distance = 0;  // object units; > 0 also welds vertices closer than this
@@ -31,7 +32,7 @@ struct RepairReport {
     uint64_t non_orientable_edges = 0;   // edges cut because no orientation agrees across them (a Moebius strip)
     uint64_t non_manifold_vertices = 0;  // vertices whose triangles formed several fans, split
     uint64_t unreferenced_vertices = 0;  // dropped
-    bool changed() const;
+    bool changed() const;                // whether anything was
 };
 
 // After it, every edge has one or two triangles that run opposite ways along it, every vertex one fan. Deterministic.

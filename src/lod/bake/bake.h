@@ -12,6 +12,7 @@
 
 namespace lodestone {
 
+// A progressive mesh of all collapses of a list, with the face orders named.
 // mesh: manifold, as `repair` leaves it. list: valid for it (CollapseList::validate). orders: names face_orderer_named
 // knows, at least one, none twice. Errors of levels are left 0; measure_errors (error_curve.h) fills them.
 // Fault::machine where the mesh needs more than 2^32 index positions.

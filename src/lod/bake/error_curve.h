@@ -10,10 +10,11 @@
 
 namespace lodestone {
 
+// How closely levels are measured.
 struct ErrorCurveOptions {
     uint32_t measured_levels = 48;  // >= 2; spread evenly over the logarithm of the triangle count, the base among them
     uint64_t samples = 100000;      // area-uniform points on each surface and level; every vertex counts besides
-    uint64_t seed = 1;
+    uint64_t seed = 1;              // of the sample points
 };
 
 // One error per level, object units, never decreasing, the first 0: the two-sided (Hausdorff) distance between the

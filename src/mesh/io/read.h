@@ -22,8 +22,18 @@
 
 namespace lodestone {
 
-enum class MeshFormat { ply, obj, stl, off, gltf, png_heights, geotiff };
+// A format that is read.
+enum class MeshFormat {
+    ply,          // ASCII and binary of either byte order
+    obj,          // with its .mtl
+    stl,          // ASCII and binary
+    off,          // OFF in ASCII
+    gltf,         // glTF 2.0, .gltf and .glb
+    png_heights,  // a grey PNG of 16 bits as a height map
+    geotiff,      // a TIFF of heights
+};
 
+// What is made of a file.
 struct ReadOptions {
     bool load_images = true;  // decode textures
     float height_scale = 1;   // height maps: object units per height unit
@@ -33,10 +43,11 @@ struct ReadOptions {
     int gltf_mesh = -1;       // glTF: this mesh alone, before nodes place it; -1: all that stands in the scene, as one
 };
 
+// What was found in a file.
 struct ReadReport {
-    MeshFormat format = MeshFormat::ply;
-    uint64_t polygons = 0;              // faces with more than three corners, cut into triangles
-    std::vector<std::string> warnings;  // one line each
+    MeshFormat format = MeshFormat::ply;  // the format it was read as
+    uint64_t polygons = 0;                // faces with more than three corners, cut into triangles
+    std::vector<std::string> warnings;    // one line each
 };
 
 // The format is told by content first, then by the file's extension (".gz" is looked through).
@@ -48,13 +59,16 @@ Result<TriMesh> read_mesh(const std::filesystem::path& path, const ReadOptions& 
 Result<std::unique_ptr<MeshStream>> open_mesh_stream(const std::filesystem::path& path, const ReadOptions& options = {},
                                                      ReadReport* report = nullptr);
 
+// For messages, such as "GeoTIFF height map".
 const char* name_of(MeshFormat format);
 
-// What stands in a glTF file's scene, in the order of its nodes: meshes with triangles, by number, and where they are.
+// A mesh that a node of a glTF scene places.
 struct PlacedMesh {
-    uint32_t mesh = 0;
-    glm::mat4 to_scene{1};
+    uint32_t mesh = 0;      // its number in the file, as ReadOptions::gltf_mesh takes it
+    glm::mat4 to_scene{1};  // from the mesh to the scene
 };
+// What stands in a glTF file's scene, in the order of its nodes: meshes with triangles, by number, and where they are.
+// Fault::format as for read_mesh().
 Result<std::vector<PlacedMesh>> read_gltf_nodes(const std::filesystem::path& path);
 
 }  // namespace lodestone

@@ -20,16 +20,18 @@ public:
 
     // Everything but the images, whose vectors are empty.
     const Atlas& about() const { return about_; }
-    const ChunkFile& file() const { return file_; }
+    const ChunkFile& file() const { return file_; }  // as given
 
-    // Where the bytes of a page's family lie: in which chunk, and from where to where in it.
+    // A part of a chunk.
     struct ByteRange {
-        const char* chunk;
-        uint64_t offset, bytes;
+        const char* chunk;       // its name
+        uint64_t offset, bytes;  // in bytes
     };
+    // Where the bytes of a page's family lie.
     ByteRange place(Layer layer, uint32_t chart, uint32_t page) const;
     // Whether the chart has the page, or leaves it out.
     bool has(Layer layer, uint32_t chart, uint32_t page) const;
+    // The bytes of a page's family, mapped and not checked: PageFamily::unpack() does that.
     std::span<const std::byte> bytes(Layer layer, uint32_t chart, uint32_t page) const;
 
 private:

@@ -4,6 +4,7 @@
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
 #include "base/progress.h"
+#include "base/text.h"
 #include "mesh/topology.h"
 
 namespace lodestone {
@@ -14,7 +15,7 @@ using Json = nlohmann::json;
 
 Json describe(const Asset& asset) {
     Json info = asset.about;
-    info["file"] = asset.file.path().filename().string();
+    info["file"] = as_utf8(asset.file.path().filename().string());
     info["bytes"] = asset.file.file_bytes();
     info["format_version"] = chunk_file_version;
     info["source_hash"] = asset.file.provenance().source.hex();
@@ -57,20 +58,20 @@ Json describe(const Asset& asset) {
 }
 
 void print(const Json& info) {
-    std::printf("%s: %s, %llu bytes, format %u\n", info["file"].get<std::string>().c_str(),
-                info["name"].get<std::string>().c_str(), info["bytes"].get<unsigned long long>(),
+    std::printf("%s: %s, %llu bytes, format %u\n", printable(info["file"].get<std::string>()).c_str(),
+                printable(info["name"].get<std::string>()).c_str(), info["bytes"].get<unsigned long long>(),
                 info["format_version"].get<unsigned>());
     std::printf("  source %s\n  baked with %s\n", info["source_hash"].get<std::string>().c_str(),
-                info["options"].dump().c_str());
+                printable(info["options"].dump()).c_str());
     if (info.contains("lod")) {
         const Json& lod = info["lod"];
         std::printf("  lod: %llu triangles, %llu vertices, %u levels; %s\n", lod["triangles"].get<unsigned long long>(),
                     lod["vertices"].get<unsigned long long>(), lod["levels"].get<unsigned>(),
-                    lod["stopped_because"].get<std::string>().c_str());
+                    printable(lod["stopped_because"].get<std::string>()).c_str());
         for (const Json& order : lod["orders"]) {
             std::printf("    order %-10s %llu keyframes, %.2f faces moved per ecol\n",
-                        order["name"].get<std::string>().c_str(), order["keyframes"].get<unsigned long long>(),
-                        order["moved_per_ecol"].get<double>());
+                        printable(order["name"].get<std::string>()).c_str(),
+                        order["keyframes"].get<unsigned long long>(), order["moved_per_ecol"].get<double>());
         }
         for (const Json& level : lod["errors"]) {
             std::printf("    level %-9u %10u triangles  error %g\n", level["level"].get<unsigned>(),
@@ -143,14 +144,14 @@ Result<int> verify(const std::string& path, bool json) {
     if (asset->discrete != nullptr) checks.emplace_back("discrete chain", asset->discrete->validate());
     end_progress();
     bool good = true;
-    Json report = {{"file", asset->file.path().filename().string()}, {"checks", Json::array()}};
+    Json report = {{"file", as_utf8(asset->file.path().filename().string())}, {"checks", Json::array()}};
     for (const auto& [name, result] : checks) {
         good &= result.has_value();
         report["checks"].push_back(
             {{"name", name}, {"passed", result.has_value()}, {"message", result ? "" : result.error().message}});
         if (!json)
-            std::printf("%s %s%s%s\n", result ? "ok    " : "FAILED", name.c_str(), result ? "" : ": ",
-                        result ? "" : result.error().message.c_str());
+            std::printf("%s %s%s%s\n", result ? "ok    " : "FAILED", printable(name).c_str(), result ? "" : ": ",
+                        result ? "" : printable(result.error().message).c_str());
     }
     report["passed"] = good;
     if (json) print_line(report.dump(2));

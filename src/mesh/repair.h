@@ -8,6 +8,7 @@
 
 #include "base/progress.h"
 #include "base/result.h"
+#include "mesh/limits.h"
 #include "mesh/tri_mesh.h"
 
 namespace lodestone {
@@ -16,6 +17,7 @@ namespace lodestone {
 struct RepairOptions {
     bool weld = true;         // vertices with bitwise equal positions (-0 counts as 0) become one
     float weld_distance = 0;  // object units; > 0 also welds vertices closer than this
+    Limits limits;            // on triangles, once degenerate and duplicate ones are dropped
     bool orient = true;       // make neighbouring triangles agree, outside out where a component is closed
 };
 
@@ -36,7 +38,7 @@ struct RepairReport {
 };
 
 // After it, every edge has one or two triangles that run opposite ways along it, every vertex one fan. Deterministic.
-// Fault::format when no triangle is left.
+// Fault::format when no triangle is left, or more than RepairOptions::limits allow.
 Result<RepairReport> repair(TriMesh& mesh, const RepairOptions& options = {});
 
 }  // namespace lodestone

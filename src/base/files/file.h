@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -13,31 +14,53 @@
 
 namespace lodestone {
 
-// A read-only mapping of a file; the bytes stay valid as long as the object lives.
+// A read-only mapping of a file; the bytes stay valid as long as the object lives. Where the file is cut short, or the
+// disk cannot read it, while it is mapped, bytes read as zeros, and intact() says so.
 class MappedFile {
 public:
-    // Fault::format where there is no such regular file or it cannot be opened, Fault::machine where it cannot be
+    // Fault::format where there is no such regular file or it may not be read, Fault::machine where it cannot be
     // mapped.
     static Result<std::shared_ptr<const MappedFile>> open(const std::filesystem::path& path);
     ~MappedFile();
     MappedFile(const MappedFile&) = delete;
     MappedFile& operator=(const MappedFile&) = delete;
     std::span<const std::byte> bytes() const { return bytes_; }  // empty for an empty file
+    // Fault::format where what was read of bytes() so far may not be what the file held when it was opened: it has been
+    // written to or cut since, or a part of it cannot be read.
+    Result<void> intact() const;
 
 private:
     MappedFile() = default;
+    // What tells one state of a file from another.
+    struct State {
+        uint64_t bytes = 0;
+        int64_t seconds = 0, nanoseconds = 0;  // of the last change
+        bool operator==(const State&) const = default;
+    };
+    static Result<State> state_of(int descriptor, const std::filesystem::path& path);
+    std::filesystem::path path_;
     std::span<const std::byte> bytes_;
+    int descriptor_ = -1, guard_ = -1;
+    State opened_;
 };
 
 // A whole file in memory. Copies share it.
 struct FileBytes {
-    std::span<const std::byte> bytes;   // valid as long as `owner` lives
-    std::shared_ptr<const void> owner;  // keeps `bytes` alive
+    std::span<const std::byte> bytes;        // valid as long as `owner` lives
+    std::shared_ptr<const void> owner;       // keeps `bytes` alive
+    std::shared_ptr<const MappedFile> file;  // as it is stored
+    // As MappedFile::intact.
+    Result<void> intact() const { return file != nullptr ? file->intact() : Result<void>{}; }
 };
 // The file's bytes; gunzipped when they begin with gzip's magic. Bytes are mapped where nothing had to be unpacked. A
 // gzip stream that is cut or damaged is Fault::format; a file that cannot be opened is Fault::format with the reason.
 // max_bytes bounds what a gzip stream may unpack to; more is Fault::machine.
 Result<FileBytes> read_file(const std::filesystem::path& path, uint64_t max_bytes = uint64_t{1} << 36);
+
+// The path that `file` means by `name`, relative to the folder it lies in. Fault::format where that leaves the folder,
+// by an absolute path, by "..", or through a symbolic link, unless allow_outside. There need be no such file.
+Result<std::filesystem::path> path_named_by(const std::filesystem::path& file, const std::string& name,
+                                            bool allow_outside = false);
 
 // An output file that appears whole or not at all: written beside `path` as a temporary, flushed and renamed by
 // commit(). Without commit() the temporary is removed by the destructor.

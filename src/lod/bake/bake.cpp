@@ -479,6 +479,17 @@ Result<std::vector<uint32_t>> replay_collapses(const CollapseList& list, const W
     return death;
 }
 
+// What an order stores is numbered by 32 bits.
+Result<void> check_entries(const std::string& name, const Store::Order& order, const Limits& limits) {
+    for (const auto& [what, number] :
+         {std::pair("corners rewritten", order.corners.size()), std::pair("slots moved", order.cycle_slots.size()),
+          std::pair("bytes of keyframes", order.block_bytes.size())}) {
+        if (number > limits.lod_entries)
+            return fail(Fault::format, "order " + name + " " + over_limit(what, number, limits.lod_entries));
+    }
+    return {};
+}
+
 // A progressive mesh without orders, whose spans refer to the store.
 ProgressiveMesh mesh_in(const std::shared_ptr<Store>& store, const TriMesh& mesh) {
     ProgressiveMesh pm;
@@ -498,12 +509,11 @@ ProgressiveMesh mesh_in(const std::shared_ptr<Store>& store, const TriMesh& mesh
 
 Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const CollapseList& list,
                                               const std::vector<std::string>& orders, const OrderOptions& order_options,
-                                              const Progress& progress) {
+                                              const Progress& progress, const Limits& limits) {
     LODE_CHECK(!orders.empty());
-    if (mesh.triangle_count() > std::numeric_limits<uint32_t>::max() / 3) {
-        return fail(Fault::machine,
-                    "the mesh has more triangles than a 32-bit index buffer can hold; cut it into pieces");
-    }
+    if (mesh.triangle_count() > limits.lod_triangles)
+        return fail(Fault::format, "the mesh " + over_limit("triangles", mesh.triangle_count(), limits.lod_triangles) +
+                                       ", or bake it with --backends vgi");
     const auto store = std::make_shared<Store>();
     WedgeOrder wedges(mesh, list);
     store->wedge_vertex = wedges.take_new_vertices();
@@ -525,6 +535,7 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
         if (!orderer) return tl::unexpected(orderer.error());
         auto baked = OrderBake(*store, face_indices, *death, **orderer).run(progress);
         if (!baked) return tl::unexpected(baked.error());
+        if (auto done = check_entries(name, *baked, limits); !done) return tl::unexpected(done.error());
         store->orders.push_back(std::move(*baked));
         const Store::Order& o = store->orders.back();
         pm.orders.push_back({name, (*orderer)->searched_less(), (*orderer)->drops_dead(), o.indices, o.first_corner,

@@ -18,6 +18,8 @@ struct Hash128 {
 };
 
 Hash128 hash_bytes(std::span<const std::byte> bytes);
+// The low half of XXH3's 64 bits: for many small pieces, where 16 bytes a piece would be too many.
+uint32_t checksum(std::span<const std::byte> bytes);
 
 template <class T>
 Hash128 hash_of(std::span<const T> values) {

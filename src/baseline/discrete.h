@@ -26,7 +26,8 @@ struct DiscreteChain {
     std::shared_ptr<const void> owner;
 
     Result<void> write_chunks(ChunkWriter& writer) const;
-    static Result<DiscreteChain> open(const ChunkFile& file);
+    // materials: of the asset, at least 1; a vertex with another is Fault::format.
+    static Result<DiscreteChain> open(const ChunkFile& file, size_t materials);
     Result<void> validate() const;
 };
 

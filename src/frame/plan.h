@@ -138,6 +138,7 @@ struct Plan {
     std::vector<Command> commands;
     std::vector<uint32_t> instance_ids;  // numbers into FrameInput::instances that draws refer to
     std::vector<PageRequest> requests;
+    std::vector<std::string> warnings;  // for the user: what goes wrong without stopping anything, each said once
     PlanStats stats;
     bool operator==(const Plan&) const = default;
 };

@@ -228,7 +228,7 @@ TEST_F(PinnedFrames, Pictures) {
             FrameInput input = frame_of_flight(40, 60);
             input.budget.upload_bytes = ~uint64_t{0};
             input.frame = frame;
-            input.completed_frame = (*renderer)->completed_frame();
+            input.completed_frame = *(*renderer)->completed_frame();
             input.arrivals = std::move(arrivals);
             const Plan plan = source->plan(input);
             ASSERT_TRUE((*renderer)->submit(plan, input, {}));

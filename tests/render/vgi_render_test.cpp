@@ -65,7 +65,7 @@ protected:
         std::vector<Arrival> arrivals;
         for (int quiet = 0, frames = 0; quiet < 3 && frames < 40; ++frames) {
             input.frame = frame_++;
-            input.completed_frame = renderer_->completed_frame();
+            input.completed_frame = *renderer_->completed_frame();
             input.arrivals = std::move(arrivals);
             const Plan plan = source.plan(input);
             if (mirror != nullptr) {

@@ -77,8 +77,9 @@ Result<int> extract(const Options& o) {
                     "--order " + o.order + ": the asset does not hold it; bake it with --order " + o.order);
     const auto level = chosen_level(o, pm);
     if (!level) return tl::unexpected(level.error());
-    return write_level(o, extract_level(pm, *level, static_cast<uint32_t>(order - pm.orders.data())), *level,
-                       pm.levels(), pm.errors[*level]);
+    const auto mesh = extract_level(pm, *level, static_cast<uint32_t>(order - pm.orders.data()));
+    if (!mesh) return fail_at(o.asset, mesh.error());
+    return write_level(o, *mesh, *level, pm.levels(), pm.errors[*level]);
 }
 
 }  // namespace

@@ -58,48 +58,48 @@ Json describe(const Asset& asset) {
 }
 
 void print(const Json& info) {
-    std::printf("%s: %s, %llu bytes, format %u\n", printable(info["file"].get<std::string>()).c_str(),
-                printable(info["name"].get<std::string>()).c_str(), info["bytes"].get<unsigned long long>(),
-                info["format_version"].get<unsigned>());
-    std::printf("  source %s\n  baked with %s\n", info["source_hash"].get<std::string>().c_str(),
-                printable(info["options"].dump()).c_str());
+    std::printf("%s: %s, %llu bytes, format %u\n", printable(info.at("file").get<std::string>()).c_str(),
+                printable(info.at("name").get<std::string>()).c_str(), info.at("bytes").get<unsigned long long>(),
+                info.at("format_version").get<unsigned>());
+    std::printf("  source %s\n  baked with %s\n", info.at("source_hash").get<std::string>().c_str(),
+                printable(info.at("options").dump()).c_str());
     if (info.contains("lod")) {
-        const Json& lod = info["lod"];
-        std::printf("  lod: %llu triangles, %llu vertices, %u levels; %s\n", lod["triangles"].get<unsigned long long>(),
-                    lod["vertices"].get<unsigned long long>(), lod["levels"].get<unsigned>(),
-                    printable(lod["stopped_because"].get<std::string>()).c_str());
-        for (const Json& order : lod["orders"]) {
+        const Json& lod = info.at("lod");
+        std::printf("  lod: %llu triangles, %llu vertices, %u levels; %s\n",
+                    lod.at("triangles").get<unsigned long long>(), lod.at("vertices").get<unsigned long long>(),
+                    lod.at("levels").get<unsigned>(), printable(lod.at("stopped_because").get<std::string>()).c_str());
+        for (const Json& order : lod.at("orders")) {
             std::printf("    order %-10s %llu keyframes, %.2f faces moved per ecol\n",
-                        printable(order["name"].get<std::string>()).c_str(),
-                        order["keyframes"].get<unsigned long long>(), order["moved_per_ecol"].get<double>());
+                        printable(order.at("name").get<std::string>()).c_str(),
+                        order.at("keyframes").get<unsigned long long>(), order.at("moved_per_ecol").get<double>());
         }
-        for (const Json& level : lod["errors"]) {
-            std::printf("    level %-9u %10u triangles  error %g\n", level["level"].get<unsigned>(),
-                        level["triangles"].get<unsigned>(), level["error"].get<double>());
+        for (const Json& level : lod.at("errors")) {
+            std::printf("    level %-9u %10u triangles  error %g\n", level.at("level").get<unsigned>(),
+                        level.at("triangles").get<unsigned>(), level.at("error").get<double>());
         }
     }
     if (info.contains("vgi")) {
-        const Json& vgi = info["vgi"];
+        const Json& vgi = info.at("vgi");
         std::printf(
             "  vgi: %u clusters, %u charts of %u^2 samples; stretch %.3f, worst %.2f; error rms %.3g, largest "
             "%.3g of the diagonal\n",
-            vgi["clusters"].get<unsigned>(), vgi["charts"].get<unsigned>(), vgi["resolution"].get<unsigned>(),
-            vgi["l2_stretch_rms"].get<double>(), vgi["l2_stretch_worst"].get<double>(), vgi["rms_error"].get<double>(),
-            vgi["max_error"].get<double>());
-        for (const Json& level : vgi["levels"]) {
-            std::printf("    level %-9u %10llu triangles  error %g\n", level["level"].get<unsigned>(),
-                        level["triangles"].get<unsigned long long>(), level["error"].get<double>());
+            vgi.at("clusters").get<unsigned>(), vgi.at("charts").get<unsigned>(), vgi.at("resolution").get<unsigned>(),
+            vgi.at("l2_stretch_rms").get<double>(), vgi.at("l2_stretch_worst").get<double>(),
+            vgi.at("rms_error").get<double>(), vgi.at("max_error").get<double>());
+        for (const Json& level : vgi.at("levels")) {
+            std::printf("    level %-9u %10llu triangles  error %g\n", level.at("level").get<unsigned>(),
+                        level.at("triangles").get<unsigned long long>(), level.at("error").get<double>());
         }
     }
     if (info.contains("discrete")) {
-        for (const Json& level : info["discrete"]["levels"]) {
-            std::printf("  discrete: %10llu triangles  error %g\n", level["triangles"].get<unsigned long long>(),
-                        level["error"].get<double>());
+        for (const Json& level : info.at("discrete")["levels"]) {
+            std::printf("  discrete: %10llu triangles  error %g\n", level.at("triangles").get<unsigned long long>(),
+                        level.at("error").get<double>());
         }
     }
-    for (const Json& chunk : info["chunks"]) {
-        std::printf("  chunk %-28s %12llu bytes\n", chunk["name"].get<std::string>().c_str(),
-                    chunk["bytes"].get<unsigned long long>());
+    for (const Json& chunk : info.at("chunks")) {
+        std::printf("  chunk %-28s %12llu bytes\n", chunk.at("name").get<std::string>().c_str(),
+                    chunk.at("bytes").get<unsigned long long>());
     }
 }
 
@@ -107,7 +107,7 @@ void print(const Json& info) {
 // each other: their charts have too few samples to be manifold.)
 Result<void> same_topology(const Asset& asset, const vgi::Atlas& atlas) {
     const Topology found = topology_of(atlas.extract(atlas.levels() > 2 ? atlas.levels() - 3 : 0));
-    const Json& source = asset.about["input"];
+    const Json& source = asset.about.at("input");
     const auto differs = [&](const char* what, uint64_t is) -> Result<void> {
         const auto was = source.value(what, uint64_t{0});
         if (was == is) return {};
@@ -120,14 +120,25 @@ Result<void> same_topology(const Asset& asset, const vgi::Atlas& atlas) {
     return differs("genus", static_cast<uint64_t>(found.genus));
 }
 
-// Checks in order, each a name and what it found.
+// What a file tells of itself may be anything.
+template <class Tell>
+Result<int> telling(const std::string& path, Tell&& tell) {
+    try {
+        return tell();
+    } catch (const Json::exception& e) {
+        return fail(Fault::format, path + ": chunk 'about': " + e.what() + "; bake the asset again");
+    }
+}
+
+// Checks in order, each a name and what it found. Damage ends it at once: what is damaged need not be looked at.
 Result<int> verify(const std::string& path, bool json) {
     const Progress progress = terminal_progress();
     auto asset = open_asset(path);
     if (!asset) return tl::unexpected(asset.error());
     std::vector<std::pair<std::string, Result<void>>> checks;
     progress.at("chunk hashes", 0);
-    checks.emplace_back("chunk hashes", asset->file.verify());
+    if (auto whole = asset->file.verify(); !whole) return tl::unexpected(whole.error());
+    checks.emplace_back("chunk hashes", Result<void>{});
     if (asset->lod != nullptr) {
         progress.at("progressive mesh", 0);
         checks.emplace_back("progressive mesh: every order played down and up", asset->lod->validate());
@@ -176,24 +187,28 @@ void add_info(CLI::App& app, Run& run) {
         run = [o]() -> Result<int> {
             auto asset = open_asset(o->asset);
             if (!asset) return tl::unexpected(asset.error());
-            const Json info = describe(*asset);
-            if (o->json) {
-                print_line(info.dump(2));
-            } else {
-                print(info);
-            }
-            return 0;
+            return telling(o->asset, [&] {
+                const Json info = describe(*asset);
+                if (o->json) {
+                    print_line(info.dump(2));
+                } else {
+                    print(info);
+                }
+                return 0;
+            });
         };
     });
 }
 
 void add_verify(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("verify", "Check every invariant of an asset; exit with 1 where one fails");
+    CLI::App* command = app.add_subcommand(
+        "verify", "Check every invariant of an asset; exit with 1 where one fails, 3 where the file is damaged");
     command->add_option("asset", o->asset, "Asset file, .lode")->required();
     command->add_flag("--json", o->json, "Print as JSON");
     command->footer(examples("lodestone verify bunny.lode"));
-    command->callback([o, &run] { run = [o] { return verify(o->asset, o->json); }; });
+    command->callback(
+        [o, &run] { run = [o] { return telling(o->asset, [&] { return verify(o->asset, o->json); }); }; });
 }
 
 }  // namespace lodestone

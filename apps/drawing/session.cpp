@@ -57,8 +57,8 @@ Image opaque_image(const Picture& picture) {
     return image;
 }
 
-DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer, uint32_t place)
-    : scene_(&scene), renderer_(&renderer), place_(place), reader_([&] {
+DrawSession::DrawSession(const ReadyScene& scene, Renderer& renderer, const Progress& progress, uint32_t place)
+    : scene_(&scene), renderer_(&renderer), progress_(progress), place_(place), reader_([&] {
           std::vector<ChunkFile> files;
           for (const Asset& asset : scene.assets)
               files.push_back(asset.atlas_file != nullptr ? asset.atlas_file->file() : asset.file);
@@ -72,12 +72,13 @@ Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, 
     if ((way.raster == "tess" || way.raster == "device") && !renderer.device().tessellates) {
         return fail(Fault::machine, renderer.device().name + " does not tessellate; choose --raster grid or bintree");
     }
-    std::unique_ptr<DrawSession> session(new DrawSession(scene, renderer, place));
+    std::unique_ptr<DrawSession> session(new DrawSession(scene, renderer, progress, place));
     auto source = open_backend(way, scene, progress);
     if (!source) return tl::unexpected(source.error());
     session->source_ = std::move(*source);
     if (auto done = renderer.load(session->source_->recipe(), scene.materials, place); !done)
         return tl::unexpected(done.error());
+    session->loaded_ = renderer.loaded(place);
     if (mirrored) session->mirror_.emplace(session->source_->recipe(), puller_of(way.backend));
     if (scene.scene.light_direction) session->look.light_direction = *scene.scene.light_direction;
     return session;
@@ -97,7 +98,9 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     input.readbacks = std::move(readbacks_);
     input.arrivals = reader_.arrivals();
     input.frame = frame_++;
-    input.completed_frame = renderer_->completed_frame(place_);
+    const auto completed = renderer_->completed_frame(place_);
+    if (!completed) return tl::unexpected(completed.error());
+    input.completed_frame = *completed;
     view_ = input.views[0];
 
     DrawnFrame drawn;
@@ -111,6 +114,8 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     }
     Plan plan = source_->plan(planned);
     drawn.plan_cpu_ms = thread_cpu_ms() - cpu_start;
+    for (const std::string& warning : plan.warnings) progress_.warning(warning);
+    drawn.warnings = std::move(plan.warnings);
     outstanding_ = !plan.requests.empty() || !input.arrivals.empty();
     reads_back_ = std::ranges::any_of(
         plan.commands, [](const Command& command) { return std::holds_alternative<Readback>(command.what); });

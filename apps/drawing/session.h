@@ -17,9 +17,10 @@ namespace lodestone {
 struct DrawnFrame {
     FrameCounters counters;
     PlanStats stats;
-    double plan_cpu_ms = 0;  // CPU of the calling thread inside FrameSource::plan
-    double cpu_ms = 0;       // CPU of the threads we start, since the frame before was done
-    double ms = 0;           // wall clock, from plan() entered to the fence seen signalled; simulations left out
+    double plan_cpu_ms = 0;             // CPU of the calling thread inside FrameSource::plan
+    double cpu_ms = 0;                  // CPU of the threads we start, since the frame before was done
+    std::vector<std::string> warnings;  // Plan::warnings
+    double ms = 0;  // wall clock, from plan() entered to the fence seen signalled; simulations left out
 };
 
 // A picture as an image to write; its alpha only marked coverage.
@@ -27,10 +28,14 @@ Image opaque_image(const Picture& picture);
 
 class DrawSession {
 public:
-    // Opens the backend and loads its recipe. scene and renderer must outlive the session.
+    // Opens the backend and loads its recipe. scene and renderer must outlive the session. What plans warn of is told
+    // to progress. After an error a session that was in the place before lives on where its lives() says so.
     // mirrored: also carry every plan out on the CPU, for mirror(). place: of the renderer's.
     static Result<std::unique_ptr<DrawSession>> open(const ReadyScene& scene, Renderer& renderer, const Technique& way,
                                                      bool mirrored, const Progress& progress, uint32_t place = 0);
+
+    // Whether its recipe is still loaded: a session in the same place, opened or tried, may have needed the room.
+    bool lives() const { return renderer_->loaded(place_) == loaded_; }
 
     // Plans, submits and waits for one frame. empty: the same frame with no instance in it.
     Result<DrawnFrame> draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
@@ -49,11 +54,13 @@ public:
     std::optional<View> frozen_levels, frozen_culling;
 
 private:
-    DrawSession(const ReadyScene& scene, Renderer& renderer, uint32_t place);
+    DrawSession(const ReadyScene& scene, Renderer& renderer, const Progress& progress, uint32_t place);
 
     const ReadyScene* scene_;
     Renderer* renderer_;
+    Progress progress_;
     uint32_t place_;
+    uint64_t loaded_ = 0;  // Renderer::loaded
     std::unique_ptr<FrameSource> source_;
     std::optional<PlanMirror> mirror_;
     PageReader reader_;

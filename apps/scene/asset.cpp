@@ -1,40 +1,72 @@
 #include "apps/scene/asset.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "vgi/asset/atlas_chunks.h"
 
 namespace lodestone {
 
+namespace {
+
+constexpr int most_nested = 32;  // brackets of `about` in one another: JSON is copied and written by recursion
+
+// The chunk that tells in words what the file holds.
+Result<nlohmann::json> read_about(const ChunkFile& file) {
+    using Json = nlohmann::json;
+    auto text = file.text("about");
+    if (!text) return tl::unexpected(text.error());
+    bool too_deep = false;
+    const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
+        too_deep |= depth > most_nested;
+        return !too_deep;
+    };
+    Json about = Json::parse(*text, shallow, false);
+    const auto wrong = [&](const char* what) {
+        return fail(Fault::format, file.path().string() + ": chunk 'about': " + what + "; bake the asset again");
+    };
+    if (about.is_discarded() || !about.is_object()) return wrong("is not JSON, or no object");
+    if (too_deep) return wrong("is nested too deeply");
+    const auto is = [&](const char* name, auto&& good) {
+        const auto at = about.find(name);
+        return at != about.end() && good(*at);
+    };
+    if (!is("name", [](const Json& v) { return v.is_string(); })) return wrong("has no name");
+    if (!is("input", [](const Json& v) { return v.is_object(); })) return wrong("tells nothing of the input");
+    // Flights go some radii away, which must be numbers, too.
+    const auto number = [](const Json& v) { return v.is_number() && std::isfinite(1e6f * v.get<float>()); };
+    const auto sphere = [&](const Json& v) {
+        return v.is_array() && v.size() == 4 && std::ranges::all_of(v, number) && v[3].get<float>() > 0;
+    };
+    if (!is("bounds", sphere)) return wrong("has no bounds");
+    return about;
+}
+
+}  // namespace
+
 Result<Asset> open_asset(const std::filesystem::path& path) {
     auto file = ChunkFile::open(path);
     if (!file) return tl::unexpected(file.error());
-    Asset asset{std::move(*file), {}, nullptr, nullptr, nullptr};
-    auto about = asset.file.text("about");
+    auto about = read_about(*file);
     if (!about) return tl::unexpected(about.error());
-    asset.about = nlohmann::json::parse(*about, nullptr, false);
-    const auto wrong = [&](const char* what) {
-        return fail(Fault::format, path.string() + ": chunk 'about': " + what + "; bake the asset again");
-    };
-    if (asset.about.is_discarded()) return wrong("is not JSON");
-    const auto bounds = asset.about.find("bounds");
-    if (bounds == asset.about.end() || !bounds->is_array() || bounds->size() != 4 ||
-        !std::ranges::all_of(*bounds, [](const auto& n) { return n.is_number(); }))
-        return wrong("has no bounds");
+    Asset asset{std::move(*file), std::move(*about), nullptr, nullptr, nullptr};
     if (asset.file.contains("lod/mesh")) {
         auto lod = ProgressiveMesh::open(asset.file);
         if (!lod) return tl::unexpected(lod.error());
         asset.lod = std::make_shared<const ProgressiveMesh>(std::move(*lod));
     }
-    if (asset.file.contains("discrete/levels")) {
-        auto chain = DiscreteChain::open(asset.file);
-        if (!chain) return tl::unexpected(chain.error());
-        asset.discrete = std::make_shared<const DiscreteChain>(std::move(*chain));
-    }
     if (asset.file.contains("vgi/atlas")) {
         auto atlas = vgi::AtlasFile::open(asset.file);
         if (!atlas) return tl::unexpected(atlas.error());
         asset.atlas_file = std::make_shared<const vgi::AtlasFile>(std::move(*atlas));
+    }
+    if (asset.file.contains("discrete/levels")) {
+        // Baked alone it has no materials, and nothing draws it.
+        const bool alone = asset.lod == nullptr && asset.atlas_file == nullptr;
+        auto chain = DiscreteChain::open(asset.file,
+                                         alone ? size_t{1} << 16 : std::max<size_t>(1, asset.material_table().size()));
+        if (!chain) return tl::unexpected(chain.error());
+        asset.discrete = std::make_shared<const DiscreteChain>(std::move(*chain));
     }
     return asset;
 }
@@ -46,12 +78,16 @@ Result<vgi::Atlas> Asset::atlas() const {
 }
 
 const std::vector<Material>& Asset::material_table() const {
-    return lod != nullptr ? lod->material_table : atlas_file->about().material_table;
+    static const std::vector<Material> none;
+    return lod != nullptr ? lod->material_table : atlas_file != nullptr ? atlas_file->about().material_table : none;
 }
 Sphere Asset::bounds() const {
     const auto& b = about["bounds"];
     return {{b[0].get<float>(), b[1].get<float>(), b[2].get<float>()}, b[3].get<float>()};
 }
-const std::vector<Image>& Asset::images() const { return lod != nullptr ? lod->images : atlas_file->about().images; }
+const std::vector<Image>& Asset::images() const {
+    static const std::vector<Image> none;
+    return lod != nullptr ? lod->images : atlas_file != nullptr ? atlas_file->about().images : none;
+}
 
 }  // namespace lodestone

@@ -24,7 +24,7 @@ struct Asset {
     // Every page decoded; Fault::format where it was baked without, or is not what it should be.
     Result<vgi::Atlas> atlas() const;
 
-    // Of whichever backend it was baked for; they agree.
+    // Of whichever backend it was baked for; they agree. Empty for a chain alone.
     const std::vector<Material>& material_table() const;
     const std::vector<Image>& images() const;
     Sphere bounds() const;  // object space, around the source mesh: the same for all backends

@@ -42,7 +42,7 @@ Result<std::unique_ptr<FrameSource>> open_discrete(const Technique&, const Ready
         std::shared_ptr<const DiscreteChain> chain = asset.discrete;
         if (chain == nullptr) {
             // An asset baked without: the chain is made now from full detail.
-            auto made = make_discrete_chain(extract_level(*asset.lod, 0), progress);
+            auto made = make_discrete_chain(mesh_of(PmCursor(*asset.lod)), progress);
             if (!made) return tl::unexpected(made.error());
             chain = std::make_shared<const DiscreteChain>(std::move(*made));
         }

@@ -276,8 +276,8 @@ private:
         const Stopwatch watch;
         auto chain = load_or_make<DiscreteChain>(
             work_, "discrete",
-            [](const ChunkFile& file) -> std::optional<DiscreteChain> {
-                auto kept = DiscreteChain::open(file);
+            [&](const ChunkFile& file) -> std::optional<DiscreteChain> {
+                auto kept = DiscreteChain::open(file, std::max<size_t>(1, input_.mesh.material_table.size()));
                 return kept ? std::optional(std::move(*kept)) : std::nullopt;
             },
             [&] { return make_discrete_chain(input_.mesh, progress_); },

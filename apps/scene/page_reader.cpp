@@ -1,6 +1,7 @@
 #include "apps/scene/page_reader.h"
 
-#include <algorithm>
+#include <new>
+#include <utility>
 
 #include "base/cpu_meter.h"
 
@@ -17,11 +18,15 @@ PageReader::~PageReader() {
     thread_.join();
 }
 
+bool PageReader::LessWanted::operator()(const PageRequest& a, const PageRequest& b) const {
+    return a.priority != b.priority ? a.priority < b.priority : a.id > b.id;
+}
+
 void PageReader::request(const std::vector<PageRequest>& requests) {
     if (requests.empty()) return;
     {
         const std::lock_guard lock(mutex_);
-        waiting_.insert(waiting_.end(), requests.begin(), requests.end());
+        for (const PageRequest& request : requests) waiting_.push(request);
     }
     wake_.notify_one();
 }
@@ -36,13 +41,13 @@ void PageReader::wait() {
     idle_.wait(lock, [this] { return waiting_.empty() && !reading_; });
 }
 
-// The mapping's bytes are copied here, so that it is this thread that waits for the disk.
 Arrival PageReader::read(const PageRequest& request) const {
-    const auto bytes = files_[request.asset].unchecked_bytes(request.chunk);
-    if (!bytes || request.offset > bytes->size() || request.bytes > bytes->size() - request.offset)
-        return {request.id, {}};
-    const auto part = bytes->subspan(request.offset, request.bytes);
-    return {request.id, Blob(std::vector<std::byte>(part.begin(), part.end()))};
+    try {
+        std::vector<std::byte> bytes(request.bytes);
+        if (files_[request.asset].read_part(request.chunk, request.offset, bytes))
+            return {request.id, Blob(std::move(bytes))};
+    } catch (const std::bad_alloc&) {}  // as good as unreadable; it is asked for again
+    return {request.id, {}};
 }
 
 void PageReader::run() {
@@ -51,10 +56,8 @@ void PageReader::run() {
     for (;;) {
         wake_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
         if (ending_) return;
-        const auto most =
-            std::ranges::max_element(waiting_, {}, [](const PageRequest& r) { return std::pair(r.priority, ~r.id); });
-        const PageRequest request = std::move(*most);
-        waiting_.erase(most);
+        const PageRequest request = waiting_.top();
+        waiting_.pop();
         reading_ = true;
         lock.unlock();
         Arrival arrival = read(request);

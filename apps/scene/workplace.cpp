@@ -169,6 +169,10 @@ Result<Asset> ready_asset(const SceneAsset& asset, bool allow_outside, const Sce
     if (!ready || !needs.atlases) return ready;
     auto atlas = baked(true);
     if (!atlas) return atlas;
+    // Both are drawn with the materials of one.
+    if (atlas->material_table().size() != ready->material_table().size())
+        return fail(Fault::format, atlas->file.path().string() + ": has other materials than " +
+                                       ready->file.path().string() + "; remove both from the cache");
     ready->atlas_file = atlas->atlas_file;
     return ready;
 }

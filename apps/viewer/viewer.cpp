@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <glm/geometric.hpp>
+#include <new>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
@@ -38,36 +40,63 @@ Viewer::~Viewer() {
 }
 
 Result<void> Viewer::show(ReadyScene scene) {
-    // Sessions refer to the scene they draw.
-    for (Pane& pane : panes) pane.session.reset();
-    scene_ = std::make_unique<ReadyScene>(std::move(scene));
+    auto coming = std::make_unique<ReadyScene>(std::move(scene));
+    std::array<Pane, 2> opened;
+    for (uint32_t p = 0; p < panes.size(); ++p) {
+        opened[p].way = panes[p].way;
+        if (p == 1 && !split) continue;
+        const auto ways = techniques_of(panes[p].way.backend, *coming);
+        if (std::ranges::find(ways, panes[p].way) == ways.end()) opened[p].way = ways.front();
+        auto session =
+            DrawSession::open(*coming, renderer_, opened[p].way, look.debug == DebugView::misses, progress_, p);
+        if (!session) {
+            opened = {};
+            return keep_showing({session.error().fault, coming->scene.name + ": " + session.error().message});
+        }
+        opened[p].session = std::move(*session);
+    }
+    panes = std::move(opened);  // sessions refer to the scene they draw
+    scene_ = std::move(coming);
     look = {};
     if (scene_->scene.light_direction) look.light_direction = *scene_->scene.light_direction;
     freeze(false, false);
     motion_ = Motion::free;
     path_ = scene_->camera;
     reset_camera();
+    return {};
+}
+
+Result<void> Viewer::keep_showing(const Error& why) {
+    if (scene_ == nullptr) return tl::unexpected(why);
     for (uint32_t p = 0; p < panes.size(); ++p) {
-        if (p == 1 && !split) continue;
-        const auto ways = techniques_of(panes[p].way.backend, *scene_);
-        const bool known = std::ranges::find(ways, panes[p].way) != ways.end();
-        if (auto done = choose(p, known ? panes[p].way : ways.front()); !done) return done;
+        if (panes[p].session == nullptr) continue;
+        if (auto done = revive(p, why); !done) return done;
     }
     return {};
 }
 
-Result<void> Viewer::choose(uint32_t p, const Technique& chosen) {
+// In its pane, what was there goes once the new is there.
+Result<void> Viewer::open(uint32_t p, const Technique& chosen) {
     const Technique way = chosen;  // which may be the pane's own
-    Pane& pane = panes[p];
     auto opened = DrawSession::open(*scene_, renderer_, way, look.debug == DebugView::misses, progress_, p);
-    if (!opened) {
-        message = way.backend + ": " + opened.error().message;
-        // What was shown goes on, unless its recipe is gone already.
-        if (std::exchange(pane.session, nullptr) != nullptr) return choose(p, pane.way);
-        return tl::unexpected(opened.error());
-    }
-    pane = {way, std::move(*opened), {}, {}, {}, {}, {}, {}};
+    if (!opened) return fail(opened.error().fault, way.backend + ": " + opened.error().message);
+    panes[p] = {way, std::move(*opened), {}, {}, {}, {}, {}, {}};
     return {};
+}
+
+// What the pane has drawn goes on, though something else should have been drawn.
+Result<void> Viewer::revive(uint32_t p, const Error& why) {
+    message = why.message;
+    if (panes[p].session == nullptr) return tl::unexpected(why);
+    if (panes[p].session->lives()) return {};
+    // It had to make room first.
+    panes[p].session.reset();
+    return open(p, panes[p].way);
+}
+
+Result<void> Viewer::choose(uint32_t p, const Technique& way) {
+    auto done = open(p, way);
+    return done ? done : revive(p, done.error());
 }
 
 Result<void> Viewer::reload_shaders() {
@@ -76,11 +105,10 @@ Result<void> Viewer::reload_shaders() {
         message = replaced.error().message;
         return {};
     }
-    const std::array<bool, 2> open{panes[0].session != nullptr, panes[1].session != nullptr};
     const auto open_panes = [&]() -> Result<void> {
         for (uint32_t p = 0; p < panes.size(); ++p) {
-            if (!open[p]) continue;
-            if (auto done = choose(p, panes[p].way); !done) return done;
+            if (panes[p].session == nullptr) continue;
+            if (auto done = open(p, panes[p].way); !done) return done;
         }
         return {};
     };
@@ -183,9 +211,15 @@ void Viewer::load(const std::filesystem::path& path) {
             bake->state.stage = stage;
             bake->state.fraction = fraction;
         };
-        auto scene = read_scene(path);
-        if (!scene) return tl::unexpected(scene.error());
-        return ready_scene(std::move(*scene), needs_of(backend_names()), progress);
+        try {
+            auto scene = read_scene(path);
+            if (!scene) return tl::unexpected(scene.error());
+            return ready_scene(std::move(*scene), needs_of(backend_names()), progress);
+        } catch (const std::bad_alloc&) {
+            return fail(Fault::machine, path.string() + ": out of memory");
+        } catch (const std::exception& e) {
+            return fail(Fault::machine, path.string() + ": an operation of the system failed: " + e.what());
+        }
     });
 }
 
@@ -252,7 +286,8 @@ void Viewer::move_camera() {
 
 Result<void> Viewer::draw_panes() {
     if (split && panes[1].session == nullptr) {
-        if (auto done = choose(1, techniques_of(panes[1].way.backend, *scene_).front()); !done) return done;
+        // What does not fit beside the other pane is told in the message.
+        if (!choose(1, techniques_of(panes[1].way.backend, *scene_).front())) split = false;
     }
     Budget budget;
     budget.pixel_error = controller ? controller->error() : pixel_error;
@@ -263,6 +298,7 @@ Result<void> Viewer::draw_panes() {
         // A mirror must see every frame from the first on, and costs where nobody looks through it.
         if ((look.debug == DebugView::misses) != (pane.session->mirror() != nullptr)) {
             if (auto done = choose(p, pane.way); !done) return done;
+            if (pane.session->mirror() == nullptr && look.debug == DebugView::misses) look.debug = DebugView::none;
         }
         pane.session->look = look;
         pane.session->frozen_levels = frozen_levels_;
@@ -271,6 +307,7 @@ Result<void> Viewer::draw_panes() {
         if (!drawn) return tl::unexpected(drawn.error());
         if (auto kept = window_.keep(p); !kept) return kept;
         pane.drawn = std::move(*drawn);
+        if (!pane.drawn.warnings.empty()) message = pane.drawn.warnings.back();
         const auto triangles = static_cast<float>(pane.drawn.stats.triangles);
         pane.ms.add(static_cast<float>(pane.drawn.ms));
         pane.triangles.add(triangles);
@@ -285,13 +322,16 @@ Result<void> Viewer::draw_panes() {
 Result<void> Viewer::turn(const std::function<void()>& panel) {
     if (auto done = take_baked(); !done) return done;
     for (const auto& path : window_.take_dropped()) load(path);
-    if (window_.width() > 0 && (window_.width() != width_ || window_.height() != height_)) {
+    const bool shown = window_.width() > 0 && window_.height() > 0;
+    if (shown && (window_.width() != width_ || window_.height() != height_)) {
         width_ = window_.width();
         height_ = window_.height();
         if (auto done = renderer_.resize(width_, height_); !done) return done;
     }
-    move_camera();
-    if (auto done = draw_panes(); !done) return done;
+    if (width_ > 0) {  // else it was never shown
+        move_camera();
+        if (auto done = draw_panes(); !done) return done;
+    }
     panel();
     if (auto done = window_.present({split ? split_at : 1.0f, split && difference}); !done) return done;
     return wants_screenshot_ ? write_screenshot() : Result<void>{};
@@ -300,7 +340,10 @@ Result<void> Viewer::turn(const std::function<void()>& panel) {
 Result<void> Viewer::write_screenshot() {
     wants_screenshot_ = false;
     auto picture = window_.read();
-    if (!picture) return tl::unexpected(picture.error());
+    if (!picture) {
+        message = picture.error().message;
+        return {};
+    }
     const std::string file = new_file("lodestone-", ".png");
     const auto written = write_png(opaque_image(*picture), file);
     message = written ? "the picture is in " + file : written.error().message;

@@ -48,7 +48,9 @@ public:
         : renderer_(renderer), window_(window), progress_(progress) {}
     ~Viewer();
 
-    // Shows the scene, whose assets have what every backend needs, from the start of its camera path.
+    // Shows the scene, whose assets have what every backend needs, from the start of its camera path. Where it cannot
+    // be drawn the scene shown before goes on, and `message` says why; an error only where there is nothing to go on
+    // with.
     Result<void> show(ReadyScene scene);
     // One turn of the loop after Window::poll(): keys, camera, both panes, then `panel` may describe the overlay, and
     // all is presented.
@@ -59,6 +61,7 @@ public:
     Window& window() { return window_; }
 
     std::array<Pane, 2> panes;
+    // Draws the pane so. Where that cannot be, what was drawn goes on, and `message` says why; an error as of show().
     Result<void> choose(uint32_t pane, const Technique& way);
     // Compiles shader_folder anew and draws with what it gives; what does not work is told in `message`, and changes
     // nothing.
@@ -101,6 +104,9 @@ public:
     std::string message;  // the last thing worth telling
 
 private:
+    Result<void> open(uint32_t pane, const Technique& way);
+    Result<void> revive(uint32_t pane, const Error& why);
+    Result<void> keep_showing(const Error& why);  // all of it
     void move_camera();
     Result<void> draw_panes();
     Result<void> take_baked();

@@ -20,6 +20,10 @@ std::string Hash128::hex() const {
 
 Hash128 hash_bytes(std::span<const std::byte> bytes) { return from(XXH3_128bits(bytes.data(), bytes.size())); }
 
+uint32_t checksum(std::span<const std::byte> bytes) {
+    return static_cast<uint32_t>(XXH3_64bits(bytes.data(), bytes.size()));
+}
+
 struct HashStream::State {
     XXH3_state_t* xxh = XXH3_createState();
 };

@@ -20,6 +20,8 @@ struct Hash128 {
 
 // The hash of the bytes; of none, that of an empty text.
 Hash128 hash_bytes(std::span<const std::byte> bytes);
+// The low half of XXH3's 64 bits: for many small pieces, where 16 bytes a piece would be too many.
+uint32_t checksum(std::span<const std::byte> bytes);
 
 // The hash of the values as they lie in memory. T has no padding and no pointers.
 template <class T>

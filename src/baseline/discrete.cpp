@@ -3,6 +3,7 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/random.h"
 #include "baseline/full.h"
@@ -96,7 +97,7 @@ Result<void> DiscreteChain::write_chunks(ChunkWriter& writer) const {
     return writer.add_array("discrete/levels", std::span<const LevelRecord>(records));
 }
 
-Result<DiscreteChain> DiscreteChain::open(const ChunkFile& file) {
+Result<DiscreteChain> DiscreteChain::open(const ChunkFile& file, size_t materials) {
     const auto wrong = [&](const char* what) {
         return fail(Fault::format, file.path().string() + ": discrete/levels: " + what + "; bake the asset again");
     };
@@ -109,12 +110,19 @@ Result<DiscreteChain> DiscreteChain::open(const ChunkFile& file) {
     DiscreteChain chain;
     chain.vertices = *vertices;
     chain.owner = std::make_shared<ChunkFile>(file);
+    uint64_t end = 0;
     for (const LevelRecord& r : *records) {
-        if (r.first_index > indices->size() || r.index_count > indices->size() - r.first_index)
-            return wrong("a level lies outside the indices");
+        if (r.first_index != end || r.index_count > indices->size() - end || r.index_count > ~0u)
+            return wrong("levels do not lie behind one another");
+        end += r.index_count;
         chain.levels.push_back({indices->subspan(r.first_index, r.index_count), r.max_error, r.rms_error});
     }
     if (auto valid = chain.validate(); !valid) return wrong(valid.error().message.c_str());
+    for (const MeshVertex& v : chain.vertices) {
+        if (v.material >= materials) return wrong("a material is out of range");
+        if (!std::isfinite(v.position[0]) || !std::isfinite(v.position[1]) || !std::isfinite(v.position[2]))
+            return wrong("a position is no number");
+    }
     return chain;
 }
 
@@ -129,6 +137,8 @@ Result<void> DiscreteChain::validate() const {
             if (index >= vertices.size())
                 return fail(Fault::invariant, "level " + std::to_string(i) + " has an index out of range");
         }
+        if (!std::isfinite(level.max_error) || !std::isfinite(level.rms_error) || level.max_error < 0)
+            return fail(Fault::invariant, "the error of level " + std::to_string(i) + " is no number");
         if (i == 0) continue;
         if (!(level.max_error >= levels[i - 1].max_error))
             return fail(Fault::invariant,

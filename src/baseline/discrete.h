@@ -29,9 +29,9 @@ struct DiscreteChain {
 
     // Adds chunks discrete/vertices, discrete/indices and discrete/levels. Fault::machine where they cannot be written.
     Result<void> write_chunks(ChunkWriter& writer) const;
-    // The chain that write_chunks() wrote; it keeps the file mapped. Fault::format where chunks are missing, damaged or
-    // no valid chain.
-    static Result<DiscreteChain> open(const ChunkFile& file);
+    // The chain that write_chunks() wrote. materials: of the asset, at least 1; a vertex with another is Fault::format,
+    // as are chunks that are missing, damaged or no valid chain.
+    static Result<DiscreteChain> open(const ChunkFile& file, size_t materials);
     // At least one level, indices in range, errors that never decrease, sizes that do. Fault::invariant names the
     // level.
     Result<void> validate() const;

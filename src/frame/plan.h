@@ -155,6 +155,7 @@ struct Plan {
     std::vector<Command> commands;       // in any order of stages
     std::vector<uint32_t> instance_ids;  // numbers into FrameInput::instances that draws refer to
     std::vector<PageRequest> requests;   // to be read in the background; those of earlier plans still hold
+    std::vector<std::string> warnings;   // for the user: what goes wrong without stopping anything, each said once
     PlanStats stats;                     // for reports; nothing depends on them
     bool operator==(const Plan&) const = default;
 };

@@ -26,6 +26,13 @@ void BufferHazards::use(size_t buffer, const BufferUseNow& now) {
     s.read_stages |= now.stages;
 }
 
+void BufferHazards::distrust() {
+    const State anything{VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, 0, VK_ACCESS_2_MEMORY_WRITE_BIT, 0, 0};
+    states_.assign(states_.size(), anything);
+    pending_ = {};
+    needed_ = false;
+}
+
 void BufferHazards::flush(VkCommandBuffer commands) {
     if (!needed_) return;
     pending_.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;

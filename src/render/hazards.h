@@ -19,6 +19,9 @@ public:
     void reset(size_t buffers) { states_.assign(buffers, {}); }
     // The buffer is about to be used so; remembers what must be waited for.
     void use(size_t buffer, const BufferUseNow& now);
+    // What was recorded may not have been carried out, or only in part: the next use of each buffer waits for all that
+    // was submitted.
+    void distrust();
     // Records one barrier for all uses since the last flush, if any is needed. Outside of rendering.
     void flush(VkCommandBuffer commands);
 

@@ -24,8 +24,6 @@ public:
         slots_.resize(options.frames_in_flight);
         for (FrameSlot& slot : slots_) make_slot(slot);
         remake_targets(options.width, options.height);
-        for (Loaded& loaded : loaded_)
-            loaded.materials = make_material_images(allocator_, pool_, MaterialSet{{SurfaceMaterial{}}, 0, 0, {}});
     }
     ~VulkanRenderer() override { vkDeviceWaitIdle(device_.handle()); }
 
@@ -35,18 +33,17 @@ public:
         return guarded([&] {
             LODE_CHECK(place < most_places, place);
             finish_all();
-            Loaded& loaded = loaded_[place];
-            loaded.newest.reset();  // whoever brings a recipe may count its frames from 0
-            loaded.built = {};
-            const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit : ~uint64_t{0};
-            loaded.recipe = recipe;
-            remake_visibility();
-            loaded.built = build_recipe(allocator_, recipe, sets_.layout(), limit);
-            loaded.hazards.reset(recipe.buffers.size());
-            loaded.materials = {};
-            loaded.materials = make_material_images(allocator_, pool_, materials);
+            try {
+                bring(recipe, materials, place);
+            } catch (const VulkanFailure& failure) {
+                if (!failure.out_of_memory() || loaded(place) == 0) throw;
+                loaded_[place] = {};
+                bring(recipe, materials, place);
+            }
         });
     }
+
+    uint64_t loaded(uint32_t place) const override { return loaded_[place].number; }
 
     Result<void> resize(uint32_t width, uint32_t height) override {
         return guarded([&] {
@@ -59,8 +56,10 @@ public:
                         uint32_t place) override {
         return guarded([&] {
             const auto entered = std::chrono::steady_clock::now();
+            LODE_CHECK(place < most_places, place);
             LODE_CHECK(!input.views.empty() && input.views[0].kind == View::Kind::camera, input.views.size());
             Loaded& loaded = loaded_[place];
+            if (loaded.number == 0) throw VulkanFailure("there is nothing to draw: what was to be loaded did not fit");
             FrameSlot& slot = slots_[next_slot_];
             if (slot.busy) finish(slot);
             next_slot_ = (next_slot_ + 1) % slots_.size();
@@ -79,14 +78,15 @@ public:
             ensure_buffer(allocator_, slot.marks, (marks + 4) / 4 * 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
                           "triangle marks");
             sets_.write(slot, loaded.materials, targets_);
-            CommandPool::begin(slot.commands);
-            FrameRecorder({device_, pool_, allocator_, loaded.recipe, loaded.built, loaded.hazards, targets_,
-                           options_.shadow_size, slot, instances_},
-                          plan, input, look)
-                .record();
-            const VkFence fence = slot.fence.get();
-            LODE_VK(vkResetFences(device_.handle(), 1, &fence));
-            pool_.submit(slot.commands, fence);
+            try {
+                record(plan, input, look, loaded, slot);
+            } catch (...) {
+                // What was recorded has not run, or not all of it.
+                slot.readbacks.clear();
+                slot.instances_version = 0;
+                loaded.hazards.distrust();
+                throw;
+            }
             slot.busy = true;
             loaded.newest = slot.frame;
             drawn_ = true;
@@ -95,20 +95,24 @@ public:
         });
     }
 
-    uint64_t completed_frame(uint32_t place) override {
-        const auto& newest = loaded_[place].newest;
-        uint64_t completed = newest ? *newest + 1 : 0;
-        for (size_t i = 0; i < slots_.size(); ++i) {
-            FrameSlot& slot = slots_[(next_slot_ + i) % slots_.size()];  // oldest first
-            if (!slot.busy) continue;
-            if (vkGetFenceStatus(device_.handle(), slot.fence.get()) == VK_SUCCESS) {
-                finish(slot);
-            } else {
-                // Later ones have not left either.
-                if (slot.place == place) completed = std::min(completed, slot.frame);
+    Result<uint64_t> completed_frame(uint32_t place) override {
+        return guarded([&] {
+            const auto& newest = loaded_[place].newest;
+            uint64_t completed = newest ? *newest + 1 : 0;
+            for (size_t i = 0; i < slots_.size(); ++i) {
+                FrameSlot& slot = slots_[(next_slot_ + i) % slots_.size()];  // oldest first
+                if (!slot.busy) continue;
+                const VkResult status = vkGetFenceStatus(device_.handle(), slot.fence.get());
+                if (status == VK_SUCCESS) {
+                    finish(slot);
+                } else if (status != VK_NOT_READY) {
+                    vulkan_check(status, "vkGetFenceStatus");  // it will never be signalled
+                } else if (slot.place == place) {
+                    completed = std::min(completed, slot.frame);  // later ones have not left either
+                }
             }
-        }
-        return completed;
+            return completed;
+        });
     }
 
     Result<void> wait() override {
@@ -127,6 +131,16 @@ public:
     RendererAccess access() override { return {device_, pool_, allocator_, targets_, colour_use_}; }
 
 private:
+    // A place and what is in it.
+    struct Loaded {
+        uint64_t number = 0;  // of the load; 0: nothing is there
+        Recipe recipe;
+        BuiltRecipe built;
+        BufferHazards hazards;
+        MaterialImages materials;
+        std::optional<uint64_t> newest;  // the last frame submitted
+    };
+
     void make_slot(FrameSlot& slot) {
         slot.commands = pool_.allocate();
         VkFenceCreateInfo fence_info{};
@@ -159,35 +173,62 @@ private:
         if (device_.has_timestamps()) slot.timestamps = make_queries(VK_QUERY_TYPE_TIMESTAMP, stage_count + 1, 0);
     }
 
+    // All is made before anything that was there goes.
+    void bring(const Recipe& recipe, const MaterialSet& materials, uint32_t place) {
+        const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit : ~uint64_t{0};
+        Loaded made;
+        made.recipe = recipe;
+        made.built = build_recipe(allocator_, recipe, sets_.layout(), limit);
+        made.hazards.reset(recipe.buffers.size());
+        made.materials = make_material_images(allocator_, pool_, materials);
+        made.number = ++loads_;
+        bool visibility = recipe.has_visibility();
+        for (uint32_t p = 0; p < most_places; ++p)
+            visibility = visibility || (p != place && loaded_[p].recipe.has_visibility());
+        remake_visibility(visibility, targets_);
+        loaded_[place] = std::move(made);  // frames may be counted from 0 again
+    }
+
+    void record(const Plan& plan, const FrameInput& input, const ShadingOptions& look, Loaded& loaded,
+                FrameSlot& slot) {
+        CommandPool::begin(slot.commands);
+        FrameRecorder({device_, pool_, allocator_, loaded.recipe, loaded.built, loaded.hazards, targets_,
+                       options_.shadow_size, slot, instances_},
+                      plan, input, look)
+            .record();
+        const VkFence fence = slot.fence.get();
+        LODE_VK(vkResetFences(device_.handle(), 1, &fence));
+        pool_.submit(slot.commands, fence);
+    }
+
     void remake_targets(uint32_t width, uint32_t height) {
         const uint32_t most = device_.limits().maxImageDimension2D;
         if (width == 0 || height == 0 || width > most || height > most) {
             throw VulkanFailure("a picture of " + std::to_string(width) + "x" + std::to_string(height) +
                                 " pixels; the device draws 1 to " + std::to_string(most) + " a side");
         }
-        targets_ = {};
-        targets_ = make_targets(allocator_, width, height, options_.shadow_size);
+        Targets made = make_targets(allocator_, width, height, options_.shadow_size);
         pool_.run([&](VkCommandBuffer commands) {
             const VkClearColorValue one{{1, 1, 1, 1}};
             const VkImageSubresourceRange range{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-            change_use(commands, targets_.shadow_transmittance, {}, as_copy_destination);
-            vkCmdClearColorImage(commands, targets_.shadow_transmittance.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                                 &one, 1, &range);
-            change_use(commands, targets_.shadow_transmittance, as_copy_destination, as_sampled);
+            change_use(commands, made.shadow_transmittance, {}, as_copy_destination);
+            vkCmdClearColorImage(commands, made.shadow_transmittance.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &one,
+                                 1, &range);
+            change_use(commands, made.shadow_transmittance, as_copy_destination, as_sampled);
         });
-        remake_visibility();
+        remake_visibility(std::ranges::any_of(loaded_, [](const Loaded& l) { return l.recipe.has_visibility(); }),
+                          made);
+        targets_ = std::move(made);
         colour_use_ = depth_use_ = {};
     }
 
     // As large as the other targets where some recipe asks for it.
-    void remake_visibility() {
-        const bool asked = std::ranges::any_of(loaded_, [](const Loaded& l) { return l.recipe.has_visibility(); });
-        const ImageSpec& whole = targets_.depth.spec();
+    void remake_visibility(bool asked, Targets& targets) {
+        const ImageSpec& whole = targets.depth.spec();
         const uint32_t width = asked ? whole.width : 1, height = asked ? whole.height : 1;
-        const ImageSpec& now = targets_.visibility.spec();
-        if (now.width == width && now.height == height) return;
-        targets_.visibility = {};
-        targets_.visibility = make_visibility(allocator_, width, height);
+        const ImageSpec& now = targets.visibility.spec();
+        if (targets.visibility.get() != VK_NULL_HANDLE && now.width == width && now.height == height) return;
+        targets.visibility = make_visibility(allocator_, width, height);
     }
 
     void finish(FrameSlot& slot) {
@@ -247,14 +288,8 @@ private:
     CommandPool pool_;
     FrameSets sets_;
     Targets targets_;
-    struct Loaded {
-        Recipe recipe;
-        BuiltRecipe built;
-        BufferHazards hazards;
-        MaterialImages materials;
-        std::optional<uint64_t> newest;  // the last frame submitted
-    };
     std::array<Loaded, most_places> loaded_;
+    uint64_t loads_ = 0;
     std::vector<FrameSlot> slots_;
     InstanceTable instances_;  // of the last frame submitted
     size_t next_slot_ = 0;

@@ -112,21 +112,26 @@ public:
     static constexpr uint32_t most_places = 2;  // recipes loaded at once
     // Builds buffers and pipelines of a recipe and textures of the scene. Waits for the device. An equal recipe with a
     // new generation empties the buffers. Frames are counted anew. place: several recipes can be loaded, each in a
-    // place of its own, 0 .. most_places - 1; what was there goes.
+    // place of its own, 0 .. most_places - 1; what was there goes, once the new one is built. Where both at once are
+    // too much for the device it goes before. After an error the place holds what it held, or nothing: see loaded().
     virtual Result<void> load(const Recipe& recipe, const MaterialSet& materials, uint32_t place = 0) = 0;
 
-    // Changes the size of the camera targets.
+    // Another number for everything that was ever loaded into the place; 0 where nothing is.
+    virtual uint64_t loaded(uint32_t place) const = 0;
+
+    // Changes the size of the camera targets; after an error they are as they were.
     virtual Result<void> resize(uint32_t width, uint32_t height) = 0;
 
     // Records and submits one frame; waits only when frames_in_flight frames are under way, or when more bytes are
     // uploaded than are staged at once. views[0] is drawn to the target that read_picture() reads; at most one shadow
     // view is drawn and used for lighting. Other cameras have no target yet: draws of them are an error. Where an
-    // instance is mirrored, back faces are not culled in that frame.
+    // instance is mirrored, back faces are not culled in that frame. After an error the frame was not drawn, and what
+    // it uploads may be lost: whoever made the plan is to be loaded anew. Every function tells of a lost device so.
     virtual Result<void> submit(const Plan& plan, const FrameInput& input, const ShadingOptions& look,
                                 uint32_t place = 0) = 0;
 
     // Every frame of the place before this number has left the GPU.
-    virtual uint64_t completed_frame(uint32_t place = 0) = 0;
+    virtual Result<uint64_t> completed_frame(uint32_t place = 0) = 0;
     // Waits for every submitted frame.
     virtual Result<void> wait() = 0;
     // Counters of frames completed since the last call, oldest first.

@@ -516,6 +516,52 @@ TEST_F(ProgramTest, ViewsInAWindowAndSwitchesEverythingByKeys) {
     EXPECT_EQ(json::parse(content_of(folder_ / "recorded-1.path.json"))["lodestone"], "camera-path");
 }
 
+TEST_F(ProgramTest, AViewerGoesOnWithWhatItShowsWhereTheNextDoesNotFit) {
+    bake_rock();
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    if (std::system("command -v xvfb-run > /dev/null") != 0)
+        GTEST_SKIP() << "no display; install xvfb to run this test";
+    // So many meshes that a MiB does not hold them.
+    json scene = {{"lodestone", "scene"}, {"version", 1}, {"resident_mib", 1}};
+    for (int i = 0; i < 40; ++i) {
+        const std::string name = "rock" + std::to_string(i);
+        scene["assets"].push_back({{"name", name}, {"file", "rock.ply"}});
+        scene["instances"].push_back({{"asset", name}});
+    }
+    std::ofstream(folder_ / "tight.json") << scene;
+    // The scene is tried and does not fit; then another backend, which shows that the viewer lives.
+    const Ended e =
+        run("view rock.ply --backend full --size 320x240 --validation --keys "
+            "H,wait:2,F12,load:tight.json,wait:5,F12,3,wait:5,F12",
+            "xvfb-run -a -s '-screen 0 800x600x24' ");
+    ASSERT_EQ(e.code, 0) << e.err;
+    for (int i = 1; i <= 3; ++i) ASSERT_TRUE(fs::exists(folder_ / ("lodestone-" + std::to_string(i) + ".png"))) << i;
+    EXPECT_EQ(content_of(folder_ / "lodestone-1.png"), content_of(folder_ / "lodestone-2.png"));
+}
+
+TEST_F(ProgramTest, ADamagedPageIsDrawnCoarserAndToldOfOnce) {
+    succeeds("generate rock --triangles 3000 --seed 2 -o rock.ply");
+    succeeds("bake rock.ply -o rock.lode --backends vgi --clusters 4 --resolution 65");
+    // The last family of each layer is one of the finest pages; the one before the chunk's end is damaged.
+    const auto file = ChunkFile::open(folder_ / "rock.lode");
+    ASSERT_TRUE(file);
+    std::string bytes = content_of(folder_ / "rock.lode");
+    for (const ChunkInfo& info : file->chunks()) {
+        if (info.name.ends_with("_pages")) bytes[info.offset + info.bytes - 40] ^= 1;
+    }
+    std::ofstream(folder_ / "bad.lode", std::ios::binary) << bytes;
+    fails("verify bad.lode", 3, "bad.lode");
+    fails("extract bad.lode --backend vgi --level 0 -o x.ply", 3, "is damaged");
+    EXPECT_FALSE(fs::exists(folder_ / "x.ply"));
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    const Ended e = run("render bad.lode --backend vgi --size 128x96 --pixel-error 0.1 -o x.png");
+    EXPECT_EQ(e.code, 0) << e.err;
+    EXPECT_THAT(e.err, HasSubstr("bad.lode: vgi/"));
+    EXPECT_THAT(e.err, HasSubstr("is damaged"));
+    EXPECT_EQ(std::count(e.err.begin(), e.err.end(), '\n'), 1) << e.err;
+    EXPECT_TRUE(fs::exists(folder_ / "x.png"));
+}
+
 #ifdef LODESTONE_WITH_RENDER
 TEST_F(ProgramTest, CompilesShadersAnewAndKeepsWhatItHasWhereTheyAreBroken) {
     const fs::path shaders = folder_ / "shaders";

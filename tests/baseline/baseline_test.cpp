@@ -1,7 +1,10 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "baseline/discrete.h"
 #include "baseline/full.h"
@@ -79,7 +82,7 @@ TEST(DiscreteChain, SurvivesTheAssetFile) {
     }
     auto file = ChunkFile::open(path);
     ASSERT_TRUE(file);
-    const auto read = DiscreteChain::open(*file);
+    const auto read = DiscreteChain::open(*file, 1);
     ASSERT_TRUE(read) << read.error().message;
     ASSERT_EQ(read->levels.size(), chain->levels.size());
     for (size_t i = 0; i < read->levels.size(); ++i) {
@@ -87,6 +90,33 @@ TEST(DiscreteChain, SurvivesTheAssetFile) {
                                chain->levels[i].indices.begin(), chain->levels[i].indices.end()));
         EXPECT_EQ(read->levels[i].max_error, chain->levels[i].max_error);
     }
+    std::filesystem::remove(path);
+}
+
+// A file whose hashes are right but whose content is not.
+TEST(DiscreteChain, ContentThatShadersWouldReadPastIsRefused) {
+    const auto path =
+        std::filesystem::temp_directory_path() / ("lodestone_chain_" + std::to_string(getpid()) + ".lode");
+    const auto good = chain_of(rock(500));
+    const auto refused = [&](const std::string& expect, auto&& spoil) {
+        DiscreteChain bad = *good;
+        spoil(bad);
+        auto writer = ChunkWriter::create(path, {});
+        ASSERT_TRUE(bad.write_chunks(*writer));
+        ASSERT_TRUE(writer->commit());
+        const auto read = DiscreteChain::open(*ChunkFile::open(path), 2);
+        ASSERT_FALSE(read) << expect;
+        EXPECT_EQ(read.error().fault, Fault::format);
+        EXPECT_THAT(read.error().message, testing::HasSubstr(expect));
+    };
+    std::vector<MeshVertex> vertices(good->vertices.begin(), good->vertices.end());
+    vertices[3].material = 2;
+    refused("a material is out of range", [&](DiscreteChain& chain) { chain.vertices = vertices; });
+    vertices[3].material = 1;
+    vertices[3].position[2] = std::numeric_limits<float>::quiet_NaN();
+    refused("no number", [&](DiscreteChain& chain) { chain.vertices = vertices; });
+    refused("no number", [&](DiscreteChain& chain) { chain.levels[0].max_error = std::nan(""); });
+    refused("index out of range", [&](DiscreteChain& chain) { chain.vertices = chain.vertices.first(3); });
     std::filesystem::remove(path);
 }
 

@@ -16,7 +16,7 @@ int main() {
     if (!list) return 1;
     const auto pm = bake_progressive_mesh(mesh, *list, {"static"});
     if (!pm) return 1;
-    const TriMesh small = extract_level(*pm, pm->level_for_triangles(200));
+    const TriMesh small = *extract_level(*pm, pm->level_for_triangles(200));
     std::printf("%zu triangles became %zu\n", mesh.triangle_count(), small.triangle_count());
     return small.triangle_count() <= 200 && write_mesh(small, "small.ply") ? 0 : 1;
 }

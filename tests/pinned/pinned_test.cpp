@@ -176,8 +176,9 @@ protected:
     std::vector<Arrival> arrivals_of(const Plan& plan) const {
         std::vector<Arrival> arrivals;
         for (const PageRequest& r : plan.requests) {
-            const auto part = file_->file().unchecked_bytes(r.chunk)->subspan(r.offset, r.bytes);
-            arrivals.push_back({r.id, Blob(std::vector<std::byte>(part.begin(), part.end()))});
+            std::vector<std::byte> part(r.bytes);
+            EXPECT_TRUE(file_->file().read_part(r.chunk, r.offset, part));
+            arrivals.push_back({r.id, Blob(std::move(part))});
         }
         return arrivals;
     }
@@ -227,7 +228,7 @@ TEST_F(PinnedFrames, Pictures) {
             FrameInput input = frame_of_flight(40, 60);
             input.budget.upload_bytes = ~uint64_t{0};
             input.frame = frame;
-            input.completed_frame = (*renderer)->completed_frame();
+            input.completed_frame = *(*renderer)->completed_frame();
             input.arrivals = std::move(arrivals);
             const Plan plan = source->plan(input);
             ASSERT_TRUE((*renderer)->submit(plan, input, {}));

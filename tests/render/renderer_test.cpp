@@ -287,7 +287,7 @@ TEST_F(RendererTest, ASlowZoomWithFramesInFlightDrawsWhatSingleFramesDraw) {
         uint64_t uploaded = 0;
         for (uint64_t f = 0; f < frames; ++f) {
             FrameInput input = input_of(f);
-            input.completed_frame = renderer.completed_frame();
+            input.completed_frame = *renderer.completed_frame();
             const Plan plan = source->plan(input);
             if (f > 0) uploaded += plan.stats.uploaded_bytes;
             ASSERT_TRUE(renderer.submit(plan, input, {}));
@@ -296,7 +296,7 @@ TEST_F(RendererTest, ASlowZoomWithFramesInFlightDrawsWhatSingleFramesDraw) {
         }
         EXPECT_GT(uploaded, 0u);
         ASSERT_TRUE(renderer.wait());
-        EXPECT_EQ(renderer.completed_frame(), frames);
+        EXPECT_EQ(*renderer.completed_frame(), frames);
         EXPECT_EQ(renderer.take_counters().size(), frames);
         EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
     }
@@ -317,7 +317,7 @@ TEST_F(RendererTest, ThreeHundredInstancesInMotion) {
                 glm::vec4(4 * std::sin(t), 2 * std::cos(1.7f * t), -6 + 4 * std::cos(t), 1);
         }
         FrameInput input = look_at({0, 0, 3}, f, std::move(instances));
-        input.completed_frame = renderer.completed_frame();
+        input.completed_frame = *renderer.completed_frame();
         ASSERT_TRUE(renderer.submit(source->plan(input), input, {}));
     }
     EXPECT_GT(covered(*renderer.read_picture()), 500u);

@@ -65,7 +65,7 @@ protected:
         std::vector<Arrival> arrivals;
         for (int quiet = 0, frames = 0; quiet < 3 && frames < 40; ++frames) {
             input.frame = frame_++;
-            input.completed_frame = renderer_->completed_frame();
+            input.completed_frame = *renderer_->completed_frame();
             input.arrivals = std::move(arrivals);
             const Plan plan = source.plan(input);
             if (mirror != nullptr) {
@@ -94,8 +94,9 @@ protected:
                 arrivals.push_back({r.id, {}});
                 continue;
             }
-            const auto part = file_->file().unchecked_bytes(r.chunk)->subspan(r.offset, r.bytes);
-            arrivals.push_back({r.id, Blob(std::vector<std::byte>(part.begin(), part.end()))});
+            std::vector<std::byte> part(r.bytes);
+            EXPECT_TRUE(file_->file().read_part(r.chunk, r.offset, part));
+            arrivals.push_back({r.id, Blob(std::move(part))});
         }
         return arrivals;
     }
@@ -431,8 +432,8 @@ TEST_F(VgiRenderTest, TheDeviceCutsTheNodesThatTheProcessorCuts) {
             for (uint32_t page = 0; page < tree.pages(); ++page) {
                 const vgi::Page* parent =
                     page == 0 ? nullptr : &plain_pages[size_t{chart} * tree.pages() + tree.parent(page)];
-                const auto family = vgi::PageFamily::unpack(tree, channels, tree.family(page),
-                                                            atlas->bytes(vgi::Layer::geometry, chart, page));
+                const vgi::AtlasFile::PageName name{vgi::Layer::geometry, chart, page};
+                const auto family = atlas->unpack(name, channels, *atlas->read(name));
                 ASSERT_TRUE(family);
                 plain_pages.push_back(family->page(page, parent));
                 texels.push_back(

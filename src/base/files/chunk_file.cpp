@@ -41,6 +41,7 @@ static_assert(sizeof(TableEntry) == 72 && std::is_trivially_copyable_v<TableEntr
 constexpr uint64_t aligned(uint64_t offset) {
     return (offset + chunk_alignment - 1) / chunk_alignment * chunk_alignment;
 }
+constexpr size_t verified_at_once = size_t{1} << 20;  // bytes
 constexpr uint64_t first_chunk_offset = aligned(sizeof(Header));
 
 Hash128 hash_of_header(const Header& header) {
@@ -59,20 +60,27 @@ tl::unexpected<Error> ChunkFile::wrong_size(std::string_view name, uint64_t byte
                                                             std::to_string(element) + "-byte records");
 }
 
+tl::unexpected<Error> ChunkFile::missing(std::string_view name) const {
+    return damaged("chunk '" + std::string(name) + "'", "missing");
+}
+
 Result<ChunkFile> ChunkFile::open(const fs::path& path) {
-    auto mapped = MappedFile::open(path);
-    if (!mapped) return tl::unexpected(mapped.error());
+    auto input = InputFile::open(path);
+    if (!input) return tl::unexpected(input.error());
     ChunkFile file;
     file.path_ = path;
-    file.mapped_ = *mapped;
-    const auto bytes = file.mapped_->bytes();
+    file.contents_ = std::make_shared<Contents>();
+    file.contents_->file = *input;
+    const uint64_t size = (*input)->size();
     Header header{};
-    if (bytes.size() < sizeof header.magic || std::memcmp(bytes.data(), file_magic.data(), file_magic.size()) != 0) {
+    const auto raw = std::as_writable_bytes(std::span(&header, 1));
+    if (auto read = (*input)->read(0, raw.first(std::min<uint64_t>(size, raw.size()))); !read)
+        return tl::unexpected(read.error());
+    if (size < sizeof header.magic || header.magic != file_magic) {
         return fail(Fault::format,
                     path.string() + ": header: not a Lodestone asset; give a .lode file made by `lodestone bake`");
     }
-    if (bytes.size() < sizeof header) return file.damaged("header", "the file is cut short");
-    std::memcpy(&header, bytes.data(), sizeof header);
+    if (size < sizeof header) return file.damaged("header", "the file is cut short");
     if (header.endian != endian_mark) { return file.damaged("header", "written on a machine with another byte order"); }
     if (header.version > chunk_file_version) {
         return fail(Fault::format, path.string() + ": header: format version " + std::to_string(header.version) +
@@ -83,55 +91,76 @@ Result<ChunkFile> ChunkFile::open(const fs::path& path) {
         return file.damaged("header", "format version " + std::to_string(header.version) + " is no longer read");
     }
     if (header.header_hash != hash_of_header(header)) return file.damaged("header", "damaged");
-    if (header.file_bytes != bytes.size()) {
-        return file.damaged("end of file", std::to_string(bytes.size()) + " bytes where " +
-                                               std::to_string(header.file_bytes) + " were written");
+    if (header.file_bytes != size) {
+        return file.damaged("end of file", std::to_string(size) + " bytes where " + std::to_string(header.file_bytes) +
+                                               " were written");
     }
-    // The header is as written, so what follows can only fail for a damaged table.
-    const uint64_t table_bytes = header.chunk_count * sizeof(TableEntry);
-    if (header.chunk_count > bytes.size() / sizeof(TableEntry) || header.table_offset > bytes.size() ||
-        table_bytes > bytes.size() - header.table_offset) {
-        return file.damaged("table of contents", "lies outside the file");
-    }
-    const auto table = bytes.subspan(header.table_offset, table_bytes);
-    if (hash_bytes(table) != header.table_hash) return file.damaged("table of contents", "damaged");
     file.provenance_ = {header.source_hash, header.options_hash};
-    for (uint64_t i = 0; i < header.chunk_count; ++i) {
-        TableEntry entry{};
-        std::memcpy(&entry, table.data() + i * sizeof entry, sizeof entry);
-        entry.name.back() = 0;
-        ChunkInfo info{entry.name.data(), entry.offset, entry.bytes, entry.hash};
-        if (info.offset % chunk_alignment != 0 || info.offset > bytes.size() ||
-            info.bytes > bytes.size() - info.offset) {
-            return file.damaged("chunk '" + info.name + "'", "lies outside the file");
-        }
-        file.chunks_.push_back(std::move(info));
-    }
-    file.checked_ = std::make_shared<std::vector<bool>>(file.chunks_.size(), false);
+    if (auto read = file.read_table(header.table_offset, header.chunk_count, header.table_hash); !read)
+        return tl::unexpected(read.error());
     return file;
 }
 
-const ChunkInfo* ChunkFile::find(std::string_view name) const {
-    const auto found = std::find_if(chunks_.begin(), chunks_.end(), [&](const ChunkInfo& c) { return c.name == name; });
-    return found == chunks_.end() ? nullptr : &*found;
+Result<void> ChunkFile::read_table(uint64_t offset, uint64_t count, const Hash128& hash) {
+    const uint64_t size = file_bytes();
+    if (count > size / sizeof(TableEntry) || offset > size || count * sizeof(TableEntry) > size - offset)
+        return damaged("table of contents", "lies outside the file");
+    std::vector<TableEntry> table(count);
+    const auto raw = std::as_writable_bytes(std::span(table));
+    if (auto read = contents_->file->read(offset, raw); !read) return read;
+    if (hash_bytes(raw) != hash) return damaged("table of contents", "damaged");
+    uint64_t end = 0;
+    for (TableEntry& entry : table) {
+        entry.name.back() = 0;
+        ChunkInfo info{entry.name.data(), entry.offset, entry.bytes, entry.hash};
+        const std::string place = "chunk '" + info.name + "'";
+        if (info.offset % chunk_alignment != 0 || info.offset > size || info.bytes > size - info.offset)
+            return damaged(place, "lies outside the file");
+        if (info.offset < end) return damaged(place, "lies within another one");
+        end = info.offset + info.bytes;
+        contents_->chunks.push_back(std::move(info));
+    }
+    contents_->loaded = std::vector<Loaded>(count);
+    return {};
 }
 
-Result<std::span<const std::byte>> ChunkFile::unchecked_bytes(std::string_view name) const {
-    const ChunkInfo* info = find(name);
-    if (info == nullptr) return damaged("chunk '" + std::string(name) + "'", "missing");
-    return mapped_->bytes().subspan(info->offset, info->bytes);
+const ChunkInfo* ChunkFile::find(std::string_view name) const {
+    const auto& all = contents_->chunks;
+    const auto found = std::ranges::find(all, name, &ChunkInfo::name);
+    return found == all.end() ? nullptr : &*found;
+}
+
+void ChunkFile::load(const ChunkInfo& info, Loaded& into) const {
+    // Left as it comes; a vector would be written twice.
+    auto memory = std::unique_ptr<std::byte[]>(new std::byte[info.bytes + chunk_alignment]);
+    const auto address = reinterpret_cast<uintptr_t>(memory.get());
+    const std::span bytes(memory.get() + (aligned(address) - address), info.bytes);
+    if (auto read = contents_->file->read(info.offset, bytes); !read) {
+        into.error = read.error();
+    } else if (hash_bytes(bytes) != info.hash) {
+        into.error = damaged("chunk '" + info.name + "'", "damaged").value();
+    } else {
+        into.memory = std::move(memory);
+        into.bytes = bytes;
+    }
 }
 
 Result<std::span<const std::byte>> ChunkFile::bytes(std::string_view name) const {
-    const auto data = unchecked_bytes(name);
-    if (!data) return data;
     const ChunkInfo* info = find(name);
-    const auto index = static_cast<size_t>(info - chunks_.data());
-    if (!(*checked_)[index]) {
-        if (hash_bytes(*data) != info->hash) return damaged("chunk '" + info->name + "'", "damaged");
-        (*checked_)[index] = true;
-    }
-    return data;
+    if (info == nullptr) return missing(name);
+    Loaded& loaded = contents_->loaded[static_cast<size_t>(info - contents_->chunks.data())];
+    std::call_once(loaded.once, [&] { load(*info, loaded); });
+    if (loaded.error) return tl::unexpected(*loaded.error);
+    return loaded.bytes;
+}
+
+Result<void> ChunkFile::read_part(std::string_view name, uint64_t offset, std::span<std::byte> into) const {
+    const ChunkInfo* info = find(name);
+    if (info == nullptr) return missing(name);
+    if (offset > info->bytes || into.size() > info->bytes - offset)
+        return damaged("chunk '" + info->name + "'",
+                       "has no bytes " + std::to_string(offset) + " to " + std::to_string(offset + into.size()));
+    return contents_->file->read(info->offset + offset, into);
 }
 
 Result<std::string_view> ChunkFile::text(std::string_view name) const {
@@ -141,8 +170,16 @@ Result<std::string_view> ChunkFile::text(std::string_view name) const {
 }
 
 Result<void> ChunkFile::verify() const {
-    for (const ChunkInfo& info : chunks_) {
-        if (auto data = bytes(info.name); !data) return tl::unexpected(data.error());
+    std::vector<std::byte> piece(verified_at_once);
+    for (const ChunkInfo& info : contents_->chunks) {
+        HashStream hash;
+        for (uint64_t done = 0; done < info.bytes;) {
+            const auto part = std::span(piece).first(std::min<uint64_t>(piece.size(), info.bytes - done));
+            if (auto read = contents_->file->read(info.offset + done, part); !read) return read;
+            hash.add(part);
+            done += part.size();
+        }
+        if (hash.digest() != info.hash) return damaged("chunk '" + info.name + "'", "damaged");
     }
     return {};
 }

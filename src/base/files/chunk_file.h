@@ -1,9 +1,12 @@
-// The asset file: named chunks of bytes, mapped into memory, each with its own hash. docs/file-format.md gives the
-// layout. The file knows nothing of what the chunks mean.
+// The asset file: named chunks of bytes, each with its own hash. docs/file-format.md gives the layout. The file knows
+// nothing of what the chunks mean. Chunks are copied into memory and not mapped, so that what was checked cannot change
+// any more, whatever becomes of the file.
 #pragma once
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,7 +21,7 @@ namespace lodestone {
 
 // Raised whenever what chunks hold is read in another way: neither then reads the other's files, and cached assets are
 // baked anew.
-inline constexpr uint32_t chunk_file_version = 6;
+inline constexpr uint32_t chunk_file_version = 7;
 inline constexpr size_t chunk_alignment = 64;   // of every chunk's first byte, in bytes
 inline constexpr size_t chunk_name_bytes = 40;  // longest name, terminating zero included
 
@@ -36,26 +39,26 @@ struct ChunkInfo {
     Hash128 hash;         // of these bytes
 };
 
-// An asset file, mapped for reading. Copies share the mapping. One thread at a time may ask a file and its copies for
-// chunks.
+// An asset file, open for reading. Copies share it and what has been read of it.
 class ChunkFile {
 public:
-    // Maps and checks header and table of contents; chunks are checked when first asked for. Every error names the
-    // file, the place, what is wrong and what to do; Fault::format.
+    // Checks header and table of contents; chunks are read and checked when first asked for. Every error names the
+    // file, the place, what is wrong and what to do; Fault::format, or Fault::machine where reading fails.
     static Result<ChunkFile> open(const std::filesystem::path& path);
 
     const std::filesystem::path& path() const { return path_; }                   // as given to open()
     const Provenance& provenance() const { return provenance_; }                  // what the file was made from
-    const std::vector<ChunkInfo>& chunks() const { return chunks_; }              // in the order of the file
-    uint64_t file_bytes() const { return mapped_->bytes().size(); }               // size of the whole file
+    const std::vector<ChunkInfo>& chunks() const { return contents_->chunks; }    // by rising offset
+    uint64_t file_bytes() const { return contents_->file->size(); }               // size of the whole file
     bool contains(std::string_view name) const { return find(name) != nullptr; }  // whether there is such a chunk
 
-    // The chunk's bytes, valid as long as this object or a copy of it lives. Fault::format where it is missing or
-    // damaged.
+    // The chunk's bytes, valid as long as this object or a copy of it lives; the first is aligned to chunk_alignment.
+    // Fault::format where it is missing or damaged, Fault::machine where reading fails. Threads may ask for the same
+    // chunk, of one object or of copies.
     Result<std::span<const std::byte>> bytes(std::string_view name) const;
-    // The same without looking at its hash, and so without reading it: for chunks larger than memory, whose parts are
-    // checked as they are used.
-    Result<std::span<const std::byte>> unchecked_bytes(std::string_view name) const;
+    // Copies a part of a chunk without looking at its hash: for chunks larger than memory, whose parts have hashes of
+    // their own.
+    Result<void> read_part(std::string_view name, uint64_t offset, std::span<std::byte> into) const;
     // As bytes(), as text.
     Result<std::string_view> text(std::string_view name) const;
 
@@ -69,20 +72,35 @@ public:
         return std::span<const T>(reinterpret_cast<const T*>(raw->data()), raw->size() / sizeof(T));
     }
 
-    // Checks the hash of every chunk. Fault::format names the first that is damaged.
+    // Reads every chunk anew, in pieces, and checks its hash. Fault::format names the first that is damaged.
     Result<void> verify() const;
 
 private:
+    // A chunk that was asked for: its bytes, or why there are none.
+    struct Loaded {
+        std::once_flag once;
+        std::unique_ptr<std::byte[]> memory;
+        std::span<const std::byte> bytes;
+        std::optional<Error> error;
+    };
+    // What copies share.
+    struct Contents {
+        std::shared_ptr<const InputFile> file;
+        std::vector<ChunkInfo> chunks;
+        std::vector<Loaded> loaded;  // as chunks
+    };
+
     ChunkFile() = default;
+    Result<void> read_table(uint64_t offset, uint64_t count, const Hash128& hash);
+    void load(const ChunkInfo& info, Loaded& into) const;
     const ChunkInfo* find(std::string_view name) const;
+    tl::unexpected<Error> missing(std::string_view name) const;
     tl::unexpected<Error> wrong_size(std::string_view name, uint64_t bytes, size_t element) const;
     tl::unexpected<Error> damaged(std::string_view place, std::string_view what) const;
 
     std::filesystem::path path_;
-    std::shared_ptr<const MappedFile> mapped_;
     Provenance provenance_;
-    std::vector<ChunkInfo> chunks_;
-    std::shared_ptr<std::vector<bool>> checked_;  // chunk's hash known to be right
+    std::shared_ptr<Contents> contents_;
 };
 
 // Writes a chunk file that appears whole or not at all. Chunks appear in the order they are added; the same chunks give

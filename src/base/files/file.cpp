@@ -113,6 +113,31 @@ MappedFile::~MappedFile() {
     if (descriptor_ >= 0) ::close(descriptor_);
 }
 
+Result<std::shared_ptr<const InputFile>> InputFile::open(const fs::path& path) {
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe is not waited for
+    if (descriptor < 0) return fail(Fault::format, path.string() + ": cannot be opened: " + reason());
+    struct stat status {};
+    if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
+        ::close(descriptor);
+        return fail(Fault::format, path.string() + ": is not a regular file");
+    }
+    return std::shared_ptr<const InputFile>(new InputFile(path, descriptor, static_cast<uint64_t>(status.st_size)));
+}
+
+InputFile::~InputFile() { ::close(descriptor_); }
+
+Result<void> InputFile::read(uint64_t offset, std::span<std::byte> into) const {
+    while (!into.empty()) {
+        const ssize_t n = ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) return fail(Fault::machine, path_.string() + ": cannot be read: " + reason());
+        if (n == 0) return fail(Fault::format, path_.string() + ": was cut short while it was open");
+        offset += static_cast<uint64_t>(n);
+        into = into.subspan(static_cast<size_t>(n));
+    }
+    return {};
+}
+
 Result<FileBytes> read_file(const fs::path& path, uint64_t max_bytes) {
     auto mapped = MappedFile::open(path);
     if (!mapped) return tl::unexpected(mapped.error());

@@ -44,6 +44,27 @@ private:
     State opened_;
 };
 
+// A file that is read in pieces, each copied. What a mapping answers with SIGBUS, a disk that fails or a file that was
+// cut short meanwhile, is an error here; and what was copied stays what it was checked to be. Threads may share it.
+class InputFile {
+public:
+    // Fault::format where it cannot be opened or is no regular file.
+    static Result<std::shared_ptr<const InputFile>> open(const std::filesystem::path& path);
+    ~InputFile();
+    InputFile(const InputFile&) = delete;
+    InputFile& operator=(const InputFile&) = delete;
+    uint64_t size() const { return size_; }  // bytes, when it was opened
+    // Fills `into` from `offset` on. Fault::format where the file ends before, Fault::machine where reading fails.
+    Result<void> read(uint64_t offset, std::span<std::byte> into) const;
+
+private:
+    InputFile(std::filesystem::path path, int descriptor, uint64_t size)
+        : path_(std::move(path)), descriptor_(descriptor), size_(size) {}
+    std::filesystem::path path_;
+    int descriptor_;
+    uint64_t size_;
+};
+
 // A whole file in memory. Copies share it.
 struct FileBytes {
     std::span<const std::byte> bytes;        // valid as long as `owner` lives

@@ -363,9 +363,11 @@ TriMesh mesh_of(const PmCursor& cursor) {
     return mesh;
 }
 
-TriMesh extract_level(const ProgressiveMesh& pm, uint32_t level, uint32_t order) {
+Result<TriMesh> extract_level(const ProgressiveMesh& pm, uint32_t level, uint32_t order) {
     PmCursor cursor(pm, order);
     cursor.goto_level(level);
+    if (auto good = cursor.validate(); !good)
+        return fail(Fault::format, good.error().message + "; bake the asset again");
     return mesh_of(cursor);
 }
 

@@ -122,8 +122,10 @@ private:
 
 // The level a cursor is at as a mesh: the faces of the drawn range in drawing order, degenerate ones left out, wedges
 // and vertices kept.
+// The cursor must be valid (PmCursor::validate).
 TriMesh mesh_of(const PmCursor& cursor);
-// The same of a level, 0 .. levels() - 1, without a cursor.
-TriMesh extract_level(const ProgressiveMesh& pm, uint32_t level, uint32_t order = 0);
+// The same of a level without a cursor. Fault::format where the level is none: what ProgressiveMesh::open lets pass may
+// still not play.
+Result<TriMesh> extract_level(const ProgressiveMesh& pm, uint32_t level, uint32_t order = 0);
 
 }  // namespace lodestone

@@ -1,6 +1,8 @@
 #include "lod/asset/progressive_mesh.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -14,27 +16,40 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr size_t most_orders = 64;  // each is checked whole, and a few bytes of text can name one again and again
+
 tl::unexpected<Error> wrong(const std::string& chunk, const std::string& what) {
     return fail(Fault::format, chunk + ": " + what + "; bake the asset again");
 }
 
-// Levels, sizes and blocks of the keyframes of one order.
-Result<void> check_keyframes(const ProgressiveMesh& pm, const FaceOrder& order, const std::string& place) {
-    uint32_t level = 0, slots = order.slots_of(0), block = 0, begin = 0;
+// Every keyframe for itself and against the one before, so that what the next checks compute is defined: levels rise by
+// at least 2, slots never rise, and a step writes some blocks.
+Result<void> check_keyframe_levels(const ProgressiveMesh& pm, const FaceOrder& order, const std::string& place) {
+    uint32_t level = 0, slots = order.slots_of(0);
     for (size_t k = 0; k < order.keyframes.size(); ++k) {
         const Keyframe& key = order.keyframes[k];
         const std::string where = "keyframe " + std::to_string(k);
-        const uint32_t next = k + 1 < order.keyframes.size() ? order.keyframes[k + 1].level : pm.levels() + 1;
-        if (order.drops_dead || key.level < level + 2 || key.level >= pm.levels() || next < key.level + 2)
+        if (order.drops_dead || key.level < 2 || key.level - 2 < level || key.level >= pm.levels())
             return wrong(place + "/keyframes", where + " is at a wrong level");
         if (key.slots == 0 || key.slots > slots || key.dead != slots - key.slots)
             return wrong(place + "/keyframes", where + " does not fit the drawn range");
-        const uint32_t room = k + 1 < order.keyframes.size() ? next - key.level - order.keyframes[k + 1].reach() : ~0u;
-        if (key.blocks_per_step == 0 || key.reach() >= key.level - level || key.reach() > room)
-            return wrong(place + "/keyframes", where + " reaches into another one");
+        if (key.blocks_per_step == 0) return wrong(place + "/keyframes", where + " writes no blocks in a step");
+        slots = key.slots;
+        level = key.level;
+    }
+    return {};
+}
+
+// Blocks of the keyframes of one order: they lie behind one another, each makes sense, and together they tell of every
+// face that died.
+Result<void> check_keyframe_bytes(const ProgressiveMesh& pm, const FaceOrder& order, const std::string& place) {
+    uint32_t slots = order.slots_of(0), block = 0, begin = 0;
+    for (size_t k = 0; k < order.keyframes.size(); ++k) {
+        const Keyframe& key = order.keyframes[k];
+        const std::string where = "keyframe " + std::to_string(k);
         if (key.first_block != block || key.blocks() > order.block_ends.size() - block)
             return wrong(place + "/keyframes", where + " has the wrong blocks");
-        uint32_t dead = 0;
+        uint64_t dead = 0;
         for (uint32_t b = 0; b < key.blocks(); ++b, ++block) {
             const uint32_t end = order.block_ends[block];
             if (end < begin || end > order.block_bytes.size()) return wrong(place + "/blocks", "a block has no end");
@@ -49,34 +64,62 @@ Result<void> check_keyframes(const ProgressiveMesh& pm, const FaceOrder& order, 
         }
         if (dead != key.dead) return wrong(place + "/keyframes", where + " loses faces");
         slots = key.slots;
-        level = key.level;
     }
     if (block != order.block_ends.size() || begin != order.block_bytes.size())
         return wrong(place + "/blocks", "some belong to no keyframe");
     return {};
 }
 
-// Ranges and sizes of one order, so that a cursor stays inside its buffers.
-Result<void> check_ranges(const ProgressiveMesh& pm, const FaceOrder& order,
-                          const std::vector<uint32_t>& triangles_at) {
-    const std::string place = "lod/" + order.name;
-    const size_t removed = pm.parents.size();
-    const auto positions = static_cast<uint32_t>(order.indices.size());
-    if (order.indices.size() != size_t{triangles_at[0]} * 3) return wrong(place + "/indices", "wrong number of faces");
-    for (const uint32_t wedge : order.indices) {
-        if (wedge >= pm.vertices.size()) return wrong(place + "/indices", "a wedge is out of range");
+// Levels, sizes and blocks of the keyframes of one order.
+Result<void> check_keyframes(const ProgressiveMesh& pm, const FaceOrder& order, const std::string& place) {
+    if (auto good = check_keyframe_levels(pm, order, place); !good) return good;
+    // The half that is not drawn holds one order at a time.
+    uint32_t level = 0, reach = 0;
+    for (size_t k = 0; k < order.keyframes.size(); ++k) {
+        const Keyframe& key = order.keyframes[k];
+        const uint32_t room = key.level - level;
+        if (key.reach() >= room || reach > room - key.reach())
+            return wrong(place + "/keyframes", "keyframe " + std::to_string(k) + " reaches into another one");
+        level = key.level;
+        reach = key.reach();
     }
-    if (order.first_corner.size() != removed + 1 || order.first_corner.front() != 0 ||
+    return check_keyframe_bytes(pm, order, place);
+}
+
+// Every corner lies in a slot that its half holds at the level where it is rewritten. A cursor may keep no more than
+// that (PmCursor's copy for a limited depth).
+Result<void> check_corners(const ProgressiveMesh& pm, const FaceOrder& order, const std::string& place) {
+    if (order.first_corner.size() != pm.parents.size() + 1 || order.first_corner.front() != 0 ||
         order.first_corner.back() != order.corners.size() ||
         !std::is_sorted(order.first_corner.begin(), order.first_corner.end())) {
         return wrong(place + "/first_corner", "does not divide the corners among the removed wedges");
     }
-    const uint32_t other = order.keyframes.empty() ? 0 : order.keyframes[0].slots * 3;  // no later one is longer
-    for (const IndexSlot corner : order.corners) {
-        if (corner.position() >= (corner.half() == 0 ? positions : other))
-            return wrong(place + "/corners", "a position is out of range");
+    uint32_t keyframe = 0;  // drawn at the level
+    size_t tswap = 0;
+    for (uint32_t level = 0, r = 0; level < pm.ecols.size(); ++level) {
+        while (keyframe < order.keyframes.size() && order.keyframes[keyframe].level <= level) ++keyframe;
+        while (tswap < order.tswaps.size() && order.tswaps[tswap].level <= level) ++tswap;
+        std::array<uint64_t, 2> slots{};  // by half
+        slots[keyframe & 1] = order.drops_dead ? pm.triangles_at(level)
+                              : tswap > 0      ? order.tswaps[tswap - 1].slots_after
+                                               : order.slots_of(keyframe);
+        if (keyframe > 0 && level - order.keyframes[keyframe - 1].level < order.keyframes[keyframe - 1].reach()) {
+            slots[1 - (keyframe & 1)] = order.slots_of(keyframe - 1);
+        } else if (keyframe < order.keyframes.size()) {
+            slots[1 - (keyframe & 1)] = order.slots_of(keyframe + 1);
+        }
+        const uint32_t first = order.first_corner[r];
+        r += pm.ecols[level].wedges;
+        for (const IndexSlot corner : order.corners.subspan(first, order.first_corner[r] - first)) {
+            if (corner.position() >= slots[corner.half()] * 3)
+                return wrong(place + "/corners", "a position is out of range");
+        }
     }
-    uint32_t slots = positions / 3, level = 0;
+    return {};
+}
+
+Result<void> check_tswaps(const ProgressiveMesh& pm, const FaceOrder& order, const std::string& place) {
+    uint32_t slots = order.slots_of(0), level = 0;
     size_t cycle = 0, slot = 0;
     for (size_t k = 0; k < order.tswaps.size(); ++k) {
         const TswapStep& key = order.tswaps[k];
@@ -104,7 +147,31 @@ Result<void> check_ranges(const ProgressiveMesh& pm, const FaceOrder& order,
     }
     if (cycle != order.cycle_lengths.size() || slot != order.cycle_slots.size())
         return wrong(place + "/cycles", "some belong to no step");
-    return check_keyframes(pm, order, place);
+    return {};
+}
+
+// Ranges and sizes of one order, so that a cursor stays inside its buffers.
+Result<void> check_ranges(const ProgressiveMesh& pm, const FaceOrder& order) {
+    const std::string place = "lod/" + order.name;
+    if (order.indices.size() != size_t{pm.triangles_at(0)} * 3)
+        return wrong(place + "/indices", "wrong number of faces");
+    for (const uint32_t wedge : order.indices) {
+        if (wedge >= pm.vertices.size()) return wrong(place + "/indices", "a wedge is out of range");
+    }
+    Result<void> good = check_tswaps(pm, order, place);
+    if (good) good = check_keyframes(pm, order, place);
+    if (good) good = check_corners(pm, order, place);
+    return good;
+}
+
+// What positions and materials a vertex may have.
+Result<void> check_vertices(std::span<const MeshVertex> vertices, size_t materials) {
+    for (const MeshVertex& v : vertices) {
+        if (v.material >= materials) return wrong("lod/vertices", "a material is out of range");
+        if (!std::isfinite(v.position[0]) || !std::isfinite(v.position[1]) || !std::isfinite(v.position[2]))
+            return wrong("lod/vertices", "a position is no number");
+    }
+    return {};
 }
 
 }  // namespace
@@ -167,6 +234,11 @@ void ProgressiveMesh::set_errors(std::vector<float> level_errors) {
 
 Result<void> ProgressiveMesh::count_levels() {
     if (orders.empty()) return wrong("lod/mesh", "no face order");
+    if (orders.size() > most_orders)
+        return wrong("lod/mesh", "more than " + std::to_string(most_orders) + " face orders");
+    if (vertices.size() >= ~0u) return wrong("lod/vertices", "more than 2^32 - 2 wedges");
+    if (orders[0].indices.size() > IndexSlot::most_positions)
+        return wrong("lod/" + orders[0].name + "/indices", "more than 2^31 corners");
     wedges_at_.assign(1, static_cast<uint32_t>(vertices.size()));
     triangles_at_.assign(1, static_cast<uint32_t>(orders[0].indices.size() / 3));
     for (const Ecol& step : ecols) {
@@ -188,10 +260,12 @@ Result<void> ProgressiveMesh::count_levels() {
         }
     }
     if (errors.size() != levels()) return wrong("lod/errors", "not one per level");
-    if (errors[0] != 0 || !std::is_sorted(errors.begin(), errors.end()))
-        return wrong("lod/errors", "errors fall or do not begin at 0");
+    const auto falls = [&](size_t i) { return !(errors[i] >= errors[i - 1]); };  // or is no number
+    bool rise = errors[0] == 0 && std::isfinite(errors.back());
+    for (size_t i = 1; i < errors.size() && rise; ++i) rise = !falls(i);
+    if (!rise) return wrong("lod/errors", "errors fall or do not begin at 0");
     for (const FaceOrder& order : orders) {
-        if (auto done = check_ranges(*this, order, triangles_at_); !done) return done;
+        if (auto done = check_ranges(*this, order); !done) return done;
     }
     return {};
 }
@@ -322,11 +396,10 @@ Result<ProgressiveMesh> ProgressiveMesh::open(const ChunkFile& file) {
     pm.images = std::move(materials->images);
     pm.owner = std::make_shared<ChunkFile>(file);
     if (auto counted = pm.count_levels(); !counted) return named(counted.error());
-    const size_t material_count = std::max<size_t>(1, pm.material_table.size());
-    for (const MeshVertex& v : pm.vertices) {
-        if (v.material >= material_count)
-            return named({Fault::format, "lod/vertices: a material is out of range; bake the asset again"});
-    }
+    if (pm.vertices.empty() || pm.full_triangles() == 0)
+        return named({Fault::format, "lod/vertices: there is nothing to draw; bake the asset again"});
+    if (auto good = check_vertices(pm.vertices, std::max<size_t>(1, pm.material_table.size())); !good)
+        return named(good.error());
     return pm;
 }
 

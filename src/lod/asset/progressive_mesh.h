@@ -62,10 +62,11 @@ struct Keyframe {
     uint32_t blocks_per_step = 1;  // written by an ecol close before `level`, or a vsplit close behind it
     bool operator==(const Keyframe&) const = default;
 
-    // That the order consists of, the last perhaps not full.
-    uint32_t blocks() const { return (slots + keyframe_block_slots - 1) / keyframe_block_slots; }
+    // That the order consists of, the last perhaps not full; slots > 0.
+    uint32_t blocks() const { return (slots - 1) / keyframe_block_slots + 1; }
     // Levels before `level`, and from it on, at which the half that is not drawn holds something.
-    uint32_t reach() const { return (blocks() + blocks_per_step - 1) / blocks_per_step; }
+    // blocks_per_step > 0.
+    uint32_t reach() const { return (blocks() - 1) / blocks_per_step + 1; }
     // Blocks that the half that is not drawn holds at a level: of this order before `level`, of the order before from
     // it on.
     uint32_t blocks_held(uint32_t at) const {
@@ -78,8 +79,9 @@ static_assert(sizeof(Keyframe) == 20);
 
 // Where a corner is in the index buffer: position / 3 is a slot of one of the halves.
 struct IndexSlot {
-    uint32_t code = 0;  // twice the position, plus the half
-    // half: 0 or 1; position: of a corner in it, below 2^31.
+    uint32_t code = 0;                                             // twice the position, plus the half
+    static constexpr uint64_t most_positions = uint64_t{1} << 31;  // of either half
+    // half: 0 or 1; position: of a corner in it, below most_positions.
     static IndexSlot of(uint32_t half, uint32_t position) { return {position * 2 + half}; }
     uint32_t half() const { return code & 1; }       // 0 or 1
     uint32_t position() const { return code >> 1; }  // slot * 3 + corner

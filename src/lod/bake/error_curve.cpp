@@ -48,7 +48,7 @@ Result<std::vector<float>> measure_errors(const ProgressiveMesh& pm, const Error
     const auto affordable = static_cast<uint32_t>(std::min<uint64_t>(points_in_all / distance.samples, most_levels));
     const std::vector<uint32_t> levels = levels_to_measure(pm, std::max(options.measured_levels, affordable));
     if (levels.empty()) return errors;
-    const MeasuredSurface source(extract_level(pm, 0), distance);
+    const MeasuredSurface source(mesh_of(PmCursor(pm)), distance);
     PmCursor cursor(pm);
     double largest = 0;
     uint32_t done = 0;  // levels up to here have their error

@@ -43,12 +43,16 @@ void CommandPool::submit(VkCommandBuffer commands, VkFence fence) const {
 }
 
 void CommandPool::run(const std::function<void(VkCommandBuffer)>& record) const {
-    const VkCommandBuffer commands = allocate();
-    begin(commands);
-    record(commands);
-    submit(commands, VK_NULL_HANDLE);
+    struct Free {
+        const CommandPool& pool;
+        VkCommandBuffer commands;
+        ~Free() { vkFreeCommandBuffers(pool.device_.handle(), pool.pool_.get(), 1, &commands); }
+    };
+    const Free commands{*this, allocate()};
+    begin(commands.commands);
+    record(commands.commands);
+    submit(commands.commands, VK_NULL_HANDLE);
     LODE_VK(vkQueueWaitIdle(device_.queue()));
-    vkFreeCommandBuffers(device_.handle(), pool_.get(), 1, &commands);
 }
 
 void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stages, VkAccessFlags2 from_access,

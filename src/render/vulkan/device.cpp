@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <memory>
+#include <type_traits>
 
 #include "render/window/surface.h"
 
@@ -12,14 +14,19 @@ namespace {
 
 constexpr const char* validation_layer = "VK_LAYER_KHRONOS_validation";
 
+// All that there is; asked again where there are more by the time they are told. name: of the call.
 template <class T, class Enumerate>
-std::vector<T> enumerate(Enumerate&& call) {
-    uint32_t count = 0;
-    call(&count, nullptr);
-    std::vector<T> items(count);
-    call(&count, items.data());
-    items.resize(count);
-    return items;
+std::vector<T> enumerate(const char* name, Enumerate&& call) {
+    for (;;) {
+        uint32_t count = 0;
+        vulkan_check(call(&count, nullptr), name);
+        std::vector<T> items(count);
+        const VkResult told = call(&count, items.data());
+        if (told == VK_INCOMPLETE) continue;
+        vulkan_check(told, name);
+        items.resize(count);
+        return items;
+    }
 }
 
 bool has_extension(const std::vector<VkExtensionProperties>& extensions, const char* name) {
@@ -70,7 +77,7 @@ VkInstance bare_instance(const std::vector<const char*>& layers, const std::vect
 }
 
 std::vector<VkPhysicalDevice> physical_devices(VkInstance instance) {
-    return enumerate<VkPhysicalDevice>([&](uint32_t* count, VkPhysicalDevice* devices) {
+    return enumerate<VkPhysicalDevice>("vkEnumeratePhysicalDevices", [&](uint32_t* count, VkPhysicalDevice* devices) {
         return vkEnumeratePhysicalDevices(instance, count, devices);
     });
 }
@@ -78,10 +85,12 @@ std::vector<VkPhysicalDevice> physical_devices(VkInstance instance) {
 }  // namespace
 
 std::vector<DeviceInfo> Device::list() {
-    const VkInstance instance = bare_instance({}, {}, nullptr);
+    struct Destroy {
+        void operator()(VkInstance instance) const { vkDestroyInstance(instance, nullptr); }
+    };
+    const std::unique_ptr<std::remove_pointer_t<VkInstance>, Destroy> instance(bare_instance({}, {}, nullptr));
     std::vector<DeviceInfo> all;
-    for (VkPhysicalDevice physical : physical_devices(instance)) all.push_back(describe(physical));
-    vkDestroyInstance(instance, nullptr);
+    for (VkPhysicalDevice physical : physical_devices(instance.get())) all.push_back(describe(physical));
     return all;
 }
 
@@ -122,10 +131,12 @@ void Device::make_instance(bool validation, bool presents) {
     std::vector<const char*> layers, extensions;
     if (presents) extensions = surface_extensions();
     const auto known = enumerate<VkExtensionProperties>(
+        "vkEnumerateInstanceExtensionProperties",
         [](uint32_t* n, VkExtensionProperties* e) { return vkEnumerateInstanceExtensionProperties(nullptr, n, e); });
     debug_utils_ = has_extension(known, VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
     if (validation) {
         const auto present = enumerate<VkLayerProperties>(
+            "vkEnumerateInstanceLayerProperties",
             [](uint32_t* n, VkLayerProperties* l) { return vkEnumerateInstanceLayerProperties(n, l); });
         const bool found = std::any_of(present.begin(), present.end(),
                                        [](const auto& l) { return std::strcmp(l.layerName, validation_layer) == 0; });
@@ -206,10 +217,11 @@ struct Device::Features {
 };
 
 void Device::choose_queue_family() {
-    const auto families = enumerate<VkQueueFamilyProperties>([&](uint32_t* n, VkQueueFamilyProperties* q) {
-        vkGetPhysicalDeviceQueueFamilyProperties(physical_, n, q);
-        return VK_SUCCESS;
-    });
+    const auto families =
+        enumerate<VkQueueFamilyProperties>("queue families", [&](uint32_t* n, VkQueueFamilyProperties* q) {
+            vkGetPhysicalDeviceQueueFamilyProperties(physical_, n, q);
+            return VK_SUCCESS;
+        });
     const auto draws_and_computes = [](const VkQueueFamilyProperties& f) {
         return (f.queueFlags & VK_QUEUE_GRAPHICS_BIT) != 0 && (f.queueFlags & VK_QUEUE_COMPUTE_BIT) != 0;
     };
@@ -237,6 +249,8 @@ void Device::use_features(const Features& have, Features& use) const {
     use.vulkan13.synchronization2 = VK_TRUE;
     use.vulkan13.maintenance4 = VK_TRUE;  // compute shaders say their local size by it
     use.vulkan12.drawIndirectCount = have.vulkan12.drawIndirectCount;
+    // What an asset tells of indices and numbers is checked as it is opened, but not what playing it makes of them.
+    use.all.features.robustBufferAccess = present.robustBufferAccess;
     use.all.features.geometryShader = VK_TRUE;
     use.all.features.fullDrawIndexUint32 = VK_TRUE;
     use.all.features.pipelineStatisticsQuery = present.pipelineStatisticsQuery;

@@ -47,7 +47,9 @@ BlockAllocator::Block& BlockAllocator::add_block(uint32_t type, VkDeviceSize byt
     LODE_VK(vkAllocateMemory(device_.handle(), &info, nullptr, &block->memory));
     if (mapped) {
         void* address = nullptr;
-        LODE_VK(vkMapMemory(device_.handle(), block->memory, 0, VK_WHOLE_SIZE, 0, &address));
+        const VkResult done = vkMapMemory(device_.handle(), block->memory, 0, VK_WHOLE_SIZE, 0, &address);
+        if (done != VK_SUCCESS) vkFreeMemory(device_.handle(), block->memory, nullptr);
+        vulkan_check(done, "vkMapMemory");
         block->mapped = static_cast<std::byte*>(address);
     }
     allocated_ += bytes;
@@ -125,7 +127,8 @@ Buffer::Buffer(BlockAllocator& allocator, VkDeviceSize bytes, VkBufferUsageFlags
     } catch (const VulkanFailure& failure) {
         vkDestroyBuffer(device.handle(), buffer_, nullptr);
         if (piece_.memory != VK_NULL_HANDLE) allocator.free(piece_);
-        throw VulkanFailure("buffer '" + name + "' of " + std::to_string(bytes) + " bytes: " + failure.what());
+        throw VulkanFailure("buffer '" + name + "' of " + std::to_string(bytes) + " bytes: " + failure.what(),
+                            failure.result());
     }
 }
 Buffer::Buffer(Buffer&& o) noexcept
@@ -189,7 +192,7 @@ TargetImage::TargetImage(BlockAllocator& allocator, const ImageSpec& spec, const
     } catch (const VulkanFailure& failure) {
         vkDestroyImage(device.handle(), image_, nullptr);
         if (piece_.memory != VK_NULL_HANDLE) allocator.free(piece_);
-        throw VulkanFailure("image '" + name + "': " + failure.what());
+        throw VulkanFailure("image '" + name + "': " + failure.what(), failure.result());
     }
 }
 TargetImage::TargetImage(TargetImage&& o) noexcept

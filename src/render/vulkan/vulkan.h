@@ -4,6 +4,7 @@
 
 #include <vulkan/vulkan.h>
 
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -13,10 +14,18 @@
 
 namespace lodestone {
 
-// what(): one line that names the call and what it answered.
+// what(): one line that names the call and what it answered. result: that answer; VK_SUCCESS where no call failed.
 class VulkanFailure : public std::runtime_error {
 public:
-    using std::runtime_error::runtime_error;
+    explicit VulkanFailure(const std::string& what, VkResult result = VK_SUCCESS)
+        : std::runtime_error(what), result_(result) {}
+    VkResult result() const { return result_; }
+    bool out_of_memory() const {
+        return result_ == VK_ERROR_OUT_OF_DEVICE_MEMORY || result_ == VK_ERROR_OUT_OF_HOST_MEMORY;
+    }
+
+private:
+    VkResult result_;
 };
 
 const char* name_of(VkResult result);
@@ -25,7 +34,7 @@ void vulkan_check(VkResult result, const char* call);
 // Runs a Vulkan call that returns a VkResult; anything but success is a VulkanFailure that names it.
 #define LODE_VK(call) ::lodestone::vulkan_check(call, #call)
 
-// Failures of Vulkan stop here and become errors.
+// Failures of Vulkan, and memory that runs out, stop here and become errors.
 template <class F>
 auto guarded(F&& f) -> Result<decltype(f())> {
     try {
@@ -35,7 +44,9 @@ auto guarded(F&& f) -> Result<decltype(f())> {
         } else {
             return f();
         }
-    } catch (const VulkanFailure& failure) { return fail(Fault::machine, failure.what()); }
+    } catch (const VulkanFailure& failure) {
+        return fail(Fault::machine, failure.what());
+    } catch (const std::bad_alloc&) { return fail(Fault::machine, "out of memory"); }
 }
 
 // A handle destroyed with its owner.

@@ -54,6 +54,53 @@ private:
     VkSurfaceKHR surface_ = VK_NULL_HANDLE;
 };
 
+// The format of a surface that takes values as they are. Ours are sRGB already: a format that says so would convert
+// them a second time.
+VkSurfaceFormatKHR plain_format(VkPhysicalDevice physical, VkSurfaceKHR surface) {
+    uint32_t count = 0;
+    LODE_VK(vkGetPhysicalDeviceSurfaceFormatsKHR(physical, surface, &count, nullptr));
+    std::vector<VkSurfaceFormatKHR> formats(count);
+    LODE_VK(vkGetPhysicalDeviceSurfaceFormatsKHR(physical, surface, &count, formats.data()));
+    for (const VkFormat plain :
+         {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_A8B8G8R8_UNORM_PACK32,
+          VK_FORMAT_A2B10G10R10_UNORM_PACK32, VK_FORMAT_A2R10G10B10_UNORM_PACK32, VK_FORMAT_R5G6B5_UNORM_PACK16}) {
+        const auto found = std::ranges::find_if(formats, [&](const VkSurfaceFormatKHR& f) {
+            return f.format == plain && f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR;
+        });
+        if (found != formats.end()) return *found;
+    }
+    throw VulkanFailure("the display shows none of the formats that are drawn; use render in place of view");
+}
+
+// What a swapchain of the surface is made with, but for its extent. Everything it asks for, the surface has.
+VkSwapchainCreateInfoKHR swapchain_for(VkPhysicalDevice physical, VkSurfaceKHR surface,
+                                       const VkSurfaceCapabilitiesKHR& can) {
+    if ((can.supportedUsageFlags & VK_IMAGE_USAGE_TRANSFER_DST_BIT) == 0)
+        throw VulkanFailure("the display's images cannot be copied to; use render in place of view");
+    VkSwapchainCreateInfoKHR info{};
+    info.sType = VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR;
+    info.surface = surface;
+    info.minImageCount = std::max(2u, can.minImageCount);
+    if (can.maxImageCount > 0) info.minImageCount = std::min(info.minImageCount, can.maxImageCount);
+    const VkSurfaceFormatKHR format = plain_format(physical, surface);
+    info.imageFormat = format.format;
+    info.imageColorSpace = format.colorSpace;
+    info.imageArrayLayers = 1;
+    info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+    info.preTransform = can.currentTransform;
+    // Opaque where it can be; otherwise whatever there is, and the canvas is opaque.
+    for (const VkCompositeAlphaFlagBitsKHR alpha :
+         {VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR, VK_COMPOSITE_ALPHA_INHERIT_BIT_KHR,
+          VK_COMPOSITE_ALPHA_PRE_MULTIPLIED_BIT_KHR, VK_COMPOSITE_ALPHA_POST_MULTIPLIED_BIT_KHR}) {
+        if ((can.supportedCompositeAlpha & alpha) == 0) continue;
+        info.compositeAlpha = alpha;
+        break;
+    }
+    info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
+    info.clipped = VK_TRUE;
+    return info;
+}
+
 class VulkanWindow final : public Window {
 public:
     VulkanWindow(Renderer& renderer, const WindowOptions& options) : a_(renderer.access()), canvas_(a_) {
@@ -68,11 +115,7 @@ public:
         glfwSetDropCallback(window_.get(), [](GLFWwindow* w, int count, const char** paths) {
             for (int i = 0; i < count; ++i) self(w).dropped_.emplace_back(paths[i]);
         });
-        surface_.emplace(a_.device.instance(), window_.get());
-        VkBool32 supported = VK_FALSE;
-        LODE_VK(vkGetPhysicalDeviceSurfaceSupportKHR(a_.device.physical(), a_.device.queue_family(), surface_->get(),
-                                                     &supported));
-        if (supported == VK_FALSE) throw VulkanFailure(a_.device.info().name + " cannot show pictures on this display");
+        make_surface();
         commands_ = a_.pool.allocate();
         VkFenceCreateInfo fence_info{};
         fence_info.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
@@ -81,6 +124,8 @@ public:
         fence_ = OwnedFence(device(), fence);
         acquired_ = make_semaphore();
         make_swapchain();
+        const auto [width, height] = framebuffer_size();
+        canvas_.resize(std::max(width, 1u), std::max(height, 1u));
         start_overlay();
     }
     ~VulkanWindow() override {
@@ -122,44 +167,27 @@ public:
             ImGui::Render();
             const auto [width, height] = framebuffer_size();
             if (width == 0 || height == 0) return;  // minimised
-            if (canvas_.image().spec().width != width || canvas_.image().spec().height != height) make_swapchain();
-            uint32_t image = 0;
-            VkResult got =
-                vkAcquireNextImageKHR(device(), swapchain_.get(), UINT64_MAX, acquired_.get(), VK_NULL_HANDLE, &image);
-            if (got == VK_ERROR_OUT_OF_DATE_KHR) {
-                make_swapchain();
-                got = vkAcquireNextImageKHR(device(), swapchain_.get(), UINT64_MAX, acquired_.get(), VK_NULL_HANDLE,
-                                            &image);
+            if (canvas_.image().spec().width != width || canvas_.image().spec().height != height) {
+                LODE_VK(vkDeviceWaitIdle(device()));
+                presented_ = false;
+                canvas_.resize(width, height);
+                stale_ = true;
             }
-            if (got != VK_SUBOPTIMAL_KHR) vulkan_check(got, "vkAcquireNextImageKHR");
+            const std::optional<uint32_t> image = acquire();
             CommandPool::begin(commands_);
             canvas_.record(commands_, composition, [](VkCommandBuffer commands) {
                 ImGui_ImplVulkan_RenderDrawData(ImGui::GetDrawData(), commands);
             });
-            show(images_[image]);
+            if (image) show(images_[*image]);
             submit(image);
-            VkPresentInfoKHR info{};
-            info.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR;
-            info.waitSemaphoreCount = 1;
-            const VkSemaphore drawn = drawn_[image].get();
-            info.pWaitSemaphores = &drawn;
-            info.swapchainCount = 1;
-            const VkSwapchainKHR swapchain = swapchain_.get();
-            info.pSwapchains = &swapchain;
-            info.pImageIndices = &image;
-            const VkResult shown = vkQueuePresentKHR(a_.device.queue(), &info);
-            if (shown == VK_ERROR_OUT_OF_DATE_KHR || shown == VK_SUBOPTIMAL_KHR) {
-                make_swapchain();
-            } else {
-                vulkan_check(shown, "vkQueuePresentKHR");
-            }
             presented_ = true;
+            if (image) hand_over(*image);
         });
     }
 
     Result<Picture> read() override {
         return guarded([&] {
-            LODE_CHECK(presented_);
+            if (!presented_) throw VulkanFailure("the window has shown nothing yet at its present size");
             return canvas_.read();
         });
     }
@@ -183,49 +211,93 @@ private:
         return {device(), semaphore};
     }
 
-    // Swapchain and canvas of the window's size.
-    void make_swapchain() {
+    void make_surface() {
+        surface_.emplace(a_.device.instance(), window_.get());
+        VkBool32 supported = VK_FALSE;
+        LODE_VK(vkGetPhysicalDeviceSurfaceSupportKHR(a_.device.physical(), a_.device.queue_family(), surface_->get(),
+                                                     &supported));
+        if (supported == VK_FALSE) throw VulkanFailure(a_.device.info().name + " cannot show pictures on this display");
+    }
+
+    // An image of the swapchain to show the canvas in. None where there is none now: the window changes faster than
+    // swapchains are made, or is not shown; the next present tries again.
+    std::optional<uint32_t> acquire() {
+        constexpr int most_tries = 3;
+        constexpr uint64_t longest_wait = 1000000000;  // ns; a compositor may hold images back from a hidden window
+        for (int tries = 0; tries < most_tries; ++tries) {
+            if (stale_ && !make_swapchain()) return {};
+            uint32_t image = 0;
+            const VkResult got = vkAcquireNextImageKHR(device(), swapchain_.get(), longest_wait, acquired_.get(),
+                                                       VK_NULL_HANDLE, &image);
+            if (got == VK_SUCCESS || got == VK_SUBOPTIMAL_KHR) {
+                stale_ = got == VK_SUBOPTIMAL_KHR;
+                return image;
+            }
+            if (got == VK_TIMEOUT || got == VK_NOT_READY) return {};
+            lost(got, "vkAcquireNextImageKHR");
+        }
+        return {};
+    }
+
+    // The canvas, drawn into the image, goes to the screen.
+    void hand_over(uint32_t image) {
+        VkPresentInfoKHR info{};
+        info.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR;
+        info.waitSemaphoreCount = 1;
+        const VkSemaphore drawn = drawn_[image].get();
+        info.pWaitSemaphores = &drawn;
+        info.swapchainCount = 1;
+        const VkSwapchainKHR swapchain = swapchain_.get();
+        info.pSwapchains = &swapchain;
+        info.pImageIndices = &image;
+        const VkResult shown = vkQueuePresentKHR(a_.device.queue(), &info);
+        if (shown == VK_SUBOPTIMAL_KHR) {
+            stale_ = true;
+        } else if (shown != VK_SUCCESS) {
+            lost(shown, "vkQueuePresentKHR");
+        }
+    }
+
+    // What the swapchain was for is no more; what cannot be made anew is a failure.
+    void lost(VkResult result, const char* call) {
+        if (result == VK_ERROR_SURFACE_LOST_KHR) {
+            LODE_VK(vkDeviceWaitIdle(device()));
+            swapchain_ = {};
+            make_surface();
+        } else if (result != VK_ERROR_OUT_OF_DATE_KHR) {
+            vulkan_check(result, call);
+        }
+        stale_ = true;
+    }
+
+    // A swapchain of the window's size; false where the window has none now.
+    bool make_swapchain() {
         LODE_VK(vkDeviceWaitIdle(device()));
         VkSurfaceCapabilitiesKHR can{};
         LODE_VK(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(a_.device.physical(), surface_->get(), &can));
-        uint32_t count = 0;
-        LODE_VK(vkGetPhysicalDeviceSurfaceFormatsKHR(a_.device.physical(), surface_->get(), &count, nullptr));
-        std::vector<VkSurfaceFormatKHR> formats(count);
-        LODE_VK(vkGetPhysicalDeviceSurfaceFormatsKHR(a_.device.physical(), surface_->get(), &count, formats.data()));
-        LODE_CHECK(!formats.empty());
-        // Values are sRGB already, so they must not be converted.
-        const auto plain = std::ranges::find_if(formats, [](const VkSurfaceFormatKHR& f) {
-            return f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM;
-        });
-        const VkSurfaceFormatKHR format = plain != formats.end() ? *plain : formats[0];
-        auto [width, height] = framebuffer_size();
-        width = std::clamp(std::max(width, 1u), can.minImageExtent.width, can.maxImageExtent.width);
-        height = std::clamp(std::max(height, 1u), can.minImageExtent.height, can.maxImageExtent.height);
-        VkSwapchainCreateInfoKHR info{};
-        info.sType = VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR;
-        info.surface = surface_->get();
-        info.minImageCount = std::max(2u, can.minImageCount);
-        info.imageFormat = format.format;
-        info.imageColorSpace = format.colorSpace;
-        info.imageExtent = {width, height};
-        info.imageArrayLayers = 1;
-        info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT;
-        info.preTransform = can.currentTransform;
-        info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
-        info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
-        info.clipped = VK_TRUE;
-        info.oldSwapchain = swapchain_.get();
+        VkExtent2D extent = can.currentExtent;
+        if (extent.width == ~0u) {  // what the swapchain has, the window gets
+            const auto [width, height] = framebuffer_size();
+            extent = {std::clamp(width, can.minImageExtent.width, can.maxImageExtent.width),
+                      std::clamp(height, can.minImageExtent.height, can.maxImageExtent.height)};
+        }
+        if (extent.width == 0 || extent.height == 0) return false;
+        VkSwapchainCreateInfoKHR info = swapchain_for(a_.device.physical(), surface_->get(), can);
+        info.imageExtent = extent;
+        const OwnedSwapchain old = std::move(swapchain_);
+        info.oldSwapchain = old.get();
         VkSwapchainKHR swapchain = VK_NULL_HANDLE;
         LODE_VK(vkCreateSwapchainKHR(device(), &info, nullptr, &swapchain));
         swapchain_ = OwnedSwapchain(device(), swapchain);
+        shown_extent_ = extent;
+        uint32_t count = 0;
         LODE_VK(vkGetSwapchainImagesKHR(device(), swapchain, &count, nullptr));
         images_.resize(count);
         LODE_VK(vkGetSwapchainImagesKHR(device(), swapchain, &count, images_.data()));
         drawn_.clear();
         for (uint32_t i = 0; i < count; ++i) drawn_.push_back(make_semaphore());
-
-        canvas_.resize(width, height);
-        presented_ = false;
+        stale_ = false;
+        return true;
     }
 
     void start_overlay() {
@@ -269,8 +341,11 @@ private:
         vkCmdPipelineBarrier2(commands_, &dependency);
         VkImageBlit region{};
         region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-        region.srcOffsets[1] = region.dstOffsets[1] = {static_cast<int32_t>(canvas_.image().spec().width),
-                                                       static_cast<int32_t>(canvas_.image().spec().height), 1};
+        const auto corner = [](uint32_t width, uint32_t height) {
+            return VkOffset3D{static_cast<int32_t>(width), static_cast<int32_t>(height), 1};
+        };
+        region.srcOffsets[1] = corner(canvas_.image().spec().width, canvas_.image().spec().height);
+        region.dstOffsets[1] = corner(shown_extent_.width, shown_extent_.height);
         vkCmdBlitImage(commands_, canvas_.image().get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, image,
                        VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region, VK_FILTER_NEAREST);
         barrier.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
@@ -281,7 +356,8 @@ private:
         vkCmdPipelineBarrier2(commands_, &dependency);
     }
 
-    void submit(uint32_t image) {
+    // image: of the swapchain, which was acquired.
+    void submit(std::optional<uint32_t> image) {
         LODE_VK(vkEndCommandBuffer(commands_));
         VkCommandBufferSubmitInfo commands{};
         commands.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
@@ -290,15 +366,14 @@ private:
         wait.sType = signal.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO;
         wait.semaphore = acquired_.get();
         wait.stageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
-        signal.semaphore = drawn_[image].get();
+        if (image) signal.semaphore = drawn_[*image].get();
         signal.stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
         VkSubmitInfo2 info{};
         info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
-        info.waitSemaphoreInfoCount = 1;
+        info.waitSemaphoreInfoCount = info.signalSemaphoreInfoCount = image ? 1 : 0;
         info.pWaitSemaphoreInfos = &wait;
         info.commandBufferInfoCount = 1;
         info.pCommandBufferInfos = &commands;
-        info.signalSemaphoreInfoCount = 1;
         info.pSignalSemaphoreInfos = &signal;
         const VkFence fence = fence_.get();
         LODE_VK(vkResetFences(device(), 1, &fence));
@@ -316,7 +391,10 @@ private:
     OwnedFence fence_;
     VkCommandBuffer commands_ = VK_NULL_HANDLE;
     Canvas canvas_;
-    bool overlay_ = false, presented_ = false;
+    VkExtent2D shown_extent_{};  // of the swapchain
+    bool stale_ = true;          // the swapchain is to be made anew
+    bool overlay_ = false;
+    bool presented_ = false;  // the canvas holds what was shown last
     std::set<int> went_down_;
     std::vector<int> to_press_;
     std::vector<std::filesystem::path> dropped_;

@@ -89,6 +89,7 @@ namespace {
 // One level of an atlas as a mesh. Samples of all charts are numbered in turn.
 class Extraction {
 public:
+    // Samples are numbered in 32 bits (AtlasLimits::samples).
     Extraction(const Atlas& atlas, uint32_t level) : atlas_(atlas), level_(level), first_(1, 0) {
         for (uint32_t c = 0; c < atlas.charts(); ++c)
             first_.push_back(first_[c] + (cells_at(c) + 1) * (cells_at(c) + 1));
@@ -253,24 +254,11 @@ Result<void> Atlas::validate_gluing() const {
             if (other.chart == ~0u) continue;
             const std::string place = "chart " + std::to_string(c) + ", side " + std::to_string(s);
             if (other.chart >= charts() || other.side > 3) return wrong(place + ": is glued to nothing");
+            if (other == GluedSide{c, s}) return wrong(place + ": is glued to itself");
             if (sides[size_t{other.chart} * 4 + other.side] != GluedSide{c, s})
                 return wrong(place + ": is glued to a side that is glued elsewhere");
             if (trimmed_levels[c] != trimmed_levels[other.chart])
                 return wrong(place + ": is glued to a chart that leaves out other levels");
-        }
-    }
-    // Corners: turning around one from chart to chart leads back, or from one end of the surface to another.
-    for (uint32_t c = 0; c < charts(); ++c) {
-        for (uint32_t s = 0; s < 4; ++s) {
-            GluedSide at{c, s};  // the corner where side s begins
-            for (uint32_t turns = 0;; ++turns) {
-                if (turns > 4 * charts())
-                    return wrong("the corners around chart " + std::to_string(c) + " do not close");
-                at = sides[size_t{at.chart} * 4 + at.side];
-                if (at.chart == ~0u) break;
-                at.side = (at.side + 1) % 4;  // the glued side ends in the corner; the next one begins there
-                if (at == GluedSide{c, s}) break;
-            }
         }
     }
     return {};

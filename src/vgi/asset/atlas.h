@@ -157,9 +157,10 @@ struct Atlas {
     // level: 0 (finest) .. levels() - 1.
     TriMesh extract(uint32_t level) const;
 
-    // Sizes, gluing an involution, glued samples equal bit for bit, corners that close.
+    // Sizes, gluing an involution, glued samples equal bit for bit.
     Result<void> validate() const;
-    // Of these, what can be told without the images.
+    // Of these, what can be told without the images. That corners close follows: around a corner the next chart is that
+    // across the side, and the sides are a permutation.
     Result<void> validate_gluing() const;
 };
 

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/check.h"
+#include "base/hash.h"
 #include "base/threads.h"
 #include "mesh/io/material_chunks.h"
 #include "vgi/asset/pages.h"
@@ -17,10 +19,14 @@ using Json = nlohmann::json;
 
 struct LayerName {
     Layer layer;
-    const char *ends, *bytes;  // chunks
+    const char *ends, *sums, *bytes;  // chunks
 };
-const LayerName layers[] = {{Layer::geometry, "vgi/geometry_ends", "vgi/geometry_pages"},
-                            {Layer::attributes, "vgi/attribute_ends", "vgi/attribute_pages"}};
+const LayerName layers[] = {{Layer::geometry, "vgi/geometry_ends", "vgi/geometry_sums", "vgi/geometry_pages"},
+                            {Layer::attributes, "vgi/attribute_ends", "vgi/attribute_sums", "vgi/attribute_pages"}};
+const LayerName& name_of(Layer layer) { return layers[static_cast<size_t>(layer)]; }
+
+// A family takes less: eight streams of 32 kB at most.
+constexpr uint64_t most_family_bytes = uint64_t{1} << 19;
 
 Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter& writer) {
     const PageTree tree = tree_of(atlas, name.layer);
@@ -35,13 +41,16 @@ Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter&
         }
     });
     std::vector<uint64_t> ends;
+    std::vector<uint32_t> sums;
     std::vector<std::byte> bytes;
     for (auto& family : packed) {
         bytes.insert(bytes.end(), family.begin(), family.end());
         ends.push_back(bytes.size());
+        sums.push_back(checksum(family));
         family = {};
     }
     if (auto done = writer.add_array(name.ends, std::span<const uint64_t>(ends)); !done) return done;
+    if (auto done = writer.add_array(name.sums, std::span<const uint32_t>(sums)); !done) return done;
     return writer.add_array(name.bytes, std::span<const std::byte>(bytes));
 }
 
@@ -104,12 +113,54 @@ Result<uint32_t> read_about(const ChunkFile& file, Atlas& atlas) {
     if (!good_cells(atlas.cells) || !good_cells(atlas.attribute_cells) || atlas.cells > atlas.attribute_cells)
         return wrong("cells are no powers of two, 2 to 4096, those of attributes the larger");
     if (!(atlas.step > 0)) return wrong("the lattice has no step");
+    bool numbers = std::isfinite(atlas.step);
+    for (int k = 0; k < 3; ++k) numbers = numbers && std::isfinite(atlas.origin[k]);
+    for (int k = 0; k < 2; ++k) numbers = numbers && std::isfinite(atlas.uv_low[k]) && std::isfinite(atlas.uv_step[k]);
+    if (!numbers) return wrong("the lattice is not made of numbers");
     return charts;
 }
 
+Result<void> check_limits(uint32_t charts, const Atlas& atlas, const AtlasLimits& limits) {
+    const auto past = [](const char* what, uint64_t is, uint64_t most) {
+        return fail(Fault::format, std::to_string(is) + " " + what + ", and this program takes " +
+                                       std::to_string(most) +
+                                       " at most; bake with fewer clusters or a lower resolution");
+    };
+    if (charts == 0) return fail(Fault::format, "vgi/atlas: there are no charts; bake the asset again");
+    if (charts > limits.charts) return past("charts", charts, limits.charts);
+    for (const LayerName& name : layers) {
+        const uint64_t pages = uint64_t{charts} * tree_of(atlas, name.layer).pages();
+        if (pages > limits.pages) return past("pages", pages, limits.pages);
+    }
+    return {};
+}
+Result<void> check_samples(const Atlas& atlas, const AtlasLimits& limits) {
+    if (atlas.texels() <= limits.samples) return {};
+    return fail(Fault::format, std::to_string(atlas.texels()) + " samples, and this program takes " +
+                                   std::to_string(limits.samples) + " at most; bake with a lower resolution");
+}
+
+// Errors that never fall and spheres that are some.
+Result<void> check_numbers(const Atlas& atlas) {
+    const auto wrong = [](const char* what) { return fail(Fault::format, what); };
+    for (size_t level = 0; level < atlas.errors.size(); ++level) {
+        const float below = level == 0 ? 0 : atlas.errors[level - 1];
+        if (!(atlas.errors[level] >= below) || !std::isfinite(atlas.errors[level]))
+            return wrong("vgi/errors: errors fall, or are no numbers");
+    }
+    for (const PageBounds& b : atlas.bounds) {
+        const float sum = b.centre.x + b.centre.y + b.centre.z + b.radius + b.error;
+        if (!std::isfinite(sum) || !(b.radius >= 0) || !(b.error >= 0))
+            return wrong("vgi/bounds: bounds are no numbers, or below 0");
+    }
+    return {};
+}
+
 // What is told of every chart, once the cells are known.
-Result<void> read_charts(const ChunkFile& file, uint32_t charts, Atlas& atlas) {
+Result<void> read_charts(const ChunkFile& file, uint32_t charts, const AtlasLimits& limits, Atlas& atlas) {
     const auto wrong = [&](const std::string& what) { return tl::unexpected(wrong_asset(file, what)); };
+    const std::string path = file.path().string();
+    if (auto good = check_limits(charts, atlas, limits); !good) return fail_at(path, good.error());
     auto sides = file.array<GluedSide>("vgi/sides");
     auto clusters = file.array<uint32_t>("vgi/clusters");
     auto trimmed_levels = file.array<uint8_t>("vgi/left_out");
@@ -128,44 +179,63 @@ Result<void> read_charts(const ChunkFile& file, uint32_t charts, Atlas& atlas) {
         return wrong("vgi/atlas: the number of charts does not fit the other chunks");
     atlas.sides.assign(sides->begin(), sides->end());
     atlas.lay_out({trimmed_levels->begin(), trimmed_levels->end()});
+    if (auto good = check_samples(atlas, limits); !good) return fail_at(path, good.error());
     atlas.cluster.assign(clusters->begin(), clusters->end());
     atlas.errors.assign(errors->begin(), errors->end());
     atlas.bounds.assign(bounds->begin(), bounds->end());
+    if (auto good = check_numbers(atlas); !good) return wrong(good.error().message);
     if (auto good = atlas.validate_gluing(); !good) return wrong(good.error().message);
     return {};
 }
 
+// What errors call a page.
+std::string text_of(const AtlasFile::PageName& name) {
+    return std::string(name_of(name.layer).bytes) + ": chart " + std::to_string(name.chart) + ", page " +
+           std::to_string(name.page);
+}
+tl::unexpected<Error> wrong_page(const AtlasFile::PageName& name, const char* what) {
+    return fail(Fault::format, text_of(name) + ": " + what + "; bake the asset again");
+}
+
 }  // namespace
 
-Result<void> AtlasFile::find_pages(Layer layer, const char* ends_chunk, const char* bytes_chunk) {
+// Families lie behind one another, and a chart has those of its own pages.
+Result<void> AtlasFile::find_pages(Layer layer) {
+    const LayerName& name = name_of(layer);
     const auto wrong = [&](const std::string& what) {
-        return tl::unexpected(wrong_asset(file_, std::string(ends_chunk) + ": " + what));
+        return tl::unexpected(wrong_asset(file_, std::string(name.ends) + ": " + what));
     };
-    auto ends = file_.array<uint64_t>(ends_chunk);
+    auto ends = file_.array<uint64_t>(name.ends);
     if (!ends) return tl::unexpected(ends.error());
-    auto bytes = file_.unchecked_bytes(bytes_chunk);  // pages may be more than memory holds
-    if (!bytes) return tl::unexpected(bytes.error());
-    if (ends->size() != size_t{about_.charts()} * tree_of(about_, layer).families())
+    auto sums = file_.array<uint32_t>(name.sums);
+    if (!sums) return tl::unexpected(sums.error());
+    const auto pages = std::ranges::find(file_.chunks(), name.bytes, &ChunkInfo::name);
+    if (pages == file_.chunks().end()) return wrong("there are no pages");
+    const uint32_t families = tree_of(about_, layer).families();
+    if (ends->size() != size_t{about_.charts()} * families || sums->size() != ends->size())
         return wrong("is not one per family of pages");
     uint64_t before = 0;
-    for (const uint64_t end : *ends) {
-        if (end < before || end > bytes->size()) return wrong("a family of pages has no end");
+    for (size_t i = 0; i < ends->size(); ++i) {
+        const uint64_t end = (*ends)[i];
+        if (end < before || end > pages->bytes || end - before > most_family_bytes)
+            return wrong("a family of pages has no end");
+        const bool has = i % families < tree_of(about_, layer, static_cast<uint32_t>(i / families)).families();
+        if (has != (end > before)) return wrong("a family of pages is not there, or one that is left out is");
         before = end;
     }
     ends_[static_cast<size_t>(layer)] = *ends;
-    pages_[static_cast<size_t>(layer)] = *bytes;
+    sums_[static_cast<size_t>(layer)] = *sums;
     return {};
 }
 
-Result<AtlasFile> AtlasFile::open(const ChunkFile& file) {
+Result<AtlasFile> AtlasFile::open(const ChunkFile& file, const AtlasLimits& limits) {
     AtlasFile opened(file);
     Atlas& atlas = opened.about_;
     const auto charts = read_about(file, atlas);
     if (!charts) return tl::unexpected(charts.error());
-    if (auto read = read_charts(file, *charts, atlas); !read) return tl::unexpected(read.error());
+    if (auto read = read_charts(file, *charts, limits, atlas); !read) return tl::unexpected(read.error());
     for (const LayerName& layer : layers) {
-        if (auto found = opened.find_pages(layer.layer, layer.ends, layer.bytes); !found)
-            return tl::unexpected(found.error());
+        if (auto found = opened.find_pages(layer.layer); !found) return tl::unexpected(found.error());
     }
     auto shared = read_materials(file);
     if (!shared) return tl::unexpected(shared.error());
@@ -187,47 +257,81 @@ bool AtlasFile::has(Layer layer, uint32_t chart, uint32_t page) const {
     return page < tree_of(about_, layer, chart).pages();
 }
 
-std::span<const std::byte> AtlasFile::bytes(Layer layer, uint32_t chart, uint32_t page) const {
-    const ByteRange at = place(layer, chart, page);
-    return pages_[static_cast<size_t>(layer)].subspan(at.offset, at.bytes);
+Result<std::vector<std::byte>> AtlasFile::read(const PageName& name) const {
+    const ByteRange at = place(name.layer, name.chart, name.page);
+    std::vector<std::byte> bytes(at.bytes);
+    if (auto read = file_.read_part(at.chunk, at.offset, bytes); !read)
+        return fail(read.error().fault, text_of(name) + ": cannot be read");
+    return bytes;
 }
+
+Result<PageFamily> AtlasFile::unpack(const PageName& name, std::span<const Channel> channels,
+                                     std::span<const std::byte> bytes) const {
+    const PageTree whole = tree_of(about_, name.layer), tree = tree_of(about_, name.layer, name.chart);
+    const uint32_t family = tree.family(name.page);
+    if (checksum(bytes) != sums_[static_cast<size_t>(name.layer)][size_t{name.chart} * whole.families() + family])
+        return wrong_page(name, "is damaged");
+    auto unpacked = PageFamily::unpack(tree, channels, family, bytes);
+    if (!unpacked) return wrong_page(name, "cannot be unpacked");
+    return unpacked;
+}
+
+Result<Page> AtlasFile::decode(const PageName& name, const PageFamily& family, const Page* parent) const {
+    Page page = family.page(name.page, parent);
+    if (name.layer == Layer::geometry || !about_.attributes.materials) return page;
+    // They are the last channel (channels_of).
+    const uint32_t side = tree_of(about_, name.layer, name.chart).samples_per_side();
+    const size_t materials = std::max<size_t>(1, about_.material_table.size());
+    const auto numbers = std::span(page.values).last(size_t{side} * side);
+    if (std::ranges::any_of(numbers, [&](uint16_t material) { return material >= materials; }))
+        return wrong_page(name, "names a material that there is not");
+    return page;
+}
+
+namespace {
+
+// All pages of one chart, into the images.
+Result<void> read_chart(const AtlasFile& file, Layer layer, uint32_t chart, std::span<const Channel> channels,
+                        Atlas& atlas) {
+    const PageTree tree = tree_of(atlas, layer, chart);
+    std::vector<Page> pages(tree.pages());
+    for (uint32_t f = 0; f < tree.families(); ++f) {
+        const AtlasFile::PageName first{layer, chart, tree.member(f, 0)};
+        const auto bytes = file.read(first);
+        if (!bytes) return tl::unexpected(bytes.error());
+        const auto family = file.unpack(first, channels, *bytes);
+        if (!family) return tl::unexpected(family.error());
+        for (uint32_t k = 0; k < PageTree::members(f); ++k) {
+            const uint32_t p = tree.member(f, k);
+            auto page = file.decode({layer, chart, p}, *family, p == 0 ? nullptr : &pages[tree.parent(p)]);
+            if (!page) return tl::unexpected(page.error());
+            pages[p] = std::move(*page);
+            write_page(atlas, layer, chart, p, pages[p]);
+        }
+    }
+    return {};
+}
+
+}  // namespace
 
 Result<Atlas> open_atlas(const ChunkFile& file) {
     const auto opened = AtlasFile::open(file);
     if (!opened) return tl::unexpected(opened.error());
+    const std::string path = file.path().string();
     Atlas atlas = opened->about();
     atlas.make_room();
     for (const LayerName& name : layers) {
         const std::vector<Channel> channels = channels_of(atlas.attributes, name.layer);
-        std::vector<std::string> faults(atlas.charts());
+        std::vector<Result<void>> charts(atlas.charts());
         parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
-            for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
-                const PageTree tree = tree_of(atlas, name.layer, c);
-                std::vector<Page> pages;
-                pages.resize(tree.pages());
-                for (uint32_t f = 0; f < tree.families(); ++f) {
-                    const auto family =
-                        PageFamily::unpack(tree, channels, f, opened->bytes(name.layer, c, tree.member(f, 0)));
-                    if (!family) {
-                        faults[c] = "chart " + std::to_string(c) + ", " + family.error().message;
-                        break;
-                    }
-                    for (uint32_t k = 0; k < PageTree::members(f); ++k) {
-                        const uint32_t p = tree.member(f, k);
-                        pages[p] = family->page(p, p == 0 ? nullptr : &pages[tree.parent(p)]);
-                        write_page(atlas, name.layer, c, p, pages[p]);
-                    }
-                }
-            }
+            for (auto c = static_cast<uint32_t>(begin); c < end; ++c)
+                charts[c] = read_chart(*opened, name.layer, c, channels, atlas);
         });
-        for (const std::string& fault : faults) {
-            if (!fault.empty())
-                return fail_at(file.path().string(), {Fault::format, std::string(name.bytes) + ": " + fault});
-        }
+        const auto failed = std::ranges::find_if(charts, [](const Result<void>& chart) { return !chart; });
+        if (failed != charts.end()) return fail_at(path, failed->error());
     }
     for (const auto& good : {atlas.validate(), validate_errors(atlas)}) {
-        if (!good)
-            return fail_at(file.path().string(), {Fault::format, good.error().message + "; bake the asset again"});
+        if (!good) return fail_at(path, {Fault::format, good.error().message + "; bake the asset again"});
     }
     return atlas;
 }

@@ -8,15 +8,22 @@
 
 namespace lodestone::vgi {
 
-// Chunks vgi/atlas, vgi/sides, vgi/clusters, vgi/errors, vgi/bounds, vgi/geometry_ends, vgi/geometry_pages,
-// vgi/attribute_ends, vgi/attribute_pages, and the materials.
+// Chunks vgi/atlas, vgi/sides, vgi/clusters, vgi/left_out, vgi/errors, vgi/bounds, the materials, and for both layers
+// vgi/geometry_ends, vgi/geometry_sums, vgi/geometry_pages.
 Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer);
+
+// What no atlas may pass; one that does is refused as it is opened.
+struct AtlasLimits {
+    uint64_t charts = (uint64_t{1} << 28) - 1;   // shaders keep a level in the four bits above (vgi_texels.h)
+    uint64_t pages = (uint64_t{1} << 32) - 2;    // of either layer: they are numbered in 32 bits
+    uint64_t samples = (uint64_t{1} << 32) - 2;  // of positions: extract() numbers those of level 0 in 32 bits
+};
 
 // An atlas whose pages stay in the file until they are asked for.
 class AtlasFile {
 public:
     // Checks everything but the pages. Errors name file and chunk; Fault::format.
-    static Result<AtlasFile> open(const ChunkFile& file);
+    static Result<AtlasFile> open(const ChunkFile& file, const AtlasLimits& limits = {});
 
     // Everything but the images, whose vectors are empty.
     const Atlas& about() const { return about_; }
@@ -31,18 +38,29 @@ public:
     ByteRange place(Layer layer, uint32_t chart, uint32_t page) const;
     // Whether the chart has the page, or leaves it out.
     bool has(Layer layer, uint32_t chart, uint32_t page) const;
-    // The bytes of a page's family, mapped and not checked: PageFamily::unpack() does that.
-    std::span<const std::byte> bytes(Layer layer, uint32_t chart, uint32_t page) const;
+
+    // A page of a chart that has it. Errors name chart and page, not the file; Fault::format, Fault::machine where
+    // reading fails.
+    struct PageName {
+        Layer layer;           // positions or attributes
+        uint32_t chart, page;  // page: of the chart's tree
+    };
+    // The bytes of its family, as they lie in the file.
+    Result<std::vector<std::byte>> read(const PageName& name) const;
+    // The family, if its checksum is right. channels: of the layer; must outlive the family.
+    Result<PageFamily> unpack(const PageName& name, std::span<const Channel> channels,
+                              std::span<const std::byte> bytes) const;
+    // The page out of its family, if the materials it names exist. parent: of every page but 0.
+    Result<Page> decode(const PageName& name, const PageFamily& family, const Page* parent) const;
 
 private:
     explicit AtlasFile(const ChunkFile& file) : file_(file) {}
-    // ends_chunk, bytes_chunk: the layer's chunks.
-    Result<void> find_pages(Layer layer, const char* ends_chunk, const char* bytes_chunk);
+    Result<void> find_pages(Layer layer);
 
     ChunkFile file_;
     Atlas about_;
-    std::array<std::span<const uint64_t>, 2> ends_;  // by layer
-    std::array<std::span<const std::byte>, 2> pages_;
+    std::array<std::span<const uint64_t>, 2> ends_;  // by layer, per family
+    std::array<std::span<const uint32_t>, 2> sums_;
 };
 
 // Decodes every page. Errors name file and chunk; Fault::format.

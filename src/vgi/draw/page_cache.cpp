@@ -25,7 +25,7 @@ uint64_t request_id(Layer layer, uint32_t atlas, uint32_t number) {
 }  // namespace
 
 PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<uint32_t, 2> slots, uint32_t texel_words)
-    : atlases_(atlases), texel_words_(texel_words) {
+    : atlases_(atlases), texel_words_(texel_words), told_(atlases.size(), false) {
     for (const OpenAtlas& atlas : atlases_)
         pages_.emplace_back(AtlasPages{Residency(atlas.topology), AttributePages(atlas.file->about())});
     for (const Layer layer : both_layers) {
@@ -53,6 +53,18 @@ PageCache::PageId PageCache::parent_of(const PageId& id) const {
     return {id.layer, id.atlas, id.number - page + tree.parent(page)};
 }
 
+AtlasFile::PageName PageCache::name_of(const PageId& id) const {
+    const uint32_t per_chart = atlases_[id.atlas].trees[index_of(id.layer)].pages();
+    return {id.layer, id.number / per_chart, id.number % per_chart};
+}
+
+PageCache::Decoded PageCache::base_page(Layer layer, uint32_t atlas, uint32_t chart) const {
+    const PageId id{layer, atlas, chart * atlases_[atlas].trees[index_of(layer)].pages()};
+    auto bytes = atlases_[atlas].file->read(name_of(id));
+    if (!bytes) return {id, nullptr, nullptr, bytes.error().message};
+    return DecodeTask{id, name_of(id), &atlases_[atlas], Blob(std::move(*bytes)), nullptr, nullptr, texel_words_}.run();
+}
+
 Result<void> PageCache::load_base_pages() {
     for (uint32_t a = 0; a < atlases_.size(); ++a) {
         OpenAtlas& atlas = atlases_[a];
@@ -60,26 +72,13 @@ Result<void> PageCache::load_base_pages() {
         std::vector<Decoded> pages(size_t{about.charts()} * 2);
         parallel_for(about.charts(), 4, [&](size_t begin, size_t end) {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
-                for (const Layer layer : both_layers) {
-                    const auto bytes = atlas.file->bytes(layer, c, 0);
-                    const DecodeTask task{{layer, a, c * atlas.trees[index_of(layer)].pages()},
-                                          &atlas,
-                                          Blob(nullptr, bytes.data(), bytes.size()),
-                                          nullptr,
-                                          nullptr,
-                                          texel_words_};
-                    pages[c * 2 + index_of(layer)] = task.run();
-                }
+                for (const Layer layer : both_layers) pages[c * 2 + index_of(layer)] = base_page(layer, a, c);
             }
         });
         std::vector<std::shared_ptr<const AttributePage>> coarsest;
         for (Decoded& page : pages) {
+            if (!page.fault.empty()) return fail_at(atlas.file->file().path().string(), {Fault::format, page.fault});
             if (page.geometry != nullptr) atlas.spacing.push_back(spacing_of(about, *page.geometry));
-            if (page.geometry == nullptr && page.attributes == nullptr) {
-                return fail(Fault::format, atlas.file->file().path().string() + ": a coarsest page of chart " +
-                                               std::to_string(page.id.number / atlas.trees[0].pages()) +
-                                               " cannot be unpacked; bake the asset again");
-            }
             if (page.attributes != nullptr) coarsest.push_back(page.attributes);
             ready_.push_back(std::move(page));
         }
@@ -96,23 +95,27 @@ uint64_t PageCache::Decoded::bytes() const {
 
 PageCache::Decoded PageCache::DecodeTask::run() const {
     const size_t l = index_of(id.layer);
-    const Atlas& about = atlas->file->about();
-    const uint32_t per_chart = atlas->trees[l].pages(), page = id.number % per_chart;
-    const PageTree tree = tree_of(about, id.layer, id.number / per_chart);
-    Decoded decoded{id, nullptr, nullptr};
-    const auto family =
-        PageFamily::unpack(tree, atlas->channels[l], tree.family(page), std::span(blob.data(), blob.size()));
-    if (!family) return decoded;
+    const AtlasFile& file = *atlas->file;
+    const Atlas& about = file.about();
+    const PageTree tree = tree_of(about, id.layer, name.chart);
+    Decoded decoded{id, nullptr, nullptr, {}};
+    const auto family = file.unpack(name, atlas->channels[l], std::span(blob.data(), blob.size()));
+    if (!family) {
+        decoded.fault = family.error().message;
+        return decoded;
+    }
     std::optional<Page> parent;
     if (parent_geometry != nullptr) parent = unpacked_geometry(*parent_geometry);
     if (parent_attributes != nullptr)
         parent = unpacked_attributes(*parent_attributes, atlas->trees[l], about.attributes);
-    const Page plain = family->page(page, parent ? &*parent : nullptr);
-    if (id.layer == Layer::geometry) {
-        decoded.geometry = std::make_shared<const GeometryPage>(packed_geometry(plain, tree));
+    const auto plain = file.decode(name, *family, parent ? &*parent : nullptr);
+    if (!plain) {
+        decoded.fault = plain.error().message;
+    } else if (id.layer == Layer::geometry) {
+        decoded.geometry = std::make_shared<const GeometryPage>(packed_geometry(*plain, tree));
     } else {
         decoded.attributes =
-            std::make_shared<const AttributePage>(packed_attributes(plain, tree, about.attributes, texel_words));
+            std::make_shared<const AttributePage>(packed_attributes(*plain, tree, about.attributes, texel_words));
     }
     return decoded;
 }
@@ -149,11 +152,12 @@ void PageCache::start_decoding(const FrameInput& input) {
     for (const Arrival& arrival : input.arrivals) {
         const PageId id{static_cast<Layer>(arrival.request & 1), static_cast<uint32_t>(arrival.request >> 40),
                         static_cast<uint32_t>(arrival.request >> 1 & 0xffffffffu)};
-        if (id.atlas >= atlases_.size() || id.number >= atlases_[id.atlas].pages(id.layer) ||
+        if (id.atlas >= atlases_.size() || arrival.request != request_id(id.layer, id.atlas, id.number) ||
+            id.number >= atlases_[id.atlas].pages(id.layer) ||
             pages(id.atlas).state(id.layer, id.number) != PageState::requested)
             continue;  // nothing that was asked for
         if (arrival.blob.size() == 0) {
-            fail_page(id, input.frame);
+            fail_page(id, "a page cannot be read", input.frame);
             continue;
         }
         const PageId up = parent_of(id);
@@ -164,6 +168,7 @@ void PageCache::start_decoding(const FrameInput& input) {
         }
         const bool geometry = id.layer == Layer::geometry;
         DecodeTask task{id,
+                        name_of(id),
                         &atlases_[id.atlas],
                         arrival.blob,
                         geometry ? known.geometry.entry(up.number).texels : nullptr,
@@ -179,7 +184,12 @@ void PageCache::forget(const PageId& id) {
     --waiting_;
 }
 
-void PageCache::fail_page(const PageId& id, uint64_t frame) {
+void PageCache::fail_page(const PageId& id, const std::string& why, uint64_t frame) {
+    if (!told_[id.atlas]) {
+        told_[id.atlas] = true;
+        warnings_.push_back(atlases_[id.atlas].file->file().path().string() + ": " + why +
+                            "; where pages fail, coarser ones are drawn");
+    }
     set_state(id, PageState::failed);
     retry_[id] = frame + retry_frames;
     --waiting_;
@@ -196,7 +206,7 @@ void PageCache::place(const FrameInput& input, bool all, Plan& plan) {
         const uint64_t size = page.bytes();
         if (!all && bytes > 0 && bytes + size > input.budget.upload_bytes) break;
         if (size == 0) {
-            fail_page(page.id, input.frame);
+            fail_page(page.id, page.fault, input.frame);
         } else if (place_one(page, plan)) {
             bytes += size;
             ++uploaded_;
@@ -207,6 +217,7 @@ void PageCache::place(const FrameInput& input, bool all, Plan& plan) {
         if (known->geometry.owes_update()) known.write().geometry.update();
     }
     upload_page_tables(plan);
+    for (std::string& warning : std::exchange(warnings_, {})) plan.warnings.push_back(std::move(warning));
 }
 
 // False where there is no room, or what it is coded against has gone: if it is still wanted, it is asked for again.
@@ -290,7 +301,7 @@ bool PageCache::there(const FrameCuts::Wish& w) const {
            !atlas.file->has(w.layer, w.number / per_chart, w.number % per_chart);
 }
 
-// Whether it is absent, not left out, and its parent is there, from which it differs.
+// Whether it is absent, not left out, and its parent is there, from which it differs. A coarsest page always is.
 bool PageCache::may_be_asked_for(const FrameCuts::Wish& w, uint64_t frame) {
     const PageId id{w.layer, w.atlas, w.number};
     if (pages(w.atlas).state(w.layer, w.number) == PageState::failed && retry_.at(id) <= frame) {
@@ -299,7 +310,7 @@ bool PageCache::may_be_asked_for(const FrameCuts::Wish& w, uint64_t frame) {
     }
     if (pages(w.atlas).state(w.layer, w.number) != PageState::absent || there(w)) return false;
     const bool base = w.number % atlases_[w.atlas].trees[index_of(w.layer)].pages() == 0;
-    return base || pages(w.atlas).holds(w.layer, parent_of(id).number);
+    return !base && pages(w.atlas).holds(w.layer, parent_of(id).number);
 }
 
 uint32_t PageCache::request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan) {

@@ -25,7 +25,8 @@ public:
     // atlases: must outlive this. slots: of the pools, by layer. texel_words: of every sample of attributes.
     PageCache(std::span<OpenAtlas> atlases, std::array<uint32_t, 2> slots, uint32_t texel_words);
 
-    // The coarsest page of every chart; they are placed by the first frame. Fault::format for a damaged one.
+    // The coarsest page of every chart; they are placed by the first frame. Fault::format for a damaged one: there is
+    // nothing coarser to draw in its place.
     Result<void> load_base_pages();
 
     // Once a frame, in this order: the frame begins; pages that cuts use are touched; what was decoded is placed, as
@@ -33,7 +34,8 @@ public:
     void begin_frame(uint64_t frame, uint64_t completed);
     void touch(const std::array<std::vector<uint32_t>, 2>& pages);
     void touch_positions(std::span<const uint32_t> pages);  // those of them that are still there
-    // all: with no regard to Budget::upload_bytes.
+    // all: with no regard to Budget::upload_bytes. Arrivals may be anything: what was not asked for is passed over,
+    // and what is not the page it should be has failed.
     void place(const FrameInput& input, bool all, Plan& plan);
     // Returns how many of the pages wanted now are not there.
     uint32_t request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan);
@@ -62,11 +64,13 @@ private:
         PageId id;
         std::shared_ptr<const GeometryPage> geometry;
         std::shared_ptr<const AttributePage> attributes;  // both null: it could not be decoded
+        std::string fault;                                // and why
         uint64_t bytes() const;
     };
     // What decoding a page takes, none of which changes meanwhile.
     struct DecodeTask {
         PageId id;
+        AtlasFile::PageName name;  // the same
         const OpenAtlas* atlas;
         Blob blob;
         std::shared_ptr<const GeometryPage> parent_geometry;
@@ -84,10 +88,13 @@ private:
         pages_[id.atlas].write().set_state(id.layer, id.number, state);
     }
 
+    Decoded base_page(Layer layer, uint32_t atlas, uint32_t chart) const;
     void take_decoded();
     void start_decoding(const FrameInput& input);
     void forget(const PageId& id);
-    void fail_page(const PageId& id, uint64_t frame);
+    // why: as AtlasFile's errors say it.
+    void fail_page(const PageId& id, const std::string& why, uint64_t frame);
+    AtlasFile::PageName name_of(const PageId& id) const;
     bool place_one(const Decoded& page, Plan& plan);
     void evict(Layer layer, uint32_t key);
     void upload_page(const Decoded& page, uint32_t slot, Plan& plan);
@@ -101,6 +108,8 @@ private:
     std::vector<SlotPool> pools_;                 // by layer
     std::map<PageId, uint64_t> retry_;            // of failed pages: the frame from which they may be asked for again
     std::array<std::vector<std::vector<uint32_t>>, 2> changed_charts_;  // by layer and atlas: their page tables changed
+    std::vector<bool> told_;                                            // by atlas: that a page has failed
+    std::vector<std::string> warnings_;                                 // for the next plan
     std::vector<Decoded> ready_;                                        // decoded, without a slot yet
     std::vector<std::future<Decoded>> decoding_;
     uint32_t waiting_ = 0, uploaded_ = 0, evicted_ = 0, failed_ = 0;

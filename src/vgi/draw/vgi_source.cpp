@@ -24,8 +24,9 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr uint32_t list_regions = 3;                      // one is written while the last frames' are drawn
-constexpr uint64_t most_list_bytes = uint64_t{48} << 20;  // per list
+constexpr uint32_t list_regions = 3;                         // one is written while the last frames' are drawn
+constexpr uint64_t most_list_bytes = uint64_t{48} << 20;     // per list
+constexpr uint64_t most_slots = ~0u / LODE_VGI_PAGE_TEXELS;  // of a pool: its texels are numbered in 32 bits
 // To a draw: lavapipe takes time by their square (800 at once: 2.5 times as long as 100 at a time).
 constexpr uint32_t most_patches = LODE_CUT_RECORD_PATCHES;
 
@@ -414,8 +415,22 @@ void share_lists(const Totals& totals, std::span<const OpenAtlas> atlases, const
     shares.all_list_bytes = on_device ? shares.device.list_bytes() : shares.list_bytes * list_regions;
 }
 
+// Shaders number pages, charts and texels of the pools in 32 bits; each atlas alone is within AtlasLimits.
+Result<void> check_totals(const Totals& totals) {
+    const AtlasLimits limits;
+    const uint64_t pages = totals.pages[0] + totals.pages[1];
+    if (totals.base[0] <= limits.charts && pages <= limits.pages &&
+        totals.base[0] + totals.mip_tail_slots <= most_slots)
+        return {};
+    return fail(Fault::machine, "the atlases have " + std::to_string(totals.base[0]) + " charts and " +
+                                    std::to_string(pages) + " pages together, and shaders number " +
+                                    std::to_string(limits.charts) + " and " + std::to_string(limits.pages) +
+                                    "; draw fewer assets at once");
+}
+
 Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atlases, const VgiOptions& options) {
     Shares shares;
+    if (auto good = check_totals(totals); !good) return tl::unexpected(good.error());
     share_lists(totals, atlases, options, shares);
     const auto &pages = totals.pages, &base = totals.base, &slot_bytes = totals.slot_bytes;
     uint64_t tables = totals.mip_tail_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
@@ -434,8 +449,11 @@ Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atl
     left -= need;
     const std::array<uint64_t, 2> more{(pages[0] - base[0]) * slot_bytes[0], (pages[1] - base[1]) * slot_bytes[1]};
     const uint64_t first = std::min(more[0], std::max(left / 2, left - std::min(left, more[1])));
-    shares.slots = {static_cast<uint32_t>(base[0] + first / slot_bytes[0]),
-                    static_cast<uint32_t>(base[1] + std::min(more[1], left - first) / slot_bytes[1])};
+    const auto slots = [&](size_t l, uint64_t bytes, uint64_t most) {
+        return static_cast<uint32_t>(std::min(base[l] + bytes / slot_bytes[l], most));
+    };
+    shares.slots = {slots(0, first, most_slots),
+                    slots(1, std::min(more[1], left - first), most_slots - totals.mip_tail_slots)};
     return shares;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "base/check.h"
@@ -20,7 +21,7 @@ namespace {
 static_assert(LODE_CUT_ABSENT == ~0u && most_node_shift == 3);
 
 constexpr uint32_t findings_tag = 1;
-constexpr uint64_t most_groups = 65535;                                    // in a row: what every device takes
+constexpr uint64_t most_groups = 65535;                                         // in a row: what every device takes
 enum Passes : uint32_t { look = first_pass, close, divide, count, sum, emit };  // pipelines
 
 uint32_t levels_of(const Atlas& about) { return about.levels() - 1; }
@@ -188,7 +189,10 @@ std::optional<DeviceCut::Findings> DeviceCut::findings(std::span<const ReadbackR
     for (const ReadbackResult& r : readbacks) {
         if (r.tag == findings_tag && (last == nullptr || r.frame > last->frame)) last = &r;
     }
-    if (last == nullptr) return {};
+    uint64_t pages = 0;
+    for (const OpenAtlas& atlas : atlases_) pages += atlas.pages(Layer::geometry);
+    // What is not as long as it should be tells nothing.
+    if (last == nullptr || last->blob.size() != (LODE_CUT_FIRST_FINDING + 2 * pages) * sizeof(uint32_t)) return {};
     std::vector<uint32_t> words(last->blob.size() / sizeof(uint32_t));
     std::memcpy(words.data(), last->blob.data(), words.size() * sizeof(uint32_t));
     Findings found;
@@ -202,7 +206,8 @@ std::optional<DeviceCut::Findings> DeviceCut::findings(std::span<const ReadbackR
         for (uint32_t page = atlas.pages(Layer::geometry); page-- > 0;) {
             const uint32_t* of_page = words.data() + LODE_CUT_FIRST_FINDING + 2 * (first + page);
             if (of_page[0] != 0) found.touched.push_back(first + page);
-            if (of_page[1] != 0) found.wishes.push_back({a, page, std::bit_cast<float>(of_page[1])});
+            const auto wanted = std::bit_cast<float>(of_page[1]);
+            if (of_page[1] != 0 && std::isfinite(wanted)) found.wishes.push_back({a, page, wanted});
         }
     }
     return found;

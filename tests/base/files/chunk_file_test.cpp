@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
+#include <thread>
 
 namespace lodestone {
 namespace {
@@ -96,6 +98,53 @@ TEST_F(ChunkFileTest, OtherVersionsAreRefusedByName) {
     };
     EXPECT_THAT(refused(chunk_file_version + 1), testing::HasSubstr("newer"));
     EXPECT_THAT(refused(chunk_file_version - 1), testing::HasSubstr("no longer read"));
+}
+
+// A mapping would end the program here.
+TEST_F(ChunkFileTest, AFileThatIsCutShortWhileItIsOpenIsAnError) {
+    const auto file = ChunkFile::open(path_);
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->text("words"));
+    fs::resize_file(path_, 256);
+    const auto numbers = file->bytes("numbers");
+    ASSERT_FALSE(numbers);
+    EXPECT_EQ(numbers.error().fault, Fault::format);
+    EXPECT_THAT(numbers.error().message, testing::HasSubstr("cut short"));
+    EXPECT_FALSE(file->verify());
+    std::array<std::byte, 64> part{};
+    EXPECT_TRUE(file->read_part("numbers", 0, part));
+    EXPECT_FALSE(file->read_part("numbers", 1000, part));
+    EXPECT_EQ(*file->text("words"), "stone");  // what was read stays
+}
+
+TEST_F(ChunkFileTest, WhatWasReadStaysWhateverIsWrittenIntoTheFile) {
+    const auto file = ChunkFile::open(path_);
+    ASSERT_TRUE(file->bytes("numbers"));
+    std::fstream(path_, std::ios::in | std::ios::out | std::ios::binary).write(std::string(2000, 'x').data(), 2000);
+    EXPECT_THAT(*file->array<uint32_t>("numbers"), testing::ElementsAreArray(values_));
+    EXPECT_FALSE(file->verify());
+}
+
+TEST_F(ChunkFileTest, PartsOfAChunkAreReadAlone) {
+    const auto file = ChunkFile::open(path_);
+    std::array<uint32_t, 3> part{};
+    ASSERT_TRUE(file->read_part("numbers", 40, std::as_writable_bytes(std::span(part))));
+    EXPECT_THAT(part, testing::ElementsAre(10, 11, 12));
+    EXPECT_FALSE(file->read_part("numbers", 3992, std::as_writable_bytes(std::span(part))));
+    EXPECT_FALSE(file->read_part("numbers", ~uint64_t{0}, std::as_writable_bytes(std::span(part))));
+    EXPECT_FALSE(file->read_part("absent", 0, std::as_writable_bytes(std::span(part))));
+}
+
+// Under a thread sanitizer this is a race where reading a chunk marks it without a lock.
+TEST_F(ChunkFileTest, ThreadsReadTheSameChunkOfCopies) {
+    const auto file = ChunkFile::open(path_);
+    std::vector<const std::byte*> seen(8);
+    {
+        std::vector<std::jthread> threads;
+        for (size_t i = 0; i < seen.size(); ++i)
+            threads.emplace_back([copy = *file, &seen, i] { seen[i] = copy.bytes("numbers")->data(); });
+    }
+    EXPECT_THAT(seen, testing::Each(seen[0]));
 }
 
 TEST_F(ChunkFileTest, AnAbandonedWriterLeavesNothing) {

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <set>
 
 #include "base/random.h"
@@ -193,7 +194,7 @@ TEST(ExtractLevel, LevelZeroIsTheSourceMesh) {
     for (const Fixture& f : meshes()) {
         SCOPED_TRACE(f.name);
         const ProgressiveMesh pm = bake_in_memory(f.mesh);
-        const TriMesh extracted = extract_level(pm, 0);
+        const TriMesh extracted = *extract_level(pm, 0);
         ASSERT_TRUE(extracted.validate());
         EXPECT_EQ(extracted.triangle_count(), f.mesh.triangle_count());
         EXPECT_EQ(extracted.vertex_count(), f.mesh.vertex_count());
@@ -220,7 +221,7 @@ TEST(ExtractLevel, EveryTenthLevelKeepsTheSurfaceWhatItIs) {
         const ProgressiveMesh pm = bake_in_memory(f.mesh);
         const Topology source = topology_of(f.mesh);
         for (uint32_t level = 0; level < pm.levels(); level += 10) {
-            const Topology t = topology_of(extract_level(pm, level));
+            const Topology t = topology_of(*extract_level(pm, level));
             EXPECT_TRUE(t.manifold()) << level;
             EXPECT_EQ(t.inconsistent_edges, 0u) << level;
             EXPECT_EQ(t.components, source.components) << level;
@@ -309,6 +310,13 @@ TEST_F(AssetFile, ContentThatWouldLeaveTheBuffersIsRefused) {
     keyframes[0] = good.orders[0].keyframes[0];
     keyframes[0].blocks_per_step = 0;
     refused("lod/static/keyframes", [&](ProgressiveMesh& pm) { pm.orders[0].keyframes = keyframes; });
+    ASSERT_GT(keyframes.size(), 1u);
+    keyframes[0] = good.orders[0].keyframes[0];
+    keyframes[1].blocks_per_step = 0;  // of a later one, whose reach the check of the first asks for
+    refused("lod/static/keyframes", [&](ProgressiveMesh& pm) { pm.orders[0].keyframes = keyframes; });
+    keyframes[1] = good.orders[0].keyframes[1];
+    keyframes[1].level = 1;
+    refused("lod/static/keyframes", [&](ProgressiveMesh& pm) { pm.orders[0].keyframes = keyframes; });
     std::vector<uint8_t> bytes(good.orders[0].block_bytes.begin(), good.orders[0].block_bytes.end());
     for (size_t i = 0; i < 4; ++i) bytes[i] = 0xff;
     refused("lod/static/blocks", [&](ProgressiveMesh& pm) { pm.orders[0].block_bytes = bytes; });
@@ -321,7 +329,65 @@ TEST_F(AssetFile, ContentThatWouldLeaveTheBuffersIsRefused) {
     refused("lod/greedy/tswaps", [&](ProgressiveMesh& pm) { pm.orders[3].tswaps = steps; });
     std::vector<float> errors(good.errors.size(), 1.0f);
     refused("lod/errors", [&](ProgressiveMesh& pm) { pm.errors = errors; });
+    errors.assign(good.errors.begin(), good.errors.end());
+    errors[errors.size() / 2] = std::numeric_limits<float>::quiet_NaN();
+    refused("lod/errors", [&](ProgressiveMesh& pm) { pm.errors = errors; });
     refused("lod/wedge_vertex", [&](ProgressiveMesh& pm) { pm.wedge_vertex = pm.wedge_vertex.first(3); });
+    std::vector<MeshVertex> vertices(good.vertices.begin(), good.vertices.end());
+    vertices.back().material = 7;
+    refused("lod/vertices", [&](ProgressiveMesh& pm) { pm.vertices = vertices; });
+    vertices.back() = good.vertices.back();
+    vertices.back().position[1] = std::numeric_limits<float>::infinity();
+    refused("lod/vertices", [&](ProgressiveMesh& pm) { pm.vertices = vertices; });
+    refused("face orders", [&](ProgressiveMesh& pm) {
+        const FaceOrder again = pm.orders[0];
+        for (size_t i = 0; i < 100; ++i) {
+            pm.orders.push_back(again);
+            pm.orders.back().name += std::to_string(i);
+        }
+    });
+}
+
+// Copies of a cursor for a limited depth keep only the slots of their level: a corner beyond them would be written
+// outside of the buffer.
+TEST_F(AssetFile, CornersBeyondTheSlotsOfTheirLevelAreRefused) {
+    const ProgressiveMesh good = bake_in_memory(generate(Shape::rock, 500, 4));
+    for (size_t o = 0; o < good.orders.size(); ++o) {
+        const FaceOrder& order = good.orders[o];
+        SCOPED_TRACE(order.name);
+        std::vector<IndexSlot> corners(order.corners.begin(), order.corners.end());
+        // The last collapse's: of all levels' the fewest slots are there.
+        ASSERT_LT(order.slots_at(good.levels() - 2, good.triangles_at(good.levels() - 2)), good.full_triangles());
+        corners.back() = IndexSlot::of(corners.back().half(), static_cast<uint32_t>(order.indices.size()) - 1);
+        ProgressiveMesh bad = good;
+        bad.orders[o].corners = corners;
+        write(bad);
+        const auto read = ProgressiveMesh::open(*ChunkFile::open(path_));
+        ASSERT_FALSE(read);
+        EXPECT_THAT(read.error().message, testing::HasSubstr(order.name + "/corners"));
+    }
+}
+
+// What is in range may still make no mesh; that shows when it is played.
+TEST_F(AssetFile, ALevelThatDrawsWedgesItDoesNotHaveIsRefused) {
+    const ProgressiveMesh good = bake_in_memory(generate(Shape::rock, 500, 4));
+    ProgressiveMesh bad = good;
+    // The corners of the first wedge that goes are rewritten somewhere else.
+    std::vector<IndexSlot> corners(good.orders[0].corners.begin(), good.orders[0].corners.end());
+    const uint32_t first = bad.orders[0].first_corner[0], end = bad.orders[0].first_corner[1];
+    ASSERT_LT(first, end);
+    for (uint32_t c = first; c < end; ++c)
+        corners[c] = IndexSlot::of(0, (corners[c].position() + 3 * (end - first)) % 300);
+    bad.orders[0].corners = corners;
+    write(bad);
+    const auto read = ProgressiveMesh::open(*ChunkFile::open(path_));
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_TRUE(extract_level(*read, 0));
+    const auto level = extract_level(*read, 1);
+    ASSERT_FALSE(level);
+    EXPECT_EQ(level.error().fault, Fault::format);
+    EXPECT_THAT(level.error().message, testing::HasSubstr("level 1"));
+    EXPECT_FALSE(read->validate());
 }
 
 }  // namespace

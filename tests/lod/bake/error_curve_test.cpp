@@ -39,7 +39,7 @@ TEST(ErrorCurve, BoundsWhatExtractShows) {
             DistanceOptions options;
             options.samples = 30000;
             options.seed = 99;
-            const double distance = surface_distance(mesh, extract_level(pm, level), options).max();
+            const double distance = surface_distance(mesh, *extract_level(pm, level), options).max();
             EXPECT_LE(distance, static_cast<double>(pm.errors[level])) << "level " << level << " of " << pm.levels();
         }
     }

@@ -146,7 +146,7 @@ TEST_P(RealMesh, PlaysDownAndUpSlotForSlotAndKeepsItsSurface) {
     const auto sound = pm->validate();  // plays every order down and up
     EXPECT_TRUE(sound) << sound.error().message;
     for (uint32_t step = 0; step <= 10; ++step) {
-        const TriMesh level = extract_level(*pm, (pm->levels() - 1) * step / 10);
+        const TriMesh level = *extract_level(*pm, (pm->levels() - 1) * step / 10);
         const Topology after = topology_of(level);
         EXPECT_EQ(after.components, before.components);
         EXPECT_EQ(after.boundary_loops, before.boundary_loops);

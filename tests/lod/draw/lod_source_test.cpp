@@ -57,8 +57,8 @@ TEST(LodSource, DrawsExactlyTheFacesOfExtractInTheirOrder) {
             const auto done = mirror.execute(plan, input);
             ASSERT_TRUE(done) << done.error().message;
             const double error = error_under(input.views[0], bounding_sphere(pm->vertices), glm::mat4(1), 1);
-            const TriMesh expected = extract_level(*pm, pm->level_for_error(error),
-                                                   static_cast<uint32_t>(pm->order_named(order) - pm->orders.data()));
+            const TriMesh expected = *extract_level(*pm, pm->level_for_error(error),
+                                                    static_cast<uint32_t>(pm->order_named(order) - pm->orders.data()));
             const auto drawn = mirror.triangles_of(0);
             ASSERT_EQ(drawn.size(), expected.triangle_count());
             EXPECT_EQ(plan.stats.triangles, drawn.size());

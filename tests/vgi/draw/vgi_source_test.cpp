@@ -69,10 +69,9 @@ protected:
         return answer(request, *file);
     }
     static Arrival answer(const PageRequest& request, const AtlasFile& file) {
-        const auto chunk = file.file().unchecked_bytes(request.chunk);
-        EXPECT_TRUE(chunk);
-        const auto part = chunk->subspan(request.offset, request.bytes);
-        return {request.id, Blob(std::vector<std::byte>(part.begin(), part.end()))};
+        std::vector<std::byte> part(request.bytes);
+        EXPECT_TRUE(file.file().read_part(request.chunk, request.offset, part));
+        return {request.id, Blob(std::move(part))};
     }
     static FrameInput look_from(const glm::vec3& eye, uint64_t frame) {
         Camera camera;
@@ -96,6 +95,7 @@ protected:
 
     static std::filesystem::path path_;
     static TriMesh mesh_;
+    std::set<uint64_t> outstanding_;  // ids that were asked for
 };
 std::filesystem::path VgiSourceTest::path_;
 TriMesh VgiSourceTest::mesh_;
@@ -234,6 +234,86 @@ TEST_F(VgiSourceTest, GetsCoarserAndNeverBreaksWithRoomForFewPagesAndPagesThatFa
     }
     EXPECT_GT(evicted, 0);
     EXPECT_GT(failed, 0);
+}
+
+// Of two atlases, so that a number can be a page's of one and not of the other.
+TEST_F(VgiSourceTest, ArrivalsThatNobodyAskedForChangeNothing) {
+    const auto pair_of_rocks = [] {
+        auto opened = open_vgi({atlas(), atlas()}, {uint64_t{1} << 28, 3});
+        EXPECT_TRUE(opened) << opened.error().message;
+        return std::move(*opened);
+    };
+    const auto calm = pair_of_rocks(), bothered = pair_of_rocks();
+    const auto file = atlas();
+    Random random(11);
+    std::vector<Arrival> arrivals;
+    for (uint64_t frame = 0; frame < 30; ++frame) {
+        const float angle = 0.1f * static_cast<float>(frame);
+        FrameInput input = look_from(glm::vec3(std::sin(angle), 0.3f, std::cos(angle)) * 1.7f, frame);
+        input.instances = {Instance{}, Instance{1, 0, glm::mat4(1)}};
+        input.arrivals = arrivals;
+        const Plan expected = calm->plan(input);
+        std::set<uint64_t> asked;
+        for (const Arrival& arrival : arrivals) asked.insert(arrival.request);
+        const uint64_t pages = uint64_t{file->about().charts()} * tree_of(file->about(), Layer::geometry).pages();
+        for (int i = 0; i < 40; ++i) {
+            const uint64_t any = static_cast<uint64_t>(random.unit() * 4294967296.0);
+            const std::array<uint64_t, 7> ids{
+                any << 32 | any,                             // anything
+                any % 3 << 40 | any % pages << 1,            // a page that was not asked for, perhaps of no atlas
+                uint64_t{1} << 40 | (pages + any % 9) << 1,  // of the second atlas, past its end
+                uint64_t{any % 2} << 40,                     // a coarsest page
+                uint64_t{0xffffff} << 40 | any % pages,
+                (any % 127 + 1) << 33 | (any % pages) << 1,  // bits that no id has
+                ~uint64_t{0}};
+            const uint64_t id = ids[static_cast<size_t>(i) % ids.size()];
+            const auto atlas_of = id >> 40;
+            if (asked.contains(id) || (atlas_of < 2 && outstanding_.contains(id))) continue;
+            const size_t at = input.arrivals.empty() ? 0 : any % input.arrivals.size();
+            input.arrivals.insert(input.arrivals.begin() + static_cast<ptrdiff_t>(at),
+                                  {id, Blob(std::vector<std::byte>(any % 300, std::byte{9}))});
+        }
+        const Plan plan = bothered->plan(input);
+        ASSERT_EQ(hash_of_plan(plan), hash_of_plan(expected)) << frame;
+        ASSERT_EQ(plan.requests, expected.requests);
+        ASSERT_TRUE(bothered->validate());
+        arrivals.clear();
+        for (const PageRequest& r : plan.requests) {
+            outstanding_.insert(r.id);
+            if (random.unit() < 0.7) arrivals.push_back(answer(r, *file));
+        }
+    }
+    EXPECT_GT(outstanding_.size(), 100u);
+}
+
+// A page that is not what it should be is drawn as the coarser one, and that is said once.
+TEST_F(VgiSourceTest, DamagedPagesAreNotDrawnAndToldOfOnce) {
+    const auto vgi = source();
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
+    std::vector<Arrival> arrivals;
+    std::vector<std::string> warnings;
+    double failed = 0;
+    for (uint64_t frame = 0; frame < 40; ++frame) {
+        FrameInput input = look_from({0.4f, 0.5f, 1.6f}, frame);
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = vgi->plan(input);
+        const auto done = mirror.execute(plan, input);
+        ASSERT_TRUE(done) << done.error().message;
+        warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
+        failed = figure(plan, "pages_failed");
+        for (const PageRequest& r : plan.requests) {
+            Arrival arrival = answer(r);
+            std::vector<std::byte> bytes(arrival.blob.data(), arrival.blob.data() + arrival.blob.size());
+            bytes[bytes.size() / 2] ^= std::byte{4};
+            arrivals.push_back({r.id, Blob(std::move(bytes))});
+        }
+    }
+    EXPECT_GT(failed, 10);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_THAT(warnings[0], testing::HasSubstr(path_.string()));
+    EXPECT_THAT(warnings[0], testing::HasSubstr("is damaged"));
+    EXPECT_THAT(warnings[0], testing::HasSubstr("coarser ones are drawn"));
 }
 
 TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereTheCameraMovesSteadily) {

@@ -1,0 +1,150 @@
+// Damaged assets through `verify` and `extract`: each refuses them by one line and exit code 3, or gives the same bytes
+// as of the whole asset. LODESTONE_DAMAGED: how many of each kind of damage and asset, 100 unless given.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "apps/in_process.h"
+#include "apps/scene/bake.h"
+#include "base/random.h"
+#include "fixtures/meshes.h"
+#include "vgi/asset/atlas_chunks.h"
+
+namespace lodestone {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string content_of(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// Where the pages of an atlas, or pieces of 4 kB as a disk knows them, lie in a file: first byte and number.
+using Piece = std::pair<uint64_t, uint64_t>;
+
+class IntegrityTest : public testing::TestWithParam<const char*> {
+protected:
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / ("lodestone_integrity_" + std::to_string(getpid()));
+        fs::create_directories(folder_);
+        BakeOptions options;
+        options.backends =
+            backend() == "vgi" ? std::vector<std::string>{"vgi"} : std::vector<std::string>{"lod", "discrete"};
+        options.atlas.clusters.clusters = 3;
+        options.atlas.cells = 64;
+        BakeInput input;
+        input.mesh = fixtures::repaired(Shape::rock, 600);
+        input.name = "rock";
+        const auto baked = bake_asset(std::move(input), options, asset_, {});
+        ASSERT_TRUE(baked) << baked.error().message;
+        good_ = content_of(asset_);
+        ASSERT_EQ(run_in_process({"verify", asset_.string()}).code, 0);
+        ASSERT_EQ(extract(asset_).code, 0);
+        level_ = content_of(out());
+        find_pieces();
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    static std::string backend() { return GetParam(); }
+    fs::path out() const { return folder_ / "level.ply"; }
+    Ran extract(const fs::path& asset) const {
+        fs::remove(out());
+        return run_in_process(
+            {"extract", asset.string(), "--backend", backend(), "--level", "0", "-o", out().string()});
+    }
+    void find_pieces() {
+        const auto file = ChunkFile::open(asset_);
+        for (uint64_t at = 0; at + 8192 <= good_.size(); at += 4096) pieces_.emplace_back(at, 4096);
+        if (backend() != "vgi") return;
+        const auto atlas = vgi::AtlasFile::open(*file);
+        ASSERT_TRUE(atlas);
+        for (const vgi::Layer layer : {vgi::Layer::geometry, vgi::Layer::attributes}) {
+            for (uint32_t chart = 0; chart < atlas->about().charts(); ++chart) {
+                const vgi::PageTree tree = vgi::tree_of(atlas->about(), layer, chart);
+                for (uint32_t f = 0; f < tree.families(); ++f) {
+                    const auto place = atlas->place(layer, chart, tree.member(f, 0));
+                    const auto chunk = std::ranges::find(file->chunks(), place.chunk, &ChunkInfo::name);
+                    pages_.emplace_back(chunk->offset + place.offset, place.bytes);
+                }
+            }
+        }
+    }
+
+    uint64_t below(uint64_t end) { return random_.below(static_cast<uint32_t>(end)); }
+
+    std::string damaged(const std::string& kind) {
+        std::string bad = good_;
+        if (kind == "a bit flipped") {
+            bad[below(bad.size())] ^= static_cast<char>(1 << below(8));
+        } else if (kind == "a range zeroed") {
+            const uint64_t first = below(bad.size()), count = 1 + below(std::min<uint64_t>(8192, bad.size() - first));
+            std::fill_n(bad.begin() + static_cast<ptrdiff_t>(first), count, '\0');
+        } else if (kind == "a tail cut") {
+            bad.resize(bad.size() - 1 - below(bad.size()));
+        } else {
+            const auto& among = pages_.empty() || below(4) == 0 ? pieces_ : pages_;
+            const Piece a = among[below(among.size())], b = among[below(among.size())];
+            const uint64_t bytes = std::min(a.second, b.second);
+            std::swap_ranges(bad.begin() + static_cast<ptrdiff_t>(a.first),
+                             bad.begin() + static_cast<ptrdiff_t>(a.first + bytes),
+                             bad.begin() + static_cast<ptrdiff_t>(b.first));
+        }
+        return bad;
+    }
+
+    fs::path folder_,
+        asset_ = fs::temp_directory_path() / ("lodestone_integrity_" + std::to_string(getpid())) / "a.lode";
+    std::string good_, level_;
+    std::vector<Piece> pieces_, pages_;
+    Random random_{7};
+};
+
+TEST_P(IntegrityTest, DamageIsRefusedOrHarmless) {
+    const char* asked = std::getenv("LODESTONE_DAMAGED");
+    const int count = asked != nullptr ? std::atoi(asked) : 100;
+    const fs::path bad_path = folder_ / "bad.lode";
+    for (const std::string kind : {"a bit flipped", "a range zeroed", "a tail cut", "two pages exchanged"}) {
+        SCOPED_TRACE(kind);
+        int refused = 0, refused_by_extract = 0, harmless = 0, same = 0;
+        for (int i = 0; i < count; ++i) {
+            const std::string bad = damaged(kind);
+            if (bad == good_) {
+                ++same;
+                continue;
+            }
+            std::ofstream(bad_path, std::ios::binary) << bad;
+            const Ran verified = run_in_process({"verify", bad_path.string()});
+            const Ran extracted = extract(bad_path);
+            for (const Ran& ran : {verified, extracted}) {
+                ASSERT_TRUE(ran.code == 0 || ran.code == 3) << i << ": " << ran.code << " " << ran.message;
+                if (ran.code == 0) continue;
+                EXPECT_THAT(ran.message, testing::HasSubstr(bad_path.string()));
+                EXPECT_THAT(ran.message, testing::Not(testing::HasSubstr("\n")));
+            }
+            if (extracted.code == 0) {
+                ASSERT_EQ(content_of(out()), level_) << i;
+            } else {
+                ASSERT_FALSE(fs::exists(out())) << i;
+                ASSERT_EQ(verified.code, 3) << "verify lets pass what extract refuses: " << extracted.message;
+            }
+            refused += verified.code == 3;
+            refused_by_extract += extracted.code == 3;
+            harmless += verified.code == 0;
+        }
+        std::printf("%s, %s: %d damaged; verify refuses %d, %d are harmless; extract refuses %d; %d unchanged\n",
+                    GetParam(), kind.c_str(), count - same, refused, harmless, refused_by_extract, same);
+        EXPECT_GT(refused, 0);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(, IntegrityTest, testing::Values("lod", "vgi"));
+
+}  // namespace
+}  // namespace lodestone

@@ -28,7 +28,7 @@ namespace {
 struct Options {
     uint32_t levels = 200;
     uint64_t points = 2000000;
-    bool openmesh = false;
+    bool openmesh = false, verbose = false;
     std::string curve;
 };
 
@@ -99,6 +99,8 @@ void check(const std::string& name, const Options& options) {
             const double stated = pm->errors[level];
             const double measured = there.farthest_from(source, source.farthest_from(there, stated / 3));
             if (measured > resolution_of(*mesh)) ratios.push_back(stated / measured);
+            if (options.verbose)
+                std::printf("  level %u, %u triangles: stated %g, over measured %.3f\n", level, pm->triangles_at(level), stated, stated/measured);
         }
         std::ranges::sort(ratios);
         const auto within = [&](double low, double high) {
@@ -121,6 +123,10 @@ int main(int argc, char** argv) {
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
         const char* value = i + 1 < argc ? argv[i + 1] : "";
+        if (word == "--verbose") {
+            options.verbose = true;
+            continue;
+        }
         if (word == "--levels") {
             options.levels = static_cast<uint32_t>(std::atoi(value));
         } else if (word == "--points") {

@@ -14,6 +14,7 @@ namespace {
 
 constexpr uint32_t none = ~0u;
 constexpr double near_largest = 0.85;  // of the largest distance: points farther than that are looked around
+constexpr double far_from_largest = 0.25;  // of it: a face that near to a point is kept without looking at others
 constexpr int climb_steps = 6;         // halvings of the grid around them
 constexpr double least_grid = 3, most_grid = 256;
 
@@ -39,7 +40,7 @@ LevelDistance::LevelDistance(const ProgressiveMesh& pm, const Options& options)
     LODE_CHECK(mesh.triangle_count() == pm.full_triangles(), mesh.triangle_count(), pm.full_triangles());
     resolution_ = resolution_of(mesh);
     for (const SurfacePoint& p : points_by_area(mesh, options.samples, options.seed)) {
-        points_.push_back({p.place, first_point_[p.triangle]});
+        points_.push_back({glm::vec3(p.place), first_point_[p.triangle]});
         first_point_[p.triangle] = static_cast<uint32_t>(points_.size() - 1);
     }
     double area = 0;
@@ -94,22 +95,32 @@ void LevelDistance::collect_points() {
 void LevelDistance::place_points() {
     for (const uint32_t p : displaced_) {
         Point& point = points_[p];
+        const glm::dvec3 place(point.place);
+        const double enough = std::max(largest_, resolution_);
         ClosestSurface::Hit hit;
-        hit.triangle = none;
+        hit.triangle = ClosestSurface::no_hint;  // of a collapse that leaves none of the faces
         hit.distance = std::numeric_limits<double>::infinity();
         for (const uint32_t corner : corners_) {
             if (!level_.alive(corner / 3)) continue;
-            const ClosestSurface::Hit other = level_.on(corner / 3, point.place);
+            const ClosestSurface::Hit other = level_.on(corner / 3, place);
             if (other.distance < hit.distance) hit = other;
+            if (hit.distance <= enough * far_from_largest) break;
         }
-        const double enough = std::max(largest_, resolution_);
         if (hit.distance > enough) {
-            hit = level_.closest(point.place, hit.triangle, enough);
+            hit = level_.closest(place, hit.triangle, enough);
             if (hit.distance > enough) largest_ = hit.distance;
         }
         point.next = first_point_[hit.triangle];
         first_point_[hit.triangle] = p;
     }
+}
+
+// Whether another face that changed has the edge from the corner to the one before.
+bool LevelDistance::other_has_edge(uint32_t face, uint32_t corner) const {
+    const glm::dvec3 end = level_.position(face, (corner + 2) % 3);
+    return std::ranges::any_of(corners_, [&](uint32_t other) {
+        return level_.alive(other / 3) && level_.position(other / 3, (other % 3 + 1) % 3) == end;
+    });
 }
 
 // s and t: shares of the edges from the corner to the next and to the one after.
@@ -130,7 +141,9 @@ void LevelDistance::look_from(uint32_t moved) {
     ClosestSurface::Hit worst;
     double worst_s = 0, worst_t = 0;
     uint32_t hint = source_near_[face];
-    for (uint32_t i = 0; i < grid; ++i) {
+    // The edge to the corner before is that of another face to the one after.
+    const uint32_t first = other_has_edge(face, corner) ? 1 : 0;
+    for (uint32_t i = first; i < grid; ++i) {
         for (uint32_t j = i == 0 ? 1 : 0; i + j < grid; ++j) {
             const double s = static_cast<double>(i) / grid, t = static_cast<double>(j) / grid;
             const double enough = std::max(largest_ * near_largest, resolution_);

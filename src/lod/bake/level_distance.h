@@ -33,13 +33,14 @@ public:
 
 private:
     struct Point {
-        glm::dvec3 place;
+        glm::vec3 place;
         uint32_t next;  // of the same face
     };
     void collapse_faces();
     void collect_points();
     void place_points();
-    void look_from(uint32_t face);
+    bool other_has_edge(uint32_t face, uint32_t corner) const;
+    void look_from(uint32_t corner);
     double climb(uint32_t face, uint32_t corner, double s, double t, double step, ClosestSurface::Hit hit) const;
     glm::dvec3 point_of(uint32_t face, uint32_t corner, double s, double t) const;
 

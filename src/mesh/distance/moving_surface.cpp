@@ -114,7 +114,9 @@ ClosestSurface::Hit MovingSurface::on(uint32_t triangle, const glm::dvec3& point
 }
 
 ClosestSurface::Hit MovingSurface::closest(const glm::dvec3& point, uint32_t hint, double near_enough) const {
-    ClosestSurface::Hit hit = on(hint, point);
+    ClosestSurface::Hit hit;
+    hit.distance = std::numeric_limits<double>::infinity();
+    if (hint != ClosestSurface::no_hint) hit = on(hint, point);
     struct Entry {
         uint32_t node;
         double distance2;

@@ -15,7 +15,9 @@
 #include "lod/asset/level_steps.h"
 #include "lod/bake/bake.h"
 #include "lod/bake/error_curve.h"
+#include "lod/bake/level_distance.h"
 #include "lod/bake/simplify/simplifier.h"
+#include "lod/draw/zoom.h"
 #include "mesh/distance/distance.h"
 #include "mesh/generate.h"
 #include "mesh/io/read.h"
@@ -30,6 +32,7 @@ struct Options {
     uint64_t points = 2000000;
     bool openmesh = false, verbose = false;
     std::string curve;
+    std::vector<double> zoom;  // shares that morph
 };
 
 Result<TriMesh> mesh_named(const std::string& name) {
@@ -81,9 +84,19 @@ void check(const std::string& name, const Options& options) {
                 100 * steps.median_step);
     if (!options.curve.empty()) {
         FILE* out = std::fopen(options.curve.c_str(), "w");
+        LevelDistance distance(*pm, {});
         for (uint32_t l = 0; out && l < pm->levels(); ++l)
-            std::fprintf(out, "%u %u %.9g\n", l, pm->triangles_at(l), static_cast<double>(pm->errors[l]));
+            std::fprintf(out, "%u %u %.9g %.9g\n", l, pm->triangles_at(l), static_cast<double>(pm->errors[l]),
+                         l == 0 ? 0 : distance.ecol());
         if (out) std::fclose(out);
+    }
+    for (size_t i = 0; i < options.zoom.size(); ++i) {
+        const double share = options.zoom[i];
+        const auto mesh_of_zoom = std::make_shared<const ProgressiveMesh>(*pm);
+        const ZoomFigures f = zoom_on(mesh_of_zoom, {.geomorph = share > 0, .morphing_share = share});
+        std::printf("\n    zoom, %4.2f morphing: %u of %u frames change, at most %.2f%%; a wedge goes at most %.2f px (frame %u); %u to %u triangles, %.0f in the mean",
+                    share, f.changed, f.frames, 100 * f.most_changed, f.farthest, f.farthest_frame, f.first_triangles, f.last_triangles, f.mean_triangles);
+        std::fflush(stdout);
     }
     if (options.levels > 0) {
         DistanceOptions distance;
@@ -133,6 +146,8 @@ int main(int argc, char** argv) {
             options.points = std::strtoull(value, nullptr, 10);
         } else if (word == "--simplifier") {
             options.openmesh = std::string(value) == "openmesh";
+        } else if (word == "--zoom") {
+            options.zoom.push_back(std::atof(value));
         } else if (word == "--curve") {
             options.curve = value;
         } else {

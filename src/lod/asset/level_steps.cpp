@@ -6,9 +6,21 @@
 
 namespace lodestone {
 
+namespace {
+
+double diagonal_of(std::span<const MeshVertex> vertices) {
+    std::vector<glm::vec3> places;
+    places.reserve(vertices.size());
+    for (const MeshVertex& v : vertices) places.emplace_back(v.position[0], v.position[1], v.position[2]);
+    return bounding_box(places).diagonal();
+}
+
+}  // namespace
+
 LevelSteps level_steps(const ProgressiveMesh& pm) {
     constexpr uint32_t sweep = 2000, least_triangles = 2000;
     LevelSteps result;
+    result.diagonal = diagonal_of(pm.vertices);
     for (uint32_t level = 0; level < pm.levels(); ++level)
         result.distinct_errors += level == 0 || pm.errors[level] != pm.errors[level - 1];
     const auto above_zero = std::ranges::upper_bound(pm.errors, 0.0f);

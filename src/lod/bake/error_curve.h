@@ -24,7 +24,7 @@ Result<std::vector<float>> measure_errors(const ProgressiveMesh& pm, const Error
 // The largest measured distance rises by jumps, and levels in between could never be asked for. The errors stated rise
 // as evenly as these bounds let them, over the logarithm of the triangles: between jumps they go on, before a jump they
 // begin to. The lower is for what sampling misses.
-inline constexpr double stated_least = 1.01, stated_most = 1.2;
+inline constexpr double stated_least = 1.005, stated_most = 1.2;
 // By level: the largest distance measured there or before, 0 where nothing is above `resolution`. triangles: by level.
 std::vector<float> stated_errors(const std::vector<double>& measured, const std::vector<uint32_t>& triangles,
                                  double resolution);

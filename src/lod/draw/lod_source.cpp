@@ -106,7 +106,7 @@ private:
         IndexedRange range;
         if (geomorph_) {
             range.vertex_buffer = no_buffer;
-            range.words[LODE_LOD_WORD_WEDGES] = asset.pm->wedges_at(served.drawn_level);
+            range.words[LODE_LOD_WORD_ARRIVED] = arrived(asset, served);
             range.words[LODE_LOD_WORD_STAYING] =
                 asset.pm->wedges_at(input.level_view ? served.drawn_level : served.wanted_level);
             range.words[LODE_LOD_WORD_FIRST] = static_cast<uint32_t>(asset.vertex_offset / sizeof(MeshVertex));
@@ -227,8 +227,17 @@ private:
     uint32_t drawn_level(const Asset& asset, const Served& served, const FrameInput& input) const {
         if (!geomorph_ || input.budget.forced_level >= 0) return served.wanted_level;
         const uint32_t staying = asset.pm->wedges_at(served.wanted_level);
-        const auto morphing = static_cast<uint64_t>(morphing_share_ * staying);
-        return std::max(asset.pm->level_for_wedges(staying + morphing), served.cursor.finest_level());
+        return std::max(asset.pm->level_for_wedges(uint64_t{staying} + morphing(staying)),
+                        served.cursor.finest_level());
+    }
+
+    uint32_t morphing(uint32_t staying) const { return static_cast<uint32_t>(morphing_share_ * staying); }
+
+    // Where no finer level can be drawn, fewer are on their way, none of which is near its parent.
+    uint32_t arrived(const Asset& asset, const Served& served) const {
+        if (served.drawn_level > served.cursor.finest_level()) return asset.pm->wedges_at(served.drawn_level);
+        const uint32_t staying = asset.pm->wedges_at(served.wanted_level);
+        return staying + morphing(staying);
     }
 
     // Which of the asset's cursors serves the level. nth: how many instances of the asset come before.

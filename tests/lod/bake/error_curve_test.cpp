@@ -35,22 +35,24 @@ TEST(ErrorCurve, BeginsAtZeroAndRisesWithEveryLevel) {
     }
 }
 
-// With samples that were not used.
+// With samples that were not used. A level may be nearer to the source than a finer one was.
 TEST(ErrorCurve, StatesWhatExtractShowsAndLittleMore) {
     for (const Shape shape : {Shape::rock, Shape::terrain, Shape::torus}) {
         const TriMesh mesh = generate(shape, 1500, 11);
         const ProgressiveMesh pm = measured(mesh);
-        double largest = 0;
-        for (uint32_t level = 7; level < pm.levels(); level += pm.levels() / 23 + 1) {
-            DistanceOptions options;
-            options.samples = 100000;
-            options.seed = 99;
-            const double distance = surface_distance(mesh, extract_level(pm, level), options).max();
+        DistanceOptions options;
+        options.samples = 60000;
+        options.seed = 99;
+        const MeasuredSurface source(mesh, options);
+        uint32_t looked_at = 0, near = 0;
+        for (uint32_t level = 7; level < pm.levels(); level += pm.levels() / 40 + 1, ++looked_at) {
+            const MeasuredSurface there(extract_level(pm, level), options);
+            const double distance = source.farthest_from(there, there.farthest_from(source, 0));
             const auto stated = static_cast<double>(pm.errors[level]);
             EXPECT_LE(distance, stated) << "level " << level << " of " << pm.levels();
-            largest = std::max(largest, distance);
-            EXPECT_LE(stated, 1.35 * largest) << "level " << level << " of " << pm.levels();
+            near += stated <= 1.35 * distance;
         }
+        EXPECT_GE(near, looked_at * 0.9) << "of " << looked_at;
     }
 }
 

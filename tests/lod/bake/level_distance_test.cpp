@@ -6,6 +6,7 @@
 #include "lod/asset/cursor.h"
 #include "lod/bake/bake.h"
 #include "lod/bake/simplify/simplifier.h"
+#include "mesh/distance/closest_point.h"
 
 namespace lodestone {
 namespace {
@@ -16,25 +17,41 @@ ProgressiveMesh baked(const TriMesh& mesh, const Simplifier& simplifier) {
     return *bake_progressive_mesh(mesh, *list, {"static"});
 }
 
-// What is followed from collapse to collapse is what is found by measuring each level from nothing.
+double distance_to(const TriMesh& mesh, const glm::dvec3& place) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (size_t t = 0; t < mesh.triangle_count(); ++t) {
+        const glm::dvec3 q =
+            closest_on_triangle(place, mesh.position_of(t, 0), mesh.position_of(t, 1), mesh.position_of(t, 2));
+        nearest = std::min(nearest, glm::distance(place, q));
+    }
+    return nearest;
+}
+
+// What is followed from collapse to collapse is there, and measuring each level from nothing does not find more.
 void equals_measuring_every_level(const ProgressiveMesh& pm) {
     DistanceOptions options;
     options.samples = 6000;
     options.seed = 5;
-    const MeasuredSurface source(extract_level(pm, 0), options);
+    const TriMesh full = extract_level(pm, 0);
+    const MeasuredSurface source(full, options);
     LevelDistance followed(pm, {20000, 1});
     PmCursor cursor(pm);
-    double largest = 0;
+    double largest = 0, before = 0;
     for (uint32_t level = 1; level < pm.levels(); ++level) {
         cursor.goto_level(level);
-        const MeasuredSurface there(mesh_of(cursor), options);
+        const TriMesh mesh = mesh_of(cursor);
+        const MeasuredSurface there(mesh, options);
         largest = there.farthest_from(source, source.farthest_from(there, largest));
-        const double found = followed.ecol();
-        ASSERT_GE(found, 0.99 * largest - followed.resolution()) << "level " << level << " of " << pm.levels();
-        // Samples find less than there is where a level differs in one place only.
-        const double factor = level > pm.levels() / 2 ? 1.05 : 1.3;
-        ASSERT_LE(found, factor * largest + followed.resolution()) << "level " << level << " of " << pm.levels();
+        const double found = followed.ecol(), rounding = 2 * followed.resolution();
+        ASSERT_GE(found, 0.98 * largest - rounding) << "level " << level << " of " << pm.levels();
+        if (found > before) {
+            const LevelDistance::Witness& witness = followed.witness();
+            ASSERT_NEAR(distance_to(witness.of_source ? full : mesh, witness.place), 0, rounding) << level;
+            ASSERT_NEAR(distance_to(witness.of_source ? mesh : full, witness.place), found, rounding) << level;
+        }
+        before = found;
     }
+    EXPECT_GT(before, 0);
 }
 
 TEST(LevelDistance, IsWhatMeasuringEveryLevelFinds) {

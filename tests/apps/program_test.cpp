@@ -104,6 +104,11 @@ TEST_F(ProgramTest, FromAMeshToLevels) {
 
     const json info = printed("info rock.lode --json");
     EXPECT_EQ(info["lod"]["levels"], report["lod"]["levels"]);
+    EXPECT_EQ(info["lod"]["distinct_errors"], report["lod"]["levels"]);
+    EXPECT_GT(info["lod"]["diagonal"], 2);
+    EXPECT_GT(info["lod"]["largest_step"], 0);
+    EXPECT_LE(info["lod"]["largest_step"], 0.1);
+    EXPECT_LE(info["lod"]["median_step"], info["lod"]["largest_step"]);
     EXPECT_FALSE(content_of(folder_ / "rock.lode").find(folder_.string()) != std::string::npos)
         << "an absolute path in the asset";
     succeeds("verify rock.lode");
@@ -118,7 +123,11 @@ TEST_F(ProgramTest, FromAMeshToLevels) {
         EXPECT_EQ(acmr["levels"].back()["triangles"], report["input"]["triangles"]);
     }
     succeeds("extract rock.lode --backend lod --triangles 500 -o level.ply");
-    succeeds("extract rock.lode --backend lod --error 0.01 -o level.obj");
+    const json extracted = printed("extract rock.lode --backend lod --error 0.01 -o level.obj --json");
+    EXPECT_LE(extracted["error"], 0.01);
+    EXPECT_GT(extracted["level"], 0);
+    const json same = printed("extract rock.lode --level " + extracted["level"].dump() + " -o level.obj --json");
+    EXPECT_EQ(same, extracted);
     succeeds("extract rock.lode --backend lod --level 0 -o level.glb");
     succeeds("bake level.ply -o again.lode --report again.json");
     const json again = json::parse(content_of(folder_ / "again.json"));

@@ -33,6 +33,10 @@
 
 namespace lodestone {
 
+// Raised whenever what a progressive mesh stores, or what it means, is no longer what it was; others are refused.
+// 2: errors rise strictly from level to level, each measured.
+inline constexpr int progressive_mesh_version = 2;
+
 // How much one edge collapse takes away.
 struct Ecol {
     uint16_t wedges = 0;  // removed from the end of the vertex prefix, >= 1

@@ -24,6 +24,8 @@ struct LodOptions {
     double steady_share = 0.9;
     // Vertices are on their way to their parents before they go, so that nothing pops.
     bool geomorph = false;
+    // Wedges on their way, as a share of those of the level that is morphed to; > 0.
+    double morphing_share = 0.5;
 };
 
 // A backend that draws the assets, at least one.

@@ -60,6 +60,17 @@ struct DistanceOptions {
     uint64_t seed = 1;                  // of the sample points; equal seeds give equal points
 };
 
+// A point of a surface and the triangle it is on.
+struct SurfacePoint {
+    glm::dvec3 place;
+    uint32_t triangle;
+};
+// Random points, stratified over the area, triangle after triangle; none where there is no area.
+std::vector<SurfacePoint> points_by_area(const TriMesh& mesh, size_t count, uint64_t seed);
+
+// The step between floats at the largest coordinate, object units: what is nearer than that counts as touching.
+double resolution_of(const TriMesh& mesh);
+
 // What a largest distance found at samples is multiplied with before it is promised as a bound: sampling finds almost
 // the largest, never more.
 inline constexpr double sampling_margin = 1.1;

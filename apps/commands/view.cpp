@@ -62,7 +62,9 @@ Result<int> view(const Options& o) {
     if (!script) return tl::unexpected(script.error());
     const bool scripted = !script->empty();
     const Progress progress = terminal_progress();
-    auto stage = set_stage(o.stage, needs_of(backend_names()), progress, true);
+    SceneNeeds needs = needs_of({o.backend}, Need::welcome);
+    needs.quickly = true;
+    auto stage = set_stage(o.stage, needs, progress, true);
     if (!stage) return tl::unexpected(stage.error());
     Renderer& renderer = *stage->renderer;
     end_progress();

@@ -13,6 +13,7 @@
 #include "apps/in_process.h"
 #include "apps/scene/backends.h"
 #include "apps/scene/bake.h"
+#include "apps/scene/page_reader.h"
 #include "apps/scene/workplace.h"
 #include "base/hash.h"
 #include "base/random.h"
@@ -45,12 +46,13 @@ protected:
         options.atlas.cells = 64;
         BakeInput input;
         input.mesh = fixtures::repaired(Shape::rock, 600);
-        input.mesh.material_table = {{}, {}};
+        input.mesh.material_table.resize(2);
         input.mesh.materials.assign(input.mesh.wedge_count(), 1);
         input.name = "rock";
         const auto baked = bake_asset(std::move(input), options, good_, {});
         ASSERT_TRUE(baked) << baked.error().message;
-        for (const ChunkInfo& info : ChunkFile::open(good_)->chunks()) {
+        const auto file = ChunkFile::open(good_);
+        for (const ChunkInfo& info : file->chunks()) {
             if (info.bytes > 0) chunks_.push_back(info.name);
         }
     }

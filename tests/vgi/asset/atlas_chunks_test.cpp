@@ -22,7 +22,7 @@ class AtlasFileTest : public testing::Test {
 protected:
     static void SetUpTestSuite() {
         TriMesh mesh = fixtures::repaired(Shape::rock, 3000);
-        mesh.material_table = {{}, {}, {}};
+        mesh.material_table.resize(3);
         mesh.materials.resize(mesh.wedge_count());
         for (size_t w = 0; w < mesh.materials.size(); ++w) mesh.materials[w] = static_cast<uint16_t>(w % 3);
         good_ = small_atlas(mesh, 64, 6);

@@ -1,12 +1,15 @@
 # Thin: every target does its own set-up and hands over to CMake, ctest and the program.
 #   make demo    bakes and measures the 300k rock and landscape; leaves reports and pictures in build/demo
 #   make test    builds and tests; ends with ctest's summary
-#   make bench   runs the benchmarks
+#   make test-long  as test, with the tests that take long
+#   make check   clang with address and undefined-behaviour sanitizers, the fast tests in it, and clang-tidy
+#   make bench   runs the benchmarks and writes docs/figures.md
+#   make reference  the pages of the public headers: build/release/reference/html/index.html
 #   make view    the interactive demo, on the demonstration's rock; SCENE=... for another
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all demo test bench view deps build clean
+.PHONY: all demo test test-long check bench reference view deps build clean
 all: build
 
 deps:
@@ -20,10 +23,26 @@ demo: build
 	scripts/demo.sh
 
 test: build
+	ctest --preset release -j $(JOBS) -LE long
+
+test-long: build
 	ctest --preset release -j $(JOBS)
 
+# Fast: without the programs that draw or bake, which take many times as long under sanitizers.
+check:
+	@scripts/install-deps.sh --checks
+	cmake --preset check
+	cmake --build --preset check -j $(JOBS)
+	ctest --preset check -j $(JOBS) -L fast -LE long
+	scripts/tidy.sh build/check
+
 bench: build
-	scripts/bench.sh
+	scripts/figures.py measure
+	scripts/figures.py write
+
+reference: deps
+	cmake --preset release
+	cmake --build --preset release --target reference
 
 SCENE ?= assets/rock.scene.json
 view: build

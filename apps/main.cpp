@@ -8,6 +8,7 @@
 #include "apps/machine.h"
 #include "apps/terminal.h"
 #include "base/spill.h"
+#include "base/text.h"
 
 using namespace lodestone;
 
@@ -50,7 +51,8 @@ int run_program(int argc, char** argv) {
     const char* const* named = std::find_if(argv + 1, argv + argc, [](const char* word) { return word[0] != '-'; });
     const auto is_named = [&](const CLI::App* command) { return command->get_name() == *named; };
     if (named != argv + argc && app.get_subcommands(is_named).empty()) {
-        std::fprintf(stderr, "lodestone: there is no subcommand '%s'; see lodestone --help\n", *named);
+        std::fprintf(stderr, "lodestone: there is no subcommand '%s'; see lodestone --help\n",
+                     printable(*named).c_str());
         return static_cast<int>(Fault::usage);
     }
     try {
@@ -58,7 +60,7 @@ int run_program(int argc, char** argv) {
     } catch (const CLI::Success& e) {
         return app.exit(e);  // --help, --version
     } catch (const CLI::ParseError& e) {
-        std::fprintf(stderr, "lodestone: %s; see lodestone --help\n", e.what());
+        std::fprintf(stderr, "lodestone: %s; see lodestone --help\n", printable(e.what()).c_str());
         return static_cast<int>(Fault::usage);
     }
     set_verbosity(quiet ? Verbosity::quiet : verbose ? Verbosity::verbose : Verbosity::normal);

@@ -6,6 +6,8 @@
 #include <csignal>
 #include <cstdio>
 
+#include "base/text.h"
+
 namespace lodestone {
 
 namespace {
@@ -20,11 +22,11 @@ void on_signal(int) { g_stop = true; }
 void show(const std::string& stage, double fraction) {
     if (g_verbosity == Verbosity::quiet) return;
     if (isatty(STDERR_FILENO) != 0) {
-        std::fprintf(stderr, "\r\033[K%s %3.0f%%", stage.c_str(), fraction * 100);
+        std::fprintf(stderr, "\r\033[K%s %3.0f%%", printable(stage).c_str(), fraction * 100);
         std::fflush(stderr);
         g_line_open = true;
     } else if (g_verbosity == Verbosity::verbose && stage != g_last_stage) {
-        std::fprintf(stderr, "%s\n", stage.c_str());
+        std::fprintf(stderr, "%s\n", printable(stage).c_str());
     }
     g_last_stage = stage;
 }
@@ -46,7 +48,7 @@ Progress terminal_progress() {
     progress.warn = [](const std::string& line) {
         if (g_verbosity == Verbosity::quiet) return;
         end_progress();
-        std::fprintf(stderr, "lodestone: warning: %s\n", line.c_str());
+        std::fprintf(stderr, "lodestone: warning: %s\n", printable(line).c_str());
     };
     progress.stop = &g_stop;
     return progress;
@@ -55,13 +57,13 @@ Progress terminal_progress() {
 void note(const std::string& line) {
     if (g_verbosity != Verbosity::verbose) return;
     end_progress();
-    std::fprintf(stderr, "lodestone: %s\n", line.c_str());
+    std::fprintf(stderr, "lodestone: %s\n", printable(line).c_str());
 }
 
 void announce(const std::string& line) {
     if (g_verbosity == Verbosity::quiet) return;
     end_progress();
-    std::fprintf(stderr, "lodestone: %s\n", line.c_str());
+    std::fprintf(stderr, "lodestone: %s\n", printable(line).c_str());
 }
 
 void catch_interrupts() {
@@ -73,7 +75,7 @@ void catch_interrupts() {
 
 int report_error(const Error& error) {
     end_progress();
-    std::fprintf(stderr, "lodestone: %s\n", error.message.c_str());
+    std::fprintf(stderr, "lodestone: %s\n", printable(error.message).c_str());
     return static_cast<int>(error.fault);
 }
 

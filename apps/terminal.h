@@ -1,4 +1,5 @@
-// What the program says while it works: progress and warnings on stderr, results on stdout, and how it ends.
+// What the program says while it works: progress and warnings on stderr, results on stdout, and how it ends. Names from
+// files are shown by printable() (base/text.h), so that none moves the cursor or begins a line.
 #pragma once
 
 #include <string>

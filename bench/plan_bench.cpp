@@ -89,7 +89,7 @@ Subject open(const std::string& backend, uint32_t instances) {
         static const auto pm = [] {
             const auto list = make_quadric_simplifier()->simplify(rock(), {});
             auto made = bake_progressive_mesh(rock(), *list, {"static"});
-            made->set_errors(*measure_errors(*made, {16, 20000, 1}));
+            made->set_errors(*measure_errors(*made, {20000, 1}));
             return std::make_shared<const ProgressiveMesh>(std::move(*made));
         }();
         subject.source = std::move(*open_lod({pm}, {.resident_bytes = uint64_t{1} << 28, .instances = instances}));

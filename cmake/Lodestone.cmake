@@ -73,15 +73,26 @@ else()
   set(LODESTONE_DRIVER_ENVIRONMENT "ASAN_OPTIONS=detect_leaks=0")
 endif()
 
-# lodestone_test(NAME [FOLDERS folder...] LIBRARIES lib...)
-#   Builds every .cpp of the current folder and of FOLDERS below it into the GoogleTest program test_NAME.
+# lodestone_test(NAME [DRAWS] [FOLDERS folder...] LIBRARIES lib...)
+#   Builds every .cpp of the current folder and of FOLDERS below it into the GoogleTest program test_NAME. Its tests have the label
+#   `fast` unless it DRAWS (needs a Vulkan driver); those of suites whose name ends with Long have the label `long`, and
+#   `make test` leaves them out.
 function(lodestone_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FOLDERS;LIBRARIES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "DRAWS" "" "FOLDERS;LIBRARIES")
   lodestone_sources(sources ${arg_FOLDERS})
   add_executable(test_${name} ${sources})
   target_link_libraries(test_${name} PRIVATE lodestone_flags ${arg_LIBRARIES} GTest::gmock GTest::gtest_main)
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests")
   target_compile_definitions(test_${name} PRIVATE
     LODESTONE_SOURCE_DIR="${PROJECT_SOURCE_DIR}" LODESTONE_BINARY_DIR="${PROJECT_BINARY_DIR}")
-  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 900 ENVIRONMENT "${LODESTONE_TEST_ENVIRONMENT}")
+  set(properties TIMEOUT 900)
+  set(label fast)
+  if(arg_DRAWS)
+    list(APPEND properties ENVIRONMENT "${LODESTONE_DRIVER_ENVIRONMENT}")
+    set(label draws)
+  endif()
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 TEST_FILTER "-*Long.*" TEST_LIST found_${name}
+    PROPERTIES ${properties} LABELS ${label})
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 TEST_FILTER "*Long.*" TEST_LIST found_${name}_long
+    PROPERTIES ${properties} LABELS long)
 endfunction()

@@ -41,6 +41,7 @@ set(LODESTONE_PUBLIC_HEADERS
   mesh/generate.h
   mesh/io/read.h
   mesh/io/write.h
+  mesh/limits.h
   mesh/mesh_stream.h
   mesh/packed_vertices.h
   mesh/position_index.h

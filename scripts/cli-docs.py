@@ -145,9 +145,13 @@ INFO = {
     "discrete.levels[].triangles": "triangles",
     "file": "file name of the asset",
     "format_version": "of the file format",
-    "lod.errors[].error": "measured distance to the mesh, both ways",
+    "lod.diagonal": "of the box around the mesh, object units",
+    "lod.distinct_errors": "how many different errors the levels have",
+    "lod.errors[].error": "distance to the mesh, both ways: at least what is measured of this level and finer ones, object units",
     "lod.errors[].level": "a level with about 100, 50, 25, 10, 5, 2 or 1 percent of the triangles",
     "lod.errors[].triangles": "its triangles",
+    "lod.largest_step": "largest share of the triangles that goes when an error grows by 1%, of 2,000 errors that draw more than 2,000 triangles",
+    "lod.median_step": "the median of these shares",
     "lod.orders[].keyframes": "levels at which this face order is made anew",
     "lod.orders[].moved_per_ecol": "faces it moves per edge collapse",
     "lod.orders[].name": "its name",
@@ -165,6 +169,11 @@ VERIFY = {
     "checks[].passed": "whether it holds",
     "file": "file name of the asset",
     "passed": "whether all hold; the exit code is 1 otherwise",
+}
+EXTRACT = {
+    "error": "of the level, object units",
+    "level": "0 is full detail",
+    "triangles": "of the level",
 }
 ACMR = {
     "acmr_mean": "simulated vertex shader runs per triangle, mean over the levels",
@@ -226,13 +235,15 @@ def json_tables(program):
         bake = run(program, "bake", "torus.ply", "-o", "torus.lode", "--backends", "lod,vgi,discrete", "--clusters", "6",
                    "--resolution", "9", "--error-samples", "1000", "--json", folder=folder)
         of_asset = {name: run(program, name, "torus.lode", "--json", *more, folder=folder)
-                    for name, more in (("info", []), ("verify", []), ("acmr", ["--levels", "2", "--compare"]))}
+                    for name, more in (("info", []), ("verify", []), ("acmr", ["--levels", "2", "--compare"]),
+                                        ("extract", ["--triangles", "100", "-o", "out.ply"]))}
     yield ("The bake report (`bake --json`, `bake --report`); `lod`, `vgi` and `discrete` are there where they were baked:",
            field_table("bake", bake, BAKE))
     yield ("`info --json` has of the bake report what the asset keeps (`name`, `program`, `options`, `input`, `repair`, `bounds`,\n"
            "`source_hash`, and some figures of `lod` and `vgi`), and:",
            field_table("info", of_asset["info"], INFO, BAKE))
     yield "`verify --json`:", field_table("verify", of_asset["verify"], VERIFY)
+    yield "`extract --json`:", field_table("extract", of_asset["extract"], EXTRACT)
     yield "`acmr --json`:", field_table("acmr", of_asset["acmr"], ACMR)
 
 

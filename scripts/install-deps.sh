@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what Lodestone is built from and tested with on Debian 12: prints the apt line, installs only what is missing, as root or
-# through sudo, and never asks. NO_INSTALL=1 skips it. `--list` prints the packages and does nothing else.
+# through sudo, and never asks. NO_INSTALL=1 skips it. `--checks` adds what `make check` needs. `--list` prints the packages and does
+# nothing else.
 set -euo pipefail
 
 packages=(
@@ -15,12 +16,19 @@ packages=(
   libgtest-dev libgmock-dev libbenchmark-dev python3
   # to draw without a GPU, and to check what is drawn
   mesa-vulkan-drivers vulkan-validationlayers xvfb xauth
-  # to draw the plots of docs/ (scripts/plot-orders.sh)
+  # to draw the plots of docs/ (scripts/plot-orders.sh, scripts/plot-history.py)
   gnuplot-nox
+  # to make the reference of the public headers (make reference), and to test that it is whole
+  doxygen
 )
 
+checks=(clang libclang-rt-14-dev clang-tidy)
+if [ "${1:-}" = --checks ]; then
+  packages+=("${checks[@]}")
+fi
+
 if [ "${1:-}" = --list ]; then
-  printf '%s\n' "${packages[@]}"
+  printf '%s\n' "${packages[@]}" "${checks[@]}"
   exit 0
 fi
 if [ -n "${NO_INSTALL:-}" ]; then

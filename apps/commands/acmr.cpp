@@ -3,6 +3,7 @@
 #include "apps/commands/commands.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
+#include "base/text.h"
 #include "lod/bake/orders/order_statistics.h"
 
 namespace lodestone {
@@ -68,7 +69,7 @@ Result<int> acmr(const Options& o) {
         print_line(json.dump(2));
         return 0;
     }
-    std::printf("order %s, %s, %u levels (%s)\n", order->name.c_str(), name_of(*model).c_str(), o.levels,
+    std::printf("order %s, %s, %u levels (%s)\n", printable(order->name).c_str(), name_of(*model).c_str(), o.levels,
                 o.spacing.c_str());
     std::printf("  transforms per vertex (ATVR) %.4f mean, %.4f worst; per triangle (ACMR) %.4f mean\n", cost.atvr_mean,
                 cost.atvr_worst, cost.acmr_mean);

@@ -7,6 +7,7 @@
 #include "apps/scene/bake.h"
 #include "apps/terminal.h"
 #include "base/spill.h"
+#include "base/text.h"
 #include "base/threads.h"
 #include "lod/bake/orders/face_order.h"
 #include "lod/bake/simplify/simplifier.h"
@@ -39,7 +40,7 @@ Result<void> check_backends(const std::vector<std::string>& backends) {
 void print_summary(const nlohmann::json& report) {
     const auto& input = report["input"];
     std::printf("%s: %llu triangles, %llu vertices, %llu components, %llu boundary loops\n",
-                report["name"].get<std::string>().c_str(), input["triangles"].get<unsigned long long>(),
+                printable(report["name"].get<std::string>()).c_str(), input["triangles"].get<unsigned long long>(),
                 input["vertices"].get<unsigned long long>(), input["components"].get<unsigned long long>(),
                 input["boundary_loops"].get<unsigned long long>());
     for (const auto& [what, count] : report["repair"].items()) {
@@ -166,6 +167,7 @@ void add_input_options(CLI::App& command, Options& o) {
                     "What to bake, separated by commas: lod (a progressive mesh), vgi (an atlas of geometry images), "
                     "discrete (a chain of simplified meshes)")
         ->capture_default_str();
+    add_outside_option(command, o.bake.read.allow_outside);
 }
 
 void add_order_options(CLI::App& command, Options& o) {

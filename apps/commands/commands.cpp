@@ -32,6 +32,12 @@ Result<std::vector<std::string>> parse_list(const std::string& option, const std
     return words;
 }
 
+void add_outside_option(CLI::App& command, bool& allow_outside) {
+    command.add_flag("--allow-outside", allow_outside,
+                     "Also read files that the mesh or scene names outside its own folder, by an absolute path, by .. "
+                     "or through a symbolic link");
+}
+
 std::string examples(const std::string& lines) {
     std::string text = "Examples:\n  ";
     for (const char c : lines) text += c == '\n' ? std::string("\n  ") : std::string(1, c);

@@ -28,6 +28,9 @@ Result<std::pair<uint32_t, uint32_t>> parse_size(const std::string& text);
 // Comma-separated words; Fault::usage names `option` for an empty one.
 Result<std::vector<std::string>> parse_list(const std::string& option, const std::string& text);
 
+// --allow-outside, for the commands that read meshes or scenes.
+void add_outside_option(CLI::App& command, bool& allow_outside);
+
 // What --help ends with: the lines, under a heading.
 std::string examples(const std::string& lines);
 

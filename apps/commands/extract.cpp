@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/commands/commands.h"
@@ -15,6 +16,7 @@ struct Options {
     std::string asset, backend = "lod", order, out;
     std::optional<uint64_t> triangles;
     std::optional<double> error;
+    bool json = false;
     std::optional<uint32_t> level;
 };
 
@@ -43,7 +45,10 @@ Result<uint32_t> chosen_level(const Options& o, const Levels& levels) {
 
 Result<int> write_level(const Options& o, const TriMesh& mesh, uint32_t level, uint32_t levels, float error) {
     if (auto done = write_mesh(mesh, o.out); !done) return tl::unexpected(done.error());
-    if (verbosity() != Verbosity::quiet) {
+    if (o.json) {
+        const nlohmann::json json = {{"triangles", mesh.triangle_count()}, {"level", level}, {"error", error}};
+        print_line(json.dump(2));
+    } else if (verbosity() != Verbosity::quiet) {
         std::printf("level %u of %u: %zu triangles, error %g\n", level, levels, mesh.triangle_count(),
                     static_cast<double>(error));
     }
@@ -97,6 +102,7 @@ void add_extract(CLI::App& app, Run& run) {
     command->add_option("--level", o->level,
                         "Write this level; 0 is full detail. Give exactly one of --triangles, --error and --level");
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
+    command->add_flag("--json", o->json, "Print triangles, level and error (object units) as JSON");
     command->footer(
         examples("lodestone extract bunny.lode --backend lod --triangles 5000 -o bunny-5k.glb\n"
                  "lodestone extract atlas.lode --backend vgi --level 1 -o atlas.ply"));

@@ -4,6 +4,8 @@
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
 #include "base/progress.h"
+#include "base/text.h"
+#include "lod/asset/level_steps.h"
 #include "mesh/topology.h"
 
 namespace lodestone {
@@ -14,7 +16,7 @@ using Json = nlohmann::json;
 
 Json describe(const Asset& asset) {
     Json info = asset.about;
-    info["file"] = asset.file.path().filename().string();
+    info["file"] = as_utf8(asset.file.path().filename().string());
     info["bytes"] = asset.file.file_bytes();
     info["format_version"] = chunk_file_version;
     info["source_hash"] = asset.file.provenance().source.hex();
@@ -33,6 +35,11 @@ Json describe(const Asset& asset) {
                                      {"permutation_bytes", order.permutation_bytes()},
                                      {"moved_per_ecol", order.moved_per_ecol(pm.ecols.size())}});
         }
+        const LevelSteps steps = level_steps(pm);
+        lod["diagonal"] = steps.diagonal;
+        lod.at("distinct_errors") = steps.distinct_errors;
+        lod.at("largest_step") = steps.largest_step;
+        lod.at("median_step") = steps.median_step;
         for (const double share : {1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01}) {
             const uint32_t level = pm.level_for_triangles(static_cast<uint64_t>(share * pm.full_triangles()));
             lod["errors"].push_back(
@@ -57,25 +64,28 @@ Json describe(const Asset& asset) {
 }
 
 void print(const Json& info) {
-    std::printf("%s: %s, %llu bytes, format %u\n", info.at("file").get<std::string>().c_str(),
-                info.at("name").get<std::string>().c_str(), info.at("bytes").get<unsigned long long>(),
+    std::printf("%s: %s, %llu bytes, format %u\n", printable(info.at("file").get<std::string>()).c_str(),
+                printable(info.at("name").get<std::string>()).c_str(), info.at("bytes").get<unsigned long long>(),
                 info.at("format_version").get<unsigned>());
     std::printf("  source %s\n  baked with %s\n", info.at("source_hash").get<std::string>().c_str(),
-                info.at("options").dump().c_str());
+                printable(info.at("options").dump()).c_str());
     if (info.contains("lod")) {
         const Json& lod = info.at("lod");
         std::printf("  lod: %llu triangles, %llu vertices, %u levels; %s\n",
                     lod.at("triangles").get<unsigned long long>(), lod.at("vertices").get<unsigned long long>(),
-                    lod.at("levels").get<unsigned>(), lod.at("stopped_because").get<std::string>().c_str());
+                    lod.at("levels").get<unsigned>(), printable(lod.at("stopped_because").get<std::string>()).c_str());
         for (const Json& order : lod.at("orders")) {
             std::printf("    order %-10s %llu keyframes, %.2f faces moved per ecol\n",
-                        order.at("name").get<std::string>().c_str(), order.at("keyframes").get<unsigned long long>(),
-                        order.at("moved_per_ecol").get<double>());
+                        printable(order.at("name").get<std::string>()).c_str(),
+                        order.at("keyframes").get<unsigned long long>(), order.at("moved_per_ecol").get<double>());
         }
         for (const Json& level : lod.at("errors")) {
             std::printf("    level %-9u %10u triangles  error %g\n", level.at("level").get<unsigned>(),
                         level.at("triangles").get<unsigned>(), level.at("error").get<double>());
         }
+        std::printf("    %u distinct errors; 1%% more error leaves out at most %.2f%% of the triangles, %.2f%% in the middle\n",
+                    lod.at("distinct_errors").get<unsigned>(), 100 * lod.at("largest_step").get<double>(),
+                    100 * lod.at("median_step").get<double>());
     }
     if (info.contains("vgi")) {
         const Json& vgi = info.at("vgi");
@@ -154,14 +164,14 @@ Result<int> verify(const std::string& path, bool json) {
     if (asset->discrete != nullptr) checks.emplace_back("discrete chain", asset->discrete->validate());
     end_progress();
     bool good = true;
-    Json report = {{"file", asset->file.path().filename().string()}, {"checks", Json::array()}};
+    Json report = {{"file", as_utf8(asset->file.path().filename().string())}, {"checks", Json::array()}};
     for (const auto& [name, result] : checks) {
         good &= result.has_value();
         report["checks"].push_back(
             {{"name", name}, {"passed", result.has_value()}, {"message", result ? "" : result.error().message}});
         if (!json)
-            std::printf("%s %s%s%s\n", result ? "ok    " : "FAILED", name.c_str(), result ? "" : ": ",
-                        result ? "" : result.error().message.c_str());
+            std::printf("%s %s%s%s\n", result ? "ok    " : "FAILED", printable(name).c_str(), result ? "" : ": ",
+                        result ? "" : printable(result.error().message).c_str());
     }
     report["passed"] = good;
     if (json) print_line(report.dump(2));

@@ -4,6 +4,7 @@
 
 #include "apps/commands/commands.h"
 #include "apps/machine.h"
+#include "base/text.h"
 #include "base/threads.h"
 
 namespace lodestone {
@@ -17,6 +18,7 @@ void add_stage_options(CLI::App& command, StageOptions& options) {
         ->capture_default_str();
     command.add_flag("--validation", options.validation,
                      "Run under Vulkan validation; exit with 1 if it reports anything");
+    add_outside_option(command, options.allow_outside);
 }
 
 Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs, const Progress& progress,
@@ -24,7 +26,7 @@ Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs
     const auto size = parse_size(options.size);
     if (!size) return tl::unexpected(size.error());
     set_thread_count(options.threads);
-    auto scene = read_scene(options.scene);
+    auto scene = read_scene(options.scene, options.allow_outside);
     if (!scene) return tl::unexpected(scene.error());
     RendererOptions renderer_options;
     renderer_options.device = options.device;
@@ -79,7 +81,7 @@ std::string DrawStage::device_text() const {
 
 int DrawStage::exit_code() const {
     const auto messages = renderer->validation_messages();
-    for (const std::string& message : messages) std::fprintf(stderr, "%s\n", message.c_str());
+    for (const std::string& message : messages) std::fprintf(stderr, "%s\n", printable(message).c_str());
     return messages.empty() ? 0 : static_cast<int>(Fault::invariant);
 }
 

@@ -15,7 +15,7 @@ namespace lodestone {
 struct StageOptions {
     std::string scene, size = "1280x720", device;
     unsigned threads = 0;
-    bool validation = false;
+    bool validation = false, allow_outside = false;
 };
 void add_stage_options(CLI::App& command, StageOptions& options);
 

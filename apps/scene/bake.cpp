@@ -58,6 +58,9 @@ Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options
         CollapseList list;
         double cpu = 0;
     };
+    // Before hours of work, not behind them.
+    if (const uint64_t most = Limits{}.lod_triangles; mesh.triangle_count() > most)
+        return fail(Fault::format, "the mesh " + over_limit("triangles", mesh.triangle_count(), most));
     progress.at("simplify", 0);
     auto simplified = load_or_make<Simplified>(
         work, "lod-collapses",
@@ -176,6 +179,7 @@ Json BakeOptions::to_json() const {
     if (read.fill_voids) json["fill_voids"] = true;
     if (read.void_height) json["void_height"] = *read.void_height;
     if (read.gltf_mesh >= 0) json["gltf_mesh"] = read.gltf_mesh;
+    if (read.allow_outside) json["allow_outside"] = true;
     return json;
 }
 
@@ -184,11 +188,11 @@ Result<BakeInput> read_bake_input(const std::filesystem::path& path, const BakeO
     progress.at("read", 0);
     BakeInput input;
     input.name = as_utf8(path.filename().string());
-    auto content = MappedFile::open(path);
-    if (!content) return tl::unexpected(content.error());
-    input.source = hash_bytes((*content)->bytes());
-    auto mesh = read_mesh(path, options.read, &input.read);
+    ReadOptions read = options.read;
+    read.hash_source = true;
+    auto mesh = read_mesh(path, read, &input.read);
     if (!mesh) return tl::unexpected(mesh.error());
+    input.source = input.read.source;
     for (const std::string& line : input.read.warnings) progress.warning(line);
     input.mesh = std::move(*mesh);
     return input;

@@ -10,6 +10,7 @@
 
 #include "base/files/file.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "mesh/io/read.h"
 
 namespace lodestone {
@@ -29,15 +30,21 @@ struct Node {
 };
 
 Result<Json> parse_file(const fs::path& path) {
-    auto bytes = read_file(path, uint64_t{1} << 30);
+    const uint64_t most_bytes = Limits{}.scene_bytes;
+    auto bytes = read_file(path, most_bytes);
     if (!bytes) return tl::unexpected(bytes.error());
+    if (bytes->bytes.size() > most_bytes)
+        return fail(Fault::format, path.string() + ": " + over_limit("bytes", bytes->bytes.size(), most_bytes));
     const auto* text = reinterpret_cast<const char*>(bytes->bytes.data());
+    Result<Json> json;
     try {
-        return Json::parse(text, text + bytes->bytes.size(), nullptr, true, true);
+        json = Json::parse(text, text + bytes->bytes.size(), nullptr, true, true);
     } catch (const Json::parse_error& e) {
-        return fail(Fault::format,
+        json = fail(Fault::format,
                     path.string() + ": byte " + std::to_string(e.byte) + ": is not JSON; see docs/scenes.md");
     }
+    if (auto whole = bytes->intact(); !whole) return tl::unexpected(whole.error());
+    return json;
 }
 
 Result<void> only_members(const Node& node, const std::set<std::string>& known) {
@@ -136,7 +143,13 @@ Result<CameraPath> camera_from(const Node& node) {
     return path;
 }
 
-Result<SceneAsset> asset_from(const Node& node, const fs::path& folder) {
+// Where a scene's files are looked for.
+struct Beside {
+    fs::path scene;
+    bool allow_outside = false;
+};
+
+Result<SceneAsset> asset_from(const Node& node, const Beside& beside) {
     if (auto done = only_members(node, {"name", "file", "generate"}); !done) return tl::unexpected(done.error());
     SceneAsset asset;
     std::string file;
@@ -148,7 +161,9 @@ Result<SceneAsset> asset_from(const Node& node, const fs::path& folder) {
     if (file.empty() == (generate == node.json.end())) return node.wrong("needs either file or generate");
     if (asset.name.empty()) return node.wrong("needs a name");
     if (!file.empty()) {
-        asset.file = folder / file;
+        auto path = path_named_by(beside.scene, file, beside.allow_outside);
+        if (!path) return tl::unexpected(path.error());
+        asset.file = *path;
         return asset;
     }
     const Node recipe{*generate, node.place + ".generate"};
@@ -254,12 +269,12 @@ Node member(const Node& root, const char* name, size_t i) {
     return {root.json[name][i], root.place + ": " + name + "[" + std::to_string(i) + "]"};
 }
 
-Result<void> read_assets(const Node& root, const fs::path& folder, Scene& scene) {
+Result<void> read_assets(const Node& root, const Beside& beside, Scene& scene) {
     const auto assets = root.json.find("assets");
     if (assets == root.json.end() || !assets->is_array() || assets->empty())
         return root.wrong("assets must be an array of at least one");
     for (size_t i = 0; i < assets->size(); ++i) {
-        auto asset = asset_from(member(root, "assets", i), folder);
+        auto asset = asset_from(member(root, "assets", i), beside);
         if (!asset) return tl::unexpected(asset.error());
         scene.assets.push_back(std::move(*asset));
     }
@@ -323,17 +338,24 @@ Result<void> read_head(const Node& root, Scene& scene) {
     return {};
 }
 
-Result<Scene> scene_from(const Node& root, const fs::path& path) {
+Result<CameraPath> read_named_path(const Beside& beside, const std::string& name) {
+    auto path = path_named_by(beside.scene, name, beside.allow_outside);
+    return path ? read_camera_path(*path) : tl::unexpected(path.error());
+}
+
+Result<Scene> scene_from(const Node& root, const fs::path& path, bool allow_outside) {
+    const Beside beside{path, allow_outside};
     Scene scene;
-    scene.name = path.stem().stem().string();
+    scene.allow_outside = allow_outside;
+    scene.name = as_utf8(path.stem().stem().string());
     if (auto done = read_head(root, scene); !done) return tl::unexpected(done.error());
-    if (auto done = read_assets(root, path.parent_path(), scene); !done) return tl::unexpected(done.error());
+    if (auto done = read_assets(root, beside, scene); !done) return tl::unexpected(done.error());
     if (auto done = read_instances(root, scene); !done) return tl::unexpected(done.error());
     if (const auto light = root.json.find("light"); light != root.json.end()) {
         if (auto done = read_light({*light, root.place + ": light"}, scene); !done) return tl::unexpected(done.error());
     }
     if (const auto camera = root.json.find("camera"); camera != root.json.end()) {
-        auto read = camera->is_string() ? read_camera_path(path.parent_path() / camera->get<std::string>())
+        auto read = camera->is_string() ? read_named_path(beside, camera->get<std::string>())
                                         : camera_from({*camera, root.place + ": camera"});
         if (!read) return tl::unexpected(read.error());
         scene.camera = *read;
@@ -361,7 +383,7 @@ bool is_gltf(fs::path path) {
 std::optional<Scene> scene_of(const std::vector<PlacedMesh>& placed, const fs::path& path) {
     constexpr size_t most_meshes = 64;
     Scene scene;
-    scene.name = path.stem().string();
+    scene.name = as_utf8(path.stem().string());
     std::map<uint32_t, uint32_t> asset_of;
     for (const PlacedMesh& one : placed) {
         const auto [at, fresh] = asset_of.try_emplace(one.mesh, static_cast<uint32_t>(scene.assets.size()));
@@ -380,18 +402,24 @@ std::optional<Scene> scene_of(const std::vector<PlacedMesh>& placed, const fs::p
 
 }  // namespace
 
-Result<Scene> read_scene(const fs::path& path) {
+Result<Scene> read_scene(const fs::path& path, bool allow_outside) {
     if (path.extension() == ".json") {
         auto json = parse_file(path);
         if (!json) return tl::unexpected(json.error());
-        return scene_from({*json, path.string()}, path);
+        return scene_from({*json, path.string()}, path, allow_outside);
     }
     Scene scene;
-    scene.name = path.stem().string();
+    scene.allow_outside = allow_outside;
+    scene.name = as_utf8(path.stem().string());
     if (is_gltf(path)) {
-        auto placed = read_gltf_nodes(path);
+        ReadOptions options;
+        options.allow_outside = allow_outside;
+        auto placed = read_gltf_nodes(path, options);
         if (!placed) return tl::unexpected(placed.error());
-        if (auto several = scene_of(*placed, path)) return std::move(*several);
+        if (auto several = scene_of(*placed, path)) {
+            several->allow_outside = allow_outside;
+            return std::move(*several);
+        }
     }
     SceneAsset asset;
     asset.name = scene.name;

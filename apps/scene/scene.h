@@ -42,12 +42,13 @@ struct Scene {
     bool shadows = true;
     std::optional<CameraPath> camera;  // absent: chosen from the bounds of what stands there
     uint64_t resident_bytes = uint64_t{1} << 30;
+    bool allow_outside = false;  // as it was read: its meshes are read likewise
 };
 
 // A scene file; a glTF file, whose meshes stand where its nodes put them; or a single mesh or asset, which then stands
-// alone at the origin. Paths are relative to the file that
-// names them. Fault::format with file and place.
-Result<Scene> read_scene(const std::filesystem::path& path);
+// alone at the origin. Paths are relative to the file that names them, and lie in its folder unless allow_outside.
+// Fault::format with file and place.
+Result<Scene> read_scene(const std::filesystem::path& path, bool allow_outside = false);
 Result<CameraPath> read_camera_path(const std::filesystem::path& path);
 
 // A flight for a scene that brings none: from eight radii away to near the surface, a third of the way round.

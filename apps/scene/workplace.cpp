@@ -55,12 +55,18 @@ std::vector<glm::u8vec4> resampled(const Image& image, uint32_t size) {
     return texels;
 }
 
-// The cached asset for a key; baked by `input` where it is not there or cannot be opened.
-template <class MakeInput>
-Result<Asset> cached(const std::string& name, const Hash128& source, bool atlas, const MakeInput& make_input,
-                     const Progress& progress, double& bake_seconds) {
+// Where an asset comes from that is baked on first use.
+struct AssetSource {
+    std::string name;
+    Hash128 hash;
+    std::function<Result<BakeInput>(const BakeOptions&)> make;
+};
+
+// The cached asset for a key; baked where it is not there or cannot be opened.
+Result<Asset> cached(const AssetSource& source, bool atlas, const Progress& progress, double& bake_seconds) {
+    const std::string& name = source.name;
     const BakeOptions options = cache_options(atlas);
-    const Hash128 key = bake_key(source, options);
+    const Hash128 key = bake_key(source.hash, options);
     const fs::path folder = cache_folder();
     const fs::path path = folder / (name + "-" + key.hex().substr(0, 16) + ".lode");
     std::error_code error;
@@ -74,7 +80,7 @@ Result<Asset> cached(const std::string& name, const Hash128& source, bool atlas,
         return fail(Fault::machine, folder.string() + ": cannot be made: " + error.message() + "; set XDG_CACHE_HOME");
     note("baking " + name + (atlas ? " as an atlas" : "") + " into " + path.string());
     const Stopwatch watch;
-    Result<BakeInput> input = make_input(options);
+    Result<BakeInput> input = source.make(options);
     if (!input) return tl::unexpected(input.error());
     auto report = bake_asset(std::move(*input), options, path, progress);
     if (!report) return tl::unexpected(report.error());
@@ -82,24 +88,68 @@ Result<Asset> cached(const std::string& name, const Hash128& source, bool atlas,
     return open_asset(path);
 }
 
-// A named asset is used as it is; where its source lies beside it and has changed, that is said.
+// Single meshes of a glTF file are told from the whole, and from each other.
+Hash128 with_mesh(const Hash128& source, int gltf_mesh) {
+    if (gltf_mesh < 0) return source;
+    const std::string part = source.hex() + " mesh " + std::to_string(gltf_mesh);
+    return hash_of(std::span<const char>(part));
+}
+
+// A named asset is used as it is; where its source lies beside it, and it or a file it refers to has changed, that is
+// said.
 Result<Asset> named_asset(const fs::path& path, const Progress& progress) {
     auto asset = open_asset(path);
     if (!asset) return asset;
-    const fs::path source = path.parent_path() / asset->about.value("name", "");
+    const auto source = path_named_by(path, asset->about.value("name", ""));
     std::error_code error;
-    if (fs::is_regular_file(source, error)) {
-        const auto content = MappedFile::open(source);
-        if (content && !(hash_bytes((*content)->bytes()) == asset->file.provenance().source)) {
-            progress.warning(path.string() + ": " + source.filename().string() +
-                             " has changed since it was baked; bake it again");
-        }
+    if (!source || !fs::is_regular_file(*source, error)) return asset;
+    ReadOptions options;
+    const auto baked_with = asset->about.find("options");
+    options.allow_outside =
+        baked_with != asset->about.end() && baked_with->is_object() && baked_with->value("allow_outside", false);
+    const auto now = hash_of_source(*source, options);
+    if (now && !(*now == asset->file.provenance().source)) {
+        progress.warning(path.string() + ": " + source->filename().string() +
+                         ", or a file it refers to, has changed since it was baked; bake it again");
     }
     return asset;
 }
 
-Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, const Progress& progress,
-                          double& bake_seconds) {
+Result<AssetSource> asset_source(const SceneAsset& asset, bool allow_outside, const Progress& progress) {
+    AssetSource source;
+    if (asset.generated) {
+        const GeneratedSource& recipe = *asset.generated;
+        source.name = recipe.shape_name + "-" + std::to_string(recipe.triangles) + "-" + std::to_string(recipe.seed);
+        source.hash = hash_of(std::span<const char>(source.name));
+        source.make = [&, name = source.name, hash = source.hash](const BakeOptions&) -> Result<BakeInput> {
+            progress.at("generate " + name, 0);
+            BakeInput input;
+            input.mesh = generate(recipe.shape, recipe.triangles, recipe.seed);
+            input.source = hash;
+            input.name = name;
+            return input;
+        };
+        return source;
+    }
+    ReadOptions read;
+    read.allow_outside = allow_outside;
+    read.gltf_mesh = asset.gltf_mesh;
+    const auto hash = hash_of_source(asset.file, read);
+    if (!hash) return tl::unexpected(hash.error());
+    source.hash = with_mesh(*hash, asset.gltf_mesh);
+    source.name = asset.gltf_mesh >= 0 ? asset.name : asset.file.stem().string();
+    source.make = [&, read, hash = *hash](BakeOptions options) -> Result<BakeInput> {
+        options.read = read;
+        auto input = read_bake_input(asset.file, options, progress);
+        if (input && !(input->source == hash))
+            return fail(Fault::format, asset.file.string() + ": was changed while it was read; try again");
+        return input;
+    };
+    return source;
+}
+
+Result<Asset> ready_asset(const SceneAsset& asset, bool allow_outside, const SceneNeeds& needs,
+                          const Progress& progress, double& bake_seconds) {
     if (asset.is_lode()) {
         auto named = named_asset(asset.file, progress);
         if (!named) return named;
@@ -111,40 +161,13 @@ Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, cons
         if (needs.atlases && named->atlas_file == nullptr) return lacks("atlas", "vgi");
         return named;
     }
-    std::string name;
-    Hash128 source;
-    std::function<Result<BakeInput>(const BakeOptions&)> make;
-    if (asset.generated) {
-        const GeneratedSource& recipe = *asset.generated;
-        name = recipe.shape_name + "-" + std::to_string(recipe.triangles) + "-" + std::to_string(recipe.seed);
-        source = hash_of(std::span<const char>(name));
-        make = [&](const BakeOptions&) -> Result<BakeInput> {
-            progress.at("generate " + name, 0);
-            BakeInput input;
-            input.mesh = generate(recipe.shape, recipe.triangles, recipe.seed);
-            input.source = source;
-            input.name = name;
-            return input;
-        };
-    } else {
-        auto content = MappedFile::open(asset.file);
-        if (!content) return tl::unexpected(content.error());
-        name = asset.file.stem().string();
-        source = hash_bytes((*content)->bytes());
-        make = [&](BakeOptions options) {
-            options.read.gltf_mesh = asset.gltf_mesh;
-            return read_bake_input(asset.file, options, progress);
-        };
-        if (asset.gltf_mesh >= 0) {
-            name = asset.name;
-            const std::string part = source.hex() + " mesh " + std::to_string(asset.gltf_mesh);
-            source = hash_of(std::span<const char>(part));
-        }
-    }
-    if (!needs.meshes) return cached(name, source, true, make, progress, bake_seconds);
-    auto ready = cached(name, source, false, make, progress, bake_seconds);
+    const auto source = asset_source(asset, allow_outside, progress);
+    if (!source) return tl::unexpected(source.error());
+    const auto baked = [&](bool atlas) { return cached(*source, atlas, progress, bake_seconds); };
+    if (!needs.meshes) return baked(true);
+    auto ready = baked(false);
     if (!ready || !needs.atlases) return ready;
-    auto atlas = cached(name, source, true, make, progress, bake_seconds);
+    auto atlas = baked(true);
     if (!atlas) return atlas;
     // Both are drawn with the materials of one.
     if (atlas->material_table().size() != ready->material_table().size())
@@ -195,7 +218,7 @@ Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progr
     ReadyScene ready;
     ready.scene = std::move(scene);
     for (const SceneAsset& wanted : ready.scene.assets) {
-        auto asset = ready_asset(wanted, needs, progress, ready.bake_seconds);
+        auto asset = ready_asset(wanted, ready.scene.allow_outside, needs, progress, ready.bake_seconds);
         if (!asset) return tl::unexpected(asset.error());
         ready.asset_bytes += asset->file.file_bytes();
         if (asset->atlas_file != nullptr && asset->atlas_file->file().path() != asset->file.path())

@@ -11,7 +11,7 @@ LODE_POOL(LODE_LOD_PARENTS, parents, uint, 1)
 
 void main() {
     uint first = draw_constants.words[LODE_LOD_WORD_FIRST], staying = draw_constants.words[LODE_LOD_WORD_STAYING];
-    float morphing = float(draw_constants.words[LODE_LOD_WORD_WEDGES] - staying);
+    float morphing = float(draw_constants.words[LODE_LOD_WORD_ARRIVED] - staying);
     uint wedge = uint(gl_VertexIndex), material = vertices_at((first + wedge) * LODE_LOD_VERTEX_WORDS + 7u);
     vec3 position = vec3(0.0), normal = vec3(0.0);
     vec2 uv = vec2(0.0);

@@ -9,7 +9,7 @@
 #define LODE_LOD_VERTEX_WORDS 8
 
 // Draw::words, after those of indexed meshes (frame/indexed_mesh.h).
-#define LODE_LOD_WORD_WEDGES 3    // at the level that is drawn
+#define LODE_LOD_WORD_ARRIVED 3   // a wedge of this number would be at its parent, and those before are on their way
 #define LODE_LOD_WORD_STAYING 4   // wedges at the level that is morphed to; those from here on are on their way
 #define LODE_LOD_WORD_FIRST 5     // the asset's first wedge
 

@@ -16,12 +16,15 @@ struct Progress {
     // Set by Ctrl-C; work checks it between steps and returns Fault::interrupted.
     const std::atomic<bool>* stop = nullptr;
 
+    // Calls `report`, where there is one.
     void at(const std::string& stage, double fraction) const {
         if (report) report(stage, fraction);
     }
+    // Calls `warn`, where there is one.
     void warning(const std::string& line) const {
         if (warn) warn(line);
     }
+    // Whether the work should end now.
     bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 

@@ -6,6 +6,7 @@
 #include <tl/expected.hpp>
 #include <utility>
 
+// Everything of the library. The technique `vgi` has a namespace of its own in it.
 namespace lodestone {
 
 // Who is to blame, and so which exit code the program ends with.
@@ -17,15 +18,17 @@ enum class Fault {
     interrupted = 130,  // the user stopped the work
 };
 
-// message: one line, "file: place: what is wrong; what to do", no trailing newline.
+// Why a function gave no value.
 struct Error {
-    Fault fault = Fault::format;
-    std::string message;
+    Fault fault = Fault::format;  // whose it is
+    std::string message;          // one line, "file: place: what is wrong; what to do", no trailing newline
 };
 
+// A value, or why there is none.
 template <class T>
 using Result = tl::expected<T, Error>;
 
+// An error to be returned as a Result; the message as in Error::message.
 inline tl::unexpected<Error> fail(Fault fault, std::string message) {
     return tl::unexpected<Error>(Error{fault, std::move(message)});
 }

@@ -31,4 +31,33 @@ std::string as_utf8(const std::string& text) {
     return out;
 }
 
+std::string printable(const std::string& text) {
+    const std::string utf8 = as_utf8(text);
+    std::string out;
+    const auto escape = [&](size_t from, size_t length) {
+        static constexpr char digits[] = "0123456789abcdef";
+        for (size_t i = from; i < from + length; ++i) {
+            const auto byte = static_cast<unsigned char>(utf8[i]);
+            out += {'\\', 'x', digits[byte >> 4], digits[byte & 15]};
+        }
+    };
+    const auto byte_at = [&](size_t i) { return i < utf8.size() ? static_cast<unsigned char>(utf8[i]) : 0u; };
+    for (size_t i = 0; i < utf8.size();) {
+        const unsigned lead = byte_at(i), second = byte_at(i + 1), third = byte_at(i + 2);
+        const size_t length = lead < 0x80 ? 1 : lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
+        // U+0080 .. U+009f control, too; U+200e, U+200f, U+2028 .. U+202e and U+2066 .. U+2069 turn or end lines.
+        const bool control = lead < 0x20 || lead == 0x7f || (lead == 0xc2 && second < 0xa0);
+        const bool turns =
+            lead == 0xe2 &&
+            ((second == 0x80 && ((third >= 0xa8 && third <= 0xae) || (third >= 0x8e && third <= 0x8f))) ||
+             (second == 0x81 && third >= 0xa6 && third <= 0xa9));
+        if (control || turns)
+            escape(i, length);
+        else
+            out.append(utf8, i, length);
+        i += length;
+    }
+    return out;
+}
+
 }  // namespace lodestone

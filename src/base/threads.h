@@ -9,7 +9,7 @@ namespace lodestone {
 
 // Sets how many threads parallel loops use from now on; 0 means one per hardware thread. Call it at start-up.
 void set_thread_count(unsigned count);
-unsigned thread_count();
+unsigned thread_count();  // how many threads a loop uses, at least 1
 
 // Calls body(begin, end) for consecutive chunks of [0, count) of `grain` items (the last may be shorter). Chunks begin
 // in their order, on any thread, the caller's included. grain > 0. Nested calls run on the calling thread. Any number

@@ -14,20 +14,26 @@
 
 namespace lodestone {
 
+// A mesh of the chain.
 struct DiscreteLevel {
     std::span<const uint32_t> indices;  // three per triangle, into DiscreteChain::vertices
     double max_error = 0;  // object units, two-sided against the source, raised by sampling_margin; never decreases
     double rms_error = 0;  // object units, two-sided
 };
 
+// Meshes of falling size over one vertex buffer. Copies share what the spans refer to.
 struct DiscreteChain {
-    std::span<const MeshVertex> vertices;
-    std::vector<DiscreteLevel> levels;  // finest first: the source mesh itself, error 0
-    std::shared_ptr<const void> owner;
+    std::span<const MeshVertex> vertices;  // of all levels
+    std::vector<DiscreteLevel> levels;     // finest first: the source mesh itself, error 0
+    std::shared_ptr<const void> owner;     // keeps what the spans refer to
 
+    // Adds chunks discrete/vertices, discrete/indices and discrete/levels. Fault::machine where they cannot be written.
     Result<void> write_chunks(ChunkWriter& writer) const;
-    // materials: of the asset, at least 1; a vertex with another is Fault::format.
+    // The chain that write_chunks() wrote. materials: of the asset, at least 1; a vertex with another is Fault::format,
+    // as are chunks that are missing, damaged or no valid chain.
     static Result<DiscreteChain> open(const ChunkFile& file, size_t materials);
+    // At least one level, indices in range, errors that never decrease, sizes that do. Fault::invariant names the
+    // level.
     Result<void> validate() const;
 };
 
@@ -35,6 +41,7 @@ struct DiscreteChain {
 // progressive meshes are (mesh/distance/distance.h). Fault::interrupted when progress says stop.
 Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& progress = {});
 
+// The chain to be drawn: its levels with max_error as their errors. The chain lives as long as they do.
 FixedLevels fixed_levels_of(std::shared_ptr<const DiscreteChain> chain);
 
 }  // namespace lodestone

@@ -12,17 +12,20 @@
 
 namespace lodestone {
 
+// Holds a frame time. One for each flight or viewer.
 class ErrorController {
 public:
+    // Between which the error stays.
     struct Range {
         double least = 1.0 / 16, most = 64;  // pixels, 0 < least <= most
     };
     // target_ms > 0: what a frame may take. error: to begin with, pixels, brought into the range.
     explicit ErrorController(double target_ms, double error = 1) : ErrorController(target_ms, error, Range{}) {}
+    // The same within another range.
     ErrorController(double target_ms, double error, const Range& range);
 
-    double error() const { return error_; }  // for the next frame, pixels
-    double target_ms() const { return target_ms_; }
+    double error() const { return error_; }          // for the next frame, pixels
+    double target_ms() const { return target_ms_; }  // what a frame may take, milliseconds
     // What a recent frame took, > 0, and its pixel error.
     void record(double ms, double error);
     // A new target; the error goes on from where it is.

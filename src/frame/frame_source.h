@@ -14,6 +14,7 @@
 
 namespace lodestone {
 
+// What a frame may cost, and how exact it must be.
 struct Budget {
     double pixel_error = 1;                       // pixels, > 0
     int64_t forced_level = -1;                    // >= 0: every instance at this level, whatever its error
@@ -23,39 +24,46 @@ struct Budget {
     bool operator==(const Budget&) const = default;
 };
 
+// Bytes that a plan asked for.
 struct Arrival {
     uint64_t request = 0;  // PageRequest::id
     Blob blob;             // empty where reading failed
     bool operator==(const Arrival&) const = default;
 };
 
+// Bytes that a plan had read back.
 struct ReadbackResult {
     uint32_t tag = 0;    // Readback::tag
     uint64_t frame = 0;  // the frame it was recorded in
-    Blob blob;
+    Blob blob;           // as many bytes as were asked for
     bool operator==(const ReadbackResult&) const = default;
 };
 
+// All that a frame depends on beside what the backend has kept of frames before.
 struct FrameInput {
     std::vector<View> views;  // views[0], a camera, sets the levels; every view culls for itself
     // Sets the levels instead of views[0], and vertices do not morph: to look at what was chosen from elsewhere.
     std::optional<View> level_view;
-    InstanceSet instances;
-    Budget budget;
-    std::vector<Arrival> arrivals;
-    std::vector<ReadbackResult> readbacks;
-    uint64_t frame = 0;            // counts up by one
-    uint64_t completed_frame = 0;  // every frame before this number has left the GPU
+    InstanceSet instances;                  // of the scene, by number
+    Budget budget;                          // for this frame
+    std::vector<Arrival> arrivals;          // since the frame before, in the order they were read
+    std::vector<ReadbackResult> readbacks;  // since the frame before, by frame
+    uint64_t frame = 0;                     // counts up by one
+    uint64_t completed_frame = 0;           // every frame before this number has left the GPU
+    // The view that levels are chosen for.
     const View& sets_levels() const { return level_view ? *level_view : views[0]; }
     bool operator==(const FrameInput&) const = default;
 };
 
+// A backend with its assets. It is used by one thread at a time; nothing it does touches a GPU.
 class FrameSource {
 public:
     virtual ~FrameSource() = default;
-    virtual const Recipe& recipe() const = 0;
-    // Equal sequences of inputs since construction give equal plans.
+    virtual const Recipe& recipe() const = 0;  // what its plans refer to
+    // What is to be done for a frame. Plans are to be made and carried out in order, every one. Equal sequences of
+    // inputs since construction give equal plans.
     virtual Plan plan(const FrameInput& input) = 0;
+    // Whether what it keeps is as it must be; slow, for tests. Fault::invariant says what is not.
     virtual Result<void> validate() const = 0;
 };
 

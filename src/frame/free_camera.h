@@ -7,12 +7,14 @@
 
 namespace lodestone {
 
+// A camera with the moves of a viewer.
 class FreeCamera {
 public:
     FreeCamera() = default;
+    // Begins where `start` is; its eye and target are not the same point.
     explicit FreeCamera(const Camera& start) : camera_(start) {}
 
-    const Camera& camera() const { return camera_; }
+    const Camera& camera() const { return camera_; }  // where it is now
 
     // Turns the eye about the target; radians, positive to the right and upwards. It stops short of the poles.
     void orbit(float right, float up);

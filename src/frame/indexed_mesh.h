@@ -20,22 +20,22 @@ PipelineSpec indexed_mesh_pipeline();
 // Words of a draw with that pipeline, for the debug views: [0] the level, [1] the levels there are, [2] float bits of
 // the pixels that the level is off by at distance 1.
 Words indexed_mesh_words(uint32_t level, uint32_t levels, float pixels);
-inline constexpr size_t indexed_mesh_words_used = 3;
+inline constexpr size_t indexed_mesh_words_used = 3;  // of a draw; the others are free
 
 // A sphere around all vertices, centred in their box; of no vertices: a point at the origin.
 Sphere bounding_sphere(std::span<const MeshVertex> vertices);
 
 // One range of indices drawn for some instances.
 struct IndexedRange {
-    uint32_t pipeline = 0;
+    uint32_t pipeline = 0;                         // into Recipe::pipelines
     uint32_t vertex_buffer = 0, index_buffer = 0;  // vertex_buffer: no_buffer where the pipeline pulls
     uint64_t vertex_offset = 0, index_offset = 0;  // bytes
     uint32_t index_count = 0;                      // indices drawn, degenerate triangles included
     uint32_t triangles = 0;                        // of them not degenerate, for the statistics
-    uint32_t level = 0, levels = 1;
-    double error = 0;                           // of the level, object units
-    std::vector<InstanceTree::Seen> instances;  // with the views that see them
-    Words words{};                              // of its draws; the first are indexed_mesh_words
+    uint32_t level = 0, levels = 1;                // for the debug views: its number, and how many there are
+    double error = 0;                              // of the level, object units
+    std::vector<InstanceTree::Seen> instances;     // with the views that see them
+    Words words{};                                 // of its draws; the first are indexed_mesh_words
 };
 
 // Adds draws of `ranges` to the plan: each shadow view in the shadow stage, views[0] and every other camera in depth

@@ -21,6 +21,10 @@ Sphere around_both(const Sphere& a, const Sphere& b) {
     return {a.centre + (b.centre - a.centre) * ((radius - a.radius) / apart), radius * 1.00001f};
 }
 
+bool holds(const Sphere& outer, const Sphere& inner) {
+    return glm::distance(outer.centre, inner.centre) + inner.radius <= outer.radius;
+}
+
 }  // namespace
 
 void InstanceTree::update(const InstanceSet& instances) {
@@ -29,7 +33,7 @@ void InstanceTree::update(const InstanceSet& instances) {
         instances.size() == instances_.size() && !nodes_.empty() ? instances.changed_since(generation_) : std::nullopt;
     instances_ = instances;
     generation_ = instances.generation();
-    if (!changed || (moves_ += changed->size()) > instances.size()) return build();
+    if (!changed || grown_ > instances.size()) return build();
     for (const uint32_t i : *changed) move(i);
 }
 
@@ -39,7 +43,7 @@ void InstanceTree::build() {
     order_.resize(count);
     leaf_of_.resize(count);
     spheres_.resize(count);
-    moves_ = 0;
+    grown_ = 0;
     std::iota(order_.begin(), order_.end(), 0u);
     for (uint32_t i = 0; i < count; ++i) spheres_[i] = sphere_of_(instances_[i]);
     if (count == 0) return;
@@ -78,9 +82,15 @@ Sphere InstanceTree::around(const Node& node) const {
 
 void InstanceTree::move(uint32_t instance) {
     spheres_[instance] = sphere_of_(instances_[instance]);
-    for (uint32_t n = leaf_of_[instance];; n = nodes_[n].parent) {
-        nodes_[n].sphere = around(nodes_[n]);
-        if (n == 0) return;
+    uint32_t n = leaf_of_[instance];
+    if (holds(nodes_[n].sphere, spheres_[instance])) return;
+    // The leaf takes in more than it must, so that what goes on moving does not change it again at once.
+    Sphere inner = {spheres_[instance].centre, spheres_[instance].radius * 1.25f};
+    while (!holds(nodes_[n].sphere, inner)) {
+        nodes_[n].sphere = around_both(nodes_[n].sphere, inner);
+        inner = nodes_[n].sphere;
+        ++grown_;
+        n = nodes_[n].parent;
     }
 }
 

@@ -15,16 +15,19 @@
 
 namespace lodestone {
 
+// A tree of spheres over a set, kept from frame to frame.
 class InstanceTree {
 public:
     // Where an instance is: its sphere in world space.
     using SphereOf = std::function<Sphere(const Instance&)>;
+    // An empty tree; sphere_of is called whenever an instance comes or moves.
     explicit InstanceTree(SphereOf sphere_of) : sphere_of_(std::move(sphere_of)) {}
 
-    // The tree of this set. Instances that moved since the last call take their nodes along; the tree is built anew
-    // where instances came or went, and after as many moves as there are instances.
+    // The tree of this set. Nodes grow around what moved out of them since the last call; the tree is built anew where
+    // instances came or went, and after nodes have grown as often as there are instances.
     void update(const InstanceSet& instances);
 
+    // An instance that is seen.
     struct Seen {
         uint32_t instance, views;  // views: bit v for frusta[v]
         bool operator==(const Seen&) const = default;
@@ -53,7 +56,7 @@ private:
     std::vector<uint32_t> order_;    // instances, leaf after leaf
     std::vector<uint32_t> leaf_of_;  // per instance
     std::vector<Sphere> spheres_;    // per instance
-    size_t moves_ = 0;               // since the tree was built
+    size_t grown_ = 0;               // how often nodes have grown since the tree was built
 };
 
 }  // namespace lodestone

@@ -19,6 +19,7 @@
 
 namespace lodestone {
 
+// Carries out the plans of one recipe.
 class PlanMirror {
 public:
     // What the shaders of pipelines without a vertex layout do, done on the CPU; either may be empty.
@@ -31,6 +32,7 @@ public:
         std::function<std::vector<uint32_t>(const PlanMirror& mirror, const Draw& draw)> indices;
     };
 
+    // With empty buffers. A recipe of another generation needs a new mirror.
     explicit PlanMirror(Recipe recipe, Puller puller = {});
 
     // Checks the plan, then applies its uploads and copies. Fault::invariant names the command and what is wrong with
@@ -43,10 +45,11 @@ public:
     // What a device that carried out the last plan executed has in such a buffer, from its first byte on.
     void learn(uint32_t buffer, std::span<const std::byte> bytes);
 
+    // A draw and what it reads.
     struct MirroredDraw {
-        size_t command = 0;  // of the plan
-        Stage stage = Stage::colour;
-        Draw draw;
+        size_t command = 0;                   // of the plan
+        Stage stage = Stage::colour;          // of the command
+        Draw draw;                            // of an indirect one, a record of its buffer
         std::span<const uint32_t> indices;    // empty where not indexed, and where the puller tells none
         std::span<const std::byte> vertices;  // from vertex 0 on; empty for pipelines that pull
         std::span<const uint32_t> instances;  // numbers into FrameInput::instances
@@ -54,6 +57,7 @@ public:
     // Draws of the last plan; of indirect ones those whose buffers all have been learnt of since. Valid until the next
     // execute() or learn().
     const std::vector<MirroredDraw>& draws() const { return draws_; }
+    // All bytes of a buffer; zero where nothing was written.
     std::span<const std::byte> buffer(uint32_t number) const { return buffers_[number].bytes; }
     // The number-th T of the storage buffer that the draw's pipeline has at a binding.
     template <class T>
@@ -64,7 +68,7 @@ public:
         std::memcpy(&value, buffers_[at->buffer].bytes.data() + number * sizeof(T), sizeof(T));
         return value;
     }
-    const Recipe& recipe() const { return recipe_; }
+    const Recipe& recipe() const { return recipe_; }  // as given
 
     // Whether a draw puts triangles into the picture: in views[0], in the stage that decides what is seen of them.
     bool is_shown(const MirroredDraw& draw) const {

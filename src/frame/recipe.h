@@ -9,6 +9,7 @@
 
 namespace lodestone {
 
+// What a buffer is for; bits.
 enum BufferUse : uint32_t {
     use_vertex = 1,    // vertex attributes
     use_index = 2,     // 32-bit indices
@@ -16,6 +17,7 @@ enum BufferUse : uint32_t {
     use_indirect = 8,  // arguments of indirect draws and dispatches
 };
 
+// A buffer. Uploads, copies and readbacks need no bit of BufferUse.
 struct BufferSpec {
     std::string name;    // for messages and the debugger
     uint64_t bytes = 0;  // > 0, a multiple of 4 and of `stride`
@@ -26,42 +28,62 @@ struct BufferSpec {
     uint32_t stride = 4;
     bool operator==(const BufferSpec&) const = default;
 };
-inline constexpr uint32_t max_pool_segments = 8;
+inline constexpr uint32_t max_pool_segments = 8;  // most segments of a split buffer, as LODE_MOST_SEGMENTS
 
-enum class VertexFormat : uint8_t { f32x2, f32x3, snorm16x2, unorm8x4, u32 };
+// How an attribute lies in a vertex: components and their type.
+enum class VertexFormat : uint8_t {
+    f32x2,      // two floats
+    f32x3,      // three floats
+    snorm16x2,  // two signed 16-bit numbers, read as -1 .. 1
+    unorm8x4,   // four bytes, read as 0 .. 1
+    u32,        // an unsigned number
+};
+// A number of a vertex that shaders read.
 struct VertexAttribute {
-    uint32_t location = 0;
-    VertexFormat format = VertexFormat::f32x3;
-    uint32_t offset = 0;  // bytes from the start of a vertex
+    uint32_t location = 0;                      // of the input in the vertex shader
+    VertexFormat format = VertexFormat::f32x3;  // what is stored
+    uint32_t offset = 0;                        // bytes from the start of a vertex
     bool operator==(const VertexAttribute&) const = default;
 };
+// What vertices of a vertex buffer consist of.
 struct VertexLayout {
     uint32_t stride = 0;  // bytes per vertex; 0 for pipelines that pull their vertices from storage buffers
-    std::vector<VertexAttribute> attributes;
+    std::vector<VertexAttribute> attributes;  // in any order
     bool operator==(const VertexLayout&) const = default;
 };
 
-enum class Access : uint8_t { read, write, read_write };
+// What shaders do with a buffer; barriers follow from it.
+enum class Access : uint8_t {
+    read,        // they read it
+    write,       // they write it and need nothing of what was there
+    read_write,  // both
+};
+// A storage buffer as the shaders of a pipeline see it.
 struct StorageBinding {
-    uint32_t binding = 0;  // in descriptor set 1
-    uint32_t buffer = 0;   // into Recipe::buffers
-    Access access = Access::read;
+    uint32_t binding = 0;          // in descriptor set 1
+    uint32_t buffer = 0;           // into Recipe::buffers
+    Access access = Access::read;  // what the shaders do
     // 1, 2 or 4: shaders read it as texels of so many 32-bit words (shaders/shared/texels.glsl); 0: it is one plain
     // block.
     uint32_t texel_words = 0;
     uint32_t segments = 1;  // bound at most; more than one of texels alone
 
-    // What LODE_TEXELS and LODE_POOL declare.
+    // Texels of 1, 2 or 4 words, as LODE_TEXELS and LODE_POOL declare them.
     static StorageBinding texels(uint32_t binding, uint32_t buffer, uint32_t words) {
         return {binding, buffer, Access::read, words, 1};
     }
+    // The same of a buffer that may be split into segments.
     static StorageBinding pool(uint32_t binding, uint32_t buffer, uint32_t words) {
         return {binding, buffer, Access::read, words, max_pool_segments};
     }
     bool operator==(const StorageBinding&) const = default;
 };
 
-enum class PipelineKind : uint8_t { draw, compute };
+// What a pipeline does.
+enum class PipelineKind : uint8_t {
+    draw,     // Draw and DrawIndirect
+    compute,  // Dispatch
+};
 
 // Shaders are named "folder/file.stage" as in shaders/, e.g. "mesh/mesh.vert". A draw pipeline serves every stage it is
 // drawn in: the shadow stage runs its vertex part alone, the depth stage `visibility` too, where there is one, and the
@@ -71,23 +93,25 @@ enum class PipelineKind : uint8_t { draw, compute };
 // it draws them in the depth stage alone, by one whose `visibility` writes four words about what is seen to the target
 // of that name (shaders/shared/frame.glsl), and lights that in the colour stage by a pipeline that covers the view.
 struct PipelineSpec {
-    std::string name;
-    PipelineKind kind = PipelineKind::draw;
+    std::string name;                                           // for messages and the debugger
+    PipelineKind kind = PipelineKind::draw;                     // which of the members below count
     std::string vertex, fragment, visibility;                   // draw
     std::string tessellation_control, tessellation_evaluation;  // draw, both or neither
     std::string compute;                                        // compute
     VertexLayout layout;                                        // draw
-    std::vector<StorageBinding> storage;
-    uint32_t patch_vertices = 0;      // tessellation: control points per patch
+    std::vector<StorageBinding> storage;                        // what its shaders bind
+    uint32_t patch_vertices = 0;                                // tessellation: control points per patch
     bool whole_view = false;          // draw: in the colour stage alone, wherever the depth stage left something
     std::vector<uint32_t> constants;  // specialisation constants 0, 1, ... of all its shaders; fewer than 14
     bool operator==(const PipelineSpec&) const = default;
 };
 
+// All that the plans of a backend refer to by number.
 struct Recipe {
-    uint64_t generation = 0;  // raised whenever anything below changes; buffers then start empty
-    std::vector<BufferSpec> buffers;
-    std::vector<PipelineSpec> pipelines;
+    uint64_t generation = 0;              // raised whenever anything below changes; buffers then start empty
+    std::vector<BufferSpec> buffers;      // by buffer number
+    std::vector<PipelineSpec> pipelines;  // by pipeline number
+    // Whether a pipeline writes to the visibility target.
     bool has_visibility() const {
         return std::ranges::any_of(pipelines, [](const PipelineSpec& p) { return !p.visibility.empty(); });
     }

@@ -25,26 +25,19 @@ Sphere bounding_sphere_of(std::span<const glm::vec3> points) {
 }
 
 float largest_scale(const glm::mat4& object_to_world) {
-    // Power iteration on M^T M; 24 steps from the longest column are ample for a bound that is then rounded up.
-    const glm::mat3 m(object_to_world);
-    const glm::mat3 square = glm::transpose(m) * m;
-    glm::vec3 v(1, 1, 1);
-    float longest = 0;
-    for (int k = 0; k < 3; ++k) {
-        const float length = glm::dot(m[k], m[k]);
-        if (length > longest) {
-            longest = length;
-            v = glm::vec3(0.1f);
-            v[k] = 1;
-        }
-    }
-    for (int step = 0; step < 24; ++step) {
-        const glm::vec3 next = square * v;
-        const float length = glm::length(next);
-        if (length == 0) return 0;
-        v = next / length;
-    }
-    return std::sqrt(std::max(longest, glm::length(square * v))) * 1.00001f;
+    // The root of the largest eigenvalue of M^T M (O. K. Smith, Eigenvalues of a symmetric 3 x 3 matrix, CACM 1961),
+    // rounded up.
+    const glm::dmat3 m(object_to_world);
+    const glm::dmat3 square = glm::transpose(m) * m;
+    const double mean = (square[0][0] + square[1][1] + square[2][2]) / 3;
+    const glm::dmat3 deviation = square - glm::dmat3(mean);
+    double spread = 0;
+    for (int k = 0; k < 3; ++k) spread += glm::dot(deviation[k], deviation[k]);
+    spread = std::sqrt(spread / 6);
+    if (spread <= 1e-9 * mean) return static_cast<float>(std::sqrt(mean)) * 1.00001f;
+    const double cosine = std::clamp(glm::determinant(deviation / spread) / 2, -1.0, 1.0);
+    const double largest = mean + 2 * spread * std::cos(std::acos(cosine) / 3);
+    return static_cast<float>(std::sqrt(largest)) * 1.00001f;
 }
 
 Sphere to_world(const Sphere& object_sphere, const glm::mat4& object_to_world) {

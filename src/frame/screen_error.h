@@ -10,9 +10,10 @@
 
 namespace lodestone {
 
+// A ball, in whatever space is said.
 struct Sphere {
-    glm::vec3 centre{0};
-    float radius = 0;
+    glm::vec3 centre{0};  // its middle
+    float radius = 0;     // >= 0
 };
 
 // A sphere around all points, centred in their box; of no points: a point at the origin.

@@ -12,32 +12,37 @@ namespace lodestone {
 // World and view space are right-handed; view space looks down -z with y up. Clip space is Vulkan's: x right, y down,
 // depth reversed, 1 at the near plane and 0 at the far plane.
 struct View {
-    enum class Kind : uint8_t { camera, shadow };
-    Kind kind = Kind::camera;
-    glm::mat4 world_to_view{1};
-    glm::mat4 view_to_clip{1};
-    glm::vec3 eye{0};         // world units; of a shadow view: somewhere on its near plane
-    float near_plane = 0.1f;  // world units, > 0 for a camera
-    float far_plane = 1000;   // world units, > near_plane
-    float focal_px = 0;       // pixels spanned by a length of 1 at distance 1 in the centre; 0 for an orthographic view
+    // What is made of the view.
+    enum class Kind : uint8_t {
+        camera,  // a picture
+        shadow,  // depths from the light
+    };
+    Kind kind = Kind::camera;    // how its draws are staged
+    glm::mat4 world_to_view{1};  // a rotation and a translation
+    glm::mat4 view_to_clip{1};   // a projection
+    glm::vec3 eye{0};            // world units; of a shadow view: somewhere on its near plane
+    float near_plane = 0.1f;     // world units, > 0 for a camera
+    float far_plane = 1000;      // world units, > near_plane
+    float focal_px = 0;  // pixels spanned by a length of 1 at distance 1 in the centre; 0 for an orthographic view
     uint32_t width = 0, height = 0;  // pixels
     bool culls_back_faces = false;   // drawn without back faces: a backend may leave out what shows it nothing else
 
-    glm::mat4 world_to_clip() const { return view_to_clip * world_to_view; }
-    glm::vec3 forward() const;    // unit vector, world space
+    glm::mat4 world_to_clip() const { return view_to_clip * world_to_view; }  // both, one after the other
+    glm::vec3 forward() const;                                                // unit vector, world space
     float corner_cosine() const;  // of the angle to the picture's corners; 1 for an orthographic view
     bool operator==(const View&) const = default;
 };
 
-// A perspective camera. fov_y in radians, 0 < fov_y < pi.
+// A perspective camera.
 struct Camera {
-    glm::vec3 eye{0, 0, 3};
-    glm::vec3 target{0};
-    glm::vec3 up{0, 1, 0};
-    float fov_y = 0.785f;
-    float near_plane = 0.01f;
-    float far_plane = 100;
+    glm::vec3 eye{0, 0, 3};    // world units
+    glm::vec3 target{0};       // what it looks at, in the middle of the picture; world units
+    glm::vec3 up{0, 1, 0};     // of the picture, any length; another is taken where the camera looks along it
+    float fov_y = 0.785f;      // radians from the bottom to the top of the picture, 0 < fov_y < pi
+    float near_plane = 0.01f;  // world units, > 0
+    float far_plane = 100;     // world units, > near_plane
 };
+// The view of a camera onto a picture of width x height pixels, both > 0.
 View view_of(const Camera& camera, uint32_t width, uint32_t height);
 
 // An orthographic view along `direction` (from the light towards the scene) that just contains the sphere.
@@ -45,10 +50,10 @@ View shadow_view(const glm::vec3& direction, const glm::vec3& centre, float radi
 
 // The six planes of a view's frustum in world space, pointing inwards: inside iff dot(plane.xyz, p) + plane.w >= 0.
 struct Frustum {
-    std::array<glm::vec4, 6> planes;
+    std::array<glm::vec4, 6> planes;  // left, right, top, bottom, far, near; unit normals
     // False only when the sphere is wholly outside; may be true for some spheres that are.
     bool touches(const glm::vec3& centre, float radius) const;
 };
-Frustum frustum_of(const View& view);
+Frustum frustum_of(const View& view);  // of the whole picture
 
 }  // namespace lodestone

@@ -11,15 +11,21 @@
 
 namespace lodestone {
 
-enum class Shape { rock, terrain, grid, sphere, torus, cliff, vase };
+// What can be generated; y is up.
+enum class Shape {
+    rock,     // a closed sphere-like boulder displaced by ridged fractal noise, radius about 1, genus 0
+    terrain,  // a height field over [-1, 1]^2 in x and z with ridges and valleys; one boundary loop
+    grid,     // flat [-1, 1]^2 in x and z, rows of quads cut the same way
+    sphere,   // radius 1
+    torus,    // radii 1 and 0.4, genus 1
+    cliff,    // ledges over [-1, 1]^2 with walls that hang over, which no height field is; one boundary loop
+    vase,     // a pot with a hole in its foot, genus 1, with sharp edges and a texture; about 2 high
+};
 Result<Shape> shape_named(std::string_view name);  // Fault::usage names the choices
 
-// rock: a closed sphere-like boulder displaced by ridged fractal noise, radius about 1, genus 0.
-// terrain: a height field over [-1, 1]^2 in x and z, y up, with ridges and valleys; one boundary loop.
-// grid: flat [-1, 1]^2 in x and z, rows of quads cut the same way. sphere: radius 1. torus: radii 1 and 0.4, genus 1.
-// cliff: ledges over [-1, 1]^2 with walls that hang over, which no height field is; one boundary loop.
-// vase: a pot with a hole in its foot, genus 1, with sharp edges and a texture; about 2 high.
+// A shape of about so many triangles.
 // Seams: sphere, rock, torus and vase carry texture-coordinate seams (positions stay welded). triangles: 1 .. 2^31.
+// seed: of the noise; grid, sphere and torus have none.
 TriMesh generate(Shape shape, uint64_t triangles, uint64_t seed = 1);
 
 }  // namespace lodestone

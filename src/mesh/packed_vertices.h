@@ -16,9 +16,10 @@ std::vector<MeshVertex> pack_vertices(const TriMesh& mesh);
 
 // The attributes of `mesh` that pack_vertices would have to invent.
 struct PresentAttributes {
-    bool normals = false, uvs = false, colours = false, materials = false;
+    bool normals = false, uvs = false, colours = false, materials = false;  // whether the mesh has them
     bool operator==(const PresentAttributes&) const = default;
 };
+// Which arrays of the mesh are not empty.
 PresentAttributes attributes_of(const TriMesh& mesh);
 
 // Positions come from the first wedge of each vertex; wedge_vertex[w] < number of vertices. Normals are within 0.005
@@ -26,7 +27,9 @@ PresentAttributes attributes_of(const TriMesh& mesh);
 TriMesh unpack_vertices(std::span<const MeshVertex> wedges, std::span<const uint32_t> wedge_vertex,
                         const PresentAttributes& present);
 
+// Octahedral coordinates in steps of 1 / 32767; (0, 0) of a vector of length 0.
 std::array<int16_t, 2> pack_normal(const glm::vec3& unit);
+// The unit vector that pack_normal() packed.
 glm::vec3 unpack_normal(const std::array<int16_t, 2>& packed);
 
 }  // namespace lodestone

@@ -12,8 +12,9 @@ namespace lodestone {
 // Open addressing over the points' bits: a node per point would cost more than all else.
 class PositionIndex {
 public:
-    static constexpr uint32_t nowhere = ~0u;
+    static constexpr uint32_t nowhere = ~0u;  // no point is there
 
+    // The points that are looked for.
     // positions: must outlive this; at most 2^32 - 1.
     explicit PositionIndex(std::span<const glm::vec3> positions)
         : positions_(positions), table_(std::bit_ceil(positions.size() * 2 + 1), nowhere) {

@@ -378,8 +378,8 @@ Result<RepairReport> repair(TriMesh& mesh, const RepairOptions& options) {
     drop_duplicates(mesh, report);
     if (mesh.triangles.empty())
         return fail(Fault::format, "no triangle is left after repair; every face was degenerate");
-    if (mesh.triangles.size() > (~0u - 1) / 3)
-        return fail(Fault::machine, "more triangles than 32-bit half-edges can number");
+    if (mesh.triangles.size() > options.limits.triangles)
+        return fail(Fault::format, over_limit("triangles", mesh.triangles.size(), options.limits.triangles));
     {
         Surface surface(mesh);
         report.non_manifold_edges = surface.pair(true);

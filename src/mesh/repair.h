@@ -8,13 +8,16 @@
 
 #include "base/progress.h"
 #include "base/result.h"
+#include "mesh/limits.h"
 #include "mesh/tri_mesh.h"
 
 namespace lodestone {
 
+// What is repaired beyond what a manifold needs.
 struct RepairOptions {
     bool weld = true;         // vertices with bitwise equal positions (-0 counts as 0) become one
     float weld_distance = 0;  // object units; > 0 also welds vertices closer than this
+    Limits limits;            // on triangles, once degenerate and duplicate ones are dropped
     bool orient = true;       // make neighbouring triangles agree, outside out where a component is closed
 };
 
@@ -31,11 +34,11 @@ struct RepairReport {
     uint64_t non_orientable_edges = 0;   // edges cut because no orientation agrees across them (a Moebius strip)
     uint64_t non_manifold_vertices = 0;  // vertices whose triangles formed several fans, split
     uint64_t unreferenced_vertices = 0;  // dropped
-    bool changed() const;
+    bool changed() const;                // whether anything was
 };
 
 // After it, every edge has one or two triangles that run opposite ways along it, every vertex one fan. Deterministic.
-// Fault::format when no triangle is left.
+// Fault::format when no triangle is left, or more than RepairOptions::limits allow.
 Result<RepairReport> repair(TriMesh& mesh, const RepairOptions& options = {});
 
 }  // namespace lodestone

@@ -23,18 +23,20 @@ using Triangle = std::array<uint32_t, 3>;  // wedge indices, counter-clockwise s
 
 // 8-bit sRGB texels, rows top to bottom, no padding.
 struct Image {
-    uint32_t width = 0, height = 0;
+    uint32_t width = 0, height = 0;   // texels
     std::vector<glm::u8vec4> texels;  // width * height
 };
 
+// How a part of the surface looks.
 struct Material {
-    std::string name;
+    std::string name;                   // as in the file, UTF-8; may be empty
     glm::vec4 base_colour{1, 1, 1, 1};  // linear RGB and alpha, 0 .. 1, multiplies texture and vertex colour
     int32_t base_colour_image = -1;     // into TriMesh::images, -1 for none
-    bool double_sided = false;
+    bool double_sided = false;          // kept for what is written; drawing is told by ShadingOptions::double_sided
     bool operator==(const Material&) const = default;
 };
 
+// Vertices, wedges, triangles, and what they look like. A value; copies are deep.
 struct TriMesh {
     std::vector<glm::vec3> positions;    // per vertex, object units, finite
     std::vector<uint32_t> wedge_vertex;  // per wedge: its vertex, 0 .. positions.size()-1
@@ -47,28 +49,32 @@ struct TriMesh {
     std::vector<uint16_t> materials;   // into material_table; empty means material 0 everywhere
 
     std::vector<Material> material_table;  // empty only where `materials` is
-    std::vector<Image> images;
+    std::vector<Image> images;             // what materials refer to
 
-    size_t vertex_count() const { return positions.size(); }
-    size_t wedge_count() const { return wedge_vertex.size(); }
-    size_t triangle_count() const { return triangles.size(); }
-    bool has_seams() const { return wedge_vertex.size() != positions.size(); }
+    size_t vertex_count() const { return positions.size(); }                    // points of the surface
+    size_t wedge_count() const { return wedge_vertex.size(); }                  // vertices as they are drawn
+    size_t triangle_count() const { return triangles.size(); }                  // degenerate ones included
+    bool has_seams() const { return wedge_vertex.size() != positions.size(); }  // whether a vertex has several wedges
 
+    // The vertex at a corner, 0 .. 2, of a triangle.
     uint32_t vertex_of(size_t triangle, int corner) const { return wedge_vertex[triangles[triangle][corner]]; }
+    // Where that vertex is.
     const glm::vec3& position_of(size_t triangle, int corner) const { return positions[vertex_of(triangle, corner)]; }
 
     // One wedge per vertex, in vertex order: wedge_vertex becomes 0, 1, 2, ... For meshes without seams.
     void set_identity_wedges();
 
-    // Every index in range, every array of the right length, coordinates finite. Names the first fault found.
+    // Every index in range, every array of the right length, coordinates finite. Fault::invariant names the first fault
+    // found.
     Result<void> validate() const;
 };
 
+// A box along the axes.
 struct Box {
-    glm::vec3 low{0}, high{0};
-    glm::vec3 centre() const { return (low + high) * 0.5f; }
-    float diagonal() const;
-    int longest_axis() const;  // the first of several
+    glm::vec3 low{0}, high{0};                                // opposite corners
+    glm::vec3 centre() const { return (low + high) * 0.5f; }  // half way between the corners
+    float diagonal() const;                                   // its length
+    int longest_axis() const;                                 // 0 x, 1 y, 2 z; the first of several
 };
 Box bounding_box(std::span<const glm::vec3> points);  // of no points: a point at the origin
 

@@ -17,6 +17,7 @@
 
 namespace lodestone {
 
+// What a renderer is made for.
 struct RendererOptions {
     std::string
         device;  // a number from list_devices(), or part of a device's name; empty: the first real GPU, else the first
@@ -28,34 +29,38 @@ struct RendererOptions {
     uint32_t segment_bytes_limit = 0;  // tests: split storage buffers above this size, 0 takes the device's limit
 };
 
+// What a device is and can.
 struct DeviceInfo {
-    std::string name, driver;  // as the driver names them
-    bool software = false;     // a CPU rasteriser
-    uint64_t device_local_bytes = 0;
-    bool tessellates = false;
+    std::string name, driver;         // as the driver names them
+    bool software = false;            // a CPU rasteriser
+    uint64_t device_local_bytes = 0;  // of all its memory heaps together
+    bool tessellates = false;         // rasters of `vgi` that tessellate need it
 };
+// Devices with Vulkan, by the numbers that RendererOptions::device takes; those that create() would refuse, too.
+// Fault::machine where there is no Vulkan.
 Result<std::vector<DeviceInfo>> list_devices();
 
+// What colours say in place of the material.
 enum class DebugView : uint32_t {
-    none,
-    level,
-    triangle,
-    normal,
-    uv,
-    material,
-    chart,
-    page,
-    missing,
-    error,
-    stretch,
-    misses
+    none,      // nothing: materials are shown
+    level,     // the level drawn, from finest to coarsest
+    triangle,  // a colour for each triangle
+    normal,    // the normal as a colour, unlit
+    uv,        // texture coordinates
+    material,  // a colour for each material
+    chart,     // a colour for each chart of `vgi`
+    page,      // a colour for each page of `vgi`
+    missing,   // `vgi`: where pages that are wanted are not there
+    error,     // the error in pixels
+    stretch,   // `vgi`: how unevenly a chart is sampled
+    misses     // vertex-cache misses of each triangle (TriangleMarks)
 };
 
 // A number for every triangle of some of a plan's draws, for DebugView::misses: 0 blue .. 3 red.
 struct TriangleMarks {
-    std::vector<uint8_t> of_triangles;  // draw after draw; every instance of a draw has the same
-    std::vector<uint32_t> first;        // by command of the plan, into of_triangles; no_marks where it has none
-    static constexpr uint32_t no_marks = ~0u;
+    std::vector<uint8_t> of_triangles;         // draw after draw; every instance of a draw has the same
+    std::vector<uint32_t> first;               // by command of the plan, into of_triangles; no_marks where it has none
+    static constexpr uint32_t no_marks = ~0u;  // the command has no marks
 };
 
 // How a frame is lit and shown; the same for every backend.
@@ -67,16 +72,17 @@ struct ShadingOptions {
     glm::vec3 background{0.05f, 0.06f, 0.08f};        // linear
     bool double_sided = false;                        // false culls back faces
     bool wireframe = false;                           // lines only; where RendererOptions::presents
-    DebugView debug = DebugView::none;
-    std::shared_ptr<const TriangleMarks> marks;  // of the plan that is drawn; may be null
+    DebugView debug = DebugView::none;                // what colours say
+    std::shared_ptr<const TriangleMarks> marks;       // of the plan that is drawn; may be null
 };
 
 // What the GPU counted in one frame. Counts are of all passes together and per stage.
 struct FrameCounters {
     uint64_t frame = 0;  // FrameInput::frame
+    // Counts of one stage. 0 where the device cannot count.
     struct Pass {
-        uint64_t vertex_invocations = 0;  // vertex shader runs
-        uint64_t tessellation_evaluations = 0;
+        uint64_t vertex_invocations = 0;        // vertex shader runs
+        uint64_t tessellation_evaluations = 0;  // tessellation evaluation shader runs
         // Of which triangles were made: what tessellates makes its vertices in evaluations.
         uint64_t vertices() const {
             return tessellation_evaluations > 0 ? tessellation_evaluations : vertex_invocations;
@@ -93,19 +99,21 @@ struct FrameCounters {
 
 struct RendererAccess;  // for the window
 
+// A device with everything that is drawn on it. One thread at a time uses it. Every Result is Fault::machine where
+// memory, device or driver fail.
 class Renderer {
 public:
     // Fault::machine where there is no Vulkan 1.3 device or a needed feature is missing; the message names it.
     static Result<std::unique_ptr<Renderer>> create(const RendererOptions& options);
     virtual ~Renderer() = default;
 
-    virtual const DeviceInfo& device() const = 0;
+    virtual const DeviceInfo& device() const = 0;  // the one that was chosen
 
+    static constexpr uint32_t most_places = 2;  // recipes loaded at once
     // Builds buffers and pipelines of a recipe and textures of the scene. Waits for the device. An equal recipe with a
     // new generation empties the buffers. Frames are counted anew. place: several recipes can be loaded, each in a
     // place of its own, 0 .. most_places - 1; what was there goes, once the new one is built. Where both at once are
     // too much for the device it goes before. After an error the place holds what it held, or nothing: see loaded().
-    static constexpr uint32_t most_places = 2;
     virtual Result<void> load(const Recipe& recipe, const MaterialSet& materials, uint32_t place = 0) = 0;
 
     // Another number for everything that was ever loaded into the place; 0 where nothing is.
@@ -137,6 +145,7 @@ public:
     // Everything the validation layers said so far; empty when they are silent or off.
     virtual std::vector<std::string> validation_messages() const = 0;
 
+    // For window.h alone.
     virtual RendererAccess access() = 0;
 };
 

@@ -9,6 +9,7 @@
 
 namespace lodestone {
 
+// Adds a shader.
 // name: "folder/file.stage". The words must live as long as the program.
 void add_shader(const std::string& name, std::span<const uint32_t> words);
 

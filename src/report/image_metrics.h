@@ -18,9 +18,9 @@ Picture downsampled(const Picture& picture, uint32_t factor);
 // 1 per pixel that either picture covers. Equal sizes, here and below.
 std::vector<uint8_t> covered_union(const Picture& a, const Picture& b);
 
+inline constexpr double most_psnr_db = 100;  // in place of infinity
 // Peak signal-to-noise ratio of luminance (Rec. 709 weights) over the pixels of the mask, decibels; most_psnr_db where
 // nothing differs or the mask is empty.
-inline constexpr double most_psnr_db = 100;
 double psnr_db(const Picture& a, const Picture& b, const std::vector<uint8_t>& mask);
 
 // Structural similarity, mean over the pixels of the mask, -1 .. 1; 1 for equal pictures. Windows are Gaussian, 11

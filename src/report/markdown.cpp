@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "base/statistics.h"
+#include "base/text.h"
 
 namespace lodestone {
 
@@ -24,9 +25,27 @@ std::string rounded(double value) {
     return text;
 }
 
+// Text as it is meant: what would be markup, or end a line or a cell, is escaped.
+std::string plain(const std::string& text) {
+    std::string out;
+    for (const char c : printable(text)) {
+        if (c == '<')
+            out += "&lt;";
+        else if (c == '>')
+            out += "&gt;";
+        else if (c == '&')
+            out += "&amp;";
+        else if (std::string_view("\\`*[]|").find(c) != std::string_view::npos)
+            out += {'\\', c};
+        else
+            out += c;
+    }
+    return out;
+}
+
 std::string line(const std::vector<std::string>& cells) {
     std::string text = "|";
-    for (const std::string& cell : cells) text += " " + cell + " |";
+    for (const std::string& cell : cells) text += " " + plain(cell) + " |";
     return text + "\n";
 }
 
@@ -85,9 +104,9 @@ std::string steered_table(const Report& report) {
 std::string report_markdown(const Report& report) {
     const Machine& m = report.machine;
     const uint32_t frames = report.rows.empty() ? 0 : report.rows[0].frames;
-    return "## " + report.scene + "\n\n" + m.device + (m.software ? " (software rasteriser)" : "") + ", " + m.driver +
-           "; " + m.cpu + "; commit " + m.commit + "; " + report.size + ", " + std::to_string(frames) + " frames\n\n" +
-           rows_table(report) + equal_table(report) + steered_table(report);
+    return "## " + plain(report.scene) + "\n\n" + plain(m.device) + (m.software ? " (software rasteriser)" : "") +
+           ", " + plain(m.driver) + "; " + plain(m.cpu) + "; commit " + m.commit + "; " + report.size + ", " +
+           std::to_string(frames) + " frames\n\n" + rows_table(report) + equal_table(report) + steered_table(report);
 }
 
 }  // namespace lodestone

@@ -7,6 +7,7 @@
 
 namespace lodestone {
 
+// The whole page.
 std::string report_markdown(const Report& report);
 
 }  // namespace lodestone

@@ -28,6 +28,20 @@ std::string for_script(std::string text) {
     return text;
 }
 
+// JSON between <script> and </script>. Any "<" may begin what HTML takes for its own there: the end of the script, or
+// a comment in which that end does not count. In JSON it can only be in a string.
+std::string json_for_script(const std::string& json) {
+    std::string text;
+    text.reserve(json.size());
+    for (const char c : json) {
+        if (c == '<')
+            text += "\\u003c";
+        else
+            text += c;
+    }
+    return text;
+}
+
 }  // namespace
 
 std::string report_page(const Report& report, std::span<const PageImage> images) {
@@ -36,15 +50,19 @@ std::string report_page(const Report& report, std::span<const PageImage> images)
     data["images"] = nlohmann::ordered_json::object();
     for (const PageImage& image : images)
         data["images"][image.name] = "data:" + image.type + ";base64," + base64(image.bytes);
-    std::string page(page_texts::page_html);
+    // From begin to end, so that no mark is looked for in what was put.
+    std::string_view rest = page_texts::page_html;
+    std::string page;
     const auto put = [&](std::string_view mark, std::string_view text) {
-        page.replace(page.find(mark), mark.size(), text);
+        const size_t at = rest.find(mark);
+        page.append(rest.substr(0, at)).append(text);
+        rest.remove_prefix(at + mark.size());
     };
     put("{{style}}", page_texts::page_css);
     put("{{chart library}}", for_script(std::string(page_texts::chart_js)));
-    put("{{data}}", for_script(data.dump()));
+    put("{{data}}", json_for_script(data.dump()));
     put("{{script}}", page_texts::page_js);
-    return page;
+    return page.append(rest);
 }
 
 }  // namespace lodestone

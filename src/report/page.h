@@ -10,13 +10,14 @@
 
 namespace lodestone {
 
+// A picture that the page holds.
 struct PageImage {
-    std::string name;  // as Report::pictures and Report::references call it
-    std::string type;  // "image/png" or "image/jpeg"
-    std::vector<std::byte> bytes;
+    std::string name;              // as Report::pictures and Report::references call it
+    std::string type;              // "image/png" or "image/jpeg"
+    std::vector<std::byte> bytes;  // the file as it is
 };
 
-// What the page shows it computes from json_of(report) alone, so the two agree.
+// The whole page, every picture in it. What the page shows it computes from json_of(report) alone, so the two agree.
 std::string report_page(const Report& report, std::span<const PageImage> images);
 
 }  // namespace lodestone

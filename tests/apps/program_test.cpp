@@ -14,6 +14,8 @@
 #include <thread>
 
 #include "apps/scene/bake.h"
+#include "apps/scene/scene.h"
+#include "apps/scene/workplace.h"
 #ifdef LODESTONE_WITH_RENDER
 #include "apps/viewer/shader_reload.h"
 #include "render/shader_library.h"
@@ -102,6 +104,11 @@ TEST_F(ProgramTest, FromAMeshToLevels) {
 
     const json info = printed("info rock.lode --json");
     EXPECT_EQ(info["lod"]["levels"], report["lod"]["levels"]);
+    EXPECT_EQ(info["lod"]["distinct_errors"], report["lod"]["levels"]);
+    EXPECT_GT(info["lod"]["diagonal"], 2);
+    EXPECT_GT(info["lod"]["largest_step"], 0);
+    EXPECT_LE(info["lod"]["largest_step"], 0.1);
+    EXPECT_LE(info["lod"]["median_step"], info["lod"]["largest_step"]);
     EXPECT_FALSE(content_of(folder_ / "rock.lode").find(folder_.string()) != std::string::npos)
         << "an absolute path in the asset";
     succeeds("verify rock.lode");
@@ -116,7 +123,11 @@ TEST_F(ProgramTest, FromAMeshToLevels) {
         EXPECT_EQ(acmr["levels"].back()["triangles"], report["input"]["triangles"]);
     }
     succeeds("extract rock.lode --backend lod --triangles 500 -o level.ply");
-    succeeds("extract rock.lode --backend lod --error 0.01 -o level.obj");
+    const json extracted = printed("extract rock.lode --backend lod --error 0.01 -o level.obj --json");
+    EXPECT_LE(extracted["error"], 0.01);
+    EXPECT_GT(extracted["level"], 0);
+    const json same = printed("extract rock.lode --level " + extracted["level"].dump() + " -o level.obj --json");
+    EXPECT_EQ(same, extracted);
     succeeds("extract rock.lode --backend lod --level 0 -o level.glb");
     succeeds("bake level.ply -o again.lode --report again.json");
     const json again = json::parse(content_of(folder_ / "again.json"));
@@ -616,6 +627,73 @@ TEST_F(ProgramTest, ProbesTheDeviceAndBakesForIt) {
     EXPECT_EQ(probed["cache"], probed["candidates"][0]["cache"]);
     EXPECT_EQ(baked_for(), probed["cache"]);
     fails("probe --device nosuch", 4, "nosuch");
+}
+
+TEST_F(ProgramTest, ScenesNameFilesInTheirFolderUnlessAllowedToGoOut) {
+    fs::create_directories(folder_ / "scenes/near");
+    const auto scene = [&](const std::string& file, const std::string& camera) {
+        std::ofstream(folder_ / "scenes/a.scene.json") << json{
+            {"lodestone", "scene"}, {"version", 1}, {"assets", {{{"name", "a"}, {"file", file}}}}, {"camera", camera}};
+        return folder_ / "scenes/a.scene.json";
+    };
+    const json path = {{"keys", {{{"eye", {0, 0, 9}}, {"target", {0, 0, 0}}}}}};
+    std::ofstream(folder_ / "out.path.json") << path;
+    std::ofstream(folder_ / "scenes/in.path.json") << path;
+    fs::create_directory_symlink(folder_, folder_ / "scenes/link");
+    const auto good = read_scene(scene("near/a.ply", "in.path.json"));
+    ASSERT_TRUE(good) << good.error().message;
+    EXPECT_EQ(good->assets[0].file, folder_ / "scenes/near/a.ply");
+    for (const auto& [file, camera] :
+         {std::pair("../a.ply", "in.path.json"), std::pair("/etc/hostname", "in.path.json"),
+          std::pair("link/a.ply", "in.path.json"), std::pair("near/a.ply", "../out.path.json")}) {
+        SCOPED_TRACE(std::string(file) + " " + camera);
+        const fs::path written = scene(file, camera);
+        const auto refused = read_scene(written);
+        ASSERT_FALSE(refused);
+        EXPECT_EQ(refused.error().fault, Fault::format);
+        EXPECT_THAT(refused.error().message, HasSubstr("--allow-outside"));
+        const auto allowed = read_scene(written, true);
+        EXPECT_TRUE(allowed) << allowed.error().message;
+        EXPECT_TRUE(allowed->allow_outside);
+    }
+}
+
+TEST_F(ProgramTest, AssetsAreStaleWhereAFileTheirMeshRefersToChanges) {
+    const auto paint = [&](const char* colour) {
+        std::ofstream(folder_ / "a.mtl") << "newmtl paint\nKd " << colour << "\n";
+    };
+    paint("1 0 0");
+    std::ofstream(folder_ / "a.obj") << "mtllib a.mtl\nusemtl paint\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                                        "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    std::vector<std::string> warnings;
+    Progress progress;
+    progress.warn = [&](const std::string& line) { warnings.push_back(line); };
+    const auto ready = [&](const char* file) {
+        warnings.clear();
+        auto scene = read_scene(folder_ / file);
+        EXPECT_TRUE(scene);
+        auto made = ready_scene(std::move(*scene), {}, progress);
+        EXPECT_TRUE(made) << made.error().message;
+        return std::move(*made);
+    };
+    EXPECT_EQ(ready("a.obj").materials.materials.at(0).base_colour, glm::vec4(1, 0, 0, 1));
+    EXPECT_EQ(ready("a.obj").bake_seconds, 0) << "it is in the cache";
+    succeeds("bake a.obj -o a.lode --backends lod,discrete");
+    ready("a.lode");
+    EXPECT_THAT(warnings, testing::IsEmpty());
+    paint("0 1 0");
+    EXPECT_EQ(ready("a.obj").materials.materials.at(0).base_colour, glm::vec4(0, 1, 0, 1));
+    ready("a.lode");
+    EXPECT_THAT(warnings, testing::ElementsAre(HasSubstr("has changed since it was baked")));
+    paint("1 0 0");
+    EXPECT_EQ(ready("a.obj").bake_seconds, 0) << "as it was before";
+}
+
+TEST_F(ProgramTest, NamesDoNotReachTheTerminalAsCommands) {
+    const Ended e = run("bake 'a\033]0;owned\007\n.ply' -o a.lode");
+    EXPECT_EQ(e.code, 3);
+    EXPECT_THAT(e.err, HasSubstr("a\\x1b]0;owned\\x07\\x0a.ply"));
+    EXPECT_EQ(e.err.find('\033'), std::string::npos);
 }
 
 }  // namespace

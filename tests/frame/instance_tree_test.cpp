@@ -74,5 +74,38 @@ TEST(InstanceSet, TellsWhatChangedSinceTheSetBefore) {
     EXPECT_EQ(InstanceSet(std::vector<Instance>(5)), before);
 }
 
+// Instances that drift a little each frame leave their nodes again and again.
+TEST(InstanceTree, FollowsWhatDrifts) {
+    Random random(9);
+    InstanceSet instances;
+    instances.resize(300);
+    for (size_t i = 0; i < instances.size(); ++i) put(instances.edit(i), random, 40);
+    InstanceTree tree = tree_of_balls();
+    for (int frame = 0; frame < 200; ++frame) {
+        for (size_t i = 0; i < instances.size(); i += 3)
+            instances.edit(i).object_to_world[3] += glm::vec4(0.2f, 0, 0.1f * static_cast<float>(i % 2), 0);
+        tree.update(instances);
+        const auto sound = tree.validate();
+        ASSERT_TRUE(sound) << sound.error().message;
+    }
+}
+
+TEST(InstanceSet, SharesWhatIsNotWrittenTo) {
+    InstanceSet set(std::vector<Instance>(100));
+    for (uint32_t i = 0; i < 100; ++i) set.edit(i).asset = i;
+    const InstanceSet before = set;
+    set.edit(37).asset = 1000;
+    for (uint32_t i = 0; i < 100; ++i) {
+        EXPECT_EQ(before[i].asset, i);
+        EXPECT_EQ(set[i].asset, i == 37 ? 1000 : i);
+        EXPECT_EQ(&before[i] == &set[i], i / 16 != 37 / 16) << i;
+    }
+    set.resize(50);
+    set.resize(60);
+    EXPECT_EQ(set[49].asset, 49u);
+    EXPECT_EQ(set[55], Instance{}) << "what a smaller set left is not seen again";
+    EXPECT_EQ(std::distance(set.begin(), set.end()), 60);
+}
+
 }  // namespace
 }  // namespace lodestone

@@ -40,7 +40,7 @@ ProgressiveMesh progressive(const TriMesh& mesh) {
     EXPECT_TRUE(list);
     auto pm = bake_progressive_mesh(mesh, *list, {"static", "classic", "greedy", "keyframe"});
     EXPECT_TRUE(pm);
-    const auto errors = measure_errors(*pm, {16, 5000, 1});
+    const auto errors = measure_errors(*pm, {5000, 1});
     EXPECT_TRUE(errors);
     pm->set_errors(*errors);
     return std::move(*pm);

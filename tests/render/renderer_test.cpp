@@ -225,7 +225,7 @@ TEST_F(RendererTest, MorphsAsTheMirrorDoes) {
     PlanMirror unmoved((*source)->recipe(),
                        {[](const PlanMirror& m, const Draw& draw, const FrameInput& i, uint32_t n, uint32_t index) {
                             Draw still = draw;
-                            still.words[LODE_LOD_WORD_STAYING] = still.words[LODE_LOD_WORD_WEDGES];
+                            still.words[LODE_LOD_WORD_STAYING] = still.words[LODE_LOD_WORD_ARRIVED];
                             return morphed_vertex(m, still, i, n, index);
                         },
                         {}});

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "report/markdown.h"
 #include "report/page.h"
 
 namespace lodestone {
@@ -77,6 +78,21 @@ TEST(Page, HoldsTheNumbersOfTheJsonAndThePictures) {
     EXPECT_NE(page.find("Chart.js v3"), std::string::npos);
     EXPECT_EQ(page.find("http-equiv"), std::string::npos);
     EXPECT_EQ(page.find("src=\"http"), std::string::npos) << "the page opens offline";
+}
+
+TEST(Page, NamesDoNotLeaveTheirPlace) {
+    Report report;
+    report.scene = "<!--<script>{{script}}";
+    const std::string page = report_page(report, {});
+    EXPECT_EQ(page.find("<!--<script>"), std::string::npos) << "after that, </script> would end nothing";
+    const std::string mark = "id=\"data\">";
+    const size_t begin = page.find(mark) + mark.size();
+    const auto data = nlohmann::ordered_json::parse(page.substr(begin, page.find("</script>", begin) - begin));
+    EXPECT_EQ(data["report"]["scene"], report.scene);
+    EXPECT_NE(page.find("document.getElementById('data')", begin), std::string::npos);
+    const std::string text = report_markdown(report);
+    EXPECT_EQ(text.find('<'), std::string::npos) << text;
+    EXPECT_EQ(text.find("## &lt;!--&lt;script&gt;{{script}}\n"), 0u) << text;
 }
 
 }  // namespace

@@ -13,19 +13,22 @@
 
 namespace lodestone {
 
+// A folder of kept stages. Copies name the same folder.
 class CheckpointFolder {
 public:
     // Makes PARENT/lodestone-KEY unless it is there. key: a hash of everything that results depend on. Fault::machine
     // where it cannot be made.
     static Result<CheckpointFolder> open(const std::filesystem::path& parent, const Hash128& key);
 
-    const std::filesystem::path& path() const { return path_; }
+    const std::filesystem::path& path() const { return path_; }  // where the stages lie
     // Whether some stage was kept before.
     bool begun() const;
     // What a stage has kept; nothing where it has not, or where the file is damaged.
     std::optional<ChunkFile> find(const std::string& stage) const;
-    // The file appears whole or not at all.
+    // Keeps a stage: `write` adds its chunks. The file appears whole or not at all; it replaces what was kept before.
+    // Fault::machine where it cannot be written.
     Result<void> keep(const std::string& stage, const std::function<Result<void>(ChunkWriter&)>& write) const;
+    // Removes the folder and all that is in it. What cannot be removed is left there, without an error.
     void remove() const;
 
 private:

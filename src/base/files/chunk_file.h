@@ -31,31 +31,35 @@ struct Provenance {
     Hash128 options;  // everything else the result depends on
 };
 
+// A line of the table of contents.
 struct ChunkInfo {
-    std::string name;
+    std::string name;     // unique in the file, shorter than chunk_name_bytes
     uint64_t offset = 0;  // from the start of the file, a multiple of chunk_alignment
-    uint64_t bytes = 0;
-    Hash128 hash;
+    uint64_t bytes = 0;   // without padding
+    Hash128 hash;         // of these bytes
 };
 
+// An asset file, open for reading. Copies share it and what has been read of it.
 class ChunkFile {
 public:
     // Checks header and table of contents; chunks are read and checked when first asked for. Every error names the
     // file, the place, what is wrong and what to do; Fault::format, or Fault::machine where reading fails.
     static Result<ChunkFile> open(const std::filesystem::path& path);
 
-    const std::filesystem::path& path() const { return path_; }
-    const Provenance& provenance() const { return provenance_; }
-    const std::vector<ChunkInfo>& chunks() const { return contents_->chunks; }  // by rising offset
-    uint64_t file_bytes() const { return contents_->file->size(); }
-    bool contains(std::string_view name) const { return find(name) != nullptr; }
+    const std::filesystem::path& path() const { return path_; }                   // as given to open()
+    const Provenance& provenance() const { return provenance_; }                  // what the file was made from
+    const std::vector<ChunkInfo>& chunks() const { return contents_->chunks; }    // by rising offset
+    uint64_t file_bytes() const { return contents_->file->size(); }               // size of the whole file
+    bool contains(std::string_view name) const { return find(name) != nullptr; }  // whether there is such a chunk
 
     // The chunk's bytes, valid as long as this object or a copy of it lives; the first is aligned to chunk_alignment.
-    // Threads may ask for the same chunk, of one object or of copies.
+    // Fault::format where it is missing or damaged, Fault::machine where reading fails. Threads may ask for the same
+    // chunk, of one object or of copies.
     Result<std::span<const std::byte>> bytes(std::string_view name) const;
     // Copies a part of a chunk without looking at its hash: for chunks larger than memory, whose parts have hashes of
     // their own.
     Result<void> read_part(std::string_view name, uint64_t offset, std::span<std::byte> into) const;
+    // As bytes(), as text.
     Result<std::string_view> text(std::string_view name) const;
 
     // The chunk as an array of T; its size must be a multiple of T's.
@@ -68,7 +72,7 @@ public:
         return std::span<const T>(reinterpret_cast<const T*>(raw->data()), raw->size() / sizeof(T));
     }
 
-    // Reads every chunk anew, in pieces, and checks its hash.
+    // Reads every chunk anew, in pieces, and checks its hash. Fault::format names the first that is damaged.
     Result<void> verify() const;
 
 private:
@@ -103,19 +107,24 @@ private:
 // the same bytes. Names are unique and shorter than chunk_name_bytes.
 class ChunkWriter {
 public:
+    // Begins a file that will stand at `path`. Fault::machine where the folder cannot be written to.
     static Result<ChunkWriter> create(const std::filesystem::path& path, const Provenance& provenance);
+    // Writes a chunk. Fault::machine where the disk cannot take it; a name that is too long or not new is a failed
+    // check.
     Result<void> add(std::string_view name, std::span<const std::byte> bytes);
+    // Adds the values as they lie in memory.
     template <class T>
     Result<void> add_array(std::string_view name, std::span<const T> values) {
         static_assert(std::is_trivially_copyable_v<T>);
         return add(name, std::as_bytes(values));
     }
+    // Adds the text, without a terminating zero.
     Result<void> add_text(std::string_view name, std::string_view text) {
         return add(name, std::as_bytes(std::span(text.data(), text.size())));
     }
     uint64_t bytes() const { return file_.size(); }  // written so far
     bool contains(std::string_view name) const;      // added so far
-    // Writes the table of contents, renames. Returns the file's size in bytes.
+    // Writes the table of contents, renames. Returns the file's size in bytes. Nothing may be added afterwards.
     Result<uint64_t> commit();
 
 private:

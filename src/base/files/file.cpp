@@ -10,6 +10,7 @@
 #include <cstring>
 #include <utility>
 
+#include "base/files/mapping_guard.h"
 #include "base/spill.h"
 
 namespace lodestone {
@@ -49,7 +50,7 @@ Result<FileBytes> gunzip(const fs::path& path, std::span<const std::byte> packed
         unpacked->insert(unpacked->end(), block.begin(), block.end() - stream.avail_out);
         if (unpacked->size() > max_bytes) {
             return fail(Fault::machine,
-                        path.string() + ": unpacks to more than " + std::to_string(max_bytes) + " bytes");
+                        path.string() + ": unpacks to more than the limit of " + std::to_string(max_bytes) + " bytes");
         }
         if (code == Z_STREAM_END) {
             if (stream.avail_in == 0 && read == packed.size()) break;
@@ -58,39 +59,58 @@ Result<FileBytes> gunzip(const fs::path& path, std::span<const std::byte> packed
             if (inflateReset(&stream) != Z_OK) return fail(Fault::machine, "zlib cannot go on");
         }
     }
-    return FileBytes{std::span<const std::byte>(*unpacked), unpacked};
+    return FileBytes{std::span<const std::byte>(*unpacked), unpacked, nullptr};
 }
 
 }  // namespace
 
-Result<std::shared_ptr<const MappedFile>> MappedFile::open(const fs::path& path) {
-    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) return fail(Fault::format, path.string() + ": cannot be opened: " + reason());
+Result<MappedFile::State> MappedFile::state_of(int descriptor, const fs::path& path) {
     struct stat status {};
-    if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
-        ::close(descriptor);
+    if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode))
         return fail(Fault::format, path.string() + ": is not a regular file");
-    }
+    return State{static_cast<uint64_t>(status.st_size), status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+}
+
+Result<std::shared_ptr<const MappedFile>> MappedFile::open(const fs::path& path) {
     std::shared_ptr<MappedFile> file(new MappedFile);
-    const auto size = static_cast<size_t>(status.st_size);
-    if (size > 0) {
-        void* address = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, descriptor, 0);
-        if (address == MAP_FAILED) {
-            const std::string why = reason();
-            ::close(descriptor);
-            return fail(Fault::machine, path.string() + ": cannot be mapped: " + why);
-        }
-        file->bytes_ = {static_cast<const std::byte*>(address), size};
-        spill_mapping(address, size);
-    }
-    ::close(descriptor);
+    file->path_ = path;
+    // Pipes, which are no regular files, would wait for who writes them.
+    file->descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file->descriptor_ < 0) return fail(Fault::format, path.string() + ": cannot be opened: " + reason());
+    const auto state = state_of(file->descriptor_, path);
+    if (!state) return tl::unexpected(state.error());
+    file->opened_ = *state;
+    const auto size = static_cast<size_t>(state->bytes);
+    if (size == 0) return file;
+    void* address = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file->descriptor_, 0);
+    if (address == MAP_FAILED) return fail(Fault::machine, path.string() + ": cannot be mapped: " + reason());
+    file->bytes_ = {static_cast<const std::byte*>(address), size};
+    spill_mapping(address, size);
+    file->guard_ = guard_mapping(address, size);
+    if (file->guard_ < 0) return fail(Fault::machine, path.string() + ": cannot be mapped: too many files are");
     return file;
 }
 
+Result<void> MappedFile::intact() const {
+    if (!guard_failed(guard_)) {
+        const auto now = state_of(descriptor_, path_);
+        if (now && *now == opened_) return {};
+        return fail(Fault::format, path_.string() + ": was changed while it was read; try again when it is whole");
+    }
+    const auto now = state_of(descriptor_, path_);
+    const bool cut = now && now->bytes < opened_.bytes;
+    return fail(cut ? Fault::format : Fault::machine,
+                path_.string() + (cut ? ": was cut short while it was read; try again when it is whole"
+                                      : ": cannot be read: the disk reports an error"));
+}
+
 MappedFile::~MappedFile() {
-    if (bytes_.empty()) return;
-    end_spill_mapping(bytes_.data());
-    munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+    if (!bytes_.empty()) {
+        end_guard(guard_);
+        end_spill_mapping(bytes_.data());
+        munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+    }
+    if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 Result<std::shared_ptr<const InputFile>> InputFile::open(const fs::path& path) {
@@ -123,8 +143,30 @@ Result<FileBytes> read_file(const fs::path& path, uint64_t max_bytes) {
     if (!mapped) return tl::unexpected(mapped.error());
     const auto bytes = (*mapped)->bytes();
     const bool gzip = bytes.size() >= 2 && bytes[0] == std::byte{0x1f} && bytes[1] == std::byte{0x8b};
-    if (gzip) return gunzip(path, bytes, max_bytes);
-    return FileBytes{bytes, *mapped};
+    if (!gzip) return FileBytes{bytes, *mapped, *mapped};
+    auto unpacked = gunzip(path, bytes, max_bytes);
+    if (auto whole = (*mapped)->intact(); !whole) return tl::unexpected(whole.error());
+    if (unpacked) unpacked->file = *mapped;
+    return unpacked;
+}
+
+Result<fs::path> path_named_by(const fs::path& file, const std::string& name, bool allow_outside) {
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    const fs::path path = folder / name;
+    if (allow_outside) return path;
+    const auto leaves = [](const fs::path& relative) { return relative.empty() || *relative.begin() == ".."; };
+    const auto outside = [&](const char* how) {
+        return fail(Fault::format, file.string() + ": names '" + name + "', which lies outside its folder" + how +
+                                       "; move it there, or allow it by --allow-outside");
+    };
+    if (fs::path(name).is_absolute() || name.find('\0') != std::string::npos) return outside("");
+    if (leaves(fs::path(name).lexically_normal())) return outside("");
+    std::error_code error;
+    const fs::path real_folder = fs::canonical(folder, error);
+    if (error) return path;  // nothing can be read from there
+    const fs::path real = fs::weakly_canonical(path, error);
+    if (error || leaves(real.lexically_relative(real_folder))) return outside(" by a symbolic link");
+    return path;
 }
 
 Result<OutputFile> OutputFile::create(const fs::path& path) {

@@ -12,14 +12,15 @@
 
 namespace lodestone {
 
-// tswap: slot f[0] receives the face of f[1], f[1] that of f[2], ..., the last that of f[0]. indices: three per slot.
+// A cyclic permutation of slots: slot f[0] receives the face of f[1], f[1] that of f[2], ..., the last that of f[0].
+// indices: three per slot.
 void tswap(std::span<uint32_t> indices, std::span<const uint32_t> slots);
 // Its inverse over the same slots: the cycle run backwards.
 void tswap_inverse(std::span<uint32_t> indices, std::span<const uint32_t> slots);
 
 // Indices [first, first + count) of the index buffer.
 struct IndexRange {
-    uint32_t first = 0, count = 0;
+    uint32_t first = 0, count = 0;  // in indices, not bytes
     bool operator==(const IndexRange&) const = default;
 };
 
@@ -28,10 +29,12 @@ struct IndexRange {
 // order; 12 bytes per slot of every keyframe.
 class PmSnapshots {
 public:
+    // Walks through all levels once. Without keyframes there are no snapshots.
     PmSnapshots(const ProgressiveMesh& pm, uint32_t order);
+    // The index buffer of a level.
     struct Snapshot {
-        uint32_t level = 0, keyframe = 0;
-        std::vector<uint32_t> indices;  // drawn
+        uint32_t level = 0, keyframe = 0;  // keyframe: the one that is drawn there, 0 for full detail
+        std::vector<uint32_t> indices;     // drawn
     };
     // The nearest to a level; null where there are none.
     const Snapshot* nearest(uint32_t level) const;
@@ -40,6 +43,7 @@ private:
     std::vector<Snapshot> snapshots_;  // by rising level
 };
 
+// A place in one order of a mesh, and its index buffer. One thread moves it at a time.
 class PmCursor {
 public:
     // Starts at full detail. `pm` must outlive the cursor; order is a position in pm.orders.
@@ -52,23 +56,25 @@ public:
     // Lets goto_level jump. Must be of the same mesh and order.
     void use(std::shared_ptr<const PmSnapshots> snapshots) { snapshots_ = std::move(snapshots); }
 
-    uint32_t level() const { return level_; }
-    uint32_t finest_level() const { return finest_; }
+    uint32_t level() const { return level_; }          // where it is, 0 for full detail
+    uint32_t finest_level() const { return finest_; }  // it never goes finer; 0 unless it is a limited copy
     uint32_t vertex_count() const { return pm_->wedges_at(level_); }       // CurNumVerts
     uint32_t triangle_count() const { return pm_->triangles_at(level_); }  // CurNumTris: alive ones
     uint32_t slot_count() const { return slots_; }                         // drawn ones, degenerate included
     // What is drawn, as a part of all_indices().
     IndexRange drawn() const { return {half_begin_[half()], slots_ * 3}; }
+    // What is drawn, three wedges per slot. Valid until the cursor moves.
     std::span<const uint32_t> drawn_indices() const {
         return std::span(indices_).subspan(half_begin_[half()], size_t{slots_} * 3);
     }
     // The whole buffer, both halves; what is neither drawn nor on its way in or out is of no meaning.
     std::span<const uint32_t> all_indices() const { return indices_; }
+    // The wedge at a corner.
     uint32_t at(IndexSlot place) const { return indices_[index_of(place)]; }
     // Whether the half that is not drawn still holds some of the order before; a limited copy is then larger.
     bool holds_order_before() const { return keyframe_ > 0 && level_ < last_end_; }
-    const ProgressiveMesh& mesh() const { return *pm_; }
-    uint32_t order() const { return order_; }
+    const ProgressiveMesh& mesh() const { return *pm_; }  // as given
+    uint32_t order() const { return order_; }             // into ProgressiveMesh::orders
 
     bool ecol();    // one level coarser; false at the base
     bool vsplit();  // one level finer; false at finest_level()
@@ -76,9 +82,9 @@ public:
     // level: finest_level() .. pm.levels() - 1.
     void goto_level(uint32_t level);
 
+    static constexpr uint32_t dirty_block = 256;  // indices that are told of together
     // Pieces of the index buffer written since the last call (whole blocks of dirty_block indices), merged where they
     // touch, ascending. The first call after construction returns the drawn range.
-    static constexpr uint32_t dirty_block = 256;
     std::vector<IndexRange> take_dirty();
 
     // Every index of the drawn range below vertex_count(), alive faces as many as they should be.
@@ -118,7 +124,8 @@ private:
 // and vertices kept.
 // The cursor must be valid (PmCursor::validate).
 TriMesh mesh_of(const PmCursor& cursor);
-// Fault::format where the level is none: what ProgressiveMesh::open lets pass may still not play.
+// The same of a level without a cursor. Fault::format where the level is none: what ProgressiveMesh::open lets pass may
+// still not play.
 Result<TriMesh> extract_level(const ProgressiveMesh& pm, uint32_t level, uint32_t order = 0);
 
 }  // namespace lodestone

@@ -13,7 +13,7 @@
 
 namespace lodestone {
 
-constexpr uint32_t keyframe_block_slots = 64;
+constexpr uint32_t keyframe_block_slots = 64;  // of a whole block; the last of a keyframe may have fewer
 
 // A face that died, as it was at the keyframe.
 struct DeadFace {
@@ -24,6 +24,7 @@ struct DeadFace {
     std::array<uint32_t, 3> wedges{};  // only where literal
 };
 
+// Writes a block.
 // sources: per slot of the block, 1 .. 64 of them, its slot in the order before. dead: by rising neighbour. Appends to
 // bytes.
 void write_keyframe_block(std::span<const uint32_t> sources, std::span<const DeadFace> dead,
@@ -41,11 +42,13 @@ bool check_keyframe_block(std::span<const uint8_t> bytes, uint32_t slots, uint32
 
 // -----------------------------------------------------------------------------------------------------------------
 
+// How numbers lie in a block; for read_keyframe_block() alone.
 namespace keyframe_bytes {
 // A dead face begins with (neighbour - that of the dead face before) * codes + code.
 constexpr uint32_t literal_code = 27;  // below: the three corners as digits of base 3
-constexpr uint32_t codes = 28;
+constexpr uint32_t codes = 28;         // literal_code and those below
 
+// Reads a LEB128 number and moves on behind it.
 inline uint32_t take(const uint8_t*& at) {
     uint32_t value = *at & 0x7f;
     for (uint32_t shift = 7; (*at++ & 0x80) != 0; shift += 7)

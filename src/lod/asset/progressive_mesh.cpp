@@ -336,6 +336,7 @@ void for_chunks(Pm& pm, const Visit& visit) {
 // What no array tells, as text.
 Json meta_of(const ProgressiveMesh& pm) {
     Json meta;
+    meta["version"] = progressive_mesh_version;
     meta["attributes"] = {{"normals", pm.attributes.normals},
                           {"uvs", pm.attributes.uvs},
                           {"colours", pm.attributes.colours},
@@ -346,6 +347,11 @@ Json meta_of(const ProgressiveMesh& pm) {
 Result<void> read_meta(ProgressiveMesh& pm, std::string_view text) {
     try {
         const Json meta = Json::parse(text);
+        if (const int version = meta.value("version", 1); version != progressive_mesh_version) {
+            return fail(Fault::format, "lod/mesh: version " + std::to_string(version) +
+                                           " of progressive meshes, and this program reads version " +
+                                           std::to_string(progressive_mesh_version) + "; bake the asset again");
+        }
         const Json& has = meta.at("attributes");
         pm.attributes = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
                          has.at("materials").get<bool>()};

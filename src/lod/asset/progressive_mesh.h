@@ -33,6 +33,11 @@
 
 namespace lodestone {
 
+// Raised whenever what a progressive mesh stores, or what it means, is no longer what it was; others are refused.
+// 2: errors rise strictly from level to level, each measured.
+inline constexpr int progressive_mesh_version = 2;
+
+// How much one edge collapse takes away.
 struct Ecol {
     uint16_t wedges = 0;  // removed from the end of the vertex prefix, >= 1
     uint16_t faces = 0;   // that die
@@ -61,7 +66,8 @@ struct Keyframe {
     uint32_t blocks_per_step = 1;  // written by an ecol close before `level`, or a vsplit close behind it
     bool operator==(const Keyframe&) const = default;
 
-    uint32_t blocks() const { return (slots - 1) / keyframe_block_slots + 1; }  // slots > 0
+    // That the order consists of, the last perhaps not full; slots > 0.
+    uint32_t blocks() const { return (slots - 1) / keyframe_block_slots + 1; }
     // Levels before `level`, and from it on, at which the half that is not drawn holds something.
     // blocks_per_step > 0.
     uint32_t reach() const { return (blocks() - 1) / blocks_per_step + 1; }
@@ -77,24 +83,25 @@ static_assert(sizeof(Keyframe) == 20);
 
 // Where a corner is in the index buffer: position / 3 is a slot of one of the halves.
 struct IndexSlot {
-    uint32_t code = 0;
+    uint32_t code = 0;                                             // twice the position, plus the half
     static constexpr uint64_t most_positions = uint64_t{1} << 31;  // of either half
+    // half: 0 or 1; position: of a corner in it, below most_positions.
     static IndexSlot of(uint32_t half, uint32_t position) { return {position * 2 + half}; }
-    uint32_t half() const { return code & 1; }
-    uint32_t position() const { return code >> 1; }
+    uint32_t half() const { return code & 1; }       // 0 or 1
+    uint32_t position() const { return code >> 1; }  // slot * 3 + corner
 };
 static_assert(sizeof(IndexSlot) == 4);
 
 // One face order: a permutation stream over the shared collapses.
 struct FaceOrder {
-    std::string name;
+    std::string name;                   // as face_orderer_named() knows it
     bool searched_less = false;         // just baked, and OrderOptions::seconds was too little for a whole search
     bool drops_dead = false;            // classic: every ecol shortens the drawn range by the faces that die
     std::span<const uint32_t> indices;  // level 0; three wedges per slot
     std::span<const uint32_t>
         first_corner;  // per removed wedge r (0 = first to go): its corners begin here; one more at the end
     std::span<const IndexSlot> corners;  // where the wedge is when it is removed, and where it comes when it returns
-    std::span<const TswapStep> tswaps;
+    std::span<const TswapStep> tswaps;   // by rising level; none where there are keyframes
     std::span<const uint32_t> cycle_lengths;  // >= 2 each
     std::span<const uint32_t> cycle_slots;  // tswap arguments, cycle after cycle: slot f[i] receives what f[i + 1] held
     std::span<const Keyframe> keyframes;    // none where there are tswaps
@@ -109,11 +116,13 @@ struct FaceOrder {
     uint32_t slots_of(uint32_t k) const {
         return k == 0 ? static_cast<uint32_t>(indices.size() / 3) : keyframes[k - 1].slots;
     }
+    // The bytes of a block, numbered through all keyframes.
     std::span<const uint8_t> block(uint32_t b) const {
         const uint32_t begin = b == 0 ? 0 : block_ends[b - 1];
         return block_bytes.subspan(begin, block_ends[b] - begin);
     }
 
+    // Size of what changes the order, tswaps and keyframes; bytes.
     uint64_t permutation_bytes() const {
         return cycle_lengths.size_bytes() + cycle_slots.size_bytes() + tswaps.size_bytes() + keyframes.size_bytes() +
                block_ends.size_bytes() + block_bytes.size_bytes();
@@ -123,21 +132,23 @@ struct FaceOrder {
     double moved_per_ecol(size_t collapses) const;
 };
 
+// The stored mesh. Copies share what the spans refer to.
 struct ProgressiveMesh {
     std::span<const MeshVertex> vertices;    // per wedge; level L uses the first wedges_at(L)
     std::span<const uint32_t> wedge_vertex;  // per wedge: its vertex, so that seams are known
-    std::span<const Ecol> ecols;
-    std::span<const uint32_t> parents;  // per removed wedge r (0 = first to go): the wedge it becomes
-    std::span<const float> errors;      // per level: object units, never decreasing, errors[0] == 0
-    std::vector<FaceOrder> orders;
-    PresentAttributes attributes;
-    std::vector<Material> material_table;
-    std::vector<Image> images;
+    std::span<const Ecol> ecols;             // one from each level to the next coarser one
+    std::span<const uint32_t> parents;       // per removed wedge r (0 = first to go): the wedge it becomes
+    std::span<const float> errors;           // per level: object units, never decreasing, errors[0] == 0
+    std::vector<FaceOrder> orders;           // at least one; all play the same collapses
+    PresentAttributes attributes;            // that the source had
+    std::vector<Material> material_table;    // what materials of vertices refer to; empty where the source has none
+    std::vector<Image> images;               // what materials refer to
 
-    uint32_t levels() const { return static_cast<uint32_t>(ecols.size()) + 1; }
+    uint32_t levels() const { return static_cast<uint32_t>(ecols.size()) + 1; }  // at least 1
+    // Triangles of full detail.
     uint32_t full_triangles() const { return orders.empty() ? 0 : static_cast<uint32_t>(orders[0].indices.size() / 3); }
-    uint32_t wedges_at(uint32_t level) const { return wedges_at_[level]; }
-    uint32_t triangles_at(uint32_t level) const { return triangles_at_[level]; }
+    uint32_t wedges_at(uint32_t level) const { return wedges_at_[level]; }        // what the level draws from
+    uint32_t triangles_at(uint32_t level) const { return triangles_at_[level]; }  // alive ones
     // The removed wedges of ecol i are numbered wedges_at(i + 1) .. wedges_at(i) - 1; r of wedge w is wedges_at(0) - 1
     // - w.
 
@@ -154,9 +165,10 @@ struct ProgressiveMesh {
     // where it began and that every ecol finds what it expects. Fault::invariant names order, level and place.
     Result<void> validate() const;
 
-    // Checked cheaply (ranges, sizes, order of keyframes), without playing: enough that a cursor never leaves its
-    // buffers.
+    // The mesh that write_chunks() wrote; it keeps the file mapped. Checked cheaply (ranges, sizes, order of
+    // keyframes), without playing: enough that a cursor never leaves its buffers.
     static Result<ProgressiveMesh> open(const ChunkFile& file);
+    // Adds the chunks lod/mesh, lod/vertices and so on, and the materials. Fault::machine where they cannot be written.
     Result<void> write_chunks(ChunkWriter& writer) const;
 
     // Replaces the errors: one per level, never decreasing, the first 0.

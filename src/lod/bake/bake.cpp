@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "lod/bake/orders/face_order.h"
+#include "lod/bake/replay.h"
 
 namespace lodestone {
 
@@ -34,69 +35,6 @@ struct Store {
         std::vector<uint8_t> block_bytes;
     };
     std::vector<Order> orders;
-};
-
-// The collapses replayed on faces, with the corners of every wedge in a linked list.
-class Replay {
-public:
-    Replay(std::vector<uint32_t> indices, std::span<const uint32_t> wedge_vertex)
-        : indices_(std::move(indices)),
-          wedge_vertex_(wedge_vertex),
-          first_(wedge_vertex.size(), none),
-          last_(wedge_vertex.size(), none),
-          next_(indices_.size(), none),
-          dead_(indices_.size() / 3, 0) {
-        for (uint32_t corner = 0; corner < indices_.size(); ++corner) append(indices_[corner], corner);
-    }
-
-    // Corners (3 * face + k) of faces still in range that hold the wedge.
-    template <class Visit>
-    void for_corners(uint32_t wedge, Visit&& visit) const {
-        for (uint32_t c = first_[wedge]; c != none; c = next_[c]) {
-            if (dead_[c / 3] < 2) visit(c);
-        }
-    }
-    // The wedge becomes its parent in every corner; faces that thereby lose their area die. Calls died(face) for each.
-    template <class Died>
-    void rewrite(uint32_t wedge, uint32_t parent, Died&& died) {
-        const uint32_t parent_vertex = wedge_vertex_[parent];
-        for (uint32_t c = first_[wedge]; c != none;) {
-            const uint32_t following = next_[c], face = c / 3;
-            if (dead_[face] < 2) {
-                if (dead_[face] == 0) {
-                    const uint32_t a = indices_[face * 3 + (c + 1 - face * 3) % 3],
-                                   b = indices_[face * 3 + (c + 2 - face * 3) % 3];
-                    if (wedge_vertex_[a] == parent_vertex || wedge_vertex_[b] == parent_vertex) {
-                        dead_[face] = 1;
-                        died(face);
-                    }
-                }
-                indices_[c] = parent;
-                append(parent, c);
-            }
-            c = following;
-        }
-        first_[wedge] = last_[wedge] = none;
-    }
-    bool alive(uint32_t face) const { return dead_[face] == 0; }
-    void leave_range(uint32_t face) { dead_[face] = 2; }
-    std::span<const uint32_t> indices() const { return indices_; }
-
-private:
-    void append(uint32_t wedge, uint32_t corner) {
-        next_[corner] = none;
-        if (first_[wedge] == none) {
-            first_[wedge] = corner;
-        } else {
-            next_[last_[wedge]] = corner;
-        }
-        last_[wedge] = corner;
-    }
-
-    std::vector<uint32_t> indices_;
-    std::span<const uint32_t> wedge_vertex_;
-    std::vector<uint32_t> first_, last_, next_;
-    std::vector<uint8_t> dead_;  // 0 alive, 1 dead within the drawn range, 2 out of range
 };
 
 // Slot s receives the face of slot from[s]: as cycles f with f[i] receiving what f[i + 1] held.
@@ -479,6 +417,17 @@ Result<std::vector<uint32_t>> replay_collapses(const CollapseList& list, const W
     return death;
 }
 
+// What an order stores is numbered by 32 bits.
+Result<void> check_entries(const std::string& name, const Store::Order& order, const Limits& limits) {
+    for (const auto& [what, number] :
+         {std::pair("corners rewritten", order.corners.size()), std::pair("slots moved", order.cycle_slots.size()),
+          std::pair("bytes of keyframes", order.block_bytes.size())}) {
+        if (number > limits.lod_entries)
+            return fail(Fault::format, "order " + name + " " + over_limit(what, number, limits.lod_entries));
+    }
+    return {};
+}
+
 // A progressive mesh without orders, whose spans refer to the store.
 ProgressiveMesh mesh_in(const std::shared_ptr<Store>& store, const TriMesh& mesh) {
     ProgressiveMesh pm;
@@ -498,12 +447,11 @@ ProgressiveMesh mesh_in(const std::shared_ptr<Store>& store, const TriMesh& mesh
 
 Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const CollapseList& list,
                                               const std::vector<std::string>& orders, const OrderOptions& order_options,
-                                              const Progress& progress) {
+                                              const Progress& progress, const Limits& limits) {
     LODE_CHECK(!orders.empty());
-    if (mesh.triangle_count() > std::numeric_limits<uint32_t>::max() / 3) {
-        return fail(Fault::machine,
-                    "the mesh has more triangles than a 32-bit index buffer can hold; cut it into pieces");
-    }
+    if (mesh.triangle_count() > limits.lod_triangles)
+        return fail(Fault::format, "the mesh " + over_limit("triangles", mesh.triangle_count(), limits.lod_triangles) +
+                                       ", or bake it with --backends vgi");
     const auto store = std::make_shared<Store>();
     WedgeOrder wedges(mesh, list);
     store->wedge_vertex = wedges.take_new_vertices();
@@ -525,6 +473,7 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
         if (!orderer) return tl::unexpected(orderer.error());
         auto baked = OrderBake(*store, face_indices, *death, **orderer).run(progress);
         if (!baked) return tl::unexpected(baked.error());
+        if (auto done = check_entries(name, *baked, limits); !done) return tl::unexpected(done.error());
         store->orders.push_back(std::move(*baked));
         const Store::Order& o = store->orders.back();
         pm.orders.push_back({name, (*orderer)->searched_less(), (*orderer)->drops_dead(), o.indices, o.first_corner,

@@ -9,14 +9,17 @@
 #include "lod/asset/progressive_mesh.h"
 #include "lod/bake/orders/face_order.h"
 #include "lod/bake/simplify/collapse_list.h"
+#include "mesh/limits.h"
 
 namespace lodestone {
 
+// A progressive mesh of all collapses of a list, with the face orders named.
 // mesh: manifold, as `repair` leaves it. list: valid for it (CollapseList::validate). orders: names face_orderer_named
 // knows, at least one, none twice. Errors of levels are left 0; measure_errors (error_curve.h) fills them.
-// Fault::machine where the mesh needs more than 2^32 index positions.
+// Fault::format where the mesh, or what an order has to store for it, is over a limit.
 Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const CollapseList& list,
                                               const std::vector<std::string>& orders,
-                                              const OrderOptions& order_options = {}, const Progress& progress = {});
+                                              const OrderOptions& order_options = {}, const Progress& progress = {},
+                                              const Limits& limits = {});
 
 }  // namespace lodestone

@@ -2,67 +2,53 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/check.h"
-#include "base/random.h"
-#include "lod/asset/cursor.h"
-#include "mesh/distance/distance.h"
+#include "lod/bake/level_distance.h"
+#include "lod/bake/taut_string.h"
 
 namespace lodestone {
 
-namespace {
-
-// Small meshes are measured at more levels: as many as this many sample points in all allow.
-constexpr uint64_t points_in_all = 4'000'000;
-constexpr uint32_t most_levels = 400;
-
-// Levels to measure, ascending, full detail left out and the base among them: evenly spread over log(triangles).
-std::vector<uint32_t> levels_to_measure(const ProgressiveMesh& pm, uint32_t count) {
-    const uint32_t last = pm.levels() - 1;
-    std::vector<uint32_t> levels;
-    if (last < count) {
-        for (uint32_t level = 1; level <= last; ++level) levels.push_back(level);
-        return levels;
+std::vector<float> stated_errors(const std::vector<double>& measured, const std::vector<uint32_t>& triangles,
+                                 double resolution) {
+    LODE_CHECK(!measured.empty() && measured.size() == triangles.size(), measured.size(), triangles.size());
+    constexpr double least_part = 1e-3;  // of the resolution: what levels begin with that lose nothing
+    const size_t levels = measured.size();
+    std::vector<float> errors(levels, 0.0f);
+    if (levels == 1) return errors;
+    const double step = std::max(resolution, double{std::numeric_limits<float>::min()});
+    std::vector<double> x, low, high;
+    for (size_t level = 1; level < levels; ++level) {
+        const double lost = std::log(static_cast<double>(triangles[0]) / std::max(1u, triangles[level]));
+        x.push_back(lost + 1e-9 * static_cast<double>(level));  // a level may lose no triangle
+        low.push_back(std::log(measured[level] > 0 ? measured[level] * stated_least : step * least_part));
+        high.push_back(std::log(std::max(measured[level], step) * stated_most));
     }
-    const double full = pm.triangles_at(0), base = std::max(1u, pm.triangles_at(last));
-    for (uint32_t i = 1; i <= count; ++i) {
-        const double triangles = full * std::pow(base / full, static_cast<double>(i) / count);
-        const uint32_t level =
-            i == count ? last : std::max(1u, pm.level_for_triangles(static_cast<uint64_t>(triangles)));
-        if (levels.empty() || level > levels.back()) levels.push_back(level);
+    const std::vector<double> stated = taut_string(x, low, high);
+    for (size_t level = 1; level < levels; ++level) {
+        const float next = std::nextafter(errors[level - 1], std::numeric_limits<float>::max());
+        errors[level] = std::max(next, static_cast<float>(std::exp(stated[level - 1])));
     }
-    return levels;
+    return errors;
 }
-
-}  // namespace
 
 Result<std::vector<float>> measure_errors(const ProgressiveMesh& pm, const ErrorCurveOptions& options,
                                           const Progress& progress) {
-    LODE_CHECK(options.measured_levels >= 2, options.measured_levels);
-    std::vector<float> errors(pm.levels(), 0.0f);
-    DistanceOptions distance;
-    // More points than a few per triangle would find nothing new on a small mesh.
-    distance.samples = std::min<uint64_t>(options.samples, 2000 + 8 * uint64_t{pm.full_triangles()});
-    distance.vertices = 2 * options.samples;
-    distance.seed = options.seed;
-    const auto affordable = static_cast<uint32_t>(std::min<uint64_t>(points_in_all / distance.samples, most_levels));
-    const std::vector<uint32_t> levels = levels_to_measure(pm, std::max(options.measured_levels, affordable));
-    if (levels.empty()) return errors;
-    const MeasuredSurface source(mesh_of(PmCursor(pm)), distance);
-    PmCursor cursor(pm);
-    double largest = 0;
-    uint32_t done = 0;  // levels up to here have their error
-    for (size_t i = 0; i < levels.size(); ++i) {
-        progress.at("measure errors", static_cast<double>(i) / static_cast<double>(levels.size()));
-        if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-        cursor.goto_level(levels[i]);
-        distance.seed = mix64(options.seed + i);
-        const MeasuredSurface level(mesh_of(cursor), distance);
-        largest = level.farthest_from(source, source.farthest_from(level, largest));
-        const auto error = static_cast<float>(largest * sampling_margin);
-        while (done < levels[i]) errors[++done] = error;
+    constexpr uint32_t levels_a_report = 1024;
+    std::vector<double> measured(1, 0);
+    std::vector<uint32_t> triangles(1, pm.full_triangles());
+    if (pm.levels() == 1) return std::vector<float>(1, 0.0f);
+    LevelDistance distance(pm, {options.samples, options.seed});
+    for (uint32_t level = 1; level < pm.levels(); ++level) {
+        if (level % levels_a_report == 1) {
+            progress.at("measure errors", static_cast<double>(level) / pm.levels());
+            if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
+        }
+        measured.push_back(distance.ecol());
+        triangles.push_back(pm.triangles_at(level));
     }
-    return errors;
+    return stated_errors(measured, triangles, distance.resolution());
 }
 
 }  // namespace lodestone

@@ -14,7 +14,6 @@ namespace lodestone {
 namespace {
 
 constexpr uint32_t vertex_buffer = 0, index_buffer = 1, parent_buffer = 2;
-constexpr uint32_t morphing_part = 8;  // of the wedges at the level that is morphed to, one in so many
 constexpr uint64_t slot_bytes = 12;
 constexpr uint32_t most_cursors = 64;        // per asset, of falling size
 constexpr uint32_t smallest_capacity = 256;  // slots; smaller cursors would not be worth their draw
@@ -63,7 +62,8 @@ public:
           }),
           recipe_(std::move(recipe)),
           steady_share_(options.steady_share),
-          geomorph_(options.geomorph) {}
+          geomorph_(options.geomorph),
+          morphing_share_(options.morphing_share) {}
 
     const Recipe& recipe() const override { return recipe_; }
 
@@ -106,7 +106,7 @@ private:
         IndexedRange range;
         if (geomorph_) {
             range.vertex_buffer = no_buffer;
-            range.words[LODE_LOD_WORD_WEDGES] = asset.pm->wedges_at(served.drawn_level);
+            range.words[LODE_LOD_WORD_ARRIVED] = arrived(asset, served);
             range.words[LODE_LOD_WORD_STAYING] =
                 asset.pm->wedges_at(input.level_view ? served.drawn_level : served.wanted_level);
             range.words[LODE_LOD_WORD_FIRST] = static_cast<uint32_t>(asset.vertex_offset / sizeof(MeshVertex));
@@ -227,7 +227,17 @@ private:
     uint32_t drawn_level(const Asset& asset, const Served& served, const FrameInput& input) const {
         if (!geomorph_ || input.budget.forced_level >= 0) return served.wanted_level;
         const uint32_t staying = asset.pm->wedges_at(served.wanted_level);
-        return std::max(asset.pm->level_for_wedges(staying + staying / morphing_part), served.cursor.finest_level());
+        return std::max(asset.pm->level_for_wedges(uint64_t{staying} + morphing(staying)),
+                        served.cursor.finest_level());
+    }
+
+    uint32_t morphing(uint32_t staying) const { return static_cast<uint32_t>(morphing_share_ * staying); }
+
+    // Where no finer level can be drawn, fewer are on their way, none of which is near its parent.
+    uint32_t arrived(const Asset& asset, const Served& served) const {
+        if (served.drawn_level > served.cursor.finest_level()) return asset.pm->wedges_at(served.drawn_level);
+        const uint32_t staying = asset.pm->wedges_at(served.wanted_level);
+        return staying + morphing(staying);
     }
 
     // Which of the asset's cursors serves the level. nth: how many instances of the asset come before.
@@ -268,6 +278,7 @@ private:
     Recipe recipe_;
     const double steady_share_;
     const bool geomorph_;
+    const double morphing_share_;
     bool vertices_uploaded_ = false;
     static constexpr uint32_t never = ~0u;  // not yet seen
     // By instance: the level it asks for in this frame, and when it was last seen before.

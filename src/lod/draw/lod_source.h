@@ -14,6 +14,7 @@
 
 namespace lodestone {
 
+// How progressive meshes are drawn.
 struct LodOptions {
     std::string order = {};                       // face order to draw; empty: the asset's first
     uint64_t resident_bytes = uint64_t{1} << 30;  // for vertex and index buffers of all assets together
@@ -23,8 +24,12 @@ struct LodOptions {
     double steady_share = 0.9;
     // Vertices are on their way to their parents before they go, so that nothing pops.
     bool geomorph = false;
+    // Wedges on their way, as a share of those of the level that is morphed to; > 0.
+    double morphing_share = 0.5;
 };
 
+// A backend that draws the assets, at least one.
+//
 // Cursors. Where memory allows, every instance has its own. Otherwise an asset's cursors are of falling size: the
 // finest serves every level, the next only levels of at most 1/2^(1/m) of its slots, and so on, m as large as the
 // budget allows; all together stay below a fixed multiple of one index buffer however many instances there are. An

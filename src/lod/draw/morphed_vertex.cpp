@@ -9,7 +9,7 @@ static_assert(sizeof(MeshVertex) == LODE_LOD_VERTEX_WORDS * sizeof(uint32_t));
 
 glm::vec3 morphed_vertex(const PlanMirror& mirror, const Draw& draw, const FrameInput&, uint32_t, uint32_t index) {
     const uint32_t first = draw.words[LODE_LOD_WORD_FIRST], staying = draw.words[LODE_LOD_WORD_STAYING];
-    const auto morphing = static_cast<float>(draw.words[LODE_LOD_WORD_WEDGES] - staying);
+    const auto morphing = static_cast<float>(draw.words[LODE_LOD_WORD_ARRIVED] - staying);
     glm::vec3 position(0);
     for (float left = 1; left > 0; index = mirror.stored<uint32_t>(draw, LODE_LOD_PARENTS, first + index)) {
         const float away = index < staying ? 0 : static_cast<float>(index - staying + 1) / (morphing + 1);

@@ -22,34 +22,6 @@ std::vector<uint32_t> vertex_indices(const TriMesh& mesh) {
     return indices;
 }
 
-// Points of the surface, near ones near each other in the list: stratified over the area, triangle after triangle.
-std::vector<glm::dvec3> area_samples(const TriMesh& mesh, size_t count, uint64_t seed) {
-    std::vector<double> sums(mesh.triangle_count());
-    double total = 0;
-    for (size_t t = 0; t < sums.size(); ++t) {
-        const glm::dvec3 a = mesh.position_of(t, 0), b = mesh.position_of(t, 1), c = mesh.position_of(t, 2);
-        total += glm::length(glm::cross(b - a, c - a));
-        sums[t] = total;
-    }
-    std::vector<glm::dvec3> points;
-    if (total <= 0) return points;
-    points.resize(count);
-    for (size_t i = 0; i < count; ++i) {
-        Random random(mix64(seed) + i * 0x9e3779b97f4a7c15ULL);
-        const double where = (static_cast<double>(i) + random.unit()) / static_cast<double>(count) * total;
-        const size_t t = std::min<size_t>(
-            static_cast<size_t>(std::upper_bound(sums.begin(), sums.end(), where) - sums.begin()), sums.size() - 1);
-        double u = random.unit(), v = random.unit();
-        if (u + v > 1) {
-            u = 1 - u;
-            v = 1 - v;
-        }
-        const glm::dvec3 a = mesh.position_of(t, 0), b = mesh.position_of(t, 1), c = mesh.position_of(t, 2);
-        points[i] = a + (b - a) * u + (c - a) * v;
-    }
-    return points;
-}
-
 struct Sums {
     double squares = 0, largest = 0;
 };
@@ -97,15 +69,6 @@ double farthest(const std::vector<glm::dvec3>& points, const ClosestSurface& sur
     return at_least;
 }
 
-// The step between floats at the largest coordinate.
-double resolution_of(const TriMesh& mesh) {
-    const Box box = bounding_box(mesh.positions);
-    double largest = 0;
-    for (int k = 0; k < 3; ++k)
-        largest = std::max({largest, std::abs(double{box.low[k]}), std::abs(double{box.high[k]})});
-    return largest * double{std::numeric_limits<float>::epsilon()};
-}
-
 // Vertices along the triangles, so that one is near the next; every n-th where there are more than `most`.
 std::vector<glm::dvec3> some_vertices(const TriMesh& mesh, size_t most) {
     std::vector<uint32_t> order;
@@ -128,7 +91,48 @@ std::vector<glm::vec3> corner_positions(const TriMesh& mesh) {
     return {all.begin(), all.end()};
 }
 
+std::vector<glm::dvec3> area_samples(const TriMesh& mesh, size_t count, uint64_t seed) {
+    std::vector<glm::dvec3> places;
+    for (const SurfacePoint& p : points_by_area(mesh, count, seed)) places.push_back(p.place);
+    return places;
+}
+
 }  // namespace
+
+std::vector<SurfacePoint> points_by_area(const TriMesh& mesh, size_t count, uint64_t seed) {
+    std::vector<double> sums(mesh.triangle_count());
+    double total = 0;
+    for (size_t t = 0; t < sums.size(); ++t) {
+        const glm::dvec3 a = mesh.position_of(t, 0), b = mesh.position_of(t, 1), c = mesh.position_of(t, 2);
+        total += glm::length(glm::cross(b - a, c - a));
+        sums[t] = total;
+    }
+    std::vector<SurfacePoint> points;
+    if (total <= 0) return points;
+    points.resize(count);
+    for (size_t i = 0; i < count; ++i) {
+        Random random(mix64(seed) + i * 0x9e3779b97f4a7c15ULL);
+        const double where = (static_cast<double>(i) + random.unit()) / static_cast<double>(count) * total;
+        const size_t t = std::min<size_t>(
+            static_cast<size_t>(std::upper_bound(sums.begin(), sums.end(), where) - sums.begin()), sums.size() - 1);
+        double u = random.unit(), v = random.unit();
+        if (u + v > 1) {
+            u = 1 - u;
+            v = 1 - v;
+        }
+        const glm::dvec3 a = mesh.position_of(t, 0), b = mesh.position_of(t, 1), c = mesh.position_of(t, 2);
+        points[i] = {a + (b - a) * u + (c - a) * v, static_cast<uint32_t>(t)};
+    }
+    return points;
+}
+
+double resolution_of(const TriMesh& mesh) {
+    const Box box = bounding_box(mesh.positions);
+    double largest = 0;
+    for (int k = 0; k < 3; ++k)
+        largest = std::max({largest, std::abs(double{box.low[k]}), std::abs(double{box.high[k]})});
+    return largest * double{std::numeric_limits<float>::epsilon()};
+}
 
 MeasuredSurface::MeasuredSurface(const TriMesh& mesh, const DistanceOptions& options)
     : samples_(area_samples(mesh, options.samples, options.seed)),

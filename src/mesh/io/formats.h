@@ -14,6 +14,10 @@ namespace lodestone {
 struct SourceFile {
     std::filesystem::path path;  // for files it refers to
     FileBytes content;           // gunzipped
+    Limits limits;
+    bool allow_outside = false;  // as ReadOptions
+    bool only_names = false;     // only what files it refers to is wanted: none of them is decoded
+
     std::string_view text() const {
         return {reinterpret_cast<const char*>(content.bytes.data()), content.bytes.size()};
     }
@@ -25,6 +29,14 @@ struct SourceFile {
     tl::unexpected<Error> wrong_line(uint64_t line, const std::string& what) const {
         return wrong("line " + std::to_string(line), what);
     }
+    // Where `number` things are more than the limit.
+    Result<void> within(const std::string& what, uint64_t number, uint64_t limit) const {
+        if (number <= limit) return {};
+        return wrong("", over_limit(what, number, limit));
+    }
+    // A file it names, and a note of it in the report. max_bytes: unpacked. Errors as read_file's and path_named_by's,
+    // without a path before them.
+    Result<FileBytes> side_file(const std::string& name, uint64_t max_bytes, ReadReport& report) const;
 };
 
 Result<std::unique_ptr<MeshStream>> open_ply(const SourceFile& file, ReadReport& report);
@@ -40,6 +52,16 @@ inline void add_fan(std::vector<Triangle>& triangles, const std::vector<uint32_t
     if (corners.size() > 3) ++report.polygons;
     for (size_t k = 2; k < corners.size(); ++k) triangles.push_back({corners[0], corners[k - 1], corners[k]});
 }
+
+// Adds a warning, once.
+void warn_once(ReadReport& report, const std::string& line);
+
+// The hash of a file and of those it refers to.
+Hash128 hash_of_source(const SourceFile& file, const ReadReport& report);
+
+// Fills report.side_files without reading more than that takes.
+Result<void> name_files_of_obj(const SourceFile& file, const ReadOptions& options, ReadReport& report);
+Result<void> name_files_of_gltf(const SourceFile& file, const ReadOptions& options, ReadReport& report);
 
 // A texture the mesh refers to; a missing or unreadable one is a warning and -1.
 int32_t load_texture(const SourceFile& file, const std::string& name, TriMesh& mesh, ReadReport& report);

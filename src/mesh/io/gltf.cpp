@@ -1,7 +1,5 @@
 // glTF 2.0 and GLB, parsed by tinygltf: nodes and their transforms, primitives, normals, texture coordinates, colours,
 // materials. Quantised attributes are decoded; compressed ones are refused by the extension's name.
-#include <tiny_gltf.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -14,163 +12,12 @@
 
 #include "base/srgb.h"
 #include "mesh/io/formats.h"
+#include "mesh/io/gltf_values.h"
 #include "mesh/io/image_file.h"
 
 namespace lodestone {
 
 namespace {
-
-constexpr int deepest_node = 256;
-constexpr uint64_t most_corners = 0xfffffff0u;
-
-struct WrongFile {
-    std::string place, what;
-};
-
-// The numbers of an accessor, checked against its buffer: `width` of them per element.
-class Values {
-public:
-    Values(const tinygltf::Model& model, int accessor_number, const std::string& name, int width)
-        : width_(width), name_(name) {
-        if (accessor_number < 0 || static_cast<size_t>(accessor_number) >= model.accessors.size())
-            throw WrongFile{name, "refers to an accessor that is not there"};
-        const tinygltf::Accessor& accessor = model.accessors[static_cast<size_t>(accessor_number)];
-        count_ = accessor.count;
-        const int components = tinygltf::GetNumComponentsInType(static_cast<uint32_t>(accessor.type));
-        if (components < width)
-            throw WrongFile{name, "has " + std::to_string(components) + " numbers per element; " +
-                                      std::to_string(width) + " are needed"};
-        if (count_ > most_corners) throw WrongFile{name, "has too many elements"};
-        scale_ = accessor.normalized ? scale_of(accessor.componentType) : 1;
-        const size_t size = component_size(accessor.componentType);
-        if (accessor.bufferView >= 0) {
-            const int stride = accessor.ByteStride(view_of(model, accessor.bufferView));
-            load(model,
-                 {accessor.bufferView, accessor.byteOffset, accessor.componentType, stride,
-                  size * static_cast<size_t>(components), count_},
-                 [&](size_t i, size_t k, double value) { at(i, k) = value * scale_; });
-        } else {
-            // Without a view an accessor is zeros (and a sparse part); only believable counts are.
-            if (!accessor.sparse.isSparse) throw WrongFile{name, "has no data; its compression is not read"};
-            values_.assign(count_ * static_cast<size_t>(width_), 0);
-        }
-        if (accessor.sparse.isSparse) add_sparse(model, accessor, size * static_cast<size_t>(components));
-        if (accessor.normalized) {
-            for (double& v : values_) v = std::max(v, -1.0);
-        }
-    }
-    size_t size() const { return count_; }
-    double operator()(size_t i, size_t k) const { return values_[i * static_cast<size_t>(width_) + k]; }
-
-private:
-    static size_t component_size(int type) {
-        const int32_t size = tinygltf::GetComponentSizeInBytes(static_cast<uint32_t>(type));
-        if (size <= 0) throw WrongFile{"accessor", "has an unknown component type"};
-        return static_cast<size_t>(size);
-    }
-    static double scale_of(int type) {
-        switch (type) {
-            case TINYGLTF_COMPONENT_TYPE_BYTE:
-                return 1.0 / 127;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-                return 1.0 / 255;
-            case TINYGLTF_COMPONENT_TYPE_SHORT:
-                return 1.0 / 32767;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-                return 1.0 / 65535;
-            default:
-                return 1;
-        }
-    }
-    static double number(const unsigned char* from, int type) {
-        const auto as = [&]<class T>(T value) {
-            std::memcpy(&value, from, sizeof value);
-            return static_cast<double>(value);
-        };
-        switch (type) {
-            case TINYGLTF_COMPONENT_TYPE_BYTE:
-                return as(int8_t{});
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-                return as(uint8_t{});
-            case TINYGLTF_COMPONENT_TYPE_SHORT:
-                return as(int16_t{});
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-                return as(uint16_t{});
-            case TINYGLTF_COMPONENT_TYPE_INT:
-                return as(int32_t{});
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-                return as(uint32_t{});
-            case TINYGLTF_COMPONENT_TYPE_DOUBLE:
-                return as(double{});
-            default:
-                return as(float{});
-        }
-    }
-    double& at(size_t i, size_t k) { return values_[i * static_cast<size_t>(width_) + k]; }
-    const tinygltf::BufferView& view_of(const tinygltf::Model& model, int number) const {
-        if (number < 0 || static_cast<size_t>(number) >= model.bufferViews.size())
-            throw WrongFile{name_, "refers to a buffer view that is not there"};
-        return model.bufferViews[static_cast<size_t>(number)];
-    }
-
-    // Elements in a buffer view.
-    struct Elements {
-        int view;
-        size_t offset;  // bytes from the view's begin
-        int type;       // of a component, TINYGLTF_COMPONENT_TYPE_...
-        int stride;     // bytes; 0 or less where elements follow each other without gaps
-        size_t bytes;   // of an element
-        size_t count;
-    };
-    // put(i, k, number) for the numbers of every element.
-    template <class Put>
-    void load(const tinygltf::Model& model, const Elements& from, const Put& put) {
-        const tinygltf::BufferView& view = view_of(model, from.view);
-        if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= model.buffers.size())
-            throw WrongFile{name_, "refers to a buffer that is not there"};
-        const auto& bytes = model.buffers[static_cast<size_t>(view.buffer)].data;
-        const size_t step = from.stride > 0 ? static_cast<size_t>(from.stride) : from.bytes;
-        const bool view_fits = view.byteOffset <= bytes.size() && view.byteLength <= bytes.size() - view.byteOffset;
-        const bool fits =
-            view_fits &&
-            (from.count == 0 || (from.offset <= view.byteLength && from.bytes <= view.byteLength - from.offset &&
-                                 (from.count - 1) <= (view.byteLength - from.offset - from.bytes) / step));
-        if (!fits) throw WrongFile{name_, "reaches past the end of its buffer; the file is cut or its header is wrong"};
-        if (values_.empty()) values_.assign(count_ * static_cast<size_t>(width_), 0);
-        const unsigned char* base = bytes.data() + view.byteOffset + from.offset;
-        const size_t size = component_size(from.type);
-        for (size_t i = 0; i < from.count; ++i) {
-            for (size_t k = 0; k < static_cast<size_t>(width_) && k * size < from.bytes; ++k)
-                put(i, k, number(base + i * step + k * size, from.type));
-        }
-    }
-
-    void add_sparse(const tinygltf::Model& model, const tinygltf::Accessor& accessor, size_t element_bytes) {
-        const auto count = static_cast<size_t>(std::max(accessor.sparse.count, 0));
-        const auto& indices = accessor.sparse.indices;
-        const auto& values = accessor.sparse.values;
-        std::vector<size_t> places(count);
-        const int width = std::exchange(width_, 1);
-        load(model,
-             {indices.bufferView, static_cast<size_t>(indices.byteOffset), indices.componentType, 0,
-              component_size(indices.componentType), count},
-             [&](size_t i, size_t, double value) {
-                 places[i] = static_cast<size_t>(value);
-                 if (places[i] >= count_) throw WrongFile{name_, "has a sparse index out of range"};
-             });
-        width_ = width;
-        load(model,
-             {values.bufferView, static_cast<size_t>(values.byteOffset), accessor.componentType, 0, element_bytes,
-              count},
-             [&](size_t i, size_t k, double value) { at(places[i], k) = value * scale_; });
-    }
-
-    int width_;
-    std::string name_;
-    size_t count_ = 0;
-    double scale_ = 1;
-    std::vector<double> values_;
-};
 
 class GltfReader {
 public:
@@ -181,15 +28,12 @@ public:
         parse();
         check_extensions();
         read_materials();
-        if (options_.gltf_mesh >= 0) {
-            add_mesh(options_.gltf_mesh, glm::dmat4(1));
-        } else {
-            for_placed([&](int mesh, const glm::dmat4& world) { add_mesh(mesh, world); });
-        }
+        check_size();
+        for_wanted([&](int mesh, const glm::dmat4& world) { add_mesh(mesh, world); });
         if (!model_.skins.empty()) warn("has a skin; the mesh is taken in its bind pose");
         if (!model_.animations.empty()) warn("has animations; they are left out");
         if (mesh_.triangles.empty()) {
-            throw WrongFile{"", skipped_points_ ? "has points or lines and no triangles; point clouds are not read"
+            throw GltfFault{"", skipped_points_ ? "has points or lines and no triangles; point clouds are not read"
                                                 : "has no triangles; there is nothing to read"};
         }
         finish();
@@ -201,9 +45,7 @@ public:
         check_extensions();
         std::vector<PlacedMesh> placed;
         for_placed([&](int mesh, const glm::dmat4& world) {
-            if (static_cast<size_t>(mesh) >= model_.meshes.size())
-                throw WrongFile{"nodes", "one refers to a mesh that is not there"};
-            const auto& primitives = model_.meshes[static_cast<size_t>(mesh)].primitives;
+            const auto& primitives = mesh_numbered(mesh).primitives;
             const bool triangles =
                 std::any_of(primitives.begin(), primitives.end(), [](const auto& p) { return makes_triangles(p); });
             if (triangles && glm::determinant(glm::dmat3(world)) != 0)
@@ -212,15 +54,74 @@ public:
         return placed;
     }
 
+    // Reads the files that the document names, and nothing of what they hold.
+    void name_files() { parse(); }
+
 private:
-    void warn(const std::string& line) {
-        if (std::find(report_.warnings.begin(), report_.warnings.end(), line) == report_.warnings.end())
-            report_.warnings.push_back(line);
+    void warn(const std::string& line) { warn_once(report_, line); }
+
+    // Files are looked for here, not by tinygltf, which would look elsewhere, too.
+    tinygltf::FsCallbacks files() {
+        tinygltf::FsCallbacks callbacks{};
+        callbacks.FileExists = [](const std::string&, void*) { return true; };
+        callbacks.ExpandFilePath = [](const std::string& name, void*) { return name; };
+        callbacks.ReadWholeFile = [](std::vector<unsigned char>* into, std::string* error, const std::string& name,
+                                     void* reader) {
+            return static_cast<GltfReader*>(reader)->read_named(name, *into, *error);
+        };
+        callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+            return false;
+        };
+        callbacks.user_data = this;
+        return callbacks;
+    }
+
+    bool read_named(const std::string& name, std::vector<unsigned char>& into, std::string& error) {
+        auto content = file_.side_file(name, file_.limits.unpacked_bytes, report_);
+        const auto failed = [&](const Error& why) {
+            error = why.message;
+            not_read_[name] = why.message;
+            return false;
+        };
+        if (!content) return failed(content.error());
+        const auto* begin = reinterpret_cast<const unsigned char*>(content->bytes.data());
+        into.assign(begin, begin + content->bytes.size());
+        if (auto whole = content->intact(); !whole) return failed(whole.error());
+        return true;
+    }
+
+    // The JSON of a GLB is its first chunk, behind twelve bytes of header and eight of the chunk's own.
+    std::string_view json_text(bool binary) const {
+        uint32_t bytes = 0;
+        if (!binary) return file_.text();
+        if (file_.size() < 20) throw GltfFault{"header", "the file is cut"};
+        std::memcpy(&bytes, file_.content.bytes.data() + 12, 4);
+        return file_.text().substr(20, bytes);
+    }
+
+    // tinygltf goes into what lies in each other by calling itself.
+    static void check_depth(std::string_view json) {
+        constexpr int deepest = 512;
+        int depth = 0;
+        bool in_string = false;
+        for (size_t i = 0; i < json.size(); ++i) {
+            const char c = json[i];
+            if (in_string && c == '\\') {
+                ++i;
+            } else if (c == '"') {
+                in_string = !in_string;
+            } else if (!in_string && (c == '{' || c == '[')) {
+                if (++depth > deepest) throw GltfFault{"", "has arrays and objects more than 512 deep in each other"};
+            } else if (!in_string && (c == '}' || c == ']')) {
+                --depth;
+            }
+        }
     }
 
     void parse() {
         tinygltf::TinyGLTF loader;
         std::string error, warning;
+        loader.SetFsCallbacks(files());
         // Images are kept as they are in the file and decoded later, those that materials use.
         loader.SetImageLoader(
             [](tinygltf::Image* image, const int, std::string*, std::string*, int, int, const unsigned char* bytes,
@@ -231,36 +132,48 @@ private:
             },
             nullptr);
         const auto* bytes = reinterpret_cast<const unsigned char*>(file_.content.bytes.data());
-        if (file_.size() > 0xffffffffu) throw WrongFile{"", "is larger than 4 GiB; glTF cannot be"};
+        if (file_.size() > 0xffffffffu) throw GltfFault{"", "is larger than 4 GiB; glTF cannot be"};
         const auto size = static_cast<unsigned>(file_.size());
-        const std::string folder = file_.path.parent_path().string();
         const bool binary = file_.text().substr(0, 4) == "glTF";
+        check_depth(json_text(binary));
         bool good = false;
         try {
-            good = binary ? loader.LoadBinaryFromMemory(&model_, &error, &warning, bytes, size, folder)
+            good = binary ? loader.LoadBinaryFromMemory(&model_, &error, &warning, bytes, size, "")
                           : loader.LoadASCIIFromString(&model_, &error, &warning, reinterpret_cast<const char*>(bytes),
-                                                       size, folder);
+                                                       size, "");
         } catch (const std::exception& e) {
-            throw WrongFile{"", std::string("is no glTF that can be read: ") + e.what()};
+            throw GltfFault{"", std::string("is no glTF that can be read: ") + e.what()};
         }
-        if (!good) throw WrongFile{"", "is no glTF that can be read: " + one_line(error)};
+        if (!good) throw GltfFault{"", "is no glTF that can be read: " + one_line(error)};
     }
 
     static std::string one_line(std::string text) {
         while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
         std::replace(text.begin(), text.end(), '\n', ' ');
-        return text.substr(0, 200);
+        return text.substr(0, 400);
     }
 
+    static bool begins_with_one_of(const std::string& name, std::initializer_list<std::string_view> prefixes) {
+        return std::any_of(prefixes.begin(), prefixes.end(),
+                           [&](std::string_view prefix) { return name.rfind(prefix, 0) == 0; });
+    }
+
+    // A file that requires what we do not know may not have the shape we would read. What is known to leave shapes as
+    // they are is done without.
     void check_extensions() {
-        static constexpr std::array<std::string_view, 3> geometry_we_read = {
-            "KHR_mesh_quantization", "KHR_texture_transform", "KHR_lights_punctual"};
-        for (const std::string& extension : model_.extensionsRequired) {
-            const bool known =
-                std::find(geometry_we_read.begin(), geometry_we_read.end(), extension) != geometry_we_read.end() ||
-                extension.rfind("KHR_materials_", 0) == 0;
-            if (!known)
-                throw WrongFile{"", "requires the extension " + extension + ", which is not read; export without it"};
+        for (const std::string& name : model_.extensionsRequired) {
+            if (name == "KHR_mesh_quantization" || name == "KHR_texture_transform") continue;
+            const bool same_shape = begins_with_one_of(
+                name, {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_",
+                       "KHR_xmp", "KHR_animation_", "EXT_mesh_features", "EXT_structural_metadata"});
+            if (!same_shape)
+                throw GltfFault{"", "requires the extension " + name + ", which is not read; export without it"};
+            if (name != "KHR_materials_unlit") warn("requires the extension " + name + "; it is left out");
+        }
+        // What may be left out by the file's word, and is missed.
+        for (const std::string& name : model_.extensionsUsed) {
+            if (begins_with_one_of(name, {"EXT_mesh_gpu_instancing", "KHR_node_visibility", "MSFT_lod"}))
+                warn("uses the extension " + name + ", which is left out");
         }
     }
 
@@ -268,7 +181,8 @@ private:
         Material plain;
         plain.name = "default";
         mesh_.material_table.push_back(plain);  // of primitives without one
-        if (model_.materials.size() > 65534) throw WrongFile{"materials", "there are more than 65534"};
+        if (model_.materials.size() + 1 > file_.limits.materials)
+            throw GltfFault{"", over_limit("materials", model_.materials.size() + 1, file_.limits.materials)};
         for (const tinygltf::Material& from : model_.materials) {
             Material material;
             material.name = from.name;
@@ -279,7 +193,41 @@ private:
             if (pbr.baseColorTexture.index >= 0 && options_.load_images)
                 material.base_colour_image = texture(pbr.baseColorTexture.index);
             mesh_.material_table.push_back(material);
+            placements_.push_back(placement_of(pbr.baseColorTexture));
         }
+    }
+
+    // Which texture coordinates a material's texture is looked up by, and where they are moved before
+    // (KHR_texture_transform): scaled, turned by `angle`, moved.
+    struct Placement {
+        int set = 0;  // TEXCOORD_set
+        double cosine = 1, sine = 0;
+        glm::dvec2 scale{1}, offset{0};
+        glm::dvec2 operator()(glm::dvec2 uv) const {
+            uv *= scale;
+            return glm::dvec2(cosine * uv.x + sine * uv.y, cosine * uv.y - sine * uv.x) + offset;
+        }
+    };
+
+    static Placement placement_of(const tinygltf::TextureInfo& texture) {
+        Placement placement;
+        placement.set = texture.texCoord;
+        const auto extension = texture.extensions.find("KHR_texture_transform");
+        if (extension == texture.extensions.end()) return placement;
+        const tinygltf::Value& transform = extension->second;
+        const auto pair = [&](const char* key, glm::dvec2& into) {
+            if (!transform.Has(key) || transform.Get(key).ArrayLen() != 2) return;
+            into = {transform.Get(key).Get(0).GetNumberAsDouble(), transform.Get(key).Get(1).GetNumberAsDouble()};
+        };
+        pair("offset", placement.offset);
+        pair("scale", placement.scale);
+        if (transform.Has("rotation")) {
+            const double angle = transform.Get("rotation").GetNumberAsDouble();
+            placement.cosine = std::cos(angle);
+            placement.sine = std::sin(angle);
+        }
+        if (transform.Has("texCoord")) placement.set = transform.Get("texCoord").GetNumberAsInt();
+        return placement;
     }
 
     int32_t texture(int number) {
@@ -292,10 +240,12 @@ private:
         const std::string name = !image.uri.empty()    ? image.uri
                                  : !image.name.empty() ? image.name
                                                        : "image " + std::to_string(source);
-        auto decoded = decode_image(std::as_bytes(std::span(image.image)), name);
-        if (!decoded) {
-            warn("texture '" + name.substr(0, 80) +
-                 "' is missing or cannot be decoded; its material keeps its plain colour");
+        const auto not_read = not_read_.find(image.uri);
+        const bool missing = not_read != not_read_.end();
+        auto decoded = decode_image(std::as_bytes(std::span(image.image)), name.substr(0, 80), file_.limits.image_side);
+        if (missing || !decoded) {
+            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded (" +
+                 (missing ? not_read->second : decoded.error().message) + "); its material keeps its plain colour");
             return -1;
         }
         mesh_.images.push_back(std::move(*decoded));
@@ -311,6 +261,43 @@ private:
                mode == TINYGLTF_MODE_TRIANGLE_FAN;
     }
 
+    // Calls place(mesh, where it is) for what is to be read: one mesh, or all that stands in the scene.
+    template <class Visit>
+    void for_wanted(Visit&& place) const {
+        if (options_.gltf_mesh >= 0)
+            place(options_.gltf_mesh, glm::dmat4(1));
+        else
+            for_placed(place);
+    }
+
+    // Before anything is made: the vertices and triangles of all that will be read, by what accessors promise.
+    void check_size() const {
+        uint64_t vertices = 0, triangles = 0;
+        const auto count_of = [&](int accessor) -> uint64_t {
+            const bool there = accessor >= 0 && static_cast<size_t>(accessor) < model_.accessors.size();
+            return there ? model_.accessors[static_cast<size_t>(accessor)].count : 0;
+        };
+        const auto check = [](const char* what, uint64_t number, uint64_t limit) {
+            if (number > limit) throw GltfFault{"", over_limit(what, number, limit)};
+        };
+        for_wanted([&](int number, const glm::dmat4&) {
+            for (const tinygltf::Primitive& primitive : mesh_numbered(number).primitives) {
+                const auto positions = primitive.attributes.find("POSITION");
+                if (positions == primitive.attributes.end() || !makes_triangles(primitive)) continue;
+                const uint64_t corners = count_of(primitive.indices >= 0 ? primitive.indices : positions->second);
+                const bool list = mode_of(primitive) == TINYGLTF_MODE_TRIANGLES;
+                const uint64_t made = list ? corners / 3 : corners - std::min<uint64_t>(corners, 2);
+                // Counts are of 64 bits, and might be any: each by itself first, so that sums do not overflow.
+                check("triangles", made, file_.limits.triangles);
+                check("vertices", count_of(positions->second), file_.limits.vertices);
+                triangles += made;
+                vertices += count_of(positions->second);
+                check("vertices", vertices, file_.limits.vertices);
+                check("triangles", triangles, file_.limits.triangles);
+            }
+        });
+    }
+
     // Calls place(mesh, where it is) for all that stands in the scene; of files without one, for every mesh.
     template <class Visit>
     void for_placed(Visit&& place) const {
@@ -321,14 +308,24 @@ private:
         const size_t scene = model_.defaultScene >= 0 && static_cast<size_t>(model_.defaultScene) < model_.scenes.size()
                                  ? static_cast<size_t>(model_.defaultScene)
                                  : 0;
-        for (const int node : model_.scenes[scene].nodes) visit(node, glm::dmat4(1), 0, place);
+        std::vector<bool> met(model_.nodes.size(), false);
+        for (const int node : model_.scenes[scene].nodes) visit(node, glm::dmat4(1), 0, met, place);
     }
 
+    // met: the nodes visited so far. In glTF they form trees, so no document means more visits than it has nodes.
     template <class Visit>
-    void visit(int number, const glm::dmat4& parent, int depth, Visit& place) const {
+    void visit(int number, const glm::dmat4& parent, uint32_t depth, std::vector<bool>& met, Visit& place) const {
         if (number < 0 || static_cast<size_t>(number) >= model_.nodes.size())
-            throw WrongFile{"nodes", "one refers to a node that is not there"};
-        if (depth > deepest_node) throw WrongFile{"nodes", "are nested more than 256 deep or in a circle"};
+            throw GltfFault{"nodes", "one refers to a node that is not there"};
+        if (met[static_cast<size_t>(number)]) {
+            throw GltfFault{"nodes", "node " + std::to_string(number) +
+                                         " has two parents, or is in a circle; in glTF nodes form trees"};
+        }
+        met[static_cast<size_t>(number)] = true;
+        if (depth > file_.limits.gltf_depth) {
+            throw GltfFault{"nodes", "are nested " + std::to_string(depth) + " deep or deeper; the limit is " +
+                                         std::to_string(file_.limits.gltf_depth)};
+        }
         const tinygltf::Node& node = model_.nodes[static_cast<size_t>(number)];
         glm::dmat4 local(1);
         if (node.matrix.size() == 16) {
@@ -347,13 +344,21 @@ private:
         const glm::dmat4 world = parent * local;
         // A skinned mesh stands where its joints say, not where its node is.
         if (node.mesh >= 0) place(node.mesh, node.skin >= 0 ? glm::dmat4(1) : world);
-        for (const int child : node.children) visit(child, world, depth + 1, place);
+        for (const int child : node.children) visit(child, world, depth + 1, met, place);
+    }
+
+    const tinygltf::Mesh& mesh_numbered(int number) const {
+        if (number < 0 || static_cast<size_t>(number) >= model_.meshes.size())
+            throw GltfFault{"nodes", "one refers to a mesh that is not there"};
+        return model_.meshes[static_cast<size_t>(number)];
+    }
+
+    GltfValues values_of(int accessor, const std::string& name, int width) const {
+        return GltfValues(model_, {accessor, name, 3 * file_.limits.triangles}, width);
     }
 
     void add_mesh(int number, const glm::dmat4& world) {
-        if (static_cast<size_t>(number) >= model_.meshes.size())
-            throw WrongFile{"nodes", "one refers to a mesh that is not there"};
-        const tinygltf::Mesh& mesh = model_.meshes[static_cast<size_t>(number)];
+        const tinygltf::Mesh& mesh = mesh_numbered(number);
         for (size_t p = 0; p < mesh.primitives.size(); ++p) {
             add_primitive(mesh.primitives[p], "mesh " + std::to_string(number) + " primitive " + std::to_string(p),
                           world);
@@ -371,19 +376,19 @@ private:
             const auto found = primitive.attributes.find(key);
             return found == primitive.attributes.end() ? -1 : found->second;
         };
-        if (attribute("POSITION") < 0) throw WrongFile{name, "has no positions"};
-        const Values positions(model_, attribute("POSITION"), name + " POSITION", 3);
+        if (attribute("POSITION") < 0) throw GltfFault{name, "has no positions"};
+        const GltfValues positions = values_of(attribute("POSITION"), name + " POSITION", 3);
         const size_t count = positions.size(), first = mesh_.positions.size();
-        if (first + count > most_corners) throw WrongFile{name, "brings more vertices than 32-bit indices can name"};
         for (size_t i = 0; i < count; ++i) {
             const glm::vec3 p(world * glm::dvec4(positions(i, 0), positions(i, 1), positions(i, 2), 1));
             if (!finite(p))
-                throw WrongFile{
+                throw GltfFault{
                     name, "vertex " + std::to_string(i) + " has a coordinate that is not finite; mend or remove it"};
             mesh_.positions.push_back(p);
         }
+        if (!primitive.targets.empty()) warn("has shapes to morph into; they are left out");
         add_normals(attribute("NORMAL"), name, world, count);
-        add_uvs(attribute("TEXCOORD_0"), name, count);
+        add_uvs(primitive, name, count);
         add_colours(attribute("COLOR_0"), name, count);
         const bool has_material =
             primitive.material >= 0 && static_cast<size_t>(primitive.material) < model_.materials.size();
@@ -398,8 +403,8 @@ private:
             mesh_.normals.resize(mesh_.normals.size() + count, glm::vec3(0, 0, 1));
             return;
         }
-        const Values normals(model_, accessor, name + " NORMAL", 3);
-        if (normals.size() != count) throw WrongFile{name, "has another number of normals than of positions"};
+        const GltfValues normals = values_of(accessor, name + " NORMAL", 3);
+        if (normals.size() != count) throw GltfFault{name, "has another number of normals than of positions"};
         const glm::dmat3 linear(world);
         const glm::dmat3 to_world =
             std::abs(glm::determinant(linear)) > 0 ? glm::transpose(glm::inverse(linear)) : glm::dmat3(1);
@@ -410,16 +415,21 @@ private:
         }
     }
 
-    void add_uvs(int accessor, const std::string& name, size_t count) {
-        if (accessor < 0) {
+    void add_uvs(const tinygltf::Primitive& primitive, const std::string& name, size_t count) {
+        const bool placed = primitive.material >= 0 && static_cast<size_t>(primitive.material) < placements_.size();
+        const Placement place = placed ? placements_[static_cast<size_t>(primitive.material)] : Placement{};
+        const std::string key = "TEXCOORD_" + std::to_string(place.set);
+        const auto attribute = primitive.attributes.find(key);
+        if (attribute == primitive.attributes.end()) {
+            if (place.set != 0) warn("some primitives have no " + key + ", which their material's texture needs");
             mesh_.uvs.resize(mesh_.uvs.size() + count, glm::vec2(0));
             return;
         }
         has_uvs_ = true;
-        const Values uvs(model_, accessor, name + " TEXCOORD_0", 2);
-        if (uvs.size() != count) throw WrongFile{name, "has another number of texture coordinates than of positions"};
+        const GltfValues uvs = values_of(attribute->second, name + " " + key, 2);
+        if (uvs.size() != count) throw GltfFault{name, "has another number of texture coordinates than of positions"};
         for (size_t i = 0; i < count; ++i) {
-            const glm::vec2 uv(static_cast<float>(uvs(i, 0)), static_cast<float>(uvs(i, 1)));
+            const glm::vec2 uv(place(glm::dvec2(uvs(i, 0), uvs(i, 1))));
             mesh_.uvs.push_back(std::isfinite(uv.x) && std::isfinite(uv.y) ? uv : glm::vec2(0));
         }
     }
@@ -432,8 +442,8 @@ private:
         has_colours_ = true;
         const bool alpha = static_cast<size_t>(accessor) < model_.accessors.size() &&
                            model_.accessors[static_cast<size_t>(accessor)].type == TINYGLTF_TYPE_VEC4;
-        const Values colours(model_, accessor, name + " COLOR_0", alpha ? 4 : 3);
-        if (colours.size() != count) throw WrongFile{name, "has another number of colours than of positions"};
+        const GltfValues colours = values_of(accessor, name + " COLOR_0", alpha ? 4 : 3);
+        if (colours.size() != count) throw GltfFault{name, "has another number of colours than of positions"};
         // glTF's are linear, ours are sRGB.
         const auto byte = [](double c) { return static_cast<uint8_t>(c >= 0 ? std::min(c, 1.0) * 255 + 0.5 : 0.0); };
         for (size_t i = 0; i < count; ++i) {
@@ -446,11 +456,12 @@ private:
                        uint32_t vertices, bool mirrored) {
         std::vector<uint32_t> indices;
         if (primitive.indices >= 0) {
-            const Values values(model_, primitive.indices, name + " indices", 1);
+            const GltfValues values = values_of(primitive.indices, name + " indices", 1);
+            check_index_type(model_.accessors[static_cast<size_t>(primitive.indices)].componentType, name);
             for (size_t i = 0; i < values.size(); ++i) {
                 const double value = values(i, 0);
                 if (!(value >= 0 && value < vertices))
-                    throw WrongFile{name, "index " + std::to_string(i) + " refers to vertex " +
+                    throw GltfFault{name, "index " + std::to_string(i) + " refers to vertex " +
                                               std::to_string(static_cast<int64_t>(value)) + "; there are " +
                                               std::to_string(vertices)};
                 indices.push_back(static_cast<uint32_t>(value));
@@ -513,6 +524,8 @@ private:
     tinygltf::Model model_;
     TriMesh mesh_;
     std::map<int, int32_t> images_;
+    std::map<std::string, std::string> not_read_;  // files named, and why they could not be read
+    std::vector<Placement> placements_;            // of materials' textures
     bool without_normals_ = false, has_uvs_ = false, has_colours_ = false, skipped_points_ = false;
 };
 
@@ -521,17 +534,24 @@ private:
 Result<TriMesh> read_gltf(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
     try {
         return GltfReader(file, options, report).read();
-    } catch (const WrongFile& wrong) { return file.wrong(wrong.place, wrong.what); }
+    } catch (const GltfFault& wrong) { return file.wrong(wrong.place, wrong.what); }
 }
 
-Result<std::vector<PlacedMesh>> read_gltf_nodes(const std::filesystem::path& path) {
-    auto content = read_file(path);
+Result<void> name_files_of_gltf(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
+    try {
+        GltfReader(file, options, report).name_files();
+        return {};
+    } catch (const GltfFault& wrong) { return file.wrong(wrong.place, wrong.what); }
+}
+
+Result<std::vector<PlacedMesh>> read_gltf_nodes(const std::filesystem::path& path, const ReadOptions& options) {
+    auto content = read_file(path, options.limits.unpacked_bytes);
     if (!content) return tl::unexpected(content.error());
-    const SourceFile file{path, std::move(*content)};
+    const SourceFile file{path, std::move(*content), options.limits, options.allow_outside, false};
     ReadReport report;
     try {
-        return GltfReader(file, {}, report).nodes();
-    } catch (const WrongFile& wrong) { return file.wrong(wrong.place, wrong.what); }
+        return GltfReader(file, options, report).nodes();
+    } catch (const GltfFault& wrong) { return file.wrong(wrong.place, wrong.what); }
 }
 
 }  // namespace lodestone

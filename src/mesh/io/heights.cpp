@@ -12,13 +12,13 @@
 #include <limits>
 
 #include "mesh/io/formats.h"
+#include "mesh/io/image_file.h"
 
 namespace lodestone {
 
 namespace {
 
 constexpr float hole = std::numeric_limits<float>::quiet_NaN();
-constexpr uint32_t most_side = 1u << 15;
 // The voids of the Shuttle Radar Topography Mission.
 bool srtm_void(float value) { return value == -32768.0f || value == -32767.0f; }
 
@@ -53,6 +53,7 @@ Result<TriMesh> finished(const SourceFile& file, HeightMap& map, const ReadOptio
 
 struct PngInput {
     std::span<const std::byte> bytes;
+    uint32_t most_side = 0;
     size_t at = 0;
     char message[160] = "";
 };
@@ -84,7 +85,12 @@ bool read_png_samples(PngInput& input, uint32_t& width, uint32_t& height, int& d
     height = png_get_image_height(png, info);
     depth = png_get_bit_depth(png, info);
     colour_type = png_get_color_type(png, info);
-    if (width > most_side || height > most_side) png_error(png, "is larger than 32768 samples a side");
+    if (width > input.most_side || height > input.most_side) {
+        std::snprintf(input.message, sizeof input.message, "it is %ux%u samples; the limit is %u a side", width, height,
+                      input.most_side);
+        png_longjmp(png, 1);
+    }
+    if (!png_may_be_whole(input.bytes)) png_error(png, "the file is cut");
     if (colour_type == PNG_COLOR_TYPE_GRAY && depth == 16) {
         const int passes = png_set_interlace_handling(png);
         const size_t row_bytes = png_get_rowbytes(png, info);
@@ -238,7 +244,7 @@ TriMesh terrain_of(const HeightMap& map) {
 }
 
 Result<TriMesh> read_png_heights(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
-    PngInput input{file.content.bytes};
+    PngInput input{file.content.bytes, file.limits.height_side};
     HeightMap map;
     int depth = 0, colour_type = 0;
     std::vector<uint8_t> rows;
@@ -279,6 +285,8 @@ std::string read_tiles(TIFF* tiff, const TiffSample& sample, HeightMap& map) {
         return "has tiles of a wrong size";
     std::vector<uint8_t> tile(tile_bytes);
     for (uint32_t y0 = 0; y0 < map.height; y0 += tile_height) {
+        // As it is read: a header may promise any size.
+        map.samples.resize(size_t{std::min(y0 + tile_height, map.height)} * map.width, hole);
         for (uint32_t x0 = 0; x0 < map.width; x0 += tile_width) {
             if (TIFFReadTile(tiff, tile.data(), x0, y0, 0, 0) < 0) return "a tile cannot be decoded";
             for (uint32_t y = y0; y < std::min(y0 + tile_height, map.height); ++y) {
@@ -298,6 +306,7 @@ std::string read_rows(TIFF* tiff, const TiffSample& sample, HeightMap& map) {
         std::max<size_t>(static_cast<size_t>(TIFFScanlineSize(tiff)), map.width * sample.bytes()));
     for (uint32_t y = 0; y < map.height; ++y) {
         if (TIFFReadScanline(tiff, line.data(), y, 0) < 0) return "row " + std::to_string(y) + " cannot be decoded";
+        map.samples.resize(map.samples.size() + map.width, hole);
         for (uint32_t x = 0; x < map.width; ++x)
             map.samples[size_t{y} * map.width + x] =
                 sample_value(&line[x * sample.bytes()], sample.bits, sample.format);
@@ -340,11 +349,11 @@ Result<TriMesh> read_geotiff(const SourceFile& file, const ReadOptions& options,
     TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &sample.count);
     if (!sample.is_height())
         return wrong("is no height map: it must have one sample of 8, 16 or 32 bits or a float per pixel");
+    const uint32_t most_side = file.limits.height_side;
     if (map.width < 2 || map.height < 2 || map.width > most_side || map.height > most_side) {
         return wrong("is " + std::to_string(map.width) + "x" + std::to_string(map.height) +
-                     " samples; 2 to 32768 a side are read");
+                     " samples; the limit is 2 to " + std::to_string(most_side) + " a side");
     }
-    map.samples.assign(size_t{map.width} * map.height, hole);
     const std::string fault = TIFFIsTiled(tiff) != 0 ? read_tiles(tiff, sample, map) : read_rows(tiff, sample, map);
     if (!fault.empty()) return wrong(fault);
     read_spacing(tiff, map);

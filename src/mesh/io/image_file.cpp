@@ -5,6 +5,7 @@
 #include <jpeglib.h>
 #include <png.h>
 
+#include <array>
 #include <csetjmp>
 #include <cstdlib>
 #include <cstring>
@@ -15,20 +16,24 @@ namespace lodestone {
 
 namespace {
 
-constexpr uint32_t largest_side = 16384;
-
 tl::unexpected<Error> wrong(const std::string& name, const std::string& what) {
-    return fail(Fault::format, name + ": " + what + "; give a PNG or JPEG image of at most 16384 texels a side");
+    return fail(Fault::format, name + ": " + what + "; give a PNG or JPEG image");
 }
 
-Result<Image> decode_png(std::span<const std::byte> bytes, const std::string& name) {
+std::string wrong_size(uint64_t width, uint64_t height, uint32_t most_side) {
+    return "is " + std::to_string(width) + "x" + std::to_string(height) + " texels; the limit is 1 to " +
+           std::to_string(most_side) + " a side";
+}
+
+Result<Image> decode_png(std::span<const std::byte> bytes, const std::string& name, uint32_t most_side) {
     png_image png{};
     png.version = PNG_IMAGE_VERSION;
     if (png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) == 0)
         return wrong(name, std::string("PNG: ") + png.message);
-    if (png.width == 0 || png.height == 0 || png.width > largest_side || png.height > largest_side) {
+    const bool fits = png.width > 0 && png.height > 0 && png.width <= most_side && png.height <= most_side;
+    if (!fits || !png_may_be_whole(bytes)) {
         png_image_free(&png);
-        return wrong(name, "has a side of no or too many texels");
+        return wrong(name, fits ? "PNG: the file is cut" : wrong_size(png.width, png.height, most_side));
     }
     png.format = PNG_FORMAT_RGBA;
     Image image{png.width, png.height, {}};
@@ -42,6 +47,7 @@ struct JpegError {
     jpeg_error_mgr base;
     std::jmp_buf jump;
     char message[JMSG_LENGTH_MAX];
+    uint32_t most_side;
 };
 
 void on_jpeg_error(j_common_ptr info) {
@@ -64,9 +70,10 @@ bool decode_jpeg_into(std::span<const std::byte> bytes, Image& image, std::vecto
     jpeg_create_decompress(&info);
     jpeg_mem_src(&info, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
     jpeg_read_header(&info, TRUE);
-    if (info.image_width == 0 || info.image_height == 0 || info.image_width > largest_side ||
-        info.image_height > largest_side) {
-        std::strcpy(error.message, "has a side of no or too many texels");
+    if (info.image_width == 0 || info.image_height == 0 || info.image_width > error.most_side ||
+        info.image_height > error.most_side) {
+        std::snprintf(error.message, sizeof error.message, "is %ux%u texels; the limit is 1 to %u a side",
+                      info.image_width, info.image_height, error.most_side);
         jpeg_destroy_decompress(&info);
         return false;
     }
@@ -124,14 +131,26 @@ bool encode_jpeg_into(const Image& image, int quality, std::vector<uint8_t>& row
 
 }  // namespace
 
-Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name) {
+bool png_may_be_whole(std::span<const std::byte> png) {
+    // Signature, length and name of the first chunk, width, height, bits of a channel, kind of colour.
+    if (png.size() < 26) return false;
+    const auto byte = [&](size_t i) { return std::to_integer<uint64_t>(png[i]); };
+    const auto number = [&](size_t i) { return byte(i) << 24 | byte(i + 1) << 16 | byte(i + 2) << 8 | byte(i + 3); };
+    static constexpr std::array<uint64_t, 8> channels = {1, 0, 3, 1, 2, 0, 4, 0};
+    const uint64_t bits = number(16) * byte(24) * channels[byte(25) & 7];
+    constexpr uint64_t most_packed = 1032;  // bytes from one, by deflate: 258 from two bits
+    return (bits / 8) * number(20) <= png.size() * most_packed;
+}
+
+Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name, uint32_t most_side) {
     if (bytes.size() >= 8 && png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, 8) == 0)
-        return decode_png(bytes, name);
+        return decode_png(bytes, name, most_side);
     if (bytes.size() >= 3 && bytes[0] == std::byte{0xff} && bytes[1] == std::byte{0xd8} &&
         bytes[2] == std::byte{0xff}) {
         Image image;
         std::vector<uint8_t> row;
         JpegError error{};
+        error.most_side = most_side;
         if (!decode_jpeg_into(bytes, image, row, error)) return wrong(name, std::string("JPEG: ") + error.message);
         return image;
     }
@@ -141,7 +160,9 @@ Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& 
 Result<Image> read_image(const std::filesystem::path& path) {
     auto bytes = read_file(path);
     if (!bytes) return tl::unexpected(bytes.error());
-    return decode_image(bytes->bytes, path.string());
+    auto image = decode_image(bytes->bytes, path.string());
+    if (auto whole = bytes->intact(); !whole) return tl::unexpected(whole.error());
+    return image;
 }
 
 Result<std::vector<std::byte>> encode_png(const Image& image) {

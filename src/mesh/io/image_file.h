@@ -5,13 +5,17 @@
 #include <span>
 
 #include "base/result.h"
+#include "mesh/limits.h"
 #include "mesh/tri_mesh.h"
 
 namespace lodestone {
 
-// Decodes PNG (any kind, to 8 bits) or JPEG, told by content. `name` is only for messages. Images past 16384 texels a
-// side are refused.
-Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name);
+// Decodes PNG (any kind, to 8 bits) or JPEG, told by content. `name` is only for messages. Images of more than
+// most_side texels along a side are refused.
+Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name,
+                           uint32_t most_side = Limits{}.image_side);
+// Whether a PNG has as many bytes as what its header promises takes at least: asked before room is made for it.
+bool png_may_be_whole(std::span<const std::byte> png);
 Result<Image> read_image(const std::filesystem::path& path);
 
 // 8-bit RGBA PNG, the same bytes for the same texels.

@@ -57,6 +57,17 @@ public:
         return std::move(mesh_);
     }
 
+    // Reads the libraries that the file names, and nothing else of it.
+    void name_files() {
+        const std::string_view text = file_.text();
+        const auto more = [&] {
+            return text.find("mtllib", static_cast<size_t>(cursor_.position() - text.data())) != text.npos;
+        };
+        for (; more(); cursor_.next_line()) {
+            if (cursor_.word() == "mtllib") read_library(std::string(cursor_.rest()));
+        }
+    }
+
 private:
     Result<void> read_position() {
         glm::vec3 p;
@@ -75,7 +86,11 @@ private:
                 colours_.emplace_back(byte(more[0]), byte(more[1]), byte(more[2]), 255);
         }
         mesh_.positions.push_back(p);
-        return {};
+        return within("vertices", mesh_.positions.size(), file_.limits.vertices);
+    }
+
+    Result<void> within(const char* what, uint64_t number, uint64_t limit) const {
+        return number <= limit ? Result<void>{} : file_.within(what, number, limit);
     }
 
     Result<void> read_uv() {
@@ -84,7 +99,7 @@ private:
         cursor_.number(uv.y);
         // OBJ's texture origin is at the bottom, ours at the top.
         uvs_.push_back(std::isfinite(uv.x) && std::isfinite(uv.y) ? glm::vec2(uv.x, 1 - uv.y) : glm::vec2(0));
-        return {};
+        return within("texture coordinates", uvs_.size(), file_.limits.vertices);
     }
 
     Result<void> read_normal() {
@@ -93,7 +108,7 @@ private:
             return file_.wrong_line(cursor_.line(), "a normal needs three numbers");
         const float length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
         normals_.push_back(length > 0 && std::isfinite(length) ? n / length : glm::vec3(0, 0, 1));
-        return {};
+        return within("normals", normals_.size(), file_.limits.vertices);
     }
 
     // One of "17", "-3": counted from 1, or back from the newest.
@@ -145,12 +160,13 @@ private:
                 }
             }
             fan_.push_back(wedge_of(corner));
+            if (auto done = within("wedges", corners_.size(), file_.limits.vertices); !done) return done;
         }
         if (fan_.size() < 3)
             return file_.wrong_line(cursor_.line(),
                                     "a face has " + std::to_string(fan_.size()) + " corners; it needs three or more");
         add_fan(mesh_.triangles, fan_, report_);
-        return {};
+        return within("triangles", mesh_.triangles.size(), file_.limits.triangles);
     }
 
     uint32_t wedge_of(const Corner& corner) {
@@ -163,9 +179,10 @@ private:
         const auto [found, fresh] =
             material_numbers_.try_emplace(name, static_cast<uint32_t>(mesh_.material_table.size()));
         if (fresh) {
-            if (mesh_.material_table.size() > 65535) {
+            if (mesh_.material_table.size() >= file_.limits.materials) {
                 material_numbers_.erase(found);
-                note_once("has more than 65536 materials; the rest is drawn with the last");
+                note_once("has more materials than the limit of " + std::to_string(file_.limits.materials) +
+                          "; the rest is drawn with the last");
                 return;
             }
             Material material;
@@ -177,13 +194,18 @@ private:
     }
 
     void read_library(const std::string& name) {
-        const std::filesystem::path path = file_.path.parent_path() / name;
-        auto content = read_file(path, uint64_t{1} << 28);
-        if (!content) {
-            report_.warnings.push_back("material library '" + name + "' cannot be read; its materials are white");
-            return;
-        }
-        const std::string_view text(reinterpret_cast<const char*>(content->bytes.data()), content->bytes.size());
+        auto content = file_.side_file(name, file_.limits.library_bytes, report_);
+        const auto without = [&](const Error& why) {
+            report_.warnings.push_back("material library '" + name + "' cannot be read (" + why.message +
+                                       "); its materials are white");
+        };
+        if (!content) return without(content.error());
+        read_materials(*content);
+        if (auto whole = content->intact(); !whole) without(whole.error());
+    }
+
+    void read_materials(const FileBytes& library) {
+        const std::string_view text(reinterpret_cast<const char*>(library.bytes.data()), library.bytes.size());
         Material* material = nullptr;
         const uint32_t before = material_;
         const bool used_before = used_material_;
@@ -242,10 +264,7 @@ private:
         if (!used_material_) mesh_.images.clear();
     }
 
-    void note_once(const std::string& line) {
-        if (std::find(report_.warnings.begin(), report_.warnings.end(), line) == report_.warnings.end())
-            report_.warnings.push_back(line);
-    }
+    void note_once(const std::string& line) { warn_once(report_, line); }
 
     const SourceFile& file_;
     const ReadOptions& options_;
@@ -268,6 +287,11 @@ private:
 
 Result<TriMesh> read_obj(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
     return ObjReader(file, options, report).read();
+}
+
+Result<void> name_files_of_obj(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
+    ObjReader(file, options, report).name_files();
+    return {};
 }
 
 }  // namespace lodestone

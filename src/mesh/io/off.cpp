@@ -1,4 +1,6 @@
 // OFF (Geomview): OFF, COFF, NOFF, STOFF and their combinations, as text.
+#include <tuple>
+
 #include "mesh/io/formats.h"
 #include "mesh/io/text_cursor.h"
 
@@ -61,6 +63,10 @@ private:
                          " faces, and only " + std::to_string(left) +
                          " bytes follow; the file is cut or its header is wrong");
         }
+        for (const auto& [what, number, limit] : {std::tuple("vertices", vertices_, file_.limits.vertices),
+                                                  std::tuple("faces", faces_, file_.limits.triangles)}) {
+            if (auto done = file_.within(what, static_cast<uint64_t>(number), limit); !done) return done;
+        }
         if (vertices_ == 0 || faces_ == 0) return wrong("has no vertices or no faces; there is nothing to read");
         return {};
     }
@@ -121,6 +127,8 @@ private:
             fan_.push_back(static_cast<uint32_t>(index));
         }
         add_fan(mesh_.triangles, fan_, report_);
+        if (mesh_.triangles.size() > file_.limits.triangles)
+            return file_.within("triangles", mesh_.triangles.size(), file_.limits.triangles);
         return {};
     }
 

@@ -267,7 +267,7 @@ private:
         if (vertex_element_ == nullptr || vertices_ == 0)
             return file_.wrong("header", "has no vertices; there is nothing to read");
         if (faces_ == 0) return file_.wrong("header", "has no faces; point clouds are not read");
-        if (vertices_ > 0xfffffff0u) return file_.wrong("header", "has more vertices than 32-bit indices can name");
+        if (auto done = file_.within("vertices", vertices_, file_.limits.vertices); !done) return done;
         if (has_materials_) materials_.resize(1);
         return {};
     }

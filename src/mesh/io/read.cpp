@@ -48,12 +48,22 @@ std::optional<MeshFormat> format_of(const SourceFile& file) {
     return std::nullopt;
 }
 
-Result<SourceFile> open_source(const fs::path& path) {
-    auto content = read_file(path);
+struct OpenedSource {
+    SourceFile file;
+    MeshFormat format;
+};
+
+Result<OpenedSource> open_source(const fs::path& path, const ReadOptions& options, ReadReport& report) {
+    auto content = read_file(path, options.limits.unpacked_bytes);
     if (!content) return tl::unexpected(content.error());
-    SourceFile file{path, std::move(*content)};
+    SourceFile file{path, std::move(*content), options.limits, options.allow_outside, false};
     if (file.size() == 0) return file.wrong("", "is empty");
-    return file;
+    const auto format = format_of(file);
+    if (!format) {
+        return file.wrong("", "is of no known format; PLY, OBJ, STL, OFF, glTF, 16-bit PNG and GeoTIFF are read");
+    }
+    report.format = *format;
+    return OpenedSource{std::move(file), *format};
 }
 
 Result<TriMesh> read_whole(const SourceFile& file, MeshFormat format, const ReadOptions& options, ReadReport& report) {
@@ -85,17 +95,39 @@ class HeldStream final : public MeshStream {
 public:
     HeldStream() = default;
     Size size() const override { return stream->size(); }
-    Result<bool> next(MeshBatch& batch, size_t max_items) override { return stream->next(batch, max_items); }
+    Result<bool> next(MeshBatch& batch, size_t max_items) override {
+        auto more = stream->next(batch, max_items);
+        if (auto whole = source.content.intact(); !whole) return tl::unexpected(whole.error());
+        if (!more) return more;
+        triangles += batch.triangles.size();
+        if (auto done = source.within("triangles", triangles, source.limits.triangles); !done)
+            return tl::unexpected(done.error());
+        return more;
+    }
     const std::vector<Material>& material_table() const override { return stream->material_table(); }
     const std::vector<Image>& images() const override { return stream->images(); }
 
     ReadReport report;
+    SourceFile source;
+    uint64_t triangles = 0;  // handed out
     TriMesh mesh;
     std::unique_ptr<MeshStream> stream;
 };
 
-tl::unexpected<Error> unknown_format(const SourceFile& file) {
-    return file.wrong("", "is of no known format; PLY, OBJ, STL, OFF, glTF, 16-bit PNG and GeoTIFF are read");
+// What readers leave to the door: what holds for every format.
+Result<void> check_read(const SourceFile& file, const ReadOptions& options, TriMesh& mesh, ReadReport& report) {
+    for (Material& material : mesh.material_table) material.name = as_utf8(material.name);
+    for (std::string& line : report.warnings) line = as_utf8(line);
+    if (mesh.triangles.empty()) return file.wrong("", "has no triangles; there is nothing to read");
+    const Limits& limits = options.limits;
+    for (const auto& [what, number, limit] :
+         {std::tuple("vertices", uint64_t{mesh.positions.size()}, limits.vertices),
+          std::tuple("wedges", uint64_t{mesh.wedge_vertex.size()}, limits.vertices),
+          std::tuple("triangles", uint64_t{mesh.triangles.size()}, limits.triangles)}) {
+        if (auto done = file.within(what, number, limit); !done) return done;
+    }
+    if (auto valid = mesh.validate(); !valid) return file.wrong("", valid.error().message);
+    return {};
 }
 
 }  // namespace
@@ -120,49 +152,99 @@ const char* name_of(MeshFormat format) {
     return "?";
 }
 
+void warn_once(ReadReport& report, const std::string& line) {
+    if (std::find(report.warnings.begin(), report.warnings.end(), line) == report.warnings.end())
+        report.warnings.push_back(line);
+}
+
+Result<FileBytes> SourceFile::side_file(const std::string& name, uint64_t max_bytes, ReadReport& report) const {
+    const auto without_place = [](const fs::path& place, const Error& error) {
+        const std::string begin = place.string() + ": ";
+        const bool has = error.message.compare(0, begin.size(), begin) == 0;
+        return fail(error.fault, has ? error.message.substr(begin.size()) : error.message);
+    };
+    const auto read = [&]() -> Result<FileBytes> {
+        auto named = path_named_by(path, name, allow_outside);
+        if (!named) return without_place(path, named.error());
+        auto bytes = read_file(*named, max_bytes);
+        return bytes ? std::move(bytes) : without_place(*named, bytes.error());
+    };
+    auto stored = read();
+    const auto known = std::ranges::find(report.side_files, name, &SideFile::name);
+    if (known == report.side_files.end())
+        report.side_files.push_back({name, stored ? std::optional(hash_bytes(stored->file->bytes())) : std::nullopt});
+    return stored;
+}
+
+Hash128 hash_of_source(const SourceFile& file, const ReadReport& report) {
+    const Hash128 own = hash_bytes(file.content.file->bytes());
+    if (report.side_files.empty()) return own;
+    std::string text = own.hex();
+    for (const auto& [name, content] : report.side_files)
+        text += "\n" + std::to_string(name.size()) + " " + name + " " + (content ? content->hex() : "is not there");
+    return hash_of(std::span<const char>(text));
+}
+
+Result<Hash128> hash_of_source(const fs::path& path, const ReadOptions& options) {
+    ReadReport report;
+    auto source = open_source(path, options, report);
+    if (!source) return tl::unexpected(source.error());
+    source->file.only_names = true;
+    Result<void> named;
+    if (source->format == MeshFormat::obj) named = name_files_of_obj(source->file, options, report);
+    if (source->format == MeshFormat::gltf) named = name_files_of_gltf(source->file, options, report);
+    const Hash128 hash = hash_of_source(source->file, report);
+    if (auto whole = source->file.content.intact(); !whole) return tl::unexpected(whole.error());
+    if (!named) return tl::unexpected(named.error());
+    return hash;
+}
+
 int32_t load_texture(const SourceFile& file, const std::string& name, TriMesh& mesh, ReadReport& report) {
     std::string portable = name;
     std::replace(portable.begin(), portable.end(), '\\', '/');
-    auto image = read_image(file.path.parent_path() / portable);
-    if (!image) {
-        report.warnings.push_back("texture '" + name + "' cannot be read; its material keeps its plain colour");
+    const auto without = [&](const std::string& why) {
+        report.warnings.push_back("texture '" + name + "' cannot be read" + why +
+                                  "; its material keeps its plain colour");
         return -1;
-    }
+    };
+    auto bytes = file.side_file(portable, file.limits.unpacked_bytes, report);
+    if (file.only_names) return -1;
+    if (!bytes) return without(" (" + bytes.error().message + ")");
+    auto image = decode_image(bytes->bytes, name, file.limits.image_side);
+    if (auto whole = bytes->intact(); !whole) return without(" (" + whole.error().message + ")");
+    if (!image) return without(" (" + image.error().message + ")");
     mesh.images.push_back(std::move(*image));
     return static_cast<int32_t>(mesh.images.size()) - 1;
 }
 
 Result<TriMesh> read_mesh(const fs::path& path, const ReadOptions& options, ReadReport* report) {
-    auto file = open_source(path);
-    if (!file) return tl::unexpected(file.error());
-    const auto format = format_of(*file);
-    if (!format) return unknown_format(*file);
     ReadReport own;
     ReadReport& into = report != nullptr ? *report : own;
-    into.format = *format;
-    auto mesh = read_whole(*file, *format, options, into);
+    auto source = open_source(path, options, into);
+    if (!source) return tl::unexpected(source.error());
+    const SourceFile& file = source->file;
+    auto mesh = read_whole(file, source->format, options, into);
+    if (mesh && options.hash_source) into.source = hash_of_source(file, into);
+    // What is wrong may be so because the file was not whole.
+    if (auto whole = file.content.intact(); !whole) return tl::unexpected(whole.error());
     if (!mesh) return mesh;
-    for (Material& material : mesh->material_table) material.name = as_utf8(material.name);
-    if (mesh->triangles.empty()) return file->wrong("", "has no triangles; there is nothing to read");
-    if (auto valid = mesh->validate(); !valid) return file->wrong("", valid.error().message);
+    if (auto done = check_read(file, options, *mesh, into); !done) return tl::unexpected(done.error());
     return mesh;
 }
 
 Result<std::unique_ptr<MeshStream>> open_mesh_stream(const fs::path& path, const ReadOptions& options,
                                                      ReadReport* report) {
-    auto file = open_source(path);
-    if (!file) return tl::unexpected(file.error());
-    const auto format = format_of(*file);
-    if (!format) return unknown_format(*file);
     auto held = std::make_unique<HeldStream>();
     ReadReport& into = report != nullptr ? *report : held->report;
-    into.format = *format;
-    if (*format == MeshFormat::ply || *format == MeshFormat::stl) {
-        auto stream = *format == MeshFormat::ply ? open_ply(*file, into) : open_stl(*file, into);
+    auto source = open_source(path, options, into);
+    if (!source) return tl::unexpected(source.error());
+    held->source = source->file;
+    if (source->format == MeshFormat::ply || source->format == MeshFormat::stl) {
+        auto stream = source->format == MeshFormat::ply ? open_ply(source->file, into) : open_stl(source->file, into);
         if (!stream) return stream;
         held->stream = std::move(*stream);
     } else {
-        auto mesh = read_whole(*file, *format, options, into);
+        auto mesh = read_mesh(path, options, &into);
         if (!mesh) return tl::unexpected(mesh.error());
         held->mesh = std::move(*mesh);
         held->stream = stream_of(held->mesh);

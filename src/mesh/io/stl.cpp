@@ -87,6 +87,8 @@ private:
         if (corners != 3)
             return file_.wrong_line(cursor_.line(),
                                     "a facet has " + std::to_string(corners) + " vertices; it needs three");
+        if (uint64_t{vertices_} + 3 > file_.limits.vertices)
+            return file_.within("vertices", uint64_t{vertices_} + 3, file_.limits.vertices);
         batch.triangles.push_back({vertices_, vertices_ + 1, vertices_ + 2});
         vertices_ += 3;
         return {};
@@ -118,7 +120,8 @@ Result<std::unique_ptr<MeshStream>> open_stl(const SourceFile& file, ReadReport&
                                         "; the file is cut or its header is wrong");
     }
     if (count == 0) return file.wrong("header", "promises no facets; there is nothing to read");
-    if (count > 0xfffffff0u / 3) return file.wrong("header", "has more facets than 32-bit indices can name");
+    if (auto done = file.within("vertices", uint64_t{count} * 3, file.limits.vertices); !done)
+        return tl::unexpected(done.error());
     return std::make_unique<BinaryStl>(file, count);
 }
 

@@ -25,6 +25,7 @@
 #include "mesh/packed_vertices.h"
 #include "mesh/tri_mesh.h"
 
+// Virtual geometry images: the atlas, how it is made of a mesh, and how it is drawn.
 namespace lodestone::vgi {
 
 // The place `step` along a side, 0 .. length, of a square of that length.
@@ -47,8 +48,10 @@ inline bool rising_diagonal(uint32_t x, uint32_t y) { return (x + y) % 2 == 0; }
 
 // Normals in two bytes: octahedral coordinates in steps of 1 / 127.
 std::array<int8_t, 2> pack_octahedral(const glm::vec3& unit);
+// The unit vector that pack_octahedral() packed.
 glm::vec3 unpack_octahedral(const std::array<int8_t, 2>& packed);
 
+// The side of another chart, or of the same, on which a side lies.
 struct GluedSide {
     uint32_t chart = ~0u;  // ~0 where the surface ends
     uint32_t side = 0;     // 0 .. 3
@@ -57,28 +60,29 @@ struct GluedSide {
 
 // What is known of a page of positions (pages.h), all levels finer than its own included; object units.
 struct PageBounds {
-    glm::vec3 centre{0};
-    float radius = 0;  // the sphere holds every sample of the page's part of the chart
-    float error = 0;   // two-sided distance of the page, drawn as a grid, to the source; never less than a child's
+    glm::vec3 centre{0};  // of the sphere around the samples
+    float radius = 0;     // the sphere holds every sample of the page's part of the chart
+    float error = 0;      // two-sided distance of the page, drawn as a grid, to the source; never less than a child's
     std::array<int8_t, 3> axis{};  // of the cone that holds the normals of all triangles of its bintree; -127 .. 127
     int8_t cosine = -127;          // of the cone's half angle, rounded down; -127: no cone
     // Largest codes (sample_errors.h) of the samples that the page has and its parent has not.
     uint8_t sample_error = 0, sample_radius = 0;
-    uint16_t padding = 0;
+    uint16_t padding = 0;  // 0
     bool operator==(const PageBounds&) const = default;
 };
 static_assert(sizeof(PageBounds) == 28);
 
+// The atlas in memory. A value; copies are deep.
 struct Atlas {
     uint32_t cells = 128;                 // per side of a whole chart's positions, a power of two, 2 .. 4096
     uint32_t attribute_cells = 128;       // per side of its attributes, a power of two, cells .. 4096
     std::vector<uint8_t> trimmed_levels;  // per chart: finest levels it does without; lay_out() sets it
     glm::dvec3 origin{0};                 // positions are origin + step * lattice point, one lattice for all charts
     double step = 1;                      // object units, > 0
-    glm::vec2 uv_low{0}, uv_step{0};
-    PresentAttributes attributes;                                  // of the source; normals are always there
-    std::vector<GluedSide> sides;                                  // four per chart
-    std::vector<uint32_t> cluster;                                 // per chart: the cluster it is part of
+    glm::vec2 uv_low{0}, uv_step{0};      // texture coordinates are uv_low + uv_step * texel of `uvs`
+    PresentAttributes attributes;         // of the source; normals are always there
+    std::vector<GluedSide> sides;         // four per chart
+    std::vector<uint32_t> cluster;        // per chart: the cluster it is part of
     std::vector<size_t> first_texel{0}, first_attribute_texel{0};  // per chart, and the end; lay_out() sets them
     // Per level: object units, two-sided distance to the source, never decreasing; empty until measured.
     std::vector<float> errors;
@@ -87,24 +91,25 @@ struct Atlas {
     // Per texel, chart after chart.
     std::vector<std::array<uint16_t, 3>> positions;  // lattice points
     std::vector<uint8_t> sample_errors;              // codes of sample_errors.h; zeros until measured
-    std::vector<uint8_t> sample_radii;
+    std::vector<uint8_t> sample_radii;               // codes of the radii of samples (sample_errors.h)
     // Per texel of the attributes, chart after chart: those of the chart's own side of a seam.
     std::vector<std::array<int8_t, 2>> normals;  // octahedral, -127 .. 127; within a degree
     std::vector<std::array<uint16_t, 2>> uvs;    // uv_low + uv_step * texel; empty where the source has none
     std::vector<glm::u8vec4> colours;            // empty where the source has none
     std::vector<uint16_t> materials;             // empty where the source has one material
 
-    std::vector<Material> material_table;
-    std::vector<Image> images;
+    std::vector<Material> material_table;  // what `materials` refers to
+    std::vector<Image> images;             // textures, what materials refer to
 
-    uint32_t charts() const { return static_cast<uint32_t>(cluster.size()); }
-    uint32_t levels() const;  // log2(cells) + 1
+    uint32_t charts() const { return static_cast<uint32_t>(cluster.size()); }  // how many there are
+    uint32_t levels() const;                                                   // log2(cells) + 1
     // Sets the charts and what they leave out: of each fewer levels than there are of pages (pages.h).
     void lay_out(std::vector<uint8_t> levels_left_out);
     // Gives the images that `attributes` names their texels.
     void make_room();
     // Per side of a chart's own images.
     uint32_t cells_of(uint32_t chart) const { return cells >> trimmed_levels[chart]; }
+    // Per side of a chart's own images of attributes.
     uint32_t attribute_cells_of(uint32_t chart) const { return attribute_cells >> trimmed_levels[chart]; }
     // x, y: 0 .. cells_of(chart).
     size_t texel(uint32_t chart, uint32_t x, uint32_t y) const {
@@ -114,32 +119,34 @@ struct Atlas {
     size_t attribute_texel(uint32_t chart, uint32_t x, uint32_t y) const {
         return first_attribute_texel[chart] + size_t{y} * (attribute_cells_of(chart) + 1) + x;
     }
-    size_t texels() const { return first_texel.back(); }  // of all charts
-    size_t attribute_texels() const { return first_attribute_texel.back(); }
+    size_t texels() const { return first_texel.back(); }                      // of all charts
+    size_t attribute_texels() const { return first_attribute_texel.back(); }  // of all charts
     // A chart's own level for a level of the atlas.
     uint32_t own_level(uint32_t chart, uint32_t level) const {
         return level > trimmed_levels[chart] ? level - trimmed_levels[chart] : 0u;
     }
-    // The square across a side of square (x, y), where every chart is divided into per_side x per_side: in the chart,
-    // or in the one glued to it. Its chart is ~0 where the surface ends.
+    // A square of a chart that is divided into many.
     struct Tile {
-        uint32_t chart, x, y;
+        uint32_t chart, x, y;  // x, y: counted in squares
         bool operator==(const Tile&) const = default;
     };
+    // The square across a side of square (x, y), where every chart is divided into per_side x per_side: in the chart,
+    // or in the one glued to it. Its chart is ~0 where the surface ends.
     Tile across(Tile from, uint32_t side, uint32_t per_side) const;
     // Largest distance there can be: the lattice's diagonal; object units.
     double extent() const { return step * 65535 * 1.7320508075688772; }
+    // Where a texel is; object units.
     glm::dvec3 point(size_t texel) const {
         const auto& p = positions[texel];
         return origin + step * glm::dvec3(p[0], p[1], p[2]);
     }
-    glm::vec3 position(size_t texel) const { return glm::vec3(point(texel)); }
+    glm::vec3 position(size_t texel) const { return glm::vec3(point(texel)); }  // the same, rounded to floats
     // The nearest lattice point, 0 .. 65535 each way.
     glm::dvec3 rounded(const glm::dvec3& point) const {
         return glm::clamp(glm::round((point - origin) / step), 0.0, 65535.0);
     }
     glm::vec3 normal(size_t attribute_texel) const;  // unit length
-    uint64_t triangles_at(uint32_t level) const;
+    uint64_t triangles_at(uint32_t level) const;     // of all charts
 
     // The coarsest level whose error is at most `error`; 0 where none is.
     uint32_t level_for_error(double error) const;

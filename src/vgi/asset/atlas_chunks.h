@@ -27,13 +27,14 @@ public:
 
     // Everything but the images, whose vectors are empty.
     const Atlas& about() const { return about_; }
-    const ChunkFile& file() const { return file_; }
+    const ChunkFile& file() const { return file_; }  // as given
 
-    // Where the bytes of a page's family lie: in which chunk, and from where to where in it.
+    // A part of a chunk.
     struct ByteRange {
-        const char* chunk;
-        uint64_t offset, bytes;
+        const char* chunk;       // its name
+        uint64_t offset, bytes;  // in bytes
     };
+    // Where the bytes of a page's family lie.
     ByteRange place(Layer layer, uint32_t chart, uint32_t page) const;
     // Whether the chart has the page, or leaves it out.
     bool has(Layer layer, uint32_t chart, uint32_t page) const;
@@ -41,8 +42,8 @@ public:
     // A page of a chart that has it. Errors name chart and page, not the file; Fault::format, Fault::machine where
     // reading fails.
     struct PageName {
-        Layer layer;
-        uint32_t chart, page;
+        Layer layer;           // positions or attributes
+        uint32_t chart, page;  // page: of the chart's tree
     };
     // The bytes of its family, as they lie in the file.
     Result<std::vector<std::byte>> read(const PageName& name) const;

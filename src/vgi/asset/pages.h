@@ -18,54 +18,63 @@
 
 namespace lodestone::vgi {
 
-inline constexpr uint32_t page_cells = 32;
+inline constexpr uint32_t page_cells = 32;  // along a side of a page
 
 // Pages of a chart's image, coarsest level first, row by row within a level.
 struct PageTree {
     uint32_t cells;  // of the chart's image
 
-    uint32_t cells_per_page() const { return cells < page_cells ? cells : page_cells; }
-    uint32_t samples_per_side() const { return cells_per_page() + 1; }
+    uint32_t cells_per_page() const { return cells < page_cells ? cells : page_cells; }  // along a side
+    uint32_t samples_per_side() const { return cells_per_page() + 1; }                   // of a page
     // Level of the coarsest pages: one per chart; coarser levels are samples of these.
     uint32_t base_level() const;
+    // Pages along a side of a level, 0 .. base_level().
     uint32_t pages_per_side(uint32_t level) const { return (cells >> level) / cells_per_page(); }
     uint32_t pages() const;  // of all levels
     // Its number; `shift`: log2 of the pages along a side of its level, before which (4^shift - 1) / 3 pages come.
     static uint32_t page_of(uint32_t shift, uint32_t x, uint32_t y) {
         return ((1u << (2 * shift)) - 1) / 3 + (y << shift) + x;
     }
+    // The number of page (x, y) of a level, 0 .. base_level().
     uint32_t page(uint32_t level, uint32_t x, uint32_t y) const { return page_of(base_level() - level, x, y); }
-    void place(uint32_t page, uint32_t* level, uint32_t* x, uint32_t* y) const;
-    uint32_t level(uint32_t page) const;
-    uint32_t parent(uint32_t page) const;  // page is not 0
+    void place(uint32_t page, uint32_t* level, uint32_t* x, uint32_t* y) const;  // the inverse of page()
+    uint32_t level(uint32_t page) const;                                         // 0 .. base_level()
+    uint32_t parent(uint32_t page) const;                                        // page is not 0
 
     // What is compressed as one: the coarsest page (family 0), and the four children of page p (family p + 1).
     uint32_t families() const { return 1 + (pages() - 1) / 4; }
+    // The family that a page is compressed in.
     uint32_t family(uint32_t page) const { return page == 0 ? 0 : parent(page) + 1; }
-    static uint32_t members(uint32_t family) { return family == 0 ? 1 : 4; }
-    uint32_t member(uint32_t family, uint32_t k) const;  // page number; k < members(family)
+    static uint32_t members(uint32_t family) { return family == 0 ? 1 : 4; }  // how many pages it has
+    uint32_t member(uint32_t family, uint32_t k) const;                       // page number; k < members(family)
 };
 
-enum class Layer : uint8_t { geometry, attributes };
+// Which images.
+enum class Layer : uint8_t {
+    geometry,    // positions, sample errors, sample radii
+    attributes,  // normals, texture coordinates, colours, materials
+};
 
 // Numbers of one sample, each up to 16 bits. Channels of a group have like statistics and are packed together.
 struct Channel {
+    // What the numbers are, and so what predicts them.
     enum class Kind : uint8_t {
-        amount,
+        amount,     // of something: values between two are between them
         smooth,     // an amount with more slope than noise
         direction,  // the same, of which two are one direction, octahedral
         name,       // of a thing: the mean of two is neither
         // Of geometry alone (sample_errors.h): not above that of the sample's parents in the bintree; mostly that of
         // the sphere around the triangles that the sample splits.
         error,
-        radius,
+        radius,  // of geometry alone, the same for sample radii
     };
-    uint8_t group;
-    bool wide;  // 16 bits, else 8
-    bool is_signed;
-    Kind kind = Kind::amount;
-    bool averaged = false;  // coarser pages have means of what is around instead (page_means.h); not wide
+    uint8_t group;             // channels of equal groups stand together
+    bool wide;                 // 16 bits, else 8
+    bool is_signed;            // numbers of 8 bits are -128 .. 127, else 0 .. 255
+    Kind kind = Kind::amount;  // of all its numbers
+    bool averaged = false;     // coarser pages have means of what is around instead (page_means.h); not wide
 };
+// The channels of a layer, in the order they are stored.
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture
 // coordinates (2), colour (4), material (1), each where the atlas has them.
 std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer);
@@ -75,10 +84,12 @@ PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart);  // its own
 
 // One page's samples: channel after channel, row by row.
 struct Page {
-    std::vector<uint16_t> values;
+    std::vector<uint16_t> values;  // channels * samples_per_side()^2 of them
 };
+// The samples of a page, read from the images.
 // page: of the chart's own. Its samples, of averaged channels too.
 Page read_page(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page);
+// Puts the samples of a page into the images; coarser pages share some of them.
 void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const Page& samples);
 
 // All of a chart's pages as they are stored, by number.
@@ -94,6 +105,7 @@ public:
     // Fault::format where the bytes are not those of such a family. channels: must outlive this.
     static Result<PageFamily> unpack(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
                                      std::span<const std::byte> bytes);
+    // The samples of a page.
     // number: of a page of this family. parent: of every page but 0.
     Page page(uint32_t number, const Page* parent) const;
 

@@ -275,8 +275,7 @@ void PageCache::upload_page_tables(Plan& plan) {
         for (uint32_t a = 0; a < atlases_.size(); ++a) {
             std::vector<uint32_t> changed = std::exchange(changed_charts_[l][a], {});
             std::ranges::sort(changed);
-            const auto repeated = std::ranges::unique(changed);
-            changed.erase(repeated.begin(), repeated.end());
+            changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
             const PageTree& tree = atlases_[a].trees[l];
             for (size_t i = 0; i < changed.size();) {
                 const uint32_t first = changed[i];

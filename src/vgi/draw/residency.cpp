@@ -123,8 +123,7 @@ std::vector<uint32_t> Residency::spread_usable() {
     for (size_t level = by_level.size(); level-- > 0;) {
         std::vector<uint32_t>& looked_at = by_level[level];
         std::ranges::sort(looked_at);
-        const auto repeated = std::ranges::unique(looked_at);
-        looked_at.erase(repeated.begin(), repeated.end());
+        looked_at.erase(std::unique(looked_at.begin(), looked_at.end()), looked_at.end());
         for (const uint32_t number : looked_at) {
             const bool now = usable_by_definition(number);
             if (now == usable(number)) continue;

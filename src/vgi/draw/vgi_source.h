@@ -22,13 +22,15 @@ enum class Raster {
     device,     // study/device_cut.h: as tess, by nodes that the device chooses
 };
 
+// How atlases are drawn.
 struct VgiOptions {
     uint64_t resident_bytes = uint64_t{1} << 30;  // for pools, tables and index lists together
     uint32_t instances = 1;                       // most instances in the scene, of all assets
-    Raster raster = Raster::bintree;
+    Raster raster = Raster::bintree;              // how triangles are made
 };
 
-// Fault::machine where the coarsest pages alone exceed the budget; Fault::format where one of them is damaged.
+// A backend that draws the assets, at least one. Fault::machine where the coarsest pages alone exceed the budget;
+// Fault::format where one of them is damaged.
 //
 // Requests and arrivals: PageRequest::chunk, offset and bytes say what to read; an arrival with an empty blob is a page
 // that could not be read, which is asked for again later. Statistics in PlanStats::more: pages_resident, pages_missing

@@ -184,7 +184,7 @@ std::vector<DeviceCut::DrawRange> DeviceCut::cut(const FrameInput& input, double
 }
 
 std::optional<DeviceCut::Findings> DeviceCut::findings(std::span<const ReadbackResult> readbacks,
-                                                       std::span<const Instance> instances) const {
+                                                       const InstanceSet& instances) const {
     const ReadbackResult* last = nullptr;
     for (const ReadbackResult& r : readbacks) {
         if (r.tag == findings_tag && (last == nullptr || r.frame > last->frame)) last = &r;

@@ -59,7 +59,7 @@ public:
     };
     // Of the last of these frames, if one of them brings any. instances: of that frame, or one like it.
     std::optional<Findings> findings(std::span<const ReadbackResult> readbacks,
-                                     std::span<const Instance> instances) const;
+                                     const InstanceSet& instances) const;
 
 private:
     std::span<OpenAtlas> atlases_;

@@ -283,6 +283,20 @@ TEST_F(AssetFile, IsTheSameForAnyNumberOfThreads) {
     set_thread_count(0);
 }
 
+TEST_F(AssetFile, OfAnOlderVersionIsRefusedByName) {
+    auto writer = ChunkWriter::create(path_, {});
+    // As version 1 had it, which did not name itself.
+    ASSERT_TRUE(writer->add_text("lod/mesh", R"({"attributes": {"normals": false}, "orders": []})"));
+    ASSERT_TRUE(writer->commit());
+    const auto file = ChunkFile::open(path_);
+    ASSERT_TRUE(file);
+    const auto read = ProgressiveMesh::open(*file);
+    ASSERT_FALSE(read);
+    EXPECT_EQ(read.error().fault, Fault::format);
+    EXPECT_THAT(read.error().message, testing::HasSubstr("lod/mesh: version 1"));
+    EXPECT_THAT(read.error().message, testing::HasSubstr("bake the asset again"));
+}
+
 // A file whose hashes are right but whose content is not must be refused, not crash a cursor.
 TEST_F(AssetFile, ContentThatWouldLeaveTheBuffersIsRefused) {
     const ProgressiveMesh good = bake_in_memory(generate(Shape::rock, 500, 4));

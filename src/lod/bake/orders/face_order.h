@@ -20,8 +20,8 @@ struct OrderInput {
     std::span<const uint32_t> death;    // per face: the level from which on it is dead; levels if it outlives all
     std::span<const uint32_t> gone_at;  // per wedge: the level from which on it is gone; levels if it outlives all
     std::span<const uint32_t> parent;   // per wedge: the wedge it becomes then; itself if it outlives all
-    uint32_t wedges = 0;
-    uint32_t levels = 0;
+    uint32_t wedges = 0;                // of full detail
+    uint32_t levels = 0;                // of the progressive mesh
 };
 
 // What orders that are optimised aim at.
@@ -32,10 +32,11 @@ struct OrderOptions {
     double seconds = 60;  // an order takes about so long on two cores at most; large keyframes are then searched less
 };
 
+// Decides on an order; it is asked level after level from full detail on, once.
 class FaceOrderer {
 public:
     virtual ~FaceOrderer() = default;
-    virtual std::string name() const = 0;
+    virtual std::string name() const = 0;  // as face_orderer_named() knows it
     // Faces leave the drawn range the moment they die; then the first order must be by falling death.
     virtual bool drops_dead() const { return false; }
     // New orders are reached by tswaps in place, at once; otherwise by keyframes. For orders that change a little at a

@@ -20,6 +20,7 @@ struct Collapse {
     uint32_t wedge_count = 0;        // >= 1; more than one on a seam (paired collapses)
 };
 
+// A wedge that a collapse takes away, and the one that stands for it.
 struct WedgePair {
     uint32_t removed = 0, kept = 0;  // wedges of the input mesh
 };
@@ -32,12 +33,13 @@ enum class StopReason {
 };
 std::string describe(StopReason reason);  // a sentence for the user
 
+// All collapses, in order.
 struct CollapseList {
-    std::vector<Collapse> collapses;  // from full detail downwards
-    std::vector<WedgePair> wedge_pairs;
-    StopReason stop = StopReason::target_reached;
-    uint64_t blocked_by_topology = 0;  // candidate collapses refused in the end, by reason
-    uint64_t blocked_by_flips = 0;
+    std::vector<Collapse> collapses;               // from full detail downwards
+    std::vector<WedgePair> wedge_pairs;            // collapse after collapse
+    StopReason stop = StopReason::target_reached;  // why the list ends
+    uint64_t blocked_by_topology = 0;              // candidate collapses refused in the end, by reason
+    uint64_t blocked_by_flips = 0;                 // those that would turn a triangle over
 
     // Chunks lod/collapses, lod/wedge_pairs, lod/collapse_counts.
     Result<void> write_chunks(ChunkWriter& writer) const;

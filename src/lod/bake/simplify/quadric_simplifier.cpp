@@ -187,8 +187,8 @@ public:
           positions_(mesh.vertex_count()),
           wedges_(mesh.triangle_count() * 3),
           vertices_(mesh.triangle_count() * 3),
-          first_(mesh.vertex_count(), 0),
           count_(mesh.vertex_count(), 0),
+          first_(mesh.vertex_count(), 0),
           boundary_(mesh.vertex_count(), 0),
           quadrics_(mesh.vertex_count()),
           seams_(mesh.has_seams()),
@@ -257,7 +257,7 @@ private:
         for (uint32_t c = 0; c < wedges_.size(); ++c) ++count_[vertex(c)];
         for (uint32_t v = 1; v < first_.size(); ++v) first_[v] = first_[v - 1] + count_[v - 1];
         pool_.resize(wedges_.size());
-        std::vector<uint32_t> fill(first_.begin(), first_.end());
+        std::vector<uint64_t> fill(first_);
         for (uint32_t c = 0; c < wedges_.size(); ++c) pool_[fill[vertex(c)]++] = c;
         parallel_for(boundary_.size(), grain, [&](size_t begin, size_t end) {
             Ring ring;
@@ -697,7 +697,7 @@ private:
 
     // The joined fan goes to the end of the pool; the dead faces leave the lists of their apexes.
     void join_fans(uint32_t u, uint32_t v, std::span<const WedgePair> pairs) {
-        const auto joined = static_cast<uint32_t>(pool_.size());
+        const uint64_t joined = pool_.size();
         for (uint32_t i = 0; i < count_[v]; ++i) {
             const uint32_t c = pool_[first_[v] + i];
             const uint32_t a = vertex(next_corner(c)), b = vertex(previous_corner(c));
@@ -722,7 +722,7 @@ private:
         }
         count_[u] = 0;
         first_[v] = joined;
-        count_[v] = static_cast<uint32_t>(pool_.size()) - joined;
+        count_[v] = static_cast<uint32_t>(pool_.size() - joined);
     }
 
     // After u went to v: what w would add elsewhere is as it was, for only w's own quadric counts; v may be a new
@@ -748,11 +748,11 @@ private:
     }
 
     void drop_corner(uint32_t v, uint32_t face) {
-        const uint32_t last = first_[v] + count_[v] - 1;
-        for (uint32_t i = first_[v]; i <= last; ++i) {
+        const uint64_t end = first_[v] + count_[v];
+        for (uint64_t i = first_[v]; i < end; ++i) {
             if (pool_[i] / 3 != face) continue;
             // The order of the rest is kept, so that lists do not depend on how faces died.
-            std::copy(pool_.begin() + i + 1, pool_.begin() + last + 1, pool_.begin() + i);
+            std::copy(pool_.data() + i + 1, pool_.data() + end, pool_.data() + i);
             --count_[v];
             return;
         }
@@ -763,8 +763,8 @@ private:
         std::vector<uint32_t> fresh;
         fresh.reserve(alive_ * 9);
         for (uint32_t v = 0; v < first_.size(); ++v) {
-            const auto begin = pool_.begin() + first_[v];
-            first_[v] = static_cast<uint32_t>(fresh.size());
+            const uint32_t* begin = pool_.data() + first_[v];
+            first_[v] = fresh.size();
             fresh.insert(fresh.end(), begin, begin + count_[v]);
         }
         pool_ = std::move(fresh);
@@ -787,10 +787,13 @@ private:
 
     const TriMesh& mesh_;
     const SimplifyOptions& options_;
-    std::vector<glm::dvec3> positions_;           // normalised
-    double diagonal_ = 0;                         // of the box, normalised
-    std::vector<uint32_t> wedges_, vertices_;     // per corner 3 * face + k
-    std::vector<uint32_t> pool_, first_, count_;  // per vertex: its corners, pool_[first_ .. first_ + count_)
+    std::vector<glm::dvec3> positions_;        // normalised
+    double diagonal_ = 0;                      // of the box, normalised
+    std::vector<uint32_t> wedges_, vertices_;  // per corner 3 * face + k
+    // Per vertex: its corners, pool_[first_ .. first_ + count_). The pool grows to three times the corners, so places
+    // in it may need more than 32 bits where corners do not.
+    std::vector<uint32_t> pool_, count_;
+    std::vector<uint64_t> first_;
     std::vector<uint8_t> boundary_;
     std::vector<Quadric> quadrics_;   // per vertex
     std::vector<double> weights_;     // per vertex: of its planes

@@ -10,23 +10,26 @@
 
 namespace lodestone {
 
+// How far and by which error a mesh is simplified.
 struct SimplifyOptions {
     uint64_t target_triangles = 0;  // stop at or below this count; 0 goes as far as it can
     // Weights of attributes against position in the error, dimensionless: an attribute difference of 1 (a unit of
     // normal, a full colour channel, one texture repeat) weighs like `weight` times the bounding-box diagonal / 100.
-    double normal_weight = 0.04;
-    double uv_weight = 0.15;
-    double colour_weight = 0.12;
+    double normal_weight = 0.04;  // of normals
+    double uv_weight = 0.15;      // of texture coordinates
+    double colour_weight = 0.12;  // of vertex colours
     // Extra weight of quadrics that hold boundaries and seams in place.
     double boundary_weight = 10;
-    uint64_t seed = 1;
+    uint64_t seed = 1;  // no simplifier draws random numbers so far
 };
 
 // Makes collapse lists. mesh: oriented manifold, as `repair` leaves it.
 class Simplifier {
 public:
     virtual ~Simplifier() = default;
-    virtual std::string name() const = 0;
+    virtual std::string name() const = 0;  // for reports
+    // Deterministic for any number of threads. Fault::interrupted when progress says stop; Fault::format where the
+    // simplifier cannot take the mesh.
     virtual Result<CollapseList> simplify(const TriMesh& mesh, const SimplifyOptions& options,
                                           const Progress& progress = {}) const = 0;
 };

@@ -19,34 +19,37 @@ namespace lodestone::vgi {
 
 // Sums over the triangles of a cell: enough to fit a plane to it in constant time.
 struct CellMoments {
-    double area = 0;
+    double area = 0;                        // object units squared
     double weighted = 0;                    // integral of the density wanted
     glm::dvec3 normal{0};                   // vector area
     glm::dvec3 first{0};                    // integral of the position
     double second[6] = {0, 0, 0, 0, 0, 0};  // integrals of xx, yy, zz, xy, xz, yz
 
-    void add(const CellMoments& other);
-    // Mean squared distance to the plane that fits best.
+    void add(const CellMoments& other);  // moments of both cells together
+    // Mean squared distance to the plane that fits best; object units squared.
     double flatness() const;
 };
 
 // What merging has left of one part of a surface: cells, and the edges between them. Vertices have the numbers of the
 // whole surface; half-edges 2 e and 2 e + 1 are the sides of edge e.
 struct CellPart {
+    // A cell that is left.
     struct Cell {
-        CellMoments moments;
-        double perimeter = 0;
+        CellMoments moments;            // of its triangles
+        double perimeter = 0;           // object units
         uint32_t first = 0, sides = 0;  // first: some half-edge of it
     };
+    // An edge between two cells that are left, or at the end of the part.
     struct Edge {
         std::array<uint32_t, 2> origin, next, cell;  // of either side; cell: none where the part ends
-        double length = 0, feature = 0;
-        uint32_t source = none;  // where the part ends: triangle of the source mesh on this side
+        double length = 0, feature = 0;              // of the edge, and of it on features; object units
+        uint32_t source = none;                      // where the part ends: triangle of the source mesh on this side
     };
-    std::vector<Cell> cells;
-    std::vector<Edge> edges;
+    std::vector<Cell> cells;  // by number
+    std::vector<Edge> edges;  // by number
 };
 
+// The complex, from triangles to clusters.
 class CellComplex {
 public:
     // One cell per triangle, and a cell that is never merged per boundary loop. The surface must be valid and have no
@@ -59,21 +62,23 @@ public:
     // part come first.
     CellComplex(std::span<const CellPart> parts, size_t vertices, const FeatureLines& features);
 
+    // Edges are numbered below this; some are gone.
     uint32_t edge_slots() const { return static_cast<uint32_t>(length_.size()); }
-    bool edge_alive(uint32_t edge) const { return length_[edge] >= 0; }
-    double edge_length(uint32_t edge) const { return length_[edge]; }
-    double feature_length(uint32_t edge) const { return feature_[edge]; }  // of it, on features
-    uint32_t cell_of(uint32_t half_edge) const { return cell_[half_edge]; }
-    uint32_t next(uint32_t half_edge) const { return next_[half_edge]; }
-    uint32_t origin(uint32_t half_edge) const { return origin_[half_edge]; }
+    bool edge_alive(uint32_t edge) const { return length_[edge] >= 0; }       // whether it is not gone
+    double edge_length(uint32_t edge) const { return length_[edge]; }         // object units; below 0 where it is gone
+    double feature_length(uint32_t edge) const { return feature_[edge]; }     // of it, on features
+    uint32_t cell_of(uint32_t half_edge) const { return cell_[half_edge]; }   // the cell on its side
+    uint32_t next(uint32_t half_edge) const { return next_[half_edge]; }      // counter-clockwise around its cell
+    uint32_t origin(uint32_t half_edge) const { return origin_[half_edge]; }  // the vertex it begins at
+    // Some half-edge of the cell; none where it was merged.
     uint32_t first_half_edge(uint32_t cell) const { return first_[cell]; }
-    uint32_t sides(uint32_t cell) const { return sides_[cell]; }
-    double perimeter(uint32_t cell) const { return perimeter_[cell]; }
-    const CellMoments& moments(uint32_t cell) const { return moments_[cell]; }
+    uint32_t sides(uint32_t cell) const { return sides_[cell]; }                // how many arcs it has
+    double perimeter(uint32_t cell) const { return perimeter_[cell]; }          // object units
+    const CellMoments& moments(uint32_t cell) const { return moments_[cell]; }  // of its triangles
     // Cells below are triangles, or of parts (or what was merged into them); from here on they stand for boundary
     // loops.
     uint32_t triangle_cells() const { return triangle_cells_; }
-    bool alive(uint32_t cell) const { return first_[cell] != none; }
+    bool alive(uint32_t cell) const { return first_[cell] != none; }  // whether it was not merged into another
 
     // Whether the cells either side of an edge may become one: the invariant holds afterwards.
     bool may_merge(uint32_t edge);

@@ -14,16 +14,18 @@
 
 namespace lodestone::vgi {
 
+// The part that was taken out; most often a disk.
 struct ChartMesh {
-    std::vector<glm::dvec3> positions;
+    std::vector<glm::dvec3> positions;       // per vertex, object units
     std::vector<glm::dvec2> flat;            // where each vertex lies in the plane, once flattened
     std::vector<uint32_t> origin;            // vertex of the surface; none for those that splits made
     std::vector<SurfaceTriangle> triangles;  // with vertices of the patch
-    CutPlaces places;
-    std::vector<uint32_t> twin;  // per half-edge 3 t + k; none on the patch's boundary
+    CutPlaces places;                        // of its triangles on the source mesh
+    std::vector<uint32_t> twin;              // per half-edge 3 t + k; none on the patch's boundary
 
+    // The vertex that half-edge h begins at.
     uint32_t from(uint32_t h) const { return triangles[h / 3].vertices[h % 3]; }
-    uint32_t to(uint32_t h) const { return from(next_corner(h)); }
+    uint32_t to(uint32_t h) const { return from(next_corner(h)); }  // where it ends
 
     // Puts a vertex on the edge of h, the share `at` (0 .. 1) of the way from from(h) to to(h): the triangles either
     // side become two each. flat_at: the same in the plane, where it may differ. Returns the vertex; h then ends in it.
@@ -36,7 +38,7 @@ struct ChartMesh {
     std::vector<bool> on_boundary() const;  // per vertex
     // Vertex of the patch by vertex of the surface; those that splits made are left out.
     std::unordered_map<uint32_t, uint32_t> numbers() const;
-    double area(uint32_t t) const;
+    double area(uint32_t t) const;              // object units squared
     double signed_flat_area(uint32_t t) const;  // twice
     uint32_t flipped() const;                   // triangles without positive area in the plane
 };

@@ -36,12 +36,13 @@ std::vector<bool> with_neighbours(const Surface& surface, std::span<const uint32
 std::vector<uint32_t> kept_clusters(const Surface& surface, std::span<const uint32_t> label,
                                     const std::vector<bool>& bad);
 
+// How a surface is divided.
 struct ClusterOptions {
     // Wanted in all. A component has at least 4 where it is closed, 3 with a boundary, or, where its share of the area
     // comes to two clusters or to one at most, is made of templates (templates.h). What small components have beyond
     // their share is not taken from others.
     uint32_t clusters = 130;
-    ClusterWeights weights;
+    ClusterWeights weights;              // which merges come first
     uint32_t bucket_triangles = 200000;  // about so many to a bucket
     // A cluster is not made of what this many are wanted for.
     static constexpr double most_wanted = 4;
@@ -56,18 +57,21 @@ struct ClusterOptions {
 
 // A cluster that is a quad as it is.
 struct ReadyQuad {
-    uint32_t cluster = 0;
+    uint32_t cluster = 0;               // its number
     std::array<uint32_t, 4> corners{};  // vertices of the surface, counter-clockwise seen from outside
 };
 
+// A surface divided.
 struct Clusters {
-    std::vector<uint32_t> label;  // per triangle, 0 .. count - 1, by the lowest triangle
-    uint32_t count = 0;
-    std::vector<ReadyQuad> ready;  // by their clusters
-    std::vector<uint32_t> ready_corners() const;
-    uint32_t buckets = 0;
+    std::vector<uint32_t> label;                  // per triangle, 0 .. count - 1, by the lowest triangle
+    uint32_t count = 0;                           // of clusters
+    std::vector<ReadyQuad> ready;                 // by their clusters
+    std::vector<uint32_t> ready_corners() const;  // of all ready quads, four each
+    uint32_t buckets = 0;                         // that the surface was cut into
     double cut_seconds = 0, bucket_seconds = 0, merge_seconds = 0;  // into buckets; inside them; everywhere
 };
+// The surface must be valid and have no inner edge between boundary vertices (surface_of sees to it). Deterministic for
+// any number of threads. Fault::interrupted when progress says stop.
 Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& options, const Progress& progress = {});
 
 }  // namespace lodestone::vgi

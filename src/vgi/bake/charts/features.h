@@ -15,6 +15,7 @@
 
 namespace lodestone::vgi {
 
+// Edges of a source mesh that are features. Default: none.
 class FeatureLines {
 public:
     FeatureLines() = default;
@@ -22,7 +23,7 @@ public:
     // degrees). Without normals, where they meet at more than 60 degrees.
     explicit FeatureLines(const TriMesh& mesh);
 
-    bool empty() const { return pairs_.empty(); }
+    bool empty() const { return pairs_.empty(); }  // whether there are none
     // Whether the edge between two triangles of the source that share one is a feature.
     bool between(uint32_t a, uint32_t b) const;
     // Forgets the features of these triangles of the source.

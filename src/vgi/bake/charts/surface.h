@@ -15,8 +15,9 @@
 
 namespace lodestone::vgi {
 
-inline constexpr uint32_t none = no_neighbour;
+inline constexpr uint32_t none = no_neighbour;  // in place of a number where there is none
 
+// A triangle, and where it comes from.
 struct SurfaceTriangle {
     std::array<uint32_t, 3> vertices;  // counter-clockwise seen from outside
     uint32_t source;                   // triangle of the source mesh it is part of
@@ -29,8 +30,10 @@ public:
     // Per corner: weights of the source triangle's corners 1 and 2; that of corner 0 is what is left to 1.
     using Corners = std::array<glm::vec2, 3>;
     CutPlaces() = default;
+    // Of entries made before.
     explicit CutPlaces(std::vector<Corners> entries) : entries_(std::move(entries)) {}
-    const std::vector<Corners>& entries() const { return entries_; }
+    const std::vector<Corners>& entries() const { return entries_; }  // by SurfaceTriangle::places
+    // The place of a triangle.
     const Corners& of(const SurfaceTriangle& t) const { return t.places == none ? whole : entries_[t.places]; }
     // Takes the triangle's own entry, or makes one.
     void set(SurfaceTriangle& t, const Corners& corners) {
@@ -58,17 +61,18 @@ private:
 // As half_edge_twins of mesh/topology.h.
 std::vector<uint32_t> twins_of(std::span<const SurfaceTriangle> triangles, size_t vertices, bool* manifold = nullptr);
 
+// A surface that is divided into charts.
 struct Surface {
-    std::vector<glm::dvec3> positions;
-    std::vector<SurfaceTriangle> triangles;
-    CutPlaces places;
+    std::vector<glm::dvec3> positions;       // per vertex, object units
+    std::vector<SurfaceTriangle> triangles;  // with vertices of the surface
+    CutPlaces places;                        // of its triangles
 
     // 3 t + k: the half-edge across the edge of triangle t from corner k to corner k + 1; none on the boundary.
     std::vector<uint32_t> twins() const { return twins_of(triangles, positions.size()); }
     // Of half-edge 3 t + k, object units.
     double length(uint32_t half_edge) const;
-    double area(size_t triangle) const;
-    double area() const;
+    double area(size_t triangle) const;  // object units squared
+    double area() const;                 // of all triangles
     // Oriented manifold without bow-ties, indices in range, places within their source triangles.
     Result<void> validate() const;
 };

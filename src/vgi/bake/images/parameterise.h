@@ -16,22 +16,24 @@ namespace lodestone::vgi {
 
 // A quad with its vertices laid onto the unit square: ChartMesh::flat, corner 0 at (0, 0), then counter-clockwise.
 struct Chart {
-    ChartMesh patch;
+    ChartMesh patch;           // the quad, laid out
     double area = 0;           // of the surface
     double stretch = 0;        // L2, 1 where sampling is perfectly even
     double tutte_stretch = 0;  // before the weights were changed
-    uint32_t solves = 0;
-    bool uniform = false;  // equal weights, because no other was free of folds
+    uint32_t solves = 0;       // linear systems solved
+    bool uniform = false;      // equal weights, because no other was free of folds
 };
 
+// How evenly, and with how much work.
 struct ParameteriseOptions {
-    uint32_t most_solves = 12;
+    uint32_t most_solves = 12;  // of a chart
     double least_gain = 0.002;  // of the stretch, in a round; else it ends
     // Samples lie denser by curvature to this power, relative to the chart's mean, up to twice and down to half of what
     // they were along each direction. 0: evenly. Errors of what is interpolated linearly are even at 0.5.
     double curvature_importance = 0.15;
 };
 
+// Lays a quad of the surface onto the unit square.
 // triangles: those of the quad. sides: its four in order, arcs as traced on the same surface. Fault::invariant where
 // even equal weights fold.
 Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> triangles, std::span<const Side> sides,

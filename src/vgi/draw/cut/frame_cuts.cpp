@@ -73,8 +73,7 @@ std::vector<uint32_t> differing(const InstanceSet& before, const InstanceSet& no
     if (const auto changed = now.changed_since(before.generation())) {
         numbers.assign(changed->begin(), changed->end());
         std::ranges::sort(numbers);
-        const auto repeated = std::ranges::unique(numbers);
-        numbers.erase(repeated.begin(), repeated.end());
+        numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
     } else {
         for (uint32_t i = 0; i < now.size(); ++i) numbers.push_back(i);
     }
@@ -169,8 +168,7 @@ bool CutRegion::covers(const FrameInput& input) const {
     std::vector<uint32_t> elsewhere = differing(instances, input.instances);
     for (const Moved& m : moved) elsewhere.push_back(m.instance);
     std::ranges::sort(elsewhere);
-    const auto repeated = std::ranges::unique(elsewhere);
-    elsewhere.erase(repeated.begin(), repeated.end());
+    elsewhere.erase(std::unique(elsewhere.begin(), elsewhere.end()), elsewhere.end());
     for (const uint32_t i : elsewhere) {
         const Moved* const thought = find_moved(i);
         const Instance& there = thought != nullptr ? thought->there : instances[i];

@@ -1,0 +1,25 @@
+# The reference of the public headers, made by doxygen from their comments: target `reference`, and a test that it says something of
+# every public name.
+include(PublicHeaders)
+find_program(LODESTONE_DOXYGEN doxygen)
+if(NOT LODESTONE_DOXYGEN)
+  message(STATUS "doxygen is not there: no target `reference`, and docs.EveryPublicNameIsDocumented is not run")
+  return()
+endif()
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+
+set(LODESTONE_REFERENCE "${PROJECT_BINARY_DIR}/reference")
+set(inputs ${LODESTONE_PUBLIC_HEADERS})
+list(TRANSFORM inputs PREPEND "${PROJECT_SOURCE_DIR}/src/")
+file(GLOB pages CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/docs/*.md")
+list(APPEND inputs ${pages})
+list(TRANSFORM inputs REPLACE "(.+)" "\"\\1\"")
+list(JOIN inputs " \\\n  " LODESTONE_REFERENCE_INPUT)
+configure_file("${PROJECT_SOURCE_DIR}/docs/Doxyfile.in" "${LODESTONE_REFERENCE}/Doxyfile" @ONLY)
+
+set(make_reference "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/reference.py" "${LODESTONE_REFERENCE}/Doxyfile")
+add_custom_target(reference COMMAND ${make_reference} USES_TERMINAL VERBATIM)
+if(LODESTONE_TESTS)
+  add_test(NAME docs.EveryPublicNameIsDocumented COMMAND ${make_reference})
+  add_test(NAME docs.CommentsDocumentWhatTheRuleSays COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/tests/docs/doxygen_filter_test.py")
+endif()

@@ -1,0 +1,356 @@
+#!/usr/bin/env python3
+"""Measures what docs/figures.md says, and writes that page.
+
+  scripts/figures.py measure [NAME...]   runs measurements (all without a name) and keeps what they found in bench/results/NAME.json
+  scripts/figures.py write               writes docs/figures.md from bench/results, and bench/history/COMMIT.csv
+  scripts/figures.py check               fails unless docs/figures.md is what `write` would write
+  scripts/figures.py list                names the measurements and their commands
+
+Every measurement is one or several commands of the release build. A result keeps the commands, the commit, the machine and the
+figures; nothing in the page is typed by hand. Measurements on scans need LODESTONE_DATA and leave the scans out without it.
+"""
+import argparse
+import csv
+import json
+import os
+import pathlib
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BIN = "build/release/bin/"
+RESULTS = ROOT / "bench" / "results"
+HISTORY = ROOT / "bench" / "history"
+PAGE = ROOT / "docs" / "figures.md"
+
+# ---------------------------------------------------------------------------------------------------------------- measuring
+
+
+def run(command):
+    """Runs a command of the project's root and returns what it prints; ends the script where the command fails."""
+    print("$ " + " ".join(command), file=sys.stderr, flush=True)
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"figures: exit code {done.returncode} from: {' '.join(command)}")
+    return done.stdout
+
+
+def google_benchmark(program, *options):
+    """Rows of a Google Benchmark program: name, milliseconds (wall clock and CPU, as the benchmark defines them), counters."""
+
+    def measured():
+        command = [BIN + program, *options, "--benchmark_format=json"]
+        rows = {}
+        for row in json.loads(run(command))["benchmarks"]:
+            if row.get("run_type") == "aggregate" and row.get("aggregate_name") != "median":
+                continue
+            if row.get("error_occurred"):
+                sys.exit(f"figures: {row['name']}: {row.get('error_message')}")
+            to_ms = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}[row["time_unit"]]
+            known = {"name", "family_index", "per_family_instance_index", "run_name", "run_type", "repetitions", "threads", "iterations",
+                     "real_time", "cpu_time", "time_unit", "repetition_index", "aggregate_name", "aggregate_unit", "label"}
+            counters = {key: value for key, value in row.items() if key not in known and isinstance(value, (int, float))}
+            name = re.sub(r"/(iterations:\d+|repeats:\d+|manual_time|process_time|real_time|min_time:[\d.]+)", "", row["run_name"])
+            rows[name] = {"ms": row["real_time"] * to_ms, "cpu_ms": row["cpu_time"] * to_ms, **counters}
+        return [command], rows
+
+    return measured
+
+
+def quality():
+    command = [BIN + "simplify_quality", "--json"]
+    rows = {}
+    for line in run(command).splitlines():
+        row = json.loads(line)
+        rows[f"{row.pop('mesh')}/{row['share']:g}"] = row
+    return [command], rows
+
+
+def bake(shape, triangles, *options):
+    """The report of a bake of a generated mesh."""
+
+    def measured():
+        with tempfile.TemporaryDirectory() as folder:
+            mesh, report = f"{folder}/{shape}.ply", f"{folder}/report.json"
+            commands = [[BIN + "lodestone", "-q", "generate", shape, "--triangles", str(triangles), "--seed", "7", "-o", mesh],
+                        [BIN + "lodestone", "-q", "bake", mesh, "-o", f"{folder}/{shape}.lode", *options, "--report", report]]
+            for command in commands:
+                run(command)
+            found = json.loads(pathlib.Path(report).read_text())
+        shown = [[word.replace(folder + "/", "") for word in command] for command in commands]
+        flat = {}
+        for room in ("lod", "vgi", "discrete"):
+            for key, value in found.get(room, {}).items():
+                if isinstance(value, dict):
+                    flat.update({f"{room}.{key}.{inner}": number for inner, number in value.items()})
+                elif isinstance(value, (int, float)):
+                    flat[f"{room}.{key}"] = value
+        flat.update({key: found[key] for key in ("seconds", "peak_rss_bytes", "out_bytes")})
+        flat["triangles"] = found["input"]["triangles"]
+        return shown, {f"{shape} {triangles}": flat}
+
+    return measured
+
+
+def orders(*objectives):
+    """ATVR of the order `keyframe` of a generated rock, by objective and moves, at levels spaced evenly and by logarithm."""
+
+    def measured():
+        commands, rows = [], {}
+        with tempfile.TemporaryDirectory() as folder:
+            lodestone = [BIN + "lodestone", "-q"]
+            mesh, asset = f"{folder}/rock.ply", f"{folder}/rock.lode"
+            run([*lodestone, "generate", "rock", "--triangles", "100000", "-o", mesh])
+            for order, cache, moves in objectives:
+                made = [*lodestone, "bake", mesh, "-o", asset, "--backends", "lod", "--order", order, "--cache", cache, "--moves-per-ecol",
+                        str(moves), "--report", f"{folder}/report.json"]
+                run(made)
+                uniform = json.loads(run([*lodestone, "acmr", asset, "--cache", cache, "--compare", "--json"]))
+                log = json.loads(run([*lodestone, "acmr", asset, "--cache", cache, "--spacing", "log", "--json"]))
+                report = json.loads(pathlib.Path(f"{folder}/report.json").read_text())
+                rows[f"{order} {cache} {moves}"] = {
+                    "moved_per_ecol": uniform["moved_per_ecol"], "atvr_mean": uniform["atvr_mean"], "atvr_worst": uniform["atvr_worst"],
+                    "atvr_log": log["atvr_mean"], "cache_lines_per_ecol": uniform["cache_lines_per_ecol"],
+                    "bytes_per_ecol": uniform["bytes_per_ecol"],
+                    "atvr_fresh_meshoptimizer": uniform["compare"]["fresh_meshoptimizer"]["atvr_mean"],
+                    "order_seconds": report["lod"]["order_seconds"]}
+        commands = [["lodestone", "generate", "rock", "--triangles", "100000", "-o", "rock.ply"],
+                    ["lodestone", "bake", "rock.ply", "-o", "rock.lode", "--backends", "lod", "--order", "O", "--cache", "C", "--moves-per-ecol", "N"],
+                    ["lodestone", "acmr", "rock.lode", "--cache", "C", "--compare", "--json"]]
+        return commands, rows
+
+    return measured
+
+
+def flight(scene, *options):
+    """The rows of a bench report: flights through a scene by every backend."""
+
+    def measured():
+        with tempfile.TemporaryDirectory() as folder:
+            command = [BIN + "lodestone", "-q", "bench", scene, *options, "-o", folder]
+            run(command)
+            report = json.loads((pathlib.Path(folder) / "report.json").read_text())
+        keep = ("ms_median", "ms_p99", "ms_jolt", "fps_mean", "cpu_plan_ms", "cpu_ms", "triangles", "vertex_invocations", "acmr", "psnr_db",
+                "ssim", "max_pixel_deviation", "background_leaks", "resident_bytes")
+        rows = {}
+        for scene_report in report.get("scenes", [report]):
+            for row in scene_report["rows"]:
+                name = " ".join(word for word in (row["backend"], row.get("order", ""), row.get("raster", "")) if word)
+                name += "" if row["backend"] == "full" else f", {row['pixel_error']:g} px"
+                rows[name] = {key: row[key] for key in keep if key in row}
+        return [command[:-2]], rows, report.get("machine", {})
+
+    return measured
+
+
+FLIGHT = ("--backends", "full,discrete,lod,vgi", "--pixel-error", "1,2,4", "--frames", "30", "--quality-frames", "3")
+MEASUREMENTS = {
+    "read": google_benchmark("bench_read"),
+    "simplify": google_benchmark("bench_simplify", "--benchmark_min_time=1"),
+    "simplify-quality": quality,
+    "orders": orders(("keyframe", "fifo16", 8), ("keyframe", "fifo16", 2), ("keyframe", "fifo32", 8), ("keyframe", "nvidia", 8),
+                     ("greedy", "fifo16", 8)),
+    "cursor": google_benchmark("bench_cursor"),
+    "cut": google_benchmark("bench_cut"),
+    "plan": google_benchmark("bench_plan", "--benchmark_repetitions=9", "--benchmark_enable_random_interleaving=true"),
+    "bake-rock-300k": bake("rock", 300000, "--backends", "lod,vgi"),
+    "bake-rock-3m": bake("rock", 3000000, "--backends", "vgi", "--clusters", "130"),
+    "bake-terrain-3m": bake("terrain", 3000000, "--backends", "vgi", "--clusters", "130"),
+    "flight-rock": flight("assets/rock.scene.json", *FLIGHT),
+    "flight-cliff": flight("assets/cliff.scene.json", *FLIGHT),
+}
+
+
+def processor():
+    for line in open("/proc/cpuinfo", encoding="utf-8"):
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return platform.processor()
+
+
+def commit():
+    return dict(zip(("commit", "date"), run(["git", "show", "-s", "--format=%h %cs", "--abbrev=12", "HEAD"]).split()))
+
+
+def measure(names):
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    for name in names or MEASUREMENTS:
+        commands, rows, *machine = MEASUREMENTS[name]()
+        result = {**commit(), "commands": [" ".join(words) for words in commands],
+                  "machine": machine[0] if machine else {"cpu": processor()}, "rows": rows}
+        (RESULTS / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n")
+
+
+# ------------------------------------------------------------------------------------------------------------------ writing
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return lines + ["| " + " | ".join(row) + " |" for row in rows]
+
+
+def number(value, digits=3):
+    """A figure as the page shows it: `digits` significant digits, whole numbers whole."""
+    if value is None:
+        return "-"
+    if isinstance(value, int) or float(value).is_integer() and abs(value) < 1e9:
+        return str(int(value))
+    if abs(value) >= 10 ** digits:
+        return str(round(value))
+    return f"{value:.{digits}g}"
+
+
+def columns(rows, names):
+    """A table of all rows; `names`: (head, key or function of a row)."""
+    body = []
+    for name, row in rows.items():
+        body.append([name] + [number(key(row) if callable(key) else row.get(key)) for _, key in names])
+    return table(["", *(head for head, _ in names)], body)
+
+
+def read_section(result):
+    return columns(result["rows"], [("ms", "ms"), ("CPU, ms", "cpu_ms")])
+
+
+def simplify_section(result):
+    by_mesh = {}
+    for name, row in result["rows"].items():
+        who, _, mesh = name.partition("/")
+        by_mesh.setdefault(mesh, {})[who] = row
+    body = []
+    for mesh, sides in by_mesh.items():
+        ours = next((row for who, row in sides.items() if who != "openmesh"), None)
+        rival = sides.get("openmesh")
+        body.append([mesh, number(ours["cpu_ms"] if ours else None), number(rival["cpu_ms"] if rival else None),
+                     number(rival["cpu_ms"] / ours["cpu_ms"]) if ours and rival else "-"])
+    return table(["mesh", "CPU, ms", "OpenMesh, CPU, ms", "ratio"], body)
+
+
+def quality_section(result):
+    return columns(result["rows"], [("triangles", "triangles"), ("rms against OpenMesh", "rms_ratio"), ("largest against meshoptimizer", "max_ratio")])
+
+
+def orders_section(result):
+    return columns(result["rows"], [("moves per ecol", "moved_per_ecol"), ("ATVR, even levels", "atvr_mean"), ("worst level", "atvr_worst"),
+                                    ("ATVR, log levels", "atvr_log"), ("fresh meshoptimizer", "atvr_fresh_meshoptimizer"),
+                                    ("lines of index buffer per ecol", "cache_lines_per_ecol"), ("bytes per ecol", "bytes_per_ecol"),
+                                    ("s per 100k", "order_seconds")])
+
+
+def timed_section(result):
+    keys = []
+    for row in result["rows"].values():
+        keys += [key for key in row if key not in keys and key not in ("ms", "cpu_ms", "items_per_second")]
+    return columns(result["rows"], [("ms", "ms"), *((key.replace("_", " "), key) for key in keys)])
+
+
+def plan_section(result):
+    lines = timed_section(result)
+    pairs = [(name, name[:-len("10000")] + "20") for name in result["rows"] if name.endswith("/10000")]
+    pairs += [("vgi/rocks_in_one_atlas/16", "vgi/rocks_in_one_atlas/1"), ("vgi/arrival/900", "vgi/arrival/6")]
+    ratios = [[big, small, number(result["rows"][big]["ms"] / result["rows"][small]["ms"])] for big, small in pairs
+              if big in result["rows"] and small in result["rows"]]
+    return lines + ["", "What grows where only what is out of view grows:", ""] + table(["", "against", "ratio"], ratios)
+
+
+def bake_section(result):
+    (name, row), = result["rows"].items()
+    triangles = row["triangles"]
+    body = [["whole bake, s", number(row["seconds"])], ["peak memory, MB", number(row["peak_rss_bytes"] / 1e6)],
+            ["bytes per source triangle", number(row["out_bytes"] / triangles)]]
+    for key, value in row.items():
+        if "." in key and key.split(".", 1)[0] in ("lod", "vgi"):
+            body.append([f"`{key}`", number(value)])
+    return table([name.replace(" ", ", ") + " triangles", ""], body)
+
+
+def flight_section(result):
+    full = result["rows"].get("full", {}).get("ms_median")
+    return columns(result["rows"], [
+        ("triangles", "triangles"), ("ms, median", "ms_median"), ("`full` over it", lambda row: full / row["ms_median"] if full else None),
+        ("p99", "ms_p99"), ("jolt", "ms_jolt"), ("plan, CPU ms", "cpu_plan_ms"), ("other threads, CPU ms", "cpu_ms"), ("ACMR", "acmr"),
+        ("PSNR, dB", "psnr_db"), ("SSIM", "ssim"), ("deviation, px", "max_pixel_deviation"), ("leaks", "background_leaks"),
+        ("MB held", lambda row: row["resident_bytes"] / 1e6)])
+
+
+SECTIONS = [
+    ("Reading", "Binary PLY with normals and texture coordinates, 3M triangles.", [("read", read_section)]),
+    ("Simplification", "To the coarsest level, attributes included; OpenMesh's `ModQuadric` to 1% of the triangles.",
+     [("simplify", simplify_section)]),
+    ("Quality of simplification", "Two-sided distances at a share of the triangles, ours over a rival's: below 1 is better.",
+     [("simplify-quality", quality_section)]),
+    ("Vertex-cache orders", "A generated rock of 100k triangles; objective, then the moves per collapse that were asked for. ATVR counts "
+     "vertex shader runs per vertex, in a simulated cache of the objective.", [("orders", orders_section)]),
+    ("Steps of progressive meshes", "The cursor through levels.", [("cursor", timed_section)]),
+    ("Cuts of geometry images", "A rock of a million triangles, all pages there, one thread; `go_on` continues from the cut before.",
+     [("cut", timed_section)]),
+    ("Plans", "CPU of all our threads a frame; N instances of which 20 are in view, still or 1% of them moving. Medians of 9 "
+     "interleaved repetitions.", [("plan", plan_section)]),
+    ("Bakes", "Fields are those of the bake report ([cli.md](cli.md)).",
+     [("bake-rock-300k", bake_section), ("bake-rock-3m", bake_section), ("bake-terrain-3m", bake_section)]),
+    ("Flights", "1280x720, every backend through the same scene. Columns are those of the report ([cli.md](cli.md)).",
+     [("flight-rock", flight_section), ("flight-cliff", flight_section)]),
+]
+
+
+def results():
+    return {path.stem: json.loads(path.read_text()) for path in sorted(RESULTS.glob("*.json"))}
+
+
+def page(found):
+    lines = ["# Figures", "",
+             "`scripts/figures.py write` made this page from `bench/results`; `scripts/figures.py measure` makes those. Times are of a shared "
+             "machine with two cores: compare them within one table. Values of earlier commits are in `bench/history`; "
+             "`scripts/plot-history.py` draws them."]
+    for title, text, parts in SECTIONS:
+        parts = [(name, section) for name, section in parts if name in found]
+        if not parts:
+            continue
+        lines += ["", f"## {title}", "", text]
+        for name, section in parts:
+            result = found[name]
+            machine = ", ".join(str(result["machine"][key]) for key in ("cpu", "device") if result["machine"].get(key))
+            lines += ["", *(f"`{command}`  " for command in result["commands"]), f"{machine}; commit {result['commit']}", "", *section(result)]
+    return "\n".join(lines) + "\n"
+
+
+def write_history(found):
+    """One CSV for each commit of the results."""
+    HISTORY.mkdir(parents=True, exist_ok=True)
+    by_commit = {}
+    for name, result in found.items():
+        for row, figures in result["rows"].items():
+            for figure, value in figures.items():
+                by_commit.setdefault(result["commit"], []).append((result["date"], name, row, figure, f"{value:.6g}"))
+    for made_at, rows in by_commit.items():
+        with open(HISTORY / f"{made_at}.csv", "w", newline="", encoding="utf-8") as out:
+            writer = csv.writer(out, lineterminator="\n")
+            writer.writerow(("date", "measurement", "row", "figure", "value"))
+            writer.writerows(sorted(rows))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("verb", choices=("measure", "write", "check", "list"))
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    given = parser.parse_args()
+    unknown = [name for name in given.names if name not in MEASUREMENTS]
+    if unknown:
+        sys.exit(f"figures: no measurement is named {unknown[0]}; there are {', '.join(MEASUREMENTS)}")
+    if given.verb == "list":
+        print("\n".join(MEASUREMENTS))
+    elif given.verb == "measure":
+        measure(given.names)
+    elif given.verb == "write":
+        found = results()
+        PAGE.write_text(page(found), encoding="utf-8")
+        write_history(found)
+    elif PAGE.read_text(encoding="utf-8") != page(results()):
+        sys.exit("figures: docs/figures.md is not what bench/results says; run scripts/figures.py write")
+
+
+if __name__ == "__main__":
+    main()

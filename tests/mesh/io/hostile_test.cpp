@@ -1,0 +1,357 @@
+// Files that ask for too much, lie, or name what is not theirs.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "base/files/file.h"
+#include "fixtures/meshes.h"
+#include "mesh/generate.h"
+#include "mesh/io/image_file.h"
+#include "mesh/io/read.h"
+#include "mesh/io/write.h"
+
+namespace lodestone {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class HostileTest : public testing::Test {
+protected:
+    void SetUp() override {
+        root_ = fs::temp_directory_path() / ("lodestone_hostile_" + std::to_string(::getpid()));
+        folder_ = root_ / "mesh";
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(root_); }
+
+    fs::path put(const std::string& name, const std::string& content) {
+        std::ofstream(folder_ / name, std::ios::binary) << content;
+        return folder_ / name;
+    }
+    static std::string refusal(const Result<TriMesh>& mesh) {
+        EXPECT_FALSE(mesh) << "was read";
+        if (mesh) return "";
+        EXPECT_EQ(mesh.error().fault, Fault::format);
+        EXPECT_EQ(mesh.error().message.find('\n'), std::string::npos);
+        return mesh.error().message;
+    }
+    std::string refused(const std::string& name, const std::string& content, const ReadOptions& options = {}) {
+        return refusal(read_mesh(put(name, content), options));
+    }
+    fs::path put_image(const std::string& name, uint8_t grey) {
+        Image image{2, 2, std::vector<glm::u8vec4>(4, {grey, grey, grey, 255})};
+        EXPECT_TRUE(write_png(image, folder_ / name));
+        return folder_ / name;
+    }
+    fs::path root_, folder_;
+};
+
+std::string binary_stl(const TriMesh& mesh) {
+    std::string stl(80, ' ');
+    const auto append = [&](const auto& value) { stl.append(reinterpret_cast<const char*>(&value), sizeof value); };
+    append(static_cast<uint32_t>(mesh.triangle_count()));
+    for (const Triangle& triangle : mesh.triangles) {
+        append(glm::vec3(0));
+        for (const uint32_t w : triangle) append(mesh.positions[mesh.wedge_vertex[w]]);
+        append(uint16_t{0});
+    }
+    return stl;
+}
+
+// A document with one buffer: a triangle, its texture coordinates, and whatever else is said of it.
+struct Document {
+    std::string uvs = "\"TEXCOORD_0\":1", material = "{}", nodes = "[{\"mesh\":0}]", roots = "[0]", head, accessors;
+    std::string json() const {
+        // 3 positions, 3 pairs (0 0, 1 0, 0 1), as base64.
+        return "{\"asset\":{\"version\":\"2.0\"}," + head +
+               "\"buffers\":[{\"byteLength\":60,\"uri\":\"data:application/octet-stream;base64,"
+               "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/\"}],"
+               "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36},{\"buffer\":0,\"byteOffset\":36,\"byteLength\":24}],"
+               "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+               "{\"bufferView\":1,\"componentType\":5126,\"count\":3,\"type\":\"VEC2\"}" +
+               accessors + "],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0," + uvs +
+               "},\"material\":0}]}],\"materials\":[" + material + "],\"nodes\":" + nodes +
+               ",\"scenes\":[{\"nodes\":" + roots + "}]}";
+    }
+};
+
+TEST_F(HostileTest, GltfSparseAccessorsAskForNoMoreThanTheFileHolds) {
+    Document document;
+    document.accessors =
+        ",{\"componentType\":5126,\"count\":4294967280,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{"
+        "\"bufferView\":0,\"componentType\":5121},\"values\":{\"bufferView\":0}}}";
+    std::string json = document.json();
+    json.replace(json.find("\"POSITION\":0"), 12, "\"POSITION\":2");
+    EXPECT_THAT(refused("a.gltf", json), HasSubstr("the limit is"));
+    // Even with room for as many vertices.
+    json.replace(json.find("4294967280"), 10, "400000000");
+    EXPECT_THAT(refused("b.gltf", json), HasSubstr("asks for 400000000 elements that are not stored; the limit is"));
+    // As many as there are bytes may be meant.
+    json.replace(json.find("400000000"), 9, "3");
+    json.replace(json.find("\"count\":1,"), 10, "\"count\":0,");
+    const auto flat = read_mesh(put("c.gltf", json));
+    ASSERT_TRUE(flat) << flat.error().message;
+    EXPECT_EQ(flat->positions, std::vector<glm::vec3>(3, glm::vec3(0)));
+}
+
+TEST_F(HostileTest, GltfNodesWithTwoParentsAreNotVisitedTwice) {
+    // Every node has the next one twice: 2^200 ways lead to the last.
+    Document document;
+    document.nodes = "[";
+    for (int i = 0; i < 200; ++i) {
+        const std::string next = std::to_string(i + 1);
+        document.nodes += "{\"children\":[" + next + "," + next + "]},";
+    }
+    document.nodes += "{\"mesh\":0}]";
+    EXPECT_THAT(refused("a.gltf", document.json()), HasSubstr("two parents"));
+    EXPECT_FALSE(read_gltf_nodes(folder_ / "a.gltf"));
+    document.nodes = "[{\"children\":[1]},{\"mesh\":0},{\"children\":[1]}]";
+    document.roots = "[0,2]";
+    EXPECT_THAT(refused("b.gltf", document.json()), HasSubstr("node 1 has two parents"));
+    document.nodes = "[{\"mesh\":0},{\"mesh\":0}]";
+    document.roots = "[0,1]";
+    const auto twice = read_mesh(put("c.gltf", document.json()));
+    ASSERT_TRUE(twice);
+    EXPECT_EQ(twice->triangle_count(), 2u) << "a mesh may stand in many places";
+}
+
+TEST_F(HostileTest, GltfNestedTooDeepIsRefusedWithoutGoingThere) {
+    Document document;
+    document.head = "\"extras\":" + std::string(200000, '[') + std::string(200000, ']') + ",";
+    EXPECT_THAT(refused("a.gltf", document.json()), HasSubstr("512 deep"));
+    document.head = "\"extras\":\"" + std::string(2000, '[') + "\\\"{\",";
+    EXPECT_TRUE(read_mesh(put("b.gltf", document.json()))) << "in words they mean nothing";
+}
+
+TEST_F(HostileTest, GltfExtensionsThatChangeShapesAreRefusedByNameOthersAreNoted) {
+    Document document;
+    document.head = "\"extensionsUsed\":[\"ACME_bent_meshes\"],\"extensionsRequired\":[\"ACME_bent_meshes\"],";
+    EXPECT_THAT(refused("a.gltf", document.json()), HasSubstr("ACME_bent_meshes"));
+    document.head = "\"extensionsUsed\":[\"KHR_texture_basisu\"],\"extensionsRequired\":[\"KHR_texture_basisu\"],";
+    ReadReport report;
+    ASSERT_TRUE(read_mesh(put("b.gltf", document.json()), {}, &report));
+    EXPECT_THAT(report.warnings, Contains(HasSubstr("KHR_texture_basisu")));
+    document.head = "\"extensionsUsed\":[\"EXT_mesh_gpu_instancing\"],";
+    report = {};
+    ASSERT_TRUE(read_mesh(put("c.gltf", document.json()), {}, &report));
+    EXPECT_THAT(report.warnings, Contains(HasSubstr("EXT_mesh_gpu_instancing")));
+    document.head = "\"extensionsUsed\":[\"KHR_materials_specular\"],";
+    report = {};
+    ASSERT_TRUE(read_mesh(put("d.gltf", document.json()), {}, &report));
+    EXPECT_THAT(report.warnings, IsEmpty());
+}
+
+TEST_F(HostileTest, GltfTextureCoordinatesAreMovedAsTheMaterialSays) {
+    Document document;
+    document.head =
+        "\"extensionsUsed\":[\"KHR_texture_transform\"],\"extensionsRequired\":[\"KHR_texture_transform\"],";
+    document.material =
+        "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0,\"texCoord\":0,\"extensions\":{"
+        "\"KHR_texture_transform\":{\"offset\":[0.25,0.5],\"rotation\":1.5707963267948966,\"scale\":[2,3],"
+        "\"texCoord\":1}}}}}";
+    document.uvs = "\"TEXCOORD_1\":1";
+    const auto mesh = read_mesh(put("a.gltf", document.json()));
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    // (1, 0) is scaled to (2, 0), turned to (0, -2), and moved.
+    ASSERT_EQ(mesh->uvs.size(), 3u);
+    const glm::vec2 expected[] = {{0.25f, 0.5f}, {0.25f, -1.5f}, {3.25f, 0.5f}};
+    for (size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(mesh->uvs[i].x, expected[i].x, 1e-6f) << i;
+        EXPECT_NEAR(mesh->uvs[i].y, expected[i].y, 1e-6f) << i;
+    }
+    document.uvs = "\"TEXCOORD_0\":1";
+    ReadReport report;
+    ASSERT_TRUE(read_mesh(put("b.gltf", document.json()), {}, &report));
+    EXPECT_THAT(report.warnings, Contains(HasSubstr("no TEXCOORD_1")));
+}
+
+TEST_F(HostileTest, WhatIsOverALimitIsRefusedByOneLineThatNamesBoth) {
+    const TriMesh cube = fixtures::cube_with_seams();
+    std::map<std::string, fs::path> files;
+    for (const char* name : {"cube.ply", "cube.obj", "cube.glb"}) {
+        ASSERT_TRUE(write_mesh(cube, folder_ / name)) << name;
+        files[name] = folder_ / name;
+    }
+    files["cube.stl"] = put("cube.stl", binary_stl(cube));
+    files["cube.off"] = put("cube.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n");
+    files["quad.off"] = put("quad.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n");
+    files["text.stl"] =
+        put("text.stl",
+            "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+            "0\nendloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+            "1\nendloop\nendfacet\nendsolid\n");
+    for (const auto& [name, path] : files) {
+        SCOPED_TRACE(name);
+        ReadOptions options;
+        const auto whole = read_mesh(path, options);
+        ASSERT_TRUE(whole) << whole.error().message;
+        options.limits.vertices = whole->wedge_count();
+        options.limits.triangles = whole->triangle_count();
+        EXPECT_TRUE(read_mesh(path, options)) << "as many as allowed";
+        --options.limits.vertices;
+        EXPECT_THAT(refusal(read_mesh(path, options)),
+                    AllOf(HasSubstr("; the limit is " + std::to_string(options.limits.vertices)), HasSubstr("has ")));
+        ++options.limits.vertices;
+        --options.limits.triangles;
+        EXPECT_THAT(refusal(read_mesh(path, options)),
+                    HasSubstr("; the limit is " + std::to_string(options.limits.triangles)));
+    }
+}
+
+TEST_F(HostileTest, LimitsHoldForStreams) {
+    const TriMesh rock = generate(Shape::rock, 3000, 1);
+    ASSERT_TRUE(write_mesh(rock, folder_ / "rock.ply"));
+    put("rock.stl", binary_stl(rock));
+    for (const char* name : {"rock.ply", "rock.stl"}) {
+        SCOPED_TRACE(name);
+        ReadOptions options;
+        options.limits.triangles = rock.triangle_count() - 1;
+        auto stream = open_mesh_stream(folder_ / name, options);
+        if (stream) {
+            const auto mesh = collect(**stream);
+            ASSERT_FALSE(mesh);
+            EXPECT_THAT(mesh.error().message, HasSubstr("the limit is"));
+        } else {
+            EXPECT_THAT(stream.error().message, HasSubstr("the limit is"));
+        }
+    }
+}
+
+TEST_F(HostileTest, ImagesThatPromiseMoreThanTheyHoldTakeNoRoom) {
+    put_image("small.png", 7);
+    std::ifstream in(folder_ / "small.png", std::ios::binary);
+    std::string png{std::istreambuf_iterator<char>(in), {}};
+    png.replace(16, 8, std::string("\0\0\x40\0\0\0\x40\0", 8));  // 16384 x 16384
+    const uint32_t checksum = crc32(0, reinterpret_cast<const Bytef*>(png.data()) + 12, 17);
+    for (int k = 0; k < 4; ++k) png[29 + k] = static_cast<char>(checksum >> (24 - 8 * k));
+    const auto whole = decode_image(std::as_bytes(std::span(png)), "large.png");
+    ASSERT_FALSE(whole);
+    EXPECT_THAT(whole.error().message, HasSubstr("cut"));
+    const auto limited = decode_image(std::as_bytes(std::span(png)), "large.png", 100);
+    ASSERT_FALSE(limited);
+    EXPECT_THAT(limited.error().message, HasSubstr("16384x16384 texels; the limit is 1 to 100 a side"));
+    EXPECT_FALSE(png_may_be_whole(std::as_bytes(std::span(png))));
+}
+
+TEST_F(HostileTest, LibrariesAndTexturesOutsideTheFolderAreLeftOutUnlessAllowed) {
+    std::ofstream(root_ / "far.mtl") << "newmtl red\nKd 1 0 0\n";
+    fs::create_symlink(root_ / "far.mtl", folder_ / "link.mtl");
+    const std::string faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+    for (const std::string& library :
+         {std::string("../far.mtl"), (root_ / "far.mtl").string(), std::string("link.mtl")}) {
+        SCOPED_TRACE(library);
+        const fs::path path = put("a.obj", "mtllib " + library + "\n" + faces);
+        ReadReport report;
+        const auto without = read_mesh(path, {}, &report);
+        ASSERT_TRUE(without);
+        EXPECT_EQ(without->material_table.at(0).base_colour, glm::vec4(1));
+        EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("--allow-outside")));
+        ReadOptions options;
+        options.allow_outside = true;
+        report = {};
+        const auto with = read_mesh(path, options, &report);
+        ASSERT_TRUE(with);
+        EXPECT_EQ(with->material_table.at(0).base_colour, glm::vec4(1, 0, 0, 1));
+        EXPECT_THAT(report.warnings, IsEmpty());
+    }
+    fs::rename(put_image("t.png", 9), root_ / "t.png");
+    put("near.mtl", "newmtl red\nmap_Kd ..\\t.png\n");
+    const fs::path path = put("b.obj", "mtllib near.mtl\n" + faces);
+    ReadReport report;
+    ASSERT_TRUE(read_mesh(path, {}, &report));
+    EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("--allow-outside")));
+}
+
+TEST_F(HostileTest, GltfBuffersOutsideTheFolderAreRefusedUnlessAllowed) {
+    std::ofstream(root_ / "far.bin", std::ios::binary) << std::string(60, '\0');
+    std::string json = Document().json();
+    const size_t uri = json.find("data:application");
+    json.replace(uri, json.find('"', uri) - uri, "../far.bin");
+    EXPECT_THAT(refused("a.gltf", json), HasSubstr("--allow-outside"));
+    ReadOptions options;
+    options.allow_outside = true;
+    EXPECT_TRUE(read_mesh(folder_ / "a.gltf", options));
+    json.replace(json.find("../far"), 6, "%2e%2e/far");
+    EXPECT_THAT(refused("b.gltf", json), HasSubstr("--allow-outside")) << "however it is written";
+    // Nothing is looked for where the program happens to run.
+    json.replace(json.find("%2e%2e/far"), 10, "far");
+    const fs::path before = fs::current_path();
+    fs::current_path(root_);
+    EXPECT_THAT(refused("c.gltf", json), HasSubstr("cannot be opened"));
+    fs::current_path(before);
+}
+
+TEST_F(HostileTest, TheHashOfASourceCoversWhatItRefersTo) {
+    put_image("t.png", 1);
+    put("m.mtl", "newmtl red\nKd 1 0 0\nmap_Kd t.png\n");
+    const fs::path obj = put("a.obj", "# m\nmtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n");
+    std::string json = Document().json();
+    const size_t uri = json.find("data:application");
+    json.replace(uri, json.find('"', uri) - uri, "a.bin");
+    put("a.bin", std::string(60, '\0'));
+    json.insert(json.find("\"nodes\""), "\"images\":[{\"uri\":\"t.png\"}],\"textures\":[{\"source\":0}],");
+    const fs::path gltf = put("a.gltf", json);
+    const fs::path ply = folder_ / "a.ply";
+    ASSERT_TRUE(write_mesh(fixtures::cube_with_seams(), ply));
+
+    ReadOptions options;
+    options.hash_source = true;
+    // Told without reading the mesh, and the same as when it is read.
+    const auto hash_of_file = [&](const fs::path& path) {
+        const auto hash = hash_of_source(path);
+        EXPECT_TRUE(hash) << hash.error().message;
+        ReadReport report;
+        EXPECT_TRUE(read_mesh(path, options, &report));
+        EXPECT_EQ(hash->hex(), report.source.hex()) << path;
+        return hash->hex();
+    };
+    std::set<std::string> objs{hash_of_file(obj)}, gltfs{hash_of_file(gltf)};
+    put("m.mtl", "newmtl red\nKd 1 1 0\nmap_Kd t.png\n");
+    EXPECT_TRUE(objs.insert(hash_of_file(obj)).second) << "another colour";
+    put_image("t.png", 2);
+    EXPECT_TRUE(objs.insert(hash_of_file(obj)).second) << "another texture";
+    EXPECT_TRUE(gltfs.insert(hash_of_file(gltf)).second) << "another texture";
+    put("a.bin", std::string(36, '\0') + std::string(24, '\1'));
+    EXPECT_TRUE(gltfs.insert(hash_of_file(gltf)).second) << "another buffer";
+    fs::remove(folder_ / "t.png");
+    EXPECT_TRUE(objs.insert(hash_of_file(obj)).second) << "no texture";
+    EXPECT_TRUE(gltfs.insert(hash_of_file(gltf)).second) << "no texture";
+    fs::remove(folder_ / "m.mtl");
+    EXPECT_TRUE(objs.insert(hash_of_file(obj)).second) << "no library";
+    const auto content = read_file(ply);
+    EXPECT_EQ(hash_of_file(ply), hash_bytes(content->bytes).hex()) << "a file by itself";
+}
+
+TEST_F(HostileTest, AMeshThatIsCutWhileItIsReadIsRefused) {
+    const fs::path path = folder_ / "rock.ply";
+    ASSERT_TRUE(write_mesh(generate(Shape::rock, 100000, 1), path));
+    auto stream = open_mesh_stream(path);
+    ASSERT_TRUE(stream);
+    MeshBatch batch;
+    ASSERT_TRUE((*stream)->next(batch, 1000));
+    fs::resize_file(path, 8192);
+    const auto rest = collect(**stream);
+    ASSERT_FALSE(rest);
+    EXPECT_THAT(rest.error().message, HasSubstr("while it was read"));
+}
+
+TEST_F(HostileTest, NamesThatAreNoUtf8ReachNoReport) {
+    ReadReport report;
+    ASSERT_TRUE(read_mesh(put("a.obj", "mtllib b\xe9ton.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), {}, &report));
+    EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("béton.mtl")));
+}
+
+}  // namespace
+}  // namespace lodestone

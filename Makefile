@@ -2,11 +2,12 @@
 #   make demo    bakes and measures the 300k rock and landscape; leaves reports and pictures in build/demo
 #   make test    builds and tests; ends with ctest's summary
 #   make bench   runs the benchmarks
+#   make fuzz    runs each driver of fuzz/ for FUZZ_SECONDS (60); needs clang
 #   make view    the interactive demo, on the demonstration's rock; SCENE=... for another
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all demo test bench view deps build clean
+.PHONY: all demo test bench fuzz view deps build clean
 all: build
 
 deps:
@@ -24,6 +25,9 @@ test: build
 
 bench: build
 	scripts/bench.sh
+
+fuzz: deps
+	JOBS=$(JOBS) FUZZ_SECONDS=$(or $(FUZZ_SECONDS),60) scripts/fuzz.sh
 
 SCENE ?= assets/rock.scene.json
 view: build

@@ -154,7 +154,7 @@ Result<Asset> named_asset(const fs::path& path, const Progress& progress) {
     const auto now = hash_of_source(*source, options);
     if (now && !(*now == asset->file.provenance().source)) {
         progress.warning(path.string() + ": " + source->filename().string() +
-                         ", or a file it refers to, has changed since it was baked; bake it again");
+                         " has changed since it was baked, or a file it refers to has; bake it again");
     }
     return asset;
 }

@@ -122,11 +122,12 @@ private:
         tinygltf::TinyGLTF loader;
         std::string error, warning;
         loader.SetFsCallbacks(files());
-        // Images are kept as they are in the file and decoded later, those that materials use.
+        // Images are kept as they are in the file and decoded later, those that materials use. Those in a buffer stay
+        // there: tinygltf does not look whether they are.
         loader.SetImageLoader(
             [](tinygltf::Image* image, const int, std::string*, std::string*, int, int, const unsigned char* bytes,
                int size, void*) {
-                image->image.assign(bytes, bytes + size);
+                if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
                 image->as_is = true;
                 return true;
             },
@@ -230,6 +231,16 @@ private:
         return placement;
     }
 
+    Result<Image> decoded_image(const tinygltf::Image& image, const std::string& name) const {
+        if (const auto not_read = not_read_.find(image.uri); not_read != not_read_.end())
+            return fail(Fault::format, not_read->second);
+        try {
+            const std::span<const unsigned char> bytes =
+                image.bufferView < 0 ? std::span(image.image) : bytes_of_view(model_, image.bufferView, name);
+            return decode_image(std::as_bytes(bytes), name, file_.limits.image_side);
+        } catch (const GltfFault& fault) { return fail(Fault::format, fault.what); }
+    }
+
     int32_t texture(int number) {
         if (static_cast<size_t>(number) >= model_.textures.size()) return -1;
         const int source = model_.textures[static_cast<size_t>(number)].source;
@@ -240,12 +251,10 @@ private:
         const std::string name = !image.uri.empty()    ? image.uri
                                  : !image.name.empty() ? image.name
                                                        : "image " + std::to_string(source);
-        const auto not_read = not_read_.find(image.uri);
-        const bool missing = not_read != not_read_.end();
-        auto decoded = decode_image(std::as_bytes(std::span(image.image)), name.substr(0, 80), file_.limits.image_side);
-        if (missing || !decoded) {
-            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded (" +
-                 (missing ? not_read->second : decoded.error().message) + "); its material keeps its plain colour");
+        auto decoded = decoded_image(image, name.substr(0, 80));
+        if (!decoded) {
+            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded (" + decoded.error().message +
+                 "); its material keeps its plain colour");
             return -1;
         }
         mesh_.images.push_back(std::move(*decoded));

@@ -353,5 +353,35 @@ TEST_F(HostileTest, NamesThatAreNoUtf8ReachNoReport) {
     EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("béton.mtl")));
 }
 
+TEST_F(HostileTest, GltfImagesReachNoFurtherThanTheirBuffer) {
+    Document document;
+    document.material = "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}}";
+    std::string json = document.json();
+    json.insert(json.find("\"nodes\""),
+                "\"images\":[{\"bufferView\":2,\"mimeType\":\"image/png\"}],\"textures\":[{\"source\":0}],");
+    const std::string more = ",{\"buffer\":0,\"byteOffset\":32,\"byteLength\":90}";
+    json.insert(json.find("],\"accessors\""), more);
+    ReadReport report;
+    ASSERT_TRUE(read_mesh(put("a.gltf", json), {}, &report));
+    EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("past the end of its buffer")));
+}
+
+// What fuzzing found once (make fuzz), made small: read or refused, like anything else.
+TEST_F(HostileTest, WhatWasFoundOnceIsReadOrRefused) {
+    size_t files = 0;
+    for (const auto& entry : fs::directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / "tests/mesh/io/found")) {
+        SCOPED_TRACE(entry.path().filename());
+        ++files;
+        const auto mesh = read_mesh(entry.path());
+        if (mesh) {
+            EXPECT_TRUE(mesh->validate());
+        } else {
+            EXPECT_FALSE(mesh.error().message.empty());
+            EXPECT_EQ(mesh.error().message.find('\n'), std::string::npos);
+        }
+    }
+    EXPECT_GT(files, 0u);
+}
+
 }  // namespace
 }  // namespace lodestone

@@ -29,6 +29,12 @@ struct Limits {
     uint64_t materials = 65536;
     // Texels along a side of a texture: a gigabyte decoded, and the largest that every device can draw.
     uint32_t image_side = 16384;
+    // Texels of all textures of a mesh: 8 GiB decoded.
+    uint64_t texels = uint64_t{1} << 31;
+    // Files that a mesh names: as many as it can have materials. Each is looked for on the disk.
+    uint64_t side_files = 65536;
+    // Warnings about a file: more tell nobody anything.
+    uint64_t warnings = 1000;
     // Samples along a side of a height map: its square is half of what corners can be numbered for.
     uint32_t height_side = 32768;
     // Nodes of a glTF file in each other: each takes a step of the stack.

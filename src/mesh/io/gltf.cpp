@@ -55,10 +55,14 @@ public:
     }
 
     // Reads the files that the document names, and nothing of what they hold.
-    void name_files() { parse(); }
+    void name_files() {
+        // Without a "uri", however its letters are written, it names none.
+        const std::string_view json = json_text(is_binary());
+        if (json.find("uri") != json.npos || json.find("\\u") != json.npos) parse();
+    }
 
 private:
-    void warn(const std::string& line) { warn_once(report_, line); }
+    void warn(const std::string& line) { file_.warn(report_, line); }
 
     // Files are looked for here, not by tinygltf, which would look elsewhere, too.
     tinygltf::FsCallbacks files() {
@@ -89,6 +93,8 @@ private:
         if (auto whole = content->intact(); !whole) return failed(whole.error());
         return true;
     }
+
+    bool is_binary() const { return file_.text().substr(0, 4) == "glTF"; }
 
     // The JSON of a GLB is its first chunk, behind twelve bytes of header and eight of the chunk's own.
     std::string_view json_text(bool binary) const {
@@ -135,7 +141,7 @@ private:
         const auto* bytes = reinterpret_cast<const unsigned char*>(file_.content.bytes.data());
         if (file_.size() > 0xffffffffu) throw GltfFault{"", "is larger than 4 GiB; glTF cannot be"};
         const auto size = static_cast<unsigned>(file_.size());
-        const bool binary = file_.text().substr(0, 4) == "glTF";
+        const bool binary = is_binary();
         check_depth(json_text(binary));
         bool good = false;
         try {
@@ -251,14 +257,13 @@ private:
         const std::string name = !image.uri.empty()    ? image.uri
                                  : !image.name.empty() ? image.name
                                                        : "image " + std::to_string(source);
-        auto decoded = decoded_image(image, name.substr(0, 80));
-        if (!decoded) {
-            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded (" + decoded.error().message +
+        const auto added = file_.add_image(decoded_image(image, name.substr(0, 80)), mesh_);
+        if (!added) {
+            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded (" + added.error().message +
                  "); its material keeps its plain colour");
             return -1;
         }
-        mesh_.images.push_back(std::move(*decoded));
-        return found->second = static_cast<int32_t>(mesh_.images.size()) - 1;
+        return found->second = *added;
     }
 
     static int mode_of(const tinygltf::Primitive& primitive) {

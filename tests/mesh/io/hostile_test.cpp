@@ -353,6 +353,31 @@ TEST_F(HostileTest, NamesThatAreNoUtf8ReachNoReport) {
     EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("béton.mtl")));
 }
 
+TEST_F(HostileTest, WhatAMeshNamesIsBoundedInNumberAndSize) {
+    const std::string faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
+    std::string libraries;
+    for (int i = 0; i < 50; ++i) libraries += "mtllib " + std::to_string(i) + ".mtl\n";
+    ReadOptions options;
+    options.limits.side_files = 5;
+    options.limits.warnings = 7;
+    ReadReport report;
+    ASSERT_TRUE(read_mesh(put("a.obj", libraries + faces), options, &report));
+    EXPECT_EQ(report.side_files.size(), 5u);
+    ASSERT_EQ(report.warnings.size(), 8u);
+    EXPECT_THAT(report.warnings[5], HasSubstr("names; the limit is 5"));
+    EXPECT_EQ(report.warnings[7], "there is more to warn of");
+    // One image by many names is many images.
+    put_image("t.png", 1);
+    put("m.mtl", "newmtl a\nmap_Kd t.png\nnewmtl b\nmap_Kd ./t.png\nnewmtl c\nmap_Kd ././t.png\n");
+    options = {};
+    options.limits.texels = 8;
+    report = {};
+    const auto mesh = read_mesh(put("b.obj", "mtllib m.mtl\n" + faces), options, &report);
+    ASSERT_TRUE(mesh);
+    EXPECT_EQ(mesh->images.size(), 2u);
+    EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("12 texels; the limit is 8")));
+}
+
 TEST_F(HostileTest, GltfImagesReachNoFurtherThanTheirBuffer) {
     Document document;
     document.material = "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}}";

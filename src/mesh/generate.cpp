@@ -18,98 +18,116 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr size_t grain = 4096;
 
-// A closed surface made of the six sides of a cube, each n x n quads, pushed onto the sphere by `place`. Sides are
-// charts of the texture: their common edges are seams, positions are shared. place(unit direction) gives the point.
-template <class Surface>
-TriMesh cube_sphere(uint32_t n, const Surface& place) {
-    TriMesh mesh;
-    const uint32_t row = n + 1;
-    // Vertices of the cube's surface lattice are numbered by first appearance over the sides; a lattice point of a
-    // side's rim is found again through its integer coordinates.
-    const auto lattice = [&](int side, uint32_t i, uint32_t j) -> std::array<uint32_t, 3> {
-        const int axis = side / 2;
-        std::array<uint32_t, 3> p{};
-        p[static_cast<size_t>(axis)] = side % 2 ? n : 0;
-        p[static_cast<size_t>((axis + 1) % 3)] = i;
-        p[static_cast<size_t>((axis + 2) % 3)] = j;
-        return p;
-    };
-    // Rim points: on at least two of the planes. Their number follows from the smallest side that holds them.
-    const auto owner = [&](const std::array<uint32_t, 3>& p) {
-        for (int side = 0; side < 6; ++side) {
-            const auto axis = static_cast<size_t>(side / 2);
-            if (p[axis] != (side % 2 ? n : 0)) continue;
-            return std::array<uint32_t, 3>{static_cast<uint32_t>(side), p[(axis + 1) % 3], p[(axis + 2) % 3]};
-        }
-        return std::array<uint32_t, 3>{0, 0, 0};
-    };
-    std::vector<uint32_t> vertex(size_t{6} * row * row);
-    std::vector<std::array<uint32_t, 3>> points;
-    const auto at = [&](uint32_t side, uint32_t i, uint32_t j) { return (size_t{side} * row + i) * row + j; };
-    for (uint32_t side = 0; side < 6; ++side) {
-        for (uint32_t i = 0; i < row; ++i) {
-            for (uint32_t j = 0; j < row; ++j) {
-                const auto p = lattice(static_cast<int>(side), i, j);
-                const auto o = owner(p);
-                if (o[0] == side) {
-                    vertex[at(side, i, j)] = static_cast<uint32_t>(points.size());
-                    points.push_back(p);
-                } else {
-                    vertex[at(side, i, j)] = vertex[at(o[0], o[1], o[2])];
+// The six sides of a cube, each n x n quads. Sides are charts of the texture: every one has wedges of its own, and
+// vertices are shared along the cube's edges.
+class CubeSides {
+public:
+    explicit CubeSides(uint32_t n) : n_(n), row_(n + 1), vertex_(size_t{6} * row_ * row_) {
+        // Vertices of the cube's surface lattice are numbered by first appearance over the sides; a lattice point of a
+        // side's rim is found again through its integer coordinates.
+        for (uint32_t side = 0; side < 6; ++side) {
+            for (uint32_t i = 0; i < row_; ++i) {
+                for (uint32_t j = 0; j < row_; ++j) {
+                    const Point p = lattice(static_cast<int>(side), i, j);
+                    const auto o = owner(p);
+                    if (o[0] == side) {
+                        vertex_[at(side, i, j)] = static_cast<uint32_t>(points_.size());
+                        points_.push_back(p);
+                    } else {
+                        vertex_[at(side, i, j)] = vertex_[at(o[0], o[1], o[2])];
+                    }
                 }
             }
         }
     }
-    mesh.positions.resize(points.size());
-    parallel_for(points.size(), grain, [&](size_t begin, size_t end) {
-        for (size_t v = begin; v < end; ++v) {
-            glm::dvec3 d;
-            for (size_t k = 0; k < 3; ++k) {
-                // Equal angles rather than equal lengths keep the quads of nearly one size.
-                const double t = 2.0 * points[v][k] / n - 1;
-                d[static_cast<int>(k)] = points[v][k] == 0 ? -1 : points[v][k] == n ? 1 : std::tan(t * pi / 4);
-            }
-            mesh.positions[v] = place(glm::normalize(d));
+
+    size_t vertices() const { return points_.size(); }
+    const std::vector<uint32_t>& wedge_vertex() const { return vertex_; }
+    // From the cube's middle to a vertex, of length 1.
+    glm::dvec3 direction(size_t vertex) const {
+        const Point& p = points_[vertex];
+        glm::dvec3 d;
+        for (size_t k = 0; k < 3; ++k) {
+            // Equal angles rather than equal lengths keep the quads of nearly one size.
+            const double t = 2.0 * p[k] / n_ - 1;
+            d[static_cast<int>(k)] = p[k] == 0 ? -1 : p[k] == n_ ? 1 : std::tan(t * pi / 4);
         }
-    });
-    mesh.wedge_vertex.assign(vertex.begin(), vertex.end());
-    mesh.uvs.resize(vertex.size());
-    mesh.triangles.reserve(size_t{12} * n * n);
-    for (uint32_t side = 0; side < 6; ++side) {
+        return glm::normalize(d);
+    }
+    void set_uvs(uint32_t side, TriMesh& mesh) const {
         // Sides lie in a 3 x 2 block of texture space, a margin apart.
         const double left = (side % 3) / 3.0, top = (side / 3) / 2.0, margin = 0.01;
-        for (uint32_t i = 0; i < row; ++i) {
-            for (uint32_t j = 0; j < row; ++j) {
-                mesh.uvs[at(side, i, j)] = {left + margin + (1 / 3.0 - 2 * margin) * i / n,
-                                            top + margin + (0.5 - 2 * margin) * j / n};
+        for (uint32_t i = 0; i < row_; ++i) {
+            for (uint32_t j = 0; j < row_; ++j) {
+                mesh.uvs[at(side, i, j)] = {left + margin + (1 / 3.0 - 2 * margin) * i / n_,
+                                            top + margin + (0.5 - 2 * margin) * j / n_};
             }
         }
-        for (uint32_t i = 0; i < n; ++i) {
-            for (uint32_t j = 0; j < n; ++j) {
+    }
+    void add_triangles(uint32_t side, TriMesh& mesh) const {
+        const auto add = [&](uint32_t a, uint32_t b, uint32_t c) {
+            mesh.triangles.push_back(side % 2 ? std::array{a, b, c} : std::array{a, c, b});
+        };
+        for (uint32_t i = 0; i < n_; ++i) {
+            for (uint32_t j = 0; j < n_; ++j) {
                 const auto a = static_cast<uint32_t>(at(side, i, j)), b = static_cast<uint32_t>(at(side, i + 1, j));
                 const auto c = static_cast<uint32_t>(at(side, i + 1, j + 1)),
                            d = static_cast<uint32_t>(at(side, i, j + 1));
                 // Diagonals run towards the middle of the side, so that no corner vertex has a single narrow fan.
-                const bool turn = (i < n / 2) == (j < n / 2);
-                if (side % 2) {
-                    if (turn) {
-                        mesh.triangles.push_back({a, b, c});
-                        mesh.triangles.push_back({a, c, d});
-                    } else {
-                        mesh.triangles.push_back({a, b, d});
-                        mesh.triangles.push_back({b, c, d});
-                    }
+                if ((i < n_ / 2) == (j < n_ / 2)) {
+                    add(a, b, c);
+                    add(a, c, d);
                 } else {
-                    if (turn) {
-                        mesh.triangles.push_back({a, c, b});
-                        mesh.triangles.push_back({a, d, c});
-                    } else {
-                        mesh.triangles.push_back({a, d, b});
-                        mesh.triangles.push_back({b, d, c});
-                    }
+                    add(a, b, d);
+                    add(b, c, d);
                 }
             }
         }
+    }
+
+private:
+    using Point = std::array<uint32_t, 3>;  // of the lattice: 0 .. n each
+
+    size_t at(uint32_t side, uint32_t i, uint32_t j) const { return (size_t{side} * row_ + i) * row_ + j; }
+    Point lattice(int side, uint32_t i, uint32_t j) const {
+        const int axis = side / 2;
+        Point p{};
+        p[static_cast<size_t>(axis)] = side % 2 ? n_ : 0;
+        p[static_cast<size_t>((axis + 1) % 3)] = i;
+        p[static_cast<size_t>((axis + 2) % 3)] = j;
+        return p;
+    }
+    // Rim points are on two or three sides: the first of them, and the place there.
+    std::array<uint32_t, 3> owner(const Point& p) const {
+        for (int side = 0; side < 6; ++side) {
+            const auto axis = static_cast<size_t>(side / 2);
+            if (p[axis] != (side % 2 ? n_ : 0)) continue;
+            return {static_cast<uint32_t>(side), p[(axis + 1) % 3], p[(axis + 2) % 3]};
+        }
+        return {0, 0, 0};
+    }
+
+    uint32_t n_, row_;              // quads and points along a side
+    std::vector<uint32_t> vertex_;  // by wedge
+    std::vector<Point> points_;     // by vertex
+};
+
+// A closed surface made of the sides of a cube pushed onto the sphere by `place`. place(unit direction) gives the
+// point.
+template <class Surface>
+TriMesh cube_sphere(uint32_t n, const Surface& place) {
+    TriMesh mesh;
+    const CubeSides sides(n);
+    mesh.positions.resize(sides.vertices());
+    parallel_for(sides.vertices(), grain, [&](size_t begin, size_t end) {
+        for (size_t v = begin; v < end; ++v) mesh.positions[v] = place(sides.direction(v));
+    });
+    mesh.wedge_vertex.assign(sides.wedge_vertex().begin(), sides.wedge_vertex().end());
+    mesh.uvs.resize(sides.wedge_vertex().size());
+    mesh.triangles.reserve(size_t{12} * n * n);
+    for (uint32_t side = 0; side < 6; ++side) {
+        sides.set_uvs(side, mesh);
+        sides.add_triangles(side, mesh);
     }
     compute_normals(mesh);
     return mesh;

@@ -89,13 +89,12 @@ std::vector<uint32_t> components_of(const TriMesh& mesh, uint32_t* count) {
     return component;
 }
 
-Topology topology_of(const TriMesh& mesh) {
-    Topology t;
-    t.triangles = mesh.triangle_count();
-    const auto keys = sorted_edges(mesh);
-    std::vector<bool> used(mesh.vertex_count(), false), on_boundary(mesh.vertex_count(), false);
+namespace {
+
+// Counts edges and boundary loops. Joins the corners of one vertex whose triangles share an edge, in fans.
+void count_edges(const TriMesh& mesh, std::span<const EdgeKey> keys, Topology& t, DisjointSets& fans) {
+    std::vector<bool> on_boundary(mesh.vertex_count(), false);
     DisjointSets boundary(mesh.vertex_count());
-    DisjointSets fans(keys.size());  // corners of one vertex that faces sharing an edge join
     for (size_t i = 0; i < keys.size();) {
         size_t end = i + 1;
         while (end < keys.size() && keys[end].key == keys[i].key) ++end;
@@ -122,10 +121,14 @@ Topology topology_of(const TriMesh& mesh) {
         }
         i = end;
     }
-    // A vertex whose corners form more than one fan.
+    for (uint32_t v = 0; v < mesh.vertex_count(); ++v) t.boundary_loops += on_boundary[v] && boundary.find(v) == v;
+}
+
+// Vertices that are used, and those whose corners form more than one fan.
+void count_vertices(const TriMesh& mesh, DisjointSets& fans, Topology& t) {
     std::vector<uint32_t> fan(mesh.vertex_count(), no_neighbour);
-    std::vector<bool> several(mesh.vertex_count(), false);
-    for (uint32_t c = 0; c < keys.size(); ++c) {
+    std::vector<bool> used(mesh.vertex_count(), false), several(mesh.vertex_count(), false);
+    for (uint32_t c = 0; c < mesh.triangle_count() * 3; ++c) {
         const uint32_t v = start_vertex(mesh, c), root = fans.find(c);
         used[v] = true;
         if (fan[v] == no_neighbour) fan[v] = root;
@@ -133,18 +136,29 @@ Topology topology_of(const TriMesh& mesh) {
     }
     t.vertices = static_cast<uint64_t>(std::count(used.begin(), used.end(), true));
     t.non_manifold_vertices = static_cast<uint64_t>(std::count(several.begin(), several.end(), true));
-    for (uint32_t v = 0; v < mesh.vertex_count(); ++v) t.boundary_loops += on_boundary[v] && boundary.find(v) == v;
+}
+
+int64_t genus_of(const Topology& t) {
+    if (!t.manifold() || t.inconsistent_edges != 0) return -1;
+    // chi = V - E + F = sum over components of 2 - 2 genus - loops
+    const auto chi =
+        static_cast<int64_t>(t.vertices) - static_cast<int64_t>(t.edges) + static_cast<int64_t>(t.triangles);
+    return (2 * static_cast<int64_t>(t.components) - static_cast<int64_t>(t.boundary_loops) - chi) / 2;
+}
+
+}  // namespace
+
+Topology topology_of(const TriMesh& mesh) {
+    Topology t;
+    t.triangles = mesh.triangle_count();
+    const auto keys = sorted_edges(mesh);
+    DisjointSets fans(keys.size());
+    count_edges(mesh, keys, t, fans);
+    count_vertices(mesh, fans, t);
     uint32_t components = 0;
     components_of(mesh, &components);
     t.components = components;
-    if (t.manifold() && t.inconsistent_edges == 0) {
-        // chi = V - E + F = sum over components of 2 - 2 genus - loops
-        const auto chi =
-            static_cast<int64_t>(t.vertices) - static_cast<int64_t>(t.edges) + static_cast<int64_t>(t.triangles);
-        t.genus = (2 * static_cast<int64_t>(t.components) - static_cast<int64_t>(t.boundary_loops) - chi) / 2;
-    } else {
-        t.genus = -1;
-    }
+    t.genus = genus_of(t);
     return t;
 }
 

@@ -304,43 +304,56 @@ OwnedPipeline make_compute_pipeline(const Device& device, const PipelineSpec& sp
     return {device.handle(), pipeline};
 }
 
-BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers,
-                            VkDescriptorSetLayout frame_layout, bool has_visibility) {
+// Every buffer must be bound at once, and be read only where it may be split or is read as texels.
+void check_bindings(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers) {
     for (const StorageBinding& s : spec.storage) {
         LODE_CHECK(s.buffer < buffers.size() && s.segments >= 1 && s.segments <= max_pool_segments, s.buffer);
         LODE_CHECK(s.texel_words == 0 ? s.segments == 1 : s.access == Access::read, s.buffer);
         if (buffers[s.buffer].segments.size() > s.segments)
             throw VulkanFailure("a buffer of pipeline '" + spec.name + "' is too large to be bound at once");
     }
+}
+
+OwnedSetLayout make_storage_layout(const Device& device, const PipelineSpec& spec, VkShaderStageFlags stages) {
+    std::vector<VkDescriptorSetLayoutBinding> bindings;
+    for (const StorageBinding& s : spec.storage)
+        bindings.push_back({s.binding, descriptor_of(s), s.segments, stages, nullptr});
+    VkDescriptorSetLayoutCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+    info.bindingCount = static_cast<uint32_t>(bindings.size());
+    info.pBindings = bindings.data();
+    VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+    LODE_VK(vkCreateDescriptorSetLayout(device.handle(), &info, nullptr, &layout));
+    return {device.handle(), layout};
+}
+
+OwnedPipelineLayout make_pipeline_layout(const Device& device, VkDescriptorSetLayout frame_layout,
+                                         VkDescriptorSetLayout storage_layout, VkShaderStageFlags stages) {
+    const VkPushConstantRange push_range{stages, 0, sizeof(DrawConstants)};
+    const VkDescriptorSetLayout sets[] = {frame_layout, storage_layout};
+    VkPipelineLayoutCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+    info.setLayoutCount = 2;
+    info.pSetLayouts = sets;
+    info.pushConstantRangeCount = 1;
+    info.pPushConstantRanges = &push_range;
+    VkPipelineLayout layout = VK_NULL_HANDLE;
+    LODE_VK(vkCreatePipelineLayout(device.handle(), &info, nullptr, &layout));
+    return {device.handle(), layout};
+}
+
+BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers,
+                            VkDescriptorSetLayout frame_layout, bool has_visibility) {
+    check_bindings(spec, buffers);
     BuiltPipeline built;
     const bool compute = spec.kind == PipelineKind::compute;
     built.bind_point = compute ? VK_PIPELINE_BIND_POINT_COMPUTE : VK_PIPELINE_BIND_POINT_GRAPHICS;
     built.stages = compute ? VK_SHADER_STAGE_COMPUTE_BIT : VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
     if (!spec.tessellation_control.empty())
         built.stages |= VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT | VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT;
-
-    std::vector<VkDescriptorSetLayoutBinding> bindings;
-    for (const StorageBinding& s : spec.storage)
-        bindings.push_back({s.binding, descriptor_of(s), s.segments, built.stages, nullptr});
-    VkDescriptorSetLayoutCreateInfo set_info{};
-    set_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
-    set_info.bindingCount = static_cast<uint32_t>(bindings.size());
-    set_info.pBindings = bindings.data();
-    VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
-    LODE_VK(vkCreateDescriptorSetLayout(device.handle(), &set_info, nullptr, &set_layout));
-    built.storage_layout = OwnedSetLayout(device.handle(), set_layout);
-
-    const VkPushConstantRange push_range{built.stages, 0, sizeof(DrawConstants)};
-    const VkDescriptorSetLayout sets[] = {frame_layout, set_layout};
-    VkPipelineLayoutCreateInfo layout_info{};
-    layout_info.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
-    layout_info.setLayoutCount = 2;
-    layout_info.pSetLayouts = sets;
-    layout_info.pushConstantRangeCount = 1;
-    layout_info.pPushConstantRanges = &push_range;
-    VkPipelineLayout layout = VK_NULL_HANDLE;
-    LODE_VK(vkCreatePipelineLayout(device.handle(), &layout_info, nullptr, &layout));
-    built.layout = OwnedPipelineLayout(device.handle(), layout);
+    built.storage_layout = make_storage_layout(device, spec, built.stages);
+    built.layout = make_pipeline_layout(device, frame_layout, built.storage_layout.get(), built.stages);
+    const VkPipelineLayout layout = built.layout.get();
     if (compute) {
         const ShaderConstants constants(spec, buffers, false, false);
         built.compute = make_compute_pipeline(device, spec, layout, constants.get());

@@ -303,6 +303,45 @@ void make_cursors(LodSource::Asset& asset, uint32_t order, const std::vector<uin
     }
 }
 
+// Makes the cursors of all assets, whose budget is shared in proportion to size, and returns the bytes of their
+// indices. orders: per asset. slots: of all together.
+uint64_t share_slots(std::vector<LodSource::Asset>& assets, std::span<const uint32_t> orders, uint64_t slots,
+                     uint32_t instances) {
+    uint64_t full_slots = 0, index_bytes = 0;
+    for (const LodSource::Asset& asset : assets) full_slots += asset.pm->full_triangles();
+    for (size_t a = 0; a < assets.size(); ++a) {
+        const FaceOrder& order = assets[a].pm->orders[orders[a]];
+        const uint32_t own = assets[a].pm->full_triangles();
+        const auto share = static_cast<uint64_t>(static_cast<double>(slots) * own /
+                                                 static_cast<double>(std::max<uint64_t>(full_slots, 1)));
+        // Where there are keyframes a cursor has a second half for the order that comes next.
+        const double halves = order.keyframes.empty() ? 1 : 1 + static_cast<double>(order.keyframes[0].slots) / own;
+        const auto capacities =
+            cursor_capacities(own, static_cast<uint64_t>(static_cast<double>(share) / halves), instances);
+        assets[a].own_cursors = capacities.size() == instances && capacities.back() == own;
+        make_cursors(assets[a], orders[a], capacities, index_bytes);
+    }
+    return index_bytes;
+}
+
+Recipe recipe_of(uint64_t vertex_bytes, uint64_t index_bytes, uint64_t parent_bytes, bool geomorph) {
+    Recipe recipe;
+    recipe.buffers = {{"lod vertices", std::max<uint64_t>(vertex_bytes, 4),
+                       static_cast<uint32_t>(geomorph ? use_storage : use_vertex), 4},
+                      {"lod indices", std::max<uint64_t>(index_bytes, 4), use_index, 4}};
+    recipe.pipelines = {indexed_mesh_pipeline()};
+    if (geomorph) {
+        recipe.buffers.push_back({"lod parents", std::max<uint64_t>(parent_bytes, 4), use_storage, 4});
+        PipelineSpec& morphing = recipe.pipelines[0];
+        morphing.name = "morphing mesh";
+        morphing.vertex = "lod/morph.vert";
+        morphing.layout = {};
+        morphing.storage = {StorageBinding::pool(LODE_LOD_VERTICES, vertex_buffer, 1),
+                            StorageBinding::pool(LODE_LOD_PARENTS, parent_buffer, 1)};
+    }
+    return recipe;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const ProgressiveMesh>> pms,
@@ -310,7 +349,7 @@ Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const 
     LODE_CHECK(!pms.empty() && options.instances > 0);
     std::vector<LodSource::Asset> assets;
     std::vector<uint32_t> orders;
-    uint64_t vertex_bytes = 0, parent_bytes = 0, full_slots = 0;
+    uint64_t vertex_bytes = 0, parent_bytes = 0;
     for (const auto& pm : pms) {
         const FaceOrder* order = options.order.empty() ? pm->orders.data() : pm->order_named(options.order);
         if (order == nullptr) {
@@ -324,7 +363,6 @@ Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const 
         asset.vertex_offset = vertex_bytes;
         vertex_bytes += pm->vertices.size_bytes();
         if (options.geomorph) parent_bytes += pm->vertices.size() * sizeof(uint32_t);
-        full_slots += pm->full_triangles();
         assets.push_back(std::move(asset));
     }
     if (vertex_bytes + parent_bytes >= options.resident_bytes) {
@@ -332,35 +370,9 @@ Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const 
                                         " bytes and the budget is " + std::to_string(options.resident_bytes) +
                                         "; raise the budget");
     }
-    uint64_t index_bytes = 0;
     const uint64_t slots = (options.resident_bytes - vertex_bytes - parent_bytes) / slot_bytes;
-    for (size_t a = 0; a < assets.size(); ++a) {
-        const FaceOrder& order = assets[a].pm->orders[orders[a]];
-        const uint32_t own = assets[a].pm->full_triangles();
-        // The budget is shared in proportion to size.
-        const auto share = static_cast<uint64_t>(static_cast<double>(slots) * own /
-                                                 static_cast<double>(std::max<uint64_t>(full_slots, 1)));
-        // Where there are keyframes a cursor has a second half for the order that comes next.
-        const double halves = order.keyframes.empty() ? 1 : 1 + static_cast<double>(order.keyframes[0].slots) / own;
-        const auto capacities =
-            cursor_capacities(own, static_cast<uint64_t>(static_cast<double>(share) / halves), options.instances);
-        assets[a].own_cursors = capacities.size() == options.instances && capacities.back() == own;
-        make_cursors(assets[a], orders[a], capacities, index_bytes);
-    }
-    Recipe recipe;
-    recipe.buffers = {{"lod vertices", std::max<uint64_t>(vertex_bytes, 4),
-                       static_cast<uint32_t>(options.geomorph ? use_storage : use_vertex), 4},
-                      {"lod indices", std::max<uint64_t>(index_bytes, 4), use_index, 4}};
-    recipe.pipelines = {indexed_mesh_pipeline()};
-    if (options.geomorph) {
-        recipe.buffers.push_back({"lod parents", std::max<uint64_t>(parent_bytes, 4), use_storage, 4});
-        PipelineSpec& morphing = recipe.pipelines[0];
-        morphing.name = "morphing mesh";
-        morphing.vertex = "lod/morph.vert";
-        morphing.layout = {};
-        morphing.storage = {StorageBinding::pool(LODE_LOD_VERTICES, vertex_buffer, 1),
-                            StorageBinding::pool(LODE_LOD_PARENTS, parent_buffer, 1)};
-    }
+    const uint64_t index_bytes = share_slots(assets, orders, slots, options.instances);
+    Recipe recipe = recipe_of(vertex_bytes, index_bytes, parent_bytes, options.geomorph);
     return std::make_unique<LodSource>(std::move(assets), std::move(recipe), options);
 }
 

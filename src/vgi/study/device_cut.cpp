@@ -32,6 +32,83 @@ uint32_t nodes_of(const Atlas& about) {
     return levels_of(about) - top_of(about) + ((1u << (2 * top_of(about) + 2)) - 1) / 3;
 }
 
+CutRequest request_of(const FrameInput& input, const Instance& instance, double pixel_error) {
+    CutRequest request;
+    request.object_to_world = instance.object_to_world;
+    request.views = input.views;
+    request.level_view = input.level_view ? &*input.level_view : nullptr;
+    request.pixel_error = pixel_error;
+    request.cull_back_faces = input.views[0].culls_back_faces;
+    return request;
+}
+
+// The instances of a frame as its passes read them, each with room of its own in the tables, and how many threads the
+// passes need for the largest of them.
+struct CutInstances {
+    std::vector<gpu::VgiCutInstance> records;
+    std::vector<DeviceCut::DrawRange> places;
+    std::vector<uint64_t> most_nodes;  // by level
+    uint32_t most_charts = 0;
+
+    void add(uint32_t asset, const OpenAtlas& atlas, const CutRequest& request, int64_t forced_level) {
+        const Atlas& about = atlas.file->about();
+        const DeviceCutSizes sizes = DeviceCutSizes::of(about);
+        gpu::VgiCutInstance& r = records.emplace_back();
+        RefinementTest(request, about).describe(r);
+        Visibility(request, about).describe(r);
+        r.asset = asset;
+        r.first_page = atlas.first[index_of(Layer::geometry)];
+        r.pages = atlas.trees[index_of(Layer::geometry)].pages();
+        r.first_chart = atlas.first_chart;
+        r.charts = about.charts();
+        r.first_state = static_cast<uint32_t>(used_.states);
+        r.first_leaf = static_cast<uint32_t>(used_.leaves);
+        r.first_patch = static_cast<uint32_t>(used_.patches * LODE_VGI_PATCH_WORDS);
+        r.first_record = static_cast<uint32_t>(used_.records);
+        r.records = static_cast<uint32_t>(sizes.records);
+        r.first_id = static_cast<uint32_t>(places.size());
+        r.forced_level = static_cast<int32_t>(std::clamp<int64_t>(forced_level, -1, levels_of(about)));
+        places.push_back({r.first_patch, used_.records * LODE_CUT_RECORD_WORDS * sizeof(uint32_t), r.records});
+        used_ = {used_.states + sizes.states, used_.leaves + sizes.leaves, used_.patches + sizes.patches,
+                 used_.records + sizes.records};
+        raise_most(about);
+    }
+
+private:
+    void raise_most(const Atlas& about) {
+        if (most_nodes.size() <= levels_of(about)) most_nodes.resize(levels_of(about) + 1, 0);
+        for (uint32_t level = 0; level <= levels_of(about); ++level) {
+            const uint32_t shift = level < top_of(about) ? top_of(about) - level : 0;
+            most_nodes[level] = std::max(most_nodes[level], uint64_t{about.charts()} << (2 * shift));
+        }
+        most_charts = std::max(most_charts, about.charts());
+    }
+
+    DeviceCutSizes used_;
+};
+
+void dispatch_passes(const CutInstances& instances, Plan& plan) {
+    const auto dispatch = [&](Passes pass, uint32_t level, uint64_t groups) {
+        Dispatch d;
+        d.pipeline = pass;
+        const uint64_t rows = (groups + most_groups - 1) / most_groups;
+        d.groups = {static_cast<uint32_t>((groups + rows - 1) / rows), static_cast<uint32_t>(instances.records.size()),
+                    static_cast<uint32_t>(rows)};
+        d.words[LODE_CUT_WORD_LEVEL] = level;
+        plan.commands.push_back({Stage::update, d});
+    };
+    const auto over_nodes = [&](Passes pass, uint32_t level) {
+        dispatch(pass, level, (instances.most_nodes[level] + LODE_CUT_GROUP - 1) / LODE_CUT_GROUP);
+    };
+    const auto levels = static_cast<uint32_t>(instances.most_nodes.size());
+    for (uint32_t level = levels; level-- > 1;) over_nodes(look, level);
+    for (uint32_t level = 1; level < levels; ++level) over_nodes(close, level);
+    for (uint32_t level = levels; level-- > 0;) over_nodes(divide, level);
+    dispatch(count, 0, instances.most_charts);
+    dispatch(sum, 0, 1);
+    dispatch(emit, 0, instances.most_charts);
+}
+
 }  // namespace
 
 DeviceCutSizes DeviceCutSizes::of(const Atlas& about) {
@@ -112,75 +189,22 @@ void DeviceCut::upload_tables(Plan& plan) const {
 }
 
 std::vector<DeviceCut::DrawRange> DeviceCut::cut(const FrameInput& input, double pixel_error, Plan& plan) const {
-    std::vector<DrawRange> places;
-    std::vector<gpu::VgiCutInstance> records;
-    DeviceCutSizes used;
-    std::vector<uint64_t> most_nodes;  // by level, in the largest of the atlases
-    uint32_t most_charts = 0;
+    CutInstances instances;
     for (const Instance& instance : input.instances) {
         LODE_CHECK(instance.asset < atlases_.size(), instance.asset, atlases_.size());
-        const OpenAtlas& atlas = atlases_[instance.asset];
-        const Atlas& about = atlas.file->about();
-        CutRequest request;
-        request.object_to_world = instance.object_to_world;
-        request.views = input.views;
-        request.level_view = input.level_view ? &*input.level_view : nullptr;
-        request.pixel_error = pixel_error;
-        request.cull_back_faces = input.views[0].culls_back_faces;
-        const DeviceCutSizes sizes = DeviceCutSizes::of(about);
-        gpu::VgiCutInstance& r = records.emplace_back();
-        RefinementTest(request, about).describe(r);
-        Visibility(request, about).describe(r);
-        r.asset = instance.asset;
-        r.first_page = atlas.first[index_of(Layer::geometry)];
-        r.pages = atlas.trees[index_of(Layer::geometry)].pages();
-        r.first_chart = atlas.first_chart;
-        r.charts = about.charts();
-        r.first_state = static_cast<uint32_t>(used.states);
-        r.first_leaf = static_cast<uint32_t>(used.leaves);
-        r.first_patch = static_cast<uint32_t>(used.patches * LODE_VGI_PATCH_WORDS);
-        r.first_record = static_cast<uint32_t>(used.records);
-        r.records = static_cast<uint32_t>(sizes.records);
-        r.first_id = static_cast<uint32_t>(places.size());
-        r.forced_level = static_cast<int32_t>(std::clamp<int64_t>(input.budget.forced_level, -1, levels_of(about)));
-        places.push_back({r.first_patch, used.records * LODE_CUT_RECORD_WORDS * sizeof(uint32_t), r.records});
-        used = {used.states + sizes.states, used.leaves + sizes.leaves, used.patches + sizes.patches,
-                used.records + sizes.records};
-        if (most_nodes.size() <= levels_of(about)) most_nodes.resize(levels_of(about) + 1, 0);
-        for (uint32_t level = 0; level <= levels_of(about); ++level) {
-            const uint32_t shift = level < top_of(about) ? top_of(about) - level : 0;
-            most_nodes[level] = std::max(most_nodes[level], uint64_t{about.charts()} << (2 * shift));
-        }
-        most_charts = std::max(most_charts, about.charts());
+        instances.add(instance.asset, atlases_[instance.asset], request_of(input, instance, pixel_error),
+                      input.budget.forced_level);
     }
-    if (records.empty()) return places;
-    add_upload(plan, cut_instances, 0, Blob::copy_of(records.data(), records.size()));
-    const auto dispatch = [&](Passes pass, uint32_t level, uint64_t groups) {
-        Dispatch d;
-        d.pipeline = pass;
-        const uint64_t rows = (groups + most_groups - 1) / most_groups;
-        d.groups = {static_cast<uint32_t>((groups + rows - 1) / rows), static_cast<uint32_t>(records.size()),
-                    static_cast<uint32_t>(rows)};
-        d.words[LODE_CUT_WORD_LEVEL] = level;
-        plan.commands.push_back({Stage::update, d});
-    };
-    const auto over_nodes = [&](Passes pass, uint32_t level) {
-        dispatch(pass, level, (most_nodes[level] + LODE_CUT_GROUP - 1) / LODE_CUT_GROUP);
-    };
-    const auto levels = static_cast<uint32_t>(most_nodes.size());
-    for (uint32_t level = levels; level-- > 1;) over_nodes(look, level);
-    for (uint32_t level = 1; level < levels; ++level) over_nodes(close, level);
-    for (uint32_t level = levels; level-- > 0;) over_nodes(divide, level);
-    dispatch(count, 0, most_charts);
-    dispatch(sum, 0, 1);
-    dispatch(emit, 0, most_charts);
+    if (instances.records.empty()) return {};
+    add_upload(plan, cut_instances, 0, Blob::copy_of(instances.records.data(), instances.records.size()));
+    dispatch_passes(instances, plan);
     Readback back;
     back.buffer = cut_findings;
     for (const OpenAtlas& atlas : atlases_) back.bytes += 2 * sizeof(uint32_t) * atlas.pages(Layer::geometry);
     back.bytes += LODE_CUT_FIRST_FINDING * sizeof(uint32_t);
     back.tag = findings_tag;
     plan.commands.push_back({Stage::update, back});
-    return places;
+    return std::move(instances.places);
 }
 
 std::optional<DeviceCut::Findings> DeviceCut::findings(std::span<const ReadbackResult> readbacks,

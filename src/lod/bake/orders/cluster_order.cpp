@@ -71,101 +71,132 @@ private:
     // Greedily, one cluster after another: the face that brings in the fewest vertices, and among those the one with
     // the fewest free faces around it, so that no islands stay behind.
     void grow() {
-        std::vector<uint32_t> free_around(vertices_, 0), touched(vertices_, none);
-        for (uint32_t v = 0; v < vertices_; ++v) free_around[v] = static_cast<uint32_t>(around_[0].of(v).size());
-        std::vector<uint32_t> rim, next_rim;
-        uint32_t next_face = 0;
+        Growth growth{std::vector<uint32_t>(vertices_, 0), std::vector<uint32_t>(vertices_, none), {}, 0};
+        for (uint32_t v = 0; v < vertices_; ++v) growth.free_around[v] = static_cast<uint32_t>(around_[0].of(v).size());
         size_.assign(count_, 0);
         for (uint32_t c = 0; c < count_; ++c) {
-            // Begin where the last cluster left off, at the face with the fewest free neighbours.
-            uint32_t seed = none, fewest = ~0u;
-            for (const uint32_t f : next_rim) {
-                if (label_[f] != none) continue;
-                const uint32_t free = free_of(f, free_around);
-                if (free < fewest) {
-                    fewest = free;
-                    seed = f;
-                }
-            }
-            while (seed == none && label_[next_face] != none) ++next_face;
-            if (seed == none) seed = next_face;
-            rim.assign(1, seed);
-            next_rim.clear();
+            growth.rim.assign(1, seed(growth));
             while (size_[c] < options_.batch_faces) {
-                uint32_t best = none;
-                std::pair<uint32_t, uint32_t> least{~0u, ~0u};
-                size_t kept = 0;
-                for (const uint32_t f : rim) {
-                    if (label_[f] != none) continue;
-                    rim[kept++] = f;
-                    uint32_t fresh = 0;
-                    FacesAround::visit(&at_[0][size_t{f} * 3], [&](uint32_t v) { fresh += touched[v] != c; });
-                    const std::pair<uint32_t, uint32_t> cost{fresh, free_of(f, free_around)};
-                    if (cost < least) {
-                        least = cost;
-                        best = f;
-                    }
+                uint32_t face = cheapest_of_rim(growth, c);
+                if (face == none) {
+                    first_free_face(growth);
+                    if (growth.next_face == faces_) break;
+                    face = growth.next_face;
                 }
-                rim.resize(kept);
-                if (best == none) {
-                    while (next_face < faces_ && label_[next_face] != none) ++next_face;
-                    if (next_face == faces_) break;
-                    best = next_face;
-                }
-                label_[best] = c;
-                ++size_[c];
-                FacesAround::visit(&at_[0][size_t{best} * 3], [&](uint32_t v) {
-                    --free_around[v];
-                    if (touched[v] == c) return;
-                    touched[v] = c;
-                    for (const uint32_t g : around_[0].of(v)) {
-                        if (label_[g] == none) rim.push_back(g);
-                    }
-                });
+                take(growth, face, c);
             }
-            next_rim.swap(rim);
         }
+    }
+    struct Growth {
+        std::vector<uint32_t> free_around;  // per vertex: faces in no cluster yet
+        std::vector<uint32_t> touched;      // per vertex: the last cluster that has it
+        std::vector<uint32_t> rim;          // faces around the cluster; some may be taken
+        uint32_t next_face;                 // all before are taken
+    };
+    void first_free_face(Growth& growth) const {
+        while (growth.next_face < faces_ && label_[growth.next_face] != none) ++growth.next_face;
+    }
+    // Where the last cluster left off: the face of its rim with the fewest free neighbours.
+    uint32_t seed(Growth& growth) const {
+        uint32_t best = none, fewest = ~0u;
+        for (const uint32_t f : growth.rim) {
+            if (label_[f] != none) continue;
+            const uint32_t free = free_of(f, growth.free_around);
+            if (free < fewest) {
+                fewest = free;
+                best = f;
+            }
+        }
+        if (best != none) return best;
+        first_free_face(growth);
+        return growth.next_face;
+    }
+    // None where all of the rim is taken.
+    uint32_t cheapest_of_rim(Growth& growth, uint32_t c) const {
+        uint32_t best = none;
+        std::pair<uint32_t, uint32_t> least{~0u, ~0u};
+        size_t kept = 0;
+        for (const uint32_t f : growth.rim) {
+            if (label_[f] != none) continue;
+            growth.rim[kept++] = f;
+            uint32_t fresh = 0;
+            FacesAround::visit(&at_[0][size_t{f} * 3], [&](uint32_t v) { fresh += growth.touched[v] != c; });
+            const std::pair<uint32_t, uint32_t> cost{fresh, free_of(f, growth.free_around)};
+            if (cost < least) {
+                least = cost;
+                best = f;
+            }
+        }
+        growth.rim.resize(kept);
+        return best;
+    }
+    void take(Growth& growth, uint32_t face, uint32_t c) {
+        label_[face] = c;
+        ++size_[c];
+        FacesAround::visit(&at_[0][size_t{face} * 3], [&](uint32_t v) {
+            --growth.free_around[v];
+            if (growth.touched[v] == c) return;
+            growth.touched[v] = c;
+            for (const uint32_t g : around_[0].of(v)) {
+                if (label_[g] == none) growth.rim.push_back(g);
+            }
+        });
+    }
+    uint32_t free_of(uint32_t f, const std::vector<uint32_t>& free_around) const {
+        return free_around[at_[0][size_t{f} * 3]] + free_around[at_[0][size_t{f} * 3 + 1]] +
+               free_around[at_[0][size_t{f} * 3 + 2]];
     }
 
     // From the clusters of an order before, given by the slots the faces have in it: the smallest are dissolved until
     // as many are left as are needed, and their faces go to those around. False where there are too few.
     bool shrink(std::span<const uint32_t> slots) {
         const uint32_t before = *std::ranges::max_element(slots) / options_.batch_faces + 1;
-        std::vector<uint32_t> alive(before, 0), number(before, none), old;
-        for (const uint32_t s : slots) ++alive[s / options_.batch_faces];
-        for (uint32_t c = 0; c < before; ++c) {
-            if (alive[c] > 0) old.push_back(c);
-        }
-        if (old.size() < count_) return false;
-        // Along the order, and so over the surface, as many are kept at any place as its faces fill.
-        uint64_t faces = 0;
-        size_.clear();
-        std::vector<uint32_t> group;
-        for (size_t i = 0; i < old.size(); ++i) {
-            faces += alive[old[i]];
-            group.push_back(old[i]);
-            const auto due = static_cast<uint32_t>(
-                i + 1 == old.size() ? count_ : (faces + options_.batch_faces / 2) / options_.batch_faces);
-            const size_t kept = size_.size() + group.size();
-            if ((kept > due && group.size() >= 3) || i + 1 == old.size() || group.size() >= 64) {
-                // The smallest of the group goes.
-                std::vector<uint32_t> by_size = group;
-                std::ranges::stable_sort(by_size, {}, [&](uint32_t c) { return alive[c]; });
-                for (size_t k = kept > due ? kept - due : 0; k-- > 0;) alive[by_size[k]] = 0;
-                for (const uint32_t c : group) {
-                    if (alive[c] == 0) continue;
-                    number[c] = static_cast<uint32_t>(size_.size());
-                    size_.push_back(alive[c]);
-                }
-                group.clear();
-            }
-        }
-        if (size_.size() != count_) return false;
-        std::vector<uint32_t> free, still_free;
+        std::vector<uint32_t> faces(before, 0), number(before, none);
+        for (const uint32_t s : slots) ++faces[s / options_.batch_faces];
+        if (!number_kept(faces, number)) return false;
+        std::vector<uint32_t> free;
         for (uint32_t f = 0; f < faces_; ++f) {
             label_[f] = number[slots[f] / options_.batch_faces];
             if (label_[f] == none) free.push_back(f);
         }
+        give_to_neighbours(free);
+        return true;
+    }
+    // Numbers the clusters that stay: along the order, and so over the surface, as many at any place as its faces fill.
+    // faces: of each old cluster. number: takes those of the clusters that stay.
+    bool number_kept(std::vector<uint32_t>& faces, std::vector<uint32_t>& number) {
+        std::vector<uint32_t> old;
+        for (uint32_t c = 0; c < faces.size(); ++c) {
+            if (faces[c] > 0) old.push_back(c);
+        }
+        if (old.size() < count_) return false;
+        uint64_t so_far = 0;
+        size_.clear();
+        std::vector<uint32_t> group;
+        for (size_t i = 0; i < old.size(); ++i) {
+            so_far += faces[old[i]];
+            group.push_back(old[i]);
+            const auto due = static_cast<uint32_t>(
+                i + 1 == old.size() ? count_ : (so_far + options_.batch_faces / 2) / options_.batch_faces);
+            const size_t kept = size_.size() + group.size();
+            if ((kept > due && group.size() >= 3) || i + 1 == old.size() || group.size() >= 64) {
+                // The smallest of the group goes.
+                std::vector<uint32_t> by_size = group;
+                std::ranges::stable_sort(by_size, {}, [&](uint32_t c) { return faces[c]; });
+                for (size_t k = kept > due ? kept - due : 0; k-- > 0;) faces[by_size[k]] = 0;
+                for (const uint32_t c : group) {
+                    if (faces[c] == 0) continue;
+                    number[c] = static_cast<uint32_t>(size_.size());
+                    size_.push_back(faces[c]);
+                }
+                group.clear();
+            }
+        }
+        return size_.size() == count_;
+    }
+    // Every free face to the smallest cluster that touches it, those first that touch one.
+    void give_to_neighbours(std::vector<uint32_t>& free) {
+        std::vector<uint32_t> still_free;
         while (!free.empty()) {
             still_free.clear();
             for (const uint32_t f : free) {
@@ -187,7 +218,6 @@ private:
             }
             free.swap(still_free);
         }
-        return true;
     }
 
     void count_crowds() {
@@ -200,10 +230,6 @@ private:
             labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
             for (const uint32_t c : labels) ++crowd_[c];
         }
-    }
-    uint32_t free_of(uint32_t f, const std::vector<uint32_t>& free_around) const {
-        return free_around[at_[0][size_t{f} * 3]] + free_around[at_[0][size_t{f} * 3 + 1]] +
-               free_around[at_[0][size_t{f} * 3 + 2]];
     }
 
     struct Change {
@@ -378,41 +404,54 @@ private:
     // Faces go from clusters that have too many to those that have too few, one across each border on the shortest
     // way. The last cluster that is reached may stay smaller.
     void make_exact() {
-        const uint32_t batch = options_.batch_faces;
         std::vector<std::vector<uint32_t>> members(count_);
         for (uint32_t f = 0; f < faces_; ++f) members[label_[f]].push_back(f);
-        std::vector<uint32_t> seen(count_, none), from(count_), queue;
-        uint32_t stamp = 0;
+        Search search{std::vector<uint32_t>(count_, none), std::vector<uint32_t>(count_), {}};
         for (uint32_t start = 0; start < count_; ++start) {
-            while (size_[start] > batch) {
-                // Breadth first over clusters that touch, to the nearest with room.
-                queue.assign(1, start);
-                const uint32_t mark = stamp++;
-                seen[start] = mark;
-                uint32_t goal = none;
-                for (size_t q = 0; q < queue.size() && goal == none; ++q) {
-                    const uint32_t c = queue[q];
-                    for (const uint32_t f : members[c]) {
-                        for_neighbours(f, [&](uint32_t g) {
-                            const uint32_t d = label_[g];
-                            if (seen[d] == mark) return;
-                            seen[d] = mark;
-                            from[d] = c;
-                            queue.push_back(d);
-                            if (size_[d] < batch && goal == none) goal = d;
-                        });
-                    }
-                }
-                if (goal == none) {  // none on this component: any with room
-                    goal = static_cast<uint32_t>(std::ranges::find_if(size_, [&](uint32_t n) { return n < batch; }) -
-                                                 size_.begin());
-                    LODE_CHECK(goal < count_);
-                    from[goal] = start;
-                }
-                for (uint32_t to = goal; to != start; to = from[to]) hand_over(from[to], to, members);
+            while (size_[start] > options_.batch_faces) {
+                const uint32_t goal = nearest_with_room(start, members, search);
+                for (uint32_t to = goal; to != start; to = search.from[to]) hand_over(search.from[to], to, members);
             }
         }
-        // At most one cluster may be smaller: the others are filled from it.
+        fill_all_but_one(members);
+    }
+    // Breadth first over clusters that touch.
+    struct Search {
+        std::vector<uint32_t> seen;   // per cluster: the last search that met it
+        std::vector<uint32_t> from;   // per cluster met: the one before
+        std::vector<uint32_t> queue;  // clusters
+        uint32_t searches = 0;        // so far
+    };
+    uint32_t nearest_with_room(uint32_t start, const std::vector<std::vector<uint32_t>>& members,
+                               Search& search) const {
+        const uint32_t batch = options_.batch_faces, mark = search.searches++;
+        search.queue.assign(1, start);
+        search.seen[start] = mark;
+        uint32_t goal = none;
+        for (size_t q = 0; q < search.queue.size() && goal == none; ++q) {
+            const uint32_t c = search.queue[q];
+            for (const uint32_t f : members[c]) {
+                for_neighbours(f, [&](uint32_t g) {
+                    const uint32_t d = label_[g];
+                    if (search.seen[d] == mark) return;
+                    search.seen[d] = mark;
+                    search.from[d] = c;
+                    search.queue.push_back(d);
+                    if (size_[d] < batch && goal == none) goal = d;
+                });
+            }
+        }
+        if (goal == none) {  // none on this component: any with room
+            goal = static_cast<uint32_t>(std::ranges::find_if(size_, [&](uint32_t n) { return n < batch; }) -
+                                         size_.begin());
+            LODE_CHECK(goal < count_);
+            search.from[goal] = start;
+        }
+        return goal;
+    }
+    // At most one cluster may be smaller: the others are filled from it.
+    void fill_all_but_one(std::vector<std::vector<uint32_t>>& members) {
+        const uint32_t batch = options_.batch_faces;
         uint32_t spare = none;
         for (uint32_t c = 0; c < count_; ++c) {
             if (size_[c] < batch && (spare == none || size_[c] < size_[spare])) spare = c;

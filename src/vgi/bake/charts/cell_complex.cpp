@@ -105,13 +105,41 @@ CellComplex::CellComplex(const Surface& surface, std::span<const float> density,
 }
 
 CellComplex::CellComplex(std::span<const CellPart> parts, size_t vertices, const FeatureLines& features) {
+    std::vector<std::vector<uint32_t>> half = join_edges(parts, features);
+    next_.resize(cell_.size());
+    prev_.resize(cell_.size());
+    out_.assign(vertices, none);
+    parent_.resize(triangle_cells_);
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    for (size_t i = 0; i < parts.size(); ++i) {
+        for (const CellPart::Cell& cell : parts[i].cells) {
+            first_.push_back(half[i][cell.first]);
+            sides_.push_back(cell.sides);
+            perimeter_.push_back(cell.perimeter);
+            moments_.push_back(cell.moments);
+        }
+        for (size_t k = 0; k < half[i].size(); ++k) {
+            const uint32_t h = half[i][k];
+            if (h == none) continue;
+            next_[h] = half[i][parts[i].edges[k / 2].next[k % 2]];
+            prev_[next_[h]] = h;
+            out_[origin_[h]] = h;
+        }
+        half[i] = {};
+    }
+    close_boundary();
+}
+
+// Numbers the cells of all parts and their edges, an edge of two parts once. Returns, for every part, the half-edge of
+// the complex by those of the part.
+std::vector<std::vector<uint32_t>> CellComplex::join_edges(std::span<const CellPart> parts,
+                                                           const FeatureLines& features) {
     struct End {
         uint32_t half_edge, source;
     };
-    std::unordered_map<uint64_t, End> open;                 // edges that end in none so far, by their ends
-    std::vector<std::vector<uint32_t>> half(parts.size());  // half-edge of the complex, by those of the part
-    out_.assign(vertices, none);
-    uint32_t first_cell = 0;
+    std::unordered_map<uint64_t, End> open;  // edges that end in none so far, by their ends
+    std::vector<std::vector<uint32_t>> half(parts.size());
+    triangle_cells_ = 0;
     for (size_t i = 0; i < parts.size(); ++i) {
         const CellPart& part = parts[i];
         half[i].assign(part.edges.size() * 2, none);
@@ -134,35 +162,14 @@ CellComplex::CellComplex(std::span<const CellPart> parts, size_t vertices, const
                 if (ends) open.emplace(there, End{h, edge.source});
             }
             half[i][2 * e + mine] = h;
-            cell_[h] = edge.cell[mine] + first_cell;
+            cell_[h] = edge.cell[mine] + triangle_cells_;
             if (ends) continue;
             half[i][2 * e + 1 - mine] = h ^ 1;
-            cell_[h ^ 1] = edge.cell[1 - mine] + first_cell;
+            cell_[h ^ 1] = edge.cell[1 - mine] + triangle_cells_;
         }
-        first_cell += static_cast<uint32_t>(part.cells.size());
+        triangle_cells_ += static_cast<uint32_t>(part.cells.size());
     }
-    triangle_cells_ = first_cell;
-    next_.resize(cell_.size());
-    prev_.resize(cell_.size());
-    parent_.resize(triangle_cells_);
-    std::iota(parent_.begin(), parent_.end(), 0u);
-    for (size_t i = 0; i < parts.size(); ++i) {
-        for (const CellPart::Cell& cell : parts[i].cells) {
-            first_.push_back(half[i][cell.first]);
-            sides_.push_back(cell.sides);
-            perimeter_.push_back(cell.perimeter);
-            moments_.push_back(cell.moments);
-        }
-        for (size_t k = 0; k < half[i].size(); ++k) {
-            const uint32_t h = half[i][k];
-            if (h == none) continue;
-            next_[h] = half[i][parts[i].edges[k / 2].next[k % 2]];
-            prev_[next_[h]] = h;
-            out_[origin_[h]] = h;
-        }
-        half[i] = {};
-    }
-    close_boundary();
+    return half;
 }
 
 // Boundary loops: the half-edges that no cell has, each going on where its twin's vertex leads, become cells.
@@ -214,55 +221,68 @@ uint32_t CellComplex::degree(uint32_t vertex) const {
     return n;
 }
 
+// A list of cells, of no more than so many.
+template <size_t most>
+struct CellComplex::FewCells {
+    std::array<uint32_t, most> cells;
+    size_t count = 0;
+
+    // False where it is full.
+    bool add(uint32_t cell) {
+        if (count == most) return false;
+        cells[count++] = cell;
+        return true;
+    }
+    std::span<uint32_t> all() { return {cells.data(), count}; }
+};
+
 bool CellComplex::may_merge(uint32_t edge) {
     const uint32_t h = edge * 2, g = h + 1, a = cell_[h], b = cell_[g];
     if (a == b || a >= triangle_cells_ || b >= triangle_cells_) return false;
-    const uint32_t p = origin_[h], q = origin_[g];
-    // Cells at the ends other than the two: some at either, none at both, none left with fewer than three sides.
-    std::array<uint32_t, 64> at_ends;
-    size_t at_p = 0, count = 0;
+    FewCells<64> at_ends;
+    if (!ends_allow_merge(edge, at_ends)) return false;
+    const uint32_t lost = 2u + (degree(origin_[h]) == 3) + (degree(origin_[g]) == 3);
+    if (sides_[a] + sides_[b] < lost + 3) return false;
+    return touch_nowhere_else(edge, at_ends.all());
+}
+
+// Cells at the edge's ends other than its two: some at either, none at both, none left with fewer than three sides.
+// They are added to at_ends.
+bool CellComplex::ends_allow_merge(uint32_t edge, FewCells<64>& at_ends) const {
+    const uint32_t h = edge * 2, g = h + 1, a = cell_[h], b = cell_[g];
     bool good = true;
-    for (const uint32_t end : {p, q}) {
+    for (const uint32_t end : {origin_[h], origin_[g]}) {
+        const std::span<const uint32_t> at_other = at_ends.all();
         uint32_t met = 0;
         around(end, [&](uint32_t out) {
             const uint32_t c = cell_[out];
             ++met;
             if (c == a || c == b) return;
-            if (count == at_ends.size()) {
-                good = false;
-                return;
-            }
-            if (end == q && std::find(at_ends.begin(), at_ends.begin() + static_cast<ptrdiff_t>(at_p), c) !=
-                                at_ends.begin() + static_cast<ptrdiff_t>(at_p))
-                good = false;
-            at_ends[count++] = c;
+            if (std::ranges::find(at_other, c) != at_other.end() || !at_ends.add(c)) good = false;
         });
-        if (!good || count == (end == p ? 0 : at_p)) return false;
-        if (met == 3 && sides_[at_ends[count - 1]] <= 3) return false;
-        if (end == p) at_p = count;
+        if (!good || at_ends.count == at_other.size()) return false;
+        if (met == 3 && sides_[at_ends.cells[at_ends.count - 1]] <= 3) return false;
     }
-    const uint32_t lost = 2u + (degree(p) == 3) + (degree(q) == 3);
-    if (sides_[a] + sides_[b] < lost + 3) return false;
-    // Elsewhere the two do not touch, and no third cell touches both.
-    std::array<uint32_t, 1024> touching;
-    size_t touched = 0;
+    return true;
+}
+
+// Whether the edge's two cells touch in nothing but the edge, and no third cell but those at its ends touches both.
+bool CellComplex::touch_nowhere_else(uint32_t edge, std::span<const uint32_t> at_ends) const {
+    const uint32_t h = edge * 2, g = h + 1, a = cell_[h], b = cell_[g];
+    const uint32_t p = origin_[h], q = origin_[g];
+    FewCells<1024> touching;  // a
+    bool good = true;
     for (uint32_t i = next_[h]; i != h && good; i = next_[i]) {
         const uint32_t v = origin_[i];
         if (v == q) continue;
         around(v, [&](uint32_t out) {
             const uint32_t c = cell_[out];
             if (c == b) good = false;
-            if (c == a) return;
-            if (touched == touching.size()) {
-                good = false;
-                return;
-            }
-            touching[touched++] = c;
+            if (c != a && !touching.add(c)) good = false;
         });
     }
     if (!good) return false;
-    const auto ends = at_ends.begin() + static_cast<ptrdiff_t>(count);
-    std::sort(touching.begin(), touching.begin() + static_cast<ptrdiff_t>(touched));
+    std::ranges::sort(touching.all());
     for (uint32_t i = next_[g]; i != g && good; i = next_[i]) {
         const uint32_t v = origin_[i];
         if (v == p) continue;
@@ -270,8 +290,7 @@ bool CellComplex::may_merge(uint32_t edge) {
             const uint32_t c = cell_[out];
             if (c == b || !good) return;
             if (c == a) good = false;
-            if (std::binary_search(touching.begin(), touching.begin() + static_cast<ptrdiff_t>(touched), c) &&
-                std::find(at_ends.begin(), ends, c) == ends)
+            if (std::ranges::binary_search(touching.all(), c) && std::ranges::find(at_ends, c) == at_ends.end())
                 good = false;
         });
     }

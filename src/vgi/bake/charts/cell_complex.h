@@ -101,6 +101,11 @@ private:
     void dissolve(uint32_t vertex);
     void close_boundary();
     uint32_t degree(uint32_t vertex) const;
+    std::vector<std::vector<uint32_t>> join_edges(std::span<const CellPart> parts, const FeatureLines& features);
+    template <size_t most>
+    struct FewCells;
+    bool ends_allow_merge(uint32_t edge, FewCells<64>& at_ends) const;
+    bool touch_nowhere_else(uint32_t edge, std::span<const uint32_t> at_ends) const;
 
     uint32_t triangle_cells_ = 0;
     std::vector<uint32_t> next_, prev_, origin_, cell_;  // per half-edge

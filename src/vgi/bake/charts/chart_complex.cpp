@@ -23,18 +23,7 @@ public:
     }
 
     Result<ChartComplex> run() {
-        // Borders that meet at each vertex, every border edge counted once.
-        std::vector<uint32_t> borders(surface_.positions.size(), 0);
-        for (uint32_t h = 0; h < twins_.size(); ++h) {
-            if (!border(h) || (twins_[h] != none && twins_[h] < h)) continue;
-            ++borders[from(h)];
-            ++borders[to(h)];
-        }
-        for (uint32_t v = 0; v < borders.size(); ++v) {
-            if (borders[v] < 3) continue;
-            is_corner_[v] = true;
-            is_given_[v] = false;
-        }
+        find_corners();
         ChartComplex patches;
         patches.sides.resize(count_);
         std::vector<uint32_t> arc_of(twins_.size(), none);  // border half-edge: its arc
@@ -42,8 +31,7 @@ public:
         std::vector<bool> done(twins_.size(), false);
         for (uint32_t start = 0; start < twins_.size(); ++start) {
             if (!border(start) || done[start] || !is_corner_[from(start)]) continue;
-            const uint32_t patch = label_[start / 3];
-            ++loops[patch];
+            ++loops[label_[start / 3]];
             uint32_t h = start;
             do {
                 // One side: to the next corner.
@@ -53,26 +41,14 @@ public:
                     done[h] = true;
                     h = next_border(h);
                 } while (!is_corner_[from(h)]);
-                const uint32_t across = twins_[run[0]];
-                if (across != none && arc_of[across] != none) {
-                    patches.sides[patch].push_back({arc_of[across], true});
-                    patches.arcs[arc_of[across]].right = patch;
-                } else {
-                    const auto number = static_cast<uint32_t>(patches.arcs.size());
-                    Arc arc;
-                    arc.left = patch;
-                    for (const uint32_t g : run) {
-                        arc_of[g] = number;
-                        arc.vertices.push_back(from(g));
-                        arc.length += glm::length(surface_.positions[to(g)] - surface_.positions[from(g)]);
-                    }
-                    arc.vertices.push_back(to(run.back()));
-                    patches.arcs.push_back(std::move(arc));
-                    patches.sides[patch].push_back({number, false});
-                }
+                add_side(run, arc_of, patches);
             } while (h != start);
         }
-        if (auto good = check(patches, loops, done); !good) return tl::unexpected(good.error());
+        for (uint32_t h = 0; h < twins_.size(); ++h) {
+            if (border(h) && !done[h]) return wrong(label_[h / 3], "has a border without corners");
+        }
+        if (auto good = check_disks(patches, loops); !good) return tl::unexpected(good.error());
+        if (auto good = check_contacts(patches); !good) return tl::unexpected(good.error());
         return patches;
     }
 
@@ -92,10 +68,45 @@ private:
         return fail(Fault::invariant, "patch " + std::to_string(patch) + ": " + what);
     }
 
-    Result<void> check(const ChartComplex& patches, const std::vector<uint32_t>& loops, const std::vector<bool>& done) {
+    // Where three borders or more meet, every border edge counted once.
+    void find_corners() {
+        std::vector<uint32_t> borders(surface_.positions.size(), 0);
         for (uint32_t h = 0; h < twins_.size(); ++h) {
-            if (border(h) && !done[h]) return wrong(label_[h / 3], "has a border without corners");
+            if (!border(h) || (twins_[h] != none && twins_[h] < h)) continue;
+            ++borders[from(h)];
+            ++borders[to(h)];
         }
+        for (uint32_t v = 0; v < borders.size(); ++v) {
+            if (borders[v] < 3) continue;
+            is_corner_[v] = true;
+            is_given_[v] = false;
+        }
+    }
+
+    // run: the half-edges of a patch from corner to corner. They are the arc that the patch across has made of them, or
+    // a new one.
+    void add_side(const std::vector<uint32_t>& run, std::vector<uint32_t>& arc_of, ChartComplex& patches) const {
+        const uint32_t patch = label_[run[0] / 3], across = twins_[run[0]];
+        if (across != none && arc_of[across] != none) {
+            patches.sides[patch].push_back({arc_of[across], true});
+            patches.arcs[arc_of[across]].right = patch;
+            return;
+        }
+        const auto number = static_cast<uint32_t>(patches.arcs.size());
+        Arc arc;
+        arc.left = patch;
+        for (const uint32_t g : run) {
+            arc_of[g] = number;
+            arc.vertices.push_back(from(g));
+            arc.length += glm::length(surface_.positions[to(g)] - surface_.positions[from(g)]);
+        }
+        arc.vertices.push_back(to(run.back()));
+        patches.arcs.push_back(std::move(arc));
+        patches.sides[patch].push_back({number, false});
+    }
+
+    // loops: per patch, the borders it has.
+    Result<void> check_disks(const ChartComplex& patches, const std::vector<uint32_t>& loops) const {
         // Euler: a connected patch is a disk iff vertices - edges + triangles is 1.
         std::vector<int64_t> euler(count_, 0);
         std::vector<uint32_t> last(surface_.positions.size(), none);
@@ -115,7 +126,11 @@ private:
             if (loops[p] != 1 || euler[p] != 1) return wrong(p, "is not a disk");
             if (patches.sides[p].size() < 3) return wrong(p, "has fewer than three sides");
         }
-        // Contacts, as in CellComplex::validate: corners shared less arcs shared is one.
+        return {};
+    }
+
+    // As in CellComplex::validate: corners shared less arcs shared is one.
+    Result<void> check_contacts(const ChartComplex& patches) const {
         std::map<std::pair<uint32_t, uint32_t>, int> contacts;
         std::map<uint32_t, std::vector<uint32_t>> at_corner;
         for (uint32_t p = 0; p < count_; ++p) {

@@ -100,45 +100,26 @@ std::vector<double> importance_of(const ChartMesh& patch, double power) {
     return logarithms;
 }
 
-}  // namespace
-
-double squared_stretch(const ChartMesh& patch, uint32_t triangle) {
-    const auto& v = patch.triangles[triangle].vertices;
-    const glm::dvec2 &a = patch.flat[v[0]], &b = patch.flat[v[1]], &c = patch.flat[v[2]];
-    const glm::dvec3 &p = patch.positions[v[0]], &q = patch.positions[v[1]], &r = patch.positions[v[2]];
-    const double twice = patch.signed_flat_area(triangle);
-    const glm::dvec3 by_s = (p * (b.y - c.y) + q * (c.y - a.y) + r * (a.y - b.y)) / twice,
-                     by_t = (p * (c.x - b.x) + q * (a.x - c.x) + r * (b.x - a.x)) / twice;
-    return (glm::dot(by_s, by_s) + glm::dot(by_t, by_t)) / 2;
+// Lays the inside out without folds, with weights that know the surface or, where those fold, with equal ones.
+Result<void> lay_out(HarmonicSolver& solver, Chart& chart, size_t triangles) {
+    ++chart.solves;
+    if (solver.solve({}) && chart.patch.flipped() == 0) return {};
+    chart.uniform = true;
+    ++chart.solves;
+    if (solver.solve({}, true) && chart.patch.flipped() == 0) return {};
+    return fail(Fault::invariant,
+                "a quad of " + std::to_string(triangles) + " triangles folds however its edges are weighed");
 }
 
-double l2_stretch(const ChartMesh& patch) { return weighted_stretch(patch, {}); }
-
-Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> triangles, std::span<const Side> sides,
-                           const std::vector<Arc>& arcs, const ParameteriseOptions& options) {
-    LODE_CHECK(sides.size() == 4, sides.size());
-    Chart chart;
-    chart.patch = take_chart_mesh(surface, triangles);
-    split_chords(chart.patch);
+// Changes weights, round after round, while sampling becomes more even by it.
+void make_even(HarmonicSolver& solver, Chart& chart, const ParameteriseOptions& options) {
     ChartMesh& patch = chart.patch;
-    place_boundary(chart, surface, sides, arcs);
-    for (uint32_t t = 0; t < patch.triangles.size(); ++t) chart.area += patch.area(t);
-    HarmonicSolver solver(patch);
-    ++chart.solves;
-    if (!solver.solve({}) || patch.flipped() > 0) {
-        chart.uniform = true;
-        ++chart.solves;
-        if (!solver.solve({}, true) || patch.flipped() > 0)
-            return fail(Fault::invariant, "a quad of " + std::to_string(triangles.size()) +
-                                              " triangles folds however its edges are weighed");
-    }
-    chart.tutte_stretch = chart.stretch = l2_stretch(patch);
     std::vector<double> logarithms(patch.triangles.size(), 0.0), tried, density(patch.triangles.size());
     double exponent = 1;
     const std::vector<double> importance = importance_of(patch, options.curvature_importance);
     double weighed = weighted_stretch(patch, importance);
     std::vector<glm::dvec2> best = patch.flat;
-    while (!chart.uniform && chart.solves < options.most_solves) {
+    while (chart.solves < options.most_solves) {
         // Where the surface is stretched its springs give way.
         tried = logarithms;
         const double mean = std::sqrt(chart.area) * weighed;
@@ -165,6 +146,35 @@ Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> tri
         if (gain < options.least_gain) break;
     }
     patch.flat = std::move(best);
+}
+
+}  // namespace
+
+double squared_stretch(const ChartMesh& patch, uint32_t triangle) {
+    const auto& v = patch.triangles[triangle].vertices;
+    const glm::dvec2 &a = patch.flat[v[0]], &b = patch.flat[v[1]], &c = patch.flat[v[2]];
+    const glm::dvec3 &p = patch.positions[v[0]], &q = patch.positions[v[1]], &r = patch.positions[v[2]];
+    const double twice = patch.signed_flat_area(triangle);
+    const glm::dvec3 by_s = (p * (b.y - c.y) + q * (c.y - a.y) + r * (a.y - b.y)) / twice,
+                     by_t = (p * (c.x - b.x) + q * (a.x - c.x) + r * (b.x - a.x)) / twice;
+    return (glm::dot(by_s, by_s) + glm::dot(by_t, by_t)) / 2;
+}
+
+double l2_stretch(const ChartMesh& patch) { return weighted_stretch(patch, {}); }
+
+Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> triangles, std::span<const Side> sides,
+                           const std::vector<Arc>& arcs, const ParameteriseOptions& options) {
+    LODE_CHECK(sides.size() == 4, sides.size());
+    Chart chart;
+    chart.patch = take_chart_mesh(surface, triangles);
+    split_chords(chart.patch);
+    ChartMesh& patch = chart.patch;
+    place_boundary(chart, surface, sides, arcs);
+    for (uint32_t t = 0; t < patch.triangles.size(); ++t) chart.area += patch.area(t);
+    HarmonicSolver solver(patch);
+    if (auto done = lay_out(solver, chart, triangles.size()); !done) return tl::unexpected(done.error());
+    chart.tutte_stretch = l2_stretch(patch);
+    if (!chart.uniform) make_even(solver, chart, options);
     chart.stretch = l2_stretch(patch);
     return chart;
 }

@@ -240,8 +240,7 @@ private:
 
     // in: of the square, whose centre is in the cut. part: with nothing drawn.
     void divide(const Square& square, const Centres& centres, const Samples& in, uint32_t looked_at, Whole& part) {
-        const size_t place = kept_.squares.size(), first_index = kept_.parts.list(part.mask).size(),
-                     first_touched = kept_.touched.size();
+        const Begin begin{kept_.squares.size(), kept_.parts.list(part.mask).size(), kept_.touched.size()};
         kept_.squares.emplace_back();
         last_touched_ = nothing;
         touch(centres.number);
@@ -265,31 +264,42 @@ private:
                 quarter.corners[(k + 2) % 4] = in.centre;
                 quarter.corners[(k + 3) % 4] = before;
                 draw(quarter, finer, part);
-                continue;
-            }
-            const uint32_t half_mask = seen(quarter.level, quarter.x, quarter.y, part.mask, part.slack);
-            if (half_mask == 0) continue;
-            Fan half;
-            Fan& to = half_mask == part.mask ? part.fan : half;
-            if (after != nothing) {
-                to.add(in.centre, corner[k], after);
+            } else if (after != nothing) {
+                draw_half(quarter, {in.centre, corner[k], after}, part);
             } else {
-                to.add(in.centre, before, corner[k]);
+                draw_half(quarter, {in.centre, before, corner[k]}, part);
             }
-            if (half_mask == part.mask) continue;
-            put(half, half_mask);
-            part.slack.add_none();
         }
         put(part.fan, part.mask);
+        keep(square, in, looked_at, part, begin);
+    }
 
-        const size_t indices = kept_.parts.list(part.mask).size() - first_index;
-        const size_t squares = kept_.squares.size() - place - 1;
+    // The triangle of a quarter that has but one of the middles beside it.
+    void draw_half(const Square& quarter, const std::array<uint32_t, 3>& triangle, Whole& part) {
+        const uint32_t half_mask = seen(quarter.level, quarter.x, quarter.y, part.mask, part.slack);
+        if (half_mask == 0) return;
+        Fan half;
+        Fan& to = half_mask == part.mask ? part.fan : half;
+        to.add(triangle[0], triangle[1], triangle[2]);
+        if (half_mask == part.mask) return;
+        put(half, half_mask);
+        part.slack.add_none();
+    }
+
+    // Where in the lists of `kept_` a square's own part begins.
+    struct Begin {
+        size_t square, index, touched;
+    };
+    // Notes a square that is drawn for the next cut to take over, if it is large enough or holds such.
+    void keep(const Square& square, const Samples& in, uint32_t looked_at, const Whole& part, const Begin& begin) {
+        const size_t indices = kept_.parts.list(part.mask).size() - begin.index;
+        const size_t squares = kept_.squares.size() - begin.square - 1;
         if (indices < least_kept && squares == 0) {
             kept_.squares.pop_back();
             return;
         }
-        CachedSquare& kept = kept_.squares[place];
-        kept.corners = corner;
+        CachedSquare& kept = kept_.squares[begin.square];
+        kept.corners = square.corners;
         kept.level = static_cast<uint16_t>(square.level);
         kept.x = static_cast<uint16_t>(square.x);
         kept.y = static_cast<uint16_t>(square.y);
@@ -297,10 +307,10 @@ private:
         kept.drawn_for = part.mask;
         kept.centre = *in.texel;
         kept.slack = part.slack;
-        kept.first_index = static_cast<uint32_t>(first_index);
+        kept.first_index = static_cast<uint32_t>(begin.index);
         kept.indices = static_cast<uint32_t>(indices);
-        kept.first_touched = static_cast<uint32_t>(first_touched);
-        kept.touched = static_cast<uint32_t>(kept_.touched.size() - first_touched);
+        kept.first_touched = static_cast<uint32_t>(begin.touched);
+        kept.touched = static_cast<uint32_t>(kept_.touched.size() - begin.touched);
         kept.squares = static_cast<uint32_t>(squares);
     }
 
@@ -433,6 +443,48 @@ private:
     uint32_t first_page_ = 0;
 };
 
+// Where the charts of each group begin, and the end. Charts of a group are cut together; only groups with a chart that
+// is seen are looked at.
+std::vector<size_t> groups_of(std::span<const uint32_t> charts) {
+    std::vector<size_t> first;
+    for (size_t i = 0; i < charts.size(); ++i) {
+        if (i == 0 || charts[i] / charts_at_once != charts[i - 1] / charts_at_once) first.push_back(i);
+    }
+    first.push_back(charts.size());
+    return first;
+}
+
+// What changed since the cut before, if this one can go on from it.
+struct Changes {
+    Motion seen;
+    RefinementChange counted;
+};
+std::optional<Changes> changes_since(const IncrementalCut& kept, const PageTopology& topology, int64_t forced_level,
+                                     const Visibility& visibility, const RefinementTest& wanted) {
+    if (kept.topology != &topology || kept.forced_level != forced_level) return {};
+    const std::optional<Motion> seen = visibility.since(*kept.visibility);
+    const std::optional<RefinementChange> counted = RefinementChange::between(*kept.wanted, wanted);
+    if (!seen || !counted) return {};
+    return Changes{*seen, *counted};
+}
+
+// The triangles of all groups, in their order. What the groups found out goes to `demand` and `kept`.
+Cut joined(std::span<const std::optional<ChartCut>> groups, std::span<const uint32_t> charts,
+           std::span<const size_t> first_of_group, PageDemand& demand, IncrementalCut& kept) {
+    kept.taken_over = 0;
+    CutParts parts;
+    for (size_t g = 0; g < groups.size(); ++g) {
+        parts.add(kept.charts[charts[first_of_group[g]] / charts_at_once].parts);
+        kept.taken_over += groups[g]->taken_over();
+        demand.add_marked(groups[g]->marked());
+        for (const auto& [page, wish] : groups[g]->asked()) demand.ask(page, wish);
+    }
+    Cut result;
+    result.parts = parts.take();
+    for (const auto& [mask, indices] : result.parts) result.triangles += (mask & 1) != 0 ? indices.size() / 3 : 0;
+    return result;
+}
+
 }  // namespace
 
 Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts,
@@ -440,33 +492,24 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
     LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.pages() == residency.pages());
     const Visibility visibility(request, residency.about());
     const RefinementTest wanted(request, residency.about());
-    std::optional<Motion> seen;
-    std::optional<RefinementChange> counted;
-    if (kept.topology == &residency.topology() && kept.forced_level == request.forced_level) {
-        seen = visibility.since(*kept.visibility);
-        counted = RefinementChange::between(*kept.wanted, wanted);
-    }
-    // Charts of a group are cut together; only groups with a chart that is seen are looked at.
+    const auto changes = changes_since(kept, residency.topology(), request.forced_level, visibility, wanted);
     const uint32_t before = kept.cuts++;
     std::swap(kept.charts, kept.before);
     kept.charts.resize((residency.about().charts() + charts_at_once - 1) / charts_at_once);
     kept.before.resize(kept.charts.size());
-    std::vector<size_t> first_of_group;  // in charts, and the end
-    for (size_t i = 0; i < charts.size(); ++i) {
-        if (i == 0 || charts[i] / charts_at_once != charts[i - 1] / charts_at_once) first_of_group.push_back(i);
-    }
-    const size_t groups = first_of_group.size();
-    first_of_group.push_back(charts.size());
-    std::vector<std::optional<ChartCut>> done(groups);
-    parallel_for(groups, 1, [&](size_t begin, size_t end) {
+    const std::vector<size_t> first_of_group = groups_of(charts);
+    std::vector<std::optional<ChartCut>> done(first_of_group.size() - 1);
+    parallel_for(done.size(), 1, [&](size_t begin, size_t end) {
         for (size_t g = begin; g < end; ++g) {
             const size_t group = charts[first_of_group[g]] / charts_at_once;
             CachedCharts& made = kept.charts[group];
             made.clear();
             made.cut = kept.cuts;
             std::optional<Before> old;
-            if (seen && counted && kept.before[group].cut == before)
-                old.emplace(kept.before[group], *counted, larger(*seen, counted->motion()), kept.updates);
+            if (changes && kept.before[group].cut == before) {
+                old.emplace(kept.before[group], changes->counted, larger(changes->seen, changes->counted.motion()),
+                            kept.updates);
+            }
             ChartCut& cut = done[g].emplace(residency, visibility, wanted, request.forced_level, demand, made,
                                             old ? &*old : nullptr);
             for (size_t i = first_of_group[g]; i < first_of_group[g + 1]; ++i)
@@ -479,18 +522,7 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
     kept.topology = &residency.topology();
     kept.updates = residency.updates();
     kept.forced_level = request.forced_level;
-    kept.taken_over = 0;
-    CutParts parts;
-    for (size_t g = 0; g < groups; ++g) {
-        parts.add(kept.charts[charts[first_of_group[g]] / charts_at_once].parts);
-        kept.taken_over += done[g]->taken_over();
-        demand.add_marked(done[g]->marked());
-        for (const auto& [page, wish] : done[g]->asked()) demand.ask(page, wish);
-    }
-    Cut result;
-    result.parts = parts.take();
-    for (const auto& [mask, indices] : result.parts) result.triangles += (mask & 1) != 0 ? indices.size() / 3 : 0;
-    return result;
+    return joined(done, charts, first_of_group, demand, kept);
 }
 
 }  // namespace lodestone::vgi

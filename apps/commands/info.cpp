@@ -82,9 +82,10 @@ void print(const Json& info) {
             std::printf("    level %-9u %10u triangles  error %g\n", level["level"].get<unsigned>(),
                         level["triangles"].get<unsigned>(), level["error"].get<double>());
         }
-        std::printf("    %u distinct errors; 1%% more error leaves out at most %.2f%% of the triangles, %.2f%% in the middle\n",
-                    lod["distinct_errors"].get<unsigned>(), 100 * lod["largest_step"].get<double>(),
-                    100 * lod["median_step"].get<double>());
+        std::printf(
+            "    %u distinct errors; 1%% more error leaves out at most %.2f%% of the triangles, %.2f%% in the middle\n",
+            lod["distinct_errors"].get<unsigned>(), 100 * lod["largest_step"].get<double>(),
+            100 * lod["median_step"].get<double>());
     }
     if (info.contains("vgi")) {
         const Json& vgi = info["vgi"];

@@ -55,12 +55,12 @@ private:
     Replay replay_;
     ClosestSurface source_;
     MovingSurface level_;
-    std::vector<Point> points_;           // samples, then vertices as they go
-    std::vector<uint32_t> sampled_;       // by sample: the source triangle it is on
-    std::vector<uint32_t> first_point_;   // by face
-    std::vector<uint32_t> source_near_;   // by face: a source triangle near it
-    std::vector<uint32_t> corners_;       // that the present collapse changed: 3 * face + k
-    std::vector<uint32_t> displaced_;     // points whose face changed
+    std::vector<Point> points_;          // samples, then vertices as they go
+    std::vector<uint32_t> sampled_;      // by sample: the source triangle it is on
+    std::vector<uint32_t> first_point_;  // by face
+    std::vector<uint32_t> source_near_;  // by face: a source triangle near it
+    std::vector<uint32_t> corners_;      // that the present collapse changed: 3 * face + k
+    std::vector<uint32_t> displaced_;    // points whose face changed
     uint32_t ecol_ = 0, wedges_ = 0;
     double largest_ = 0, resolution_ = 0;
     Witness witness_;

@@ -46,6 +46,7 @@ private:
     void collect_points();
     void place_points();
     bool other_has_edge(uint32_t face, uint32_t corner) const;
+    bool near_source(const glm::dvec3& place, double enough) const;
     void look_from(uint32_t corner);
     void look_around(uint32_t point, const ClosestSurface::Hit& hit);
     void note(double distance, const glm::dvec3& place, bool of_source);

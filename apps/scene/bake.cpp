@@ -97,6 +97,7 @@ Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options
     if (!errors) return tl::unexpected(errors.error());
     pm->set_errors(std::move(*errors));
     report["error_seconds"] = error_watch.wall();
+    report["error_cpu_seconds"] = error_watch.cpu();
     report["stopped_because"] = describe(list.stop);
     report["blocked_by_topology"] = list.blocked_by_topology;
     report["blocked_by_flips"] = list.blocked_by_flips;

@@ -36,12 +36,14 @@ public:
         using difference_type = std::ptrdiff_t;  // instances between two
         Iterator() = default;
         Iterator(const InstanceSet* set, size_t at) : set_(set), at_(at) {}  // at: number of an instance, or size()
-        const Instance& operator*() const { return (*set_)[at_]; }
-        const Instance* operator->() const { return &(*set_)[at_]; }
+        const Instance& operator*() const { return (*set_)[at_]; }           // valid until the set is changed
+        const Instance* operator->() const { return &(*set_)[at_]; }         // likewise
+        // To the next.
         Iterator& operator++() {
             ++at_;
             return *this;
         }
+        // To the next; returns where it was.
         Iterator operator++(int) { return {set_, at_++}; }
         bool operator==(const Iterator&) const = default;
 

@@ -8,6 +8,7 @@
 
 namespace lodestone {
 
+// Each can be made small by a test, and not larger than it is here.
 struct Limits {
     // Vertices and wedges of a mesh: they are numbered by 32 bits, and the last numbers are marks.
     uint64_t vertices = 0xfffffff0u;

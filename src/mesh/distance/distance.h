@@ -62,8 +62,8 @@ struct DistanceOptions {
 
 // A point of a surface and the triangle it is on.
 struct SurfacePoint {
-    glm::dvec3 place;
-    uint32_t triangle;
+    glm::dvec3 place;   // as the mesh's positions
+    uint32_t triangle;  // its number in the mesh
 };
 // Random points, stratified over the area, triangle after triangle; none where there is no area.
 std::vector<SurfacePoint> points_by_area(const TriMesh& mesh, size_t count, uint64_t seed);

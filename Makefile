@@ -5,11 +5,12 @@
 #   make check   clang with address and undefined-behaviour sanitizers, the fast tests in it, and clang-tidy
 #   make bench   runs the benchmarks and writes docs/figures.md
 #   make reference  the pages of the public headers: build/release/reference/html/index.html
+#   make fuzz    runs each driver of fuzz/ for FUZZ_SECONDS (60); needs clang
 #   make view    the interactive demo, on the demonstration's rock; SCENE=... for another
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all demo test test-long check bench reference view deps build clean
+.PHONY: all demo test test-long check bench fuzz reference view deps build clean
 all: build
 
 deps:
@@ -43,6 +44,9 @@ bench: build
 reference: deps
 	cmake --preset release
 	cmake --build --preset release --target reference
+
+fuzz: deps
+	JOBS=$(JOBS) FUZZ_SECONDS=$(or $(FUZZ_SECONDS),60) scripts/fuzz.sh
 
 SCENE ?= assets/rock.scene.json
 view: build

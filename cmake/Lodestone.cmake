@@ -37,6 +37,9 @@ if(LODESTONE_SANITIZE)
     add_compile_options(-fno-sanitize-recover=undefined)
   endif()
 endif()
+if(LODESTONE_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
 set_property(GLOBAL PROPERTY LODESTONE_LIBRARIES lodestone_flags)
 
 # lodestone_sources(OUT [folder...])   every .cpp of the current folder and of the folders named below it.

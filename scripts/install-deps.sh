@@ -14,6 +14,8 @@ packages=(
   libvulkan-dev glslang-dev glslang-tools libglfw3-dev libimgui-dev
   # to test and measure
   libgtest-dev libgmock-dev libbenchmark-dev python3
+  # to fuzz
+  clang
   # to draw without a GPU, and to check what is drawn
   mesa-vulkan-drivers vulkan-validationlayers xvfb xauth
   # to draw the plots of docs/ (scripts/plot-orders.sh, scripts/plot-history.py)

@@ -31,8 +31,8 @@ struct Options {
 
 Result<void> check_backends(const std::vector<std::string>& backends) {
     for (const std::string& b : backends) {
-        if (b != "lod" && b != "vgi" && b != "discrete")
-            return fail(Fault::usage, "--backends " + b + ": there is no such backend; choose from lod, vgi, discrete");
+        if (b != "lod" && b != "vgi" && b != "discrete" && b != "full")
+            return fail(Fault::usage, "--backends " + b + ": there is no such backend; choose from lod, vgi, discrete, full");
     }
     return {};
 }
@@ -165,7 +165,7 @@ void add_input_options(CLI::App& command, Options& o) {
     command
         .add_option("--backends", o.backends,
                     "What to bake, separated by commas: lod (a progressive mesh), vgi (an atlas of geometry images), "
-                    "discrete (a chain of simplified meshes)")
+                    "discrete (a chain of simplified meshes), full (the mesh itself)")
         ->capture_default_str();
     add_outside_option(command, o.bake.read.allow_outside);
 }

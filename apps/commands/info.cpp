@@ -37,9 +37,9 @@ Json describe(const Asset& asset) {
         }
         const LevelSteps steps = level_steps(pm);
         lod["diagonal"] = steps.diagonal;
-        lod.at("distinct_errors") = steps.distinct_errors;
-        lod.at("largest_step") = steps.largest_step;
-        lod.at("median_step") = steps.median_step;
+        lod["distinct_errors"] = steps.distinct_errors;
+        lod["largest_step"] = steps.largest_step;
+        lod["median_step"] = steps.median_step;
         for (const double share : {1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01}) {
             const uint32_t level = pm.level_for_triangles(static_cast<uint64_t>(share * pm.full_triangles()));
             lod["errors"].push_back(
@@ -83,9 +83,10 @@ void print(const Json& info) {
             std::printf("    level %-9u %10u triangles  error %g\n", level.at("level").get<unsigned>(),
                         level.at("triangles").get<unsigned>(), level.at("error").get<double>());
         }
-        std::printf("    %u distinct errors; 1%% more error leaves out at most %.2f%% of the triangles, %.2f%% in the middle\n",
-                    lod.at("distinct_errors").get<unsigned>(), 100 * lod.at("largest_step").get<double>(),
-                    100 * lod.at("median_step").get<double>());
+        std::printf(
+            "    %u distinct errors; 1%% more error leaves out at most %.2f%% of the triangles, %.2f%% in the middle\n",
+            lod.at("distinct_errors").get<unsigned>(), 100 * lod.at("largest_step").get<double>(),
+            100 * lod.at("median_step").get<double>());
     }
     if (info.contains("vgi")) {
         const Json& vgi = info.at("vgi");

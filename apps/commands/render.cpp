@@ -24,6 +24,7 @@ struct Options {
 
 // "PATH", "PATH@T" or "@T": the flight to take, and where on it (0 .. 1).
 Result<Camera> choose_camera(const ReadyScene& scene, const std::string& text) {
+    if (text.empty()) return usual_camera(scene);
     CameraPath path = scene.camera;
     double t = 0.5;
     const size_t at = text.rfind('@');
@@ -92,7 +93,9 @@ Result<int> render(const Options& o) {
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
     if (auto known = check_raster("--raster", o.raster, o.backend); !known) return tl::unexpected(known.error());
     const Progress progress = terminal_progress();
-    auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
+    SceneNeeds needs = needs_of({o.backend});
+    needs.quickly = o.order.empty();
+    auto stage = set_stage(o.stage, needs, progress);
     if (!stage) return tl::unexpected(stage.error());
     const ReadyScene& ready = stage->scene;
     Renderer& renderer = *stage->renderer;
@@ -146,10 +149,10 @@ void add_render(CLI::App& app, Run& run) {
     command->add_option("--level", o->level, "Draw this level instead, everywhere; 0 is full detail")
         ->check(CLI::NonNegativeNumber)
         ->excludes(error);
-    command->add_option(
-        "--camera", o->camera,
-        "Camera path, and how far along it: PATH, PATH@T or @T, T from 0 to 1; @0.5 of the scene's own path unless "
-        "given");
+    command->add_option("--camera", o->camera,
+                        "Camera path, and how far along it: PATH, PATH@T or @T, T from 0 to 1; unless given @0.5 of "
+                        "the scene's own path, "
+                        "or, where it has none, with everything in the frame");
     command->add_option("--debug", o->debug, "Colour by this: " + debug_names())->capture_default_str();
     command->add_option("-o,--out", o->out, "PNG to write")->required();
     command->add_option("--stats", o->stats, "Also write counts and times to this JSON file");

@@ -99,7 +99,9 @@ Result<int> view(const Options& o) {
     if (!script) return tl::unexpected(script.error());
     ScriptPlayer player(std::move(*script));
     const Progress progress = terminal_progress();
-    auto stage = set_stage(o.stage, needs_of(backend_names()), progress, true);
+    SceneNeeds needs = needs_of({o.backend}, Need::welcome);
+    needs.quickly = true;
+    auto stage = set_stage(o.stage, needs, progress, true);
     if (!stage) return tl::unexpected(stage.error());
     Renderer& renderer = *stage->renderer;
     end_progress();

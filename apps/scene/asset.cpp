@@ -49,7 +49,7 @@ Result<Asset> open_asset(const std::filesystem::path& path) {
     if (!file) return tl::unexpected(file.error());
     auto about = read_about(*file);
     if (!about) return tl::unexpected(about.error());
-    Asset asset{std::move(*file), std::move(*about), nullptr, nullptr, nullptr};
+    Asset asset{std::move(*file), std::move(*about), nullptr, nullptr, nullptr, nullptr, {}};
     if (asset.file.contains("lod/mesh")) {
         auto lod = ProgressiveMesh::open(asset.file);
         if (!lod) return tl::unexpected(lod.error());
@@ -60,13 +60,16 @@ Result<Asset> open_asset(const std::filesystem::path& path) {
         if (!atlas) return tl::unexpected(atlas.error());
         asset.atlas_file = std::make_shared<const vgi::AtlasFile>(std::move(*atlas));
     }
-    if (asset.file.contains("discrete/levels")) {
-        // Baked alone it has no materials, and nothing draws it.
-        const bool alone = asset.lod == nullptr && asset.atlas_file == nullptr;
-        auto chain = DiscreteChain::open(asset.file,
-                                         alone ? size_t{1} << 16 : std::max<size_t>(1, asset.material_table().size()));
-        if (!chain) return tl::unexpected(chain.error());
-        asset.discrete = std::make_shared<const DiscreteChain>(std::move(*chain));
+    if (asset.lod == nullptr && asset.atlas_file == nullptr && asset.file.contains("mesh/materials")) {
+        auto materials = read_materials(asset.file);
+        if (!materials) return tl::unexpected(materials.error());
+        asset.materials = std::move(*materials);
+    }
+    for (const auto& [room, chain] : {std::pair("discrete", &asset.discrete), std::pair("full", &asset.full)}) {
+        if (!asset.file.contains(std::string(room) + "/levels")) continue;
+        auto opened = DiscreteChain::open(asset.file, std::max<size_t>(1, asset.material_table().size()), room);
+        if (!opened) return tl::unexpected(opened.error());
+        *chain = std::make_shared<const DiscreteChain>(std::move(*opened));
     }
     return asset;
 }
@@ -78,16 +81,16 @@ Result<vgi::Atlas> Asset::atlas() const {
 }
 
 const std::vector<Material>& Asset::material_table() const {
-    static const std::vector<Material> none;
-    return lod != nullptr ? lod->material_table : atlas_file != nullptr ? atlas_file->about().material_table : none;
+    return lod != nullptr          ? lod->material_table
+           : atlas_file != nullptr ? atlas_file->about().material_table
+                                   : materials.table;
 }
 Sphere Asset::bounds() const {
     const auto& b = about["bounds"];
     return {{b[0].get<float>(), b[1].get<float>(), b[2].get<float>()}, b[3].get<float>()};
 }
 const std::vector<Image>& Asset::images() const {
-    static const std::vector<Image> none;
-    return lod != nullptr ? lod->images : atlas_file != nullptr ? atlas_file->about().images : none;
+    return lod != nullptr ? lod->images : atlas_file != nullptr ? atlas_file->about().images : materials.images;
 }
 
 }  // namespace lodestone

@@ -10,6 +10,7 @@
 #include "baseline/discrete.h"
 #include "frame/screen_error.h"
 #include "lod/asset/progressive_mesh.h"
+#include "mesh/io/material_chunks.h"
 #include "vgi/asset/atlas_chunks.h"
 
 namespace lodestone {
@@ -20,11 +21,13 @@ struct Asset {
     std::shared_ptr<const ProgressiveMesh> lod;        // null where it was baked without
     std::shared_ptr<const DiscreteChain> discrete;     // null where it was baked without
     std::shared_ptr<const vgi::AtlasFile> atlas_file;  // null where it was baked without
+    std::shared_ptr<const DiscreteChain> full;         // the source mesh alone; null where it was baked without
+    MaterialChunks materials;                          // of chains, where there is neither of the two with their own
 
     // Every page decoded; Fault::format where it was baked without, or is not what it should be.
     Result<vgi::Atlas> atlas() const;
 
-    // Of whichever backend it was baked for; they agree. Empty for a chain alone.
+    // Of whichever backend it was baked for; they agree.
     const std::vector<Material>& material_table() const;
     const std::vector<Image>& images() const;
     Sphere bounds() const;  // object space, around the source mesh: the same for all backends

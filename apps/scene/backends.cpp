@@ -30,8 +30,11 @@ constexpr const char* lod_geomorph = "geomorph";
 
 Result<std::unique_ptr<FrameSource>> open_full(const Technique&, const ReadyScene& scene, const Progress&) {
     std::vector<FixedLevels> levels;
-    for (const Asset& asset : scene.assets)
-        levels.push_back(full_level(asset.lod->vertices, asset.lod->orders[0].indices));
+    for (const Asset& asset : scene.assets) {
+        const auto& chain = asset.full != nullptr ? asset.full : asset.discrete;
+        levels.push_back(chain != nullptr ? full_level(chain->vertices, chain->levels[0].indices)
+                                          : full_level(asset.lod->vertices, asset.lod->orders[0].indices));
+    }
     return open_fixed_levels(std::move(levels), scene.scene.resident_bytes);
 }
 
@@ -69,16 +72,22 @@ Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Technique& way, const 
                          {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size()), raster->second});
 }
 
+bool holds_progressive(const Asset& asset) { return asset.lod != nullptr; }
+bool holds_chain(const Asset& asset) { return asset.discrete != nullptr || asset.lod != nullptr; }
+bool holds_mesh(const Asset& asset) { return asset.full != nullptr || holds_chain(asset); }
+bool holds_atlas(const Asset& asset) { return asset.atlas_file != nullptr; }
+
 struct Backend {
     const char* name;
+    bool (*holds)(const Asset& asset);  // what it draws
     Open open;
     PlanMirror::Puller puller;         // of its vertices, where they are pulled
     std::vector<std::string> rasters;  // the first is drawn by unless told otherwise
 };
-const Backend backends[] = {{"full", open_full, {}, {""}},
-                            {"discrete", open_discrete, {}, {""}},
-                            {"lod", open_lod_scene, {morphed_vertex, {}}, {"", lod_geomorph}},
-                            {"vgi", open_vgi_scene, {vgi::pulled_vertex, vgi::patch_indices}, [] {
+const Backend backends[] = {{"full", holds_mesh, open_full, {}, {""}},
+                            {"discrete", holds_chain, open_discrete, {}, {""}},
+                            {"lod", holds_progressive, open_lod_scene, {morphed_vertex, {}}, {"", lod_geomorph}},
+                            {"vgi", holds_atlas, open_vgi_scene, {vgi::pulled_vertex, vgi::patch_indices}, [] {
                                  std::vector<std::string> names;
                                  for (const auto& raster : vgi_rasters) names.emplace_back(raster.first);
                                  return names;
@@ -93,10 +102,11 @@ const Backend* backend_named(const std::string& name) {
 
 }  // namespace
 
-SceneNeeds needs_of(const std::vector<std::string>& names) {
-    SceneNeeds needs{false, false};
-    for (const std::string& name : names) (name == "vgi" ? needs.atlases : needs.meshes) = true;
-    return needs;
+SceneNeeds needs_of(const std::vector<std::string>& names, Need rest) {
+    const auto need = [&](const char* name) {
+        return std::ranges::find(names, name) != names.end() ? Need::must : rest;
+    };
+    return {need("full"), need("discrete"), need("lod"), need("vgi")};
 }
 
 Result<void> check_backend(const std::string& option, const std::string& name) {
@@ -129,11 +139,12 @@ Result<void> check_raster(const std::string& option, const std::string& name, co
 
 std::vector<Technique> techniques_of(const std::string& backend, const ReadyScene& scene) {
     std::vector<std::string> orders{""};
-    if (backend == "lod") {
+    if (backend == "lod" && scene.assets[0].lod != nullptr) {
         orders.clear();
         for (const FaceOrder& o : scene.assets[0].lod->orders) {
-            const bool everywhere = std::all_of(scene.assets.begin(), scene.assets.end(),
-                                                [&](const Asset& a) { return a.lod->order_named(o.name) != nullptr; });
+            const bool everywhere = std::all_of(scene.assets.begin(), scene.assets.end(), [&](const Asset& a) {
+                return a.lod != nullptr && a.lod->order_named(o.name) != nullptr;
+            });
             if (everywhere) orders.push_back(o.name);
         }
     }
@@ -148,7 +159,12 @@ Result<std::unique_ptr<FrameSource>> open_backend(const Technique& way, const Re
                                                   const Progress& progress) {
     if (auto known = check_backend("--backend", way.backend); !known) return tl::unexpected(known.error());
     if (auto known = check_raster("--raster", way.raster, way.backend); !known) return tl::unexpected(known.error());
-    return backend_named(way.backend)->open(way, scene, progress);
+    const Backend& backend = *backend_named(way.backend);
+    for (size_t a = 0; a < scene.assets.size(); ++a) {
+        if (!backend.holds(scene.assets[a]))
+            return fail(Fault::format, scene.scene.assets[a].name + ": is not baked for " + way.backend);
+    }
+    return backend.open(way, scene, progress);
 }
 
 PlanMirror::Puller puller_of(const std::string& backend) {

@@ -13,6 +13,7 @@
 #include "lod/bake/bake.h"
 #include "lod/bake/error_curve.h"
 #include "lod/bake/simplify/simplifier.h"
+#include "mesh/io/material_chunks.h"
 #include "mesh/repair.h"
 #include "mesh/topology.h"
 #include "vgi/asset/atlas_chunks.h"
@@ -101,6 +102,7 @@ Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options
     if (!errors) return tl::unexpected(errors.error());
     pm->set_errors(std::move(*errors));
     report["error_seconds"] = error_watch.wall();
+    report["error_cpu_seconds"] = error_watch.cpu();
     report["stopped_because"] = describe(list.stop);
     report["blocked_by_topology"] = list.blocked_by_topology;
     report["blocked_by_flips"] = list.blocked_by_flips;
@@ -245,8 +247,9 @@ public:
     Json about, report;  // what goes into the asset, and what the caller is told besides
 
     Result<void> add_backends(ChunkWriter& writer) {
-        for (const auto& [name, add] : {std::pair("lod", &AssetBake::add_lod), std::pair("vgi", &AssetBake::add_vgi),
-                                        std::pair("discrete", &AssetBake::add_discrete)}) {
+        for (const auto& [name, add] :
+             {std::pair("lod", &AssetBake::add_lod), std::pair("vgi", &AssetBake::add_vgi),
+              std::pair("discrete", &AssetBake::add_discrete), std::pair("full", &AssetBake::add_full)}) {
             if (wants(options_, name)) {
                 const uint64_t before = writer.bytes();
                 if (auto done = (this->*add)(writer); !done) return done;
@@ -288,9 +291,15 @@ private:
             [&] { return make_discrete_chain(input_.mesh, progress_); },
             [](const DiscreteChain& made, ChunkWriter& to) { return made.write_chunks(to); });
         if (!chain) return tl::unexpected(chain.error());
-        auto done = chain->write_chunks(writer);
         report["discrete"] = {{"levels", chain->levels.size()}, {"seconds", watch.wall()}};
-        return done;
+        return add_chain(*chain, "discrete", writer);
+    }
+
+    Result<void> add_full(ChunkWriter& writer) { return add_chain(source_chain(input_.mesh), "full", writer); }
+
+    Result<void> add_chain(const DiscreteChain& chain, const char* room, ChunkWriter& writer) {
+        auto done = chain.write_chunks(writer, room);
+        return done ? write_materials(writer, input_.mesh.material_table, input_.mesh.images) : done;
     }
 
     const BakeInput& input_;

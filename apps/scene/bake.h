@@ -22,7 +22,7 @@ namespace lodestone {
 inline constexpr int bake_revision = 6;
 
 struct BakeOptions {
-    std::vector<std::string> backends = {"lod"};  // lod, vgi, discrete
+    std::vector<std::string> backends = {"lod"};  // lod, vgi, discrete, full
     std::vector<std::string> orders = {"keyframe", "static",
                                        "classic"};                  // the first is what is drawn unless asked otherwise
     OrderOptions order;                                             // what optimised orders aim at

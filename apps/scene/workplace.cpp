@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <optional>
+#include <string_view>
 
 #include "apps/scene/bake.h"
 #include "apps/terminal.h"
+#include "base/check.h"
 #include "base/clock.h"
 #include "base/hash.h"
 #include "frame/indexed_mesh.h"
@@ -17,11 +21,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Meshes and atlases are cached apart: whoever needs one does not wait for the other.
-BakeOptions cache_options(bool atlas) {
+// Parts of assets are cached apart: whoever needs one does not wait for the others.
+BakeOptions cache_options(const char* part, bool quickly) {
     BakeOptions options;
-    options.backends = atlas ? std::vector<std::string>{"vgi"} : std::vector<std::string>{"lod", "discrete"};
+    options.backends = {part};
     options.fit_error = 1e-4;  // a tenth of a pixel where the diagonal is a picture's width
+    if (quickly) {
+        options.orders = {"static"};
+        options.error_samples = 20000;
+    }
     return options;
 }
 
@@ -62,31 +70,67 @@ struct AssetSource {
     std::function<Result<BakeInput>(const BakeOptions&)> make;
 };
 
-// The cached asset for a key; baked where it is not there or cannot be opened.
-Result<Asset> cached(const AssetSource& source, bool atlas, const Progress& progress, double& bake_seconds) {
-    const std::string& name = source.name;
-    const BakeOptions options = cache_options(atlas);
-    const Hash128 key = bake_key(source.hash, options);
-    const fs::path folder = cache_folder();
-    const fs::path path = folder / (name + "-" + key.hex().substr(0, 16) + ".lode");
-    std::error_code error;
-    if (fs::exists(path, error)) {
-        auto asset = open_asset(path);
-        if (asset) return asset;
-        progress.warning(asset.error().message + " (baking it anew)");
+// Takes parts of one asset from the cache, or bakes them into it.
+class PartBakery {
+public:
+    PartBakery(const AssetSource& source, bool quickly, const Progress& progress)
+        : source_(source), quickly_(quickly), progress_(progress) {}
+
+    double seconds = 0;  // spent on baking
+    bool whole = true;   // as ReadyScene has it
+
+    // Nothing where the part is welcome, and not in the cache.
+    Result<std::optional<Asset>> part(const char* name, Need need) {
+        // Only progressive meshes have a quick bake.
+        const bool quickly = quickly_ && std::string_view(name) == "lod";
+        if (auto found = in_cache(name, false)) return found;
+        whole = whole && !quickly && need == Need::must;
+        if (quickly) {
+            if (auto found = in_cache(name, true)) return found;
+        }
+        if (need != Need::must) return std::optional<Asset>();
+        auto baked = bake(name, quickly);
+        if (!baked) return tl::unexpected(baked.error());
+        return std::optional(std::move(*baked));
     }
-    fs::create_directories(folder, error);
-    if (error)
-        return fail(Fault::machine, folder.string() + ": cannot be made: " + error.message() + "; set XDG_CACHE_HOME");
-    note("baking " + name + (atlas ? " as an atlas" : "") + " into " + path.string());
-    const Stopwatch watch;
-    Result<BakeInput> input = source.make(options);
-    if (!input) return tl::unexpected(input.error());
-    auto report = bake_asset(std::move(*input), options, path, progress);
-    if (!report) return tl::unexpected(report.error());
-    bake_seconds += watch.wall();
-    return open_asset(path);
-}
+
+private:
+    fs::path path_of(const BakeOptions& options) const {
+        const Hash128 key = bake_key(source_.hash, options);
+        return cache_folder() / (source_.name + "-" + key.hex().substr(0, 16) + ".lode");
+    }
+    std::optional<Asset> in_cache(const char* name, bool quickly) const {
+        const fs::path path = path_of(cache_options(name, quickly));
+        std::error_code error;
+        if (!fs::exists(path, error)) return std::nullopt;
+        auto asset = open_asset(path);
+        if (asset) return std::move(*asset);
+        progress_.warning(asset.error().message + " (baking it anew)");
+        return std::nullopt;
+    }
+    Result<Asset> bake(const char* name, bool quickly) {
+        const BakeOptions options = cache_options(name, quickly);
+        const fs::path path = path_of(options), folder = cache_folder();
+        std::error_code error;
+        fs::create_directories(folder, error);
+        if (error) {
+            return fail(Fault::machine,
+                        folder.string() + ": cannot be made: " + error.message() + "; set XDG_CACHE_HOME");
+        }
+        note("baking " + source_.name + " for " + name + (quickly ? ", quickly," : "") + " into " + path.string());
+        const Stopwatch watch;
+        auto input = source_.make(options);
+        if (!input) return tl::unexpected(input.error());
+        auto report = bake_asset(std::move(*input), options, path, progress_);
+        if (!report) return tl::unexpected(report.error());
+        seconds += watch.wall();
+        return open_asset(path);
+    }
+
+    const AssetSource& source_;
+    const bool quickly_;
+    const Progress& progress_;
+};
 
 // Single meshes of a glTF file are told from the whole, and from each other.
 Hash128 with_mesh(const Hash128& source, int gltf_mesh) {
@@ -110,7 +154,7 @@ Result<Asset> named_asset(const fs::path& path, const Progress& progress) {
     const auto now = hash_of_source(*source, options);
     if (now && !(*now == asset->file.provenance().source)) {
         progress.warning(path.string() + ": " + source->filename().string() +
-                         ", or a file it refers to, has changed since it was baked; bake it again");
+                         " has changed since it was baked, or a file it refers to has; bake it again");
     }
     return asset;
 }
@@ -148,36 +192,77 @@ Result<AssetSource> asset_source(const SceneAsset& asset, bool allow_outside, co
     return source;
 }
 
-Result<Asset> ready_asset(const SceneAsset& asset, bool allow_outside, const SceneNeeds& needs,
-                          const Progress& progress, double& bake_seconds) {
+// A named asset draws what it holds.
+Result<Asset> ready_named(const fs::path& file, const SceneNeeds& needs, const Progress& progress) {
+    auto named = named_asset(file, progress);
+    if (!named) return named;
+    const auto lacks = [&](const char* what, const char* backend) {
+        return fail(Fault::format, file.string() + ": holds no " + what + "; bake it with --backends " + backend);
+    };
+    const bool mesh = named->lod != nullptr || named->full != nullptr || named->discrete != nullptr;
+    if (needs.lod == Need::must && named->lod == nullptr) return lacks("progressive mesh", "lod");
+    if (needs.vgi == Need::must && named->atlas_file == nullptr) return lacks("atlas", "vgi");
+    if (needs.discrete == Need::must && named->discrete == nullptr && named->lod == nullptr)
+        return lacks("chain of meshes", "discrete");
+    if (needs.full == Need::must && !mesh) return lacks("mesh", "full");
+    return named;
+}
+
+Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, const Progress& progress,
+                          ReadyScene& ready) {
     if (asset.is_lode()) {
-        auto named = named_asset(asset.file, progress);
-        if (!named) return named;
-        const auto lacks = [&](const char* what, const char* backend) {
-            return fail(Fault::format,
-                        asset.file.string() + ": holds no " + what + "; bake it with --backends " + backend);
-        };
-        if (needs.meshes && named->lod == nullptr) return lacks("progressive mesh", "lod");
-        if (needs.atlases && named->atlas_file == nullptr) return lacks("atlas", "vgi");
+        auto named = ready_named(asset.file, needs, progress);
+        if (named) ready.asset_bytes += named->file.file_bytes();
         return named;
     }
-    const auto source = asset_source(asset, allow_outside, progress);
+    const auto source = asset_source(asset, ready.scene.allow_outside, progress);
     if (!source) return tl::unexpected(source.error());
-    const auto baked = [&](bool atlas) { return cached(*source, atlas, progress, bake_seconds); };
-    if (!needs.meshes) return baked(true);
-    auto ready = baked(false);
-    if (!ready || !needs.atlases) return ready;
-    auto atlas = baked(true);
-    if (!atlas) return atlas;
-    // Both are drawn with the materials of one.
-    if (atlas->material_table().size() != ready->material_table().size())
-        return fail(Fault::format, atlas->file.path().string() + ": has other materials than " +
-                                       ready->file.path().string() + "; remove both from the cache");
-    ready->atlas_file = atlas->atlas_file;
-    return ready;
+    PartBakery bakery(*source, needs.quickly, progress);
+    std::optional<Asset> all;
+    const auto add = [&](const char* name, Need need) -> Result<void> {
+        if (need == Need::none) return {};
+        auto part = bakery.part(name, need);
+        if (!part) return tl::unexpected(part.error());
+        if (!*part) return {};
+        ready.asset_bytes += (*part)->file.file_bytes();
+        if (!all) {
+            all = std::move(**part);
+            return {};
+        }
+        // All are drawn with the materials of one.
+        if ((*part)->material_table().size() != all->material_table().size()) {
+            return fail(Fault::format, (*part)->file.path().string() + ": has other materials than " +
+                                           all->file.path().string() + "; remove both from the cache");
+        }
+        if ((*part)->lod != nullptr) all->lod = (*part)->lod;
+        if ((*part)->discrete != nullptr) all->discrete = (*part)->discrete;
+        if ((*part)->atlas_file != nullptr) all->atlas_file = (*part)->atlas_file;
+        if ((*part)->full != nullptr) all->full = (*part)->full;
+        return {};
+    };
+    auto done = add("lod", needs.lod);
+    if (done) done = add("discrete", needs.discrete);
+    if (done) done = add("vgi", needs.vgi);
+    const bool holds_mesh = all && (all->lod != nullptr || all->discrete != nullptr);
+    if (done && !holds_mesh) done = add("full", needs.full);
+    ready.bake_seconds += bakery.seconds;
+    ready.whole = ready.whole && bakery.whole;
+    if (!done) return tl::unexpected(done.error());
+    LODE_CHECK(all.has_value());
+    return std::move(*all);
 }
 
 }  // namespace
+
+Camera usual_camera(const ReadyScene& scene) {
+    Camera camera = scene.camera.at(0.5);
+    if (scene.scene.camera) return camera;
+    constexpr float margin = 1.03f;
+    const glm::vec3 towards = glm::normalize(camera.eye - camera.target);
+    camera.target = scene.bounds.centre;
+    camera.eye = camera.target + towards * (margin * scene.bounds.radius / std::sin(camera.fov_y / 2));
+    return camera;
+}
 
 fs::path cache_folder() {
     if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != 0)
@@ -218,11 +303,8 @@ Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progr
     ReadyScene ready;
     ready.scene = std::move(scene);
     for (const SceneAsset& wanted : ready.scene.assets) {
-        auto asset = ready_asset(wanted, ready.scene.allow_outside, needs, progress, ready.bake_seconds);
+        auto asset = ready_asset(wanted, needs, progress, ready);
         if (!asset) return tl::unexpected(asset.error());
-        ready.asset_bytes += asset->file.file_bytes();
-        if (asset->atlas_file != nullptr && asset->atlas_file->file().path() != asset->file.path())
-            ready.asset_bytes += asset->atlas_file->file().file_bytes();
         ready.assets.push_back(std::move(*asset));
     }
     std::vector<uint32_t> first_material;

@@ -24,15 +24,23 @@ struct ReadyScene {
     double bake_seconds = 0;      // spent now, 0 where every asset was in the cache
     uint64_t asset_bytes = 0;     // of the files
     uint32_t most_instances = 1;  // of one asset
+    bool whole = true;            // every asset has what was needed or welcome, and nothing of it was baked quickly
 };
 
+// Whether a part of an asset must be there, is taken where it is in the cache, or is left out.
+enum class Need { none, welcome, must };
 // What the backends to be opened draw from.
 struct SceneNeeds {
-    bool meshes = true;    // full, discrete, lod
-    bool atlases = false;  // vgi
+    Need full = Need::must, discrete = Need::must, lod = Need::must;  // the mesh itself, chains, progressive meshes
+    Need vgi = Need::none;                                            // atlases
+    bool quickly = false;  // what is missing is baked so that it can be drawn soon; better is taken from the cache
 };
-// Bakes what is missing or stale. A named .lode is used as it is.
+// Bakes what is missing or stale, each part by itself. A named .lode is used as it is.
 Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progress& progress);
+
+// Where a picture is taken from unless told otherwise: half way along the scene's own path, else with everything in the
+// frame.
+Camera usual_camera(const ReadyScene& scene);
 
 // $XDG_CACHE_HOME/lodestone or ~/.cache/lodestone.
 std::filesystem::path cache_folder();

@@ -39,14 +39,26 @@ Viewer::~Viewer() {
     if (bake_ != nullptr) bake_->stop = true;
 }
 
-Result<void> Viewer::show(ReadyScene scene) {
+SceneNeeds Viewer::needs(bool quickly) const {
+    if (!quickly) return needs_of(backend_names());
+    std::vector<std::string> drawn = {panes[0].way.backend};
+    if (split) drawn.push_back(panes[1].way.backend);
+    SceneNeeds needs = needs_of(drawn, Need::welcome);
+    needs.quickly = true;
+    return needs;
+}
+
+Result<void> Viewer::show(ReadyScene scene) { return show(std::move(scene), false); }
+
+Result<void> Viewer::show(ReadyScene scene, bool is_better) {
     auto coming = std::make_unique<ReadyScene>(std::move(scene));
     std::array<Pane, 2> opened;
     for (uint32_t p = 0; p < panes.size(); ++p) {
         opened[p].way = panes[p].way;
         if (p == 1 && !split) continue;
         const auto ways = techniques_of(panes[p].way.backend, *coming);
-        if (std::ranges::find(ways, panes[p].way) == ways.end()) opened[p].way = ways.front();
+        const bool usual = is_better && panes[p].way == techniques_of(panes[p].way.backend, *scene_).front();
+        if (usual || std::ranges::find(ways, panes[p].way) == ways.end()) opened[p].way = ways.front();
         auto session =
             DrawSession::open(*coming, renderer_, opened[p].way, look.debug == DebugView::misses, progress_, p);
         if (!session) {
@@ -57,6 +69,8 @@ Result<void> Viewer::show(ReadyScene scene) {
     }
     panes = std::move(opened);  // sessions refer to the scene they draw
     scene_ = std::move(coming);
+    if (!scene_->whole) improve();
+    if (is_better) return {};
     look = {};
     if (scene_->scene.light_direction) look.light_direction = *scene_->scene.light_direction;
     freeze(false, false);
@@ -86,7 +100,7 @@ Result<void> Viewer::open(uint32_t p, const Technique& chosen) {
 
 // What the pane has drawn goes on, though something else should have been drawn.
 Result<void> Viewer::revive(uint32_t p, const Error& why) {
-    message = why.message;
+    message = why.message + (bake_ != nullptr && bake_->is_better ? "; more is being baked" : "");
     if (panes[p].session == nullptr) return tl::unexpected(why);
     if (panes[p].session->lives()) return {};
     // It had to make room first.
@@ -134,7 +148,7 @@ void Viewer::freeze(bool levels, bool culling) {
     freeze_culling = culling;
 }
 
-void Viewer::reset_camera() { camera = FreeCamera(scene_->camera.at(0.5)); }
+void Viewer::reset_camera() { camera = FreeCamera(usual_camera(*scene_)); }
 
 std::string Viewer::camera_text() const {
     const Camera& c = camera.camera();
@@ -197,13 +211,30 @@ void Viewer::record() {
 }
 
 void Viewer::load(const std::filesystem::path& path) {
-    if (bake_ != nullptr) {
+    if (bake_ != nullptr && !bake_->is_better) {
         message = "one mesh at a time: " + bake_->state.file + " is still being baked";
         return;
     }
+    bake(
+        path.filename().string(), false, [path] { return read_scene(path); }, needs(true));
+}
+
+// What is shown, with all that any backend needs.
+void Viewer::improve() {
+    bake(
+        scene_->scene.name, true, [scene = scene_->scene]() -> Result<Scene> { return scene; }, needs(false));
+}
+
+void Viewer::bake(const std::string& name, bool is_better, std::function<Result<Scene>()> read,
+                  const SceneNeeds& needs) {
+    if (bake_ != nullptr) {
+        bake_->stop = true;
+        stopping_.push_back(std::move(bake_));
+    }
     bake_ = std::make_unique<Bake>();
-    bake_->state.file = path.filename().string();
-    bake_->result = std::async(std::launch::async, [bake = bake_.get(), path]() -> Result<ReadyScene> {
+    bake_->state.file = name;
+    bake_->is_better = is_better;
+    bake_->result = std::async(std::launch::async, [bake = bake_.get(), name, read, needs]() -> Result<ReadyScene> {
         Progress progress;
         progress.stop = &bake->stop;
         progress.report = [bake](const std::string& stage, double fraction) {
@@ -212,13 +243,13 @@ void Viewer::load(const std::filesystem::path& path) {
             bake->state.fraction = fraction;
         };
         try {
-            auto scene = read_scene(path);
+            auto scene = read();
             if (!scene) return tl::unexpected(scene.error());
-            return ready_scene(std::move(*scene), needs_of(backend_names()), progress);
+            return ready_scene(std::move(*scene), needs, progress);
         } catch (const std::bad_alloc&) {
-            return fail(Fault::machine, path.string() + ": out of memory");
+            return fail(Fault::machine, name + ": out of memory");
         } catch (const std::exception& e) {
-            return fail(Fault::machine, path.string() + ": an operation of the system failed: " + e.what());
+            return fail(Fault::machine, name + ": an operation of the system failed: " + e.what());
         }
     });
 }
@@ -230,15 +261,19 @@ std::optional<Viewer::Baking> Viewer::baking() const {
 }
 
 Result<void> Viewer::take_baked() {
+    std::erase_if(stopping_, [](const std::unique_ptr<Bake>& bake) {
+        return bake->result.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    });
     if (bake_ == nullptr || bake_->result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return {};
     auto baked = bake_->result.get();
+    const bool is_better = bake_->is_better;
     bake_.reset();
     if (!baked) {
         message = baked.error().message;
         return {};
     }
     message.clear();
-    return show(std::move(*baked));
+    return show(std::move(*baked), is_better);
 }
 
 void Viewer::move_camera() {

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <filesystem>
+#include <functional>
 #include <future>
 #include <mutex>
 #include <optional>
@@ -48,9 +49,9 @@ public:
         : renderer_(renderer), window_(window), progress_(progress) {}
     ~Viewer();
 
-    // Shows the scene, whose assets have what every backend needs, from the start of its camera path. Where it cannot
-    // be drawn the scene shown before goes on, and `message` says why; an error only where there is nothing to go on
-    // with.
+    // Shows the scene, whose assets have what the panes' backends need; where they lack something else, or it was baked
+    // quickly, that is baked in the background. Where it cannot be drawn the scene shown before goes on, and `message`
+    // says why; an error only where there is nothing to go on with.
     Result<void> show(ReadyScene scene);
     // One turn of the loop after Window::poll(): keys, camera, both panes, then `panel` may describe the overlay, and
     // all is presented.
@@ -93,7 +94,7 @@ public:
     // A picture of the window, overlay included, to a file of its own.
     void take_screenshot() { wants_screenshot_ = true; }
 
-    // Bakes a mesh or scene in the background and shows it. What it said last, and how far it is.
+    // Bakes a mesh or scene in the background, quickly, and shows it. What it said last, and how far it is.
     void load(const std::filesystem::path& path);
     struct Baking {
         std::string file, stage;
@@ -104,6 +105,9 @@ public:
     std::string message;  // the last thing worth telling
 
 private:
+    Result<void> show(ReadyScene scene, bool is_better);
+    SceneNeeds needs(bool quickly) const;
+    void improve();
     Result<void> open(uint32_t pane, const Technique& way);
     Result<void> revive(uint32_t pane, const Error& why);
     Result<void> keep_showing(const Error& why);  // all of it
@@ -127,10 +131,13 @@ private:
     struct Bake {
         mutable std::mutex mutex;
         Baking state;
+        bool is_better = false;  // of what is shown
         std::atomic<bool> stop{false};
         std::future<Result<ReadyScene>> result;
     };
+    void bake(const std::string& name, bool is_better, std::function<Result<Scene>()> read, const SceneNeeds& needs);
     std::unique_ptr<Bake> bake_;
+    std::vector<std::unique_ptr<Bake>> stopping_;  // that were told to stop
 };
 
 }  // namespace lodestone

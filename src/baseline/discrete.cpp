@@ -40,10 +40,15 @@ TriMesh bare_mesh(std::span<const MeshVertex> vertices, std::span<const uint32_t
 
 }  // namespace
 
-Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& progress) {
+DiscreteChain source_chain(const TriMesh& mesh) {
     std::vector<uint32_t> indices;
     for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
     const FixedLevels full = full_level(pack_vertices(mesh), indices);
+    return {full.vertices, {{full.levels[0].indices, 0, 0}}, full.owner};
+}
+
+Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& progress) {
+    const DiscreteChain full = source_chain(mesh);
     const auto store = std::make_shared<Store>();
     store->vertices_owner = full.owner;
     DiscreteChain chain;
@@ -85,27 +90,27 @@ Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& p
     return chain;
 }
 
-Result<void> DiscreteChain::write_chunks(ChunkWriter& writer) const {
+Result<void> DiscreteChain::write_chunks(ChunkWriter& writer, const std::string& room) const {
     std::vector<LevelRecord> records;
     std::vector<uint32_t> indices;
     for (const DiscreteLevel& level : levels) {
         records.push_back({indices.size(), level.indices.size(), level.max_error, level.rms_error});
         indices.insert(indices.end(), level.indices.begin(), level.indices.end());
     }
-    if (auto done = writer.add_array("discrete/vertices", vertices); !done) return done;
-    if (auto done = writer.add_array("discrete/indices", std::span<const uint32_t>(indices)); !done) return done;
-    return writer.add_array("discrete/levels", std::span<const LevelRecord>(records));
+    if (auto done = writer.add_array(room + "/vertices", vertices); !done) return done;
+    if (auto done = writer.add_array(room + "/indices", std::span<const uint32_t>(indices)); !done) return done;
+    return writer.add_array(room + "/levels", std::span<const LevelRecord>(records));
 }
 
-Result<DiscreteChain> DiscreteChain::open(const ChunkFile& file, size_t materials) {
+Result<DiscreteChain> DiscreteChain::open(const ChunkFile& file, size_t materials, const std::string& room) {
     const auto wrong = [&](const char* what) {
-        return fail(Fault::format, file.path().string() + ": discrete/levels: " + what + "; bake the asset again");
+        return fail(Fault::format, file.path().string() + ": " + room + "/levels: " + what + "; bake the asset again");
     };
-    auto vertices = file.array<MeshVertex>("discrete/vertices");
+    auto vertices = file.array<MeshVertex>(room + "/vertices");
     if (!vertices) return tl::unexpected(vertices.error());
-    auto indices = file.array<uint32_t>("discrete/indices");
+    auto indices = file.array<uint32_t>(room + "/indices");
     if (!indices) return tl::unexpected(indices.error());
-    auto records = file.array<LevelRecord>("discrete/levels");
+    auto records = file.array<LevelRecord>(room + "/levels");
     if (!records) return tl::unexpected(records.error());
     DiscreteChain chain;
     chain.vertices = *vertices;

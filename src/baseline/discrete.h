@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/files/chunk_file.h"
@@ -27,11 +28,11 @@ struct DiscreteChain {
     std::vector<DiscreteLevel> levels;     // finest first: the source mesh itself, error 0
     std::shared_ptr<const void> owner;     // keeps what the spans refer to
 
-    // Adds chunks discrete/vertices, discrete/indices and discrete/levels. Fault::machine where they cannot be written.
-    Result<void> write_chunks(ChunkWriter& writer) const;
+    // Adds chunks ROOM/vertices, ROOM/indices and ROOM/levels. Fault::machine where they cannot be written.
+    Result<void> write_chunks(ChunkWriter& writer, const std::string& room = "discrete") const;
     // The chain that write_chunks() wrote. materials: of the asset, at least 1; a vertex with another is Fault::format,
     // as are chunks that are missing, damaged or no valid chain.
-    static Result<DiscreteChain> open(const ChunkFile& file, size_t materials);
+    static Result<DiscreteChain> open(const ChunkFile& file, size_t materials, const std::string& room = "discrete");
     // At least one level, indices in range, errors that never decrease, sizes that do. Fault::invariant names the
     // level.
     Result<void> validate() const;
@@ -40,6 +41,9 @@ struct DiscreteChain {
 // Halves until 64 triangles are reached or meshoptimizer gets less than 10% further. Errors are measured as those of
 // progressive meshes are (mesh/distance/distance.h). Fault::interrupted when progress says stop.
 Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& progress = {});
+
+// The first level of that chain alone.
+DiscreteChain source_chain(const TriMesh& mesh);
 
 // The chain to be drawn: its levels with max_error as their errors. The chain lives as long as they do.
 FixedLevels fixed_levels_of(std::shared_ptr<const DiscreteChain> chain);

@@ -17,10 +17,24 @@ struct Limits {
     uint64_t lod_triangles = (uint64_t{1} << 31) / 3;
     // Of each kind of thing that a face order of a progressive mesh stores: they are numbered by 32 bits.
     uint64_t lod_entries = 0xffffffffu;
+    // Face orders of a progressive mesh: each is checked whole, and a few bytes of text can name one again and again.
+    uint64_t lod_orders = 64;
+    // Charts of an atlas, and of all that are drawn together: shaders keep a level in the four bits above.
+    uint64_t charts = (uint64_t{1} << 28) - 1;
+    // Pages of an atlas, of positions or of attributes, and of all that are drawn together: numbered by 32 bits.
+    uint64_t pages = (uint64_t{1} << 32) - 2;
+    // Samples of an atlas' positions: a mesh of its finest level numbers them by 32 bits.
+    uint64_t samples = (uint64_t{1} << 32) - 2;
     // Materials of a mesh: wedges refer to them by 16 bits.
     uint64_t materials = 65536;
     // Texels along a side of a texture: a gigabyte decoded, and the largest that every device can draw.
     uint32_t image_side = 16384;
+    // Texels of all textures of a mesh: 8 GiB decoded.
+    uint64_t texels = uint64_t{1} << 31;
+    // Files that a mesh names: as many as it can have materials. Each is looked for on the disk.
+    uint64_t side_files = 65536;
+    // Warnings about a file: more tell nobody anything.
+    uint64_t warnings = 1000;
     // Samples along a side of a height map: its square is half of what corners can be numbered for.
     uint32_t height_side = 32768;
     // Nodes of a glTF file in each other: each takes a step of the stack.

@@ -13,6 +13,7 @@
 #include "apps/in_process.h"
 #include "apps/scene/backends.h"
 #include "apps/scene/bake.h"
+#include "apps/scene/page_reader.h"
 #include "apps/scene/workplace.h"
 #include "base/hash.h"
 #include "base/random.h"
@@ -33,7 +34,7 @@ int from_environment(const char* name, int otherwise) {
 
 class HostileTest : public testing::Test {
 protected:
-    void SetUp() override {
+    static void SetUpTestSuite() {
         folder_ = fs::temp_directory_path() / ("lodestone_hostile_" + std::to_string(getpid()));
         fs::create_directories(folder_);
         good_ = folder_ / "good.lode";
@@ -45,16 +46,17 @@ protected:
         options.atlas.cells = 64;
         BakeInput input;
         input.mesh = fixtures::repaired(Shape::rock, 600);
-        input.mesh.material_table = {{}, {}};
+        input.mesh.material_table.resize(2);
         input.mesh.materials.assign(input.mesh.wedge_count(), 1);
         input.name = "rock";
         const auto baked = bake_asset(std::move(input), options, good_, {});
         ASSERT_TRUE(baked) << baked.error().message;
-        for (const ChunkInfo& info : ChunkFile::open(good_)->chunks()) {
+        const auto file = ChunkFile::open(good_);
+        for (const ChunkInfo& info : file->chunks()) {
             if (info.bytes > 0) chunks_.push_back(info.name);
         }
     }
-    void TearDown() override { fs::remove_all(folder_); }
+    static void TearDownTestSuite() { fs::remove_all(folder_); }
 
     // A number that is likely to hurt.
     uint32_t nasty(const Bytes& around) {
@@ -211,11 +213,13 @@ protected:
         for (const std::string& backend : backend_names()) draw(backend);
     }
 
-    fs::path folder_, good_, bad_;
-    std::vector<std::string> chunks_;
+    static fs::path folder_, good_, bad_;
+    static std::vector<std::string> chunks_;
     Random random_{0};
     std::map<std::string, int> errors_;  // how often each was told
 };
+fs::path HostileTest::folder_, HostileTest::good_, HostileTest::bad_;
+std::vector<std::string> HostileTest::chunks_;
 
 TEST_F(HostileTest, WhateverAnAssetHoldsIsDrawnOrRefused) {
     const int count = from_environment("LODESTONE_HOSTILE", 150), first = from_environment("LODESTONE_HOSTILE_SEED", 0);

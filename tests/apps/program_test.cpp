@@ -22,6 +22,7 @@
 #endif
 #include "base/files/file.h"
 #include "base/hash.h"
+#include "mesh/io/image_file.h"
 #include "mesh/io/read.h"
 #include "mesh/mesh_stream.h"
 
@@ -687,6 +688,72 @@ TEST_F(ProgramTest, AssetsAreStaleWhereAFileTheirMeshRefersToChanges) {
     EXPECT_THAT(warnings, testing::ElementsAre(HasSubstr("has changed since it was baked")));
     paint("1 0 0");
     EXPECT_EQ(ready("a.obj").bake_seconds, 0) << "as it was before";
+}
+
+// Each backend waits for what it draws, and no other.
+TEST_F(ProgramTest, BakesOnFirstUseWhatIsDrawn) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan driver";
+    succeeds("generate rock --triangles 3000 --seed 2 -o rock.ply");
+    // What the cache holds of the rock: rooms of chunks, and orders of progressive meshes.
+    const auto cached = [&] {
+        std::vector<std::string> found;
+        for (const auto& file : fs::directory_iterator(folder_ / "cache/lodestone")) {
+            if (!file.path().filename().string().starts_with("rock")) continue;
+            const json info = printed("info '" + file.path().string() + "' --json");
+            std::set<std::string> rooms;
+            for (const json& chunk : info["chunks"]) {
+                const std::string name = chunk["name"];
+                if (name.find('/') != std::string::npos && !name.starts_with("mesh/"))
+                    rooms.insert(name.substr(0, name.find('/')));
+            }
+            for (const std::string& room : rooms) {
+                std::string text = room;
+                if (room == "lod") {
+                    for (const json& order : info["lod"]["orders"]) text += " " + order["name"].get<std::string>();
+                }
+                found.push_back(text);
+            }
+        }
+        return found;
+    };
+    const auto draws = [&](const std::string& options) {
+        succeeds("render rock.ply --size 160x120 -o a.png --stats a.json " + options);
+        const json row = json::parse(content_of(folder_ / "a.json"))["rows"][0];
+        EXPECT_GT(row["triangles"], 100) << options;
+    };
+    draws("--backend full");
+    EXPECT_THAT(cached(), testing::ElementsAre("full"));
+    draws("--backend discrete");
+    EXPECT_THAT(cached(), testing::UnorderedElementsAre("full", "discrete"));
+    draws("--backend lod");
+    EXPECT_THAT(cached(), testing::UnorderedElementsAre("full", "discrete", "lod static"));
+    draws("--backend lod --order keyframe");
+    const std::vector<std::string> all{"full", "discrete", "lod static", "lod keyframe static classic"};
+    EXPECT_THAT(cached(), testing::UnorderedElementsAreArray(all));
+    draws("--backend lod");
+    draws("--backend full");
+    EXPECT_THAT(cached(), testing::UnorderedElementsAreArray(all)) << "what is there is drawn";
+}
+
+// Nothing is known of its camera, so all of it is in the frame, and little else.
+TEST_F(ProgramTest, AMeshFillsItsFirstPicture) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan driver";
+    succeeds("generate sphere --triangles 2000 -o sphere.ply");
+    succeeds("render sphere.ply --backend full --size 320x200 --debug normal -o sphere.png");
+    const auto picture = read_image(folder_ / "sphere.png");
+    ASSERT_TRUE(picture);
+    const auto background = picture->texels[0];
+    uint32_t left = picture->width, right = 0, top = picture->height, bottom = 0;
+    for (uint32_t y = 0; y < picture->height; ++y) {
+        for (uint32_t x = 0; x < picture->width; ++x) {
+            if (picture->texels[y * picture->width + x] == background) continue;
+            left = std::min(left, x), right = std::max(right, x), top = std::min(top, y), bottom = std::max(bottom, y);
+        }
+    }
+    EXPECT_GE(top, 1u);
+    EXPECT_LT(bottom, 199u);
+    EXPECT_GE(bottom - top, 180u);
+    EXPECT_NEAR(left + right, 319, 4);
 }
 
 TEST_F(ProgramTest, NamesDoNotReachTheTerminalAsCommands) {

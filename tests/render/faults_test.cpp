@@ -46,6 +46,7 @@ protected:
     RendererFaults() : DeviceTest(width, height) {}
     void TearDown() override {
         inject("", VK_SUCCESS, 0);
+        pretend(nullptr, nullptr);
         DeviceTest::TearDown();
     }
     static void fails(const Result<void>& result, const char* what) {
@@ -262,6 +263,28 @@ TEST_F(WindowFaults, GoesOnWhateverBecomesOfItsSwapchain) {
         goes_on("vkQueuePresentKHR", VK_SUBOPTIMAL_KHR, times);
         goes_on("vkQueuePresentKHR", VK_ERROR_SURFACE_LOST_KHR, times);
     }
+}
+
+TEST_F(WindowFaults, TakesOnlyWhatTheSurfaceHas) {
+    const auto with = [&](Capabilities capabilities, Format format) {
+        pretend(capabilities, format);
+        inject("vkQueuePresentKHR", VK_ERROR_OUT_OF_DATE_KHR);  // so that the swapchain is made anew
+        EXPECT_TRUE(shown());
+        auto done = shown();
+        pretend(nullptr, nullptr);
+        return done;
+    };
+    // A window of size 0: nothing to show in, and what was drawn can be read all the same.
+    EXPECT_TRUE(with([](VkSurfaceCapabilitiesKHR& can) { can.currentExtent = {0, 0}; }, nullptr));
+    EXPECT_EQ(window_->read()->colour, before_.colour);
+    fails(with([](VkSurfaceCapabilitiesKHR& can) { can.supportedUsageFlags = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT; },
+               nullptr),
+          "cannot be copied to");
+    // Colours would be converted a second time.
+    fails(with(nullptr, [](VkSurfaceFormatKHR& format) { format.format = VK_FORMAT_B8G8R8A8_SRGB; }),
+          "none of the formats");
+    EXPECT_TRUE(shown());
+    EXPECT_EQ(window_->read()->colour, before_.colour);
 }
 
 TEST_F(WindowFaults, ALostDeviceIsAnErrorThatNamesIt) {

@@ -13,6 +13,8 @@ std::string chosen;
 VkResult answer = VK_SUCCESS;
 int left = 0, before = 0, done = 0;
 std::atomic<long> allocations{0};
+Capabilities pretended_capabilities = nullptr;
+Format pretended_format = nullptr;
 
 bool fails(const char* call) {
     const std::lock_guard lock(mutex);
@@ -40,6 +42,10 @@ void inject(const std::string& call, VkResult result, int times, int skipped) {
     left = times;
     before = skipped;
     done = 0;
+}
+void pretend(Capabilities capabilities, Format format) {
+    pretended_capabilities = capabilities;
+    pretended_format = format;
 }
 int injected() {
     const std::lock_guard lock(mutex);
@@ -93,4 +99,24 @@ extern "C" VKAPI_ATTR void VKAPI_CALL vkFreeMemory(VkDevice device, VkDeviceMemo
     static const auto call = lodestone::real<PFN_vkFreeMemory>("vkFreeMemory");
     lodestone::allocations -= memory != VK_NULL_HANDLE;
     call(device, memory, callbacks);
+}
+
+extern "C" VKAPI_ATTR VkResult VKAPI_CALL vkGetPhysicalDeviceSurfaceCapabilitiesKHR(VkPhysicalDevice device,
+                                                                                    VkSurfaceKHR surface,
+                                                                                    VkSurfaceCapabilitiesKHR* can) {
+    static const auto call =
+        lodestone::real<PFN_vkGetPhysicalDeviceSurfaceCapabilitiesKHR>("vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
+    const VkResult result = call(device, surface, can);
+    if (lodestone::pretended_capabilities != nullptr) lodestone::pretended_capabilities(*can);
+    return result;
+}
+extern "C" VKAPI_ATTR VkResult VKAPI_CALL vkGetPhysicalDeviceSurfaceFormatsKHR(VkPhysicalDevice device,
+                                                                               VkSurfaceKHR surface, uint32_t* count,
+                                                                               VkSurfaceFormatKHR* formats) {
+    static const auto call =
+        lodestone::real<PFN_vkGetPhysicalDeviceSurfaceFormatsKHR>("vkGetPhysicalDeviceSurfaceFormatsKHR");
+    const VkResult result = call(device, surface, count, formats);
+    for (uint32_t i = 0; formats != nullptr && lodestone::pretended_format != nullptr && i < *count; ++i)
+        lodestone::pretended_format(formats[i]);
+    return result;
 }

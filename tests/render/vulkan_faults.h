@@ -9,6 +9,10 @@ namespace lodestone {
 
 // The next `times` calls answer `result` and do nothing, but for `skipped` calls before them. One call at a time.
 void inject(const std::string& call, VkResult result, int times = 1, int skipped = 0);
+// What surfaces can do, and which formats they have, from now on; null for the truth.
+using Capabilities = void (*)(VkSurfaceCapabilitiesKHR&);
+using Format = void (*)(VkSurfaceFormatKHR&);  // for each of them
+void pretend(Capabilities capabilities, Format format);
 int injected();             // how many did, since inject()
 long device_allocations();  // VkDeviceMemory that lives
 

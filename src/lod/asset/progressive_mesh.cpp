@@ -9,14 +9,13 @@
 #include "base/check.h"
 #include "lod/asset/cursor.h"
 #include "mesh/io/material_chunks.h"
+#include "mesh/limits.h"
 
 namespace lodestone {
 
 namespace {
 
 using Json = nlohmann::json;
-
-constexpr size_t most_orders = 64;  // each is checked whole, and a few bytes of text can name one again and again
 
 tl::unexpected<Error> wrong(const std::string& chunk, const std::string& what) {
     return fail(Fault::format, chunk + ": " + what + "; bake the asset again");
@@ -234,11 +233,14 @@ void ProgressiveMesh::set_errors(std::vector<float> level_errors) {
 
 Result<void> ProgressiveMesh::count_levels() {
     if (orders.empty()) return wrong("lod/mesh", "no face order");
-    if (orders.size() > most_orders)
-        return wrong("lod/mesh", "more than " + std::to_string(most_orders) + " face orders");
-    if (vertices.size() >= ~0u) return wrong("lod/vertices", "more than 2^32 - 2 wedges");
-    if (orders[0].indices.size() > IndexSlot::most_positions)
-        return wrong("lod/" + orders[0].name + "/indices", "more than 2^31 corners");
+    const Limits limits;
+    if (orders.size() > limits.lod_orders)
+        return wrong("lod/mesh", over_limit("face orders", orders.size(), limits.lod_orders));
+    if (vertices.size() > limits.vertices)
+        return wrong("lod/vertices", over_limit("vertices", vertices.size(), limits.vertices));
+    if (orders[0].indices.size() / 3 > limits.lod_triangles)
+        return wrong("lod/" + orders[0].name,
+                     over_limit("triangles", orders[0].indices.size() / 3, limits.lod_triangles));
     wedges_at_.assign(1, static_cast<uint32_t>(vertices.size()));
     triangles_at_.assign(1, static_cast<uint32_t>(orders[0].indices.size() / 3));
     for (const Ecol& step : ecols) {

@@ -83,9 +83,8 @@ static_assert(sizeof(Keyframe) == 20);
 
 // Where a corner is in the index buffer: position / 3 is a slot of one of the halves.
 struct IndexSlot {
-    uint32_t code = 0;                                             // twice the position, plus the half
-    static constexpr uint64_t most_positions = uint64_t{1} << 31;  // of either half
-    // half: 0 or 1; position: of a corner in it, below most_positions.
+    uint32_t code = 0;  // twice the position, plus the half
+    // half: 0 or 1; position: of a corner in it, below 2^31 (Limits::lod_triangles).
     static IndexSlot of(uint32_t half, uint32_t position) { return {position * 2 + half}; }
     uint32_t half() const { return code & 1; }       // 0 or 1
     uint32_t position() const { return code >> 1; }  // slot * 3 + corner

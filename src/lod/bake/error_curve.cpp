@@ -23,7 +23,9 @@ std::vector<float> stated_errors(const std::vector<double>& measured, const std:
         const double lost = std::log(static_cast<double>(triangles[0]) / std::max(1u, triangles[level]));
         x.push_back(lost + 1e-9 * static_cast<double>(level));  // a level may lose no triangle
         low.push_back(std::log(measured[level] > 0 ? measured[level] * stated_least : step * least_part));
-        high.push_back(std::log(std::max(measured[level], step) * stated_most));
+        // Where few triangles are gone there is nothing to make even.
+        const double most = std::min(stated_most, stated_least + 0.01 + 10 * lost);
+        high.push_back(std::log(std::max(measured[level], step) * most));
     }
     const std::vector<double> stated = taut_string(x, low, high);
     for (size_t level = 1; level < levels; ++level) {

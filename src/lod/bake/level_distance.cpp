@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "lod/asset/cursor.h"
+#include "mesh/distance/closest_point.h"
 #include "mesh/distance/distance.h"
 
 namespace lodestone {
@@ -13,10 +14,10 @@ namespace lodestone {
 namespace {
 
 constexpr uint32_t none = ~0u;
-constexpr double near_largest = 0.85;  // of the largest distance: points farther than that are looked around
+constexpr double near_largest = 0.85;      // of the largest distance: points farther than that are looked around
 constexpr double far_from_largest = 0.25;  // of it: a face that near to a point is kept without looking at others
-constexpr int climb_steps = 6;         // halvings of the grid around them
-constexpr double least_grid = 3, most_grid = 256;
+constexpr int climb_steps = 6;             // halvings of the grid around them
+constexpr double least_grid = 3, most_grid = 256, most_needle = 8;  // points along an edge, of slender faces
 
 // Points of a triangle, by shares of the edges from its first corner.
 struct Patch {
@@ -152,13 +153,30 @@ bool LevelDistance::other_has_edge(uint32_t face, uint32_t corner) const {
     });
 }
 
+// Whether one of the source triangles last found near the faces that changed is near enough.
+bool LevelDistance::near_source(const glm::dvec3& place, double enough) const {
+    constexpr size_t most = 6;
+    const auto& indices = pm_.orders[0].indices;
+    for (const uint32_t corner : std::span(corners_).first(std::min(most, corners_.size()))) {
+        const size_t t = size_t{source_near_[corner / 3]} * 3;
+        const glm::dvec3 q =
+            closest_on_triangle(place, positions_[indices[t]], positions_[indices[t + 1]], positions_[indices[t + 2]]);
+        if (glm::dot(place - q, place - q) <= enough * enough) return true;
+    }
+    return false;
+}
+
 // Points of a face, but for the edge opposite of the corner that moved, which is as it was.
 void LevelDistance::look_from(uint32_t moved) {
     const uint32_t face = moved / 3, corner = moved % 3;
     const glm::dvec3 a = level_.position(face, 0), b = level_.position(face, 1), c = level_.position(face, 2);
     const double area = glm::length(glm::cross(b - a, c - a)) / 2;
     const double longest = std::max({glm::distance(a, b), glm::distance(b, c), glm::distance(c, a)});
-    const double wanted = std::max(std::sqrt(2 * area * samples_per_area_), spacing_ > 0 ? longest / spacing_ / 8 : 0);
+    const double enough = std::max(largest_ * near_largest, resolution_);
+    // Corners are vertices of the source, and no point of the face is farther from all of them.
+    if (longest * longest <= 3 * enough * enough) return;
+    const double along = spacing_ > 0 ? std::min(longest / spacing_ / 8, most_needle) : 0;
+    const double wanted = std::max(std::sqrt(2 * area * samples_per_area_), along);
     const auto grid = static_cast<uint32_t>(std::clamp(std::ceil(wanted), least_grid, most_grid));
     const Patch patch = {level_.position(face, corner), level_.position(face, (corner + 1) % 3),
                          level_.position(face, (corner + 2) % 3)};
@@ -166,10 +184,10 @@ void LevelDistance::look_from(uint32_t moved) {
     uint32_t hint = source_near_[face];
     // The edge to the corner before is that of another face to the one after.
     const uint32_t first = other_has_edge(face, corner) ? 1 : 0;
-    const double enough = std::max(largest_ * near_largest, resolution_);
     for (uint32_t i = first; i < grid; ++i) {
         for (uint32_t j = i == 0 ? 1 : 0; i + j < grid; ++j) {
             const double s = static_cast<double>(i) / grid, t = static_cast<double>(j) / grid;
+            if (near_source(patch.at(s, t), enough)) continue;
             const auto hit = source_.closest(patch.at(s, t), hint, enough);
             hint = hit.triangle;
             if (hit.distance > enough && hit.distance > worst.hit.distance) worst = {s, t, hit};

@@ -46,6 +46,7 @@ private:
     void collect_points();
     void place_points();
     bool other_has_edge(uint32_t face, uint32_t corner) const;
+    bool near_source(const glm::dvec3& place, double enough) const;
     void look_from(uint32_t corner);
     void look_around(uint32_t point, const ClosestSurface::Hit& hit);
     void note(double distance, const glm::dvec3& place, bool of_source);
@@ -55,12 +56,12 @@ private:
     Replay replay_;
     ClosestSurface source_;
     MovingSurface level_;
-    std::vector<Point> points_;           // samples, then vertices as they go
-    std::vector<uint32_t> sampled_;       // by sample: the source triangle it is on
-    std::vector<uint32_t> first_point_;   // by face
-    std::vector<uint32_t> source_near_;   // by face: a source triangle near it
-    std::vector<uint32_t> corners_;       // that the present collapse changed: 3 * face + k
-    std::vector<uint32_t> displaced_;     // points whose face changed
+    std::vector<Point> points_;          // samples, then vertices as they go
+    std::vector<uint32_t> sampled_;      // by sample: the source triangle it is on
+    std::vector<uint32_t> first_point_;  // by face
+    std::vector<uint32_t> source_near_;  // by face: a source triangle near it
+    std::vector<uint32_t> corners_;      // that the present collapse changed: 3 * face + k
+    std::vector<uint32_t> displaced_;    // points whose face changed
     uint32_t ecol_ = 0, wedges_ = 0;
     double largest_ = 0, resolution_ = 0;
     Witness witness_;

@@ -24,8 +24,9 @@ struct LodOptions {
     double steady_share = 0.9;
     // Vertices are on their way to their parents before they go, so that nothing pops.
     bool geomorph = false;
-    // Wedges on their way, as a share of those of the level that is morphed to; > 0.
-    double morphing_share = 0.5;
+    // Wedges on their way, as a share of those of the level that is morphed to; > 0. More of them go slower, and are
+    // more to draw.
+    double morphing_share = 1.0 / 3;
 };
 
 // A backend that draws the assets, at least one.
@@ -37,7 +38,7 @@ struct LodOptions {
 // asks for: never coarser than asked, and at most 2^(1/m) times the slots. Where not even one full index buffer fits,
 // the finest levels are out of reach, and stats "levels_out_of_reach" counts the instances that had to be coarser.
 //
-// Geomorphs. The level that errors ask for is what is morphed to; drawn is the level with an eighth more wedges, and
+// Geomorphs. The level that errors ask for is what is morphed to; drawn is the level with a third more wedges, and
 // those more are the further on their way to their parents the sooner they go. A parent may be on its way, too. When
 // the level moves on by one, every one of them moves on by one part in their number.
 //

@@ -29,7 +29,8 @@ public:
 
     // The point of one triangle that is nearest.
     ClosestSurface::Hit on(uint32_t triangle, const glm::dvec3& point) const;
-    // As ClosestSurface::closest, of the triangles that are alive. hint: one of them or no_hint. near_enough: object units.
+    // As ClosestSurface::closest, of the triangles that are alive. hint: one of them or no_hint. near_enough: object
+    // units.
     ClosestSurface::Hit closest(const glm::dvec3& point, uint32_t hint, double near_enough) const;
 
 private:

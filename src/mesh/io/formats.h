@@ -37,6 +37,10 @@ struct SourceFile {
     // A file it names, and a note of it in the report. max_bytes: unpacked. Errors as read_file's and path_named_by's,
     // without a path before them.
     Result<FileBytes> side_file(const std::string& name, uint64_t max_bytes, ReadReport& report) const;
+    // Adds a warning, once.
+    void warn(ReadReport& report, const std::string& line) const;
+    // Adds a texture to the mesh, unless there is none or it brings more texels than the limit. Returns its number.
+    Result<int32_t> add_image(Result<Image> image, TriMesh& mesh) const;
 };
 
 Result<std::unique_ptr<MeshStream>> open_ply(const SourceFile& file, ReadReport& report);
@@ -52,9 +56,6 @@ inline void add_fan(std::vector<Triangle>& triangles, const std::vector<uint32_t
     if (corners.size() > 3) ++report.polygons;
     for (size_t k = 2; k < corners.size(); ++k) triangles.push_back({corners[0], corners[k - 1], corners[k]});
 }
-
-// Adds a warning, once.
-void warn_once(ReadReport& report, const std::string& line);
 
 // The hash of a file and of those it refers to.
 Hash128 hash_of_source(const SourceFile& file, const ReadReport& report);

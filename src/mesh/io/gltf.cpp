@@ -55,10 +55,14 @@ public:
     }
 
     // Reads the files that the document names, and nothing of what they hold.
-    void name_files() { parse(); }
+    void name_files() {
+        // Without a "uri", however its letters are written, it names none.
+        const std::string_view json = json_text(is_binary());
+        if (json.find("uri") != json.npos || json.find("\\u") != json.npos) parse();
+    }
 
 private:
-    void warn(const std::string& line) { warn_once(report_, line); }
+    void warn(const std::string& line) { file_.warn(report_, line); }
 
     // Files are looked for here, not by tinygltf, which would look elsewhere, too.
     tinygltf::FsCallbacks files() {
@@ -89,6 +93,8 @@ private:
         if (auto whole = content->intact(); !whole) return failed(whole.error());
         return true;
     }
+
+    bool is_binary() const { return file_.text().substr(0, 4) == "glTF"; }
 
     // The JSON of a GLB is its first chunk, behind twelve bytes of header and eight of the chunk's own.
     std::string_view json_text(bool binary) const {
@@ -122,11 +128,12 @@ private:
         tinygltf::TinyGLTF loader;
         std::string error, warning;
         loader.SetFsCallbacks(files());
-        // Images are kept as they are in the file and decoded later, those that materials use.
+        // Images are kept as they are in the file and decoded later, those that materials use. Those in a buffer stay
+        // there: tinygltf does not look whether they are.
         loader.SetImageLoader(
             [](tinygltf::Image* image, const int, std::string*, std::string*, int, int, const unsigned char* bytes,
                int size, void*) {
-                image->image.assign(bytes, bytes + size);
+                if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
                 image->as_is = true;
                 return true;
             },
@@ -134,7 +141,7 @@ private:
         const auto* bytes = reinterpret_cast<const unsigned char*>(file_.content.bytes.data());
         if (file_.size() > 0xffffffffu) throw GltfFault{"", "is larger than 4 GiB; glTF cannot be"};
         const auto size = static_cast<unsigned>(file_.size());
-        const bool binary = file_.text().substr(0, 4) == "glTF";
+        const bool binary = is_binary();
         check_depth(json_text(binary));
         bool good = false;
         try {
@@ -230,6 +237,16 @@ private:
         return placement;
     }
 
+    Result<Image> decoded_image(const tinygltf::Image& image, const std::string& name) const {
+        if (const auto not_read = not_read_.find(image.uri); not_read != not_read_.end())
+            return fail(Fault::format, not_read->second);
+        try {
+            const std::span<const unsigned char> bytes =
+                image.bufferView < 0 ? std::span(image.image) : bytes_of_view(model_, image.bufferView, name);
+            return decode_image(std::as_bytes(bytes), name, file_.limits.image_side);
+        } catch (const GltfFault& fault) { return fail(Fault::format, fault.what); }
+    }
+
     int32_t texture(int number) {
         if (static_cast<size_t>(number) >= model_.textures.size()) return -1;
         const int source = model_.textures[static_cast<size_t>(number)].source;
@@ -240,16 +257,13 @@ private:
         const std::string name = !image.uri.empty()    ? image.uri
                                  : !image.name.empty() ? image.name
                                                        : "image " + std::to_string(source);
-        const auto not_read = not_read_.find(image.uri);
-        const bool missing = not_read != not_read_.end();
-        auto decoded = decode_image(std::as_bytes(std::span(image.image)), name.substr(0, 80), file_.limits.image_side);
-        if (missing || !decoded) {
-            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded (" +
-                 (missing ? not_read->second : decoded.error().message) + "); its material keeps its plain colour");
+        const auto added = file_.add_image(decoded_image(image, name.substr(0, 80)), mesh_);
+        if (!added) {
+            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded (" + added.error().message +
+                 "); its material keeps its plain colour");
             return -1;
         }
-        mesh_.images.push_back(std::move(*decoded));
-        return found->second = static_cast<int32_t>(mesh_.images.size()) - 1;
+        return found->second = *added;
     }
 
     static int mode_of(const tinygltf::Primitive& primitive) {

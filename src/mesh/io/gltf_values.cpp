@@ -59,6 +59,18 @@ uint64_t bytes_of(const tinygltf::Model& model) {
 
 }  // namespace
 
+std::span<const unsigned char> bytes_of_view(const tinygltf::Model& model, int number, const std::string& name) {
+    if (number < 0 || static_cast<size_t>(number) >= model.bufferViews.size())
+        throw GltfFault{name, "refers to a buffer view that is not there"};
+    const tinygltf::BufferView& view = model.bufferViews[static_cast<size_t>(number)];
+    if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= model.buffers.size())
+        throw GltfFault{name, "refers to a buffer that is not there"};
+    const auto& bytes = model.buffers[static_cast<size_t>(view.buffer)].data;
+    if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset)
+        throw GltfFault{name, "reaches past the end of its buffer; the file is cut or its header is wrong"};
+    return std::span(bytes).subspan(view.byteOffset, view.byteLength);
+}
+
 struct GltfValues::Elements {
     int view;
     size_t offset;  // bytes from the view's begin
@@ -98,27 +110,16 @@ size_t GltfValues::component_size(int type) const {
     return static_cast<size_t>(size);
 }
 
-const tinygltf::BufferView& GltfValues::view_of(const tinygltf::Model& model, int number) const {
-    if (number < 0 || static_cast<size_t>(number) >= model.bufferViews.size())
-        throw GltfFault{name_, "refers to a buffer view that is not there"};
-    return model.bufferViews[static_cast<size_t>(number)];
-}
-
 // put(i, k, number) for the numbers of every element.
 template <class Put>
 void GltfValues::load(const tinygltf::Model& model, const Elements& from, const Put& put) {
-    const tinygltf::BufferView& view = view_of(model, from.view);
-    if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= model.buffers.size())
-        throw GltfFault{name_, "refers to a buffer that is not there"};
-    const auto& bytes = model.buffers[static_cast<size_t>(view.buffer)].data;
+    const std::span<const unsigned char> bytes = bytes_of_view(model, from.view, name_);
     const size_t step = from.stride > 0 ? static_cast<size_t>(from.stride) : from.bytes;
-    const bool view_fits = view.byteOffset <= bytes.size() && view.byteLength <= bytes.size() - view.byteOffset;
-    const bool fits = view_fits && (from.count == 0 ||
-                                    (from.offset <= view.byteLength && from.bytes <= view.byteLength - from.offset &&
-                                     (from.count - 1) <= (view.byteLength - from.offset - from.bytes) / step));
+    const bool fits = from.count == 0 || (from.offset <= bytes.size() && from.bytes <= bytes.size() - from.offset &&
+                                          (from.count - 1) <= (bytes.size() - from.offset - from.bytes) / step);
     if (!fits) throw GltfFault{name_, "reaches past the end of its buffer; the file is cut or its header is wrong"};
     if (values_.empty()) values_.assign(count_ * static_cast<size_t>(width_), 0);
-    const unsigned char* base = bytes.data() + view.byteOffset + from.offset;
+    const unsigned char* base = bytes.data() + from.offset;
     const size_t size = component_size(from.type);
     for (size_t i = 0; i < from.count; ++i) {
         for (size_t k = 0; k < static_cast<size_t>(from.width); ++k)
@@ -127,7 +128,8 @@ void GltfValues::load(const tinygltf::Model& model, const Elements& from, const 
 }
 
 void GltfValues::load_dense(const tinygltf::Model& model, const tinygltf::Accessor& accessor, size_t element_bytes) {
-    const int stride = accessor.ByteStride(view_of(model, accessor.bufferView));
+    bytes_of_view(model, accessor.bufferView, name_);
+    const int stride = accessor.ByteStride(model.bufferViews[static_cast<size_t>(accessor.bufferView)]);
     load(model,
          {accessor.bufferView, accessor.byteOffset, accessor.componentType, stride, element_bytes, count_, width_},
          [&](size_t i, size_t k, double value) { values_[i * static_cast<size_t>(width_) + k] = value * scale_; });

@@ -3,6 +3,7 @@
 
 #include <tiny_gltf.h>
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,10 @@ namespace lodestone {
 struct GltfFault {
     std::string place, what;
 };
+
+// The bytes of a buffer view. Throws GltfFault where it, or its buffer, is not there, or it reaches past the buffer's
+// end.
+std::span<const unsigned char> bytes_of_view(const tinygltf::Model& model, int view, const std::string& name);
 
 // The numbers of an accessor: `width` of them per element, as they are meant (normalised ones scaled, sparse ones put
 // in place). Throws GltfFault, whose place is the accessor's name.
@@ -29,7 +34,6 @@ public:
 
 private:
     struct Elements;
-    const tinygltf::BufferView& view_of(const tinygltf::Model& model, int number) const;
     template <class Put>
     void load(const tinygltf::Model& model, const Elements& from, const Put& put);
     void load_dense(const tinygltf::Model& model, const tinygltf::Accessor& accessor, size_t element_bytes);

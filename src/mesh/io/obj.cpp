@@ -2,6 +2,7 @@
 // stepped over.
 #include <algorithm>
 #include <map>
+#include <set>
 #include <unordered_map>
 
 #include "mesh/io/formats.h"
@@ -194,10 +195,10 @@ private:
     }
 
     void read_library(const std::string& name) {
+        if (!libraries_.insert(name).second) return;  // it says the same as before
         auto content = file_.side_file(name, file_.limits.library_bytes, report_);
         const auto without = [&](const Error& why) {
-            report_.warnings.push_back("material library '" + name + "' cannot be read (" + why.message +
-                                       "); its materials are white");
+            note_once("material library '" + name + "' cannot be read (" + why.message + "); its materials are white");
         };
         if (!content) return without(content.error());
         read_materials(*content);
@@ -264,7 +265,7 @@ private:
         if (!used_material_) mesh_.images.clear();
     }
 
-    void note_once(const std::string& line) { warn_once(report_, line); }
+    void note_once(const std::string& line) { file_.warn(report_, line); }
 
     const SourceFile& file_;
     const ReadOptions& options_;
@@ -279,6 +280,7 @@ private:
     std::vector<uint32_t> fan_;
     std::map<std::string, uint32_t> material_numbers_;
     std::map<std::string, int32_t> textures_;
+    std::set<std::string> libraries_;
     uint32_t material_ = 0;
     bool used_material_ = false;
 };

@@ -260,8 +260,8 @@ private:
             }
             for (const Property& p : element.properties) {
                 if (element.name == "face" && p.name == "texcoord")
-                    report_.warnings.emplace_back(
-                        "texture coordinates stored with faces are left out; export them with vertices");
+                    file_.warn(report_,
+                               "texture coordinates stored with faces are left out; export them with vertices");
             }
         }
         if (vertex_element_ == nullptr || vertices_ == 0)

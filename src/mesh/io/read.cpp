@@ -152,9 +152,19 @@ const char* name_of(MeshFormat format) {
     return "?";
 }
 
-void warn_once(ReadReport& report, const std::string& line) {
-    if (std::find(report.warnings.begin(), report.warnings.end(), line) == report.warnings.end())
-        report.warnings.push_back(line);
+void SourceFile::warn(ReadReport& report, const std::string& line) const {
+    if (report.warnings.size() > limits.warnings || std::ranges::count(report.warnings, line) > 0) return;
+    report.warnings.push_back(report.warnings.size() < limits.warnings ? line : "there is more to warn of");
+}
+
+Result<int32_t> SourceFile::add_image(Result<Image> image, TriMesh& mesh) const {
+    if (!image) return tl::unexpected(image.error());
+    uint64_t texels = image->texels.size();
+    for (const Image& other : mesh.images) texels += other.texels.size();
+    if (texels > limits.texels)
+        return fail(Fault::format, "with it the mesh " + over_limit("texels", texels, limits.texels));
+    mesh.images.push_back(std::move(*image));
+    return static_cast<int32_t>(mesh.images.size()) - 1;
 }
 
 Result<FileBytes> SourceFile::side_file(const std::string& name, uint64_t max_bytes, ReadReport& report) const {
@@ -169,10 +179,13 @@ Result<FileBytes> SourceFile::side_file(const std::string& name, uint64_t max_by
         auto bytes = read_file(*named, max_bytes);
         return bytes ? std::move(bytes) : without_place(*named, bytes.error());
     };
+    const auto [known, fresh] = report.side_files.try_emplace(name);
+    if (report.side_files.size() > limits.side_files) {
+        report.side_files.erase(known);
+        return fail(Fault::format, over_limit("files that it names", limits.side_files + 1, limits.side_files));
+    }
     auto stored = read();
-    const auto known = std::ranges::find(report.side_files, name, &SideFile::name);
-    if (known == report.side_files.end())
-        report.side_files.push_back({name, stored ? std::optional(hash_bytes(stored->file->bytes())) : std::nullopt});
+    if (fresh && stored) known->second = hash_bytes(stored->file->bytes());
     return stored;
 }
 
@@ -202,19 +215,19 @@ Result<Hash128> hash_of_source(const fs::path& path, const ReadOptions& options)
 int32_t load_texture(const SourceFile& file, const std::string& name, TriMesh& mesh, ReadReport& report) {
     std::string portable = name;
     std::replace(portable.begin(), portable.end(), '\\', '/');
-    const auto without = [&](const std::string& why) {
-        report.warnings.push_back("texture '" + name + "' cannot be read" + why +
-                                  "; its material keeps its plain colour");
-        return -1;
+    const auto load = [&]() -> Result<int32_t> {
+        auto bytes = file.side_file(portable, file.limits.unpacked_bytes, report);
+        if (!bytes) return tl::unexpected(bytes.error());
+        if (file.only_names) return -1;
+        auto image = decode_image(bytes->bytes, name, file.limits.image_side);
+        if (auto whole = bytes->intact(); !whole) return tl::unexpected(whole.error());
+        return file.add_image(std::move(image), mesh);
     };
-    auto bytes = file.side_file(portable, file.limits.unpacked_bytes, report);
-    if (file.only_names) return -1;
-    if (!bytes) return without(" (" + bytes.error().message + ")");
-    auto image = decode_image(bytes->bytes, name, file.limits.image_side);
-    if (auto whole = bytes->intact(); !whole) return without(" (" + whole.error().message + ")");
-    if (!image) return without(" (" + image.error().message + ")");
-    mesh.images.push_back(std::move(*image));
-    return static_cast<int32_t>(mesh.images.size()) - 1;
+    const auto number = load();
+    if (number) return *number;
+    file.warn(report, "texture '" + name + "' cannot be read (" + number.error().message +
+                          "); its material keeps its plain colour");
+    return -1;
 }
 
 Result<TriMesh> read_mesh(const fs::path& path, const ReadOptions& options, ReadReport* report) {

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/mat4x4.hpp>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -52,19 +53,15 @@ struct ReadOptions {
     int gltf_mesh = -1;  // glTF: this mesh alone, before nodes place it; -1: all that stands in the scene, as one
 };
 
-// A file that a mesh file refers to: a material library, a texture, a buffer.
-struct SideFile {
-    std::string name;                // as the mesh file calls it
-    std::optional<Hash128> content;  // as stored; nothing where it could not be read
-};
-
 // What was found in a file.
 struct ReadReport {
     MeshFormat format = MeshFormat::ply;  // the format it was read as
     uint64_t polygons = 0;                // faces with more than three corners, cut into triangles
     std::vector<std::string> warnings;    // one line each, UTF-8
-    std::vector<SideFile> side_files;     // that were looked for, in the order in which they are named, each once
-    Hash128 source;                       // as hash_of_source, where it was asked for
+    // Files that were looked for, material libraries, textures and buffers, as the mesh file calls them: what each
+    // holds, as stored; nothing where it could not be read.
+    std::map<std::string, std::optional<Hash128>> side_files;
+    Hash128 source;  // as hash_of_source, where it was asked for
 };
 
 // The format is told by content first, then by the file's extension (".gz" is looked through).

@@ -27,6 +27,7 @@ void CommandPool::begin(VkCommandBuffer commands) {
     VkCommandBufferBeginInfo info{};
     info.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
     info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    LODE_VK(vkResetCommandBuffer(commands, 0));  // whoever began it before may have failed on the way
     LODE_VK(vkBeginCommandBuffer(commands, &info));
 }
 

@@ -89,7 +89,7 @@ namespace {
 // One level of an atlas as a mesh. Samples of all charts are numbered in turn.
 class Extraction {
 public:
-    // Samples are numbered in 32 bits (AtlasLimits::samples).
+    // Samples are numbered in 32 bits (Limits::samples).
     Extraction(const Atlas& atlas, uint32_t level) : atlas_(atlas), level_(level), first_(1, 0) {
         for (uint32_t c = 0; c < atlas.charts(); ++c)
             first_.push_back(first_[c] + (cells_at(c) + 1) * (cells_at(c) + 1));

@@ -120,12 +120,11 @@ Result<uint32_t> read_about(const ChunkFile& file, Atlas& atlas) {
     return charts;
 }
 
-Result<void> check_limits(uint32_t charts, const Atlas& atlas, const AtlasLimits& limits) {
-    const auto past = [](const char* what, uint64_t is, uint64_t most) {
-        return fail(Fault::format, std::to_string(is) + " " + what + ", and this program takes " +
-                                       std::to_string(most) +
-                                       " at most; bake with fewer clusters or a lower resolution");
-    };
+tl::unexpected<Error> past(const char* what, uint64_t is, uint64_t most) {
+    return fail(Fault::format, "has " + std::to_string(is) + " " + what + "; the limit is " + std::to_string(most) +
+                                   "; bake with fewer clusters or a lower resolution");
+}
+Result<void> check_counts(uint32_t charts, const Atlas& atlas, const Limits& limits) {
     if (charts == 0) return fail(Fault::format, "vgi/atlas: there are no charts; bake the asset again");
     if (charts > limits.charts) return past("charts", charts, limits.charts);
     for (const LayerName& name : layers) {
@@ -133,11 +132,6 @@ Result<void> check_limits(uint32_t charts, const Atlas& atlas, const AtlasLimits
         if (pages > limits.pages) return past("pages", pages, limits.pages);
     }
     return {};
-}
-Result<void> check_samples(const Atlas& atlas, const AtlasLimits& limits) {
-    if (atlas.texels() <= limits.samples) return {};
-    return fail(Fault::format, std::to_string(atlas.texels()) + " samples, and this program takes " +
-                                   std::to_string(limits.samples) + " at most; bake with a lower resolution");
 }
 
 // Errors that never fall and spheres that are some.
@@ -157,10 +151,10 @@ Result<void> check_numbers(const Atlas& atlas) {
 }
 
 // What is told of every chart, once the cells are known.
-Result<void> read_charts(const ChunkFile& file, uint32_t charts, const AtlasLimits& limits, Atlas& atlas) {
+Result<void> read_charts(const ChunkFile& file, uint32_t charts, const Limits& limits, Atlas& atlas) {
     const auto wrong = [&](const std::string& what) { return tl::unexpected(wrong_asset(file, what)); };
     const std::string path = file.path().string();
-    if (auto good = check_limits(charts, atlas, limits); !good) return fail_at(path, good.error());
+    if (auto good = check_counts(charts, atlas, limits); !good) return fail_at(path, good.error());
     auto sides = file.array<GluedSide>("vgi/sides");
     auto clusters = file.array<uint32_t>("vgi/clusters");
     auto trimmed_levels = file.array<uint8_t>("vgi/left_out");
@@ -179,7 +173,7 @@ Result<void> read_charts(const ChunkFile& file, uint32_t charts, const AtlasLimi
         return wrong("vgi/atlas: the number of charts does not fit the other chunks");
     atlas.sides.assign(sides->begin(), sides->end());
     atlas.lay_out({trimmed_levels->begin(), trimmed_levels->end()});
-    if (auto good = check_samples(atlas, limits); !good) return fail_at(path, good.error());
+    if (atlas.texels() > limits.samples) return fail_at(path, past("samples", atlas.texels(), limits.samples).value());
     atlas.cluster.assign(clusters->begin(), clusters->end());
     atlas.errors.assign(errors->begin(), errors->end());
     atlas.bounds.assign(bounds->begin(), bounds->end());
@@ -228,7 +222,7 @@ Result<void> AtlasFile::find_pages(Layer layer) {
     return {};
 }
 
-Result<AtlasFile> AtlasFile::open(const ChunkFile& file, const AtlasLimits& limits) {
+Result<AtlasFile> AtlasFile::open(const ChunkFile& file, const Limits& limits) {
     AtlasFile opened(file);
     Atlas& atlas = opened.about_;
     const auto charts = read_about(file, atlas);

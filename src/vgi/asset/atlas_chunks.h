@@ -3,6 +3,7 @@
 
 #include "base/files/chunk_file.h"
 #include "base/result.h"
+#include "mesh/limits.h"
 #include "vgi/asset/atlas.h"
 #include "vgi/asset/pages.h"
 
@@ -12,18 +13,11 @@ namespace lodestone::vgi {
 // vgi/geometry_ends, vgi/geometry_sums, vgi/geometry_pages.
 Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer);
 
-// What no atlas may pass; one that does is refused as it is opened.
-struct AtlasLimits {
-    uint64_t charts = (uint64_t{1} << 28) - 1;   // shaders keep a level in the four bits above (vgi_texels.h)
-    uint64_t pages = (uint64_t{1} << 32) - 2;    // of either layer: they are numbered in 32 bits
-    uint64_t samples = (uint64_t{1} << 32) - 2;  // of positions: extract() numbers those of level 0 in 32 bits
-};
-
 // An atlas whose pages stay in the file until they are asked for.
 class AtlasFile {
 public:
-    // Checks everything but the pages. Errors name file and chunk; Fault::format.
-    static Result<AtlasFile> open(const ChunkFile& file, const AtlasLimits& limits = {});
+    // Checks everything but the pages. Errors name file and chunk; Fault::format. limits: charts, pages, samples.
+    static Result<AtlasFile> open(const ChunkFile& file, const Limits& limits = {});
 
     // Everything but the images, whose vectors are empty.
     const Atlas& about() const { return about_; }

@@ -98,11 +98,11 @@ struct Plane {
     // parent it is.
     uint32_t own_error(const Bintree& tree, GridPoint p) const {
         double own = 0, of_children = 0;
-        const auto [a, b] = tree.hypotenuse(p);
-        tree.for_parents(p, [&](GridPoint apex) { own = std::max(own, off_plane(p, a, b, apex)); });
+        const auto ends = tree.hypotenuse(p);
+        tree.for_parents(p, [&](GridPoint apex) { own = std::max(own, off_plane(p, ends[0], ends[1], apex)); });
         tree.for_children(p, [&](GridPoint child) {
-            const auto [c, d] = tree.hypotenuse(child);
-            of_children = std::max(of_children, off_plane(child, c, d, p));
+            const auto its_ends = tree.hypotenuse(child);
+            of_children = std::max(of_children, off_plane(child, its_ends[0], its_ends[1], p));
         });
         uint32_t code = round_up(error_code_of_squared(own), level);
         if (of_children > 0) {

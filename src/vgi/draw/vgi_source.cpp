@@ -415,9 +415,9 @@ void share_lists(const Totals& totals, std::span<const OpenAtlas> atlases, const
     shares.all_list_bytes = on_device ? shares.device.list_bytes() : shares.list_bytes * list_regions;
 }
 
-// Shaders number pages, charts and texels of the pools in 32 bits; each atlas alone is within AtlasLimits.
+// Shaders number pages, charts and texels of the pools in 32 bits; each atlas alone is within Limits.
 Result<void> check_totals(const Totals& totals) {
-    const AtlasLimits limits;
+    const Limits limits;
     const uint64_t pages = totals.pages[0] + totals.pages[1];
     if (totals.base[0] <= limits.charts && pages <= limits.pages &&
         totals.base[0] + totals.mip_tail_slots <= most_slots)

@@ -55,11 +55,11 @@ void equals_measuring_every_level(const ProgressiveMesh& pm) {
 }
 
 TEST(LevelDistance, IsWhatMeasuringEveryLevelFinds) {
-    for (const auto& [name, mesh] : {std::pair("rock", fixtures::repaired(Shape::rock, 800)),
-                                     std::pair("terrain", fixtures::repaired(Shape::terrain, 800)),
-                                     std::pair("cliff", fixtures::repaired(Shape::cliff, 800)),
-                                     std::pair("vase", fixtures::repaired(Shape::vase, 800)),
-                                     std::pair("debris", fixtures::grid_with_debris())}) {
+    for (const auto& [name, mesh] :
+         {std::pair("rock", fixtures::repaired(Shape::rock, 800)),
+          std::pair("terrain", fixtures::repaired(Shape::terrain, 800)),
+          std::pair("cliff", fixtures::repaired(Shape::cliff, 800)),
+          std::pair("vase", fixtures::repaired(Shape::vase, 800)), std::pair("debris", fixtures::grid_with_debris())}) {
         SCOPED_TRACE(name);
         equals_measuring_every_level(baked(mesh, *make_quadric_simplifier()));
     }

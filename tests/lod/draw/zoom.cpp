@@ -73,7 +73,8 @@ ZoomFigures zoom_on(std::shared_ptr<const ProgressiveMesh> pm, const LodOptions&
         figures.last_triangles = static_cast<uint32_t>(triangles);
         if (frame > 0 && triangles != triangles_before) {
             ++figures.changed;
-            figures.most_changed = std::max(figures.most_changed, std::abs(triangles - triangles_before) / triangles_before);
+            figures.most_changed =
+                std::max(figures.most_changed, std::abs(triangles - triangles_before) / triangles_before);
         }
         for (size_t w = 0; w < before.size(); ++w) {
             if (before[w] == places[w]) continue;

@@ -30,7 +30,7 @@ TEST_P(Zoom, ChangesTheLevelInMostFramesAndByFewTriangles) {
 TEST_P(Zoom, NoWedgeJumpsWhereVerticesMorph) {
     const auto pm = baked(GetParam(), 10000);
     ZoomOptions options;
-    options.frames = 300;
+    options.nearest = 5;  // so that full detail is not drawn
     const ZoomFigures morphed = zoom_on(pm, {.geomorph = true}, options);
     EXPECT_GE(morphed.changed, morphed.frames / 3);
     EXPECT_LE(morphed.farthest, 1);
@@ -39,7 +39,7 @@ TEST_P(Zoom, NoWedgeJumpsWhereVerticesMorph) {
     EXPECT_GT(zoom_on(pm, {.geomorph = true, .morphing_share = 0.05}, options).farthest, morphed.farthest);
 }
 
-INSTANTIATE_TEST_SUITE_P(Shapes, Zoom, testing::Values(Shape::rock, Shape::terrain, Shape::vase));
+INSTANTIATE_TEST_SUITE_P(Shapes, Zoom, testing::Values(Shape::rock, Shape::terrain, Shape::torus));
 
 }  // namespace
 }  // namespace lodestone

@@ -353,5 +353,60 @@ TEST_F(HostileTest, NamesThatAreNoUtf8ReachNoReport) {
     EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("béton.mtl")));
 }
 
+TEST_F(HostileTest, WhatAMeshNamesIsBoundedInNumberAndSize) {
+    const std::string faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
+    std::string libraries;
+    for (int i = 0; i < 50; ++i) libraries += "mtllib " + std::to_string(i) + ".mtl\n";
+    ReadOptions options;
+    options.limits.side_files = 5;
+    options.limits.warnings = 7;
+    ReadReport report;
+    ASSERT_TRUE(read_mesh(put("a.obj", libraries + faces), options, &report));
+    EXPECT_EQ(report.side_files.size(), 5u);
+    ASSERT_EQ(report.warnings.size(), 8u);
+    EXPECT_THAT(report.warnings[5], HasSubstr("names; the limit is 5"));
+    EXPECT_EQ(report.warnings[7], "there is more to warn of");
+    // One image by many names is many images.
+    put_image("t.png", 1);
+    put("m.mtl", "newmtl a\nmap_Kd t.png\nnewmtl b\nmap_Kd ./t.png\nnewmtl c\nmap_Kd ././t.png\n");
+    options = {};
+    options.limits.texels = 8;
+    report = {};
+    const auto mesh = read_mesh(put("b.obj", "mtllib m.mtl\n" + faces), options, &report);
+    ASSERT_TRUE(mesh);
+    EXPECT_EQ(mesh->images.size(), 2u);
+    EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("12 texels; the limit is 8")));
+}
+
+TEST_F(HostileTest, GltfImagesReachNoFurtherThanTheirBuffer) {
+    Document document;
+    document.material = "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}}";
+    std::string json = document.json();
+    json.insert(json.find("\"nodes\""),
+                "\"images\":[{\"bufferView\":2,\"mimeType\":\"image/png\"}],\"textures\":[{\"source\":0}],");
+    const std::string more = ",{\"buffer\":0,\"byteOffset\":32,\"byteLength\":90}";
+    json.insert(json.find("],\"accessors\""), more);
+    ReadReport report;
+    ASSERT_TRUE(read_mesh(put("a.gltf", json), {}, &report));
+    EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("past the end of its buffer")));
+}
+
+// What fuzzing found once (make fuzz), made small: read or refused, like anything else.
+TEST_F(HostileTest, WhatWasFoundOnceIsReadOrRefused) {
+    size_t files = 0;
+    for (const auto& entry : fs::directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / "tests/mesh/io/found")) {
+        SCOPED_TRACE(entry.path().filename());
+        ++files;
+        const auto mesh = read_mesh(entry.path());
+        if (mesh) {
+            EXPECT_TRUE(mesh->validate());
+        } else {
+            EXPECT_FALSE(mesh.error().message.empty());
+            EXPECT_EQ(mesh.error().message.find('\n'), std::string::npos);
+        }
+    }
+    EXPECT_GT(files, 0u);
+}
+
 }  // namespace
 }  // namespace lodestone

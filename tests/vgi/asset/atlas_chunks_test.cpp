@@ -22,7 +22,7 @@ class AtlasFileTest : public testing::Test {
 protected:
     static void SetUpTestSuite() {
         TriMesh mesh = fixtures::repaired(Shape::rock, 3000);
-        mesh.material_table = {{}, {}, {}};
+        mesh.material_table.resize(3);
         mesh.materials.resize(mesh.wedge_count());
         for (size_t w = 0; w < mesh.materials.size(); ++w) mesh.materials[w] = static_cast<uint16_t>(w % 3);
         good_ = small_atlas(mesh, 64, 6);
@@ -37,10 +37,10 @@ protected:
         ASSERT_TRUE(write_chunks(atlas, *writer));
         ASSERT_TRUE(writer->commit());
     }
-    Result<AtlasFile> opened(const AtlasLimits& limits = {}) const {
+    Result<AtlasFile> opened(const Limits& limits = {}) const {
         return AtlasFile::open(*ChunkFile::open(path_), limits);
     }
-    void refused(const std::string& expect, const AtlasLimits& limits = {}) const {
+    void refused(const std::string& expect, const Limits& limits = {}) const {
         const auto file = opened(limits);
         ASSERT_FALSE(file) << expect;
         EXPECT_EQ(file.error().fault, Fault::format);
@@ -131,11 +131,20 @@ TEST_F(AtlasFileTest, APageWithAMaterialThatThereIsNotIsRefused) {
 TEST_F(AtlasFileTest, MoreThanCanBeNumberedIsRefusedByLimitAndNumber) {
     write(good_);
     const uint64_t charts = good_.charts(), pages = charts * tree_of(good_, Layer::geometry).pages();
-    EXPECT_TRUE(opened({charts, pages, good_.texels()}));
-    refused(std::to_string(charts) + " charts, and this program takes " + std::to_string(charts - 1),
-            {charts - 1, pages, good_.texels()});
-    refused(std::to_string(pages) + " pages", {charts, pages - 1, good_.texels()});
-    refused(std::to_string(good_.texels()) + " samples", {charts, pages, good_.texels() - 1});
+    Limits limits;
+    limits.charts = charts;
+    limits.pages = pages;
+    limits.samples = good_.texels();
+    EXPECT_TRUE(opened(limits));
+    const auto past = [&](const char* what, uint64_t Limits::*limit) {
+        Limits smaller = limits;
+        const uint64_t is = smaller.*limit;
+        smaller.*limit -= 1;
+        refused("has " + std::to_string(is) + " " + what + "; the limit is " + std::to_string(is - 1), smaller);
+    };
+    past("charts", &Limits::charts);
+    past("pages", &Limits::pages);
+    past("samples", &Limits::samples);
 }
 
 TEST_F(AtlasFileTest, ContentThatIsNoNumberOrGluedWronglyIsRefused) {

@@ -1,0 +1,61 @@
+// Families of pages below their checksums: whatever the bytes are, they are refused or unpack to pages of the right
+// size, parents and children alike. Input: cells, channels, family, mode; then the family's bytes as they are, or what
+// pages to encode and where to damage what comes of them: few inputs are streams that zstd takes.
+#include <cstdlib>
+
+#include "base/random.h"
+#include "vgi/asset/pages.h"
+
+using namespace lodestone;
+using namespace lodestone::vgi;
+
+namespace {
+
+// All pages of a chart with values from a few bytes: noise of so many bits over a slope.
+std::vector<Page> pages_of(const PageTree& tree, size_t channels, std::span<const uint8_t> from) {
+    Random random(from.size() < 2 ? 0 : from[0] | from[1] << 8);
+    const uint32_t bits = from.size() < 3 ? 3 : from[2] % 17;
+    const size_t plane = size_t{tree.samples_per_side()} * tree.samples_per_side();
+    std::vector<Page> pages(tree.pages());
+    for (Page& page : pages) {
+        for (size_t i = 0; i < channels * plane; ++i)
+            page.values.push_back(static_cast<uint16_t>(i % plane + random.below(1u << bits)));
+    }
+    return pages;
+}
+
+// Pairs of bytes name places and what to write there.
+void damage(std::vector<std::byte>& bytes, std::span<const uint8_t> by) {
+    for (size_t i = 0; i + 3 <= by.size() && !bytes.empty(); i += 3)
+        bytes[(by[i] | by[i + 1] << 8) % bytes.size()] = static_cast<std::byte>(by[i + 2]);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    if (size < 4) return 0;
+    const std::span<const uint8_t> rest(data + 4, size - 4);
+    const PageTree tree{2u << data[0] % 7};  // 2 .. 128 cells
+    const Layer layer = (data[1] & 8) != 0 ? Layer::attributes : Layer::geometry;
+    const auto channels = channels_of({true, (data[1] & 1) != 0, (data[1] & 2) != 0, (data[1] & 4) != 0}, layer);
+    const uint32_t family = data[2] % tree.families();
+    std::vector<std::byte> bytes;
+    if (data[3] % 4 == 0) {
+        const auto raw = std::as_bytes(rest);
+        bytes.assign(raw.begin(), raw.end());
+    } else {
+        bytes = encode_family(tree, channels, family, pages_of(tree, channels.size(), rest));
+        if (rest.size() > 3) damage(bytes, rest.subspan(3));
+    }
+    const auto unpacked = PageFamily::unpack(tree, channels, family, bytes);
+    if (!unpacked) return 0;
+    Page parent;
+    const size_t values = channels.size() * tree.samples_per_side() * tree.samples_per_side();
+    parent.values.assign(values, 0x1234);
+    for (uint32_t k = 0; k < PageTree::members(family); ++k) {
+        const uint32_t number = tree.member(family, k);
+        const Page page = unpacked->page(number, number == 0 ? nullptr : &parent);
+        if (page.values.size() != values) std::abort();
+    }
+    return 0;
+}

@@ -1,0 +1,12 @@
+// glTF and GLB, told by content.
+#include "fuzz/mutators.h"
+#include "fuzz/read_check.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    lodestone::fuzz::check_mesh({{"a.gltf", {reinterpret_cast<const char*>(data), size}}});
+    return 0;
+}
+
+extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t most, unsigned seed) {
+    return lodestone::fuzz::mutate_glb(data, size, most, seed);
+}

@@ -1,0 +1,12 @@
+// Textures: PNG and JPEG.
+#include "fuzz/mutators.h"
+#include "fuzz/read_check.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    lodestone::fuzz::check_image(data, size);
+    return 0;
+}
+
+extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t most, unsigned seed) {
+    return lodestone::fuzz::mutate_png(data, size, most, seed);
+}

@@ -1,0 +1,190 @@
+// make_seeds FOLDER: what each driver begins with, in a folder of its name. Small files of every kind that the readers
+// know, made here so that none is kept.
+#include <tiffio.h>
+#include <zlib.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "mesh/generate.h"
+#include "mesh/io/image_file.h"
+#include "mesh/io/write.h"
+
+namespace lodestone::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string content_of(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class Seeds {
+public:
+    explicit Seeds(fs::path folder) : folder_(std::move(folder)) {}
+
+    void put(const std::string& driver, const std::string& name, const std::string& content) {
+        fs::create_directories(folder_ / driver);
+        std::ofstream(folder_ / driver / name, std::ios::binary) << content;
+    }
+    // Also packed, for the driver that unpacks.
+    void put_packed(const std::string& driver, const std::string& name, const std::string& content) {
+        put(driver, name, content);
+        const fs::path path = folder_ / "packed.gz";
+        const gzFile zip = gzopen(path.c_str(), "wb1");
+        gzwrite(zip, content.data(), static_cast<unsigned>(content.size()));
+        gzclose(zip);
+        put("gzip", driver + "-" + name + ".gz", content_of(path));
+        fs::remove(path);
+    }
+    std::string written(const TriMesh& mesh, const std::string& name) {
+        const fs::path path = folder_ / name;
+        fs::create_directories(folder_);
+        if (!write_mesh(mesh, path)) return "";
+        std::string content = content_of(path);
+        fs::remove(path);
+        return content;
+    }
+
+private:
+    fs::path folder_;
+};
+
+TriMesh painted(TriMesh mesh) {
+    mesh.uvs.resize(mesh.wedge_count(), glm::vec2(0.25f, 0.75f));
+    mesh.colours.resize(mesh.wedge_count(), glm::u8vec4(1, 2, 3, 255));
+    mesh.normals.resize(mesh.wedge_count(), glm::vec3(0, 0, 1));
+    mesh.materials.resize(mesh.wedge_count(), 0);
+    Material material;
+    material.name = "paint";
+    material.base_colour_image = 0;
+    mesh.material_table = {material};
+    mesh.images = {Image{2, 2, std::vector<glm::u8vec4>(4, {9, 8, 7, 255})}};
+    return mesh;
+}
+
+void make_meshes(Seeds& seeds) {
+    const TriMesh plain = generate(Shape::grid, 8, 1), rich = painted(generate(Shape::grid, 8, 1));
+    seeds.put_packed("ply", "plain.ply", seeds.written(plain, "a.ply"));
+    seeds.put("ply", "rich.ply", seeds.written(rich, "b.ply"));
+    seeds.put("ply", "text.ply",
+              "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty double y\nproperty float "
+              "z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float s\nproperty float "
+              "t\nelement face 1\nproperty list uchar int vertex_indices\nelement edge 1\nproperty int a\nend_header\n"
+              "0 0 0 255 0 0 0 0\n1 0 0 0 255 0 1 0\n1 1 0 0 0 255 1 1\n0 1 0 9 9 9 0 1\n4 0 1 2 3\n0\n");
+    seeds.put("ply", "big.ply",
+              "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty short x\nproperty short y\nproperty short "
+              "z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n" +
+                  std::string(18, '\1') + std::string("\0\0\0\3\0\0\0\0\0\0\0\1\0\0\0\2", 16));
+    seeds.put_packed("gltf", "plain.glb", seeds.written(plain, "a.glb"));
+    seeds.put("gltf", "rich.glb", seeds.written(rich, "b.glb"));
+    seeds.put("gltf", "text.gltf",
+              "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":60,\"uri\":\"data:application/"
+              "octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/"
+              "AAAAAAAAAAAAAIA/\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36},{\"buffer\":0,\"byteOffset\":36,"
+              "\"byteLength\":24}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":"
+              "\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":0,\"componentType\":5121},\"values\":{"
+              "\"bufferView\":0}}},{\"bufferView\":1,\"componentType\":5126,\"count\":3,\"type\":\"VEC2\"}],"
+              "\"extensionsUsed\":[\"KHR_texture_transform\"],\"materials\":[{\"pbrMetallicRoughness\":{"
+              "\"baseColorTexture\":{\"index\":0,\"extensions\":{\"KHR_texture_transform\":{\"offset\":[0,1],"
+              "\"rotation\":1,\"scale\":[2,3]}}}}}],\"textures\":[{\"source\":0}],\"images\":[{\"uri\":\"a.png\"}],"
+              "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1},\"material\":0,\"mode\":"
+              "5}]}],\"nodes\":[{\"mesh\":0,\"rotation\":[0,0,0,1]},{\"children\":[0],\"scale\":[1,2,3]}],\"scenes\":[{"
+              "\"nodes\":[1]}],\"scene\":0}");
+    const std::string library = "newmtl red\nKd 1 0 0\nd 0.5\nmap_Kd -s 1 1 1 a.png\n";
+    const std::string obj =
+        "mtllib a.mtl\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 0 0 1\nvt 0 0\nvn 0 0 1\ng a\nusemtl red\n"
+        "f 1/1/1 2/1/1 \\\n3//1 4/1\nf -1 -2 -3\n";
+    seeds.put("obj", "rich.obj", obj + std::string(1, '\0') + library);
+    seeds.put_packed("obj", "plain.obj", seeds.written(plain, "a.obj"));
+    seeds.put_packed("off", "plain.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n");
+    seeds.put("off", "rich.off",
+              "STCNOFF\n3 1 0\n0 0 0 0 0 1 255 0 0 255 0 0\n1 0 0 0 0 1 0.5 0 0 1 0 1\n1 1 0 0 0 1 0 0 0 1 1 1\n3 0 1 "
+              "2 9 9\n");
+    seeds.put_packed("stl", "text.stl",
+                     "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+                     "endfacet\nendsolid\n");
+    seeds.put("stl", "binary.stl", std::string(80, ' ') + std::string("\1\0\0\0", 4) + std::string(50, '\1'));
+}
+
+std::string tiff(const fs::path& path, bool tiled, uint16_t compression) {
+    TIFF* file = TIFFOpen(path.c_str(), "w");
+    std::vector<float> samples(16 * 16);
+    for (size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<float>(i % 7);
+    for (const auto& [tag, value] : {std::pair(TIFFTAG_IMAGEWIDTH, 16), std::pair(TIFFTAG_IMAGELENGTH, 16)})
+        TIFFSetField(file, static_cast<uint32_t>(tag), value);
+    TIFFSetField(file, TIFFTAG_BITSPERSAMPLE, 32);
+    TIFFSetField(file, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+    TIFFSetField(file, TIFFTAG_SAMPLESPERPIXEL, 1);
+    TIFFSetField(file, TIFFTAG_COMPRESSION, compression);
+    TIFFSetField(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    if (tiled) {
+        TIFFSetField(file, TIFFTAG_TILEWIDTH, 16);
+        TIFFSetField(file, TIFFTAG_TILELENGTH, 16);
+        TIFFWriteTile(file, samples.data(), 0, 0, 0, 0);
+    } else {
+        TIFFSetField(file, TIFFTAG_ROWSPERSTRIP, 4);
+        for (uint32_t y = 0; y < 16; ++y) TIFFWriteScanline(file, samples.data() + y * 16, y, 0);
+    }
+    TIFFClose(file);
+    std::string content = content_of(path);
+    fs::remove(path);
+    return content;
+}
+
+// A grey PNG of 16 bits, 4 by 4 samples.
+std::string png_heights() {
+    std::string rows;
+    for (int y = 0; y < 4; ++y) rows += std::string(1, '\0') + std::string("\0\1\0\2\0\3\x80\0", 8);
+    uLongf size = compressBound(static_cast<uLong>(rows.size()));
+    std::string packed(size, 0);
+    compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()),
+             static_cast<uLong>(rows.size()));
+    packed.resize(size);
+    const auto big = [](size_t value) {
+        return std::string{static_cast<char>(value >> 24), static_cast<char>(value >> 16),
+                           static_cast<char>(value >> 8), static_cast<char>(value)};
+    };
+    std::string png("\x89PNG\r\n\x1a\n");
+    for (const auto& [name, content] :
+         {std::pair<std::string, std::string>("IHDR", big(4) + big(4) + std::string("\x10\0\0\0\0", 5)),
+          {"IDAT", packed},
+          {"IEND", ""}}) {
+        const std::string body = name + content;
+        png += big(content.size()) + body +
+               big(crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size())));
+    }
+    return png;
+}
+
+void make_images(Seeds& seeds, const fs::path& folder) {
+    Image image{9, 7, {}};
+    for (uint32_t i = 0; i < 63; ++i)
+        image.texels.emplace_back(static_cast<uint8_t>(i * 4), static_cast<uint8_t>(i), uint8_t{77}, uint8_t{255});
+    const auto text = [](const Result<std::vector<std::byte>>& bytes) {
+        return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+    };
+    seeds.put("images", "a.png", text(encode_png(image)));
+    seeds.put("images", "a.jpg", text(encode_jpeg(image, 80)));
+    seeds.put_packed("heights", "a.png", png_heights());
+    seeds.put_packed("heights", "tiled.tif", tiff(folder / "a.tif", true, COMPRESSION_NONE));
+    seeds.put("heights", "rows.tif", tiff(folder / "a.tif", false, COMPRESSION_NONE));
+    seeds.put("heights", "lzw.tif", tiff(folder / "a.tif", false, COMPRESSION_LZW));
+    seeds.put("heights", "deflate.tif", tiff(folder / "a.tif", true, COMPRESSION_ADOBE_DEFLATE));
+}
+
+}  // namespace
+}  // namespace lodestone::fuzz
+
+int main(int argc, char** argv) {
+    if (argc != 2) {
+        std::fprintf(stderr, "make_seeds FOLDER\n");
+        return 2;
+    }
+    lodestone::fuzz::Seeds seeds(argv[1]);
+    lodestone::fuzz::make_meshes(seeds);
+    lodestone::fuzz::make_images(seeds, argv[1]);
+}

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <optional>
 #include <string>
 
 #include "apps/commands/commands.h"
@@ -14,15 +15,10 @@ using namespace lodestone;
 
 namespace {
 
-int run_program(int argc, char** argv) {
-    CLI::App app(
+void describe(CLI::App& app) {
+    app.description(
         "Lodestone, a continuous level-of-detail engine: progressive meshes, virtual geometry images and two baselines "
-        "on one renderer.",
-        "lodestone");
-    app.set_version_flag("--version", "lodestone " LODESTONE_VERSION " (" + source_commit() + ")");
-    bool verbose = false, quiet = false;
-    app.add_flag("-v,--verbose", verbose, "Say more on stderr");
-    app.add_flag("-q,--quiet", quiet, "No progress and no warnings");
+        "on one renderer.");
     app.footer(
         "Backends are lod (progressive meshes), vgi (virtual geometry images), discrete (a chain of simplified\n"
         "meshes) and full (the source mesh).\n"
@@ -34,9 +30,11 @@ int run_program(int argc, char** argv) {
         "failed;\n"
         "2 wrong usage; 3 bad input or unreadable asset; 4 machine, device or disk cannot; 130 interrupted.\n\n"
         "lodestone SUBCOMMAND --help lists the options of a subcommand.");
+}
+
+void add_subcommands(CLI::App& app, Run& run) {
     app.require_subcommand(1);
     app.fallthrough();
-    Run run;
     add_bake(app, run);
     add_info(app, run);
     add_verify(app, run);
@@ -48,6 +46,10 @@ int run_program(int argc, char** argv) {
     add_tune(app, run);
     add_view(app, run);
     add_probe(app, run);
+}
+
+// The exit code, where the words end the program.
+std::optional<int> parse(CLI::App& app, int argc, char** argv) {
     const char* const* named = std::find_if(argv + 1, argv + argc, [](const char* word) { return word[0] != '-'; });
     const auto is_named = [&](const CLI::App* command) { return command->get_name() == *named; };
     if (named != argv + argc && app.get_subcommands(is_named).empty()) {
@@ -63,6 +65,19 @@ int run_program(int argc, char** argv) {
         std::fprintf(stderr, "lodestone: %s; see lodestone --help\n", printable(e.what()).c_str());
         return static_cast<int>(Fault::usage);
     }
+    return std::nullopt;
+}
+
+int run_program(int argc, char** argv) {
+    CLI::App app("", "lodestone");
+    describe(app);
+    app.set_version_flag("--version", "lodestone " LODESTONE_VERSION " (" + source_commit() + ")");
+    bool verbose = false, quiet = false;
+    app.add_flag("-v,--verbose", verbose, "Say more on stderr");
+    app.add_flag("-q,--quiet", quiet, "No progress and no warnings");
+    Run run;
+    add_subcommands(app, run);
+    if (const std::optional<int> ended = parse(app, argc, argv)) return *ended;
     set_verbosity(quiet ? Verbosity::quiet : verbose ? Verbosity::verbose : Verbosity::normal);
     catch_interrupts();
     const Result<int> code = run();

@@ -54,13 +54,50 @@ Result<std::deque<Press>> script_of(const std::string& text) {
     return script;
 }
 
+// Plays a script in the viewer.
+class ScriptPlayer {
+public:
+    explicit ScriptPlayer(std::deque<Press> script) : script_(std::move(script)), scripted_(!script_.empty()) {}
+
+    // After every frame. False where the script has ended.
+    bool go_on(Viewer& viewer, Window& window) {
+        if (!scripted_ || viewer.baking() || --wait_ > 0) return true;
+        if (script_.empty()) return false;
+        const Press& press = script_.front();
+        if (press.key != nullptr) window.press(press.key->key);
+        if (!press.file.empty()) viewer.load(press.file);
+        wait_ = std::max(1u, press.wait);
+        script_.pop_front();
+        return true;
+    }
+
+private:
+    std::deque<Press> script_;
+    const bool scripted_;
+    uint32_t wait_ = frames_per_key;
+};
+
+Result<void> act_on_keys(Viewer& viewer, Window& window) {
+    for (const ViewKey& key : view_keys()) {
+        if (window.ctrl() || !window.pressed(key.key)) continue;
+        if (auto done = key.act(viewer); !done) return done;
+    }
+    if (window.ctrl() && window.pressed(static_cast<Key>('C'))) ImGui::SetClipboardText(viewer.camera_text().c_str());
+    if (window.ctrl() && window.pressed(static_cast<Key>('V'))) {
+        const char* text = ImGui::GetClipboardText();
+        if (auto taken = viewer.take_camera(text != nullptr ? text : ""); !taken)
+            viewer.message = taken.error().message;
+    }
+    return {};
+}
+
 Result<int> view(const Options& o) {
     for (const auto& [option, name] : {std::pair("--backend", o.backend), std::pair("--right", o.right)}) {
         if (auto known = check_backend(option, name); !known) return tl::unexpected(known.error());
     }
     auto script = script_of(o.keys);
     if (!script) return tl::unexpected(script.error());
-    const bool scripted = !script->empty();
+    ScriptPlayer player(std::move(*script));
     const Progress progress = terminal_progress();
     SceneNeeds needs = needs_of({o.backend}, Need::welcome);
     needs.quickly = true;
@@ -79,29 +116,13 @@ Result<int> view(const Options& o) {
         viewer.pixel_error = o.pixel_error;
         viewer.shader_folder = o.shaders;
         if (auto done = viewer.show(std::move(stage->scene)); !done) return tl::unexpected(done.error());
-        uint32_t wait = frames_per_key;
         while ((*window)->poll() && !progress.stopped()) {
             if ((*window)->pressed(Key::escape)) break;
-            for (const ViewKey& key : view_keys()) {
-                if ((*window)->ctrl() || !(*window)->pressed(key.key)) continue;
-                if (auto done = key.act(viewer); !done) return tl::unexpected(done.error());
-            }
-            if ((*window)->ctrl() && (*window)->pressed(static_cast<Key>('C')))
-                ImGui::SetClipboardText(viewer.camera_text().c_str());
-            if ((*window)->ctrl() && (*window)->pressed(static_cast<Key>('V'))) {
-                const char* text = ImGui::GetClipboardText();
-                if (auto taken = viewer.take_camera(text != nullptr ? text : ""); !taken)
-                    viewer.message = taken.error().message;
-            }
+            if (auto done = act_on_keys(viewer, **window); !done) return tl::unexpected(done.error());
             if (auto done = viewer.turn([&] { describe_panel(viewer); }); !done) return tl::unexpected(done.error());
             ++frames;
             if (o.frames > 0 && frames >= o.frames) break;
-            if (!scripted || viewer.baking() || --wait > 0) continue;
-            if (script->empty()) break;
-            if (script->front().key != nullptr) (*window)->press(script->front().key->key);
-            if (!script->front().file.empty()) viewer.load(script->front().file);
-            wait = std::max(1u, script->front().wait);
-            script->pop_front();
+            if (!player.go_on(viewer, **window)) break;
         }
     }
     if (verbosity() != Verbosity::quiet) {

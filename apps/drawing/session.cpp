@@ -38,6 +38,49 @@ TriangleMarks cache_misses(const PlanMirror& mirror, size_t commands) {
     return marks;
 }
 
+std::vector<View> views_of(const ReadyScene& scene, const ShadingOptions& look, const Camera& camera, uint32_t width,
+                           uint32_t height) {
+    std::vector<View> views = {view_of(camera, width, height)};
+    views[0].culls_back_faces = !look.double_sided;
+    if (scene.scene.shadows) {
+        views.push_back(shadow_view(look.light_direction, scene.bounds.centre, std::max(scene.bounds.radius, 1e-6f),
+                                    shadow_texels));
+    }
+    return views;
+}
+
+// What is planned for: levels, or what is culled, as seen from where they were frozen.
+FrameInput as_frozen(FrameInput input, const std::optional<View>& levels, const std::optional<View>& culling) {
+    if (levels || culling) input.level_view = levels ? *levels : input.views[0];
+    if (culling) {
+        const bool culls_back_faces = input.views[0].culls_back_faces;
+        input.views[0] = *culling;
+        input.views[0].culls_back_faces = culls_back_faces;
+    }
+    return input;
+}
+
+// Carries the plan out on the CPU. Where draws need what the device computes, the plan reads it back for learn().
+Result<void> mirror_plan(PlanMirror& mirror, const FrameInput& input, Plan& plan, ShadingOptions& shown) {
+    if (auto done = mirror.execute(plan, input); !done) return done;
+    if (shown.debug == DebugView::misses)
+        shown.marks = std::make_shared<const TriangleMarks>(cache_misses(mirror, plan.commands.size()));
+    for (const uint32_t buffer : mirror.computed_for_draws(plan)) {
+        plan.commands.push_back(
+            {Stage::composite, Readback{buffer, 0, mirror.recipe().buffers[buffer].bytes, mirrored_tag | buffer}});
+    }
+    return {};
+}
+
+// Takes what mirror_plan() asked for out of the readbacks of a frame.
+void learn(std::optional<PlanMirror>& mirror, std::vector<ReadbackResult>& readbacks, uint64_t frame) {
+    for (const ReadbackResult& r : readbacks) {
+        if ((r.tag & mirrored_tag) != 0 && r.frame == frame)
+            mirror->learn(r.tag & ~mirrored_tag, {r.blob.data(), r.blob.size()});
+    }
+    std::erase_if(readbacks, [](const ReadbackResult& r) { return (r.tag & mirrored_tag) != 0; });
+}
+
 // Frames free and take the same megabytes again, those of a software rasteriser most of all. Left to itself, glibc
 // gives them back to the system each time, and faulting them in anew is a seventh of a frame.
 void keep_freed_memory() {
@@ -87,12 +130,7 @@ Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, 
 Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                                      bool empty) {
     FrameInput input;
-    input.views = {view_of(camera, width, height)};
-    input.views[0].culls_back_faces = !look.double_sided;
-    if (scene_->scene.shadows) {
-        input.views.push_back(shadow_view(look.light_direction, scene_->bounds.centre,
-                                          std::max(scene_->bounds.radius, 1e-6f), shadow_texels));
-    }
+    input.views = views_of(*scene_, look, camera, width, height);
     if (!empty) input.instances = scene_->instances;
     input.budget = budget;
     input.readbacks = std::move(readbacks_);
@@ -106,13 +144,7 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     DrawnFrame drawn;
     const auto start = std::chrono::steady_clock::now();
     const double cpu_start = thread_cpu_ms();
-    FrameInput planned = input;
-    if (frozen_levels || frozen_culling) planned.level_view = frozen_levels ? *frozen_levels : input.views[0];
-    if (frozen_culling) {
-        planned.views[0] = *frozen_culling;
-        planned.views[0].culls_back_faces = input.views[0].culls_back_faces;
-    }
-    Plan plan = source_->plan(planned);
+    Plan plan = source_->plan(as_frozen(input, frozen_levels, frozen_culling));
     drawn.plan_cpu_ms = thread_cpu_ms() - cpu_start;
     for (const std::string& warning : plan.warnings) progress_.warning(warning);
     drawn.warnings = std::move(plan.warnings);
@@ -123,15 +155,7 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     const double plan_ms = ms_since(start);
     ShadingOptions shown = look;
     if (mirror_) {
-        if (auto done = mirror_->execute(plan, input); !done) return tl::unexpected(done.error());
-        if (look.debug == DebugView::misses)
-            shown.marks = std::make_shared<const TriangleMarks>(cache_misses(*mirror_, plan.commands.size()));
-    }
-    std::vector<uint32_t> computed;
-    if (mirror_) computed = mirror_->computed_for_draws(plan);
-    for (const uint32_t buffer : computed) {
-        plan.commands.push_back(
-            {Stage::composite, Readback{buffer, 0, mirror_->recipe().buffers[buffer].bytes, mirrored_tag | buffer}});
+        if (auto done = mirror_plan(*mirror_, input, plan, shown); !done) return tl::unexpected(done.error());
     }
     const auto submitted = std::chrono::steady_clock::now();
     if (auto done = renderer_->submit(plan, input, shown, place_); !done) return tl::unexpected(done.error());
@@ -144,11 +168,7 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
         if (counters.frame == input.frame) drawn.counters = counters;
     }
     readbacks_ = renderer_->take_readbacks();
-    for (const ReadbackResult& r : readbacks_) {
-        if ((r.tag & mirrored_tag) != 0 && r.frame == input.frame)
-            mirror_->learn(r.tag & ~mirrored_tag, {r.blob.data(), r.blob.size()});
-    }
-    std::erase_if(readbacks_, [](const ReadbackResult& r) { return (r.tag & mirrored_tag) != 0; });
+    learn(mirror_, readbacks_, input.frame);
     return drawn;
 }
 

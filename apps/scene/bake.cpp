@@ -52,18 +52,13 @@ SimplifyOptions simplify_options(const BakeOptions& options) {
     return simplify;
 }
 
-// The progressive mesh with its measured errors. Figures that are not told by it go into `report`.
-Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options, Json& report,
-                                 const Progress& progress, const CheckpointFolder* work) {
-    struct Simplified {
-        CollapseList list;
-        double cpu = 0;
-    };
-    // Before hours of work, not behind them.
-    if (const uint64_t most = Limits{}.lod_triangles; mesh.triangle_count() > most)
-        return fail(Fault::format, "the mesh " + over_limit("triangles", mesh.triangle_count(), most));
-    progress.at("simplify", 0);
-    auto simplified = load_or_make<Simplified>(
+struct Simplified {
+    CollapseList list;
+    double cpu = 0;  // seconds
+};
+Result<Simplified> load_or_simplify(const TriMesh& mesh, const BakeOptions& options, const Progress& progress,
+                                    const CheckpointFolder* work) {
+    return load_or_make<Simplified>(
         work, "lod-collapses",
         [](const ChunkFile& file) -> std::optional<Simplified> {
             auto list = CollapseList::open(file);
@@ -83,6 +78,16 @@ Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options
             auto done = made.list.write_chunks(writer);
             return done ? writer.add_array("cpu", std::span(&made.cpu, 1)) : done;
         });
+}
+
+// The progressive mesh with its measured errors. Figures that are not told by it go into `report`.
+Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options, Json& report,
+                                 const Progress& progress, const CheckpointFolder* work) {
+    // Before hours of work, not behind them.
+    if (const uint64_t most = Limits{}.lod_triangles; mesh.triangle_count() > most)
+        return fail(Fault::format, "the mesh " + over_limit("triangles", mesh.triangle_count(), most));
+    progress.at("simplify", 0);
+    const auto simplified = load_or_simplify(mesh, options, progress, work);
     if (!simplified) return tl::unexpected(simplified.error());
     const CollapseList& list = simplified->list;
     report["simplify_cpu_seconds"] = simplified->cpu;

@@ -182,4 +182,67 @@ TEST(Rooms, NoneHoldsMoreThanAGlanceTakesIn) {
     }
 }
 
+// The longest function of a file laid out by clang-format: from a line to the "}" alone at the same indentation, with
+// none between that is indented alike. Blocks within functions are told, too, but are shorter.
+struct Extent {
+    size_t lines = 0;
+    std::string first;
+};
+Extent longest_function(const std::vector<std::string>& lines) {
+    Extent longest;
+    std::map<size_t, size_t> last;  // by indentation: the last line that has it
+    for (size_t i = 0; i < lines.size(); ++i) {
+        const size_t indentation = lines[i].find_first_not_of(' ');
+        if (indentation == std::string::npos || lines[i][indentation] == '#') continue;
+        const auto open = last.find(indentation);
+        if (lines[i].substr(indentation) == "}" && open != last.end() && i - open->second + 1 > longest.lines)
+            longest = {i - open->second + 1, lines[open->second].substr(indentation)};
+        last[indentation] = i;
+    }
+    return longest;
+}
+
+// Functions that are longer than they should be, by their files.
+const std::map<std::string, std::string> long_functions = {
+    {"src/mesh/io/ply.cpp", "Result<void> read_binary("},
+    {"src/render/window/canvas.cpp", "void Canvas::make_pipeline("},
+};
+
+TEST(Rooms, HaveFunctionsThatAGlanceTakesIn) {
+    constexpr size_t most_lines = 50;
+    const fs::path root = LODESTONE_SOURCE_DIR;
+    size_t longest_of_all = 0;
+    for (const char* top : {"src", "apps"}) {
+        for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
+            if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
+            const std::string name = fs::relative(entry.path(), root).string();
+            const Extent longest = longest_function(lines_of(entry.path()));
+            longest_of_all = std::max(longest_of_all, longest.lines);
+            const auto known = long_functions.find(name);
+            if (known != long_functions.end() && longest.first.starts_with(known->second)) continue;
+            EXPECT_LE(longest.lines, most_lines) << name << ": " << longest.first;
+        }
+    }
+    EXPECT_GT(longest_of_all, 30u) << "functions were not found";
+}
+
+TEST(Rooms, LongFunctionsAreNoticed) {
+    const auto function = [](const std::string& indentation, size_t lines) {
+        std::vector<std::string> text = {"namespace {", "", indentation + "int f(int a,",
+                                         indentation + "      int b) {"};
+        for (size_t i = 0; i + 3 < lines; ++i)
+            text.push_back(i == 2 ? "#ifdef A" : i == 3 ? "" : indentation + "    if (a) {");
+        text.insert(text.end(), {indentation + "}", "", "}  // namespace"});
+        return longest_function(text);
+    };
+    for (const std::string indentation : {"", "    "}) {
+        EXPECT_EQ(function(indentation, 51).lines, 51u);
+        EXPECT_EQ(function(indentation, 51).first, "int f(int a,");
+    }
+    std::vector<std::string> type(60, "    int a;");
+    type.insert(type.begin(), "struct S {");
+    type.push_back("};");
+    EXPECT_EQ(longest_function(type).lines, 0u) << "a type is no function";
+}
+
 }  // namespace

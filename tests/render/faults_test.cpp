@@ -267,9 +267,9 @@ TEST_F(WindowFaults, GoesOnWhateverBecomesOfItsSwapchain) {
 
 TEST_F(WindowFaults, TakesOnlyWhatTheSurfaceHas) {
     const auto with = [&](Capabilities capabilities, Format format) {
-        pretend(capabilities, format);
-        inject("vkQueuePresentKHR", VK_ERROR_OUT_OF_DATE_KHR);  // so that the swapchain is made anew
+        inject("vkQueuePresentKHR", VK_ERROR_OUT_OF_DATE_KHR);  // so that the next frame makes a swapchain
         EXPECT_TRUE(shown());
+        pretend(capabilities, format);
         auto done = shown();
         pretend(nullptr, nullptr);
         return done;

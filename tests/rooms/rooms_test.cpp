@@ -202,12 +202,6 @@ Extent longest_function(const std::vector<std::string>& lines) {
     return longest;
 }
 
-// Functions that are longer than they should be, by their files.
-const std::map<std::string, std::string> long_functions = {
-    {"src/mesh/io/ply.cpp", "Result<void> read_binary("},
-    {"src/render/window/canvas.cpp", "void Canvas::make_pipeline("},
-};
-
 TEST(Rooms, HaveFunctionsThatAGlanceTakesIn) {
     constexpr size_t most_lines = 50;
     const fs::path root = LODESTONE_SOURCE_DIR;
@@ -218,8 +212,6 @@ TEST(Rooms, HaveFunctionsThatAGlanceTakesIn) {
             const std::string name = fs::relative(entry.path(), root).string();
             const Extent longest = longest_function(lines_of(entry.path()));
             longest_of_all = std::max(longest_of_all, longest.lines);
-            const auto known = long_functions.find(name);
-            if (known != long_functions.end() && longest.first.starts_with(known->second)) continue;
             EXPECT_LE(longest.lines, most_lines) << name << ": " << longest.first;
         }
     }

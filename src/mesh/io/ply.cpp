@@ -398,57 +398,68 @@ private:
     }
 
     Result<void> read_binary(const Element& element, size_t items) {
-        const std::byte* data = file_.content.bytes.data();
-        const size_t end = file_.size();
         if (&element == vertex_element_ && element.fixed_bytes > 0) return read_vertices(element, items);
         if (element.role_free()) {
-            if ((end - at_) / element.fixed_bytes < items) return cut(element, item_);
+            if ((file_.size() - at_) / element.fixed_bytes < items) return cut(element, item_);
             at_ += items * element.fixed_bytes;
             return {};
         }
         const bool plain = plain_triangles(element);
         for (uint64_t item = item_; item < item_ + items; ++item) {
-            if (plain && end - at_ >= 13 && data[at_] == std::byte{3}) {
-                uint32_t i[3];
-                std::memcpy(i, data + at_ + 1, 12);
-                if (i[0] < vertices_ && i[1] < vertices_ && i[2] < vertices_) {
-                    (vertices_done_ == vertices_ ? batch_->triangles : early_faces_).push_back({i[0], i[1], i[2]});
-                    at_ += 13;
-                    continue;
-                }
-            }
-            Vertex vertex;
-            bool has_indices = false;
-            for (const Property& p : element.properties) {
-                const size_t bytes = number_bytes[static_cast<size_t>(p.type)];
-                if (!p.count_type) {
-                    if (end - at_ < bytes) return cut(element, item);
-                    if (&element == vertex_element_) vertex.set(p, load(p.type, data + at_, swap_));
-                    at_ += bytes;
-                    continue;
-                }
-                const size_t count_bytes = number_bytes[static_cast<size_t>(*p.count_type)];
-                if (end - at_ < count_bytes) return cut(element, item);
-                const double count = load(*p.count_type, data + at_, swap_);
-                at_ += count_bytes;
-                if (count < 0 || count * static_cast<double>(bytes) > static_cast<double>(end - at_))
-                    return cut(element, item);
-                const auto length = static_cast<size_t>(count);
-                if (p.role == Role::indices) {
-                    has_indices = true;
-                    corners_.clear();
-                    for (size_t k = 0; k < length; ++k)
-                        corners_.push_back(static_cast<int64_t>(load(p.type, data + at_ + k * bytes, swap_)));
-                }
-                at_ += length * bytes;
-            }
-            if (&element == vertex_element_) {
-                if (auto done = add(vertex); !done) return done;
-            } else if (has_indices) {
-                if (auto done = add_face(element, item); !done) return done;
-            }
+            if (plain && read_plain_triangle()) continue;
+            if (auto done = read_item(element, item); !done) return done;
         }
         return {};
+    }
+
+    // A list of three 32-bit numbers of vertices and nothing else; false, with nothing read, where it is something
+    // else.
+    bool read_plain_triangle() {
+        const std::byte* data = file_.content.bytes.data();
+        if (file_.size() - at_ < 13 || data[at_] != std::byte{3}) return false;
+        uint32_t i[3];
+        std::memcpy(i, data + at_ + 1, 12);
+        if (i[0] >= vertices_ || i[1] >= vertices_ || i[2] >= vertices_) return false;
+        (vertices_done_ == vertices_ ? batch_->triangles : early_faces_).push_back({i[0], i[1], i[2]});
+        at_ += 13;
+        return true;
+    }
+
+    Result<void> read_item(const Element& element, uint64_t item) {
+        Vertex vertex;
+        bool has_indices = false;
+        for (const Property& p : element.properties) {
+            if (p.count_type) {
+                if (!read_list(p)) return cut(element, item);
+                has_indices = has_indices || p.role == Role::indices;
+                continue;
+            }
+            const size_t bytes = number_bytes[static_cast<size_t>(p.type)];
+            if (file_.size() - at_ < bytes) return cut(element, item);
+            if (&element == vertex_element_) vertex.set(p, load(p.type, file_.content.bytes.data() + at_, swap_));
+            at_ += bytes;
+        }
+        if (&element == vertex_element_) return add(vertex);
+        return has_indices ? add_face(element, item) : Result<void>{};
+    }
+
+    // Indices go to corners_. False where the file ends before.
+    bool read_list(const Property& p) {
+        const std::byte* data = file_.content.bytes.data();
+        const size_t end = file_.size(), bytes = number_bytes[static_cast<size_t>(p.type)],
+                     count_bytes = number_bytes[static_cast<size_t>(*p.count_type)];
+        if (end - at_ < count_bytes) return false;
+        const double count = load(*p.count_type, data + at_, swap_);
+        at_ += count_bytes;
+        if (count < 0 || count * static_cast<double>(bytes) > static_cast<double>(end - at_)) return false;
+        const auto length = static_cast<size_t>(count);
+        if (p.role == Role::indices) {
+            corners_.clear();
+            for (size_t k = 0; k < length; ++k)
+                corners_.push_back(static_cast<int64_t>(load(p.type, data + at_ + k * bytes, swap_)));
+        }
+        at_ += length * bytes;
+        return true;
     }
 
     Result<void> read_vertices(const Element& element, size_t items) {

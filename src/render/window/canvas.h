@@ -33,6 +33,7 @@ private:
     void make_pass();
     void make_sets();
     void make_pipeline();
+    void make_pipeline_layout();
     void bind_panes();
     VkDevice device() const { return a_.device.handle(); }
 

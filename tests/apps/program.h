@@ -1,0 +1,79 @@
+// The program as scripts see it: run in a folder of the test's own, with a cache of its own.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace lodestone {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+inline std::string content_of(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class ProgramTest : public testing::Test {
+protected:
+    struct Ended {
+        int code;
+        std::string out, err;
+    };
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / ("lodestone_program_" + std::to_string(getpid()));
+        fs::create_directories(folder_);
+        setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    // Arguments as a shell would take them, run in the test's folder, by another command where one is named.
+    Ended run(const std::string& arguments, const std::string& by = "") const {
+        const std::string command =
+            "cd '" + folder_.string() + "' && " + by + LODESTONE_PROGRAM " " + arguments + " >out.txt 2>err.txt";
+        const int status = std::system(command.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder_ / "out.txt"),
+                content_of(folder_ / "err.txt")};
+    }
+    void succeeds(const std::string& arguments) const {
+        const Ended e = run(arguments);
+        EXPECT_EQ(e.code, 0) << arguments << "\n" << e.err;
+    }
+    // Ends with this code and exactly one line, which says `what`.
+    void fails(const std::string& arguments, int code, const std::string& what, const std::string& by = "") const {
+        SCOPED_TRACE(arguments);
+        const Ended e = run(arguments, by);
+        EXPECT_EQ(e.code, code);
+        EXPECT_EQ(std::count(e.err.begin(), e.err.end(), '\n'), 1) << e.err;
+        EXPECT_THAT(e.err, HasSubstr(what));
+        EXPECT_EQ(e.out, "");
+    }
+    json printed(const std::string& arguments) const {
+        const Ended e = run(arguments);
+        EXPECT_EQ(e.code, 0) << e.err;
+        const json j = json::parse(e.out, nullptr, false);
+        EXPECT_FALSE(j.is_discarded()) << e.out;
+        return j;
+    }
+    void bake_rock(const std::string& options = "") const {
+        succeeds("generate rock --triangles 3000 --seed 2 -o rock.ply");
+        succeeds("bake rock.ply -o rock.lode --report report.json " + options);
+    }
+    bool has_device() const {
+        succeeds("generate grid --triangles 2 -o probe.ply");
+        return run("render probe.ply --backend full --size 32x32 -o probe.png").code == 0;
+    }
+    fs::path folder_;
+};
+
+}  // namespace lodestone

@@ -1,5 +1,6 @@
 # Writes OUT: C++ that includes HEADER and defines, in NAMESPACE, a std::string_view for every NAME=FILE of TEXTS.
-set(code "#include \"${HEADER}\"\nnamespace ${NAMESPACE} {\n")
+# Texts may be longer than the standard asks of compilers.
+set(code "#pragma GCC diagnostic ignored \"-Woverlength-strings\"\n#include \"${HEADER}\"\nnamespace ${NAMESPACE} {\n")
 foreach(pair IN LISTS TEXTS)
   string(REGEX MATCH "^([a-z_]+)=(.*)$" matched "${pair}")
   set(name "${CMAKE_MATCH_1}")

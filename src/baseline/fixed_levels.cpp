@@ -9,7 +9,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr uint32_t vertex_buffer = 0, index_buffer = 1, mesh_pipeline = 0;
+constexpr uint32_t vertex_buffer = 0, index_buffer = 1;
 
 class FixedLevelsSource final : public FrameSource {
 public:

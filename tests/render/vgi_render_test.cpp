@@ -322,7 +322,7 @@ std::vector<std::array<glm::vec3, 3>> sorted(std::vector<std::array<glm::vec3, 3
     const auto less = [](const glm::vec3& a, const glm::vec3& b) {
         return std::tuple(a.x, a.y, a.z) < std::tuple(b.x, b.y, b.z);
     };
-    for (auto& t : triangles) std::ranges::rotate(t, std::ranges::min_element(t, less));
+    for (auto& t : triangles) std::rotate(t.begin(), std::ranges::min_element(t, less), t.end());
     std::ranges::sort(triangles, [&](const auto& a, const auto& b) {
         return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), less);
     });

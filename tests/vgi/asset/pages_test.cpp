@@ -104,9 +104,10 @@ TEST(Pages, ErrorsThatPositionsTellTakeNextToNothing) {
     };
     const ErrorCodes codes(65535 * std::sqrt(3.0));
     const auto off_triangles = [&](GridPoint p) {
-        const auto [a, b] = bintree.hypotenuse(p);
+        const auto ends = bintree.hypotenuse(p);
         double off = 0;
         bintree.for_parents(p, [&](GridPoint q) {
+            const auto& [a, b] = ends;
             const glm::dvec3 normal = glm::normalize(glm::cross(point(b) - point(a), point(q) - point(a)));
             off = std::max(off, std::abs(glm::dot(normal, point(p) - point(a))));
         });

@@ -135,7 +135,7 @@ private:
     Turns turns_of(const std::vector<uint32_t>& corner) const {
         Turns turns{patch.boundary(), {}, {}};
         std::vector<uint32_t>& loop = turns.loop;
-        std::ranges::rotate(loop, std::ranges::find(loop, corner[0]));
+        std::rotate(loop.begin(), std::ranges::find(loop, corner[0]), loop.end());
         double total = 0;
         std::vector<double> length(loop.size());
         for (size_t i = 0; i < loop.size(); ++i) {

@@ -507,8 +507,8 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
             made.cut = kept.cuts;
             std::optional<Before> old;
             if (changes && kept.before[group].cut == before) {
-                old.emplace(kept.before[group], changes->counted, larger(changes->seen, changes->counted.motion()),
-                            kept.updates);
+                old.emplace(Before{kept.before[group], changes->counted,
+                                   larger(changes->seen, changes->counted.motion()), kept.updates});
             }
             ChartCut& cut = done[g].emplace(residency, visibility, wanted, request.forced_level, demand, made,
                                             old ? &*old : nullptr);

@@ -129,7 +129,8 @@ std::optional<CutRegion> CutRegion::after(const FrameInput& last, const FrameInp
     for (const uint32_t i : differing(last.instances, now.instances)) {
         const auto motion = rigid_motion(last.instances[i], now.instances[i]);
         if (!motion || last.instances[i].asset != now.instances[i].asset) return std::nullopt;
-        Moved& moved = region.moved.emplace_back(i, now.instances[i], region.margin);
+        region.moved.push_back({i, now.instances[i], region.margin});
+        Moved& moved = region.moved.back();
         moved.there.object_to_world = glm::mat4(*motion * glm::dmat4(now.instances[i].object_to_world));
         // As far as the camera would have had to go to be seen so by the instance.
         const Step as_seen = step_between(carried(now.views[0], *motion), now.views[0]);

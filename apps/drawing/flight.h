@@ -36,6 +36,7 @@ double simulated_acmr(const PlanMirror& mirror);
 template <class Of>
 std::vector<double> of_frames(const std::vector<FlownFrame>& frames, Of&& of) {
     std::vector<double> values;
+    values.reserve(frames.size());
     for (const FlownFrame& frame : frames) values.push_back(static_cast<double>(of(frame)));
     return values;
 }

@@ -44,7 +44,8 @@ def google_benchmark(program, *options):
     def measured():
         command = [BIN + program, *options, "--benchmark_format=json"]
         rows = {}
-        for row in json.loads(run(command))["benchmarks"]:
+        text = run(command)
+        for row in json.loads(text[text.index("{"):])["benchmarks"]:
             if row.get("run_type") == "aggregate" and row.get("aggregate_name") != "median":
                 continue
             if row.get("error_occurred"):

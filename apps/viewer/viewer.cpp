@@ -225,7 +225,7 @@ void Viewer::improve() {
         scene_->scene.name, true, [scene = scene_->scene]() -> Result<Scene> { return scene; }, needs(false));
 }
 
-void Viewer::bake(const std::string& name, bool is_better, std::function<Result<Scene>()> read,
+void Viewer::bake(const std::string& name, bool is_better, const std::function<Result<Scene>()>& read,
                   const SceneNeeds& needs) {
     if (bake_ != nullptr) {
         bake_->stop = true;

@@ -135,7 +135,8 @@ private:
         std::atomic<bool> stop{false};
         std::future<Result<ReadyScene>> result;
     };
-    void bake(const std::string& name, bool is_better, std::function<Result<Scene>()> read, const SceneNeeds& needs);
+    void bake(const std::string& name, bool is_better, const std::function<Result<Scene>()>& read,
+              const SceneNeeds& needs);
     std::unique_ptr<Bake> bake_;
     std::vector<std::unique_ptr<Bake>> stopping_;  // that were told to stop
 };

@@ -86,7 +86,7 @@ void* map_file(const char* folder, size_t bytes) {
     if (file < 0) {
         char name[sizeof(Spill::folder) + 32];
         const size_t length = std::strlen(folder);
-        std::memcpy(name, folder, length);
+        std::memcpy(name, folder, length);  // NOLINT(bugprone-not-null-terminated-result): the end comes next
         std::memcpy(name + length, "/spill-XXXXXX", sizeof "/spill-XXXXXX");
         file = mkostemp(name, O_CLOEXEC);
         if (file < 0) return nullptr;

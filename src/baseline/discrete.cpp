@@ -58,8 +58,8 @@ Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& p
     store->indices.emplace_back(full.levels[0].indices.begin(), full.levels[0].indices.end());
     const size_t source_triangles = store->indices[0].size() / 3;
     while (store->indices.back().size() / 3 > least_triangles) {
-        progress.at("discrete chain",
-                    1 - static_cast<double>(store->indices.back().size() / 3) / static_cast<double>(source_triangles));
+        const size_t triangles = store->indices.back().size() / 3;
+        progress.at("discrete chain", 1 - static_cast<double>(triangles) / static_cast<double>(source_triangles));
         if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
         const std::vector<uint32_t>& finer = store->indices.back();
         const size_t wanted = std::max(finer.size() / 6, least_triangles) * 3;

@@ -56,7 +56,8 @@ public:
     }
     void set_uvs(uint32_t side, TriMesh& mesh) const {
         // Sides lie in a 3 x 2 block of texture space, a margin apart.
-        const double left = (side % 3) / 3.0, top = (side / 3) / 2.0, margin = 0.01;
+        const uint32_t column = side % 3, row = side / 3;
+        const double left = column / 3.0, top = row / 2.0, margin = 0.01;
         for (uint32_t i = 0; i < row_; ++i) {
             for (uint32_t j = 0; j < row_; ++j) {
                 mesh.uvs[at(side, i, j)] = {left + margin + (1 / 3.0 - 2 * margin) * i / n_,

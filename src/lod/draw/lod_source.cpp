@@ -344,7 +344,7 @@ Recipe recipe_of(uint64_t vertex_bytes, uint64_t index_bytes, uint64_t parent_by
 
 }  // namespace
 
-Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const ProgressiveMesh>> pms,
+Result<std::unique_ptr<FrameSource>> open_lod(const std::vector<std::shared_ptr<const ProgressiveMesh>>& pms,
                                               const LodOptions& options) {
     LODE_CHECK(!pms.empty() && options.instances > 0);
     std::vector<LodSource::Asset> assets;

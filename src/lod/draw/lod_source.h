@@ -43,7 +43,7 @@ struct LodOptions {
 // the level moves on by one, every one of them moves on by one part in their number.
 //
 // Fault::machine where the vertices alone exceed the budget; Fault::usage where an asset lacks the order.
-Result<std::unique_ptr<FrameSource>> open_lod(std::vector<std::shared_ptr<const ProgressiveMesh>> assets,
+Result<std::unique_ptr<FrameSource>> open_lod(const std::vector<std::shared_ptr<const ProgressiveMesh>>& assets,
                                               const LodOptions& options);
 
 }  // namespace lodestone

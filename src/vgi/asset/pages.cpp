@@ -189,7 +189,8 @@ Page read_page(const Atlas& atlas, Layer layer, uint32_t chart, uint32_t page) {
     result.values.resize(samples * channels_of(atlas.attributes, layer).size());
     for_channels(atlas, layer, [&](size_t channel, const auto& at) {
         for_samples(atlas, layer, chart, page, [&](size_t i, size_t texel) {
-            result.values[channel * samples + i] = static_cast<uint16_t>(at(texel));  // sign kept
+            // The sign is kept. NOLINTNEXTLINE(bugprone-signed-char-misuse)
+            result.values[channel * samples + i] = static_cast<uint16_t>(at(texel));
         });
     });
     return result;

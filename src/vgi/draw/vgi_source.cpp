@@ -365,7 +365,7 @@ uint64_t mip_tail_of(const OpenAtlas& atlas) {
     return uint64_t{atlas.file->about().charts()} * mip_tail_samples(atlas.trees[1].cells_per_page());
 }
 
-std::vector<OpenAtlas> open_atlases(std::vector<std::shared_ptr<const AtlasFile>> files, Totals& totals) {
+std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const AtlasFile>>& files, Totals& totals) {
     std::vector<OpenAtlas> atlases;
     for (auto& file : files) {
         const Atlas& about = file->about();

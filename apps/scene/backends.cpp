@@ -57,10 +57,10 @@ Result<std::unique_ptr<FrameSource>> open_discrete(const Technique&, const Ready
 Result<std::unique_ptr<FrameSource>> open_lod_scene(const Technique& way, const ReadyScene& scene, const Progress&) {
     std::vector<std::shared_ptr<const ProgressiveMesh>> assets;
     for (const Asset& asset : scene.assets) assets.push_back(asset.lod);
-    return open_lod(std::move(assets), {.order = way.order,
-                                        .resident_bytes = scene.scene.resident_bytes,
-                                        .instances = scene.most_instances,
-                                        .geomorph = way.raster == lod_geomorph});
+    return open_lod(assets, {.order = way.order,
+                             .resident_bytes = scene.scene.resident_bytes,
+                             .instances = scene.most_instances,
+                             .geomorph = way.raster == lod_geomorph});
 }
 
 Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Technique& way, const ReadyScene& scene, const Progress&) {
@@ -68,7 +68,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Technique& way, const 
     for (const Asset& asset : scene.assets) assets.push_back(asset.atlas_file);
     const auto* raster = std::ranges::find(vgi_rasters, way.raster, &std::pair<const char*, vgi::Raster>::first);
     if (raster == std::end(vgi_rasters)) raster = vgi_rasters;
-    return vgi::open_vgi(std::move(assets),
+    return vgi::open_vgi(assets,
                          {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size()), raster->second});
 }
 

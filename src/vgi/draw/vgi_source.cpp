@@ -517,11 +517,11 @@ PipelineSpec lighting_pipeline_of(std::span<const OpenAtlas> atlases, uint32_t t
 
 }  // namespace
 
-Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const AtlasFile>> files,
+Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<const AtlasFile>>& files,
                                               const VgiOptions& options) {
     LODE_CHECK(!files.empty());
     Totals totals;
-    std::vector<OpenAtlas> atlases = open_atlases(std::move(files), totals);
+    std::vector<OpenAtlas> atlases = open_atlases(files, totals);
     const auto shares = share_budget(totals, atlases, options);
     if (!shares) return tl::unexpected(shares.error());
     uint64_t next_mip_tail = uint64_t{shares->slots[1]} * LODE_VGI_PAGE_TEXELS;

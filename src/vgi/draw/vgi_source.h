@@ -37,7 +37,7 @@ struct VgiOptions {
 // (wanted by this frame and not there), pages_uploaded, pages_evicted, pages_failed, requests_waiting, raised_error
 // (times the pixel error that was asked for, where triangles had to be saved), cut_in_frame (1: the frame was not where
 // the frames before led to, and made its cut itself).
-Result<std::unique_ptr<FrameSource>> open_vgi(std::vector<std::shared_ptr<const AtlasFile>> assets,
+Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<const AtlasFile>>& assets,
                                               const VgiOptions& options);
 
 }  // namespace lodestone::vgi

@@ -24,6 +24,10 @@ struct Asset {
     std::shared_ptr<const DiscreteChain> full;         // the source mesh alone; null where it was baked without
     MaterialChunks materials;                          // of chains, where there is neither of the two with their own
 
+    // What `full` and `discrete` draw from, or make what they draw from.
+    bool holds_mesh() const { return full != nullptr || holds_chain(); }
+    bool holds_chain() const { return discrete != nullptr || lod != nullptr; }
+
     // Every page decoded; Fault::format where it was baked without, or is not what it should be.
     Result<vgi::Atlas> atlas() const;
 

@@ -72,9 +72,9 @@ Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Technique& way, const 
                          {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size()), raster->second});
 }
 
+bool holds_chain(const Asset& asset) { return asset.holds_chain(); }
+bool holds_mesh(const Asset& asset) { return asset.holds_mesh(); }
 bool holds_progressive(const Asset& asset) { return asset.lod != nullptr; }
-bool holds_chain(const Asset& asset) { return asset.discrete != nullptr || asset.lod != nullptr; }
-bool holds_mesh(const Asset& asset) { return asset.full != nullptr || holds_chain(asset); }
 bool holds_atlas(const Asset& asset) { return asset.atlas_file != nullptr; }
 
 struct Backend {

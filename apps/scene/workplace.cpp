@@ -199,12 +199,10 @@ Result<Asset> ready_named(const fs::path& file, const SceneNeeds& needs, const P
     const auto lacks = [&](const char* what, const char* backend) {
         return fail(Fault::format, file.string() + ": holds no " + what + "; bake it with --backends " + backend);
     };
-    const bool mesh = named->lod != nullptr || named->full != nullptr || named->discrete != nullptr;
     if (needs.lod == Need::must && named->lod == nullptr) return lacks("progressive mesh", "lod");
     if (needs.vgi == Need::must && named->atlas_file == nullptr) return lacks("atlas", "vgi");
-    if (needs.discrete == Need::must && named->discrete == nullptr && named->lod == nullptr)
-        return lacks("chain of meshes", "discrete");
-    if (needs.full == Need::must && !mesh) return lacks("mesh", "full");
+    if (needs.discrete == Need::must && !named->holds_chain()) return lacks("chain of meshes", "discrete");
+    if (needs.full == Need::must && !named->holds_mesh()) return lacks("mesh", "full");
     return named;
 }
 
@@ -243,8 +241,7 @@ Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, cons
     auto done = add("lod", needs.lod);
     if (done) done = add("discrete", needs.discrete);
     if (done) done = add("vgi", needs.vgi);
-    const bool holds_mesh = all && (all->lod != nullptr || all->discrete != nullptr);
-    if (done && !holds_mesh) done = add("full", needs.full);
+    if (done && !(all && all->holds_mesh())) done = add("full", needs.full);
     ready.bake_seconds += bakery.seconds;
     ready.whole = ready.whole && bakery.whole;
     if (!done) return tl::unexpected(done.error());

@@ -64,19 +64,40 @@ Result<FileBytes> gunzip(const fs::path& path, std::span<const std::byte> packed
 
 }  // namespace
 
-Result<MappedFile::State> MappedFile::state_of(int descriptor, const fs::path& path) {
+namespace {
+
+Result<struct stat> status_of(int descriptor, const fs::path& path) {
     struct stat status {};
     if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode))
         return fail(Fault::format, path.string() + ": is not a regular file");
-    return State{static_cast<uint64_t>(status.st_size), status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+    return status;
+}
+
+// The descriptor of a regular file, for reading; the caller closes it.
+Result<int> open_regular(const fs::path& path) {
+    // Pipes, which are no regular files, would wait for who writes them.
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (descriptor < 0) return fail(Fault::format, path.string() + ": cannot be opened: " + reason());
+    const auto status = status_of(descriptor, path);
+    if (status) return descriptor;
+    ::close(descriptor);
+    return tl::unexpected(status.error());
+}
+
+}  // namespace
+
+Result<MappedFile::State> MappedFile::state_of(int descriptor, const fs::path& path) {
+    const auto status = status_of(descriptor, path);
+    if (!status) return tl::unexpected(status.error());
+    return State{static_cast<uint64_t>(status->st_size), status->st_mtim.tv_sec, status->st_mtim.tv_nsec};
 }
 
 Result<std::shared_ptr<const MappedFile>> MappedFile::open(const fs::path& path) {
     std::shared_ptr<MappedFile> file(new MappedFile);
     file->path_ = path;
-    // Pipes, which are no regular files, would wait for who writes them.
-    file->descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (file->descriptor_ < 0) return fail(Fault::format, path.string() + ": cannot be opened: " + reason());
+    const auto descriptor = open_regular(path);
+    if (!descriptor) return tl::unexpected(descriptor.error());
+    file->descriptor_ = *descriptor;
     const auto state = state_of(file->descriptor_, path);
     if (!state) return tl::unexpected(state.error());
     file->opened_ = *state;
@@ -114,14 +135,11 @@ MappedFile::~MappedFile() {
 }
 
 Result<std::shared_ptr<const InputFile>> InputFile::open(const fs::path& path) {
-    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe is not waited for
-    if (descriptor < 0) return fail(Fault::format, path.string() + ": cannot be opened: " + reason());
-    struct stat status {};
-    if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
-        ::close(descriptor);
-        return fail(Fault::format, path.string() + ": is not a regular file");
-    }
-    return std::shared_ptr<const InputFile>(new InputFile(path, descriptor, static_cast<uint64_t>(status.st_size)));
+    const auto descriptor = open_regular(path);
+    if (!descriptor) return tl::unexpected(descriptor.error());
+    const auto status = status_of(*descriptor, path);
+    if (!status) return tl::unexpected(status.error());
+    return std::shared_ptr<const InputFile>(new InputFile(path, *descriptor, static_cast<uint64_t>(status->st_size)));
 }
 
 InputFile::~InputFile() { ::close(descriptor_); }

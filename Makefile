@@ -2,15 +2,17 @@
 #   make demo    bakes and measures the 300k rock and landscape; leaves reports and pictures in build/demo
 #   make test    builds and tests; ends with ctest's summary
 #   make test-long  as test, with the tests that take long
-#   make check   clang with address and undefined-behaviour sanitizers, the fast tests in it, and clang-tidy
+#   make check   clang with address and undefined-behaviour sanitizers, the fast tests in it, each driver of fuzz/ for some seconds,
+#                and clang-tidy
 #   make bench   runs the benchmarks and writes docs/figures.md
 #   make reference  the pages of the public headers: build/release/reference/html/index.html
 #   make fuzz    runs each driver of fuzz/ for FUZZ_SECONDS (60); needs clang
+#   make soak    draws SOAK_FRAMES (10000) frames that change at random, with sanitizers
 #   make view    the interactive demo, on the demonstration's rock; SCENE=... for another
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all program demo test test-long check bench fuzz reference view deps build clean
+.PHONY: all program demo test test-long check bench fuzz soak reference view deps build clean
 all: build
 
 deps:
@@ -38,7 +40,8 @@ check:
 	@scripts/install-deps.sh --checks
 	cmake --preset check
 	cmake --build --preset check -j $(JOBS)
-	ctest --preset check -j $(JOBS) -L fast -LE long -E By/Cuts.FitTogether
+	ctest --preset check -j $(JOBS) -L fast -LE long -E "By/Cuts.FitTogether|KnowsEveryModelByItsCounts"
+	FUZZ_SECONDS=4 scripts/fuzz.sh
 	scripts/tidy.sh build/check
 
 bench: build
@@ -49,8 +52,12 @@ reference: deps
 	cmake --preset release
 	cmake --build --preset release --target reference
 
-fuzz: deps
+fuzz:
+	@scripts/install-deps.sh --checks
 	JOBS=$(JOBS) FUZZ_SECONDS=$(or $(FUZZ_SECONDS),60) scripts/fuzz.sh
+
+soak: deps
+	JOBS=$(JOBS) scripts/soak.sh
 
 SCENE ?= assets/rock.scene.json
 view: program

@@ -3,9 +3,12 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <optional>
 
+#include "base/clock.h"
 #include "base/text.h"
 
 namespace lodestone {
@@ -16,13 +19,18 @@ Verbosity g_verbosity = Verbosity::normal;
 std::atomic<bool> g_stop{false};
 bool g_line_open = false;
 std::string g_last_stage;
+double g_last_fraction = 0;
+std::optional<Stopwatch> g_in_stage;
 
 void on_signal(int) { g_stop = true; }
 
 void show(const std::string& stage, double fraction) {
     if (g_verbosity == Verbosity::quiet) return;
+    if (stage != g_last_stage || fraction < g_last_fraction || !g_in_stage) g_in_stage.emplace();
+    g_last_fraction = fraction;
     if (isatty(STDERR_FILENO) != 0) {
-        std::fprintf(stderr, "\r\033[K%s %3.0f%%", printable(stage).c_str(), fraction * 100);
+        std::fprintf(stderr, "\r\033[K%s %3.0f%%%s", printable(stage).c_str(), fraction * 100,
+                     time_left(g_in_stage->wall(), fraction).c_str());
         std::fflush(stderr);
         g_line_open = true;
     } else if (g_verbosity == Verbosity::verbose && stage != g_last_stage) {
@@ -32,6 +40,14 @@ void show(const std::string& stage, double fraction) {
 }
 
 }  // namespace
+
+std::string time_left(double seconds, double fraction) {
+    if (seconds < 2 || fraction < 0.01 || fraction >= 1) return "";
+    const double left = seconds / fraction * (1 - fraction);
+    const bool minutes = left >= 100;
+    return ", " + std::to_string(std::llround(std::ceil(minutes ? left / 60 : left))) + (minutes ? " min" : " s") +
+           " left";
+}
 
 void set_verbosity(Verbosity verbosity) { g_verbosity = verbosity; }
 Verbosity verbosity() { return g_verbosity; }

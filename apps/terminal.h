@@ -19,6 +19,10 @@ Verbosity verbosity();
 // quiet; stops on Ctrl-C.
 Progress terminal_progress();
 
+// What a progress line says of the time that a stage will still take, from the seconds it took so far and how far it is
+// (0 .. 1): ", 12 s left"; nothing while that tells little.
+std::string time_left(double seconds, double fraction);
+
 // Clears a progress line left on the terminal.
 void end_progress();
 

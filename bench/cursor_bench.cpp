@@ -16,7 +16,7 @@
 namespace lodestone {
 namespace {
 
-const std::vector<std::string> orders = {"classic", "static", "keyframe"};
+const std::vector<std::string> orders = {"classic", "static", "greedy", "keyframe"};
 
 // Of the steps of one walk, each the least of several.
 double worst_step(const ProgressiveMesh& pm, uint32_t order, bool down) {

@@ -61,18 +61,23 @@ const std::shared_ptr<const vgi::AtlasFile>& rock_atlas() {
     return file;
 }
 
-// As many rocks in one mesh, in a row behind the camera but for the first.
+void add_behind(TriMesh& row, const TriMesh& mesh, float z) {
+    const auto vertices = static_cast<uint32_t>(row.positions.size()),
+               wedges = static_cast<uint32_t>(row.wedge_vertex.size());
+    for (const glm::vec3& p : mesh.positions) row.positions.push_back(p - glm::vec3(0, 0, z));
+    for (const uint32_t v : mesh.wedge_vertex) row.wedge_vertex.push_back(v + vertices);
+    for (const glm::vec3& n : mesh.normals) row.normals.push_back(n);
+    for (const Triangle& t : mesh.triangles) row.triangles.push_back({t[0] + wedges, t[1] + wedges, t[2] + wedges});
+}
+
+// As many rocks in one mesh, in a row behind the camera but for the first. A pebble ends the row at the same place
+// however many there are: positions are rounded to a lattice over the whole mesh, and errors tell of it.
 TriMesh row_of_rocks(uint32_t rocks) {
     TriMesh row;
-    for (uint32_t k = 0; k < rocks; ++k) {
-        const auto vertices = static_cast<uint32_t>(row.positions.size()),
-                   wedges = static_cast<uint32_t>(row.wedge_vertex.size());
-        for (glm::vec3 p : rock().positions) row.positions.push_back(p - glm::vec3(0, 0, 3.0f * static_cast<float>(k)));
-        for (const uint32_t v : rock().wedge_vertex) row.wedge_vertex.push_back(v + vertices);
-        for (const glm::vec3& n : rock().normals) row.normals.push_back(n);
-        for (const Triangle& t : rock().triangles)
-            row.triangles.push_back({t[0] + wedges, t[1] + wedges, t[2] + wedges});
-    }
+    for (uint32_t k = 0; k < rocks; ++k) add_behind(row, rock(), 3.0f * static_cast<float>(k));
+    TriMesh pebble = fixtures::repaired(Shape::rock, 500);
+    for (glm::vec3& p : pebble.positions) p *= 0.05f;
+    add_behind(row, pebble, 48);
     return row;
 }
 

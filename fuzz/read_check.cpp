@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 
+#include "fuzz/promise.h"
 #include "mesh/io/image_file.h"
 #include "mesh/io/read.h"
 
@@ -37,11 +37,6 @@ double cpu_seconds() {
     timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-[[noreturn]] void broken(const std::string& promise) {
-    std::fprintf(stderr, "broken promise: %s\n", promise.c_str());
-    std::abort();
 }
 
 // Watches memory and time of what is done while it lives.

@@ -51,6 +51,10 @@ each of its fields is. The row of `render --stats` has those that one frame can 
 |---|---|
 | `ms_median`, `ms_p95`, `ms_p99`, `ms_max` | time of a frame, from its plan to its fence, all passes, milliseconds |
 | `ms_floor` | the same for an empty scene |
+| `throughput_fps`, `throughput_fps_min`, `throughput_fps_max` | frames a second of a flight on which frames overlap: of all its time, of the longest and of the shortest time from the end of a frame to that of the next; `frames_in_flight` are under way at once |
+| `fps_mean`, `fps_min`, `fps_max` | frames a second where each frame is waited for: the same of `ms_*` |
+| `period_median_ms`, `period_p95_ms`, `fps_median` | of `tune`: the time from the end of a frame to that of the next, where frames overlap, which is what it searches by; its `ms_*` are those of one frame in flight at the error found; `controlled.ms` are periods, too |
+| `resident_bytes`, `buffer_bytes` | of all buffers of the backend, with what frames under way read of sizes that buffers had before: as the backend counts them, and as the renderer allocated them |
 | `cpu_plan_ms`, `cpu_ms`, `gpu_ms` | processor time of the plan on the render thread, of the threads that cut, decode and read beside it; device time of all passes; milliseconds a frame |
 | `triangles`, `vertex_invocations` | per frame; vertices are counted in all passes |
 | `acmr`, `acmr_fifo16` | vertex shader runs per triangle of the colour pass: counted by the device; simulated for a FIFO of 16 |
@@ -85,6 +89,7 @@ BAKE = {
     "lod.search_stopped_early": "whether `--order-seconds` made a search shorter",
     "lod.simplify_cpu_seconds": "processor time of simplification",
     "lod.stopped_because": "why simplification ended",
+    "lod.triangles": "triangles of level 0",
     "name": "file name of the mesh",
     "options": "options that the bytes depend on; a weight below 0 stands for the default",
     "out_bytes": "size of the asset",
@@ -146,23 +151,29 @@ INFO = {
     "discrete.levels[].triangles": "triangles",
     "file": "file name of the asset",
     "format_version": "of the file format",
+    "lod.bytes_per_triangle": "bytes of `stored_bytes` together, over the triangles that are there",
     "lod.diagonal": "of the box around the mesh, object units",
     "lod.distinct_errors": "how many different errors the levels have",
     "lod.errors[].error": "distance to the mesh, both ways: at least what is measured of this level and finer ones, object units",
     "lod.errors[].level": "a level with about 100, 50, 25, 10, 5, 2 or 1 percent of the triangles",
     "lod.errors[].triangles": "its triangles",
     "lod.largest_step": "largest share of the triangles that goes when an error grows by 1%, of 2,000 errors that draw more than 2,000 triangles",
+    "lod.levels_missing": "with `--prefix`: how many levels are finer than those that are there; levels are numbered as in the whole file",
     "lod.median_step": "the median of these shares",
     "lod.orders[].keyframes": "levels at which this face order is made anew",
     "lod.orders[].moved_per_ecol": "faces it moves per edge collapse",
     "lod.orders[].name": "its name",
     "lod.orders[].permutation_bytes": "size of its permutations",
-    "lod.triangles": "triangles of level 0",
+    "lod.stored_bytes.connectivity": "of the file, for the base and where each split lies",
+    "lod.stored_bytes.errors": "for the errors of levels, and the ends of blocks",
+    "lod.stored_bytes.orders": "for the face orders",
+    "lod.stored_bytes.vertices": "for positions and attributes",
     "lod.vertices": "vertices with attributes of level 0",
     "options_hash": "of the options",
     "vgi.levels[].error": "largest distance to the mesh, both ways",
     "vgi.levels[].level": "0 is the finest",
     "vgi.levels[].triangles": "triangles of that level everywhere",
+    "whole_bytes": "size of the asset when it was written; more than `bytes` where its end is missing",
 }
 VERIFY = {
     "checks[].message": "what is wrong; empty where nothing is",
@@ -187,6 +198,8 @@ ACMR = {
     "compare.fresh_meshoptimizer.atvr_mean": "`--compare`: each level ordered anew by meshoptimizer",
     "compare.fresh_meshoptimizer_fifo.atvr_mean": "`--compare`: each level ordered anew by meshoptimizer, for a FIFO",
     "compare.fresh_tipsify.atvr_mean": "`--compare`: each level ordered anew by tipsify",
+    "compare.random.atvr_mean": "`--compare`: the faces of each level shuffled",
+    "compare.worst_case.atvr_mean": "`--compare`: three transforms for each triangle, what no order exceeds",
     "compare.static_meshoptimizer.atvr_mean": "`--compare`: meshoptimizer's order of full detail, dead faces taken out",
     "levels[].acmr": "of a level",
     "levels[].atvr": "of a level",

@@ -70,6 +70,15 @@ def quality():
     return [command], rows
 
 
+def asset_size():
+    command = [BIN + "asset_size", "--json"]
+    rows = {}
+    for line in run(command).splitlines():
+        row = json.loads(line)
+        rows[row.pop("mesh")] = row
+    return [command], rows
+
+
 def bake(shape, triangles, *options):
     """The report of a bake of a generated mesh."""
 
@@ -97,7 +106,7 @@ def bake(shape, triangles, *options):
 
 
 def orders(*objectives):
-    """ATVR of the order `keyframe` of a generated rock, by objective and moves, at levels spaced evenly and by logarithm."""
+    """ATVR of orders of a generated rock, by objective and moves, at levels spaced evenly and by logarithm."""
 
     def measured():
         commands, rows = [], {}
@@ -116,6 +125,8 @@ def orders(*objectives):
                     "moved_per_ecol": uniform["moved_per_ecol"], "atvr_mean": uniform["atvr_mean"], "atvr_worst": uniform["atvr_worst"],
                     "atvr_log": log["atvr_mean"], "cache_lines_per_ecol": uniform["cache_lines_per_ecol"],
                     "bytes_per_ecol": uniform["bytes_per_ecol"],
+                    "atvr_random": uniform["compare"]["random"]["atvr_mean"],
+                    "atvr_worst_case": uniform["compare"]["worst_case"]["atvr_mean"],
                     "atvr_fresh_meshoptimizer": uniform["compare"]["fresh_meshoptimizer"]["atvr_mean"],
                     "order_seconds": report["lod"]["order_seconds"]}
         commands = [["lodestone", "generate", "rock", "--triangles", "100000", "-o", "rock.ply"],
@@ -152,8 +163,9 @@ MEASUREMENTS = {
     "read": google_benchmark("bench_read"),
     "simplify": google_benchmark("bench_simplify", "--benchmark_min_time=1"),
     "simplify-quality": quality,
+    "asset-size": asset_size,
     "orders": orders(("keyframe", "fifo16", 8), ("keyframe", "fifo16", 2), ("keyframe", "fifo32", 8), ("keyframe", "nvidia", 8),
-                     ("greedy", "fifo16", 8)),
+                     ("greedy", "fifo16", 8), ("greedy", "fifo16", 6)),
     "cursor": google_benchmark("bench_cursor"),
     "cut": google_benchmark("bench_cut"),
     "plan": google_benchmark("bench_plan", "--benchmark_repetitions=9", "--benchmark_enable_random_interleaving=true"),
@@ -234,10 +246,17 @@ def quality_section(result):
     return columns(result["rows"], [("triangles", "triangles"), ("rms against OpenMesh", "rms_ratio"), ("largest against meshoptimizer", "max_ratio")])
 
 
+def asset_size_section(result):
+    return columns(result["rows"], [("triangles", "triangles"), ("bytes a triangle", "bytes_per_triangle"), ("connectivity", "connectivity"),
+                                    ("vertices", "vertices"), ("orders", "orders"), ("errors", "errors"),
+                                    ("opened, M triangles/s", "open_mtri_per_s"), ("prefix, any n", "prefix"),
+                                    ("prefix, at block ends", "prefix_at_ends")])
+
+
 def orders_section(result):
     return columns(result["rows"], [("moves per ecol", "moved_per_ecol"), ("ATVR, even levels", "atvr_mean"), ("worst level", "atvr_worst"),
-                                    ("ATVR, log levels", "atvr_log"), ("fresh meshoptimizer", "atvr_fresh_meshoptimizer"),
-                                    ("lines of index buffer per ecol", "cache_lines_per_ecol"), ("bytes per ecol", "bytes_per_ecol"),
+                                    ("ATVR, log levels", "atvr_log"), ("fresh meshoptimizer", "atvr_fresh_meshoptimizer"), ("random order", "atvr_random"),
+                                    ("worst case", "atvr_worst_case"), ("lines of index buffer per ecol", "cache_lines_per_ecol"), ("bytes per ecol", "bytes_per_ecol"),
                                     ("s per 100k", "order_seconds")])
 
 
@@ -283,6 +302,9 @@ SECTIONS = [
      [("simplify", simplify_section)]),
     ("Quality of simplification", "Two-sided distances at a share of the triangles, ours over a rival's: below 1 is better.",
      [("simplify-quality", quality_section)]),
+    ("Size of progressive meshes", "Positions alone, one order `keyframe`, nothing rounded. Bytes of the whole file, by what they tell; triangles "
+     "opened a second of CPU on one core; the share of the file that the coarsest n of N triangles need, over n / N, at worst from 1% on.",
+     [("asset-size", asset_size_section)]),
     ("Vertex-cache orders", "A generated rock of 100k triangles; objective, then the moves per collapse that were asked for. ATVR counts "
      "vertex shader runs per vertex, in a simulated cache of the objective.", [("orders", orders_section)]),
     ("Steps of progressive meshes", "The cursor through levels.", [("cursor", timed_section)]),
@@ -319,7 +341,7 @@ def page(found):
 
 
 def write_history(found):
-    """One CSV for each commit of the results."""
+    """One CSV for each commit of the results. What was measured at that commit and is measured anew since stays in it."""
     HISTORY.mkdir(parents=True, exist_ok=True)
     by_commit = {}
     for name, result in found.items():
@@ -327,7 +349,11 @@ def write_history(found):
             for figure, value in figures.items():
                 by_commit.setdefault(result["commit"], []).append((result["date"], name, row, figure, f"{value:.6g}"))
     for made_at, rows in by_commit.items():
-        with open(HISTORY / f"{made_at}.csv", "w", newline="", encoding="utf-8") as out:
+        path, measured = HISTORY / f"{made_at}.csv", {row[1] for row in rows}
+        if path.exists():
+            with open(path, newline="", encoding="utf-8") as before:
+                rows += [tuple(row) for row in list(csv.reader(before))[1:] if row[1] not in measured]
+        with open(path, "w", newline="", encoding="utf-8") as out:
             writer = csv.writer(out, lineterminator="\n")
             writer.writerow(("date", "measurement", "row", "figure", "value"))
             writer.writerows(sorted(rows))

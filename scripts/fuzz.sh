@@ -1,21 +1,22 @@
 #!/usr/bin/env bash
-# Builds the drivers of fuzz/ and runs each for FUZZ_SECONDS (60 unless given), or those that are named: scripts/fuzz.sh gltf ply.
-# Corpora grow in build/fuzz/corpus; an input that breaks a promise is left in build/fuzz/found, and the exit code is then 1.
+# Builds the drivers of fuzz/ (preset check) and runs each for FUZZ_SECONDS (60 unless given), or those that are named:
+# scripts/fuzz.sh gltf ply. Corpora grow in build/fuzz/corpus; an input that breaks a promise is left in build/fuzz/found, and the
+# exit code is then 1. FUZZ_RUNS, where given, ends a driver after so many inputs.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=${FUZZ_SECONDS:-60}
-cmake --preset fuzz >/dev/null
-cmake --build --preset fuzz -j "${JOBS:-$(nproc)}"
-build/fuzz/bin/make_seeds build/fuzz/seeds
+cmake --preset check >/dev/null
+cmake --build --preset check -j "${JOBS:-$(nproc)}" --target fuzz_drivers
 mkdir -p build/fuzz/found
+build/check/bin/make_seeds build/fuzz/seeds
 failed=0
-for driver in build/fuzz/bin/fuzz_*; do
+for driver in build/check/bin/fuzz_*; do
   name=${driver##*/fuzz_}
   if [ $# -gt 0 ] && [[ " $* " != *" $name "* ]]; then continue; fi
   mkdir -p "build/fuzz/corpus/$name" "build/fuzz/seeds/$name"  # not all begin with some
   echo "fuzz_$name: ${seconds} s"
   ASAN_OPTIONS=allocator_may_return_null=0:detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
-    "$driver" -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=20 -max_len=65536 -print_final_stats=1 \
+    "$driver" -max_total_time="$seconds" -runs="${FUZZ_RUNS:--1}" -rss_limit_mb=2048 -timeout=20 -max_len=65536 -print_final_stats=1 \
     -artifact_prefix="build/fuzz/found/$name-" "build/fuzz/corpus/$name" "build/fuzz/seeds/$name" \
     >"build/fuzz/$name.log" 2>&1 || { failed=1; echo "fuzz_$name: FAILED"; tail -n 30 "build/fuzz/$name.log"; }
   grep -h 'stat::number_of_executed_units' "build/fuzz/$name.log" || true

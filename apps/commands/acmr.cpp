@@ -63,6 +63,8 @@ Result<int> acmr(const Options& o) {
         add("fresh_meshoptimizer", atvr_of_fresh_order(pm, FreshOrder::meshoptimizer, *model, levels));
         add("fresh_meshoptimizer_fifo", atvr_of_fresh_order(pm, FreshOrder::meshoptimizer_fifo, *model, levels));
         add("fresh_tipsify", atvr_of_fresh_order(pm, FreshOrder::tipsify, *model, levels));
+        add("random", atvr_of_fresh_order(pm, FreshOrder::random, *model, levels));
+        add("worst_case", worst_atvr(pm, levels));
     }
     end_progress();
     if (o.json) {
@@ -98,8 +100,10 @@ void add_acmr(CLI::App& app, Run& run) {
                      "How triangle counts of these levels are spaced: evenly (uniform) or by a constant factor (log)")
         ->check(CLI::IsMember({"uniform", "log"}))
         ->capture_default_str();
-    command->add_flag("--compare", o->compare,
-                      "Also simulate classic, static, and orders made anew for each level (meshoptimizer, tipsify)");
+    command->add_flag(
+        "--compare", o->compare,
+        "Also simulate classic, static, orders made anew for each level (meshoptimizer, tipsify) and faces in "
+        "random order; and the worst case, three transforms for each triangle");
     command->add_flag("--json", o->json, "Print as JSON");
     command->footer(
         examples("lodestone acmr bunny.lode --cache fifo16 --compare\n"

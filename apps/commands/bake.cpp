@@ -32,7 +32,8 @@ struct Options {
 Result<void> check_backends(const std::vector<std::string>& backends) {
     for (const std::string& b : backends) {
         if (b != "lod" && b != "vgi" && b != "discrete" && b != "full")
-            return fail(Fault::usage, "--backends " + b + ": there is no such backend; choose from lod, vgi, discrete, full");
+            return fail(Fault::usage,
+                        "--backends " + b + ": there is no such backend; choose from lod, vgi, discrete, full");
     }
     return {};
 }
@@ -190,15 +191,42 @@ void add_order_options(CLI::App& command, Options& o) {
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str();
     command
-        .add_option("--look-ahead", o.bake.order.greedy_look_ahead,
-                    "lod: faces that the order greedy looks ahead for each choice")
-        ->check(CLI::Range(0, 100))
-        ->capture_default_str();
-    command
         .add_option("--moves-per-ecol", o.bake.order.moves_per_ecol,
-                    "lod: faces moved per edge collapse, about; more moves give fewer vertex transforms")
+                    "lod: slots that keyframe and greedy write per edge collapse, about, at most; more give fewer "
+                    "vertex transforms")
         ->check(CLI::Range(0.1, 100.0))
         ->capture_default_str();
+}
+
+void add_greedy_options(CLI::App& command, GreedyOptions& greedy) {
+    const auto add = [&](const char* name, auto& value, auto least, auto most, const char* text) {
+        command.add_option(name, value, text)->check(CLI::Range(least, most))->capture_default_str();
+    };
+    add("--greedy-group", greedy.group, 1, 100000,
+        "lod: edge collapses to a group of the order greedy; tswaps come at its end");
+    add("--greedy-window", greedy.window, 32, 100000,
+        "lod: slots that a group of the order greedy rearranges; more give fewer vertex transforms");
+    add("--greedy-step", greedy.step, 2, 100000,
+        "lod: slots that the order greedy writes between two levels at most; the rest of a group's tswaps follow at "
+        "the next levels");
+    add("--greedy-in-place", greedy.in_place, 0.0, 1000.0,
+        "lod: vertex transforms that the order greedy must save for each slot that it writes");
+    add("--greedy-line", greedy.line, 0.0, 1000.0,
+        "lod: vertex transforms that the order greedy must save for each line of the CPU's cache that it writes and "
+        "the collapses of the group do not");
+    add("--greedy-line-bytes", greedy.line_bytes, 16, 4096, "lod: bytes of a line of the CPU's cache, for the same");
+    add("--greedy-waiting", greedy.waiting, 1.05, 100.0,
+        "lod: drawn slots to a living face that the order greedy allows; dead slots wait until there are more");
+    add("--look-ahead", greedy.look_ahead, 0, 1000,
+        "lod: faces that the order greedy looks ahead for each choice; 0 for none");
+}
+
+void add_form_options(CLI::App& command, Options& o) {
+    command
+        .add_option("--quantise", o.bake.quantise,
+                    "lod: round positions to this many bits along the longest side of the mesh, for a smaller file; "
+                    "errors of levels are then those to the rounded mesh. Unless given they are kept as they are")
+        ->check(CLI::Range(6, 24));
 }
 
 void add_chart_options(CLI::App& command, Options& o) {
@@ -323,6 +351,8 @@ void add_bake(CLI::App& app, Run& run) {
         "bake", "Make an asset from a mesh: a progressive mesh, an atlas of geometry images, or both");
     add_input_options(*command, *o);
     add_order_options(*command, *o);
+    add_greedy_options(*command, o->bake.order.greedy);
+    add_form_options(*command, *o);
     add_chart_options(*command, *o);
     add_cluster_weights(*command, *o);
     add_sampling_options(*command, *o);

@@ -80,9 +80,9 @@ public:
 
     // Pictures of `full` for the frames at which quality is measured; it is the ruler, and has no budget.
     Result<void> make_references() {
-        const uint64_t budget = std::exchange(scene_.scene.resident_bytes, uint64_t{1} << 40);
+        const Budget budget = std::exchange(scene_.scene.budget, Budget{.resident_bytes = uint64_t{1} << 40});
         auto done = draw_references();
-        scene_.scene.resident_bytes = budget;
+        scene_.scene.budget = budget;
         return done;
     }
 
@@ -132,13 +132,12 @@ public:
         if (auto done = renderer_.resize(width_, height_); !done) return done;
         auto session = DrawSession::open(scene_, renderer_, way, false, progress_);
         if (!session) return tl::unexpected(session.error());
-        Budget budget;
-        budget.resident_bytes = scene_.scene.resident_bytes;
+        const Budget& budget = scene_.scene.budget;
         ErrorController controller(1000 / fps, pixel_error);
-        const auto flown = fly(**session, {&scene_.camera, options_.frames, budget, width_, height_, &controller},
+        const auto flown = fly(**session, {&scene_.camera, options_.frames, budget, width_, height_, &controller, true},
                                name_of(way) + " steered", progress_);
         if (!flown) return tl::unexpected(flown.error());
-        report.steered.push_back({way, 1000 / fps, of_frames(*flown, [](const FlownFrame& f) { return f.ms; }),
+        report.steered.push_back({way, 1000 / fps, of_frames(*flown, [](const FlownFrame& f) { return f.period_ms; }),
                                   of_frames(*flown, [](const FlownFrame& f) { return f.pixel_error; })});
         return {};
     }
@@ -188,8 +187,7 @@ private:
     Result<void> draw_at(DrawSession& session, const Camera& camera, uint32_t width, uint32_t height,
                          Picture& picture) {
         if (auto done = renderer_.resize(width, height); !done) return done;
-        Budget budget;
-        budget.resident_bytes = scene_.scene.resident_bytes;
+        const Budget& budget = scene_.scene.budget;
         auto drawn = session.settle(camera, budget, width, height);
         if (!drawn) return tl::unexpected(drawn.error());
         auto read = renderer_.read_picture();
@@ -199,10 +197,34 @@ private:
     }
 
     Budget budget_of(const Row& row) const {
-        Budget budget;
+        Budget budget = scene_.scene.budget;
         budget.pixel_error = row.pixel_error;
-        budget.resident_bytes = scene_.scene.resident_bytes;
         return budget;
+    }
+
+    // Every round twice, with one frame in flight and with several; the row is told how often the latter are drawn.
+    // Returns the former.
+    Result<std::vector<FlownFrame>> fly_rounds(DrawSession& session, const Budget& budget, Row& row) {
+        const std::string name = name_of(row);
+        std::vector<FlownFrame> alone, overlapped;
+        for (uint32_t round = 0; round < options_.rounds; ++round) {
+            for (const bool overlaps : {false, true}) {
+                const Flight flight{&scene_.camera, options_.frames, budget, width_, height_, nullptr, overlaps};
+                auto frames = fly(session, flight, name, progress_);
+                if (!frames) return tl::unexpected(frames.error());
+                auto& all = overlaps ? overlapped : alone;
+                all.insert(all.end(), frames->begin(), frames->end());
+            }
+        }
+        BudgetUse use = use_of(alone);
+        use.add(use_of(overlapped));
+        for (const std::string& line : beyond(budget, use, name)) progress_.warning(line);
+        const FrameRates rates = frame_rates(overlapped);
+        row.throughput_fps = rates.mean;
+        row.throughput_fps_min = rates.least;
+        row.throughput_fps_max = rates.most;
+        row.frames_in_flight = frames_in_flight;
+        return alone;
     }
 
     Result<void> measure_times(Row& row) {
@@ -211,13 +233,9 @@ private:
         if (auto done = renderer_.resize(width_, height_); !done) return done;
         auto session = DrawSession::open(scene_, renderer_, way, false, progress_);
         if (!session) return tl::unexpected(session.error());
-        const Flight flight{&scene_.camera, options_.frames, budget, width_, height_, nullptr};
-        std::vector<FlownFrame> flown;
-        for (uint32_t round = 0; round < options_.rounds; ++round) {
-            auto frames = fly(**session, flight, name_of(way), progress_);
-            if (!frames) return tl::unexpected(frames.error());
-            flown.insert(flown.end(), frames->begin(), frames->end());
-        }
+        auto frames = fly_rounds(**session, budget, row);
+        if (!frames) return tl::unexpected(frames.error());
+        const std::vector<FlownFrame>& flown = *frames;
         std::vector<double> floor_ms;
         for (uint32_t f = 0; f < std::max(3u, options_.frames / 10); ++f) {
             auto drawn = (*session)->draw(scene_.camera.frame(0, options_.frames), budget, width_, height_, true);

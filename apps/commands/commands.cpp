@@ -38,6 +38,11 @@ void add_outside_option(CLI::App& command, bool& allow_outside) {
                      "or through a symbolic link");
 }
 
+void add_prefix_option(CLI::App& command, bool& prefix) {
+    command.add_flag("--prefix", prefix,
+                     "Open an asset whose end is missing: the levels of its progressive mesh that are there");
+}
+
 std::string examples(const std::string& lines) {
     std::string text = "Examples:\n  ";
     for (const char c : lines) text += c == '\n' ? std::string("\n  ") : std::string(1, c);

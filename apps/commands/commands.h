@@ -31,6 +31,9 @@ Result<std::vector<std::string>> parse_list(const std::string& option, const std
 // --allow-outside, for the commands that read meshes or scenes.
 void add_outside_option(CLI::App& command, bool& allow_outside);
 
+// --prefix, for the commands that open assets.
+void add_prefix_option(CLI::App& command, bool& prefix);
+
 // What --help ends with: the lines, under a heading.
 std::string examples(const std::string& lines);
 

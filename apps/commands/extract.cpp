@@ -16,13 +16,14 @@ struct Options {
     std::string asset, backend = "lod", order, out;
     std::optional<uint64_t> triangles;
     std::optional<double> error;
-    bool json = false;
+    bool json = false, prefix = false;
     std::optional<uint32_t> level;
 };
 
 // The level that is asked for, of anything with numbered levels.
+// missing: levels finer than those there; the option counts them, what is returned does not.
 template <class Levels>
-Result<uint32_t> chosen_level(const Options& o, const Levels& levels) {
+Result<uint32_t> chosen_level(const Options& o, const Levels& levels, uint32_t missing = 0) {
     const uint32_t count = levels.levels();
     if (o.triangles) {
         const uint32_t level = levels.level_for_triangles(*o.triangles);
@@ -37,10 +38,10 @@ Result<uint32_t> chosen_level(const Options& o, const Levels& levels) {
             terminal_progress().warning("the finest level has an error of " + std::to_string(levels.errors[level]));
         return level;
     }
-    if (*o.level >= count)
-        return fail(Fault::usage, "--level " + std::to_string(*o.level) + ": the asset has levels 0 (finest) to " +
-                                      std::to_string(count - 1));
-    return *o.level;
+    if (*o.level < missing || *o.level - missing >= count)
+        return fail(Fault::usage, "--level " + std::to_string(*o.level) + ": the asset has levels " +
+                                      std::to_string(missing) + " (finest) to " + std::to_string(missing + count - 1));
+    return *o.level - missing;
 }
 
 Result<int> write_level(const Options& o, const TriMesh& mesh, uint32_t level, uint32_t levels, float error) {
@@ -70,7 +71,7 @@ Result<int> extract(const Options& o) {
                     "--backend " + o.backend + ": there is nothing to extract from it; choose lod or vgi");
     const int given = o.triangles.has_value() + o.error.has_value() + o.level.has_value();
     if (given != 1) return fail(Fault::usage, "extract: give exactly one of --triangles, --error, --level");
-    auto asset = open_asset(o.asset);
+    auto asset = open_asset(o.asset, o.prefix ? Extent::prefix : Extent::whole);
     if (!asset) return tl::unexpected(asset.error());
     if (o.backend == "vgi") return extract_atlas(o, *asset);
     if (asset->lod == nullptr)
@@ -80,11 +81,11 @@ Result<int> extract(const Options& o) {
     if (order == nullptr)
         return fail(Fault::usage,
                     "--order " + o.order + ": the asset does not hold it; bake it with --order " + o.order);
-    const auto level = chosen_level(o, pm);
+    const auto level = chosen_level(o, pm, pm.levels_missing);
     if (!level) return tl::unexpected(level.error());
     const auto mesh = extract_level(pm, *level, static_cast<uint32_t>(order - pm.orders.data()));
     if (!mesh) return fail_at(o.asset, mesh.error());
-    return write_level(o, *mesh, *level, pm.levels(), pm.errors[*level]);
+    return write_level(o, *mesh, *level + pm.levels_missing, pm.levels() + pm.levels_missing, pm.errors[*level]);
 }
 
 }  // namespace
@@ -102,6 +103,7 @@ void add_extract(CLI::App& app, Run& run) {
     command->add_option("--level", o->level,
                         "Write this level; 0 is full detail. Give exactly one of --triangles, --error and --level");
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
+    add_prefix_option(*command, o->prefix);
     command->add_flag("--json", o->json, "Print triangles, level and error (object units) as JSON");
     command->footer(
         examples("lodestone extract bunny.lode --backend lod --triangles 5000 -o bunny-5k.glb\n"

@@ -14,38 +14,45 @@ namespace {
 
 using Json = nlohmann::json;
 
+void describe_lod(const ProgressiveMesh& pm, Json& lod) {
+    lod["vertices"] = pm.vertices.size();
+    lod["triangles"] = pm.full_triangles();
+    lod["levels_missing"] = pm.levels_missing;
+    lod["stored_bytes"] = {{"connectivity", pm.parts.connectivity},
+                           {"vertices", pm.parts.vertices},
+                           {"orders", pm.parts.orders},
+                           {"errors", pm.parts.errors}};
+    lod["bytes_per_triangle"] = static_cast<double>(pm.parts.all()) / pm.full_triangles();
+    for (const FaceOrder& order : pm.orders) {
+        lod["orders"].push_back({{"name", order.name},
+                                 {"keyframes", order.keyframes.size()},
+                                 {"permutation_bytes", order.permutation_bytes()},
+                                 {"moved_per_ecol", order.moved_per_ecol(pm.ecols.size())}});
+    }
+    const LevelSteps steps = level_steps(pm);
+    lod["diagonal"] = steps.diagonal;
+    lod["distinct_errors"] = steps.distinct_errors;
+    lod["largest_step"] = steps.largest_step;
+    lod["median_step"] = steps.median_step;
+    for (const double share : {1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01}) {
+        const uint32_t level = pm.level_for_triangles(static_cast<uint64_t>(share * pm.full_triangles()));
+        lod["errors"].push_back(
+            {{"level", level + pm.levels_missing}, {"triangles", pm.triangles_at(level)}, {"error", pm.errors[level]}});
+    }
+}
+
 Json describe(const Asset& asset) {
     Json info = asset.about;
     info["file"] = as_utf8(asset.file.path().filename().string());
     info["bytes"] = asset.file.file_bytes();
+    info["whole_bytes"] = asset.file.whole_bytes();
     info["format_version"] = chunk_file_version;
     info["source_hash"] = asset.file.provenance().source.hex();
     info["options_hash"] = asset.file.provenance().options.hex();
     for (const ChunkInfo& chunk : asset.file.chunks()) {
         info["chunks"].push_back({{"name", chunk.name}, {"bytes", chunk.bytes}, {"hash", chunk.hash.hex()}});
     }
-    if (asset.lod != nullptr) {
-        const ProgressiveMesh& pm = *asset.lod;
-        Json& lod = info["lod"];
-        lod["vertices"] = pm.vertices.size();
-        lod["triangles"] = pm.full_triangles();
-        for (const FaceOrder& order : pm.orders) {
-            lod["orders"].push_back({{"name", order.name},
-                                     {"keyframes", order.keyframes.size()},
-                                     {"permutation_bytes", order.permutation_bytes()},
-                                     {"moved_per_ecol", order.moved_per_ecol(pm.ecols.size())}});
-        }
-        const LevelSteps steps = level_steps(pm);
-        lod["diagonal"] = steps.diagonal;
-        lod["distinct_errors"] = steps.distinct_errors;
-        lod["largest_step"] = steps.largest_step;
-        lod["median_step"] = steps.median_step;
-        for (const double share : {1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01}) {
-            const uint32_t level = pm.level_for_triangles(static_cast<uint64_t>(share * pm.full_triangles()));
-            lod["errors"].push_back(
-                {{"level", level}, {"triangles", pm.triangles_at(level)}, {"error", pm.errors[level]}});
-        }
-    }
+    if (asset.lod != nullptr) describe_lod(*asset.lod, info["lod"]);
     if (asset.atlas_file != nullptr) {
         const auto errors = asset.file.array<float>("vgi/errors");
         for (uint32_t level = 0; errors && level < errors->size(); ++level) {
@@ -63,31 +70,43 @@ Json describe(const Asset& asset) {
     return info;
 }
 
+void print_lod(const Json& info) {
+    const Json& lod = info.at("lod");
+    if (const auto missing = lod.at("levels_missing").get<unsigned>(); missing > 0)
+        std::printf("  of the progressive mesh levels %u to %u are there, level %u is the finest\n", missing,
+                    lod.at("levels").get<unsigned>() - 1, missing);
+    std::printf("  lod: %llu triangles, %llu vertices, %u levels; %s\n", lod.at("triangles").get<unsigned long long>(),
+                lod.at("vertices").get<unsigned long long>(), lod.at("levels").get<unsigned>(),
+                printable(lod.at("stopped_because").get<std::string>()).c_str());
+    const Json& stored = lod.at("stored_bytes");
+    std::printf("    %.2f bytes a triangle: connectivity %llu, vertices %llu, orders %llu, errors %llu\n",
+                lod.at("bytes_per_triangle").get<double>(), stored.at("connectivity").get<unsigned long long>(),
+                stored.at("vertices").get<unsigned long long>(), stored.at("orders").get<unsigned long long>(),
+                stored.at("errors").get<unsigned long long>());
+    for (const Json& order : lod.at("orders")) {
+        std::printf("    order %-10s %llu keyframes, %.2f faces moved per ecol\n",
+                    printable(order.at("name").get<std::string>()).c_str(),
+                    order.at("keyframes").get<unsigned long long>(), order.at("moved_per_ecol").get<double>());
+    }
+    for (const Json& level : lod.at("errors")) {
+        std::printf("    level %-9u %10u triangles  error %g\n", level.at("level").get<unsigned>(),
+                    level.at("triangles").get<unsigned>(), level.at("error").get<double>());
+    }
+    std::printf(
+        "    %u distinct errors; 1%% more error leaves out at most %.2f%% of the triangles, %.2f%% in the middle\n",
+        lod.at("distinct_errors").get<unsigned>(), 100 * lod.at("largest_step").get<double>(),
+        100 * lod.at("median_step").get<double>());
+}
+
 void print(const Json& info) {
     std::printf("%s: %s, %llu bytes, format %u\n", printable(info.at("file").get<std::string>()).c_str(),
                 printable(info.at("name").get<std::string>()).c_str(), info.at("bytes").get<unsigned long long>(),
                 info.at("format_version").get<unsigned>());
     std::printf("  source %s\n  baked with %s\n", info.at("source_hash").get<std::string>().c_str(),
                 printable(info.at("options").dump()).c_str());
-    if (info.contains("lod")) {
-        const Json& lod = info.at("lod");
-        std::printf("  lod: %llu triangles, %llu vertices, %u levels; %s\n",
-                    lod.at("triangles").get<unsigned long long>(), lod.at("vertices").get<unsigned long long>(),
-                    lod.at("levels").get<unsigned>(), printable(lod.at("stopped_because").get<std::string>()).c_str());
-        for (const Json& order : lod.at("orders")) {
-            std::printf("    order %-10s %llu keyframes, %.2f faces moved per ecol\n",
-                        printable(order.at("name").get<std::string>()).c_str(),
-                        order.at("keyframes").get<unsigned long long>(), order.at("moved_per_ecol").get<double>());
-        }
-        for (const Json& level : lod.at("errors")) {
-            std::printf("    level %-9u %10u triangles  error %g\n", level.at("level").get<unsigned>(),
-                        level.at("triangles").get<unsigned>(), level.at("error").get<double>());
-        }
-        std::printf(
-            "    %u distinct errors; 1%% more error leaves out at most %.2f%% of the triangles, %.2f%% in the middle\n",
-            lod.at("distinct_errors").get<unsigned>(), 100 * lod.at("largest_step").get<double>(),
-            100 * lod.at("median_step").get<double>());
-    }
+    if (const uint64_t whole = info.at("whole_bytes").get<uint64_t>(); whole != info.at("bytes").get<uint64_t>())
+        std::printf("  the first of %llu bytes\n", static_cast<unsigned long long>(whole));
+    if (info.contains("lod")) print_lod(info);
     if (info.contains("vgi")) {
         const Json& vgi = info.at("vgi");
         std::printf(
@@ -181,7 +200,7 @@ Result<int> verify(const std::string& path, bool json) {
 
 struct Options {
     std::string asset;
-    bool json = false;
+    bool json = false, prefix = false;
 };
 
 }  // namespace
@@ -191,11 +210,12 @@ void add_info(CLI::App& app, Run& run) {
     CLI::App* command =
         app.add_subcommand("info", "Print what an asset holds: levels, orders, charts, errors, bytes, hashes, options");
     command->add_option("asset", o->asset, "Asset file, .lode")->required();
+    add_prefix_option(*command, o->prefix);
     command->add_flag("--json", o->json, "Print as JSON");
     command->footer(examples("lodestone info bunny.lode\nlodestone info bunny.lode --json"));
     command->callback([o, &run] {
         run = [o]() -> Result<int> {
-            auto asset = open_asset(o->asset);
+            auto asset = open_asset(o->asset, o->prefix ? Extent::prefix : Extent::whole);
             if (!asset) return tl::unexpected(asset.error());
             return telling(o->asset, [&] {
                 const Json info = describe(*asset);

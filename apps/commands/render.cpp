@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "apps/commands/commands.h"
+#include "apps/drawing/budget_use.h"
 #include "apps/drawing/session.h"
 #include "apps/drawing/stage.h"
 #include "apps/terminal.h"
@@ -70,6 +71,7 @@ Json stats_of(const DrawnFrame& drawn, const Options& o, const DrawStage& stage)
                       {"uploaded_bytes", drawn.stats.uploaded_bytes},
                       {"resident_bytes", drawn.stats.resident_bytes},
                       {"index_bytes", drawn.stats.index_bytes},
+                      {"buffer_bytes", stage.renderer->buffer_bytes()},
                       {"triangles", drawn.stats.triangles},
                       {"vertex_invocations", invocations_of(drawn)},
                       {"acmr", drawn.stats.triangles ? static_cast<double>(drawn.counters.camera_vertices()) /
@@ -107,12 +109,15 @@ Result<int> render(const Options& o) {
         DrawSession::open(ready, renderer, {o.backend, o.order, o.raster}, *debug == DebugView::misses, progress);
     if (!session) return tl::unexpected(session.error());
     (*session)->look.debug = *debug;
-    Budget budget;
+    Budget budget = ready.scene.budget;
     budget.pixel_error = o.pixel_error;
     budget.forced_level = o.level.value_or(-1);
-    budget.resident_bytes = ready.scene.resident_bytes;
     auto drawn = (*session)->settle(*camera, budget, stage->width, stage->height);
     if (!drawn) return tl::unexpected(drawn.error());
+    // What the first frame needs is uploaded whatever the budget.
+    BudgetUse use = use_of(drawn->stats);
+    use.upload_bytes = 0;
+    for (const std::string& line : beyond(budget, use, o.backend)) progress.warning(line);
     auto picture = renderer.read_picture();
     if (!picture) return tl::unexpected(picture.error());
     if (auto done = write_png(opaque_image(*picture), o.out); !done) return tl::unexpected(done.error());

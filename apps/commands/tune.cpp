@@ -25,8 +25,9 @@ struct Options {
 
 constexpr double near_by = 0.15;  // of the frame's time: worth another look
 
+// Flights at a pixel error, whose frames overlap.
 struct Tried {
-    double pixel_error, ms_median, ms_p95, triangles, cpu_plan_ms, gpu_ms;
+    double pixel_error, period_median_ms, period_p95_ms, triangles, cpu_plan_ms, gpu_ms;
 };
 
 class Tuner {
@@ -34,7 +35,7 @@ public:
     Tuner(DrawSession& session, const Flight& flight, double target_ms, const Progress& progress)
         : session_(session), flight_(flight), target_ms_(target_ms), progress_(progress) {}
 
-    // The median of frames flown at an error, ms; flown twice where it may be the answer.
+    // The median period of frames flown at an error, ms; flown twice where it may be the answer.
     Result<double> median_ms_at(double error) {
         flight_.budget.pixel_error = error;
         char label[64];
@@ -45,17 +46,17 @@ public:
             const auto flown = fly(session_, flight_, label, progress_);
             if (!flown) return tl::unexpected(flown.error());
             all.insert(all.end(), flown->begin(), flown->end());
-            const auto ms = of_frames(all, [](const FlownFrame& f) { return f.ms; });
+            const auto ms = of_frames(all, [](const FlownFrame& f) { return f.period_ms; });
             now = {error,
                    median(ms),
                    percentile(ms, 0.95),
                    mean(of_frames(all, [](const FlownFrame& f) { return f.triangles; })),
                    mean(of_frames(all, [](const FlownFrame& f) { return f.plan_cpu_ms; })),
                    median(of_frames(all, [](const FlownFrame& f) { return f.gpu_ms; }))};
-            if (std::abs(now.ms_median / target_ms_ - 1) > near_by) break;
+            if (std::abs(now.period_median_ms / target_ms_ - 1) > near_by) break;
         }
         tried.push_back(now);
-        return now.ms_median;
+        return now.period_median_ms;
     }
 
     std::vector<Tried> tried;
@@ -72,6 +73,8 @@ struct Tuned {
     std::vector<Tried> tried;
     Tried best;
     bool holds = false;
+    std::vector<FlownFrame> alone;         // at the best, one frame in flight
+    FrameRates rates;                      // at the best, where frames overlap
     std::vector<double> ms, pixel_errors;  // of the flight that was steered, per frame
 };
 
@@ -86,13 +89,18 @@ Json json_of(const Tuned& tuned, const Options& o, const DrawStage& stage) {
     json["frames"] = o.frames;
     json["pixel_error"] = tuned.best.pixel_error;
     json["holds"] = tuned.holds;
-    json["ms_median"] = tuned.best.ms_median;
-    json["ms_p95"] = tuned.best.ms_p95;
-    json["fps_median"] = 1000 / tuned.best.ms_median;
+    const auto ms = of_frames(tuned.alone, [](const FlownFrame& f) { return f.ms; });
+    json["ms_median"] = median(ms);
+    json["ms_p95"] = percentile(ms, 0.95);
+    json["fps_median"] = 1000 / tuned.best.period_median_ms;
+    json["throughput_fps"] = tuned.rates.mean;
+    json["throughput_fps_min"] = tuned.rates.least;
+    json["throughput_fps_max"] = tuned.rates.most;
+    json["frames_in_flight"] = frames_in_flight;
     for (const Tried& t : tuned.tried) {
         json["tried"].push_back({{"pixel_error", t.pixel_error},
-                                 {"ms_median", t.ms_median},
-                                 {"ms_p95", t.ms_p95},
+                                 {"period_median_ms", t.period_median_ms},
+                                 {"period_p95_ms", t.period_p95_ms},
                                  {"triangles", t.triangles},
                                  {"cpu_plan_ms", t.cpu_plan_ms},
                                  {"gpu_ms", t.gpu_ms}});
@@ -108,8 +116,8 @@ void print_summary(const Tuned& tuned, const Options& o, const std::string& devi
     char line[256];
     std::snprintf(line, sizeof line,
                   "%s: a pixel error of %.3g holds %g frames per second on %s: median %.2f ms (%.1f per second)",
-                  o.backend.c_str(), tuned.best.pixel_error, o.fps, device.c_str(), tuned.best.ms_median,
-                  1000 / tuned.best.ms_median);
+                  o.backend.c_str(), tuned.best.pixel_error, o.fps, device.c_str(), tuned.best.period_median_ms,
+                  1000 / tuned.best.period_median_ms);
     print_line(line);
     std::snprintf(line, sizeof line, "steered frame by frame: median %.2f ms with errors from %.3g to %.3g px",
                   median(tuned.ms), percentile(tuned.pixel_errors, 0), percentile(tuned.pixel_errors, 1));
@@ -120,19 +128,30 @@ Result<Tuned> tune(DrawStage& stage, const Options& o, const ErrorController::Ra
     auto session = DrawSession::open(stage.scene, *stage.renderer, {o.backend, o.order, o.raster}, false, progress);
     if (!session) return tl::unexpected(session.error());
     const double target_ms = 1000 / o.fps;
-    Flight flight{&stage.scene.camera, o.frames, {}, stage.width, stage.height, nullptr};
-    flight.budget.resident_bytes = stage.scene.scene.resident_bytes;
+    Flight flight{&stage.scene.camera, o.frames, stage.scene.scene.budget, stage.width, stage.height, nullptr, true};
     Tuner tuner(**session, flight, target_ms, progress);
     const FrameTimeSearch wanted{.target_ms = target_ms, .least = range.least, .most = range.most};
     const auto found = error_that_holds(wanted, [&](double pixel_error) { return tuner.median_ms_at(pixel_error); });
     if (!found) return tl::unexpected(found.error());
-    Tuned tuned{tuner.tried, tuner.tried[found->which], found->holds, {}, {}};
+    Tuned tuned{tuner.tried, tuner.tried[found->which], found->holds, {}, {}, {}, {}};
 
+    flight.budget.pixel_error = tuned.best.pixel_error;
+    for (const bool overlaps : {false, true}) {
+        flight.overlaps = overlaps;
+        auto flown = fly(**session, flight, "found", progress);
+        if (!flown) return tl::unexpected(flown.error());
+        for (const std::string& line : beyond(flight.budget, use_of(*flown), o.backend)) progress.warning(line);
+        if (overlaps) {
+            tuned.rates = frame_rates(*flown);
+        } else {
+            tuned.alone = std::move(*flown);
+        }
+    }
     ErrorController controller(target_ms, tuned.best.pixel_error, range);
     flight.controller = &controller;
     const auto held = fly(**session, flight, "controlled", progress);
     if (!held) return tl::unexpected(held.error());
-    tuned.ms = of_frames(*held, [](const FlownFrame& f) { return f.ms; });
+    tuned.ms = of_frames(*held, [](const FlownFrame& f) { return f.period_ms; });
     tuned.pixel_errors = of_frames(*held, [](const FlownFrame& f) { return f.pixel_error; });
     return tuned;
 }
@@ -160,7 +179,7 @@ Result<int> tune(const Options& o) {
         line, sizeof line,
         "%s cannot be drawn %g times a second here: of all errors up to %g px the fastest, %g px, takes %.2f ms a "
         "frame; ask for fewer, or for a smaller --size",
-        o.stage.scene.c_str(), o.fps, range.most, tuned->best.pixel_error, tuned->best.ms_median);
+        o.stage.scene.c_str(), o.fps, range.most, tuned->best.pixel_error, tuned->best.period_median_ms);
     return fail(Fault::machine, line);
 }
 

@@ -4,11 +4,13 @@
 #include <charconv>
 #include <cstdio>
 #include <deque>
+#include <optional>
 
 #include "apps/commands/commands.h"
 #include "apps/drawing/stage.h"
 #include "apps/terminal.h"
 #include "apps/viewer/panel.h"
+#include "base/text.h"
 
 namespace lodestone {
 
@@ -91,44 +93,82 @@ Result<void> act_on_keys(Viewer& viewer, Window& window) {
     return {};
 }
 
+// Shows a scene until the user ends it, with one device after the other where one is lost.
+class Show {
+public:
+    Show(const Options& options, DrawStage& stage, ScriptPlayer player, const Progress& progress)
+        : o_(options), stage_(stage), player_(std::move(player)), progress_(progress) {}
+
+    Result<void> run() {
+        std::optional<Viewer::State> state;
+        std::string message;
+        for (;;) {
+            const uint64_t before = frames_;
+            auto ended = on_one_device(state, message);
+            // A device that is lost before it shows anything would be lost again.
+            if (ended || frames_ == before || !stage_.renderer->lost()) return ended;
+            message = ended.error().message + "; drawing goes on with a new device";
+            std::fprintf(stderr, "%s\n", printable(message).c_str());
+            if (auto renewed = stage_.renew_renderer(); !renewed) return renewed;
+        }
+    }
+    uint64_t frames() const { return frames_; }
+
+private:
+    // state: what to go on with, where a device before was lost; becomes it where this one fails.
+    Result<void> on_one_device(std::optional<Viewer::State>& state, const std::string& message) {
+        auto window = Window::open(*stage_.renderer, {title_, stage_.width, stage_.height});
+        if (!window) return tl::unexpected(window.error());
+        Viewer viewer(*stage_.renderer, **window, progress_);
+        viewer.shader_folder = o_.shaders;
+        if (auto done = state ? viewer.go_on_with(std::move(*state)) : begin(viewer); !done) return done;
+        if (!message.empty()) viewer.message = message;
+        auto ended = turns(viewer, **window);
+        if (!ended) state = viewer.take_state();
+        return ended;
+    }
+    Result<void> begin(Viewer& viewer) {
+        viewer.panes[0].way.backend = o_.backend;
+        viewer.panes[1].way.backend = o_.right;
+        viewer.pixel_error = o_.pixel_error;
+        return viewer.show(std::move(stage_.scene));
+    }
+    Result<void> turns(Viewer& viewer, Window& window) {
+        while (window.poll() && !progress_.stopped() && !window.pressed(Key::escape)) {
+            if (auto done = act_on_keys(viewer, window); !done) return done;
+            if (auto done = viewer.turn([&] { describe_panel(viewer); }); !done) return done;
+            ++frames_;
+            if ((o_.frames > 0 && frames_ >= o_.frames) || !player_.go_on(viewer, window)) break;
+        }
+        return {};
+    }
+
+    const Options& o_;
+    DrawStage& stage_;
+    ScriptPlayer player_;
+    const Progress& progress_;
+    const std::string title_ = "Lodestone: " + stage_.scene.scene.name;
+    uint64_t frames_ = 0;
+};
+
 Result<int> view(const Options& o) {
     for (const auto& [option, name] : {std::pair("--backend", o.backend), std::pair("--right", o.right)}) {
         if (auto known = check_backend(option, name); !known) return tl::unexpected(known.error());
     }
     auto script = script_of(o.keys);
     if (!script) return tl::unexpected(script.error());
-    ScriptPlayer player(std::move(*script));
     const Progress progress = terminal_progress();
     SceneNeeds needs = needs_of({o.backend}, Need::welcome);
     needs.quickly = true;
     auto stage = set_stage(o.stage, needs, progress, true);
     if (!stage) return tl::unexpected(stage.error());
-    Renderer& renderer = *stage->renderer;
     end_progress();
-    auto window = Window::open(renderer, {"Lodestone: " + stage->scene.scene.name, stage->width, stage->height});
-    if (!window) return tl::unexpected(window.error());
-
-    uint64_t frames = 0;
-    {
-        Viewer viewer(renderer, **window, progress);
-        viewer.panes[0].way.backend = o.backend;
-        viewer.panes[1].way.backend = o.right;
-        viewer.pixel_error = o.pixel_error;
-        viewer.shader_folder = o.shaders;
-        if (auto done = viewer.show(std::move(stage->scene)); !done) return tl::unexpected(done.error());
-        while ((*window)->poll() && !progress.stopped()) {
-            if ((*window)->pressed(Key::escape)) break;
-            if (auto done = act_on_keys(viewer, **window); !done) return tl::unexpected(done.error());
-            if (auto done = viewer.turn([&] { describe_panel(viewer); }); !done) return tl::unexpected(done.error());
-            ++frames;
-            if (o.frames > 0 && frames >= o.frames) break;
-            if (!player.go_on(viewer, **window)) break;
-        }
-    }
+    Show show(o, *stage, ScriptPlayer(std::move(*script)), progress);
+    if (auto done = show.run(); !done) return tl::unexpected(done.error());
     if (verbosity() != Verbosity::quiet) {
-        std::printf("%llu frames shown on %s\n", static_cast<unsigned long long>(frames), stage->device_text().c_str());
+        std::printf("%llu frames shown on %s\n", static_cast<unsigned long long>(show.frames()),
+                    stage->device_text().c_str());
     }
-    window->reset();
     return stage->exit_code();
 }
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "apps/drawing/budget_use.h"
 #include "apps/drawing/session.h"
 #include "frame/camera_path.h"
 #include "frame/error_controller.h"
@@ -11,6 +12,7 @@ namespace lodestone {
 
 struct FlownFrame {
     double ms = 0, plan_cpu_ms = 0, cpu_ms = 0, gpu_ms = 0;
+    double period_ms = 0;  // since the frame before was done
     double pixel_error = 0;
     uint64_t triangles = 0;
     uint64_t vertex_invocations = 0, camera_invocations = 0;  // of all passes; of one over the camera's triangles
@@ -23,11 +25,23 @@ struct Flight {
     Budget budget;
     uint32_t width = 0, height = 0;
     ErrorController* controller = nullptr;  // sets the pixel error of every frame, and learns what it took
+    // Frames are planned while those before are drawn, as many as the renderer takes; each takes its period. Otherwise
+    // each is waited for, and takes what it takes alone.
+    bool overlaps = false;
 };
 
 // Settles at the first frame, which uploads what every frame needs, and then flies. Fault::interrupted.
 Result<std::vector<FlownFrame>> fly(DrawSession& session, const Flight& flight, const std::string& label,
                                     const Progress& progress);
+
+// Frames a second of a flight whose frames overlapped: over all of it, of its longest period and of its shortest.
+struct FrameRates {
+    double mean = 0, least = 0, most = 0;
+};
+FrameRates frame_rates(const std::vector<FlownFrame>& flown);
+
+// What the frames took of their budget.
+BudgetUse use_of(const std::vector<FlownFrame>& flown);
 
 // Transforms per triangle of a frame's colour stage by a simulated FIFO-16.
 double simulated_acmr(const PlanMirror& mirror);

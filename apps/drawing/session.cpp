@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <variant>
 
+#include "base/check.h"
 #include "base/cpu_meter.h"
 #include "mesh/cache/vertex_cache.h"
 
@@ -20,7 +22,13 @@ double ms_since(std::chrono::steady_clock::time_point start) {
 }
 
 constexpr uint32_t shadow_texels = 2048;
+// Frames that only put pages in the place of others, after which it is taken that the budget never holds all.
+constexpr uint32_t most_swaps = 128;
 constexpr uint32_t mirrored_tag = 1u << 31;  // of readbacks for the mirror; the rest is the buffer
+
+bool swaps_pages(const PlanStats& stats) {
+    return std::ranges::any_of(stats.more, [](const auto& f) { return f.first == "pages_evicted" && f.second > 0; });
+}
 
 // How many corners of every triangle in the camera's picture a FIFO-16 misses.
 TriangleMarks cache_misses(const PlanMirror& mirror, size_t commands) {
@@ -127,56 +135,99 @@ Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, 
     return session;
 }
 
-Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
-                                     bool empty) {
+Result<DrawnFrame> DrawSession::start(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
+                                      bool empty) {
     FrameInput input;
     input.views = views_of(*scene_, look, camera, width, height);
     if (!empty) input.instances = scene_->instances;
     input.budget = budget;
-    input.readbacks = std::move(readbacks_);
-    input.arrivals = reader_.arrivals();
-    input.frame = frame_++;
     const auto completed = renderer_->completed_frame(place_);
     if (!completed) return tl::unexpected(completed.error());
     input.completed_frame = *completed;
+    input.readbacks = std::exchange(readbacks_, {});
+    std::ranges::move(renderer_->take_readbacks(place_), std::back_inserter(input.readbacks));
+    input.arrivals = reader_.arrivals();
+    input.frame = frame_++;
     view_ = input.views[0];
 
     DrawnFrame drawn;
-    const auto start = std::chrono::steady_clock::now();
+    drawn.frame = input.frame;
+    drawn.pixel_error = budget.pixel_error;
+    const auto entered = std::chrono::steady_clock::now();
     const double cpu_start = thread_cpu_ms();
     Plan plan = source_->plan(as_frozen(input, frozen_levels, frozen_culling));
     drawn.plan_cpu_ms = thread_cpu_ms() - cpu_start;
     for (const std::string& warning : plan.warnings) progress_.warning(warning);
     drawn.warnings = std::move(plan.warnings);
+    drawn.stats = plan.stats;
     outstanding_ = !plan.requests.empty() || !input.arrivals.empty();
     reads_back_ = std::ranges::any_of(
         plan.commands, [](const Command& command) { return std::holds_alternative<Readback>(command.what); });
     reader_.request(plan.requests);
-    const double plan_ms = ms_since(start);
+    drawn.ms = drawn.plan_ms = ms_since(entered);
     ShadingOptions shown = look;
     if (mirror_) {
         if (auto done = mirror_plan(*mirror_, input, plan, shown); !done) return tl::unexpected(done.error());
     }
     const auto submitted = std::chrono::steady_clock::now();
     if (auto done = renderer_->submit(plan, input, shown, place_); !done) return tl::unexpected(done.error());
+    drawn.ms += ms_since(submitted);
+    return drawn;
+}
+
+Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
+                                     bool empty) {
+    LODE_CHECK(begun_.empty(), begun_.size());
+    auto drawn = start(camera, budget, width, height, empty);
+    if (!drawn) return drawn;
+    const auto submitted = std::chrono::steady_clock::now();
     if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
-    drawn.ms = plan_ms + ms_since(submitted);
+    drawn->ms += ms_since(submitted);
     const double cpu = started_threads_cpu_ms();
-    drawn.cpu_ms = cpu - std::exchange(cpu_before_, cpu);
-    drawn.stats = plan.stats;
-    for (const FrameCounters& counters : renderer_->take_counters()) {
-        if (counters.frame == input.frame) drawn.counters = counters;
+    drawn->cpu_ms = cpu - std::exchange(cpu_before_, cpu);
+    for (const FrameCounters& counters : renderer_->take_counters(place_)) {
+        if (counters.frame == drawn->frame) drawn->counters = counters;
     }
-    readbacks_ = renderer_->take_readbacks();
-    learn(mirror_, readbacks_, input.frame);
+    readbacks_ = renderer_->take_readbacks(place_);
+    learn(mirror_, readbacks_, drawn->frame);
+    return drawn;
+}
+
+Result<void> DrawSession::begin(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height) {
+    LODE_CHECK(!mirror_);
+    auto drawn = start(camera, budget, width, height, false);
+    if (!drawn) return tl::unexpected(drawn.error());
+    const double cpu = started_threads_cpu_ms();
+    drawn->cpu_ms = cpu - std::exchange(cpu_before_, cpu);
+    begun_.push_back(std::move(*drawn));
+    return {};
+}
+
+Result<std::vector<DrawnFrame>> DrawSession::take_drawn(bool wait) {
+    if (wait) {
+        if (auto done = renderer_->wait(); !done) return tl::unexpected(done.error());
+    } else if (auto completed = renderer_->completed_frame(place_); !completed) {
+        return tl::unexpected(completed.error());
+    }
+    std::vector<DrawnFrame> drawn;
+    for (const FrameCounters& counters : renderer_->take_counters(place_)) {
+        // One that was drawn, not begun, has told of itself.
+        if (begun_.empty() || begun_.front().frame != counters.frame) continue;
+        drawn.push_back(std::move(begun_.front()));
+        begun_.pop_front();
+        drawn.back().counters = counters;
+        drawn.back().ms = drawn.back().plan_ms + counters.total_ms;
+    }
     return drawn;
 }
 
 Result<DrawnFrame> DrawSession::settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                                        uint32_t frames) {
+    uint32_t swaps = 0;
     for (bool first = true;; --frames, first = false) {
         auto drawn = draw(camera, budget, width, height);
         if (!drawn || frames <= 1) return drawn;
+        if (swaps_pages(drawn->stats) && ++swaps == most_swaps) return drawn;
         // What arrived with this frame is decoded by the next, and shown by it.
         reader_.wait();
         // And what a device finds out about a frame is answered by the next.

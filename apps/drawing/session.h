@@ -1,8 +1,10 @@
 // One backend drawing one scene on one renderer, frame after frame.
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "apps/scene/backends.h"
 #include "apps/scene/page_reader.h"
@@ -15,12 +17,17 @@
 namespace lodestone {
 
 struct DrawnFrame {
+    uint64_t frame = 0;      // FrameInput::frame
+    double pixel_error = 0;  // that was asked for
     FrameCounters counters;
     PlanStats stats;
+    double plan_ms = 0;                 // wall clock of that plan
     double plan_cpu_ms = 0;             // CPU of the calling thread inside FrameSource::plan
-    double cpu_ms = 0;                  // CPU of the threads we start, since the frame before was done
+    double cpu_ms = 0;                  // CPU of the threads we start, since the frame before was done, or begun
     std::vector<std::string> warnings;  // Plan::warnings
-    double ms = 0;  // wall clock, from plan() entered to the fence seen signalled; simulations left out
+    // Wall clock, from plan() entered to the fence seen signalled; simulations left out. Where several frames are in
+    // flight, the wait for those before is in it.
+    double ms = 0;
 };
 
 // A picture as an image to write; its alpha only marked coverage.
@@ -41,7 +48,14 @@ public:
     Result<DrawnFrame> draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                             bool empty = false);
 
-    // The same frame again and again until every page it asked for has come, at most `frames` times; the last is told.
+    // Plans and submits one frame, and waits only where as many are under way as the renderer takes. Not of a session
+    // that is mirrored.
+    Result<void> begin(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height);
+    // Frames begun that have been seen to leave the GPU since the last call, oldest first; wait: all of them.
+    Result<std::vector<DrawnFrame>> take_drawn(bool wait = false);
+
+    // The same frame again and again until every page it asked for has come, or the budget is seen to hold no
+    // more of them, at most `frames` times; the last is told.
     Result<DrawnFrame> settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                               uint32_t frames = 4096);
 
@@ -56,6 +70,9 @@ public:
 private:
     DrawSession(const ReadyScene& scene, Renderer& renderer, const Progress& progress, uint32_t place);
 
+    // Plans a frame and submits it; `ms` is then what that took, plans apart from simulations.
+    Result<DrawnFrame> start(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height, bool empty);
+
     const ReadyScene* scene_;
     Renderer* renderer_;
     Progress progress_;
@@ -68,6 +85,7 @@ private:
     bool late_ = false;         // and so did the one before
     bool reads_back_ = false;   // the last frame reads something back
     std::vector<ReadbackResult> readbacks_;
+    std::deque<DrawnFrame> begun_;  // without counters yet
     View view_;
     uint64_t frame_ = 0;
     double cpu_before_ = started_threads_cpu_ms();  // when the last frame was done

@@ -16,9 +16,29 @@ void add_stage_options(CLI::App& command, StageOptions& options) {
                        "Number, or part of the name, of a Vulkan device; the first real GPU unless given");
     command.add_option("--threads", options.threads, "Threads for baking, cuts and metrics; 0 takes one per core")
         ->capture_default_str();
+    command
+        .add_option("--resident-mib", options.resident_mib,
+                    "MiB that the buffers of a backend may take together; what the scene says unless given, or 1024")
+        ->check(CLI::Range(uint64_t{1}, most_mib));
+    command
+        .add_option("--upload-mib", options.upload_mib,
+                    "MiB that a frame may upload, once the first is drawn; what the scene says unless given, or any")
+        ->check(CLI::Range(uint64_t{1}, most_mib));
+    command
+        .add_option("--max-triangles", options.max_triangles,
+                    "Triangles that a picture may have; the pixel error rises to keep to it. What the scene says "
+                    "unless given, or any. Where a backend cannot go so low, what it reached is told")
+        ->check(CLI::Range(uint64_t{1}, most_triangles));
     command.add_flag("--validation", options.validation,
                      "Run under Vulkan validation; exit with 1 if it reports anything");
     add_outside_option(command, options.allow_outside);
+    add_prefix_option(command, options.prefix);
+}
+
+void apply_budget(const StageOptions& options, Budget& budget) {
+    if (options.resident_mib) budget.resident_bytes = *options.resident_mib << 20;
+    if (options.upload_mib) budget.upload_bytes = *options.upload_mib << 20;
+    if (options.max_triangles) budget.max_triangles = *options.max_triangles;
 }
 
 Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs, const Progress& progress,
@@ -28,17 +48,20 @@ Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs
     set_thread_count(options.threads);
     auto scene = read_scene(options.scene, options.allow_outside);
     if (!scene) return tl::unexpected(scene.error());
+    apply_budget(options, scene->budget);
+    if (options.prefix) scene->extent = Extent::prefix;
     RendererOptions renderer_options;
     renderer_options.device = options.device;
     renderer_options.width = size->first;
     renderer_options.height = size->second;
     renderer_options.validation = options.validation;
     renderer_options.presents = presents;
+    renderer_options.frames_in_flight = frames_in_flight;
     auto renderer = Renderer::create(renderer_options);
     if (!renderer) return tl::unexpected(renderer.error());
     auto ready = ready_scene(std::move(*scene), needs, progress);
     if (!ready) return tl::unexpected(ready.error());
-    return DrawStage{size->first, size->second, std::move(*renderer), std::move(*ready)};
+    return DrawStage{size->first, size->second, renderer_options, std::move(*renderer), std::move(*ready)};
 }
 
 std::span<const DebugChoice> debug_choices() {
@@ -68,6 +91,14 @@ std::string debug_names() {
         names += choice.name;
     }
     return names;
+}
+
+Result<void> DrawStage::renew_renderer() {
+    renderer.reset();
+    auto made = Renderer::create(options);
+    if (!made) return tl::unexpected(made.error());
+    renderer = std::move(*made);
+    return {};
 }
 
 Machine DrawStage::machine() const {

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -12,12 +13,18 @@
 
 namespace lodestone {
 
+inline constexpr uint32_t frames_in_flight = 3;  // where frames overlap
+
 struct StageOptions {
     std::string scene, size = "1280x720", device;
     unsigned threads = 0;
-    bool validation = false, allow_outside = false;
+    bool validation = false, allow_outside = false, prefix = false;
+    // In place of what the scene says.
+    std::optional<uint64_t> resident_mib, upload_mib, max_triangles;
 };
 void add_stage_options(CLI::App& command, StageOptions& options);
+// What the options set of a budget.
+void apply_budget(const StageOptions& options, Budget& budget);
 
 // What can be coloured: its name on the command line, and in the viewer.
 struct DebugChoice {
@@ -31,8 +38,12 @@ std::string debug_names();
 
 struct DrawStage {
     uint32_t width = 0, height = 0;
+    RendererOptions options;  // of the renderer
     std::unique_ptr<Renderer> renderer;
     ReadyScene scene;
+
+    // Another device of the same kind in place of one that was lost; what was drawn on that must be gone.
+    Result<void> renew_renderer();
 
     Machine machine() const;
     // "NAME", and whether it is a software rasteriser.

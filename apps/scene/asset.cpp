@@ -11,22 +11,41 @@ namespace {
 
 constexpr int most_nested = 32;  // brackets of `about` in one another: JSON is copied and written by recursion
 
-// The chunk that tells in words what the file holds.
-Result<nlohmann::json> read_about(const ChunkFile& file) {
+// A chunk that tells something in words.
+Result<nlohmann::json> read_words(const ChunkFile& file, const std::string& chunk) {
     using Json = nlohmann::json;
-    auto text = file.text("about");
+    auto text = file.text(chunk);
     if (!text) return tl::unexpected(text.error());
     bool too_deep = false;
     const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
         too_deep |= depth > most_nested;
         return !too_deep;
     };
-    Json about = Json::parse(*text, shallow, false);
+    Json words = Json::parse(*text, shallow, false);
+    const auto wrong = [&](const char* what) {
+        return fail(Fault::format,
+                    file.path().string() + ": chunk '" + chunk + "': " + what + "; bake the asset again");
+    };
+    if (words.is_discarded() || !words.is_object()) return wrong("is not JSON, or no object");
+    if (too_deep) return wrong("is nested too deeply");
+    return words;
+}
+
+// What the file tells of itself, its backends included.
+Result<nlohmann::json> read_about(const ChunkFile& file) {
+    using Json = nlohmann::json;
+    auto words = read_words(file, "about");
+    if (!words) return words;
+    Json about = std::move(*words);
+    for (const char* backend : {"lod", "vgi"}) {
+        if (!file.contains(std::string(backend) + "/about")) continue;
+        auto more = read_words(file, std::string(backend) + "/about");
+        if (!more) return more;
+        about[backend] = std::move(*more);
+    }
     const auto wrong = [&](const char* what) {
         return fail(Fault::format, file.path().string() + ": chunk 'about': " + what + "; bake the asset again");
     };
-    if (about.is_discarded() || !about.is_object()) return wrong("is not JSON, or no object");
-    if (too_deep) return wrong("is nested too deeply");
     const auto is = [&](const char* name, auto&& good) {
         const auto at = about.find(name);
         return at != about.end() && good(*at);
@@ -44,18 +63,24 @@ Result<nlohmann::json> read_about(const ChunkFile& file) {
 
 }  // namespace
 
-Result<Asset> open_asset(const std::filesystem::path& path) {
-    auto file = ChunkFile::open(path);
+Result<Asset> open_asset(const std::filesystem::path& path, Extent extent) {
+    auto file = ChunkFile::open(path, extent);
     if (!file) return tl::unexpected(file.error());
     auto about = read_about(*file);
     if (!about) return tl::unexpected(about.error());
     Asset asset{std::move(*file), std::move(*about), nullptr, nullptr, nullptr, nullptr, {}};
+    if (asset.file.is_prefix() && asset.file.bytes_there("lod/blocks") == 0) {
+        return fail(Fault::format,
+                    path.string() + ": end of file: the " + std::to_string(asset.file.file_bytes()) +
+                        " bytes that are there have no level of a progressive mesh; give more of the file");
+    }
     if (asset.file.contains("lod/mesh")) {
         auto lod = ProgressiveMesh::open(asset.file);
         if (!lod) return tl::unexpected(lod.error());
         asset.lod = std::make_shared<const ProgressiveMesh>(std::move(*lod));
     }
-    if (asset.file.contains("vgi/atlas")) {
+    // The last chunk of an atlas that is read when it is opened, or asked for later.
+    if (asset.file.contains("vgi/atlas") && (!asset.file.is_prefix() || asset.file.contains("vgi/attribute_pages"))) {
         auto atlas = vgi::AtlasFile::open(asset.file);
         if (!atlas) return tl::unexpected(atlas.error());
         asset.atlas_file = std::make_shared<const vgi::AtlasFile>(std::move(*atlas));

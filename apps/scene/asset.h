@@ -17,7 +17,8 @@ namespace lodestone {
 
 struct Asset {
     ChunkFile file;
-    nlohmann::json about;                              // chunk "about": name, options, input, repair
+    // Chunk "about": name, options, input, repair; what "lod/about" and "vgi/about" tell in "lod" and "vgi".
+    nlohmann::json about;
     std::shared_ptr<const ProgressiveMesh> lod;        // null where it was baked without
     std::shared_ptr<const DiscreteChain> discrete;     // null where it was baked without
     std::shared_ptr<const vgi::AtlasFile> atlas_file;  // null where it was baked without
@@ -37,7 +38,8 @@ struct Asset {
     Sphere bounds() const;  // object space, around the source mesh: the same for all backends
 };
 
-// Every error names the file; Fault::format.
-Result<Asset> open_asset(const std::filesystem::path& path);
+// Of a file whose end is missing, opened as a prefix: the levels of the progressive mesh that are there, and what else
+// is there whole. Every error names the file; Fault::format.
+Result<Asset> open_asset(const std::filesystem::path& path, Extent extent = Extent::whole);
 
 }  // namespace lodestone

@@ -35,7 +35,7 @@ Result<std::unique_ptr<FrameSource>> open_full(const Technique&, const ReadyScen
         levels.push_back(chain != nullptr ? full_level(chain->vertices, chain->levels[0].indices)
                                           : full_level(asset.lod->vertices, asset.lod->orders[0].indices));
     }
-    return open_fixed_levels(std::move(levels), scene.scene.resident_bytes);
+    return open_fixed_levels(std::move(levels), scene.scene.budget.resident_bytes);
 }
 
 Result<std::unique_ptr<FrameSource>> open_discrete(const Technique&, const ReadyScene& scene,
@@ -51,14 +51,14 @@ Result<std::unique_ptr<FrameSource>> open_discrete(const Technique&, const Ready
         }
         levels.push_back(fixed_levels_of(std::move(chain)));
     }
-    return open_fixed_levels(std::move(levels), scene.scene.resident_bytes);
+    return open_fixed_levels(std::move(levels), scene.scene.budget.resident_bytes);
 }
 
 Result<std::unique_ptr<FrameSource>> open_lod_scene(const Technique& way, const ReadyScene& scene, const Progress&) {
     std::vector<std::shared_ptr<const ProgressiveMesh>> assets;
     for (const Asset& asset : scene.assets) assets.push_back(asset.lod);
     return open_lod(assets, {.order = way.order,
-                             .resident_bytes = scene.scene.resident_bytes,
+                             .resident_bytes = scene.scene.budget.resident_bytes,
                              .instances = scene.most_instances,
                              .geomorph = way.raster == lod_geomorph});
 }
@@ -68,8 +68,8 @@ Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Technique& way, const 
     for (const Asset& asset : scene.assets) assets.push_back(asset.atlas_file);
     const auto* raster = std::ranges::find(vgi_rasters, way.raster, &std::pair<const char*, vgi::Raster>::first);
     if (raster == std::end(vgi_rasters)) raster = vgi_rasters;
-    return vgi::open_vgi(assets,
-                         {scene.scene.resident_bytes, static_cast<uint32_t>(scene.instances.size()), raster->second});
+    return vgi::open_vgi(
+        assets, {scene.scene.budget.resident_bytes, static_cast<uint32_t>(scene.instances.size()), raster->second});
 }
 
 bool holds_chain(const Asset& asset) { return asset.holds_chain(); }

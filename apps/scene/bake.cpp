@@ -165,13 +165,20 @@ void add_atlas_options(Json& json, const vgi::AtlasOptions& atlas) {
 
 }  // namespace
 
+static Json to_json(const GreedyOptions& greedy) {
+    return {{"group", greedy.group},     {"window", greedy.window},
+            {"step", greedy.step},       {"in_place", greedy.in_place},
+            {"line", greedy.line},       {"line_bytes", greedy.line_bytes},
+            {"waiting", greedy.waiting}, {"look_ahead", greedy.look_ahead}};
+}
+
 Json BakeOptions::to_json() const {
     Json json = {{"backends", backends},
                  {"orders", orders},
                  {"cache", name_of(order.cache)},
                  {"moves_per_ecol", order.moves_per_ecol},
                  {"order_seconds", order.seconds},
-                 {"look_ahead", order.greedy_look_ahead},
+                 {"greedy", lodestone::to_json(order.greedy)},
                  {"simplifier", simplifier},
                  {"normal_weight", normal_weight},
                  {"uv_weight", uv_weight},
@@ -183,6 +190,7 @@ Json BakeOptions::to_json() const {
                  {"height_scale", read.height_scale},
                  {"pixel_size", read.pixel_size}};
     add_atlas_options(json, atlas);
+    if (quantise > 0) json["quantise"] = quantise;
     if (read.fill_voids) json["fill_voids"] = true;
     if (read.void_height) json["void_height"] = *read.void_height;
     if (read.gltf_mesh >= 0) json["gltf_mesh"] = read.gltf_mesh;
@@ -244,7 +252,7 @@ public:
               const CheckpointFolder* work)
         : input_(input), options_(options), progress_(progress), work_(work) {}
 
-    Json about, report;  // what goes into the asset, and what the caller is told besides
+    Json report;  // what the caller is told
 
     Result<void> add_backends(ChunkWriter& writer) {
         for (const auto& [name, add] :
@@ -262,22 +270,31 @@ public:
 
 private:
     Result<void> add_lod(ChunkWriter& writer) {
-        auto pm = bake_lod(input_.mesh, options_, report["lod"], progress_, work_);
+        TriMesh rounded;
+        if (options_.quantise > 0) {
+            rounded = input_.mesh;
+            quantise(rounded, options_.quantise);
+        }
+        auto pm = bake_lod(options_.quantise > 0 ? rounded : input_.mesh, options_, report["lod"], progress_, work_);
         if (!pm) return tl::unexpected(pm.error());
-        about["lod"] = {{"levels", report["lod"]["levels"]},
-                        {"base_triangles", report["lod"]["base_triangles"]},
-                        {"stopped_because", report["lod"]["stopped_because"]}};
-        return pm->write_chunks(writer);
+        const Json words = {{"levels", report["lod"]["levels"]},
+                            {"base_triangles", report["lod"]["base_triangles"]},
+                            {"stopped_because", report["lod"]["stopped_because"]}};
+        report["lod"]["triangles"] = pm->full_triangles();
+        auto done = writer.add_text("lod/about", words.dump());
+        return done ? pm->write_chunks(writer) : done;
     }
 
     Result<void> add_vgi(ChunkWriter& writer) {
         auto atlas = bake_atlas(input_.mesh, options_, report["vgi"], progress_, work_);
         if (!atlas) return fail_at(input_.name, atlas.error());
+        Json words;
         for (const char* figure :
              {"clusters", "charts", "resolution", "l2_stretch_rms", "l2_stretch_worst", "rms_error", "max_error"})
-            about["vgi"][figure] = report["vgi"][figure];
+            words[figure] = report["vgi"][figure];
         progress_.at("pages", 0);
-        return vgi::write_chunks(*atlas, writer);
+        auto done = writer.add_text("vgi/about", words.dump());
+        return done ? vgi::write_chunks(*atlas, writer) : done;
     }
 
     Result<void> add_discrete(ChunkWriter& writer) {
@@ -319,11 +336,12 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     auto repaired = repair(input.mesh);
     if (!repaired) return fail_at(input.name, repaired.error());
     AssetBake bake(input, options, progress, work);
-    bake.about = bake.report = about_of(input, option_json, *repaired);
+    bake.report = about_of(input, option_json, *repaired);
+    const std::string about = bake.report.dump();
     auto writer = ChunkWriter::create(out, {input.source, hash_of(std::span(option_text.data(), option_text.size()))});
     if (!writer) return tl::unexpected(writer.error());
+    if (auto done = writer->add_text("about", about); !done) return tl::unexpected(done.error());
     if (auto done = bake.add_backends(*writer); !done) return tl::unexpected(done.error());
-    if (auto done = writer->add_text("about", bake.about.dump()); !done) return tl::unexpected(done.error());
     auto bytes = writer->commit();
     if (!bytes) return tl::unexpected(bytes.error());
     Json& report = bake.report;

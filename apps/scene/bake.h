@@ -19,7 +19,7 @@
 namespace lodestone {
 
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
-inline constexpr int bake_revision = 6;
+inline constexpr int bake_revision = 7;
 
 struct BakeOptions {
     std::vector<std::string> backends = {"lod"};  // lod, vgi, discrete, full
@@ -29,6 +29,7 @@ struct BakeOptions {
     std::string simplifier = "quadric";                             // quadric, openmesh
     double normal_weight = -1, uv_weight = -1, colour_weight = -1;  // < 0: the simplifier's default
     uint64_t error_samples = 100000;                                // points on each surface when errors are measured
+    uint32_t quantise = 0;  // lod: bits of positions along the longest side of the mesh; 0 keeps them as they are
     vgi::AtlasOptions atlas;
     // vgi, above 0: clusters and samples at most as above, and fewer as long as the finest level's rms error is within
     // this share of the diagonal.

@@ -42,6 +42,8 @@ Result<Json> parse_file(const fs::path& path) {
     } catch (const Json::parse_error& e) {
         json = fail(Fault::format,
                     path.string() + ": byte " + std::to_string(e.byte) + ": is not JSON; see docs/scenes.md");
+    } catch (const Json::out_of_range&) {
+        json = fail(Fault::format, path.string() + ": has a number that is too large; see docs/scenes.md");
     }
     if (auto whole = bytes->intact(); !whole) return tl::unexpected(whole.error());
     return json;
@@ -306,35 +308,40 @@ Result<void> read_instances(const Node& root, Scene& scene) {
 
 Result<void> read_light(const Node& node, Scene& scene) {
     const Json& light = node.json;
+    const bool directed = light.is_object() && light.contains("direction");
     glm::vec3 direction(0);
     const auto shadows = light.is_object() ? light.find("shadows") : light.end();
     auto done = all(
         [&] {
             return only_members(node, {"direction", "shadows"});
         },
-        [&] { return vector(node, "direction", direction, true); });
+        [&] { return vector(node, "direction", direction, false); });
     if (!done) return done;
-    if (glm::length(direction) == 0) return node.wrong("direction must not be zero");
+    if (directed && glm::length(direction) == 0) return node.wrong("direction must not be zero");
     if (shadows != light.end() && !shadows->is_boolean()) return node.wrong("shadows must be true or false");
-    scene.light_direction = direction;
+    if (directed) scene.light_direction = direction;
     scene.shadows = shadows == light.end() || shadows->get<bool>();
     return {};
 }
 
 Result<void> read_head(const Node& root, Scene& scene) {
     if (auto done = only_members(root, {"lodestone", "version", "comment", "assets", "instances", "scatter", "light",
-                                        "camera", "resident_mib"});
+                                        "camera", "resident_mib", "upload_mib", "max_triangles"});
         !done) {
         return done;
     }
     if (root.json.value("lodestone", "") != std::string("scene"))
         return root.wrong("lodestone must be \"scene\"; see docs/scenes.md");
-    uint64_t version = 0, resident_mib = 1024;
+    uint64_t version = 0, resident_mib = 1024, upload_mib = 0;
+    Budget& budget = scene.budget;
     auto done = all([&] { return whole(root, "version", version, 0, 1000); },
-                    [&] { return whole(root, "resident_mib", resident_mib, 1, 1 << 20); });
+                    [&] { return whole(root, "resident_mib", resident_mib, 1, most_mib); },
+                    [&] { return whole(root, "upload_mib", upload_mib, 1, most_mib); },
+                    [&] { return whole(root, "max_triangles", budget.max_triangles, 1, most_triangles); });
     if (!done) return done;
     if (version != 1) return root.wrong("version must be 1; this program reads no other");
-    scene.resident_bytes = resident_mib << 20;
+    budget.resident_bytes = resident_mib << 20;
+    if (root.json.contains("upload_mib")) budget.upload_bytes = upload_mib << 20;
     return {};
 }
 

@@ -8,11 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "base/files/chunk_file.h"
 #include "base/result.h"
 #include "frame/camera_path.h"
+#include "frame/frame_source.h"
 #include "mesh/generate.h"
 
 namespace lodestone {
+
+// What budgets can be set to.
+inline constexpr uint64_t most_mib = 1 << 20, most_triangles = uint64_t{1} << 40;
 
 struct GeneratedSource {
     Shape shape = Shape::rock;
@@ -41,8 +46,9 @@ struct Scene {
     std::optional<glm::vec3> light_direction;  // from the light towards the scene
     bool shadows = true;
     std::optional<CameraPath> camera;  // absent: chosen from the bounds of what stands there
-    uint64_t resident_bytes = uint64_t{1} << 30;
-    bool allow_outside = false;  // as it was read: its meshes are read likewise
+    Budget budget;                     // what frames may cost; of its members those that scenes can set
+    bool allow_outside = false;        // as it was read: its meshes are read likewise
+    Extent extent = Extent::whole;     // of named assets
 };
 
 // A scene file; a glTF file, whose meshes stand where its nodes put them; or a single mesh or asset, which then stands

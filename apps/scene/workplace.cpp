@@ -25,6 +25,7 @@ namespace {
 BakeOptions cache_options(const char* part, bool quickly) {
     BakeOptions options;
     options.backends = {part};
+    options.orders = {"keyframe", "greedy", "static", "classic"};
     options.fit_error = 1e-4;  // a tenth of a pixel where the diagonal is a picture's width
     if (quickly) {
         options.orders = {"static"};
@@ -141,8 +142,8 @@ Hash128 with_mesh(const Hash128& source, int gltf_mesh) {
 
 // A named asset is used as it is; where its source lies beside it, and it or a file it refers to has changed, that is
 // said.
-Result<Asset> named_asset(const fs::path& path, const Progress& progress) {
-    auto asset = open_asset(path);
+Result<Asset> named_asset(const fs::path& path, Extent extent, const Progress& progress) {
+    auto asset = open_asset(path, extent);
     if (!asset) return asset;
     const auto source = path_named_by(path, asset->about.value("name", ""));
     std::error_code error;
@@ -193,8 +194,8 @@ Result<AssetSource> asset_source(const SceneAsset& asset, bool allow_outside, co
 }
 
 // A named asset draws what it holds.
-Result<Asset> ready_named(const fs::path& file, const SceneNeeds& needs, const Progress& progress) {
-    auto named = named_asset(file, progress);
+Result<Asset> ready_named(const fs::path& file, Extent extent, const SceneNeeds& needs, const Progress& progress) {
+    auto named = named_asset(file, extent, progress);
     if (!named) return named;
     const auto lacks = [&](const char* what, const char* backend) {
         return fail(Fault::format, file.string() + ": holds no " + what + "; bake it with --backends " + backend);
@@ -209,7 +210,7 @@ Result<Asset> ready_named(const fs::path& file, const SceneNeeds& needs, const P
 Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, const Progress& progress,
                           ReadyScene& ready) {
     if (asset.is_lode()) {
-        auto named = ready_named(asset.file, needs, progress);
+        auto named = ready_named(asset.file, ready.scene.extent, needs, progress);
         if (named) ready.asset_bytes += named->file.file_bytes();
         return named;
     }

@@ -158,6 +158,31 @@ void choose_error(Viewer& v) {
     }
 }
 
+// A slider over MiB or numbers whose right end is "any".
+bool choose_limit(const char* name, uint64_t unit, uint64_t most, uint64_t& limit) {
+    const bool any = limit == ~uint64_t{0};
+    auto value = static_cast<float>(any ? most : std::clamp<uint64_t>(limit / unit, 1, most));
+    const bool moved = ImGui::SliderFloat(name, &value, 1, static_cast<float>(most), any ? "any" : "%.0f",
+                                          ImGuiSliderFlags_Logarithmic);
+    if (moved) {
+        const auto chosen = static_cast<uint64_t>(std::max(1.0f, value));
+        limit = chosen >= most ? ~uint64_t{0} : chosen * unit;
+    }
+    return moved;
+}
+
+void choose_budget(Viewer& v) {
+    choose_limit("most triangles", 1, 10'000'000, v.budget().max_triangles);
+    choose_limit("MiB uploaded", uint64_t{1} << 20, 256, v.budget().upload_bytes);
+    // Buffers are made anew, so only once it is let go.
+    float& resident = v.resident_slider;
+    if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) resident = static_cast<float>(v.budget().resident_bytes >> 20);
+    ImGui::SliderFloat("MiB of buffers", &resident, 1, 16384, "%.0f", ImGuiSliderFlags_Logarithmic);
+    if (!ImGui::IsItemDeactivatedAfterEdit()) return;
+    if (auto done = v.keep_to(static_cast<uint64_t>(std::max(1.0f, resident)) << 20); !done)
+        v.message = done.error().message;
+}
+
 void choose_look(Viewer& v) {
     bool levels = v.freeze_levels, culling = v.freeze_culling;
     const bool froze = ImGui::Checkbox("freeze levels", &levels);
@@ -210,6 +235,7 @@ void describe_panel(Viewer& v) {
     }
     choose_in_combo(v, 0);
     choose_error(v);
+    choose_budget(v);
     choose_look(v);
     choose_split(v);
     choose_motion(v);

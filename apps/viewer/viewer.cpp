@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
+#include "apps/drawing/budget_use.h"
 #include "apps/viewer/shader_reload.h"
 #include "mesh/io/image_file.h"
 
@@ -22,6 +23,12 @@ constexpr double seconds_per_key = 0.5;  // of a recorded path
 double figure(const PlanStats& stats, const std::string& name) {
     const auto at = std::ranges::find(stats.more, name, &std::pair<std::string, double>::first);
     return at == stats.more.end() ? 0 : at->second;
+}
+
+// What a frame takes of the time from frame to frame, where they overlap: the longer of its plan and its drawing. Where
+// the device has no clock, all the time until it was drawn.
+double cost_of(const DrawnFrame& drawn) {
+    return drawn.counters.gpu_ms > 0 ? std::max(drawn.plan_ms, drawn.counters.gpu_ms) : drawn.ms;
 }
 
 // The first name with a number that no file in the current folder has.
@@ -52,6 +59,7 @@ Result<void> Viewer::show(ReadyScene scene) { return show(std::move(scene), fals
 
 Result<void> Viewer::show(ReadyScene scene, bool is_better) {
     auto coming = std::make_unique<ReadyScene>(std::move(scene));
+    if (is_better) coming->scene.budget = budget();
     std::array<Pane, 2> opened;
     for (uint32_t p = 0; p < panes.size(); ++p) {
         opened[p].way = panes[p].way;
@@ -80,6 +88,41 @@ Result<void> Viewer::show(ReadyScene scene, bool is_better) {
     return {};
 }
 
+Viewer::State Viewer::take_state() {
+    State state{std::move(*scene_),
+                {panes[0].way, panes[1].way},
+                look,
+                pixel_error,
+                fps,
+                controller,
+                shows_panel,
+                shows_help,
+                split,
+                difference,
+                flies,
+                split_at,
+                camera};
+    for (Pane& pane : panes) pane.session.reset();
+    return state;
+}
+
+Result<void> Viewer::go_on_with(State state) {
+    for (size_t p = 0; p < panes.size(); ++p) panes[p].way = state.ways[p];
+    split = state.split;
+    if (auto done = show(std::move(state.scene)); !done) return done;
+    look = state.look;
+    pixel_error = state.pixel_error;
+    fps = state.fps;
+    controller = state.controller;
+    shows_panel = state.shows_panel;
+    shows_help = state.shows_help;
+    difference = state.difference;
+    flies = state.flies;
+    split_at = state.split_at;
+    camera = state.camera;
+    return {};
+}
+
 Result<void> Viewer::keep_showing(const Error& why) {
     if (scene_ == nullptr) return tl::unexpected(why);
     for (uint32_t p = 0; p < panes.size(); ++p) {
@@ -94,7 +137,7 @@ Result<void> Viewer::open(uint32_t p, const Technique& chosen) {
     const Technique way = chosen;  // which may be the pane's own
     auto opened = DrawSession::open(*scene_, renderer_, way, look.debug == DebugView::misses, progress_, p);
     if (!opened) return fail(opened.error().fault, way.backend + ": " + opened.error().message);
-    panes[p] = {way, std::move(*opened), {}, {}, {}, {}, {}, {}};
+    panes[p] = {way, std::move(*opened), {}, {}, {}, {}, {}, {}, {}};
     return {};
 }
 
@@ -324,33 +367,71 @@ Result<void> Viewer::draw_panes() {
         // What does not fit beside the other pane is told in the message.
         if (!choose(1, techniques_of(panes[1].way.backend, *scene_).front())) split = false;
     }
-    Budget budget;
-    budget.pixel_error = controller ? controller->error() : pixel_error;
-    pixel_error = budget.pixel_error;
-    budget.resident_bytes = scene_->scene.resident_bytes;
+    Budget allowed = budget();
+    allowed.pixel_error = pixel_error = controller ? controller->error() : pixel_error;
     for (uint32_t p = 0; p < (split ? 2u : 1u); ++p) {
-        Pane& pane = panes[p];
-        // A mirror must see every frame from the first on, and costs where nobody looks through it.
-        if ((look.debug == DebugView::misses) != (pane.session->mirror() != nullptr)) {
-            if (auto done = choose(p, pane.way); !done) return done;
-            if (pane.session->mirror() == nullptr && look.debug == DebugView::misses) look.debug = DebugView::none;
-        }
-        pane.session->look = look;
-        pane.session->frozen_levels = frozen_levels_;
-        pane.session->frozen_culling = frozen_culling_;
-        auto drawn = pane.session->draw(camera.camera(), budget, width_, height_);
-        if (!drawn) return tl::unexpected(drawn.error());
-        if (auto kept = window_.keep(p); !kept) return kept;
-        pane.drawn = std::move(*drawn);
-        if (!pane.drawn.warnings.empty()) message = pane.drawn.warnings.back();
-        const auto triangles = static_cast<float>(pane.drawn.stats.triangles);
-        pane.ms.add(static_cast<float>(pane.drawn.ms));
-        pane.triangles.add(triangles);
-        pane.acmr.add(triangles > 0 ? static_cast<float>(pane.drawn.counters.camera_vertices()) / triangles : 0);
-        pane.uploaded_kib.add(static_cast<float>(pane.drawn.stats.uploaded_bytes) / 1024);
-        pane.missing.add(static_cast<float>(figure(pane.drawn.stats, "pages_missing")));
+        if (auto done = draw_pane(p, allowed); !done) return done;
     }
-    if (controller) controller->record(panes[0].drawn.ms, budget.pixel_error);
+    return {};
+}
+
+// Begins a frame of the pane, and shows the figures of those that are done. A mirror needs each frame whole.
+Result<void> Viewer::draw_pane(uint32_t p, const Budget& allowed) {
+    Pane& pane = panes[p];
+    // A mirror must see every frame from the first on, and costs where nobody looks through it.
+    if ((look.debug == DebugView::misses) != (pane.session->mirror() != nullptr)) {
+        if (auto done = choose(p, pane.way); !done) return done;
+        if (pane.session->mirror() == nullptr && look.debug == DebugView::misses) look.debug = DebugView::none;
+    }
+    pane.session->look = look;
+    pane.session->frozen_levels = frozen_levels_;
+    pane.session->frozen_culling = frozen_culling_;
+    std::vector<DrawnFrame> done;
+    if (pane.session->mirror() != nullptr) {
+        auto drawn = pane.session->draw(camera.camera(), allowed, width_, height_);
+        if (!drawn) return tl::unexpected(drawn.error());
+        done.push_back(std::move(*drawn));
+    } else if (auto begun = pane.session->begin(camera.camera(), allowed, width_, height_); !begun) {
+        return begun;
+    }
+    if (auto kept = window_.keep(p); !kept) return kept;
+    if (pane.session->mirror() == nullptr) {
+        auto drawn = pane.session->take_drawn();
+        if (!drawn) return tl::unexpected(drawn.error());
+        done = std::move(*drawn);
+    }
+    for (DrawnFrame& frame : done) {
+        pane.drawn = std::move(frame);
+        show_figures(pane, allowed);
+        if (p == 0 && controller) controller->record(cost_of(pane.drawn), pane.drawn.pixel_error);
+    }
+    return {};
+}
+
+void Viewer::show_figures(Pane& pane, const Budget& allowed) {
+    const PlanStats& stats = pane.drawn.stats;
+    if (!pane.drawn.warnings.empty()) message = pane.drawn.warnings.back();
+    BudgetUse use = use_of(stats);
+    if (pane.drawn.frame == 0) use.upload_bytes = 0;  // what the first frame needs is uploaded whatever the budget
+    auto lines = beyond(allowed, use, pane.way.backend);
+    if (!lines.empty() && pane.beyond.empty()) message = lines.front();
+    pane.beyond = std::move(lines);
+    const auto triangles = static_cast<float>(stats.triangles);
+    pane.ms.add(static_cast<float>(cost_of(pane.drawn)));
+    pane.triangles.add(triangles);
+    pane.acmr.add(triangles > 0 ? static_cast<float>(pane.drawn.counters.camera_vertices()) / triangles : 0);
+    pane.uploaded_kib.add(static_cast<float>(stats.uploaded_bytes) / 1024);
+    pane.missing.add(static_cast<float>(figure(stats, "pages_missing")));
+}
+
+Result<void> Viewer::keep_to(uint64_t resident_bytes) {
+    const uint64_t before = std::exchange(budget().resident_bytes, resident_bytes);
+    for (uint32_t p = 0; p < panes.size(); ++p) {
+        if (panes[p].session == nullptr) continue;
+        const DrawSession* shown = panes[p].session.get();
+        if (auto done = choose(p, panes[p].way); !done) return done;
+        if (panes[p].session.get() == shown) budget().resident_bytes = before;  // it did not fit
+    }
     return {};
 }
 

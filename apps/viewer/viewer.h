@@ -41,6 +41,7 @@ struct Pane {
     std::unique_ptr<DrawSession> session;
     DrawnFrame drawn;
     History ms, triangles, acmr, uploaded_kib, missing;
+    std::vector<std::string> beyond;  // the limits that the frame before did not keep to
 };
 
 class Viewer {
@@ -72,6 +73,12 @@ public:
     // The look of both panes, and what both are asked for.
     ShadingOptions look;
     double pixel_error = 1;
+    // What the scene allows its frames; of it resident_bytes is set by keep_to().
+    Budget& budget() { return scene_->scene.budget; }
+    // Draws the panes within so many bytes. Where a backend cannot, all stays as it was, and `message` says what it
+    // needs.
+    Result<void> keep_to(uint64_t resident_bytes);
+    float resident_slider = 0;                  // MiB; where the panel's slider is
     std::optional<ErrorController> controller;  // steers pixel_error while there
     double fps = 30;                            // that it holds
     bool shows_panel = true, shows_help = false;
@@ -104,6 +111,21 @@ public:
 
     std::string message;  // the last thing worth telling
 
+    // What a viewer on another device goes on with: the scene, its camera, and all that was chosen. What was being
+    // baked is begun anew; a path that was being recorded is lost.
+    struct State {
+        ReadyScene scene;
+        std::array<Technique, 2> ways;
+        ShadingOptions look;
+        double pixel_error = 1, fps = 30;
+        std::optional<ErrorController> controller;
+        bool shows_panel = true, shows_help = false, split = false, difference = false, flies = false;
+        float split_at = 0.5f;
+        FreeCamera camera;
+    };
+    State take_state();  // the viewer shows nothing any more
+    Result<void> go_on_with(State state);
+
 private:
     Result<void> show(ReadyScene scene, bool is_better);
     SceneNeeds needs(bool quickly) const;
@@ -113,6 +135,8 @@ private:
     Result<void> keep_showing(const Error& why);  // all of it
     void move_camera();
     Result<void> draw_panes();
+    Result<void> draw_pane(uint32_t p, const Budget& budget);
+    void show_figures(Pane& pane, const Budget& budget);
     Result<void> take_baked();
     Result<void> write_screenshot();
 

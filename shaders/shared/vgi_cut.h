@@ -8,29 +8,46 @@
 #define LODE_CUT_INSTANCES 8  // VgiCutInstance records
 #define LODE_CUT_BOUNDS 9     // VgiCutPage per page of positions
 #define LODE_CUT_SIDES 10     // four per chart: chart | side << 30; LODE_CUT_ABSENT where the surface ends
-#define LODE_CUT_STATES 11    // per node
+#define LODE_CUT_STATES 11    // per node of every instance; 0 of nodes that are in no list
 #define LODE_CUT_LEAVES 12    // per chart of every instance: nodes that are drawn
 #define LODE_CUT_RECORDS 13   // VkDrawIndirectCommand
 #define LODE_CUT_FINDINGS 14  // triangles of views[0], nodes, then two words per page: 1 where it is used, and a wish
+#define LODE_CUT_LISTS 15     // VgiCutList
+#define LODE_CUT_ENTRIES 16   // of all lists: numbers of nodes' states
 
 #define LODE_CUT_VIEWS 8  // as LODE_MOST_VIEWS
 #define LODE_CUT_ABSENT 0xffffffffu
 #define LODE_CUT_GROUP 64            // invocations of a workgroup
+#define LODE_CUT_MOST_GROUPS 65535u  // of a dispatch
 #define LODE_CUT_RECORD_PATCHES 128  // to a draw: lavapipe takes time by their square
 #define LODE_CUT_RECORD_WORDS 4
 #define LODE_CUT_FIRST_FINDING 2  // word of the first page
 
-// Dispatch words.
-#define LODE_CUT_WORD_LEVEL 0
+// Lists: one for each depth, nodes of level L - depth where L is their atlas' coarsest level; then of what is drawn.
+#define LODE_CUT_DEPTHS 14
+#define LODE_CUT_DRAWN 14
+#define LODE_CUT_ALL 15  // has no entries of its own: workgroups of the lists by depth, all together
+#define LODE_CUT_LIST_COUNT 16
 
-// Bits of a node's state, and where the views that see it stand: of those that are looked into, of those that exist.
-#define LODE_NODE_OPEN 1u    // what it is divided into is looked into
-#define LODE_NODE_WANTED 2u  // it is to be divided
-#define LODE_NODE_DIVIDED 4u
-#define LODE_NODE_EXISTS 8u
-#define LODE_NODE_LEAF 16u  // it is drawn
-#define LODE_NODE_LOOKED_SHIFT 8
-#define LODE_NODE_SEEN_SHIFT 16
+// Dispatch words.
+#define LODE_CUT_WORD_LIST 0       // whose entries are worked on
+#define LODE_CUT_WORD_INSTANCES 1  // that are cut
+#define LODE_CUT_WORD_FINDINGS 2   // words of the findings
+#define LODE_CUT_WORD_STATES 3     // words to set to 0, by the one who makes all ready
+#define LODE_CUT_WORD_RECORDS 4    // the same of records
+
+// Specialisation constants: places of an instance.
+#define LODE_CUT_SLOT_STATES 0
+#define LODE_CUT_SLOT_RECORDS 1
+
+// Bits of a node's state; then the views that see it, and how many nodes that are drawn it is divided into.
+#define LODE_NODE_LISTED 1u  // it is in the list of its depth
+#define LODE_NODE_LOOKED 2u  // the views are known
+#define LODE_NODE_WANTED 4u  // it is to be divided
+#define LODE_NODE_DIVIDED 8u
+#define LODE_NODE_EXISTS 16u  // what it is part of is divided
+#define LODE_NODE_VIEWS_SHIFT 5
+#define LODE_NODE_COUNT_SHIFT 13  // at most 4^9: charts have 4096 cells along a side, nodes 8
 
 #ifdef __cplusplus
 #include <algorithm>
@@ -56,6 +73,13 @@ struct VgiCutPage {
     uint codes;  // sample_error | sample_radius << 8 of PageBounds | error << 16 | radius << 24 of Residency::below
 };
 
+// A list of nodes, and a dispatch over it.
+struct VgiCutList {
+    uint groups_x, groups_y, groups_z;  // VkDispatchIndirectCommand
+    uint entries;
+    uint first;  // word of the entries
+};
+
 // An instance to cut.
 struct VgiCutInstance {
     float lattice[12];                  // columns: a lattice point as lode_metric_within takes it
@@ -68,10 +92,9 @@ struct VgiCutInstance {
     uint first_chart, charts;      // among all atlases'
     uint first_state, first_leaf;  // of its nodes, of its charts
     uint first_patch;              // word of the draw lists
-    uint first_record, records;
-    uint first_id;  // as Draw::first_id
-    uint views;     // a bit each
-    uint cones;     // 1: views[0] leaves out back faces
+    uint first_id;                 // as Draw::first_id
+    uint views;                    // a bit each
+    uint cones;                    // 1: views[0] leaves out back faces
     int forced_level;
     float planes[LODE_CUT_VIEWS * 24];  // per view six of four, object space
 };
@@ -142,6 +165,7 @@ LODE_FUNCTION bool lode_turned_away(float axis_x, float axis_y, float axis_z, fl
 #undef LODE_FUNCTION
 #undef LODE_EXACT
 static_assert(sizeof(VgiCutPage) == 40);
+static_assert(sizeof(VgiCutList) == 20);
 }  // namespace gpu
 }  // namespace lodestone
 #endif

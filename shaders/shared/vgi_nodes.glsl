@@ -1,5 +1,5 @@
 // Nodes of a grid cut, as cut_grid (vgi/study/grid_cut.h) numbers and tests them, for the passes that make one on the device.
-// gl_WorkGroupID.y is the instance. Passes over nodes go by invocation (own_node), those over charts by workgroup.
+// Passes over lists take an entry by invocation (LODE_EACH_ENTRY); node_of makes the entry's instance the one that is cut.
 #ifndef LODESTONE_VGI_NODES_GLSL
 #define LODESTONE_VGI_NODES_GLSL
 
@@ -17,20 +17,26 @@ layout(set = 1, binding = LODE_CUT_INSTANCES, std430) readonly buffer CutInstanc
 layout(set = 1, binding = LODE_CUT_BOUNDS, std430) readonly buffer CutPageBlock { VgiCutPage bounds[]; };
 layout(set = 1, binding = LODE_CUT_SIDES, std430) readonly buffer CutSideBlock { uint sides[]; };
 layout(set = 1, binding = LODE_CUT_STATES, std430) buffer CutStateBlock { uint states[]; };
+layout(set = 1, binding = LODE_CUT_LISTS, std430) buffer CutListBlock { VgiCutList lists[]; };
+layout(set = 1, binding = LODE_CUT_ENTRIES, std430) buffer CutEntryBlock { uint entries[]; };
 layout(set = 1, binding = LODE_CUT_LEAVES, std430) buffer CutLeafBlock { uint leaves[]; };
-layout(set = 1, binding = LODE_CUT_RECORDS, std430) writeonly buffer CutRecordBlock { uint records[]; };
+layout(set = 1, binding = LODE_CUT_RECORDS, std430) buffer CutRecordBlock { uint records[]; };
 layout(set = 1, binding = LODE_CUT_FINDINGS, std430) buffer CutFindingBlock { uint findings[]; };
 
 struct Node {
     uint level, chart, x, y;  // as in grid_cut.cpp; chart LODE_CUT_ABSENT where the surface ends
 };
 
-uint instance = gl_WorkGroupID.y;  // that is cut
+layout(constant_id = LODE_CUT_SLOT_STATES) const uint slot_states = 1u;
+layout(constant_id = LODE_CUT_SLOT_RECORDS) const uint slot_records = 1u;
+
+uint instance;  // that is cut: begin and node_of set it
 
 // Of its charts, as NodeTree has them.
 uint levels, node_top, page_shift, base_level;
 
-void begin() {
+void begin(uint of) {
+    instance = of;
     VgiAsset asset = asset_at(cuts[instance].asset);
     levels = asset.levels - 1u;
     node_top = levels > 3u ? levels - 3u : 0u;
@@ -52,13 +58,46 @@ Node up(Node n, uint level) {
     uint shift = side_shift(n.level) - side_shift(level);
     return Node(level, n.chart, n.x >> shift, n.y >> shift);
 }
-uint own_group() { return gl_WorkGroupID.z * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
-// The node of the dispatch's level that this invocation works on, nodes of a chart in a row; false where there is none.
-bool own_node(out Node n) {
-    uint level = draw_constants.words[LODE_CUT_WORD_LEVEL], shift = side_shift(level);
-    uint id = own_group() * LODE_CUT_GROUP + gl_LocalInvocationID.x;
-    n = Node(level, id >> (2u * shift), id & ((1u << shift) - 1u), (id >> shift) & ((1u << shift) - 1u));
-    return level <= levels && n.chart < cuts[instance].charts;
+uint parts_of(Node n) { return n.level - 1u < node_top ? 4u : 1u; }
+// k: 0 .. parts_of - 1
+Node part_of(Node n, uint k) {
+    uint more = n.level - 1u < node_top ? 1u : 0u;
+    return Node(n.level - 1u, n.chart, (n.x << more) + (k & more), (n.y << more) + (k >> 1u));
+}
+// The node whose state has this number; from then on `instance` is its.
+Node node_of(uint state) {
+    begin(state / slot_states);
+    uint place = state - cuts[instance].first_state, nodes = nodes_per_chart(), chart = place / nodes;
+    uint number = place - chart * nodes;
+    if (number < levels - node_top) return Node(levels - number, chart, 0u, 0u);
+    uint within = number - (levels - node_top), shift = uint(findMSB(3u * within + 1u)) / 2u;
+    uint at = within - ((1u << (2u * shift)) - 1u) / 3u;
+    return Node(node_top - shift, chart, at & ((1u << shift) - 1u), at >> shift);
+}
+uint depth_of(Node n) { return levels - n.level; }
+
+// For each entry of the dispatch's list that is this invocation's: mostly one. A pass appends nothing to its own list.
+#define LODE_EACH_ENTRY(at)                                                                                     \
+    for (uint list = draw_constants.words[LODE_CUT_WORD_LIST], i = gl_GlobalInvocationID.x, at;                 \
+         i < lists[list].entries && (at = entries[lists[list].first + i]) != LODE_CUT_ABSENT;                   \
+         i += gl_NumWorkGroups.x * LODE_CUT_GROUP)
+
+// Workgroups for so many entries.
+uint groups_for(uint count) { return (count + LODE_CUT_GROUP - 1u) / LODE_CUT_GROUP; }
+// Dispatches over a list take so many workgroups more; past the most that a row may have, each goes on with other entries.
+void raise_groups(uint list, uint before, uint now) {
+    now = min(now, LODE_CUT_MOST_GROUPS);
+    if (now > before) atomicAdd(lists[list].groups_x, now - before);
+}
+// A node to the end of a list.
+void append(uint list, uint state) {
+    uint at = atomicAdd(lists[list].entries, 1u);
+    entries[lists[list].first + at] = state;
+    if (at % LODE_CUT_GROUP != 0u) return;
+    raise_groups(list, groups_for(at), groups_for(at) + 1u);
+    if (list >= LODE_CUT_DEPTHS) return;
+    uint all = atomicAdd(lists[LODE_CUT_ALL].entries, 1u);
+    raise_groups(LODE_CUT_ALL, all, all + 1u);
 }
 // As Atlas::across.
 Node across(Node n, uint side) {
@@ -105,6 +144,7 @@ uint slot_of(uint number, uint level) {
 
 // As Visibility::seen.
 uint seen(Node n, uint mask) {
+    if (mask == 0u) return 0u;
     VgiCutPage page = bounds[page_of(n, n.level > 2u ? n.level - 2u : 0u)];
     for (uint rest = mask; rest != 0u; rest &= rest - 1u) {
         uint v = uint(findLSB(rest));

@@ -19,7 +19,7 @@
 #define LODE_VGI_GEOMETRY 0  // pool of positions
 #define LODE_VGI_SLOTS 1     // per slot of that pool: chart | level << 28, page x | page y << 16
 #define LODE_VGI_TABLE 2  // per page, of positions and then of attributes: slot << 4 | level of the finest page there
-#define LODE_VGI_ATTRIBUTES 3  // pool of attributes, and small levels after it
+#define LODE_VGI_ATTRIBUTES 3  // pool of attributes, small levels before its pages
 #define LODE_VGI_ASSETS 4      // VgiAsset records
 #define LODE_VGI_CHARTS 6      // float per chart: object units between samples of its attributes
 #define LODE_VGI_CODES 5       // decoded errors and radii: 256 floats each, per asset

@@ -1,8 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Third pass of a grid cut (cut_look.comp tells the protocol): nodes of a level are divided where that is wanted and pages
-// are there, and the views that see what is left are noted (GridCut::divide and see). Levels from the coarsest to the finest,
-// a dispatch each.
+// Fifth pass of a grid cut (cut_look.comp tells the protocol): nodes of a level are divided where that is wanted and pages
+// are there, and what is left and seen is drawn (GridCut::divide and see). Depths from the coarsest on, a dispatch each.
 #include "shared/vgi_nodes.glsl"
 
 // As RefinementTest::excess and wish_for; only the order in which pages are read comes from it.
@@ -16,33 +15,47 @@ float wish(Node n, uint number) {
     return max(excess, 1e-6) * (seen(n, 1u) != 0u ? 1.0 : 0.25);
 }
 
+// Whether it is divided: what it needs is, and the page is there. Wishes for the page where it is not.
+bool is_divided(Node n) {
+    Node needed;
+    for (uint k = 0u; k < 5u; ++k) {
+        if (needed_for(n, k, needed) && (states[state_of(needed)] & LODE_NODE_DIVIDED) == 0u) return false;
+    }
+    uint number = page_of(n, n.level - 1u);
+    if (slot_of(number, n.level - 1u) != LODE_CUT_ABSENT) return true;
+    // Bits of numbers that are not negative are in the numbers' order.
+    atomicMax(findings[LODE_CUT_FIRST_FINDING + 2u * number + 1u], floatBitsToUint(wish(n, number)));
+    return false;
+}
+
+uint views_of(Node n, uint state) {
+    if ((state & LODE_NODE_LOOKED) != 0u) return (state >> LODE_NODE_VIEWS_SHIFT) & 255u;
+    uint of_parent = cuts[instance].views;
+    if (n.level < levels) of_parent = (states[state_of(up(n, n.level + 1u))] >> LODE_NODE_VIEWS_SHIFT) & 255u;
+    return seen(n, of_parent);
+}
+
+void divide(uint at) {
+    uint state = states[at];
+    bool exists = (state & LODE_NODE_EXISTS) != 0u, wanted = (state & LODE_NODE_WANTED) != 0u;
+    // What is wanted needs what it is part of, so it exists or cannot be divided.
+    if (!exists) return;
+    Node n = node_of(at);
+    uint mask = views_of(n, state);
+    state |= LODE_NODE_LOOKED | mask << LODE_NODE_VIEWS_SHIFT;
+    if (wanted && is_divided(n)) {
+        state |= LODE_NODE_DIVIDED;
+        for (uint k = 0u; k < parts_of(n); ++k) {
+            uint part = state_of(part_of(n, k)), before = states[part];
+            states[part] = before | LODE_NODE_LISTED | LODE_NODE_EXISTS;
+            if (before == 0u) append(depth_of(n) + 1u, part);
+        }
+    } else if (mask != 0u) {
+        append(LODE_CUT_DRAWN, at);
+    }
+    states[at] = state;
+}
+
 void main() {
-    begin();
-    Node n, needed;
-    if (!own_node(n)) return;
-    // Nodes of level 0 are not looked into.
-    uint at = state_of(n), state = n.level > 0u ? states[at] : 0u, mask = cuts[instance].views;
-    bool exists = true;
-    if (n.level < levels) {
-        uint parent = states[state_of(up(n, n.level + 1u))];
-        exists = (parent & LODE_NODE_DIVIDED) != 0u;
-        mask = exists ? (parent >> LODE_NODE_SEEN_SHIFT) & 255u : 0u;
-    }
-    if (mask != 0u) mask = seen(n, mask);
-    if (n.level > 0u && (state & LODE_NODE_WANTED) != 0u) {
-        bool may = true;
-        for (uint k = 0u; k < 5u; ++k) {
-            if (needed_for(n, k, needed)) may = may && (states[state_of(needed)] & LODE_NODE_DIVIDED) != 0u;
-        }
-        uint number = page_of(n, n.level - 1u);
-        if (may && slot_of(number, n.level - 1u) == LODE_CUT_ABSENT) {
-            // Bits of numbers that are not negative are in the numbers' order.
-            atomicMax(findings[LODE_CUT_FIRST_FINDING + 2u * number + 1u], floatBitsToUint(wish(n, number)));
-        } else if (may) {
-            state |= LODE_NODE_DIVIDED;
-        }
-    }
-    if (exists) state |= LODE_NODE_EXISTS;
-    if (exists && mask != 0u && (state & LODE_NODE_DIVIDED) == 0u) state |= LODE_NODE_LEAF;
-    states[at] = state | mask << LODE_NODE_SEEN_SHIFT;
+    LODE_EACH_ENTRY(at) divide(at);
 }

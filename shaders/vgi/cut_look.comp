@@ -1,30 +1,42 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// First of the six passes that make a grid cut on the device (src/vgi/study/device_cut.cpp records them, in Stage::update;
+// Third of the nine passes that make a grid cut on the device (src/vgi/study/device_cut.cpp records them, in Stage::update;
 // the renderer puts a barrier between any two that share a buffer). They do what GridCut of src/vgi/study/grid_cut.cpp does.
 //
-//   pass    dispatches, L = coarsest level   one per      reads              writes
-//   look    L, L-1, .. 1                     node         parent's state     state (WANTED, OPEN); clears findings
-//   close   1, 2, .. L                       node         state              WANTED of coarser nodes (atomicOr)
-//   divide  L, L-1, .. 0                     node         coarser states     state (DIVIDED, EXISTS, LEAF), wishes
-//   count   1                                chart        states             leaves[chart]: nodes drawn
-//   sum     1                                instance     leaves             leaves[chart]: those of the charts before
-//   emit    1                                chart        states, leaves     patches, records, findings
+//   pass    dispatches, D = greatest depth   one per            reads                    writes
+//   clear   1, indirect                      entry, last frame  lists                    states: 0
+//   roots   1                                chart              instances                roots to list 0; leaves, findings: 0
+//   look    depth 0 .. D-1, indirect         entry of a list    parent's state           state (WANTED, views), parts to lists
+//   close   depth D-1 .. 1, indirect         entry of a list    state                    WANTED of coarser nodes, those to lists
+//   divide  depth 0 .. D, indirect           entry of a list    coarser states           state (DIVIDED), parts to lists, wishes
+//   count   1, indirect                      node drawn         -                        counts of nodes, leaves[chart]
+//   sum     1                                instance           leaves                   leaves[chart]: of charts before; records
+//   emit    1, indirect                      node drawn         states, leaves           patches, findings
 //
-// Who clears: nothing is cleared between frames. look overwrites the states of levels L .. 1, divide writes those of level 0
-// without reading them. look zeroes findings[0], findings[1] and the two words of every page, each by the one node that covers
-// the page; count overwrites every entry of leaves, emit every record.
-// Who counts: count, the nodes with LODE_NODE_LEAF of a chart; sum makes that the place where the chart's patches begin, so
-// the order does not depend on scheduling. emit adds triangles of views[0] to findings[0]; the workgroup of an
-// instance's last chart adds its patches to findings[1] and writes its records. divide raises the wish of a page that is
-// missing (findings, atomicMax on the bits of a positive float); emit marks the pages that are used.
-// Sizes, of each instance (DeviceCutSizes): a state per node; charts << 2 * node_top patches, as many as the finest cut has, so
-// no list can overflow; a record per LODE_CUT_RECORD_PATCHES of them. Records past the end draw 0 patches.
-// When it ends: after 3 L + 4 dispatches. There is no loop and no queue. gl_WorkGroupID.y is the instance; where atlases differ
-// in size, L is that of the largest, and invocations without a node or chart return. The processor reads findings back in a
-// later frame: the pages used and missed, and two counts for statistics.
+// Lists: one per depth, which is the levels between a node's atlas' coarsest and its own, and one of nodes that are drawn.
+// Entries are numbers of states; a state's number tells the instance, for each has as many. Instances that no view sees are
+// none of the device's business: the processor leaves them out. A node comes to the list of its depth when it first is more
+// than nothing: as a root, as part of one that look goes on below, when close wants it and nobody had looked, as part of one
+// that divide divides. LODE_NODE_LISTED says that it has, so it is there once, and the room for a list is as many nodes as
+// there are at its depth. The list of what is drawn has room for the finest cut. So no list can overflow. Which order entries
+// have depends on scheduling, and nothing else does: states are by node, and sum and emit number what is drawn.
+// Who dispatches: whoever appends the first entry of a workgroup adds the group to its list's dispatch (append of
+// vgi_nodes.glsl). Past LODE_CUT_MOST_GROUPS no more are added, and each takes further entries. A pass appends to lists of
+// later dispatches alone.
+// Who clears: clear, the states of nodes that the cut before had listed (before the first cut, all of them); the processor then
+// uploads empty lists. So a frame that was cut short leaves nothing behind. roots zeroes findings, and leaves of charts it lists.
+// Records are by instance, and those that draw something are the first ones: sum writes as many as did so or do now.
+// Who counts: count adds each node that is drawn to leaves of its chart and to all nodes of at most node_top that it is part
+// of. sum makes leaves the place where a chart's patches begin. emit adds, from a node upwards, what stands before it among the
+// four parts of one: the order of patches is that of GridCut::draw. emit adds triangles of views[0] to findings[0]; sum adds
+// patches of an instance to findings[1]. divide raises the wish of a page that is missing (findings, atomicMax on the bits of a
+// positive float); emit marks the pages that are used.
+// Sizes, of each instance (DeviceCutSizes), where atlases differ those of the largest: a state per node, as many entries for
+// lists by depth; charts << 2 * node_top patches, and as many entries; a record per LODE_CUT_RECORD_PATCHES of them.
+// When it ends: after 3 D + 5 dispatches. There is no queue, and no loop but over what a dispatch has no workgroups for. The
+// processor reads findings back in a later frame: the pages used and missed, and two counts for statistics.
 //
-// This pass: nodes of a level that some view sees and that have a wanted sample of the next finer level (GridCut::look_into).
+// This pass: nodes of a depth that some view sees and that have a wanted sample of the next finer level (GridCut::look_into).
 #include "shared/vgi_nodes.glsl"
 
 bool within(float reach, vec3 p) {
@@ -65,33 +77,26 @@ bool wants_division(Node n, uint number) {
     return false;
 }
 
+void look_into(uint at) {
+    Node n = node_of(at);
+    if (int(n.level) <= cuts[instance].forced_level) return;
+    uint state = states[at] | LODE_NODE_LOOKED, mask = cuts[instance].views;
+    if (n.level < levels) mask = (states[state_of(up(n, n.level + 1u))] >> LODE_NODE_VIEWS_SHIFT) & 255u;
+    mask = seen(n, mask);
+    uint number = page_of(n, n.level - 1u), below = bounds[number].codes >> 16;
+    bool forced = cuts[instance].forced_level >= 0, open = false;
+    if (mask != 0u && (forced || may_be_wanted(bounds[number], below & 255u, below >> 8))) {
+        if (forced || wants_division(n, number)) state |= LODE_NODE_WANTED;
+        open = n.level > 1u && slot_of(number, n.level - 1u) != LODE_CUT_ABSENT;
+    }
+    states[at] = state | mask << LODE_NODE_VIEWS_SHIFT;
+    for (uint k = 0u; open && k < parts_of(n); ++k) {
+        uint part = state_of(part_of(n, k));
+        states[part] = LODE_NODE_LISTED;
+        append(depth_of(n) + 1u, part);
+    }
+}
+
 void main() {
-    begin();
-    Node n;
-    if (!own_node(n)) return;
-    uint level = n.level;
-    // Here the frame begins for each page, by the one node that covers as much: it is neither used nor wished for yet.
-    if (level == levels || (level >= 2u && level < base_level + 2u)) {
-        uint at = LODE_CUT_FIRST_FINDING + 2u * page_of(n, level == levels ? base_level : level - 2u);
-        findings[at] = findings[at + 1u] = 0u;
-    }
-    if (level == levels && n.chart == 0u && instance == 0u) findings[0] = findings[1] = 0u;
-    bool open = true;
-    uint mask = cuts[instance].views, state = 0u;
-    if (level < levels) {
-        uint parent = states[state_of(up(n, level + 1u))];
-        open = (parent & LODE_NODE_OPEN) != 0u;
-        mask = (parent >> LODE_NODE_LOOKED_SHIFT) & 255u;
-    }
-    if (open && int(level) > cuts[instance].forced_level) {
-        mask = seen(n, mask);
-        uint number = page_of(n, level - 1u), below = bounds[number].codes >> 16;
-        bool forced = cuts[instance].forced_level >= 0;
-        if (mask != 0u && (forced || may_be_wanted(bounds[number], below & 255u, below >> 8))) {
-            if (forced || wants_division(n, number)) state |= LODE_NODE_WANTED;
-            if (slot_of(number, level - 1u) != LODE_CUT_ABSENT) state |= LODE_NODE_OPEN;
-        }
-        state |= mask << LODE_NODE_LOOKED_SHIFT;
-    }
-    states[state_of(n)] = state;
+    LODE_EACH_ENTRY(at) look_into(at);
 }

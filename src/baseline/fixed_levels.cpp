@@ -1,6 +1,7 @@
 #include "baseline/fixed_levels.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/check.h"
 #include "frame/indexed_mesh.h"
@@ -10,6 +11,7 @@ namespace lodestone {
 namespace {
 
 constexpr uint32_t vertex_buffer = 0, index_buffer = 1;
+constexpr double most_pixel_error = 1e12;  // that a budget of triangles raises errors to: coarser than any level
 
 class FixedLevelsSource final : public FrameSource {
 public:
@@ -44,12 +46,7 @@ public:
         plan.generation = recipe_.generation;
         if (!uploaded_) upload(plan);
         instances_.update(input.instances);
-        std::vector<std::vector<std::vector<InstanceTree::Seen>>> chosen;  // per asset and level
-        for (const Asset& asset : assets_) chosen.emplace_back(asset.levels.levels.size());
-        for (const InstanceTree::Seen& seen : seen_instances(instances_, input.views)) {
-            const Instance& instance = input.instances[seen.instance];
-            chosen[instance.asset][level_for(assets_[instance.asset], input, instance)].push_back(seen);
-        }
+        Chosen chosen = choose(input);
         std::vector<IndexedRange> ranges;
         for (size_t a = 0; a < assets_.size(); ++a) {
             const Asset& asset = assets_[a];
@@ -100,12 +97,37 @@ private:
         std::vector<uint64_t> index_offsets;
     };
 
-    static size_t level_for(const Asset& asset, const FrameInput& input, const Instance& instance) {
+    using Chosen = std::vector<std::vector<std::vector<InstanceTree::Seen>>>;  // by asset and level
+
+    // The levels of all instances that are seen. A budget of triangles raises the error for all alike, by steps of an
+    // eighth of an octave, until it is kept or nothing is left to make coarser.
+    Chosen choose(const FrameInput& input) const {
+        const auto seen = seen_instances(instances_, input.views);
+        double pixel_error = input.budget.pixel_error;
+        for (;; pixel_error *= std::exp2(0.125)) {
+            Chosen chosen;
+            for (const Asset& asset : assets_) chosen.emplace_back(asset.levels.levels.size());
+            uint64_t triangles = 0;
+            bool coarsest = true;
+            for (const InstanceTree::Seen& s : seen) {
+                const Instance& instance = input.instances[s.instance];
+                const Asset& asset = assets_[instance.asset];
+                const size_t level = level_for(asset, input, instance, pixel_error);
+                chosen[instance.asset][level].push_back(s);
+                if (s.views & 1) triangles += asset.levels.levels[level].indices.size() / 3;
+                coarsest = coarsest && level + 1 == asset.levels.levels.size();
+            }
+            if (triangles <= input.budget.max_triangles || coarsest || input.budget.forced_level >= 0 ||
+                pixel_error > most_pixel_error)
+                return chosen;
+        }
+    }
+
+    static size_t level_for(const Asset& asset, const FrameInput& input, const Instance& instance, double pixel_error) {
         const auto& levels = asset.levels.levels;
         if (input.budget.forced_level >= 0)
             return std::min<size_t>(static_cast<size_t>(input.budget.forced_level), levels.size() - 1);
-        const double error =
-            error_under(input.sets_levels(), asset.sphere, instance.object_to_world, input.budget.pixel_error);
+        const double error = error_under(input.sets_levels(), asset.sphere, instance.object_to_world, pixel_error);
         const auto past = std::upper_bound(levels.begin(), levels.end(), error,
                                            [](double e, const FixedLevel& level) { return e < level.error; });
         return past == levels.begin() ? 0 : static_cast<size_t>(past - levels.begin()) - 1;
@@ -144,10 +166,7 @@ Result<std::unique_ptr<FrameSource>> open_fixed_levels(std::vector<FixedLevels> 
         bytes += asset.vertices.size_bytes();
         for (const FixedLevel& level : asset.levels) bytes += level.indices.size_bytes();
     }
-    if (bytes > resident_bytes) {
-        return fail(Fault::machine, "the levels need " + std::to_string(bytes) + " bytes and the budget is " +
-                                        std::to_string(resident_bytes) + "; raise the budget");
-    }
+    if (bytes > resident_bytes) return over_budget("the levels", bytes, resident_bytes);
     return std::make_unique<FixedLevelsSource>(std::move(assets));
 }
 

@@ -55,6 +55,15 @@ struct FrameInput {
     bool operator==(const FrameInput&) const = default;
 };
 
+// What a backend that cannot keep to Budget::resident_bytes is refused with; Fault::machine.
+// what: it has, that cannot be left out. least: bytes of the smallest budget that it keeps to. budget: as it was given.
+inline tl::unexpected<Error> over_budget(const std::string& what, uint64_t least, uint64_t budget) {
+    const uint64_t mib = (least + (1 << 20) - 1) >> 20;
+    return fail(Fault::machine, what + " need " + std::to_string(least) + " bytes and the budget is " +
+                                    std::to_string(budget) + "; raise the budget to " + std::to_string(mib) +
+                                    " MiB or more");
+}
+
 // A backend with its assets. It is used by one thread at a time; nothing it does touches a GPU.
 class FrameSource {
 public:

@@ -45,18 +45,21 @@ private:
         uint32_t first = 0, count = 0;  // leaf: of order_; inner nodes: the left child, the right one follows it, and 0
         uint32_t parent = 0;            // of the root: itself
     };
-    void build();
-    void move(uint32_t instance);
+    // What is kept of an instance.
+    struct Kept {
+        Sphere sphere;  // world space
+        uint32_t leaf;  // its node
+    };
+    void build(const InstanceSet& instances);
+    void move(uint32_t number, const Instance& there);
     Sphere around(const Node& node) const;
 
     SphereOf sphere_of_;
-    InstanceSet instances_;
-    uint64_t generation_ = 0;
+    uint64_t generation_ = 0;  // of the set that was seen last; the set itself is not kept
     std::vector<Node> nodes_;
-    std::vector<uint32_t> order_;    // instances, leaf after leaf
-    std::vector<uint32_t> leaf_of_;  // per instance
-    std::vector<Sphere> spheres_;    // per instance
-    size_t grown_ = 0;               // how often nodes have grown since the tree was built
+    std::vector<uint32_t> order_;  // instances, leaf after leaf
+    std::vector<Kept> kept_;       // per instance
+    size_t grown_ = 0;             // how often nodes have grown since the tree was built
 };
 
 }  // namespace lodestone

@@ -45,6 +45,17 @@ void print(std::ostream& out, const Draw& d) {
     print(out, d.words);
 }
 
+void print(std::ostream& out, const Dispatch& d) {
+    out << "dispatch pipeline " << d.pipeline << " groups ";
+    if (d.arguments != no_buffer) {
+        out << "of buffer " << d.arguments << '+' << d.offset;
+    } else {
+        out << d.groups[0] << 'x' << d.groups[1] << 'x' << d.groups[2];
+    }
+    out << " view " << d.view;
+    print(out, d.words);
+}
+
 }  // namespace
 
 std::string dump(const Plan& plan) {
@@ -61,11 +72,10 @@ std::string dump(const Plan& plan) {
                            out << "copy buffer " << c.source << '+' << c.source_offset << " to " << c.destination << '+'
                                << c.destination_offset << " bytes " << c.bytes;
                        },
-                       [&](const Dispatch& d) {
-                           out << "dispatch pipeline " << d.pipeline << " groups " << d.groups[0] << 'x' << d.groups[1]
-                               << 'x' << d.groups[2] << " view " << d.view;
-                           print(out, d.words);
+                       [&](const Resize& r) {
+                           out << "resize buffer " << r.buffer << " to " << r.bytes << " keep " << r.kept;
                        },
+                       [&](const Dispatch& d) { print(out, d); },
                        [&](const Draw& d) { print(out, d); },
                        [&](const DrawIndirect& d) {
                            out << "indirect buffer " << d.arguments << '+' << d.offset << " draws " << d.draws

@@ -17,7 +17,7 @@ namespace lodestone {
 
 // Commands run in the order of their stages, and within a stage in the order they are listed.
 enum class Stage : uint8_t {
-    update,     // uploads and copies
+    update,     // uploads, copies and changes of size
     shadow,     // draws of shadow views
     depth,      // draws of cameras that decide what is seen
     effect,     // dispatches between the two
@@ -71,16 +71,30 @@ struct Copy {
 // 32-bit words for the pipeline's shaders, after the renderer's own (shaders/shared/draw_constants.h).
 using Words = std::array<uint32_t, 8>;
 
-// Runs a compute pipeline.
-struct Dispatch {
-    uint32_t pipeline = 0;                    // into Recipe::pipelines
-    std::array<uint32_t, 3> groups{1, 1, 1};  // work groups in x, y and z
-    uint32_t view = 0;                        // into FrameInput::views
-    Words words{};                            // for its shader
-    bool operator==(const Dispatch&) const = default;
+inline constexpr uint32_t no_buffer = ~0u;  // in place of a buffer number where there is none
+// Gives a buffer another size, up to BufferSpec::most_bytes; stage update only. Frames under way go on reading the
+// memory it had, which is freed once they have left the GPU.
+struct Resize {
+    uint32_t buffer = 0;  // into Recipe::buffers
+    uint64_t bytes = 0;   // from now on; > 0, a multiple of the buffer's stride
+    uint64_t kept = 0;    // the first bytes, which stay as they are; no more than either size. Of the rest nothing does
+    bool operator==(const Resize&) const = default;
 };
 
-inline constexpr uint32_t no_buffer = ~0u;  // in place of a buffer number where there is none
+// Runs a compute pipeline.
+struct Dispatch {
+    uint32_t pipeline = 0;  // into Recipe::pipelines
+    // Work groups in x, y and z, 0 .. 65535; ignored where `arguments` is given.
+    std::array<uint32_t, 3> groups{1, 1, 1};
+    uint32_t view = 0;  // into FrameInput::views
+    Words words{};      // for its shader
+    // Buffer that holds the numbers of groups (VkDispatchIndirectCommand: three words, 0 .. 65535 each), if given. They
+    // are read before the pipeline runs, so it may write the buffer itself.
+    uint32_t arguments = no_buffer;
+    uint64_t offset = 0;  // bytes to these words
+    bool operator==(const Dispatch&) const = default;
+};
+inline constexpr uint32_t most_groups = 65535;  // of a dispatch, in each direction: what every device takes
 
 // Draws triangles, or patches, in one view.
 struct Draw {
@@ -123,7 +137,7 @@ struct Readback {
 struct Command {
     Stage stage = Stage::update;  // when
     // What; buffer and pipeline numbers are positions in the recipe.
-    std::variant<Upload, Copy, Dispatch, Draw, DrawIndirect, Readback> what;
+    std::variant<Upload, Copy, Resize, Dispatch, Draw, DrawIndirect, Readback> what;
     bool operator==(const Command&) const = default;
 };
 
@@ -139,12 +153,12 @@ struct PageRequest {
 
 // What a backend says of its plan.
 struct PlanStats {
-    uint64_t triangles = 0;                            // in camera views, all instances; degenerate slots left out
-    uint64_t uploaded_bytes = 0;                       // by this plan
-    uint64_t resident_bytes = 0;                       // of all buffers of the recipe
-    uint64_t index_bytes = 0;                          // of those, index buffers
-    uint32_t instances_drawn = 0;                      // in views[0]
-    uint32_t instances_culled = 0;                     // not drawn in views[0]
+    uint64_t triangles = 0;         // in camera views, all instances; degenerate slots left out
+    uint64_t uploaded_bytes = 0;    // by this plan
+    uint64_t resident_bytes = 0;    // of all buffers of the recipe, with what frames under way read of their past sizes
+    uint64_t index_bytes = 0;       // of those, index buffers
+    uint32_t instances_drawn = 0;   // in views[0]
+    uint32_t instances_culled = 0;  // not drawn in views[0]
     std::vector<std::pair<std::string, double>> more;  // the backend's own figures, by name
     bool operator==(const PlanStats&) const = default;
 };

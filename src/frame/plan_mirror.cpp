@@ -66,7 +66,9 @@ Result<void> PlanMirror::check_draw(Stage stage, const Draw& draw, bool indirect
     if (draw.vertex_buffer != no_buffer) {
         if (auto done = check_range(draw.vertex_buffer, draw.vertex_offset, 0, use_vertex, false); !done) return done;
     }
-    if (indirect) return {};
+    if (indirect)
+        return draw.index_buffer == no_buffer ? Result<void>{}
+                                              : check_range(draw.index_buffer, draw.index_offset, 0, use_index, false);
     if (uint64_t{draw.first_id} + draw.instances > plan.instance_ids.size())
         return wrong("instances lie outside instance_ids");
     for (uint32_t i = 0; i < draw.instances; ++i) {
@@ -75,6 +77,30 @@ Result<void> PlanMirror::check_draw(Stage stage, const Draw& draw, bool indirect
     }
     if (draw.index_buffer == no_buffer) return {};
     return check_range(draw.index_buffer, draw.index_offset, uint64_t{draw.count} * 4, use_index, true);
+}
+
+Result<void> PlanMirror::check_dispatch(const Dispatch& dispatch, const FrameInput& input) const {
+    if (dispatch.pipeline >= recipe_.pipelines.size() ||
+        recipe_.pipelines[dispatch.pipeline].kind != PipelineKind::compute) {
+        return wrong("pipeline " + std::to_string(dispatch.pipeline) + " does not compute");
+    }
+    if (dispatch.view >= input.views.size())
+        return wrong("view " + std::to_string(dispatch.view) + " is not in the frame");
+    if (dispatch.arguments != no_buffer)
+        return check_range(dispatch.arguments, dispatch.offset, 3 * sizeof(uint32_t), use_indirect, true);
+    if (std::ranges::any_of(dispatch.groups, [](uint32_t groups) { return groups > most_groups; }))
+        return wrong("a dispatch has more groups in a row than every device takes");
+    return {};
+}
+
+Result<void> PlanMirror::check_resize(Stage stage, const Resize& resize) const {
+    if (stage != Stage::update) return wrong("a change of size stands outside the update stage");
+    if (auto done = check_range(resize.buffer, 0, resize.kept, 0, false); !done) return done;
+    const BufferSpec& spec = recipe_.buffers[resize.buffer];
+    if (resize.bytes == 0 || resize.bytes > spec.most_bytes || resize.bytes % spec.stride != 0)
+        return wrong("buffer '" + spec.name + "' cannot have " + std::to_string(resize.bytes) + " bytes");
+    return resize.kept <= resize.bytes ? Result<void>{}
+                                       : wrong("buffer '" + spec.name + "' cannot keep more than it then has");
 }
 
 Result<void> PlanMirror::check(const Command& command, const Plan& plan, const FrameInput& input) const {
@@ -90,15 +116,8 @@ Result<void> PlanMirror::check(const Command& command, const Plan& plan, const F
         if (copy->source == copy->destination && distance < copy->bytes) return wrong("a copy overlaps itself");
         return check_range(copy->destination, copy->destination_offset, copy->bytes, 0, false);
     }
-    if (const auto* dispatch = std::get_if<Dispatch>(&command.what)) {
-        if (dispatch->pipeline >= recipe_.pipelines.size() ||
-            recipe_.pipelines[dispatch->pipeline].kind != PipelineKind::compute) {
-            return wrong("pipeline " + std::to_string(dispatch->pipeline) + " does not compute");
-        }
-        return dispatch->view < input.views.size()
-                   ? Result<void>{}
-                   : wrong("view " + std::to_string(dispatch->view) + " is not in the frame");
-    }
+    if (const auto* resize = std::get_if<Resize>(&command.what)) return check_resize(command.stage, *resize);
+    if (const auto* dispatch = std::get_if<Dispatch>(&command.what)) return check_dispatch(*dispatch, input);
     if (const auto* draw = std::get_if<Draw>(&command.what))
         return check_draw(command.stage, *draw, false, plan, input);
     if (const auto* draw = std::get_if<DrawIndirect>(&command.what)) {
@@ -120,7 +139,8 @@ void PlanMirror::apply(const Command& command) {
     };
     if (const auto* upload = std::get_if<Upload>(&command.what)) {
         Buffer& buffer = buffers_[upload->buffer];
-        std::memcpy(buffer.bytes.data() + upload->offset, upload->blob.data(), upload->blob.size());
+        if (upload->blob.size() > 0)
+            std::memcpy(buffer.bytes.data() + upload->offset, upload->blob.data(), upload->blob.size());
         mark(buffer, upload->offset, upload->blob.size());
     } else if (const auto* copy = std::get_if<Copy>(&command.what)) {
         Buffer& to = buffers_[copy->destination];
@@ -128,6 +148,13 @@ void PlanMirror::apply(const Command& command) {
                     buffers_[copy->source].bytes.data() + copy->source_offset, copy->bytes);
         mark(to, copy->destination_offset, copy->bytes);
         to.gpu_written |= buffers_[copy->source].gpu_written;
+    } else if (const auto* resize = std::get_if<Resize>(&command.what)) {
+        Buffer& buffer = buffers_[resize->buffer];
+        for (const uint64_t bytes : {resize->kept, resize->bytes}) {  // what is not kept was never written
+            buffer.bytes.resize(bytes);
+            buffer.written.resize(bytes / 4, false);
+        }
+        recipe_.buffers[resize->buffer].bytes = resize->bytes;
     } else if (const auto* dispatch = std::get_if<Dispatch>(&command.what)) {
         for (const StorageBinding& binding : recipe_.pipelines[dispatch->pipeline].storage) {
             if (binding.access != Access::read) buffers_[binding.buffer].gpu_written = true;

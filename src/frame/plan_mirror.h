@@ -68,7 +68,7 @@ public:
         std::memcpy(&value, buffers_[at->buffer].bytes.data() + number * sizeof(T), sizeof(T));
         return value;
     }
-    const Recipe& recipe() const { return recipe_; }  // as given
+    const Recipe& recipe() const { return recipe_; }  // as given, with the sizes that buffers have now
 
     // Whether a draw puts triangles into the picture: in views[0], in the stage that decides what is seen of them.
     bool is_shown(const MirroredDraw& draw) const {
@@ -91,6 +91,8 @@ private:
     Result<void> check(const Command& command, const Plan& plan, const FrameInput& input) const;
     Result<void> check_draw(Stage stage, const Draw& draw, bool indirect, const Plan& plan,
                             const FrameInput& input) const;
+    Result<void> check_dispatch(const Dispatch& dispatch, const FrameInput& input) const;
+    Result<void> check_resize(Stage stage, const Resize& resize) const;
     Result<void> check_range(uint32_t buffer, uint64_t offset, uint64_t bytes, uint32_t use, bool read) const;
     void apply(const Command& command);
     std::vector<uint32_t> read_by(const DrawIndirect& draw) const;

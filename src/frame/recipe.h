@@ -26,6 +26,7 @@ struct BufferSpec {
     // at once, the renderer splits it between elements into segments, and shaders choose the segment by element number
     // (shaders/shared/texels.glsl). At most StorageBinding::segments segments are bound.
     uint32_t stride = 4;
+    uint64_t most_bytes = 0;  // that Resize may make of it, a multiple of `stride`; 0: it keeps its size
     bool operator==(const BufferSpec&) const = default;
 };
 inline constexpr uint32_t max_pool_segments = 8;  // most segments of a split buffer, as LODE_MOST_SEGMENTS

@@ -27,14 +27,15 @@ Sphere bounding_sphere_of(std::span<const glm::vec3> points) {
 float largest_scale(const glm::mat4& object_to_world) {
     // The root of the largest eigenvalue of M^T M (O. K. Smith, Eigenvalues of a symmetric 3 x 3 matrix, CACM 1961),
     // rounded up.
-    const glm::dmat3 m(object_to_world);
-    const glm::dmat3 square = glm::transpose(m) * m;
-    const double mean = (square[0][0] + square[1][1] + square[2][2]) / 3;
-    const glm::dmat3 deviation = square - glm::dmat3(mean);
-    double spread = 0;
-    for (int k = 0; k < 3; ++k) spread += glm::dot(deviation[k], deviation[k]);
-    spread = std::sqrt(spread / 6);
-    if (spread <= 1e-9 * mean) return static_cast<float>(std::sqrt(mean)) * 1.00001f;
+    const glm::dvec3 x(object_to_world[0]), y(object_to_world[1]), z(object_to_world[2]);
+    const double xx = glm::dot(x, x), yy = glm::dot(y, y), zz = glm::dot(z, z);
+    const double xy = glm::dot(x, y), yz = glm::dot(y, z), zx = glm::dot(z, x);
+    const double mean = (xx + yy + zz) / 3;
+    const glm::dvec3 off(xx - mean, yy - mean, zz - mean);
+    const double spread = std::sqrt((glm::dot(off, off) + 2 * (xy * xy + yz * yz + zx * zx)) / 6);
+    // No eigenvalue is farther from the mean than twice the spread: rotations, rounded, need no angles.
+    if (spread <= 1e-6 * mean) return static_cast<float>(std::sqrt(mean + 2 * spread)) * 1.00001f;
+    const glm::dmat3 deviation(off.x, xy, zx, xy, off.y, yz, zx, yz, off.z);
     const double cosine = std::clamp(glm::determinant(deviation / spread) / 2, -1.0, 1.0);
     const double largest = mean + 2 * spread * std::cos(std::acos(cosine) / 3);
     return static_cast<float>(std::sqrt(largest)) * 1.00001f;

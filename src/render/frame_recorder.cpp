@@ -161,6 +161,25 @@ void FrameRecorder::copy(const Copy& command) {
     }
 }
 
+void FrameRecorder::resize(const Resize& command) {
+    LODE_CHECK(command.buffer < c_.built.buffers.size(), command.buffer);
+    BufferSpec& spec = c_.recipe.buffers[command.buffer];
+    LODE_CHECK(command.bytes > 0 && command.bytes <= spec.most_bytes && command.bytes % spec.stride == 0, spec.name,
+               command.bytes, spec.most_bytes);
+    LODE_CHECK(command.kept <= std::min(spec.bytes, command.bytes), spec.name, command.kept);
+    c_.replaced.push_back(resize_buffer(c_.allocator, c_.recipe, command.buffer, command.bytes, c_.built));
+    spec.bytes = command.bytes;
+    c_.hazards.use(command.buffer, {VK_PIPELINE_STAGE_2_COPY_BIT,
+                                    VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
+    c_.hazards.flush(commands_);
+    for (const auto& from : c_.replaced.back().buffer.parts(0, command.kept)) {
+        for (const auto& to : c_.built.buffers[command.buffer].parts(from.done, from.bytes)) {
+            const VkBufferCopy region{from.offset + to.done, to.offset, to.bytes};
+            vkCmdCopyBuffer(commands_, from.buffer, to.buffer, 1, &region);
+        }
+    }
+}
+
 void FrameRecorder::read_back(const Readback& command) {
     LODE_CHECK(command.buffer < c_.built.buffers.size() && command.bytes > 0, command.buffer, command.bytes);
     c_.hazards.use(command.buffer, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT, false});
@@ -199,11 +218,11 @@ uint32_t FrameRecorder::first_mark_of(const Command& command) const {
     return look_.marks != nullptr && number < look_.marks->first.size() ? look_.marks->first[number] : LODE_NO_MARKS;
 }
 
-void FrameRecorder::bind(const BuiltPipeline& pipeline, VkPipeline variant, uint32_t view, const Words& words,
-                         uint32_t first_mark) {
+void FrameRecorder::bind(uint32_t number, VkPipeline variant, uint32_t view, const Words& words, uint32_t first_mark) {
+    const BuiltPipeline& pipeline = c_.built.pipelines[number];
     if (bound_pipeline_ != variant) {
         vkCmdBindPipeline(commands_, pipeline.bind_point, variant);
-        const VkDescriptorSet sets[] = {c_.slot.frame_set, pipeline.storage_set};
+        const VkDescriptorSet sets[] = {c_.slot.frame_set, c_.built.sets.pipelines[number]};
         vkCmdBindDescriptorSets(commands_, pipeline.bind_point, pipeline.layout.get(), 0, 2, sets, 0, nullptr);
         bound_pipeline_ = variant;
     }
@@ -218,11 +237,19 @@ void FrameRecorder::dispatch(const Dispatch& command) {
     LODE_CHECK(command.pipeline < c_.built.pipelines.size(), command.pipeline);
     const PipelineSpec& spec = c_.recipe.pipelines[command.pipeline];
     LODE_CHECK(spec.kind == PipelineKind::compute, spec.name);
+    const bool indirect = command.arguments != no_buffer;
+    // Before the storage: the pipeline itself may write its arguments' buffer, after they are read.
+    if (indirect)
+        c_.hazards.use(command.arguments,
+                       {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
     use_storage(spec, stages_of(spec));
     c_.hazards.flush(commands_);
-    const BuiltPipeline& pipeline = c_.built.pipelines[command.pipeline];
-    bind(pipeline, pipeline.compute.get(), command.view, command.words);
-    vkCmdDispatch(commands_, command.groups[0], command.groups[1], command.groups[2]);
+    bind(command.pipeline, c_.built.pipelines[command.pipeline].compute.get(), command.view, command.words);
+    if (indirect) {
+        vkCmdDispatchIndirect(commands_, c_.built.buffers[command.arguments].whole(), command.offset);
+    } else {
+        vkCmdDispatch(commands_, command.groups[0], command.groups[1], command.groups[2]);
+    }
 }
 
 void FrameRecorder::begin_rendering(Stage stage, bool clear) {
@@ -288,11 +315,10 @@ void FrameRecorder::draw(const Command& command) {
     LODE_CHECK(d.view < input_.views.size(), d.view);
     LODE_CHECK(stage == Stage::shadow ? input_.views[d.view].kind == View::Kind::shadow : d.view == 0, d.view);
     if (indirect == nullptr && (d.count == 0 || d.instances == 0)) return;
-    const BuiltPipeline& pipeline = c_.built.pipelines[d.pipeline];
     const Variant variant = variant_of(c_.recipe.pipelines[d.pipeline], stage, look_.debug != DebugView::none, wire_);
-    const VkPipeline built = pipeline.draw[static_cast<int>(variant)].get();
+    const VkPipeline built = c_.built.pipelines[d.pipeline].draw[static_cast<int>(variant)].get();
     LODE_CHECK(built != VK_NULL_HANDLE, c_.recipe.pipelines[d.pipeline].name, name_of(stage));
-    bind(pipeline, built, d.view, d.words, first_mark_of(command));
+    bind(d.pipeline, built, d.view, d.words, first_mark_of(command));
     if (c_.recipe.pipelines[d.pipeline].layout.stride > 0) {
         const VkBuffer vertices = c_.built.buffers[d.vertex_buffer].whole();
         if (vertices != bound_vertices_ || d.vertex_offset != bound_vertex_offset_)
@@ -377,6 +403,9 @@ void FrameRecorder::record_other(Stage stage, const Command& command) {
     if (const auto* copied = std::get_if<Copy>(&command.what)) {
         LODE_CHECK(stage == Stage::update, name_of(stage));
         copy(*copied);
+    } else if (const auto* resized = std::get_if<Resize>(&command.what)) {
+        LODE_CHECK(stage == Stage::update, name_of(stage));
+        resize(*resized);
     } else if (const auto* dispatched = std::get_if<Dispatch>(&command.what)) {
         dispatch(*dispatched);
     } else if (const auto* back = std::get_if<Readback>(&command.what)) {

@@ -21,13 +21,14 @@ struct FrameContext {
     const Device& device;
     const CommandPool& pool;
     BlockAllocator& allocator;
-    const Recipe& recipe;
-    const BuiltRecipe& built;
+    Recipe& recipe;  // with the sizes that buffers have now
+    BuiltRecipe& built;
     BufferHazards& hazards;
     const Targets& targets;
     uint32_t shadow_size;
     FrameSlot& slot;
-    const InstanceTable& instances;  // of the frame
+    const InstanceTable& instances;   // of the frame
+    std::vector<Replaced>& replaced;  // what changes of size leave behind is added here
 };
 
 class FrameRecorder {
@@ -41,6 +42,7 @@ private:
     void upload_frame_data();
     void upload(const Upload& command);
     void copy(const Copy& command);
+    void resize(const Resize& command);
     void dispatch(const Dispatch& command);
     void read_back(const Readback& command);
     void flush_uploads();
@@ -57,7 +59,7 @@ private:
     void use_draw_buffers(const Draw& draw, const DrawIndirect* indirect);
     void draw(const Command& command);
     void use_storage(const PipelineSpec& spec, VkPipelineStageFlags2 stages);
-    void bind(const BuiltPipeline& pipeline, VkPipeline variant, uint32_t view, const Words& words,
+    void bind(uint32_t number, VkPipeline variant, uint32_t view, const Words& words,
               uint32_t first_mark = LODE_NO_MARKS);
     uint32_t first_mark_of(const Command& command) const;
 

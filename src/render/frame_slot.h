@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "render/recipe_build.h"
 #include "render/renderer.h"
 #include "render/vulkan/memory.h"
 
@@ -47,6 +48,7 @@ struct FrameSlot {
         Buffer buffer;
     };
     std::vector<PendingReadback> readbacks;
+    std::vector<Replaced> replaced;  // by this frame; it and those before may read them
 };
 
 // Makes sure the buffer holds at least `bytes`; true if it was made anew.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
+#include <utility>
 
 #include "base/check.h"
 #include "render/shader_library.h"
@@ -33,32 +35,41 @@ Variant variant_of(const PipelineSpec& spec, Stage stage, bool debug, bool wire)
 
 namespace {
 
-SplitBuffer make_buffer(BlockAllocator& allocator, const BufferSpec& spec, uint64_t segment_limit) {
+// Of so many bytes, in segments of which all but the last have segment_bytes.
+std::vector<Buffer> make_segments(BlockAllocator& allocator, const BufferSpec& spec, uint64_t bytes,
+                                  uint64_t segment_bytes) {
     VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
     if (spec.use & use_vertex) usage |= VK_BUFFER_USAGE_VERTEX_BUFFER_BIT;
     if (spec.use & use_index) usage |= VK_BUFFER_USAGE_INDEX_BUFFER_BIT;
     if (spec.use & use_storage) usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
     if (spec.use & use_indirect) usage |= VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+    std::vector<Buffer> segments;
+    for (uint64_t done = 0; done < bytes; done += segment_bytes) {
+        segments.emplace_back(allocator, std::min(segment_bytes, bytes - done), usage, MemoryKind::device_local,
+                              spec.name + "[" + std::to_string(segments.size()) + "]");
+    }
+    return segments;
+}
+
+SplitBuffer make_buffer(BlockAllocator& allocator, const BufferSpec& spec, uint64_t segment_limit) {
+    const uint64_t most = std::max(spec.bytes, spec.most_bytes);
     SplitBuffer buffer;
-    buffer.segment_bytes = spec.bytes;
+    buffer.segment_bytes = most;
     const bool only_storage = (spec.use & ~use_storage) == 0;
-    if ((spec.use & use_storage) && spec.bytes > segment_limit) {
+    if ((spec.use & use_storage) && most > segment_limit) {
         if (!only_storage)
             throw VulkanFailure(
                 "buffer '" + spec.name +
                 "' is too large to be bound as storage and is put to other uses, so it cannot be split");
         buffer.segment_bytes = segment_limit / spec.stride * spec.stride;
-        if (buffer.segment_bytes == 0 || spec.bytes > buffer.segment_bytes * max_pool_segments) {
-            throw VulkanFailure("buffer '" + spec.name + "' of " + std::to_string(spec.bytes) + " bytes does not fit " +
+        if (buffer.segment_bytes == 0 || most > buffer.segment_bytes * max_pool_segments) {
+            throw VulkanFailure("buffer '" + spec.name + "' of " + std::to_string(most) + " bytes does not fit " +
                                 std::to_string(max_pool_segments) + " bindings of " + std::to_string(segment_limit) +
                                 " bytes; lower the budget");
         }
+        buffer.most_segments = static_cast<uint32_t>((most + buffer.segment_bytes - 1) / buffer.segment_bytes);
     }
-    for (uint64_t done = 0; done < spec.bytes; done += buffer.segment_bytes) {
-        const uint64_t bytes = std::min(buffer.segment_bytes, spec.bytes - done);
-        buffer.segments.emplace_back(allocator, bytes, usage, MemoryKind::device_local,
-                                     spec.name + "[" + std::to_string(buffer.segments.size()) + "]");
-    }
+    buffer.segments = make_segments(allocator, spec, spec.bytes, buffer.segment_bytes);
     return buffer;
 }
 
@@ -114,7 +125,7 @@ public:
         add(LODE_DEBUG_CONSTANT, debug_views ? 1 : 0);
         for (const StorageBinding& s : spec.storage) {
             add(first_words + s.binding, buffers[s.buffer].segment_bytes / sizeof(uint32_t));
-            add(first_count + s.binding, buffers[s.buffer].segments.size());
+            add(first_count + s.binding, buffers[s.buffer].most_segments);
         }
         info_ = {static_cast<uint32_t>(entries_.size()), entries_.data(), words_.size() * sizeof(uint32_t),
                  words_.data()};
@@ -309,7 +320,7 @@ void check_bindings(const PipelineSpec& spec, const std::vector<SplitBuffer>& bu
     for (const StorageBinding& s : spec.storage) {
         LODE_CHECK(s.buffer < buffers.size() && s.segments >= 1 && s.segments <= max_pool_segments, s.buffer);
         LODE_CHECK(s.texel_words == 0 ? s.segments == 1 : s.access == Access::read, s.buffer);
-        if (buffers[s.buffer].segments.size() > s.segments)
+        if (buffers[s.buffer].most_segments > s.segments)
             throw VulkanFailure("a buffer of pipeline '" + spec.name + "' is too large to be bound at once");
     }
 }
@@ -369,8 +380,32 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
     return built;
 }
 
-void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& built) {
-    if (recipe.pipelines.empty()) return;
+// Points the set at the segments of a binding. Those past the last are bound to the first, so that every descriptor is
+// valid.
+void write_binding(const Device& device, const StorageBinding& storage, std::span<const Buffer> segments,
+                   VkDescriptorSet set, std::vector<OwnedBufferView>& texels) {
+    std::vector<VkDescriptorBufferInfo> infos;
+    std::vector<VkBufferView> views;
+    for (uint32_t s = 0; s < storage.segments; ++s) {
+        infos.push_back({segments[s < segments.size() ? s : 0].get(), 0, VK_WHOLE_SIZE});
+        if (storage.texel_words == 0) continue;
+        if (s < segments.size()) texels.push_back(make_texel_view(device, infos[s].buffer, storage.texel_words));
+        views.push_back(s < segments.size() ? texels.back().get() : views[0]);
+    }
+    VkWriteDescriptorSet write{};
+    write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    write.dstSet = set;
+    write.dstBinding = storage.binding;
+    write.descriptorCount = storage.segments;
+    write.descriptorType = descriptor_of(storage);
+    write.pBufferInfo = infos.data();
+    write.pTexelBufferView = views.data();
+    vkUpdateDescriptorSets(device.handle(), 1, &write, 0, nullptr);
+}
+
+StorageSets make_storage_sets(const Device& device, const Recipe& recipe, const BuiltRecipe& built) {
+    StorageSets sets;
+    if (recipe.pipelines.empty()) return sets;
     VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1},
                                     {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1}};
     for (const PipelineSpec& spec : recipe.pipelines) {
@@ -383,7 +418,7 @@ void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& 
     pool_info.pPoolSizes = sizes;
     VkDescriptorPool pool = VK_NULL_HANDLE;
     LODE_VK(vkCreateDescriptorPool(device.handle(), &pool_info, nullptr, &pool));
-    built.pool = OwnedDescriptorPool(device.handle(), pool);
+    sets.pool = OwnedDescriptorPool(device.handle(), pool);
     for (size_t p = 0; p < recipe.pipelines.size(); ++p) {
         const VkDescriptorSetLayout layout = built.pipelines[p].storage_layout.get();
         VkDescriptorSetAllocateInfo allocate{};
@@ -391,30 +426,11 @@ void make_storage_sets(const Device& device, const Recipe& recipe, BuiltRecipe& 
         allocate.descriptorPool = pool;
         allocate.descriptorSetCount = 1;
         allocate.pSetLayouts = &layout;
-        LODE_VK(vkAllocateDescriptorSets(device.handle(), &allocate, &built.pipelines[p].storage_set));
-        for (const StorageBinding& storage : recipe.pipelines[p].storage) {
-            const auto& segments = built.buffers[storage.buffer].segments;
-            // Segments past the last are bound to the first, so that every descriptor is valid.
-            std::vector<VkDescriptorBufferInfo> infos;
-            std::vector<VkBufferView> views;
-            for (uint32_t s = 0; s < storage.segments; ++s) {
-                infos.push_back({segments[s < segments.size() ? s : 0].get(), 0, VK_WHOLE_SIZE});
-                if (storage.texel_words == 0) continue;
-                if (s < segments.size())
-                    built.texels.push_back(make_texel_view(device, infos[s].buffer, storage.texel_words));
-                views.push_back(s < segments.size() ? built.texels.back().get() : views[0]);
-            }
-            VkWriteDescriptorSet write{};
-            write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
-            write.dstSet = built.pipelines[p].storage_set;
-            write.dstBinding = storage.binding;
-            write.descriptorCount = storage.segments;
-            write.descriptorType = descriptor_of(storage);
-            write.pBufferInfo = infos.data();
-            write.pTexelBufferView = views.data();
-            vkUpdateDescriptorSets(device.handle(), 1, &write, 0, nullptr);
-        }
+        LODE_VK(vkAllocateDescriptorSets(device.handle(), &allocate, &sets.pipelines.emplace_back()));
+        for (const StorageBinding& storage : recipe.pipelines[p].storage)
+            write_binding(device, storage, built.buffers[storage.buffer].segments, sets.pipelines[p], sets.texels);
     }
+    return sets;
 }
 
 }  // namespace
@@ -441,8 +457,27 @@ BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDesc
     for (const PipelineSpec& spec : recipe.pipelines)
         built.pipelines.push_back(
             make_pipeline(allocator.device(), spec, built.buffers, frame_layout, recipe.has_visibility()));
-    make_storage_sets(allocator.device(), recipe, built);
+    built.sets = make_storage_sets(allocator.device(), recipe, built);
     return built;
+}
+
+Replaced resize_buffer(BlockAllocator& allocator, const Recipe& recipe, uint32_t number, uint64_t bytes,
+                       BuiltRecipe& built) {
+    SplitBuffer& buffer = built.buffers[number];
+    SplitBuffer made{{}, buffer.segment_bytes, buffer.most_segments};
+    made.segments = make_segments(allocator, recipe.buffers[number], bytes, buffer.segment_bytes);
+    Replaced before{std::exchange(buffer, std::move(made)), {}};
+    const bool seen = std::ranges::any_of(recipe.pipelines, [&](const PipelineSpec& pipeline) {
+        return std::ranges::find(pipeline.storage, number, &StorageBinding::buffer) != pipeline.storage.end();
+    });
+    if (!seen) return before;
+    try {
+        before.sets = std::exchange(built.sets, make_storage_sets(allocator.device(), recipe, built));
+    } catch (const VulkanFailure&) {
+        buffer = std::move(before.buffer);
+        throw;
+    }
+    return before;
 }
 
 }  // namespace lodestone

@@ -10,10 +10,12 @@
 
 namespace lodestone {
 
-// A buffer of the recipe. Segment i holds bytes i * segment_bytes .. of it; all but the last are full.
+// A buffer of the recipe. Segment i holds bytes i * segment_bytes .. of it; all but the last are full. As many bytes as
+// it may ever have take most_segments.
 struct SplitBuffer {
     std::vector<Buffer> segments;
     uint64_t segment_bytes = 0;
+    uint32_t most_segments = 1;
 
     struct Part {  // of a range: within one segment
         VkBuffer buffer;
@@ -32,7 +34,6 @@ inline constexpr int variant_count = 7;
 struct BuiltPipeline {
     OwnedPipelineLayout layout;
     OwnedSetLayout storage_layout;
-    VkDescriptorSet storage_set = VK_NULL_HANDLE;
     OwnedPipeline draw[variant_count];  // empty for compute pipelines, and where variant_of() does not lead
     OwnedPipeline compute;
     VkPipelineBindPoint bind_point = VK_PIPELINE_BIND_POINT_GRAPHICS;
@@ -42,15 +43,32 @@ struct BuiltPipeline {
 // What a pipeline runs in a stage that draws, under a ShadingOptions. wire: lines, on a device that draws them.
 Variant variant_of(const PipelineSpec& spec, Stage stage, bool debug, bool wire);
 
+// What shaders see buffers by, which goes with the buffers it was made of.
+struct StorageSets {
+    OwnedDescriptorPool pool;
+    std::vector<OwnedBufferView> texels;     // of all bindings of texels
+    std::vector<VkDescriptorSet> pipelines;  // descriptor set 1 of each
+};
+
 struct BuiltRecipe {
     std::vector<SplitBuffer> buffers;
-    std::vector<OwnedBufferView> texels;  // of all bindings of texels
     std::vector<BuiltPipeline> pipelines;
-    OwnedDescriptorPool pool;
+    StorageSets sets;
+};
+
+// What a change of a buffer's size leaves behind: frames under way may still read it.
+struct Replaced {
+    SplitBuffer buffer;
+    StorageSets sets;  // empty where no shader sees the buffer
 };
 
 // A shader of the library; throws VulkanFailure, naming it, where there is none.
 OwnedShader make_shader(const Device& device, const std::string& name);
+
+// Gives buffer `number` of the recipe another size, and shaders sight of it. Its bytes are undefined. The recipe has
+// the size that it had. Throws VulkanFailure where memory is short; everything is then as it was.
+Replaced resize_buffer(BlockAllocator& allocator, const Recipe& recipe, uint32_t number, uint64_t bytes,
+                       BuiltRecipe& built);
 
 // frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split, or fewer
 // where the device says so.

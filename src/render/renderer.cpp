@@ -115,18 +115,37 @@ public:
         });
     }
 
+    bool lost() const override { return vkDeviceWaitIdle(device_.handle()) == VK_ERROR_DEVICE_LOST; }
     Result<void> wait() override {
         return guarded([&] { finish_all(); });
     }
 
-    std::vector<FrameCounters> take_counters() override { return std::exchange(counters_, {}); }
-    std::vector<ReadbackResult> take_readbacks() override { return std::exchange(readbacks_, {}); }
+    std::vector<FrameCounters> take_counters(uint32_t place) override {
+        return std::exchange(loaded_[place].counters, {});
+    }
+    std::vector<ReadbackResult> take_readbacks(uint32_t place) override {
+        return std::exchange(loaded_[place].readbacks, {});
+    }
 
     Result<Picture> read_picture() override {
         return guarded([&] { return copy_picture(); });
     }
 
     uint64_t allocated_bytes() const override { return allocator_.allocated_bytes(); }
+    uint64_t buffer_bytes(uint32_t place) const override {
+        const auto held = [](const SplitBuffer& buffer) {
+            uint64_t bytes = 0;
+            for (const Buffer& segment : buffer.segments) bytes += segment.held_bytes();
+            return bytes;
+        };
+        uint64_t bytes = 0;
+        for (const SplitBuffer& buffer : loaded_[place].built.buffers) bytes += held(buffer);
+        for (const FrameSlot& slot : slots_) {
+            if (slot.place != place) continue;
+            for (const Replaced& replaced : slot.replaced) bytes += held(replaced.buffer);
+        }
+        return bytes;
+    }
     std::vector<std::string> validation_messages() const override { return device_.messages(); }
     RendererAccess access() override { return {device_, pool_, allocator_, targets_, colour_use_}; }
 
@@ -139,6 +158,9 @@ private:
         BufferHazards hazards;
         MaterialImages materials;
         std::optional<uint64_t> newest;  // the last frame submitted
+        // Of frames completed, not yet taken.
+        std::vector<FrameCounters> counters;
+        std::vector<ReadbackResult> readbacks;
     };
 
     void make_slot(FrameSlot& slot) {
@@ -193,7 +215,7 @@ private:
                 FrameSlot& slot) {
         CommandPool::begin(slot.commands);
         FrameRecorder({device_, pool_, allocator_, loaded.recipe, loaded.built, loaded.hazards, targets_,
-                       options_.shadow_size, slot, instances_},
+                       options_.shadow_size, slot, instances_, slot.replaced},
                       plan, input, look)
             .record();
         const VkFence fence = slot.fence.get();
@@ -235,16 +257,19 @@ private:
         const VkFence fence = slot.fence.get();
         LODE_VK(vkWaitForFences(device_.handle(), 1, &fence, VK_TRUE, UINT64_MAX));
         slot.busy = false;
-        counters_.push_back(read_counters(device_, slot));
+        Loaded& loaded = loaded_[slot.place];
+        loaded.counters.push_back(read_counters(device_, slot));
         for (const FrameSlot::PendingReadback& r : slot.readbacks)
-            readbacks_.push_back({r.tag, slot.frame, Blob::copy_of(r.buffer.mapped(), r.buffer.bytes())});
+            loaded.readbacks.push_back({r.tag, slot.frame, Blob::copy_of(r.buffer.mapped(), r.buffer.bytes())});
         slot.readbacks.clear();
+        slot.replaced.clear();
     }
 
     void finish_all() {
         for (size_t i = 0; i < slots_.size(); ++i) {
             FrameSlot& slot = slots_[(next_slot_ + i) % slots_.size()];
             if (slot.busy) finish(slot);
+            slot.replaced.clear();  // of a frame that was not drawn
         }
     }
 
@@ -295,8 +320,6 @@ private:
     size_t next_slot_ = 0;
     bool drawn_ = false;  // a frame was submitted
     ImageUse colour_use_, depth_use_;
-    std::vector<FrameCounters> counters_;
-    std::vector<ReadbackResult> readbacks_;
 };
 
 }  // namespace

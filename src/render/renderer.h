@@ -134,14 +134,18 @@ public:
     virtual Result<uint64_t> completed_frame(uint32_t place = 0) = 0;
     // Waits for every submitted frame.
     virtual Result<void> wait() = 0;
-    // Counters of frames completed since the last call, oldest first.
-    virtual std::vector<FrameCounters> take_counters() = 0;
-    // Readbacks of frames completed since the last call, oldest first.
-    virtual std::vector<ReadbackResult> take_readbacks() = 0;
+    // Counters of the place's frames that were seen to complete since the last call, oldest first.
+    virtual std::vector<FrameCounters> take_counters(uint32_t place = 0) = 0;
+    // Readbacks of the same frames.
+    virtual std::vector<ReadbackResult> take_readbacks(uint32_t place = 0) = 0;
     // The last submitted frame's picture of views[0]; waits for it.
     virtual Result<Picture> read_picture() = 0;
 
     virtual uint64_t allocated_bytes() const = 0;  // device memory held, all kinds
+    // Whether the device is lost: nothing draws on it any more, and a new renderer is to be made. Waits for the device.
+    virtual bool lost() const = 0;
+    // Of that, what buffers of the place's recipe take, with those replaced that frames under way read.
+    virtual uint64_t buffer_bytes(uint32_t place = 0) const = 0;
     // Everything the validation layers said so far; empty when they are silent or off.
     virtual std::vector<std::string> validation_messages() const = 0;
 

@@ -32,6 +32,10 @@ Json json_of(const Row& r) {
             {"fps_mean", r.fps_mean},
             {"fps_min", r.fps_min},
             {"fps_max", r.fps_max},
+            {"throughput_fps", r.throughput_fps},
+            {"throughput_fps_min", r.throughput_fps_min},
+            {"throughput_fps_max", r.throughput_fps_max},
+            {"frames_in_flight", r.frames_in_flight},
             {"cpu_plan_ms", r.cpu_plan_ms},
             {"cpu_ms", r.cpu_ms},
             {"gpu_ms", r.gpu_ms},
@@ -102,14 +106,17 @@ std::string name_of(const Technique& way, char between) {
 
 std::string report_table(std::span<const Row> rows) {
     char line[256];
-    std::snprintf(line, sizeof line, "%-9s %-17s %6s %10s %9s %9s %12s %6s %8s %7s %9s %6s", "backend", "way", "px err",
-                  "triangles", "ms", "floor ms", "vertex runs", "ACMR", "PSNR dB", "SSIM", "deviation", "leaks");
+    std::snprintf(line, sizeof line, "%-9s %-17s %6s %10s %9s %9s %7s %7s %7s %12s %6s %8s %7s %9s %6s", "backend",
+                  "way", "px err", "triangles", "ms", "floor ms", "fps", "least", "most", "vertex runs", "ACMR",
+                  "PSNR dB", "SSIM", "deviation", "leaks");
     std::string table = line;
     for (const Row& r : rows) {
         const std::string chosen = choices_of(r);
-        std::snprintf(line, sizeof line, "\n%-9s %-17s %6g %10.0f %9.2f %9.2f %12.0f %6.3f %8.2f %7.4f %6.2f px %6llu",
+        std::snprintf(line, sizeof line,
+                      "\n%-9s %-17s %6g %10.0f %9.2f %9.2f %7.1f %7.1f %7.1f %12.0f %6.3f %8.2f %7.4f %6.2f px %6llu",
                       r.backend.c_str(), chosen.empty() ? "-" : chosen.c_str(), r.pixel_error, r.triangles, r.ms_median,
-                      r.ms_floor, r.vertex_invocations, r.acmr, r.psnr_db, r.ssim, r.max_pixel_deviation,
+                      r.ms_floor, r.throughput_fps, r.throughput_fps_min, r.throughput_fps_max, r.vertex_invocations,
+                      r.acmr, r.psnr_db, r.ssim, r.max_pixel_deviation,
                       static_cast<unsigned long long>(r.background_leaks));
         table += line;
     }

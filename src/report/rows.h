@@ -36,7 +36,10 @@ struct Row : Technique {
     double ms_median = 0, ms_p95 = 0, ms_p99 = 0, ms_max = 0;  // plan to fence
     double ms_floor = 0;                                       // median of the same frame with an empty scene
     double ms_jolt = 0;  // 99th percentile of each frame over the median of the 15 around it; 1 is smooth
-    double fps_mean = 0, fps_min = 0, fps_max = 0;   // frames a second: from the mean, longest, shortest time
+    double fps_mean = 0, fps_min = 0, fps_max = 0;  // frames a second: from the mean, longest, shortest time
+    // The same where `frames_in_flight` overlap; of periods from one frame's end to the next one's.
+    double throughput_fps = 0, throughput_fps_min = 0, throughput_fps_max = 0;
+    uint32_t frames_in_flight = 1;                   // at most, where they overlap
     double cpu_plan_ms = 0, cpu_ms = 0, gpu_ms = 0;  // processor time of plans, and of threads beside; device time
     double uploaded_bytes = 0;                       // per frame, the first left out
     uint64_t resident_bytes = 0;                     // of all buffers, in the last frame

@@ -17,9 +17,11 @@
 #include "apps/scene/workplace.h"
 #include "base/hash.h"
 #include "base/random.h"
+#include "fixtures/block_sums.h"
 #include "fixtures/crafted.h"
 #include "fixtures/meshes.h"
 #include "frame/plan_mirror.h"
+#include "lod/asset/stored_mesh.h"
 
 namespace lodestone {
 namespace {
@@ -54,6 +56,8 @@ protected:
         const auto file = ChunkFile::open(good_);
         for (const ChunkInfo& info : file->chunks()) {
             if (info.bytes > 0) chunks_.push_back(info.name);
+            // What most of the file is, more often.
+            if (info.name == "lod/blocks") chunks_.insert(chunks_.end(), 8, info.name);
         }
     }
     static void TearDownTestSuite() { fs::remove_all(folder_); }
@@ -138,21 +142,29 @@ protected:
         fixtures::replace_chunk(bad_, "vgi/" + layer + "_sums", std::as_bytes(std::span(sums)), bad_);
     }
 
+    // Blocks of a progressive mesh, likewise; as far as they go.
+    void with_right_block_sums(const Bytes& blocks) {
+        const auto table = fixtures::with_right_sums(fixtures::chunk_of(good_, "lod/table"), blocks);
+        fixtures::replace_chunk(bad_, "lod/table", std::as_bytes(std::span(table)), bad_);
+    }
+
     // Makes bad_ from good_; what was spoilt.
     std::string craft() {
         const std::string chunk = chunks_[random_.below(static_cast<uint32_t>(chunks_.size()))];
         Bytes bytes = fixtures::chunk_of(good_, chunk);
-        const bool pages = chunk.ends_with("_pages");
-        if (pages) {
+        const bool pages = chunk.ends_with("_pages"), blocks = chunk == "lod/blocks";
+        if (pages || blocks) {
             for (uint32_t times = 1 + random_.below(4); times > 0; --times)
                 bytes[random_.below(static_cast<uint32_t>(bytes.size()))] = static_cast<std::byte>(random_.below(256));
-        } else if (chunk == "about" || chunk == "lod/mesh" || chunk == "vgi/atlas" || chunk == "mesh/materials") {
+        } else if (chunk.ends_with("about") || chunk == "lod/mesh" || chunk == "vgi/atlas" ||
+                   chunk == "mesh/materials") {
             spoil_text(bytes);
         } else {
             spoil(bytes);
         }
         fixtures::replace_chunk(good_, chunk, bytes, bad_);
         if (pages) with_right_sums(chunk.substr(4, chunk.size() - 10), bytes);
+        if (blocks) with_right_block_sums(bytes);
         return chunk;
     }
 
@@ -160,7 +172,7 @@ protected:
     void draw(const std::string& backend) {
         auto scene = read_scene(bad_);
         ASSERT_TRUE(scene);
-        scene->resident_bytes = uint64_t{4} << 20;
+        scene->budget.resident_bytes = uint64_t{4} << 20;
         auto ready = ready_scene(std::move(*scene), needs_of({backend}), {});
         if (!ready) return;
         for (const Technique& way : techniques_of(backend, *ready)) {

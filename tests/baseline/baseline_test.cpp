@@ -140,6 +140,19 @@ TEST(FixedLevels, ChooseTheCoarsestLevelWithinThePixelError) {
     EXPECT_TRUE((*source)->validate());
 }
 
+TEST(FixedLevels, KeepToABudgetOfTrianglesOrDrawTheCoarsest) {
+    const auto chain = chain_of(rock(8000));
+    auto source = open_fixed_levels({fixed_levels_of(chain)}, uint64_t{1} << 30);
+    ASSERT_TRUE(source);
+    const uint64_t coarsest = chain->levels.back().indices.size() / 3;
+    for (const uint64_t most : {uint64_t{8000}, uint64_t{2000}, coarsest, coarsest - 1, uint64_t{1}}) {
+        FrameInput input = seen_from(2);
+        input.budget.max_triangles = most;
+        const uint64_t drawn = (*source)->plan(input).stats.triangles;
+        EXPECT_TRUE(drawn <= most || drawn == coarsest) << most;
+    }
+}
+
 TEST(FullLevel, DrawsEveryTriangleOnceWithoutDegenerateOnes) {
     TriMesh mesh = rock(1000);
     std::vector<uint32_t> indices;

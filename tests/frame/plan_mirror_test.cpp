@@ -54,6 +54,26 @@ TEST(PlanMirror, AcceptsAGoodPlanAndTellsWhatIsDrawn) {
     EXPECT_EQ(one.plan.stats.instances_drawn, 1u);
 }
 
+TEST(PlanMirror, AnUploadOfNothingIsNothing) {
+    OneTriangle one;
+    one.plan.commands.push_back({Stage::update, Upload{0, 0, Blob()}});
+    EXPECT_EQ(one.fault(), "");
+}
+
+TEST(PlanMirror, TheIndexBufferOfAnIndirectDrawMustBeThere) {
+    OneTriangle one;
+    const auto records = static_cast<uint32_t>(one.recipe.buffers.size());
+    one.recipe.buffers.push_back({"records", 40, use_storage | use_indirect, 4});
+    for (Command& command : one.plan.commands) {
+        if (const auto* draw = std::get_if<Draw>(&command.what)) {
+            DrawIndirect indirect{*draw, records};
+            indirect.draw.index_buffer = 99;
+            command.what = indirect;
+        }
+    }
+    EXPECT_THAT(one.fault(), HasSubstr("99"));
+}
+
 TEST(PlanMirror, TellsIndirectDrawsOnceItHasLearntWhatTheDeviceWrote) {
     OneTriangle one;
     const auto records = static_cast<uint32_t>(one.recipe.buffers.size());
@@ -89,6 +109,72 @@ TEST(PlanMirror, TellsIndirectDrawsOnceItHasLearntWhatTheDeviceWrote) {
     EXPECT_EQ(mirror.draws()[0].draw.count, 3u);
     ASSERT_TRUE(mirror.execute(one.plan, one.input));
     EXPECT_TRUE(mirror.draws().empty()) << "of another frame";
+}
+
+// A pass whose groups come from a buffer that it writes itself.
+struct OneDispatch {
+    Recipe recipe;
+    Plan plan;
+    FrameInput input;
+
+    OneDispatch() {
+        recipe.buffers = {{"arguments", 24, use_storage | use_indirect, 4}};
+        PipelineSpec pass;
+        pass.kind = PipelineKind::compute;
+        pass.compute = "some/pass.comp";
+        pass.storage = {{0, 0, Access::read_write}};
+        recipe.pipelines = {pass};
+        input.views = {view_of(Camera{}, 64, 64)};
+        const std::array<uint32_t, 3> groups{5, 1, 1};
+        Dispatch first;
+        first.arguments = 0;
+        Dispatch second = first;
+        second.offset = 12;
+        plan.commands = {{Stage::update, Upload{0, 0, Blob::copy_of(groups.data(), groups.size())}},
+                         {Stage::update, first},
+                         {Stage::update, second}};
+    }
+    Dispatch& first() { return std::get<Dispatch>(plan.commands[1].what); }
+    std::string fault() const {
+        const auto done = PlanMirror(recipe).execute(plan, input);
+        return done ? "" : done.error().message;
+    }
+};
+
+TEST(PlanMirror, AcceptsADispatchWhoseGroupsTheDeviceWrites) { EXPECT_EQ(OneDispatch().fault(), ""); }
+
+TEST(PlanMirror, NamesADispatchWhoseGroupsNothingHasWritten) {
+    OneDispatch one;
+    one.first().offset = 4;
+    EXPECT_THAT(one.fault(), HasSubstr("byte 12 of buffer 'arguments' is read before anything was written"));
+}
+
+TEST(PlanMirror, NamesADispatchWhoseGroupsLieOutsideTheirBuffer) {
+    OneDispatch one;
+    one.first().offset = 16;
+    EXPECT_THAT(one.fault(), HasSubstr("outside buffer 'arguments'"));
+}
+
+TEST(PlanMirror, NamesADispatchWhoseGroupsComeFromABufferNotMadeForThat) {
+    OneDispatch one;
+    one.recipe.buffers[0].use = use_storage;
+    EXPECT_THAT(one.fault(), HasSubstr("not made for this use"));
+}
+
+TEST(PlanMirror, NamesADispatchOfMoreGroupsThanDevicesTake) {
+    OneDispatch one;
+    one.first().arguments = no_buffer;
+    one.first().groups = {1, 65536, 1};
+    EXPECT_THAT(one.fault(), HasSubstr("more groups"));
+}
+
+TEST(PlanMirror, PlansDifferWhereTheirDispatchesGroupsComeFromOtherPlaces) {
+    OneDispatch one, other;
+    EXPECT_EQ(hash_of_plan(one.plan), hash_of_plan(other.plan));
+    other.first().offset = 12;
+    EXPECT_NE(one.plan, other.plan);
+    EXPECT_NE(hash_of_plan(one.plan), hash_of_plan(other.plan));
+    EXPECT_THAT(dump(other.plan), HasSubstr("groups of buffer 0+12"));
 }
 
 TEST(PlanMirror, NamesAnUploadOutsideItsBuffer) {
@@ -156,6 +242,29 @@ TEST(PlanMirror, FollowsCopies) {
     PlanMirror mirror(one.recipe);
     ASSERT_TRUE(mirror.execute(one.plan, one.input));
     EXPECT_EQ(mirror.buffer(2)[16], std::byte{1});
+}
+
+TEST(PlanMirror, KeepsWhatAChangeOfSizeKeeps) {
+    OneTriangle one;
+    one.recipe.buffers[1].most_bytes = 48;
+    PlanMirror mirror(one.recipe);
+    ASSERT_TRUE(mirror.execute(one.plan, one.input));
+    // The second triangle is drawn where the indices had been 24 bytes, of which the first 12 are kept.
+    const auto resized = [&](const Resize& resize, uint64_t first) {
+        one.plan.commands.erase(one.plan.commands.begin(), one.plan.commands.end() - 2);
+        one.draw(0).index_offset = one.draw(1).index_offset = first;
+        one.draw(0).count = one.draw(1).count = 3;
+        one.plan.commands.insert(one.plan.commands.begin(), {Stage::update, resize});
+        const auto done = mirror.execute(one.plan, one.input);
+        return done ? "" : done.error().message;
+    };
+    EXPECT_EQ(resized({1, 48, 12}, 0), "");
+    EXPECT_EQ(mirror.recipe().buffers[1].bytes, 48u);
+    EXPECT_THAT(mirror.draws()[0].indices, testing::ElementsAre(0, 1, 2));
+    EXPECT_THAT(resized({1, 36, 12}, 12), HasSubstr("before anything was written"));
+    EXPECT_THAT(resized({1, 52, 12}, 0), HasSubstr("cannot have 52 bytes"));
+    EXPECT_THAT(resized({1, 8, 12}, 0), HasSubstr("more than it then has"));
+    EXPECT_THAT(resized({0, 96, 0}, 0), HasSubstr("'vertices' cannot have 96 bytes"));
 }
 
 TEST(Plan, EqualPlansHaveEqualHashesAndDifferentOnesDiffer) {

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <deque>
 #include <filesystem>
 #include <numeric>
@@ -397,6 +398,49 @@ TEST_F(RendererTest, AComputedIndirectDrawReadsASplitPool) {
     }
 }
 
+// Each dispatch writes how many groups the next one has, into the buffer that its own came from.
+TEST_F(RendererTest, ADispatchHasAsManyGroupsAsTheOneBeforeSays) {
+    Renderer& renderer = make();
+    Recipe recipe;
+    recipe.buffers = {{"arguments", 60, use_storage | use_indirect, 4},
+                      {"counts", 16, use_storage, 4},
+                      {"arguments of nobody", 60, use_storage, 4}};
+    PipelineSpec halve;
+    halve.name = "halve";
+    halve.kind = PipelineKind::compute;
+    halve.compute = "test/halve.comp";
+    halve.storage = {{0, 0, Access::write}, {1, 1, Access::read_write}};
+    PipelineSpec last = halve;  // does not write what it reads
+    last.storage[0].buffer = 2;
+    recipe.pipelines = {halve, last};
+    ASSERT_TRUE(renderer.load(recipe, plain_materials()));
+    PlanMirror mirror(recipe);
+    const uint32_t zeros[15] = {};
+    for (uint64_t frame = 0; frame < 3; ++frame) {
+        const auto groups = static_cast<uint32_t>(7 + 2 * frame);
+        const FrameInput input = look_at({0, 0, 3}, frame, {});
+        Plan plan;
+        plan.commands = {{Stage::update, Upload{0, 0, Blob::copy_of(zeros, 15)}},
+                         {Stage::update, Upload{1, 0, Blob::copy_of(zeros, 4)}},
+                         {Stage::update, Dispatch{0, {groups, 1, 1}, 0, {0}}}};
+        for (uint32_t k = 1; k < 4; ++k)
+            plan.commands.push_back({Stage::update, Dispatch{k / 3, {99, 99, 99}, 0, {k}, 0, 12 * uint64_t{k}}});
+        plan.commands.push_back({Stage::composite, Readback{1, 0, 16, 9}});
+        const auto mirrored = mirror.execute(plan, input);
+        ASSERT_TRUE(mirrored) << mirrored.error().message;
+        ASSERT_TRUE(renderer.submit(plan, input, {}));
+    }
+    ASSERT_TRUE(renderer.wait());
+    const auto back = renderer.take_readbacks();
+    ASSERT_EQ(back.size(), 3u);
+    for (const ReadbackResult& r : back) {
+        const auto groups = static_cast<uint32_t>(7 + 2 * r.frame);
+        ASSERT_EQ(r.blob.size(), 16u);
+        const std::span counts(reinterpret_cast<const uint32_t*>(r.blob.data()), 4);
+        EXPECT_THAT(counts, testing::ElementsAre(groups, groups / 2, groups / 4, groups / 8)) << r.frame;
+    }
+}
+
 TEST_F(RendererTest, LightsWhatIsVisibleBesideWhatIsLitAsItIsDrawn) {
     Renderer& renderer = make();
     PipelineSpec visible, lit, lighting;
@@ -473,6 +517,46 @@ TEST_F(RendererTest, CopiesBetweenBuffersAcrossSegments) {
     const auto back = renderer.take_readbacks();
     ASSERT_EQ(back.size(), 1u);
     for (uint32_t i = 0; i < 150; ++i) EXPECT_EQ(reinterpret_cast<const uint32_t*>(back[0].blob.data())[i], 25 + i);
+}
+
+TEST_F(RendererTest, BuffersGrowAndShrinkWhileFramesThatReadThemAreInFlight) {
+    for (const uint32_t segment : {0u, 256u}) {
+        RendererOptions options;
+        options.segment_bytes_limit = segment;
+        options.frames_in_flight = 3;
+        Renderer& renderer = make(options);
+        Recipe recipe;
+        recipe.buffers = {{"words", 64, use_storage, 4, 1024}, {"kept", 1024, use_storage, 4}};
+        ASSERT_TRUE(renderer.load(recipe, plain_materials()));
+        std::vector<uint32_t> words(256);
+        std::iota(words.begin(), words.end(), 1u);
+        const uint64_t before = renderer.buffer_bytes();
+        // Each frame has its size, keeps what it can, and writes the rest; then it is read back.
+        const std::vector<uint64_t> sizes{64, 1024, 300, 64, 600};
+        uint64_t written = 0;
+        for (uint64_t f = 0; f < sizes.size(); ++f) {
+            const uint64_t kept = std::min(written, sizes[f]);
+            Plan plan;
+            if (f > 0) plan.commands.push_back({Stage::update, Resize{0, sizes[f], kept}});
+            if (sizes[f] > kept) {
+                plan.commands.push_back(
+                    {Stage::update, Upload{0, kept, Blob::copy_of(&words[kept / 4], (sizes[f] - kept) / 4)}});
+            }
+            plan.commands.push_back({Stage::composite, Readback{0, 0, sizes[f], static_cast<uint32_t>(f)}});
+            ASSERT_TRUE(renderer.submit(plan, look_at({0, 0, 3}, f, {}), {}));
+            written = sizes[f];
+        }
+        ASSERT_TRUE(renderer.wait());
+        const auto back = renderer.take_readbacks();
+        ASSERT_EQ(back.size(), sizes.size());
+        for (size_t f = 0; f < sizes.size(); ++f) {
+            ASSERT_EQ(back[f].blob.size(), sizes[f]);
+            EXPECT_EQ(std::memcmp(back[f].blob.data(), words.data(), sizes[f]), 0) << f;
+        }
+        EXPECT_GE(renderer.buffer_bytes(), 600u + 1024u);
+        EXPECT_LT(renderer.buffer_bytes(), before + 1024) << "what was replaced is freed once it is not read";
+        EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
+    }
 }
 
 TEST_F(RendererTest, ResizesAndReloads) {

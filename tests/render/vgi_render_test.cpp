@@ -9,6 +9,8 @@
 #include <cstring>
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
+#include <map>
+#include <set>
 #include <tuple>
 
 #include "base/random.h"
@@ -20,6 +22,7 @@
 #include "mesh/repair.h"
 #include "render/device_test.h"
 #include "report/image_metrics.h"
+#include "shaders/shared/vgi_cut.h"
 #include "vgi/bake/bake.h"
 #include "vgi/draw/pulled_vertex.h"
 #include "vgi/draw/recipe_layout.h"
@@ -41,22 +44,28 @@ protected:
                 ("lodestone-vgi-render-" + std::to_string(getpid()) + ".lode")) {}
     void TearDown() override {
         DeviceTest::TearDown();
-        std::filesystem::remove(path_);
+        for (const std::string& path : written_) std::filesystem::remove(path);
     }
+    // The only atlas, or one more.
     std::shared_ptr<const vgi::AtlasFile> atlas_of(const TriMesh& mesh) {
+        files_.clear();
+        return another_atlas_of(mesh, 64);
+    }
+    std::shared_ptr<const vgi::AtlasFile> another_atlas_of(const TriMesh& mesh, uint32_t cells) {
         vgi::AtlasOptions options;
         options.clusters.clusters = 12;
-        options.cells = 64;
+        options.cells = cells;
         options.error_samples = 1000;
         vgi::AtlasReport report;
         const auto atlas = vgi::make_atlas(mesh, options, report);
         EXPECT_TRUE(atlas);
-        auto writer = ChunkWriter::create(path_, {});
+        const std::string path = path_.string() + std::to_string(files_.size());
+        written_.insert(path);
+        auto writer = ChunkWriter::create(path, {});
         EXPECT_TRUE(writer && vgi::write_chunks(*atlas, *writer) && writer->commit());
-        auto opened = vgi::AtlasFile::open(*ChunkFile::open(path_));
+        auto opened = vgi::AtlasFile::open(*ChunkFile::open(path));
         EXPECT_TRUE(opened);
-        file_ = std::make_shared<const vgi::AtlasFile>(std::move(*opened));
-        return file_;
+        return files_.emplace_back(std::make_shared<const vgi::AtlasFile>(std::move(*opened)));
     }
     // Draws, with those of the pages asked for that luck lets through.
     // mirror: executes the plans, too, where there is one.
@@ -95,7 +104,7 @@ protected:
                 continue;
             }
             std::vector<std::byte> part(r.bytes);
-            EXPECT_TRUE(file_->file().read_part(r.chunk, r.offset, part));
+            EXPECT_TRUE(files_[r.asset]->file().read_part(r.chunk, r.offset, part));
             arrivals.push_back({r.id, Blob(std::move(part))});
         }
         return arrivals;
@@ -115,8 +124,9 @@ protected:
         input.instances = {Instance{}};
         return input;
     }
-    std::shared_ptr<const vgi::AtlasFile> file_;
-    std::filesystem::path path_;
+    std::vector<std::shared_ptr<const vgi::AtlasFile>> files_;
+    std::filesystem::path path_;  // of files, before their numbers
+    std::set<std::string> written_;
     uint64_t frame_ = 0;
 };
 
@@ -283,6 +293,51 @@ TEST_F(VgiRenderTest, DrawsTheSameFromPoolsInPieces) {
     EXPECT_EQ(pictures[0].colour, pictures[1].colour);
 }
 
+// A flight towards a rock, on which pools and lists grow and pages arrive and are evicted: with three frames in flight,
+// a picture read now and then is the one that single frames give. Memory keeps to the budget, with what is replaced.
+TEST_F(VgiRenderTest, FramesInFlightDrawWhatSingleFramesDraw) {
+    const auto atlas = atlas_of(mesh_of(Shape::rock, 20000));
+    for (const auto& [raster, budget] :
+         {std::pair(vgi::Raster::bintree, uint64_t{1} << 26), std::pair(vgi::Raster::tess, uint64_t{1} << 26),
+          std::pair(vgi::Raster::bintree, uint64_t{3} << 20)}) {
+        std::vector<std::vector<uint8_t>> pictures;
+        for (const uint32_t in_flight : {1u, 3u}) {
+            RendererOptions options;
+            options.frames_in_flight = in_flight;
+            Renderer& renderer = make(options);
+            if (raster == vgi::Raster::tess && !renderer.device().tessellates) break;
+            auto vgi = vgi::open_vgi({atlas}, {budget, 1, raster});
+            ASSERT_TRUE(vgi) << vgi.error().message;
+            ASSERT_TRUE(renderer.load((*vgi)->recipe(), plain()));
+            Random random(3);
+            std::vector<Arrival> arrivals;
+            std::set<uint64_t> sizes;
+            constexpr uint64_t frames = 16;
+            for (uint64_t f = 0; f < frames; ++f) {
+                FrameInput input = look_from({0.4f, 0.6f, 4.0f - 0.16f * static_cast<float>(f)});
+                input.frame = f;
+                // Whatever has left by now: evictions go by that of the slower of the two.
+                ASSERT_TRUE(renderer.completed_frame());
+                input.completed_frame = f < 3 ? 0 : f - 3;
+                input.arrivals = std::move(arrivals);
+                const Plan plan = (*vgi)->plan(input);
+                arrivals = arrivals_of(plan, 1, random);
+                ASSERT_TRUE(renderer.submit(plan, input, {}));
+                sizes.insert(plan.stats.resident_bytes);
+                EXPECT_LE(plan.stats.resident_bytes, budget);
+                EXPECT_LE(renderer.buffer_bytes(), budget + 9 * 256) << "but for the device's alignment";
+                if (f % 4 == 3) pictures.push_back(renderer.read_picture()->colour);
+            }
+            if (budget > uint64_t{1} << 24) { EXPECT_GT(sizes.size(), 3u) << "nothing grew"; }
+            EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
+        }
+        if (pictures.empty()) continue;
+        ASSERT_EQ(pictures.size(), 8u);
+        for (size_t i = 0; i < 4; ++i) EXPECT_EQ(pictures[i], pictures[i + 4]) << i;
+        EXPECT_NE(pictures[0], pictures[3]);
+    }
+}
+
 TEST_F(VgiRenderTest, ColoursWhatSamplesWouldCostAndHowFarApartTheyAre) {
     const auto atlas = atlas_of(mesh_of(Shape::rock, 20000));
     Renderer& renderer = make();
@@ -403,43 +458,119 @@ std::vector<uint32_t> words_of(const Blob& blob) {
     return words;
 }
 
-// From any eye, with whatever pages are there, for instances that lie anyhow, at any error: the same nodes, with the
-// same neighbours, in the same views, as the processor cuts, bit for bit.
+// By the views that see them, in the order of the words.
+using PatchesByViews = std::map<uint32_t, std::vector<PatchWords>>;
+void add_patches(std::span<const uint32_t> words, uint32_t views, PatchesByViews& to) {
+    for (const PatchWords& patch : patches_of(words, views)) to[patch[0] >> LODE_VGI_PATCH_VIEWS].push_back(patch);
+}
+
+// An atlas that the device cuts, and what the processor needs to cut it, too: all its pages.
+class AtlasToCut {
+public:
+    // first_page: among those of all atlases.
+    AtlasToCut(const vgi::AtlasFile& file, uint32_t first_page)
+        : about_(file.about()), tree_(vgi::tree_of(about_, vgi::Layer::geometry)), first_page_(first_page) {
+        const auto channels = vgi::channels_of(about_.attributes, vgi::Layer::geometry);
+        std::vector<vgi::Page> plain_pages;  // parents are pointed to while it grows
+        plain_pages.reserve(pages());
+        for (uint32_t chart = 0; chart < about_.charts(); ++chart) {
+            for (uint32_t page = 0; page < tree_.pages(); ++page) {
+                const vgi::Page* parent =
+                    page == 0 ? nullptr : &plain_pages[size_t{chart} * tree_.pages() + tree_.parent(page)];
+                const vgi::AtlasFile::PageName name{vgi::Layer::geometry, chart, page};
+                const auto family = file.unpack(name, channels, *file.read(name));
+                EXPECT_TRUE(family);
+                plain_pages.push_back(family->page(page, parent));
+                texels_.push_back(
+                    std::make_shared<const vgi::GeometryPage>(vgi::packed_geometry(plain_pages.back(), tree_)));
+            }
+        }
+    }
+    const vgi::Atlas& about() const { return about_; }
+    uint32_t pages() const { return about_.charts() * tree_.pages(); }
+    uint32_t first_page() const { return first_page_; }
+
+    // With those pages that the table the device reads tells to be there.
+    vgi::Residency residency(std::span<const uint32_t> table) const {
+        vgi::Residency there(about_);
+        for (uint32_t page = 0; page < pages(); ++page) {
+            uint32_t level = 0, x = 0, y = 0;
+            tree_.place(page % tree_.pages(), &level, &x, &y);
+            const uint32_t entry = table[first_page_ + page];
+            if ((entry & 15) == level) there.put(page, texels_[page], entry >> 4);  // else of a coarser page
+        }
+        there.update();
+        return there;
+    }
+
+private:
+    const vgi::Atlas& about_;
+    vgi::PageTree tree_;
+    uint32_t first_page_;
+    std::vector<std::shared_ptr<const vgi::GeometryPage>> texels_;
+};
+
+// What the device wrote in a frame.
+struct DeviceWrote {
+    std::vector<uint32_t> table, list, records, findings;
+
+    explicit DeviceWrote(std::span<const ReadbackResult> readbacks) {
+        for (const ReadbackResult& r : readbacks) {
+            if (r.tag == tag_of(vgi::page_table)) table = words_of(r.blob);
+            if (r.tag == tag_of(vgi::draw_lists)) list = words_of(r.blob);
+            if (r.tag == tag_of(vgi::cut_records)) records = words_of(r.blob);
+            if (r.tag == tag_of(vgi::cut_findings)) findings = words_of(r.blob);
+        }
+    }
+    static uint32_t tag_of(uint32_t buffer) { return 100 + buffer; }
+    static void ask(const Recipe& recipe, Plan& plan) {
+        for (const uint32_t b : {vgi::page_table, vgi::draw_lists, vgi::cut_records, vgi::cut_findings})
+            plan.commands.push_back({Stage::update, Readback{b, 0, recipe.buffers[b].bytes, tag_of(b)}});
+    }
+    // Where the instance's draws say that its patches are, whatever view they are of; nothing of one without draws.
+    PatchesByViews patches_of_instance(const Plan& plan, uint32_t instance) const {
+        PatchesByViews found;
+        for (const Command& command : plan.commands) {
+            const auto* draw = std::get_if<DrawIndirect>(&command.what);
+            if (draw == nullptr || plan.instance_ids[draw->draw.first_id] != instance) continue;
+            const uint32_t first = draw->draw.words[LODE_VGI_WORD_PATCH];
+            for (uint32_t r = 0; r < draw->draws; ++r) {
+                const uint32_t* record = records.data() + draw->offset / sizeof(uint32_t) + 4 * r;
+                if (record[0] == 0) continue;
+                const auto part =
+                    std::span(list).subspan(first + record[2] * LODE_VGI_PATCH_WORDS, record[0] * LODE_VGI_PATCH_WORDS);
+                add_patches(part, 0, found);
+                EXPECT_EQ(record[1], 1u);
+                EXPECT_EQ(plan.instance_ids[record[3]], instance);
+            }
+            return found;
+        }
+        return found;
+    }
+};
+
+// From any eye, with whatever pages are there, for instances of atlases of any sizes that lie anyhow, at any error: the
+// same nodes, with the same neighbours, in the same views, in the same order, as the processor cuts, bit for bit; and
+// the same pages are used and missed.
 TEST_F(VgiRenderTest, TheDeviceCutsTheNodesThatTheProcessorCuts) {
     Renderer& renderer = make();
     if (!renderer.device().tessellates) GTEST_SKIP() << renderer.device().name << " does not tessellate";
     Random random(8);
     const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
-    size_t cuts = 0, nodes = 0, pages = 0, shadows_only = 0;
-    for (const Shape shape : {Shape::rock, Shape::terrain}) {
-        const auto atlas = atlas_of(mesh_of(shape, 20000));
-        const vgi::Atlas& about = atlas->about();
+    size_t cuts = 0, nodes = 0, pages = 0, asked = 0, shadows_only = 0, unseen = 0;
+    for (const int round : {0, 1, 2}) {
+        atlas_of(mesh_of(round == 1 ? Shape::terrain : Shape::rock, 20000));
+        if (round == 2) another_atlas_of(mesh_of(Shape::torus, 5000), 16);
         constexpr uint32_t instances = 3;
-        auto source = vgi::open_vgi({atlas}, {uint64_t{1} << 26, instances, vgi::Raster::device});
+        auto source = vgi::open_vgi(files_, {uint64_t{1} << 26, instances, vgi::Raster::device});
         ASSERT_TRUE(source) << source.error().message;
         const auto loaded = renderer.load((*source)->recipe(), plain());
         ASSERT_TRUE(loaded) << loaded.error().message;
-        const auto& buffers = (*source)->recipe().buffers;
+        std::vector<AtlasToCut> atlases;
+        for (const auto& file : files_)
+            atlases.emplace_back(*file, atlases.empty() ? 0 : atlases.back().first_page() + atlases.back().pages());
         std::vector<ReadbackResult> readbacks;
         std::vector<Arrival> arrivals;
-        // Pages as they are told to be there by the table the device reads.
-        std::vector<std::shared_ptr<const vgi::GeometryPage>> texels;
-        const vgi::PageTree tree = vgi::tree_of(about, vgi::Layer::geometry);
-        const auto channels = vgi::channels_of(about.attributes, vgi::Layer::geometry);
-        std::vector<vgi::Page> plain_pages;  // parents are pointed to while it grows
-        plain_pages.reserve(size_t{about.charts()} * tree.pages());
-        for (uint32_t chart = 0; chart < about.charts(); ++chart) {
-            for (uint32_t page = 0; page < tree.pages(); ++page) {
-                const vgi::Page* parent =
-                    page == 0 ? nullptr : &plain_pages[size_t{chart} * tree.pages() + tree.parent(page)];
-                const vgi::AtlasFile::PageName name{vgi::Layer::geometry, chart, page};
-                const auto family = atlas->unpack(name, channels, *atlas->read(name));
-                ASSERT_TRUE(family);
-                plain_pages.push_back(family->page(page, parent));
-                texels.push_back(
-                    std::make_shared<const vgi::GeometryPage>(vgi::packed_geometry(plain_pages.back(), tree)));
-            }
-        }
         for (frame_ = 0; frame_ < 60; ++frame_) {
             const glm::vec3 eye = glm::normalize(glm::vec3(unit(), unit(), unit()) + glm::vec3(0.01f)) *
                                   (1.1f + 3 * static_cast<float>(random.unit()));
@@ -448,40 +579,39 @@ TEST_F(VgiRenderTest, TheDeviceCutsTheNodesThatTheProcessorCuts) {
             if (frame_ % 4 == 0) input.views.pop_back();
             if (frame_ % 5 == 4) input.level_view = look_from(eye * 1.5f).views[0];
             input.instances.resize(1 + frame_ % instances);
-            for (size_t i = 1; i < input.instances.size(); ++i) {
-                glm::mat4& m = input.instances.edit(i).object_to_world;
-                m = glm::translate(glm::mat4(1), glm::vec3(unit(), unit(), unit()) * 2.0f);
-                m = glm::rotate(m, 3 * unit(), glm::normalize(glm::vec3(unit(), 1.1f, unit())));
-                m = glm::scale(m, glm::vec3(i == 2 ? -1 : 1, 0.7f + 0.4f * unit(), 1));
+            for (size_t i = 0; i < input.instances.size(); ++i) {
+                Instance& instance = input.instances.edit(i);
+                instance.asset = static_cast<uint32_t>((frame_ / 3 + i) % atlases.size());
+                glm::mat4& m = instance.object_to_world;
+                if (i > 0) {
+                    m = glm::translate(glm::mat4(1), glm::vec3(unit(), unit(), unit()) * 2.0f);
+                    m = glm::rotate(m, 3 * unit(), glm::normalize(glm::vec3(unit(), 1.1f, unit())));
+                    m = glm::scale(m, glm::vec3(i == 2 ? -1 : 1, 0.7f + 0.4f * unit(), 1));
+                }
+                // No view sees the last but one, or any.
+                if (frame_ % 12 == 11 || (frame_ % 6 == 5 && i == 1)) m[3] += glm::vec4(eye * 50.0f, 0);
             }
             input.budget.pixel_error = std::exp2(3 * static_cast<double>(unit()));
-            input.budget.forced_level = frame_ % 7 == 6 ? static_cast<int64_t>(frame_) / 7 % about.levels() : -1;
+            input.budget.forced_level =
+                frame_ % 7 == 6 ? static_cast<int64_t>(frame_) / 7 % atlases[0].about().levels() : -1;
             input.frame = frame_;
             input.completed_frame = frame_;
             input.readbacks = std::move(readbacks);
             input.arrivals = std::move(arrivals);
             Plan plan = (*source)->plan(input);
-            for (const uint32_t b : {vgi::page_table, vgi::draw_lists, vgi::cut_records})
-                plan.commands.push_back({Stage::update, Readback{b, 0, buffers[b].bytes, 100 + b}});
+            DeviceWrote::ask((*source)->recipe(), plan);
             readbacks = submit(plan, input, {});
             arrivals = arrivals_of(plan, 0.1, random);
-            std::vector<uint32_t> table, list, records;
-            for (const ReadbackResult& r : readbacks) {
-                if (r.tag == 100 + vgi::page_table) table = words_of(r.blob);
-                if (r.tag == 100 + vgi::draw_lists) list = words_of(r.blob);
-                if (r.tag == 100 + vgi::cut_records) records = words_of(r.blob);
+            const DeviceWrote wrote(readbacks);
+            std::vector<vgi::Residency> residencies;
+            std::vector<vgi::PageDemand> demands;
+            for (const AtlasToCut& atlas : atlases) {
+                ASSERT_GE(wrote.table.size(), atlas.first_page() + atlas.pages());
+                residencies.push_back(atlas.residency(wrote.table));
+                demands.emplace_back(atlas.pages());
             }
-            ASSERT_GE(table.size(), texels.size());
-            vgi::Residency residency(about);
-            for (uint32_t page = 0; page < texels.size(); ++page) {
-                uint32_t level = 0, x = 0, y = 0;
-                tree.place(page % tree.pages(), &level, &x, &y);
-                if ((table[page] & 15) != level) continue;  // of a coarser page
-                residency.put(page, texels[page], table[page] >> 4);
-                ++pages;
-            }
-            residency.update();
             for (uint32_t i = 0; i < input.instances.size(); ++i) {
+                const uint32_t asset = input.instances[i].asset;
                 vgi::CutRequest request;
                 request.object_to_world = input.instances[i].object_to_world;
                 request.views = input.views;
@@ -489,40 +619,96 @@ TEST_F(VgiRenderTest, TheDeviceCutsTheNodesThatTheProcessorCuts) {
                 request.pixel_error = input.budget.pixel_error;
                 request.forced_level = input.budget.forced_level;
                 request.cull_back_faces = input.views[0].culls_back_faces;
-                vgi::PageDemand demand(residency.pages());
-                std::vector<PatchWords> expected, found;
-                const vgi::Cut cut = vgi::cut_grid(residency, request, demand, vgi::GridOutput::patches);
+                PatchesByViews expected;
+                const vgi::Cut cut =
+                    vgi::cut_grid(residencies[asset], request, demands[asset], vgi::GridOutput::patches);
                 for (const auto& [views, words] : cut.parts) {
-                    for (const PatchWords& patch : patches_of(words, views)) expected.push_back(patch);
+                    add_patches(words, views, expected);
                     shadows_only += views == 2;
                 }
-                // Where the instance's draws say that its patches are.
-                uint32_t first = ~0u, first_record = 0, of_draw = 0;
-                for (const Command& command : plan.commands) {
-                    const auto* draw = std::get_if<DrawIndirect>(&command.what);
-                    if (draw == nullptr || command.stage != Stage::depth || of_draw++ != i) continue;
-                    first = draw->draw.words[LODE_VGI_WORD_PATCH];
-                    first_record = static_cast<uint32_t>(draw->offset / sizeof(uint32_t));
-                    for (uint32_t r = 0; r < draw->draws; ++r) {
-                        const uint32_t* record = records.data() + first_record + 4 * r;
-                        const auto part = std::span(list).subspan(first + record[2] * LODE_VGI_PATCH_WORDS,
-                                                                  record[0] * LODE_VGI_PATCH_WORDS);
-                        for (const PatchWords& patch : patches_of(part, 0)) found.push_back(patch);
-                        EXPECT_EQ(record[3], i);
-                    }
-                }
-                std::ranges::sort(expected);
-                std::ranges::sort(found);
+                const PatchesByViews found = wrote.patches_of_instance(plan, i);
                 ASSERT_EQ(found, expected) << "frame " << frame_ << " instance " << i;
-                nodes += found.size();
+                for (const auto& [views, patches] : found) nodes += patches.size();
+                unseen += found.empty();
                 ++cuts;
+            }
+            for (size_t a = 0; a < atlases.size(); ++a) {
+                for (uint32_t page = 0; page < atlases[a].pages(); ++page) {
+                    const uint32_t* of_page =
+                        &wrote.findings[LODE_CUT_FIRST_FINDING + 2 * (atlases[a].first_page() + page)];
+                    ASSERT_EQ(of_page[0] != 0, demands[a].touched(page)) << frame_ << " " << a << " " << page;
+                    ASSERT_EQ(of_page[1] != 0, demands[a].wish(page) > 0) << frame_ << " " << a << " " << page;
+                    pages += of_page[0] != 0;
+                    asked += of_page[1] != 0;
+                }
             }
         }
     }
-    EXPECT_EQ(cuts, 240u);
-    EXPECT_GT(nodes, 240u * 50u);
-    EXPECT_GT(pages, 120u * 40u);
+    EXPECT_EQ(cuts, 360u);
+    EXPECT_GT(nodes, 360u * 40u);
+    EXPECT_GT(pages, 180u * 30u);
+    EXPECT_GT(asked, 180u);
     EXPECT_GT(shadows_only, 10u) << "some nodes are in the shadow's view alone";
+    EXPECT_GT(unseen, 20u) << "some instances are in no view";
+}
+
+// Nodes that the passes of a cut look at, each of them once: those of all lists but the last, which is of what is
+// drawn.
+TEST_F(VgiRenderTest, TheDeviceWorksOnWhatIsReachedAlone) {
+    const auto atlas = atlas_of(mesh_of(Shape::rock, 20000));
+    Renderer& renderer = make();
+    if (!renderer.device().tessellates) GTEST_SKIP() << renderer.device().name << " does not tessellate";
+    constexpr uint32_t instances = 4;
+    auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 26, instances, vgi::Raster::device});
+    ASSERT_TRUE(vgi && renderer.load((*vgi)->recipe(), plain()));
+    Random random(10);
+    const auto& buffers = (*vgi)->recipe().buffers;
+    const uint64_t all_nodes = buffers[vgi::cut_states].bytes / sizeof(uint32_t) / instances;
+    const auto listed = [&](FrameInput input) {
+        draw(**vgi, input, {}, 1, random);
+        input.frame = frame_++;
+        input.completed_frame = *renderer.completed_frame();
+        Plan plan = (*vgi)->plan(input);
+        for (const uint32_t b : {vgi::cut_lists, vgi::cut_entries})
+            plan.commands.push_back({Stage::update, Readback{b, 0, buffers[b].bytes, 100 + b}});
+        std::vector<gpu::VgiCutList> lists(LODE_CUT_LIST_COUNT);
+        std::vector<uint32_t> entries;
+        for (const ReadbackResult& r : submit(plan, input, {})) {
+            if (r.tag == 100 + vgi::cut_entries) entries = words_of(r.blob);
+            if (r.tag == 100 + vgi::cut_lists) std::memcpy(lists.data(), r.blob.data(), r.blob.size());
+        }
+        std::vector<uint32_t> nodes;
+        uint32_t groups = 0;
+        for (uint32_t l = 0; l <= LODE_CUT_DRAWN; ++l) {
+            const auto own = std::span(entries).subspan(lists[l].first, lists[l].entries);
+            EXPECT_EQ(lists[l].groups_x, (lists[l].entries + LODE_CUT_GROUP - 1) / LODE_CUT_GROUP) << l;
+            if (l == LODE_CUT_DRAWN) continue;
+            EXPECT_LE(lists[l].first + lists[l].entries, lists[l + 1].first) << l;
+            nodes.insert(nodes.end(), own.begin(), own.end());
+            groups += lists[l].groups_x;
+        }
+        EXPECT_EQ(lists[LODE_CUT_ALL].groups_x, groups) << "what is cleared";
+        std::ranges::sort(nodes);
+        EXPECT_TRUE(std::ranges::adjacent_find(nodes) == nodes.end()) << "each node once";
+        return nodes.size();
+    };
+    FrameInput near = look_from({0.3f, 0.5f, 1.6f}), far = look_from({9, 15, 48});
+    near.budget.pixel_error = 0.25;
+    const size_t charts = atlas->about().charts(), of_near = listed(near), of_far = listed(far);
+    EXPECT_LE(of_near, all_nodes);
+    // One test decides for all nodes of levels that lie in the same page, here down to level 2: 3 + 1 + 4 nodes, and
+    // the 16 that they are divided into.
+    EXPECT_LE(of_far, 24 * charts);
+    EXPECT_LT(of_far, of_near / 3);
+    EXPECT_GE(of_far, charts);
+    // Instances that no view sees add nothing.
+    near.instances.resize(instances);
+    for (uint32_t i = 1; i < instances; ++i) near.instances.edit(i).object_to_world[3] = {0, 0, 100.0f * float(i), 1};
+    EXPECT_EQ(listed(near), of_near);
+    near.instances.edit(0).object_to_world[3] = {0, 0, 50, 1};
+    EXPECT_EQ(listed(near), 0u);
+    near.instances.edit(0).object_to_world[3] = {0, 0, 0, 1};
+    EXPECT_EQ(listed(near), of_near);
 }
 
 TEST_F(VgiRenderTest, TheDeviceKeepsToABudgetOfTrianglesAndStaysThere) {

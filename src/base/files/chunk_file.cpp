@@ -20,32 +20,35 @@ struct Header {
     uint32_t endian;
     uint32_t version;
     uint64_t file_bytes;
-    uint64_t table_offset;
     uint64_t chunk_count;
-    Hash128 table_hash;
+    Hash128 entries_hash;  // of all entries in turn
     Hash128 source_hash;
     Hash128 options_hash;
-    uint64_t reserved;
     Hash128 header_hash;  // of all that stands before it
 };
-static_assert(sizeof(Header) == 112 && std::is_trivially_copyable_v<Header>);
+static_assert(sizeof(Header) == 96 && std::is_trivially_copyable_v<Header>);
 
-struct TableEntry {
+// Stands before every chunk, so that the beginning of a file tells of itself.
+struct Entry {
     std::array<char, chunk_name_bytes> name;
-    uint64_t offset;
     uint64_t bytes;
     Hash128 hash;
+    uint32_t reserved;
+    uint32_t sum;  // of all that stands before it
 };
-static_assert(sizeof(TableEntry) == 72 && std::is_trivially_copyable_v<TableEntry>);
+static_assert(sizeof(Entry) == 72 && std::is_trivially_copyable_v<Entry>);
 
 constexpr uint64_t aligned(uint64_t offset) {
     return (offset + chunk_alignment - 1) / chunk_alignment * chunk_alignment;
 }
 constexpr size_t verified_at_once = size_t{1} << 20;  // bytes
-constexpr uint64_t first_chunk_offset = aligned(sizeof(Header));
 
 Hash128 hash_of_header(const Header& header) {
     return hash_bytes(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, header_hash)));
+}
+
+uint32_t sum_of_entry(const Entry& entry) {
+    return checksum(std::as_bytes(std::span(&entry, 1)).first(offsetof(Entry, sum)));
 }
 
 }  // namespace
@@ -64,7 +67,7 @@ tl::unexpected<Error> ChunkFile::missing(std::string_view name) const {
     return damaged("chunk '" + std::string(name) + "'", "missing");
 }
 
-Result<ChunkFile> ChunkFile::open(const fs::path& path) {
+Result<ChunkFile> ChunkFile::open(const fs::path& path, Extent extent) {
     auto input = InputFile::open(path);
     if (!input) return tl::unexpected(input.error());
     ChunkFile file;
@@ -91,37 +94,52 @@ Result<ChunkFile> ChunkFile::open(const fs::path& path) {
         return file.damaged("header", "format version " + std::to_string(header.version) + " is no longer read");
     }
     if (header.header_hash != hash_of_header(header)) return file.damaged("header", "damaged");
-    if (header.file_bytes != size) {
+    if (header.file_bytes != size && (extent == Extent::whole || size > header.file_bytes)) {
         return file.damaged("end of file", std::to_string(size) + " bytes where " + std::to_string(header.file_bytes) +
                                                " were written");
     }
     file.provenance_ = {header.source_hash, header.options_hash};
-    if (auto read = file.read_table(header.table_offset, header.chunk_count, header.table_hash); !read)
+    file.whole_bytes_ = header.file_bytes;
+    if (auto read = file.read_entries(header.chunk_count, header.entries_hash); !read)
         return tl::unexpected(read.error());
     return file;
 }
 
-Result<void> ChunkFile::read_table(uint64_t offset, uint64_t count, const Hash128& hash) {
-    const uint64_t size = file_bytes();
-    if (count > size / sizeof(TableEntry) || offset > size || count * sizeof(TableEntry) > size - offset)
-        return damaged("table of contents", "lies outside the file");
-    std::vector<TableEntry> table(count);
-    const auto raw = std::as_writable_bytes(std::span(table));
-    if (auto read = contents_->file->read(offset, raw); !read) return read;
-    if (hash_bytes(raw) != hash) return damaged("table of contents", "damaged");
-    uint64_t end = 0;
-    for (TableEntry& entry : table) {
-        entry.name.back() = 0;
-        ChunkInfo info{entry.name.data(), entry.offset, entry.bytes, entry.hash};
-        const std::string place = "chunk '" + info.name + "'";
-        if (info.offset % chunk_alignment != 0 || info.offset > size || info.bytes > size - info.offset)
+Result<void> ChunkFile::read_entries(uint64_t count, const Hash128& hash) {
+    uint64_t offset = sizeof(Header);
+    HashStream all;
+    for (uint64_t i = 0; i < count; ++i) {
+        const std::string place = "entry of chunk " + std::to_string(i);
+        if (offset > whole_bytes_ || sizeof(Entry) > whole_bytes_ - offset)
             return damaged(place, "lies outside the file");
-        if (info.offset < end) return damaged(place, "lies within another one");
-        end = info.offset + info.bytes;
-        contents_->chunks.push_back(std::move(info));
+        if (offset + sizeof(Entry) > file_bytes()) break;  // of a prefix
+        Entry entry{};
+        const auto raw = std::as_writable_bytes(std::span(&entry, 1));
+        if (auto read = contents_->file->read(offset, raw); !read) return read;
+        if (entry.sum != sum_of_entry(entry)) return damaged(place, "damaged");
+        all.add(raw);
+        offset += sizeof(Entry);
+        entry.name.back() = 0;
+        if (entry.bytes > whole_bytes_ - offset)
+            return damaged("chunk '" + std::string(entry.name.data()) + "'", "lies outside the file");
+        contents_->chunks.push_back({entry.name.data(), offset, entry.bytes, entry.hash});
+        offset += entry.bytes;
     }
-    contents_->loaded = std::vector<Loaded>(count);
+    contents_->loaded = std::vector<Loaded>(contents_->chunks.size());
+    if (is_prefix()) return {};
+    if (offset != whole_bytes_ || all.digest() != hash) return damaged("entries of chunks", "damaged");
     return {};
+}
+
+bool ChunkFile::contains(std::string_view name) const {
+    const ChunkInfo* info = find(name);
+    return info != nullptr && bytes_there(name) == info->bytes;
+}
+
+uint64_t ChunkFile::bytes_there(std::string_view name) const {
+    const ChunkInfo* info = find(name);
+    if (info == nullptr || info->offset > file_bytes()) return 0;
+    return std::min(info->bytes, file_bytes() - info->offset);
 }
 
 const ChunkInfo* ChunkFile::find(std::string_view name) const {
@@ -131,6 +149,10 @@ const ChunkInfo* ChunkFile::find(std::string_view name) const {
 }
 
 void ChunkFile::load(const ChunkInfo& info, Loaded& into) const {
+    if (bytes_there(info.name) < info.bytes) {
+        into.error = damaged("chunk '" + info.name + "'", "cut short").value();
+        return;
+    }
     // Left as it comes; a vector would be written twice.
     auto memory = std::unique_ptr<std::byte[]>(new std::byte[info.bytes + chunk_alignment]);
     const auto address = reinterpret_cast<uintptr_t>(memory.get());
@@ -191,22 +213,22 @@ Result<ChunkWriter> ChunkWriter::create(const fs::path& path, const Provenance& 
     writer.provenance_ = provenance;
     const Header empty{};
     if (auto done = writer.file_.write(std::as_bytes(std::span(&empty, 1))); !done) return tl::unexpected(done.error());
-    if (auto done = writer.align(); !done) return tl::unexpected(done.error());
     return writer;
-}
-
-Result<void> ChunkWriter::align() {
-    static constexpr std::array<std::byte, chunk_alignment> zeros{};
-    const uint64_t size = file_.size();
-    return file_.write(std::span(zeros).first(aligned(size) - size));
 }
 
 Result<void> ChunkWriter::add(std::string_view name, std::span<const std::byte> bytes) {
     LODE_CHECK(!name.empty() && name.size() < chunk_name_bytes, name);
     LODE_CHECK(std::none_of(chunks_.begin(), chunks_.end(), [&](const ChunkInfo& c) { return c.name == name; }), name);
-    chunks_.push_back({std::string(name), file_.size(), bytes.size(), hash_bytes(bytes)});
-    if (auto done = file_.write(bytes); !done) return done;
-    return align();
+    Entry entry{};
+    std::copy(name.begin(), name.end(), entry.name.begin());
+    entry.bytes = bytes.size();
+    entry.hash = hash_bytes(bytes);
+    entry.sum = sum_of_entry(entry);
+    const auto raw = std::as_bytes(std::span(&entry, 1));
+    entries_.insert(entries_.end(), raw.begin(), raw.end());
+    chunks_.push_back({std::string(name), file_.size() + sizeof(Entry), bytes.size(), entry.hash});
+    if (auto done = file_.write(raw); !done) return done;
+    return file_.write(bytes);
 }
 
 bool ChunkWriter::contains(std::string_view name) const {
@@ -214,29 +236,16 @@ bool ChunkWriter::contains(std::string_view name) const {
 }
 
 Result<uint64_t> ChunkWriter::commit() {
-    std::vector<TableEntry> table;
-    for (const ChunkInfo& info : chunks_) {
-        TableEntry entry{};
-        std::copy(info.name.begin(), info.name.end(), entry.name.begin());
-        entry.offset = info.offset;
-        entry.bytes = info.bytes;
-        entry.hash = info.hash;
-        table.push_back(entry);
-    }
-    const auto table_bytes = std::as_bytes(std::span(table));
     Header header{};
     header.magic = file_magic;
     header.endian = endian_mark;
     header.version = chunk_file_version;
-    header.table_offset = file_.size();
-    header.file_bytes = file_.size() + table_bytes.size();
-    header.chunk_count = table.size();
-    header.table_hash = hash_bytes(table_bytes);
+    header.file_bytes = file_.size();
+    header.chunk_count = chunks_.size();
+    header.entries_hash = hash_bytes(entries_);
     header.source_hash = provenance_.source;
     header.options_hash = provenance_.options;
     header.header_hash = hash_of_header(header);
-    static_assert(first_chunk_offset >= sizeof(Header));
-    if (auto done = file_.write(table_bytes); !done) return tl::unexpected(done.error());
     if (auto done = file_.write_at(0, std::as_bytes(std::span(&header, 1))); !done) return tl::unexpected(done.error());
     if (auto done = file_.commit(); !done) return tl::unexpected(done.error());
     return header.file_bytes;

@@ -21,8 +21,8 @@ namespace lodestone {
 
 // Raised whenever what chunks hold is read in another way: neither then reads the other's files, and cached assets are
 // baked anew.
-inline constexpr uint32_t chunk_file_version = 7;
-inline constexpr size_t chunk_alignment = 64;   // of every chunk's first byte, in bytes
+inline constexpr uint32_t chunk_file_version = 8;
+inline constexpr size_t chunk_alignment = 64;   // of every chunk's first byte in memory, in bytes
 inline constexpr size_t chunk_name_bytes = 40;  // longest name, terminating zero included
 
 // What a file was made from, so that a stale one can be told.
@@ -31,26 +31,36 @@ struct Provenance {
     Hash128 options;  // everything else the result depends on
 };
 
-// A line of the table of contents.
+// What the file tells of a chunk, right before it.
 struct ChunkInfo {
     std::string name;     // unique in the file, shorter than chunk_name_bytes
-    uint64_t offset = 0;  // from the start of the file, a multiple of chunk_alignment
-    uint64_t bytes = 0;   // without padding
+    uint64_t offset = 0;  // from the start of the file
+    uint64_t bytes = 0;   // its size
     Hash128 hash;         // of these bytes
+};
+
+// How much of a file has to be there.
+enum class Extent {
+    whole,   // a file that is cut short is refused
+    prefix,  // its beginning is enough: what is behind the end is not there
 };
 
 // An asset file, open for reading. Copies share it and what has been read of it.
 class ChunkFile {
 public:
-    // Checks header and table of contents; chunks are read and checked when first asked for. Every error names the
-    // file, the place, what is wrong and what to do; Fault::format, or Fault::machine where reading fails.
-    static Result<ChunkFile> open(const std::filesystem::path& path);
+    // Checks the header and what it tells of the chunks; they themselves are read and checked when first asked for.
+    // Every error names the file, the place, what is wrong and what to do; Fault::format, or Fault::machine where
+    // reading fails.
+    static Result<ChunkFile> open(const std::filesystem::path& path, Extent extent = Extent::whole);
 
-    const std::filesystem::path& path() const { return path_; }                   // as given to open()
-    const Provenance& provenance() const { return provenance_; }                  // what the file was made from
-    const std::vector<ChunkInfo>& chunks() const { return contents_->chunks; }    // by rising offset
-    uint64_t file_bytes() const { return contents_->file->size(); }               // size of the whole file
-    bool contains(std::string_view name) const { return find(name) != nullptr; }  // whether there is such a chunk
+    const std::filesystem::path& path() const { return path_; }                 // as given to open()
+    const Provenance& provenance() const { return provenance_; }                // what the file was made from
+    const std::vector<ChunkInfo>& chunks() const { return contents_->chunks; }  // by rising offset
+    uint64_t file_bytes() const { return contents_->file->size(); }             // that are there
+    uint64_t whole_bytes() const { return whole_bytes_; }                       // of the file when it was written
+    bool is_prefix() const { return file_bytes() < whole_bytes_; }              // whether its end is missing
+    bool contains(std::string_view name) const;                                 // whether there is such a chunk, whole
+    uint64_t bytes_there(std::string_view name) const;                          // of a chunk that may be cut; 0 of none
 
     // The chunk's bytes, valid as long as this object or a copy of it lives; the first is aligned to chunk_alignment.
     // Fault::format where it is missing or damaged, Fault::machine where reading fails. Threads may ask for the same
@@ -91,7 +101,7 @@ private:
     };
 
     ChunkFile() = default;
-    Result<void> read_table(uint64_t offset, uint64_t count, const Hash128& hash);
+    Result<void> read_entries(uint64_t count, const Hash128& hash);
     void load(const ChunkInfo& info, Loaded& into) const;
     const ChunkInfo* find(std::string_view name) const;
     tl::unexpected<Error> missing(std::string_view name) const;
@@ -100,6 +110,7 @@ private:
 
     std::filesystem::path path_;
     Provenance provenance_;
+    uint64_t whole_bytes_ = 0;
     std::shared_ptr<Contents> contents_;
 };
 
@@ -124,15 +135,15 @@ public:
     }
     uint64_t bytes() const { return file_.size(); }  // written so far
     bool contains(std::string_view name) const;      // added so far
-    // Writes the table of contents, renames. Returns the file's size in bytes. Nothing may be added afterwards.
+    // Writes the header, renames. Returns the file's size in bytes. Nothing may be added afterwards.
     Result<uint64_t> commit();
 
 private:
     explicit ChunkWriter(OutputFile file) : file_(std::move(file)) {}
-    Result<void> align();
     OutputFile file_;
     Provenance provenance_;
     std::vector<ChunkInfo> chunks_;
+    std::vector<std::byte> entries_;  // as they stand before the chunks
 };
 
 }  // namespace lodestone

@@ -114,6 +114,7 @@ void PmCursor::apply(const TswapStep& step, bool forward) {
     const bool last = next == order.tswaps.data() + order.tswaps.size();
     const size_t end_cycle = last ? order.cycle_lengths.size() : next->first_cycle;
     size_t slot = step.first_slot;
+    uint32_t low = ~0u, high = 0;  // slots
     for (size_t c = step.first_cycle; c < end_cycle; ++c) {
         const auto slots = order.cycle_slots.subspan(slot, order.cycle_lengths[c]);
         if (forward) {
@@ -122,10 +123,16 @@ void PmCursor::apply(const TswapStep& step, bool forward) {
             tswap_inverse(indices_, slots);
         }
         for (const uint32_t s : slots) {
-            touch(s * 3);
-            touch(s * 3 + 2);
+            mark(s * 3);
+            mark(s * 3 + 2);
+            low = std::min(low, s);
+            high = std::max(high, s);
         }
         slot += slots.size();
+    }
+    if (low <= high) {
+        touch(low * 3);
+        touch(high * 3 + 2);
     }
     slots_ = forward ? step.slots_after : step.slots_before;
 }

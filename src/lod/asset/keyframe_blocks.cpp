@@ -9,9 +9,12 @@ namespace {
 using keyframe_bytes::codes;
 using keyframe_bytes::literal_code;
 
-void put(uint32_t value, std::vector<uint8_t>& bytes) {
-    for (; value >= 0x80; value >>= 7) bytes.push_back(static_cast<uint8_t>(value | 0x80));
-    bytes.push_back(static_cast<uint8_t>(value));
+// Most bytes of a number, and of a dead face.
+constexpr size_t number_bytes = 5, dead_bytes = 5 * number_bytes;
+
+inline void put(uint32_t value, uint8_t*& at) {
+    for (; value >= 0x80; value >>= 7) *at++ = static_cast<uint8_t>(value | 0x80);
+    *at++ = static_cast<uint8_t>(value);
 }
 
 uint32_t zigzag(uint32_t difference) {
@@ -49,20 +52,24 @@ private:
 void write_keyframe_block(std::span<const uint32_t> sources, std::span<const DeadFace> dead,
                           std::vector<uint8_t>& bytes) {
     LODE_CHECK(!sources.empty() && sources.size() <= keyframe_block_slots, sources.size());
-    put(sources[0], bytes);
-    for (size_t i = 1; i < sources.size(); ++i) put(zigzag(sources[i] - sources[i - 1] - 1), bytes);
-    put(static_cast<uint32_t>(dead.size()), bytes);
+    const size_t begin = bytes.size();
+    bytes.resize(begin + (sources.size() + 1) * number_bytes + dead.size() * dead_bytes);
+    uint8_t* at = bytes.data() + begin;
+    put(sources[0], at);
+    for (size_t i = 1; i < sources.size(); ++i) put(zigzag(sources[i] - sources[i - 1] - 1), at);
+    put(static_cast<uint32_t>(dead.size()), at);
     uint32_t neighbour = 0;
     for (const DeadFace& face : dead) {
         LODE_CHECK(face.neighbour >= neighbour && face.neighbour < sources.size(), face.neighbour, neighbour);
         const uint32_t corners = face.corners[0] * 9u + face.corners[1] * 3u + face.corners[2];
-        put((face.neighbour - neighbour) * codes + (face.literal ? literal_code : corners), bytes);
+        put((face.neighbour - neighbour) * codes + (face.literal ? literal_code : corners), at);
         neighbour = face.neighbour;
-        put(zigzag(face.slot - sources[face.neighbour]), bytes);
+        put(zigzag(face.slot - sources[face.neighbour]), at);
         if (face.literal) {
-            for (const uint32_t wedge : face.wedges) put(wedge, bytes);
+            for (const uint32_t wedge : face.wedges) put(wedge, at);
         }
     }
+    bytes.resize(static_cast<size_t>(at - bytes.data()));
 }
 
 bool check_keyframe_block(std::span<const uint8_t> bytes, uint32_t slots, uint32_t slots_before, uint32_t wedges,

@@ -3,19 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "base/check.h"
 #include "lod/asset/cursor.h"
+#include "lod/asset/order_arrays.h"
+#include "lod/asset/stored_mesh.h"
 #include "mesh/io/material_chunks.h"
 #include "mesh/limits.h"
 
 namespace lodestone {
 
 namespace {
-
-using Json = nlohmann::json;
 
 tl::unexpected<Error> wrong(const std::string& chunk, const std::string& what) {
     return fail(Fault::format, chunk + ": " + what + "; bake the asset again");
@@ -220,7 +219,7 @@ double FaceOrder::moved_per_ecol(size_t collapses) const {
 }
 
 void ProgressiveMesh::set_errors(std::vector<float> level_errors) {
-    LODE_CHECK(level_errors.size() == levels() && level_errors[0] == 0, level_errors.size());
+    LODE_CHECK(level_errors.size() == levels() && (level_errors[0] == 0 || levels_missing > 0), level_errors.size());
     LODE_CHECK(std::is_sorted(level_errors.begin(), level_errors.end()));
     struct Owners {
         std::shared_ptr<const void> before;
@@ -231,7 +230,16 @@ void ProgressiveMesh::set_errors(std::vector<float> level_errors) {
     owner = owners;
 }
 
-Result<void> ProgressiveMesh::count_levels() {
+Result<void> ProgressiveMesh::check_errors(std::span<const float> e) const {
+    if (e.size() != levels()) return wrong("lod/errors", "not one per level");
+    const auto falls = [&](size_t i) { return !(e[i] >= e[i - 1]); };  // or is no number
+    bool rise = (levels_missing > 0 ? e[0] >= 0 : e[0] == 0) && std::isfinite(e.back());
+    for (size_t i = 1; i < e.size() && rise; ++i) rise = !falls(i);
+    if (!rise) return wrong("lod/errors", "errors fall or do not begin at 0");
+    return {};
+}
+
+Result<void> ProgressiveMesh::count_shared() {
     if (orders.empty()) return wrong("lod/mesh", "no face order");
     const Limits limits;
     if (orders.size() > limits.lod_orders)
@@ -261,11 +269,12 @@ Result<void> ProgressiveMesh::count_levels() {
             if (parents[r] >= wedges_at_[i + 1]) return wrong("lod/parents", "a parent is removed before its child");
         }
     }
-    if (errors.size() != levels()) return wrong("lod/errors", "not one per level");
-    const auto falls = [&](size_t i) { return !(errors[i] >= errors[i - 1]); };  // or is no number
-    bool rise = errors[0] == 0 && std::isfinite(errors.back());
-    for (size_t i = 1; i < errors.size() && rise; ++i) rise = !falls(i);
-    if (!rise) return wrong("lod/errors", "errors fall or do not begin at 0");
+    if (auto done = check_errors(errors); !done) return done;
+    return {};
+}
+
+Result<void> ProgressiveMesh::count_levels() {
+    if (auto done = count_shared(); !done) return done;
     for (const FaceOrder& order : orders) {
         if (auto done = check_ranges(*this, order); !done) return done;
     }
@@ -313,101 +322,77 @@ Result<void> ProgressiveMesh::validate() const {
 
 namespace {
 
-// Every array of a mesh by the name of its chunk: visit(name, span). Pm: a ProgressiveMesh, const where it is written.
-template <class Pm, class Visit>
-void for_chunks(Pm& pm, const Visit& visit) {
-    visit("lod/vertices", pm.vertices);
-    visit("lod/wedge_vertex", pm.wedge_vertex);
-    visit("lod/ecols", pm.ecols);
-    visit("lod/parents", pm.parents);
-    visit("lod/errors", pm.errors);
-    for (auto& o : pm.orders) {
-        const std::string place = "lod/" + o.name;
-        visit(place + "/indices", o.indices);
-        visit(place + "/first_corner", o.first_corner);
-        visit(place + "/corners", o.corners);
-        visit(place + "/tswaps", o.tswaps);
-        visit(place + "/cycle_lengths", o.cycle_lengths);
-        visit(place + "/cycle_slots", o.cycle_slots);
-        visit(place + "/keyframes", o.keyframes);
-        visit(place + "/block_ends", o.block_ends);
-        visit(place + "/block_bytes", o.block_bytes);
-    }
-}
-
-// What no array tells, as text.
-Json meta_of(const ProgressiveMesh& pm) {
-    Json meta;
-    meta["version"] = progressive_mesh_version;
-    meta["attributes"] = {{"normals", pm.attributes.normals},
-                          {"uvs", pm.attributes.uvs},
-                          {"colours", pm.attributes.colours},
-                          {"materials", pm.attributes.materials}};
-    for (const FaceOrder& o : pm.orders) meta["orders"].push_back({{"name", o.name}, {"drops_dead", o.drops_dead}});
-    return meta;
-}
-Result<void> read_meta(ProgressiveMesh& pm, std::string_view text) {
-    try {
-        const Json meta = Json::parse(text);
-        if (const int version = meta.value("version", 1); version != progressive_mesh_version) {
-            return fail(Fault::format, "lod/mesh: version " + std::to_string(version) +
-                                           " of progressive meshes, and this program reads version " +
-                                           std::to_string(progressive_mesh_version) + "; bake the asset again");
-        }
-        const Json& has = meta.at("attributes");
-        pm.attributes = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
-                         has.at("materials").get<bool>()};
-        for (const Json& o : meta.at("orders")) {
-            FaceOrder order;
-            order.name = o.at("name").get<std::string>();
-            order.drops_dead = o.at("drops_dead").get<bool>();
-            pm.orders.push_back(std::move(order));
-        }
-        return {};
-    } catch (const Json::exception& e) {
-        return fail(Fault::format, std::string("lod/mesh: ") + e.what() + "; bake the asset again");
-    }
-}
+// What the spans of an opened mesh refer to.
+struct Opened {
+    StoredMesh::Unpacked mesh;
+    std::vector<OrderArrays> orders;
+    std::vector<float> errors;
+};
 
 }  // namespace
 
+Result<ProgressiveMesh> ProgressiveMesh::unpack(std::shared_ptr<const StoredMesh> stored) {
+    auto unpacked = stored->unpack();
+    if (!unpacked) return tl::unexpected(unpacked.error());
+    const auto opened = std::make_shared<Opened>();
+    opened->mesh = std::move(*unpacked);
+    const StoredMesh::Unpacked& mesh = opened->mesh;
+    ProgressiveMesh pm;
+    PlayedMesh played{mesh.ecols,   mesh.parents,  mesh.wedge_vertex, static_cast<uint32_t>(mesh.vertices.size()),
+                      mesh.indices, mesh.witnesses};
+    for (const PlannedOrder& order : mesh.orders) {
+        auto arrays = arrays_of(played, order);
+        if (!arrays) return tl::unexpected(arrays.error());
+        opened->orders.push_back(std::move(*arrays));
+    }
+    for (size_t o = 0; o < mesh.orders.size(); ++o)
+        pm.orders.push_back(opened->orders[o].order(mesh.orders[o].name, mesh.orders[o].drops_dead));
+    opened->errors.assign(mesh.ecols.size() + 1, 0.0f);
+    pm.vertices = mesh.vertices;
+    pm.wedge_vertex = mesh.wedge_vertex;
+    pm.ecols = mesh.ecols;
+    pm.parents = mesh.parents;
+    pm.errors = opened->errors;
+    pm.attributes = stored->attributes();
+    pm.levels_missing = mesh.levels_missing;
+    pm.parts = mesh.parts;
+    pm.owner = opened;
+    pm.stored = std::move(stored);
+    if (auto counted = pm.count_shared(); !counted) return tl::unexpected(counted.error());
+    // What was made of keyframes is right as it is made; tswaps are played as they are stored.
+    for (const FaceOrder& order : pm.orders) {
+        if (order.tswaps.empty()) continue;
+        if (auto good = check_ranges(pm, order); !good) return tl::unexpected(good.error());
+    }
+    return pm;
+}
+
 Result<void> ProgressiveMesh::write_chunks(ChunkWriter& writer) const {
-    Result<void> done = writer.add_text("lod/mesh", meta_of(*this).dump());
-    for_chunks(*this, [&](const std::string& name, auto values) {
-        if (done) done = writer.add_array(name, values);
-    });
-    if (done) done = write_materials(writer, material_table, images);
-    return done;
+    LODE_CHECK(stored != nullptr);
+    Result<void> done = write_materials(writer, material_table, images);
+    return done ? stored->write(writer, errors) : done;
 }
 
 Result<ProgressiveMesh> ProgressiveMesh::open(const ChunkFile& file) {
     const std::string path = file.path().string();
     const auto named = [&](const Error& e) { return fail_at(path, e); };
-    auto text = file.text("lod/mesh");
-    if (!text) return tl::unexpected(text.error());
-    ProgressiveMesh pm;
-    if (auto read = read_meta(pm, *text); !read) return named(read.error());
-    Result<void> done;
-    for_chunks(pm, [&]<class T>(const std::string& name, std::span<const T>& into) {
-        if (!done) return;
-        auto values = file.array<T>(name);
-        if (values) {
-            into = *values;
-        } else {
-            done = tl::unexpected(values.error());
-        }
-    });
-    if (!done) return tl::unexpected(done.error());
+    auto stored = StoredMesh::read(file);
+    if (!stored) return tl::unexpected(stored.error());
+    auto errors = stored->unpack_errors();
+    if (!errors) return named(errors.error());
     auto materials = read_materials(file);
     if (!materials) return tl::unexpected(materials.error());
-    pm.material_table = std::move(materials->table);
-    pm.images = std::move(materials->images);
-    pm.owner = std::make_shared<ChunkFile>(file);
-    if (auto counted = pm.count_levels(); !counted) return named(counted.error());
-    if (pm.vertices.empty() || pm.full_triangles() == 0)
-        return named({Fault::format, "lod/vertices: there is nothing to draw; bake the asset again"});
-    if (auto good = check_vertices(pm.vertices, std::max<size_t>(1, pm.material_table.size())); !good)
+    auto pm = unpack(std::make_shared<const StoredMesh>(std::move(*stored)));
+    if (!pm) return named(pm.error());
+    pm->material_table = std::move(materials->table);
+    pm->images = std::move(materials->images);
+    if (pm->vertices.empty() || pm->full_triangles() == 0)
+        return named({Fault::format, "lod/blocks: there is nothing to draw; bake the asset again"});
+    if (auto good = check_vertices(pm->vertices, std::max<size_t>(1, pm->material_table.size())); !good)
         return named(good.error());
+    if (auto good = pm->check_errors(*errors); !good) return named(good.error());
+    pm->set_errors(std::move(*errors));
+    pm->parts.errors = pm->stored->stored_bytes() - pm->parts.all();
     return pm;
 }
 

@@ -34,8 +34,8 @@
 namespace lodestone {
 
 // Raised whenever what a progressive mesh stores, or what it means, is no longer what it was; others are refused.
-// 2: errors rise strictly from level to level, each measured.
-inline constexpr int progressive_mesh_version = 2;
+// 2: errors rise strictly from level to level, each measured. 3: packed, from coarse to fine.
+inline constexpr int progressive_mesh_version = 3;
 
 // How much one edge collapse takes away.
 struct Ecol {
@@ -131,17 +131,32 @@ struct FaceOrder {
     double moved_per_ecol(size_t collapses) const;
 };
 
-// The stored mesh. Copies share what the spans refer to.
+class StoredMesh;  // stored_mesh.h
+
+// Bytes of a progressive mesh in its file, by what they tell.
+struct StoredParts {
+    uint64_t connectivity = 0;                                                  // splits and corners
+    uint64_t vertices = 0;                                                      // positions and attributes
+    uint64_t orders = 0;                                                        // faces slot by slot, and tswaps
+    uint64_t errors = 0;                                                        // of levels
+    uint64_t all() const { return connectivity + vertices + orders + errors; }  // together
+};
+
+// The mesh as it is played. Copies share what the spans refer to.
 struct ProgressiveMesh {
     std::span<const MeshVertex> vertices;    // per wedge; level L uses the first wedges_at(L)
     std::span<const uint32_t> wedge_vertex;  // per wedge: its vertex, so that seams are known
     std::span<const Ecol> ecols;             // one from each level to the next coarser one
     std::span<const uint32_t> parents;       // per removed wedge r (0 = first to go): the wedge it becomes
-    std::span<const float> errors;           // per level: object units, never decreasing, errors[0] == 0
-    std::vector<FaceOrder> orders;           // at least one; all play the same collapses
-    PresentAttributes attributes;            // that the source had
-    std::vector<Material> material_table;    // what materials of vertices refer to; empty where the source has none
-    std::vector<Image> images;               // what materials refer to
+    std::span<const float> errors;  // per level: object units, never decreasing; errors[0] == 0 where none is missing
+    std::vector<FaceOrder> orders;  // at least one; all play the same collapses
+    PresentAttributes attributes;   // that the source had
+    std::vector<Material> material_table;  // what materials of vertices refer to; empty where the source has none
+    std::vector<Image> images;             // what materials refer to
+    // Of a file whose end is missing: how many levels are finer than those that are there. Level 0 is then the finest
+    // that is there, and in the whole file it has this number.
+    uint32_t levels_missing = 0;
+    StoredParts parts;  // of what is there
 
     uint32_t levels() const { return static_cast<uint32_t>(ecols.size()) + 1; }  // at least 1
     // Triangles of full detail.
@@ -164,21 +179,31 @@ struct ProgressiveMesh {
     // where it began and that every ecol finds what it expects. Fault::invariant names order, level and place.
     Result<void> validate() const;
 
-    // The mesh that write_chunks() wrote; it keeps the file mapped. Checked cheaply (ranges, sizes, order of
-    // keyframes), without playing: enough that a cursor never leaves its buffers.
+    // The mesh that a StoredMesh tells of, without materials; errors are 0. Fault::format where it tells of none.
+    static Result<ProgressiveMesh> unpack(std::shared_ptr<const StoredMesh> stored);
+    // The mesh that write_chunks() wrote. Of a file whose end is missing the levels that are there. What it plays is
+    // checked cheaply (ranges, sizes, order of keyframes): enough that a cursor never leaves its buffers.
     static Result<ProgressiveMesh> open(const ChunkFile& file);
-    // Adds the chunks lod/mesh, lod/vertices and so on, and the materials. Fault::machine where they cannot be written.
+    // Adds the chunks lod/mesh, lod/table and lod/blocks, and the materials before them. What is written is what was
+    // unpacked, and the errors. Fault::machine where they cannot be written.
     Result<void> write_chunks(ChunkWriter& writer) const;
 
     // Replaces the errors: one per level, never decreasing, the first 0.
     void set_errors(std::vector<float> level_errors);
 
+    // Whether these can be the errors: one per level, never decreasing, from 0 on where no level is missing.
+    Result<void> check_errors(std::span<const float> level_errors) const;
+
     // Sets the per-level counts from ecols, vertices and orders; called once by whoever fills the spans.
     Result<void> count_levels();
     // What the spans refer to.
     std::shared_ptr<const void> owner;
+    // What it was unpacked from; never null but where the spans were filled by hand.
+    std::shared_ptr<const StoredMesh> stored;
 
 private:
+    Result<void> count_shared();  // without a look at what the orders play
+
     std::vector<uint32_t> wedges_at_, triangles_at_;
 };
 

@@ -22,4 +22,8 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
                                               const OrderOptions& order_options = {}, const Progress& progress = {},
                                               const Limits& limits = {});
 
+// Moves every position to the nearest multiple of the smallest power of two of which at most 2^bits fit along the
+// longest side of the box around the mesh, and returns that power; 0 for a mesh without extent. bits: 1 .. 24.
+double quantise(TriMesh& mesh, uint32_t bits);
+
 }  // namespace lodestone

@@ -17,7 +17,7 @@ constexpr uint32_t none = ~0u;
 constexpr double near_largest = 0.85;      // of the largest distance: points farther than that are looked around
 constexpr double far_from_largest = 0.25;  // of it: a face that near to a point is kept without looking at others
 constexpr int climb_steps = 6;             // halvings of the grid around them
-constexpr double least_grid = 3, most_grid = 256, most_needle = 8;  // points along an edge, of slender faces
+constexpr double least_grid = 4, most_grid = 256, most_needle = 8;  // points along an edge, of slender faces
 
 // Points of a triangle, by shares of the edges from its first corner.
 struct Patch {

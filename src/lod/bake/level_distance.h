@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "lod/asset/progressive_mesh.h"
-#include "lod/bake/replay.h"
+#include "lod/asset/replay.h"
 #include "mesh/distance/moving_surface.h"
 
 namespace lodestone {

@@ -16,6 +16,8 @@ namespace {
 constexpr uint32_t vertex_buffer = 0, index_buffer = 1, parent_buffer = 2;
 constexpr uint64_t slot_bytes = 12;
 constexpr uint32_t most_cursors = 64;        // per asset, of falling size
+constexpr uint64_t reserve = 4;              // times what a level has changed, of what a frame may upload
+constexpr uint32_t levels_at_once = 16;      // that a cursor goes, where what it uploads is watched
 constexpr uint32_t smallest_capacity = 256;  // slots; smaller cursors would not be worth their draw
 
 // The slots of an asset's cursors, largest first, in at most `budget` slots.
@@ -45,6 +47,7 @@ public:
         std::vector<InstanceTree::Seen> instances;  // of this frame
         uint32_t wanted_level = 0;                  // which is morphed to
         uint32_t drawn_level = 0;                   // the same without morphs
+        uint64_t level_bytes = 0;                   // of indices, that a level has changed at most
     };
     struct Asset {
         std::shared_ptr<const ProgressiveMesh> pm;
@@ -70,13 +73,15 @@ public:
     Plan plan(const FrameInput& input) override {
         Plan plan;
         plan.generation = recipe_.generation;
+        // What the first frame needs is uploaded whatever the budget.
+        uint64_t left = vertices_uploaded_ ? input.budget.upload_bytes : ~uint64_t{0};
         if (!vertices_uploaded_) upload_vertices(plan);
         choose_levels(input, plan);
         std::vector<IndexedRange> ranges;
         for (const InUse& used : in_use_) {
             Served& served = served_by(used);
-            served.cursor.goto_level(served.drawn_level);
-            upload_dirty(served, plan);
+            const uint64_t bytes = upload_dirty(served, go_towards(served, left), plan);
+            left -= std::min(left, bytes);
             ranges.push_back(range_of(assets_[used.asset], served, input));
         }
         draw_ranges(plan, input, ranges);
@@ -174,13 +179,16 @@ private:
         // A triangle budget raises the error for all alike, by steps of an eighth of an octave.
         for (int step = 0; step < 256; ++step) {
             uint64_t triangles = 0;
+            bool coarsest = true;
             assign(input, seen, pixel_error, plan);
             for (const InUse& used : in_use_) {
                 const Served& served = served_by(used);
-                triangles +=
-                    uint64_t{assets_[used.asset].pm->triangles_at(served.drawn_level)} * served.instances.size();
+                const ProgressiveMesh& pm = *assets_[used.asset].pm;
+                const auto in_view = std::ranges::count_if(served.instances, [](const auto& s) { return s.views & 1; });
+                triangles += uint64_t{pm.triangles_at(served.drawn_level)} * static_cast<uint64_t>(in_view);
+                coarsest = coarsest && served.drawn_level + 1 == pm.levels();
             }
-            if (triangles <= input.budget.max_triangles || input.budget.forced_level >= 0) break;
+            if (triangles <= input.budget.max_triangles || coarsest || input.budget.forced_level >= 0) break;
             pixel_error *= std::exp2(0.125);
         }
         for (const InstanceTree::Seen& s : seen) levels_before_[s.instance] = levels_[s.instance];
@@ -248,9 +256,59 @@ private:
         return best;
     }
 
-    void upload_dirty(Served& served, Plan& plan) const {
-        const std::vector<IndexRange> ranges = served.cursor.take_dirty();
-        if (ranges.empty()) return;
+    // Moves the cursor to its level, or as near as it comes with so many bytes to upload, at least one level. Returns
+    // what changed. Where it does not come there, it goes on in the next frame.
+    std::vector<IndexRange> go_towards(Served& served, uint64_t most_bytes) const {
+        PmCursor& cursor = served.cursor;
+        const uint32_t to = served.drawn_level;
+        if (cursor.all_indices().size_bytes() <= most_bytes) cursor.goto_level(to);
+        std::vector<IndexRange> dirty = cursor.take_dirty();
+        uint64_t bytes = bytes_of(dirty);  // at most
+        uint64_t& a_level = served.level_bytes;
+        while (cursor.level() != to) {
+            // Some levels change more than any before them.
+            if (bytes > 0 && bytes + reserve * a_level > most_bytes) {
+                merge(dirty);
+                bytes = bytes_of(dirty);
+                if (bytes + reserve * a_level > most_bytes) break;
+            }
+            const uint32_t from = cursor.level(), distance = from < to ? to - from : from - to;
+            const bool far = a_level > 0 && bytes + 2 * levels_at_once * a_level < most_bytes;
+            const uint32_t levels = std::min(distance, far ? levels_at_once : 1);
+            cursor.goto_level(from < to ? from + levels : from - levels);
+            const auto changed = cursor.take_dirty();
+            dirty.insert(dirty.end(), changed.begin(), changed.end());
+            bytes += bytes_of(changed);
+            a_level = std::max(a_level, (bytes_of(changed) + levels - 1) / levels);
+        }
+        merge(dirty);
+        served.drawn_level = cursor.level();
+        served.wanted_level = std::max(served.wanted_level, served.drawn_level);
+        return dirty;
+    }
+    static uint64_t bytes_of(std::span<const IndexRange> ranges) {
+        uint64_t bytes = 0;
+        for (const IndexRange& range : ranges) bytes += uint64_t{range.count} * sizeof(uint32_t);
+        return bytes;
+    }
+    // Sorts them; what overlaps or touches becomes one.
+    static void merge(std::vector<IndexRange>& ranges) {
+        std::ranges::sort(ranges, {}, &IndexRange::first);
+        size_t kept = 0;
+        for (const IndexRange& range : ranges) {
+            if (kept > 0 && range.first <= ranges[kept - 1].first + ranges[kept - 1].count) {
+                IndexRange& before = ranges[kept - 1];
+                before.count = std::max(before.count, range.first + range.count - before.first);
+            } else {
+                ranges[kept++] = range;
+            }
+        }
+        ranges.resize(kept);
+    }
+
+    // Returns how many bytes these are.
+    static uint64_t upload_dirty(const Served& served, std::span<const IndexRange> ranges, Plan& plan) {
+        if (ranges.empty()) return 0;
         const auto indices = served.cursor.all_indices();
         const auto bytes = std::make_shared<std::vector<uint32_t>>();
         for (const IndexRange& range : ranges) {
@@ -265,6 +323,7 @@ private:
             at += range.count;
         }
         plan.stats.uploaded_bytes += bytes->size() * 4;
+        return bytes->size() * 4;
     }
 
     size_t cursor_count() const {
@@ -365,11 +424,8 @@ Result<std::unique_ptr<FrameSource>> open_lod(const std::vector<std::shared_ptr<
         if (options.geomorph) parent_bytes += pm->vertices.size() * sizeof(uint32_t);
         assets.push_back(std::move(asset));
     }
-    if (vertex_bytes + parent_bytes >= options.resident_bytes) {
-        return fail(Fault::machine, "the vertices need " + std::to_string(vertex_bytes + parent_bytes) +
-                                        " bytes and the budget is " + std::to_string(options.resident_bytes) +
-                                        "; raise the budget");
-    }
+    if (vertex_bytes + parent_bytes >= options.resident_bytes)
+        return over_budget("the vertices", vertex_bytes + parent_bytes + slot_bytes, options.resident_bytes);
     const uint64_t slots = (options.resident_bytes - vertex_bytes - parent_bytes) / slot_bytes;
     const uint64_t index_bytes = share_slots(assets, orders, slots, options.instances);
     Recipe recipe = recipe_of(vertex_bytes, index_bytes, parent_bytes, options.geomorph);

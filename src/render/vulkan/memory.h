@@ -59,6 +59,7 @@ public:
     ~Buffer();
     VkBuffer get() const { return buffer_; }
     VkDeviceSize bytes() const { return bytes_; }
+    VkDeviceSize held_bytes() const { return piece_.bytes; }  // of memory
     std::byte* mapped() const { return piece_.mapped; }
 
 private:

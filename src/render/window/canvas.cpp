@@ -174,11 +174,12 @@ void Canvas::make_pipeline_layout() {
     layout_ = OwnedPipelineLayout(device(), layout);
 }
 
-void Canvas::keep(uint32_t pane) {
+void Canvas::keep(uint32_t pane, VkCommandBuffer commands) {
     LODE_CHECK(pane < Window::most_panes, pane);
     const ImageSpec& from = a_.targets.colour.spec();
     if (panes_[pane].get() == VK_NULL_HANDLE || panes_[pane].spec().width != from.width ||
         panes_[pane].spec().height != from.height) {
+        LODE_VK(vkDeviceWaitIdle(device()));
         panes_[pane] = {};
         // The same bits, not told to be sRGB: what is shown is what is stored.
         panes_[pane] = TargetImage(a_.allocator,
@@ -187,17 +188,17 @@ void Canvas::keep(uint32_t pane) {
                                    "pane");
         bound_ = false;
     }
-    a_.pool.run([&](VkCommandBuffer commands) {
-        change_use(commands, a_.targets.colour, a_.colour_use, as_copy_source);
-        a_.colour_use = as_copy_source;
-        change_use(commands, panes_[pane], {}, as_copy_destination);
-        VkImageCopy region{};
-        region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-        region.extent = {from.width, from.height, 1};
-        vkCmdCopyImage(commands, a_.targets.colour.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, panes_[pane].get(),
-                       VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
-        change_use(commands, panes_[pane], as_copy_destination, as_sampled);
-    });
+    change_use(commands, a_.targets.colour, a_.colour_use, as_copy_source);
+    a_.colour_use = as_copy_source;
+    // What was shown last may still be read.
+    change_use(commands, panes_[pane], {VK_IMAGE_LAYOUT_UNDEFINED, as_sampled.stages, VK_ACCESS_2_NONE},
+               as_copy_destination);
+    VkImageCopy region{};
+    region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+    region.extent = {from.width, from.height, 1};
+    vkCmdCopyImage(commands, a_.targets.colour.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, panes_[pane].get(),
+                   VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+    change_use(commands, panes_[pane], as_copy_destination, as_sampled);
 }
 
 void Canvas::resize(uint32_t width, uint32_t height) {

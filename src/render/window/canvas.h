@@ -16,8 +16,8 @@ class Canvas {
 public:
     explicit Canvas(const RendererAccess& access);
 
-    // Window::keep.
-    void keep(uint32_t pane);
+    // Records Window::keep. Waits for the device where the picture has another size.
+    void keep(uint32_t pane, VkCommandBuffer commands);
     void resize(uint32_t width, uint32_t height);
     // Draws the panes and then what `overlay` records, inside the render pass; afterwards the image can be copied from.
     void record(VkCommandBuffer commands, const Composition& composition,

@@ -9,6 +9,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <optional>
 #include <set>
@@ -116,13 +117,7 @@ public:
             for (int i = 0; i < count; ++i) self(w).dropped_.emplace_back(paths[i]);
         });
         make_surface();
-        commands_ = a_.pool.allocate();
-        VkFenceCreateInfo fence_info{};
-        fence_info.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-        VkFence fence = VK_NULL_HANDLE;
-        LODE_VK(vkCreateFence(device(), &fence_info, nullptr, &fence));
-        fence_ = OwnedFence(device(), fence);
-        acquired_ = make_semaphore();
+        for (Turn& turn : turns_) make_turn(turn);
         make_swapchain();
         const auto [width, height] = framebuffer_size();
         canvas_.resize(std::max(width, 1u), std::max(height, 1u));
@@ -159,7 +154,16 @@ public:
     std::vector<std::filesystem::path> take_dropped() override { return std::exchange(dropped_, {}); }
 
     Result<void> keep(uint32_t pane) override {
-        return guarded([&] { canvas_.keep(pane); });
+        return guarded([&] {
+            LODE_CHECK(pane < most_panes, pane);
+            Turn& turn = this_turn();
+            const VkCommandBuffer commands = turn.kept[pane];
+            if (turn.was_kept[pane]) LODE_VK(vkDeviceWaitIdle(device()));  // and was not shown
+            turn.was_kept[pane] = true;
+            CommandPool::begin(commands);
+            canvas_.keep(pane, commands);
+            a_.pool.submit(commands, VK_NULL_HANDLE);
+        });
     }
 
     Result<void> present(const Composition& composition) override {
@@ -173,13 +177,14 @@ public:
                 canvas_.resize(width, height);
                 stale_ = true;
             }
-            const std::optional<uint32_t> image = acquire();
-            CommandPool::begin(commands_);
-            canvas_.record(commands_, composition, [](VkCommandBuffer commands) {
+            Turn& turn = this_turn();
+            const std::optional<uint32_t> image = acquire(turn);
+            CommandPool::begin(turn.shown);
+            canvas_.record(turn.shown, composition, [](VkCommandBuffer commands) {
                 ImGui_ImplVulkan_RenderDrawData(ImGui::GetDrawData(), commands);
             });
-            if (image) show(images_[*image]);
-            submit(image);
+            if (image) show(images_[*image], turn.shown);
+            submit(turn, image);
             presented_ = true;
             if (image) hand_over(*image);
         });
@@ -188,6 +193,7 @@ public:
     Result<Picture> read() override {
         return guarded([&] {
             if (!presented_) throw VulkanFailure("the window has shown nothing yet at its present size");
+            LODE_VK(vkDeviceWaitIdle(device()));
             return canvas_.read();
         });
     }
@@ -201,6 +207,36 @@ private:
         int width = 0, height = 0;
         glfwGetFramebufferSize(window_.get(), &width, &height);
         return {static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
+    }
+
+    // What is recorded from one present() to the next. Its fence is that of the last of it.
+    struct Turn {
+        std::array<VkCommandBuffer, most_panes> kept{};
+        std::array<bool, most_panes> was_kept{};
+        VkCommandBuffer shown = VK_NULL_HANDLE;
+        OwnedFence fence;
+        OwnedSemaphore acquired;
+        bool submitted = false, ready = false;  // ready: the device is done with what it had before
+    };
+    void make_turn(Turn& turn) const {
+        for (VkCommandBuffer& commands : turn.kept) commands = a_.pool.allocate();
+        turn.shown = a_.pool.allocate();
+        VkFenceCreateInfo fence_info{};
+        fence_info.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+        VkFence fence = VK_NULL_HANDLE;
+        LODE_VK(vkCreateFence(device(), &fence_info, nullptr, &fence));
+        turn.fence = OwnedFence(device(), fence);
+        turn.acquired = make_semaphore();
+    }
+    Turn& this_turn() {
+        Turn& turn = turns_[turn_ % most_turns];
+        if (turn.ready) return turn;
+        const VkFence fence = turn.fence.get();
+        if (turn.submitted) LODE_VK(vkWaitForFences(device(), 1, &fence, VK_TRUE, UINT64_MAX));
+        turn.submitted = false;
+        turn.was_kept = {};
+        turn.ready = true;
+        return turn;
     }
 
     OwnedSemaphore make_semaphore() const {
@@ -221,13 +257,13 @@ private:
 
     // An image of the swapchain to show the canvas in. None where there is none now: the window changes faster than
     // swapchains are made, or is not shown; the next present tries again.
-    std::optional<uint32_t> acquire() {
+    std::optional<uint32_t> acquire(const Turn& turn) {
         constexpr int most_tries = 3;
         constexpr uint64_t longest_wait = 1000000000;  // ns; a compositor may hold images back from a hidden window
         for (int tries = 0; tries < most_tries; ++tries) {
             if (stale_ && !make_swapchain()) return {};
             uint32_t image = 0;
-            const VkResult got = vkAcquireNextImageKHR(device(), swapchain_.get(), longest_wait, acquired_.get(),
+            const VkResult got = vkAcquireNextImageKHR(device(), swapchain_.get(), longest_wait, turn.acquired.get(),
                                                        VK_NULL_HANDLE, &image);
             if (got == VK_SUCCESS || got == VK_SUBOPTIMAL_KHR) {
                 stale_ = got == VK_SUBOPTIMAL_KHR;
@@ -313,7 +349,7 @@ private:
         info.Queue = a_.device.queue();
         info.DescriptorPool = canvas_.descriptors();
         info.MinImageCount = 2;
-        info.ImageCount = 2;
+        info.ImageCount = most_turns;
         info.MSAASamples = VK_SAMPLE_COUNT_1_BIT;
         info.CheckVkResultFn = [](VkResult result) { vulkan_check(result, "the overlay"); };
         ImGui_ImplVulkan_Init(&info, canvas_.pass());
@@ -323,7 +359,7 @@ private:
     }
 
     // Copies the canvas to an image of the swapchain.
-    void show(VkImage image) {
+    void show(VkImage image, VkCommandBuffer commands) const {
         VkImageMemoryBarrier2 barrier{};
         barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
         barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;  // which the acquiring semaphore waits at
@@ -338,7 +374,7 @@ private:
         dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
         dependency.imageMemoryBarrierCount = 1;
         dependency.pImageMemoryBarriers = &barrier;
-        vkCmdPipelineBarrier2(commands_, &dependency);
+        vkCmdPipelineBarrier2(commands, &dependency);
         VkImageBlit region{};
         region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
         const auto corner = [](uint32_t width, uint32_t height) {
@@ -346,25 +382,25 @@ private:
         };
         region.srcOffsets[1] = corner(canvas_.image().spec().width, canvas_.image().spec().height);
         region.dstOffsets[1] = corner(shown_extent_.width, shown_extent_.height);
-        vkCmdBlitImage(commands_, canvas_.image().get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, image,
+        vkCmdBlitImage(commands, canvas_.image().get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, image,
                        VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region, VK_FILTER_NEAREST);
         barrier.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
         barrier.dstStageMask = VK_PIPELINE_STAGE_2_NONE;
         barrier.dstAccessMask = VK_ACCESS_2_NONE;
         barrier.oldLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
         barrier.newLayout = VK_IMAGE_LAYOUT_PRESENT_SRC_KHR;
-        vkCmdPipelineBarrier2(commands_, &dependency);
+        vkCmdPipelineBarrier2(commands, &dependency);
     }
 
     // image: of the swapchain, which was acquired.
-    void submit(std::optional<uint32_t> image) {
-        LODE_VK(vkEndCommandBuffer(commands_));
+    void submit(Turn& turn, std::optional<uint32_t> image) {
+        LODE_VK(vkEndCommandBuffer(turn.shown));
         VkCommandBufferSubmitInfo commands{};
         commands.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
-        commands.commandBuffer = commands_;
+        commands.commandBuffer = turn.shown;
         VkSemaphoreSubmitInfo wait{}, signal{};
         wait.sType = signal.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO;
-        wait.semaphore = acquired_.get();
+        wait.semaphore = turn.acquired.get();
         wait.stageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
         if (image) signal.semaphore = drawn_[*image].get();
         signal.stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
@@ -375,10 +411,12 @@ private:
         info.commandBufferInfoCount = 1;
         info.pCommandBufferInfos = &commands;
         info.pSignalSemaphoreInfos = &signal;
-        const VkFence fence = fence_.get();
+        const VkFence fence = turn.fence.get();
         LODE_VK(vkResetFences(device(), 1, &fence));
         LODE_VK(vkQueueSubmit2(a_.device.queue(), 1, &info, fence));
-        LODE_VK(vkWaitForFences(device(), 1, &fence, VK_TRUE, UINT64_MAX));
+        turn.submitted = true;
+        turn.ready = false;
+        ++turn_;
     }
 
     RendererAccess a_;
@@ -387,9 +425,8 @@ private:
     OwnedSwapchain swapchain_;
     std::vector<VkImage> images_;
     std::vector<OwnedSemaphore> drawn_;  // per image
-    OwnedSemaphore acquired_;
-    OwnedFence fence_;
-    VkCommandBuffer commands_ = VK_NULL_HANDLE;
+    std::array<Turn, most_turns> turns_;
+    uint64_t turn_ = 0;  // presented so far
     Canvas canvas_;
     VkExtent2D shown_extent_{};  // of the swapchain
     bool stale_ = true;          // the swapchain is to be made anew

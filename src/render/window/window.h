@@ -27,7 +27,7 @@ struct Composition {
 
 class Window {
 public:
-    static constexpr uint32_t most_panes = 2;
+    static constexpr uint32_t most_panes = 2, most_turns = 3;
 
     // renderer: made with RendererOptions::presents; must outlive the window. One window at a time.
     static Result<std::unique_ptr<Window>> open(Renderer& renderer, const WindowOptions& options);
@@ -46,7 +46,8 @@ public:
     // Files dropped on the window since the last call.
     virtual std::vector<std::filesystem::path> take_dropped() = 0;
 
-    // Copies the renderer's last picture, whose frame has been waited for, into a pane.
+    // Copies the renderer's last picture into a pane. Neither this nor present() waits for it to be drawn, but for what
+    // was shown `most_turns` times before.
     virtual Result<void> keep(uint32_t pane) = 0;
     // Shows the panes (pane 1 is pane 0 until it was kept) with the overlay on top; ends the overlay's frame.
     virtual Result<void> present(const Composition& composition) = 0;

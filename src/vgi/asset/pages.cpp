@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/check.h"
-#include "vgi/asset/entropy_coder.h"
+#include "base/files/entropy_coder.h"
 #include "vgi/asset/page_means.h"
 #include "vgi/asset/page_plane.h"
 

@@ -14,6 +14,8 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr uint32_t most_waiting = 256;      // requests at once
+constexpr uint64_t header_bytes = 8;        // of a slot
+constexpr uint32_t least_growth = 32;       // slots, of a pool that is full
 constexpr uint32_t most_new_requests = 64;  // per frame and layer
 constexpr uint64_t retry_frames = 120;      // until a page that could not be read is asked for again
 
@@ -24,8 +26,9 @@ uint64_t request_id(Layer layer, uint32_t atlas, uint32_t number) {
 
 }  // namespace
 
-PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<uint32_t, 2> slots, uint32_t texel_words)
-    : atlases_(atlases), texel_words_(texel_words), told_(atlases.size(), false) {
+PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 2> pools, uint32_t texel_words,
+                     BufferSizes& sizes)
+    : atlases_(atlases), specs_(pools), sizes_(sizes), texel_words_(texel_words), told_(atlases.size(), false) {
     for (const OpenAtlas& atlas : atlases_)
         pages_.emplace_back(AtlasPages{Residency(atlas.topology), AttributePages(atlas.file->about())});
     for (const Layer layer : both_layers) {
@@ -36,7 +39,7 @@ PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<uint32_t, 2> slots
             std::vector<uint32_t>& all = changed_charts_[index_of(layer)].emplace_back(atlas.file->about().charts());
             std::iota(all.begin(), all.end(), 0u);
         }
-        pools_.emplace_back(slots[index_of(layer)]);
+        pools_.emplace_back(spec(layer).slots);
     }
 }
 
@@ -196,16 +199,19 @@ void PageCache::fail_page(const PageId& id, const std::string& why, uint64_t fra
     ++failed_;
 }
 
-void PageCache::place(const FrameInput& input, bool all, Plan& plan) {
+void PageCache::place(const FrameInput& input, uint64_t upload_bytes, Plan& plan) {
     take_decoded();
     start_decoding(input);
     uint64_t bytes = 0;
     size_t done = 0;
     for (; done < ready_.size(); ++done) {
         const Decoded& page = ready_[done];
-        const uint64_t size = page.bytes();
-        if (!all && bytes > 0 && bytes + size > input.budget.upload_bytes) break;
-        if (size == 0) {
+        // With the rows of the page table that tell of it and of what it replaces.
+        const uint64_t row =
+            uint64_t{atlases_[page.id.atlas].trees[index_of(page.id.layer)].pages()} * sizeof(uint32_t);
+        const uint64_t size = page.bytes() + header_bytes + 2 * row;
+        if (bytes > 0 && bytes + size > upload_bytes) break;
+        if (page.bytes() == 0) {
             fail_page(page.id, page.fault, input.frame);
         } else if (place_one(page, plan)) {
             bytes += size;
@@ -220,6 +226,28 @@ void PageCache::place(const FrameInput& input, bool all, Plan& plan) {
     for (std::string& warning : std::exchange(warnings_, {})) plan.warnings.push_back(std::move(warning));
 }
 
+uint64_t PageCache::slot_bytes(Layer layer) const {
+    return layer == Layer::geometry ? geometry_slot_bytes
+                                    : uint64_t{LODE_VGI_PAGE_TEXELS} * texel_words_ * sizeof(uint32_t);
+}
+
+// What the pool could grow to now.
+uint32_t PageCache::slots_within_reach(Layer layer) const {
+    const uint64_t room = sizes_.most(spec(layer).buffer) / slot_bytes(layer) - spec(layer).first;
+    return std::max(pool(layer).slots(), static_cast<uint32_t>(std::min<uint64_t>(room, spec(layer).most_slots)));
+}
+
+// A pool that is full grows by an eighth, where it may.
+void PageCache::make_room(Layer layer, Plan& plan) {
+    SlotPool& pool = this->pool(layer);
+    if (!pool.full()) return;
+    const uint32_t slots = std::min(slots_within_reach(layer), pool.slots() + std::max(pool.slots() / 8, least_growth));
+    if (slots == pool.slots()) return;
+    const uint32_t buffer = spec(layer).buffer;
+    sizes_.resize(buffer, (uint64_t{spec(layer).first} + slots) * slot_bytes(layer), sizes_.bytes(buffer), plan);
+    pool.grow(slots);
+}
+
 // False where there is no room, or what it is coded against has gone: if it is still wanted, it is asked for again.
 bool PageCache::place_one(const Decoded& page, Plan& plan) {
     const PageId& id = page.id;
@@ -230,6 +258,7 @@ bool PageCache::place_one(const Decoded& page, Plan& plan) {
         parent = pages(id.atlas).slot(id.layer, parent_of(id).number);
         if (parent == SlotPool::nothing) return false;
     }
+    make_room(id.layer, plan);
     const auto placed = pool(id.layer).place(key_of(id), parent, base);
     if (!placed) return false;
     if (placed->evicted != SlotPool::nothing) evict(id.layer, placed->evicted);
@@ -263,7 +292,7 @@ void PageCache::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
     }
     known.attributes.put(id.number, page.attributes, slot);
     const auto bytes = std::as_bytes(std::span(*page.attributes));
-    add_upload(plan, attribute_pool, uint64_t{slot} * LODE_VGI_PAGE_TEXELS * texel_words_ * sizeof(uint32_t),
+    add_upload(plan, attribute_pool, (uint64_t{spec(id.layer).first} + slot) * slot_bytes(id.layer),
                Blob(page.attributes, bytes.data(), bytes.size()));
 }
 
@@ -282,7 +311,11 @@ void PageCache::upload_page_tables(Plan& plan) {
                 std::vector<uint32_t> entries;
                 for (uint32_t chart = first; i < changed.size() && changed[i] == chart; ++i, ++chart) {
                     append_table_row(
-                        tree, [&](uint32_t page) { return pages(a).slot(layer, chart * tree.pages() + page); },
+                        tree,
+                        [&](uint32_t page) {
+                            const uint32_t slot = pages(a).slot(layer, chart * tree.pages() + page);
+                            return slot == SlotPool::nothing ? slot : spec(layer).first + slot;
+                        },
                         entries);
                 }
                 const uint64_t place = first_of_layer + atlases_[a].first[l] + uint64_t{first} * tree.pages();
@@ -317,7 +350,8 @@ uint32_t PageCache::request(std::span<const FrameCuts::Wish> wishes, uint64_t fr
     uint32_t missing = 0;
     std::array<uint32_t, 2> room{}, asked{};
     // No more than there is room for: what is wanted least would only push out what is wanted more.
-    for (const Layer layer : both_layers) room[index_of(layer)] = pool(layer).available();
+    for (const Layer layer : both_layers)
+        room[index_of(layer)] = pool(layer).available() + slots_within_reach(layer) - pool(layer).slots();
     for (const FrameCuts::Wish& w : wishes) {
         missing += !w.prefetched && !there(w);
         const PageState state = pages(w.atlas).state(w.layer, w.number);

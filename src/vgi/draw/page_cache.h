@@ -13,6 +13,7 @@
 
 #include "base/copy_on_write.h"
 #include "frame/frame_source.h"
+#include "vgi/draw/buffer_sizes.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/open_atlas.h"
 #include "vgi/draw/slot_pool.h"
@@ -22,8 +23,13 @@ namespace lodestone::vgi {
 
 class PageCache {
 public:
-    // atlases: must outlive this. slots: of the pools, by layer. texel_words: of every sample of attributes.
-    PageCache(std::span<OpenAtlas> atlases, std::array<uint32_t, 2> slots, uint32_t texel_words);
+    // A pool of pages: where it begins, in slots of its buffer, and how many it has at first and at most.
+    struct PoolSpec {
+        uint32_t buffer, first;
+        uint32_t slots, most_slots;
+    };
+    // atlases, sizes: must outlive this. pools: by layer. texel_words: of every sample of attributes.
+    PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 2> pools, uint32_t texel_words, BufferSizes& sizes);
 
     // The coarsest page of every chart; they are placed by the first frame. Fault::format for a damaged one: there is
     // nothing coarser to draw in its place.
@@ -34,9 +40,9 @@ public:
     void begin_frame(uint64_t frame, uint64_t completed);
     void touch(const std::array<std::vector<uint32_t>, 2>& pages);
     void touch_positions(std::span<const uint32_t> pages);  // those of them that are still there
-    // all: with no regard to Budget::upload_bytes. Arrivals may be anything: what was not asked for is passed over,
-    // and what is not the page it should be has failed.
-    void place(const FrameInput& input, bool all, Plan& plan);
+    // upload_bytes: that are left to this frame; one page is placed all the same. Arrivals may be anything: what was
+    // not asked for is passed over, and what is not the page it should be has failed.
+    void place(const FrameInput& input, uint64_t upload_bytes, Plan& plan);
     // Returns how many of the pages wanted now are not there.
     uint32_t request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan);
 
@@ -79,6 +85,9 @@ private:
         Decoded run() const;
     };
     SlotPool& pool(Layer layer) { return pools_[index_of(layer)]; }
+    const SlotPool& pool(Layer layer) const { return pools_[index_of(layer)]; }
+    const PoolSpec& spec(Layer layer) const { return specs_[index_of(layer)]; }
+    uint64_t slot_bytes(Layer layer) const;
     const AtlasPages& pages(uint32_t atlas) const { return *pages_[atlas]; }
     uint32_t key_of(const PageId& id) const { return atlases_[id.atlas].first[index_of(id.layer)] + id.number; }
     PageId page_of(Layer layer, uint32_t key) const;
@@ -96,6 +105,8 @@ private:
     void fail_page(const PageId& id, const std::string& why, uint64_t frame);
     AtlasFile::PageName name_of(const PageId& id) const;
     bool place_one(const Decoded& page, Plan& plan);
+    void make_room(Layer layer, Plan& plan);
+    uint32_t slots_within_reach(Layer layer) const;
     void evict(Layer layer, uint32_t key);
     void upload_page(const Decoded& page, uint32_t slot, Plan& plan);
     void upload_page_tables(Plan& plan);
@@ -103,6 +114,8 @@ private:
     bool may_be_asked_for(const FrameCuts::Wish& wish, uint64_t frame);
 
     std::span<OpenAtlas> atlases_;
+    std::array<PoolSpec, 2> specs_;
+    BufferSizes& sizes_;
     uint32_t texel_words_;
     std::vector<CopyOnWrite<AtlasPages>> pages_;  // by atlas
     std::vector<SlotPool> pools_;                 // by layer

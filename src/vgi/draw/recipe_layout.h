@@ -26,7 +26,9 @@ enum Buffers : uint32_t {
     cut_states,
     cut_leaves,
     cut_records,
-    cut_findings
+    cut_findings,
+    cut_lists,
+    cut_entries
 };
 inline constexpr uint64_t geometry_slot_bytes = uint64_t{LODE_VGI_PAGE_TEXELS} * sizeof(GeometryTexel);
 

@@ -1,5 +1,6 @@
 #include "vgi/draw/slot_pool.h"
 
+#include <numeric>
 #include <string>
 
 #include "base/check.h"
@@ -8,6 +9,15 @@ namespace lodestone::vgi {
 
 SlotPool::SlotPool(uint32_t slots) : entries_(slots) {
     for (uint32_t slot = slots; slot-- > 0;) free_.push_back(slot);
+}
+
+void SlotPool::grow(uint32_t slots) {
+    const uint32_t before = this->slots();
+    LODE_CHECK(slots >= before, slots, before);
+    entries_.resize(slots);
+    std::vector<uint32_t> more(slots - before);
+    std::iota(more.rbegin(), more.rend(), before);
+    free_.insert(free_.begin(), more.begin(), more.end());
 }
 
 void SlotPool::begin_frame(uint64_t frame, uint64_t completed) {

@@ -18,7 +18,10 @@ public:
     static constexpr uint32_t nothing = ~0u;
 
     explicit SlotPool(uint32_t slots);
+    // More slots, after those there are.
+    void grow(uint32_t slots);
 
+    bool full() const { return free_.empty(); }  // a page that is placed needs the slot of another
     uint32_t slots() const { return static_cast<uint32_t>(entries_.size()); }
     uint32_t resident() const { return resident_; }
     // Slots that a page could be given in this frame, at most.

@@ -11,6 +11,7 @@
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/error_codes.h"
 #include "vgi/asset/saturation.h"
+#include "vgi/draw/buffer_sizes.h"
 #include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/refinement_test.h"
@@ -24,8 +25,9 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr uint32_t list_regions = 3;                         // one is written while the last frames' are drawn
-constexpr uint64_t most_list_bytes = uint64_t{48} << 20;     // per list
+constexpr uint64_t most_list_bytes = uint64_t{48} << 20;
+constexpr uint64_t first_list_bytes = uint64_t{240} << 10;   // what lists have until they need more; whole patches
+constexpr uint64_t list_step = 120;                          // whole triangles, and whole patches
 constexpr uint64_t most_slots = ~0u / LODE_VGI_PAGE_TEXELS;  // of a pool: its texels are numbered in 32 bits
 // To a draw: lavapipe takes time by their square (800 at once: 2.5 times as long as 100 at a time).
 constexpr uint32_t most_patches = LODE_CUT_RECORD_PATCHES;
@@ -49,15 +51,17 @@ std::shared_ptr<const Cutter> cutter_of(Raster raster) {
 
 class VgiSource final : public FrameSource {
 public:
-    VgiSource(std::vector<OpenAtlas> atlases, Recipe recipe, Raster raster, std::array<uint32_t, 2> slots,
-              uint32_t texel_words, uint64_t list_capacity)
+    // list_budget: bytes, of the lists; pool_budget: of all other buffers.
+    VgiSource(std::vector<OpenAtlas> atlases, Recipe recipe, Raster raster, std::array<PageCache::PoolSpec, 2> pools,
+              uint32_t texel_words, uint64_t list_budget, uint64_t pool_budget)
         : atlases_(std::move(atlases)),
           recipe_(std::move(recipe)),
           raster_(raster),
           cutter_(cutter_of(raster)),
           texel_words_(texel_words),
-          list_capacity_(list_capacity),
-          pages_(atlases_, slots, texel_words),
+          list_sizes_(recipe_, {draw_lists}, list_budget),
+          pool_sizes_(recipe_, all_but_lists(recipe_), pool_budget),
+          pages_(atlases_, pools, texel_words, pool_sizes_),
           instances_([this](const Instance& instance) {
               LODE_CHECK(instance.asset < atlases_.size(), instance.asset, atlases_.size());
               return to_world(atlases_[instance.asset].charts.sphere(), instance.object_to_world);
@@ -82,24 +86,28 @@ public:
         instances_.update(input.instances);
         take_next_cuts(input);
         pages_.begin_frame(input.frame, input.completed_frame);
+        for (BufferSizes* sizes : {&list_sizes_, &pool_sizes_}) sizes->begin_frame(input.frame, input.completed_frame);
         if (!last) {
             upload_tables(plan);
-            pages_.place(input, true, plan);
+            pages_.place(input, ~uint64_t{0}, plan);
         }
         const bool missed = !cuts_ || (!device_ && !cuts_->region.covers(input));
         if (missed) {
             const CutInput now = cut_input(CutRegion::of(input), pages_.snapshot(), instances_, nullptr);
-            take_cuts(make_cuts(cutter_.get(), now, limits(), memory_));
+            take_cuts(make_cuts(cutter_.get(), now, limits(input), memory_));
         }
         if (device_) take_findings(input);
         pages_.touch(cuts_->touched);
-        if (last) pages_.place(input, false, plan);
+        if (last) {
+            const uint64_t lists = uploaded_ || device_ ? 0 : cuts_->words->size() * sizeof(uint32_t);
+            pages_.place(input, input.budget.upload_bytes - std::min(input.budget.upload_bytes, lists), plan);
+        }
         device_ ? draw_device_cuts(input, plan) : draw_cuts(input, plan);
         light(input, plan);
         const uint32_t missing = pages_.request(cuts_->wishes, input.frame, plan);
         begin_next_cuts(last, input);
 
-        for (const BufferSpec& buffer : recipe_.buffers) plan.stats.resident_bytes += buffer.bytes;
+        plan.stats.resident_bytes = list_sizes_.held() + pool_sizes_.held();
         plan.stats.index_bytes = recipe_.buffers[draw_lists].bytes;
         plan.stats.triangles = device_ ? found_.triangles : cuts_->triangles;
         plan.stats.more = {{"pages_resident", pages_.resident()},
@@ -122,9 +130,22 @@ public:
     }
 
 private:
-    CutLimits limits() const {
-        if (!cuts_) return {list_capacity_};
-        return {list_capacity_, cuts_->raised, cuts_->triangles, cuts_->words->size()};
+    static std::vector<uint32_t> all_but_lists(const Recipe& recipe) {
+        std::vector<uint32_t> buffers;
+        for (uint32_t b = 0; b < recipe.buffers.size(); ++b) {
+            if (b != draw_lists) buffers.push_back(b);
+        }
+        return buffers;
+    }
+
+    // Of lists, that fit their buffer and half of what a frame may upload; the other half is for pages.
+    uint64_t most_words(uint64_t upload_bytes) const {
+        return std::min(recipe_.buffers[draw_lists].most_bytes, upload_bytes / 2) / sizeof(uint32_t);
+    }
+
+    CutLimits limits(const FrameInput& input) const {
+        if (!cuts_) return {most_words(~uint64_t{0})};
+        return {most_words(input.budget.upload_bytes), cuts_->raised, cuts_->triangles, cuts_->words->size()};
     }
 
     void take_cuts(FrameCuts cuts) {
@@ -155,7 +176,7 @@ private:
             std::make_shared<const CutInput>(cut_input(std::move(*region), pages_.snapshot(), instances_, &now));
         auto memory = std::make_shared<CutMemory>(std::move(memory_));
         next_ = beside_.start<NextCuts>(
-            [cutter = cutter_, input = std::move(input), memory = std::move(memory), limits = limits()] {
+            [cutter = cutter_, input = std::move(input), memory = std::move(memory), limits = limits(now)] {
                 FrameCuts cuts = make_cuts(cutter.get(), *input, limits, *memory);
                 return NextCuts{std::move(cuts), std::move(*memory)};
             });
@@ -205,18 +226,14 @@ private:
         add_upload(plan, asset_table, 0, Blob::copy_of(records.data(), records.size()));
         add_upload(plan, code_table, 0, Blob::copy_of(codes.data(), codes.size()));
         add_upload(plan, chart_table, 0, Blob::copy_of(spacing.data(), spacing.size()));
-        if (device_) device_->upload_tables(plan);
+        if (device_) device_->upload_tables(recipe_, plan);
     }
 
     // What the device found out in a frame before is what this one goes on from: pages that are used and missed.
     void take_findings(const FrameInput& input) {
-        if (auto found = device_->findings(input.readbacks, input.instances)) {
+        if (auto found = device_->findings(input.readbacks)) {
             found_ = std::move(*found);
-            if (found_.triangles > input.budget.max_triangles) {
-                raised_ *= error_scale_step;
-            } else if (may_lower(found_.triangles, input.budget.max_triangles)) {
-                raised_ = std::max(1.0, raised_ / error_scale_step);
-            }
+            if (found_.frame >= raised_in_) adapt_error(input);
         }
         pages_.touch_positions(found_.touched);
         auto& wishes = cuts_->wishes;
@@ -225,47 +242,71 @@ private:
         sort_wishes(wishes);
     }
 
+    // What was found in frames before the error last changed says nothing of how it is now.
+    void adapt_error(const FrameInput& input) {
+        const double before = raised_;
+        if (found_.triangles > input.budget.max_triangles) {
+            raised_ *= error_scale_step;
+        } else if (may_lower(found_.triangles, input.budget.max_triangles)) {
+            raised_ = std::max(1.0, raised_ / error_scale_step);
+        }
+        if (raised_ != before) raised_in_ = input.frame;
+    }
+
     void draw_device_cuts(const FrameInput& input, Plan& plan) {
         const double pixel_error = input.budget.pixel_error * raised_;
-        const auto places = device_->cut(input, pixel_error, plan);
+        std::vector<Frustum> frusta;
+        for (const View& view : input.views) frusta.push_back(frustum_of(view));
+        const auto seen = instances_.seen(frusta);
+        const auto places = device_->cut(input, seen, pixel_error, plan);
         const double magnification =
             input.budget.forced_level >= 0 || input.level_view ? 0 : magnification_of(input.views[0], pixel_error);
-        for (uint32_t i = 0; i < input.instances.size(); ++i) {
+        for (size_t i = 0; i < seen.size(); ++i) {
             DrawIndirect draw;
-            const Draw whole = draw_of(input, i, magnification, plan);
+            const Draw whole = draw_of(input, seen[i].instance, magnification, plan);
             draw.arguments = cut_records;
             draw.offset = places[i].record_offset;
             draw.draws = places[i].records;
             draw.stride = LODE_CUT_RECORD_WORDS * sizeof(uint32_t);
             for (uint32_t v = 0; v < input.views.size(); ++v) {
+                if ((seen[i].views >> v & 1) == 0) continue;
                 draw.draw = whole;
                 draw.draw.view = v;
                 draw.draw.words[LODE_VGI_WORD_PATCH] = static_cast<uint32_t>(places[i].first_word);
                 add_draw(draw, input.views[v].kind, plan);
             }
-            ++plan.stats.instances_drawn;
+            plan.stats.instances_drawn += seen[i].views & 1;
         }
+        plan.stats.instances_culled = static_cast<uint32_t>(input.instances.size()) - plan.stats.instances_drawn;
+    }
+
+    // Those that are drawn, from the first byte of the lists on: uploads wait for the frames that read them anyway.
+    void upload_lists(Plan& plan) {
+        if (uploaded_) return;
+        uploaded_ = true;
+        const auto bytes = std::as_bytes(std::span(*cuts_->words));
+        if (bytes.empty()) return;
+        if (bytes.size() > list_sizes_.bytes(draw_lists)) grow_lists(bytes.size(), plan);
+        add_upload(plan, draw_lists, 0, Blob(cuts_->words, bytes.data(), bytes.size()));
+    }
+    // By half at least, and to all they may have from a quarter of that on. So sizes that they had are 3/4 of the most
+    // together, and there is always room.
+    void grow_lists(uint64_t needed, Plan& plan) {
+        const uint64_t most = recipe_.buffers[draw_lists].most_bytes;
+        uint64_t bytes = std::max(needed, list_sizes_.bytes(draw_lists) * 3 / 2);
+        bytes = bytes > most / 4 ? most : (bytes + list_step - 1) / list_step * list_step;
+        list_sizes_.resize(draw_lists, bytes, 0, plan);
     }
 
     void draw_cuts(const FrameInput& input, Plan& plan) {
-        if (!uploaded_) {
-            region_ = (region_ + 1) % list_regions;
-            const auto& words = *cuts_->words;
-            LODE_CHECK(words.size() <= list_capacity_, words.size(), list_capacity_);
-            if (!words.empty()) {
-                const auto bytes = std::as_bytes(std::span(words));
-                add_upload(plan, draw_lists, region_ * list_capacity_ * sizeof(uint32_t),
-                           Blob(cuts_->words, bytes.data(), bytes.size()));
-            }
-            uploaded_ = true;
-        }
+        upload_lists(plan);
         // Cuts may be made with a smaller error than is asked for, never with a larger. By area there are samples that
         // no error asks for, and nowhere for them to come from.
         const double magnification =
             cuts_->level >= 0 || input.level_view || raster_ == Raster::grid_area
                 ? 0
                 : magnification_of(input.views[0], std::max(input.budget.pixel_error, cuts_->pixel_error));
-        uint64_t first = region_ * list_capacity_;
+        uint64_t first = 0;
         for (auto part = cuts_->parts.begin(); part != cuts_->parts.end();) {
             const uint32_t instance = part->instance;
             const Draw whole = draw_of(input, instance, magnification, plan);
@@ -334,7 +375,7 @@ private:
     Raster raster_;
     std::shared_ptr<const Cutter> cutter_;  // null where the device cuts
     uint32_t texel_words_;                  // of a sample of attributes
-    uint64_t list_capacity_;                // words of one region
+    BufferSizes list_sizes_, pool_sizes_;
     PageCache pages_;
     std::optional<FrameCuts> cuts_;  // that are drawn
     CutMemory memory_;               // of the cuts made last; while next_ is made, the task has it
@@ -342,9 +383,9 @@ private:
     std::optional<DeviceCut> device_;
     DeviceCut::Findings found_;  // of the last frame that is known of
     double raised_ = 1;          // times the pixel error, to save triangles where the device cuts
+    uint64_t raised_in_ = 0;     // the frame that first had it
     std::optional<FrameInput> last_;
-    uint64_t region_ = 0;    // of the lists, where cuts_ are
-    bool uploaded_ = false;  // they are there
+    bool uploaded_ = false;  // cuts_, to the lists
     bool behind_ = false;    // pages have changed since cuts_ were made
     struct NextCuts {
         FrameCuts cuts;
@@ -387,32 +428,38 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
     }
     totals.slot_bytes = {geometry_slot_bytes + 8,
                          uint64_t{LODE_VGI_PAGE_TEXELS} * totals.texel_words * sizeof(uint32_t)};
-    // Mip tails lie after the pages, in slots of their own.
+    // Mip tails lie before the pages, in slots of their own.
     totals.mip_tail_slots = (totals.mip_tail_samples + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
     return atlases;
 }
 
-// How the budget is spent. A quarter of it is for what is drawn, or what the coarsest level of a few instances takes;
-// the rest for pages, halves for each kind unless one needs less.
+// How the budget is spent. An eighth of it is for what is drawn, or what the coarsest level of a few instances takes,
+// and as much again for what that had before it grew; the rest for pages, halves for each kind unless one needs less.
 struct Shares {
-    bool tess = false;            // patches are drawn
-    uint64_t list_bytes = 0;      // of one region of the draw lists
-    uint64_t all_list_bytes = 0;  // of all of them
-    DeviceCutSizes device;        // where the device cuts
-    std::array<uint32_t, 2> slots{};
+    bool tess = false;                                   // patches are drawn
+    uint64_t first_list_bytes = 0, most_list_bytes = 0;  // of the draw lists
+    uint64_t list_budget = 0;                            // with what they had before
+    DeviceCutSizes device;                               // where the device cuts
+    std::array<PageCache::PoolSpec, 2> pools{};
 };
 
-void share_lists(const Totals& totals, std::span<const OpenAtlas> atlases, const VgiOptions& options, Shares& shares) {
-    const bool on_device = options.raster == Raster::device;
-    const uint32_t instances = std::max(1u, options.instances);
-    shares.tess = options.raster == Raster::tess || on_device;
-    for (const OpenAtlas& atlas : atlases) shares.device.raise(DeviceCutSizes::of(atlas.file->about()));
-    shares.device = shares.device.times(instances);
-    const uint64_t least = totals.base[0] * instances * (shares.tess ? LODE_VGI_PATCH_WORDS * sizeof(uint32_t) : 24);
-    const uint64_t most = shares.tess ? most_list_bytes / 8 / 120 * 120 : most_list_bytes;
-    shares.list_bytes = std::clamp(options.resident_bytes / 4 / list_regions / 120 * 120, least, std::max(most, least));
-    // The device's own lists are for whatever may be drawn, and for one frame after the other.
-    shares.all_list_bytes = on_device ? shares.device.list_bytes() : shares.list_bytes * list_regions;
+// Bytes of the lists of the coarsest level.
+uint64_t least_list_bytes(const Totals& totals, const VgiOptions& options, const Shares& shares) {
+    // The device's own lists are for whatever may be drawn.
+    if (options.raster == Raster::device) return shares.device.list_bytes();
+    return totals.base[0] * std::max(1u, options.instances) *
+           (shares.tess ? LODE_VGI_PATCH_WORDS * sizeof(uint32_t) : 24);
+}
+
+// available: bytes beside what there must be of all else.
+void share_lists(uint64_t least, uint64_t available, const VgiOptions& options, Shares& shares) {
+    const uint64_t most = (shares.tess ? most_list_bytes / 8 : most_list_bytes) / list_step * list_step;
+    const uint64_t wanted = std::min({options.resident_bytes / 4, available / 2, 2 * most});
+    shares.list_budget = std::max(options.raster == Raster::device ? 0 : wanted / list_step * list_step, least);
+    const bool grows =
+        options.raster != Raster::device && shares.list_budget / 2 > std::max(least, 2 * first_list_bytes);
+    shares.most_list_bytes = grows ? shares.list_budget / 2 / list_step * list_step : shares.list_budget;
+    shares.first_list_bytes = grows ? first_list_bytes : shares.most_list_bytes;
 }
 
 // Shaders number pages, charts and texels of the pools in 32 bits; each atlas alone is within Limits.
@@ -431,29 +478,36 @@ Result<void> check_totals(const Totals& totals) {
 Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atlases, const VgiOptions& options) {
     Shares shares;
     if (auto good = check_totals(totals); !good) return tl::unexpected(good.error());
-    share_lists(totals, atlases, options, shares);
+    shares.tess = options.raster == Raster::tess || options.raster == Raster::device;
+    shares.device = DeviceCutSizes::largest_of(atlases).times(std::max(1u, options.instances));
     const auto &pages = totals.pages, &base = totals.base, &slot_bytes = totals.slot_bytes;
-    uint64_t tables = totals.mip_tail_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
-                      atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
+    uint64_t need = totals.mip_tail_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
+                    atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
     if (options.raster == Raster::device) {
-        tables += shares.device.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
-                  pages[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t);
+        need += shares.device.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
+                pages[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t) +
+                LODE_CUT_LIST_COUNT * sizeof(gpu::VgiCutList);
     }
-    uint64_t left = options.resident_bytes - std::min(options.resident_bytes, tables + shares.all_list_bytes);
-    const uint64_t need = base[0] * slot_bytes[0] + base[1] * slot_bytes[1];
-    if (need > left) {
-        return fail(Fault::machine, "the coarsest pages need " + std::to_string(need) +
-                                        " bytes and the budget leaves " + std::to_string(left) +
-                                        " for pages; raise the budget");
-    }
-    left -= need;
+    need += base[0] * slot_bytes[0] + base[1] * slot_bytes[1];
+    const uint64_t least_lists = least_list_bytes(totals, options, shares);
+    if (need + least_lists > options.resident_bytes)
+        return over_budget("tables, the coarsest pages and their lists", need + least_lists, options.resident_bytes);
+    share_lists(least_lists, options.resident_bytes - need, options, shares);
+    const uint64_t left = options.resident_bytes - need - shares.list_budget;
     const std::array<uint64_t, 2> more{(pages[0] - base[0]) * slot_bytes[0], (pages[1] - base[1]) * slot_bytes[1]};
     const uint64_t first = std::min(more[0], std::max(left / 2, left - std::min(left, more[1])));
     const auto slots = [&](size_t l, uint64_t bytes, uint64_t most) {
         return static_cast<uint32_t>(std::min(base[l] + bytes / slot_bytes[l], most));
     };
-    shares.slots = {slots(0, first, most_slots),
-                    slots(1, std::min(more[1], left - first), most_slots - totals.mip_tail_slots)};
+    const std::array<uint32_t, 2> most{slots(0, first, most_slots),
+                                       slots(1, std::min(more[1], left - first), most_slots - totals.mip_tail_slots)};
+    // Growing takes room for what a pool is and what it becomes. A larger one is whole from the start.
+    for (const size_t l : {size_t{0}, size_t{1}}) {
+        const bool grows = most[l] * slot_bytes[l] <= options.resident_bytes / 4;
+        shares.pools[l] = {l == 0 ? geometry_pool : attribute_pool,
+                           l == 0 ? 0 : static_cast<uint32_t>(totals.mip_tail_slots),
+                           grows ? static_cast<uint32_t>(base[l]) : most[l], most[l]};
+    }
     return shares;
 }
 
@@ -470,16 +524,19 @@ uint32_t attributes_ever(std::span<const OpenAtlas> atlases) {
 }
 
 std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, size_t atlases) {
-    return {{"page pool of positions", shares.slots[0] * geometry_slot_bytes, use_storage,
-             static_cast<uint32_t>(geometry_slot_bytes)},
-            {"slots of the page pool", shares.slots[0] * uint64_t{8}, use_storage, 8},
+    const auto pool = [&](const char* name, size_t l, uint64_t slot_bytes) {
+        const PageCache::PoolSpec& spec = shares.pools[l];
+        return BufferSpec{name, (uint64_t{spec.first} + spec.slots) * slot_bytes, use_storage,
+                          static_cast<uint32_t>(slot_bytes), (uint64_t{spec.first} + spec.most_slots) * slot_bytes};
+    };
+    return {pool("page pool of positions", 0, geometry_slot_bytes),
+            {"slots of the page pool", shares.pools[0].most_slots * uint64_t{8}, use_storage, 8},
             {"page table", (totals.pages[0] + totals.pages[1]) * sizeof(uint32_t), use_storage, 4},
-            {"page pool of attributes", (shares.slots[1] + totals.mip_tail_slots) * totals.slot_bytes[1], use_storage,
-             static_cast<uint32_t>(totals.slot_bytes[1])},
+            pool("page pool of attributes", 1, totals.slot_bytes[1]),
             {"assets", atlases * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
             {"errors and radii", atlases * 2048, use_storage, 2048},
             {"spacing of samples", totals.base[0] * sizeof(float), use_storage, 4},
-            {"draw lists", shares.all_list_bytes, shares.tess ? use_storage : use_index, 4}};
+            {"draw lists", shares.first_list_bytes, shares.tess ? use_storage : use_index, 4, shares.most_list_bytes}};
 }
 
 PipelineSpec drawing_pipeline(bool tess) {
@@ -524,7 +581,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     std::vector<OpenAtlas> atlases = open_atlases(files, totals);
     const auto shares = share_budget(totals, atlases, options);
     if (!shares) return tl::unexpected(shares.error());
-    uint64_t next_mip_tail = uint64_t{shares->slots[1]} * LODE_VGI_PAGE_TEXELS;
+    uint64_t next_mip_tail = 0;
     for (OpenAtlas& atlas : atlases) {
         atlas.first_mip_tail = next_mip_tail;
         next_mip_tail += mip_tail_of(atlas);
@@ -532,10 +589,10 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     Recipe recipe;
     recipe.buffers = buffers_of(totals, *shares, atlases.size());
     recipe.pipelines = {drawing_pipeline(shares->tess), lighting_pipeline_of(atlases, totals.texel_words)};
-    if (options.raster == Raster::device)
-        DeviceCut::add_to(recipe, atlases, shares->device, std::max(1u, options.instances));
-    auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, shares->slots,
-                                              totals.texel_words, shares->list_bytes / sizeof(uint32_t));
+    if (options.raster == Raster::device) DeviceCut(atlases).add_to(recipe, std::max(1u, options.instances));
+    auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, shares->pools,
+                                              totals.texel_words, shares->list_budget,
+                                              options.resident_bytes - shares->list_budget);
     if (auto done = source->load_base_pages(); !done) return tl::unexpected(done.error());
     return source;
 }

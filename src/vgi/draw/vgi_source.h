@@ -1,7 +1,7 @@
 // The backend `vgi`: virtual geometry images at run time. A cut of every atlas is made for each instance; the pages it
-// takes samples from live in pools of fixed size, of positions and of attributes, and come from the asset files as they
-// are asked for (PlanStats::requests). The coarsest pages are always there, so there is something to draw from the
-// first frame on, and whatever is missing makes the picture coarser and never breaks it.
+// takes samples from live in pools that grow within a budget, of positions and of attributes, and come from the asset
+// files as they are asked for (PlanStats::requests). The coarsest pages are always there, so there is something to draw
+// from the first frame on, and whatever is missing makes the picture coarser and never breaks it.
 #pragma once
 
 #include <memory>
@@ -24,9 +24,10 @@ enum class Raster {
 
 // How atlases are drawn.
 struct VgiOptions {
-    uint64_t resident_bytes = uint64_t{1} << 30;  // for pools, tables and index lists together
-    uint32_t instances = 1;                       // most instances in the scene, of all assets
-    Raster raster = Raster::bintree;              // how triangles are made
+    // For pools, tables and index lists together, with what they replace until no frame reads it.
+    uint64_t resident_bytes = uint64_t{1} << 30;
+    uint32_t instances = 1;           // most instances in the scene, of all assets
+    Raster raster = Raster::bintree;  // how triangles are made
 };
 
 // A backend that draws the assets, at least one. Fault::machine where the coarsest pages alone exceed the budget;

@@ -101,6 +101,31 @@ TEST(LodSource, ATriangleBudgetIsKept) {
     EXPECT_LE(source->plan(input).stats.triangles, 500u);
 }
 
+TEST(LodSource, AnUploadBudgetIsKeptAndTheLevelIsReachedInMoreFrames) {
+    const auto pm = rock(20000);
+    for (const bool geomorph : {false, true}) {
+        const auto source = open_one(pm, {.steady_share = 1, .geomorph = geomorph});
+        PlanMirror mirror(source->recipe(), {morphed_vertex, {}});
+        constexpr uint64_t upload_bytes = 200000;
+        uint64_t triangles = 0, waited = 0;
+        for (uint64_t frame = 0; frame < 200; ++frame) {
+            FrameInput input = input_at(frame < 80 ? 60.0f : 2.0f);
+            input.frame = frame;
+            input.budget.upload_bytes = upload_bytes;
+            const Plan plan = source->plan(input);
+            const auto done = mirror.execute(plan, input);
+            ASSERT_TRUE(done) << frame << ": " << done.error().message;
+            if (frame > 0) { EXPECT_LE(plan.stats.uploaded_bytes, upload_bytes) << frame; }
+            waited += frame > 0 && plan.stats.triangles != triangles;
+            triangles = plan.stats.triangles;
+            ASSERT_EQ(mirror.triangles_of(0).size(), triangles);
+        }
+        EXPECT_GT(waited, 10u) << "it never had to wait";
+        const auto unlimited = open_one(pm, {.steady_share = 1, .geomorph = geomorph});
+        EXPECT_EQ(unlimited->plan(input_at(2)).stats.triangles, triangles);
+    }
+}
+
 // 300 instances in motion: bytes stay within the budget, nobody is coarser than asked, and no draw reads what was not
 // written.
 TEST(LodSource, ManyInstancesInMotionStayWithinTheBudget) {

@@ -14,6 +14,8 @@
 
 namespace lodestone {
 
+class DrawnFaces;  // drawn_faces.h
+
 // The mesh as an order sees it, in the numbers of the progressive mesh.
 struct OrderInput {
     std::span<const uint32_t> indices;  // level 0, three wedges per face, faces in the order of the source mesh
@@ -24,11 +26,23 @@ struct OrderInput {
     uint32_t levels = 0;                // of the progressive mesh
 };
 
+// What the order "greedy" weighs (greedy_order.h), in the terms of Kuzikowski et al. 2005.
+struct GreedyOptions {
+    uint32_t group = 96;     // collapses to a group, whose tswaps come at its end; > 0
+    uint32_t window = 768;   // slots a group rearranges at most, besides a third as many at the end; >= 32
+    uint32_t step = 96;      // slots written between two levels at most; the rest of a group's follow at the next ones
+    double in_place = 0.05;  // transforms that a slot written weighs, so that faces that may stay keep their slot
+    double line = 0.05;      // transforms that a line weighs that the collapses of the group do not write anyway
+    uint32_t line_bytes = 64;  // of a line of the CPU's cache; > 0
+    double waiting = 1.4;      // drawn slots to a living face; dead slots wait while there are fewer; > 1
+    uint32_t look_ahead = 60;  // faces looked ahead for each choice; 0: none
+};
+
 // What orders that are optimised aim at.
 struct OrderOptions {
-    CacheModel cache;                // FIFO-16 unless said otherwise
-    double moves_per_ecol = 8;       // slots written by tswaps per collapse, about; > 0
-    uint32_t greedy_look_ahead = 0;  // "greedy": faces looked ahead for each choice
+    CacheModel cache;           // FIFO-16 unless said otherwise
+    double moves_per_ecol = 8;  // slots written by tswaps per collapse, about; > 0
+    GreedyOptions greedy;       // "greedy" only
     double seconds = 60;  // an order takes about so long on two cores at most; large keyframes are then searched less
 };
 
@@ -39,8 +53,8 @@ public:
     virtual std::string name() const = 0;  // as face_orderer_named() knows it
     // Faces leave the drawn range the moment they die; then the first order must be by falling death.
     virtual bool drops_dead() const { return false; }
-    // New orders are reached by tswaps in place, at once; otherwise by keyframes. For orders that change a little at a
-    // time.
+    // The order changes by tswaps, a few slots at a time: permute() is asked after every collapse, and neither
+    // wants_order() nor reorder(). Otherwise it changes by keyframes.
     virtual bool in_place() const { return false; }
     // Whether OrderOptions::seconds made it search less than it would; known after first_order.
     virtual bool searched_less() const { return false; }
@@ -53,6 +67,11 @@ public:
     // indices: three wedges per face of input.indices, as they are at this level. slots: where each of alive_faces is.
     virtual void reorder(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,
                          std::vector<uint32_t>& alive_faces) = 0;
+    // In place: swaps slots on arriving at a level, and shortens the drawn range. written: slots whose faces the
+    // collapse to this level rewrote, those that died included.
+    virtual void permute(uint32_t level, std::span<const uint32_t> written, DrawnFaces& faces) {
+        static_cast<void>(level), static_cast<void>(written), static_cast<void>(faces);
+    }
 };
 
 // "classic": faces by falling death, so that the faces of every level are a prefix (Forsyth 2001).

@@ -25,7 +25,7 @@ public:
           stamp_(vertices, -1'000'000'000),
           ring_(cache, none),
           in_fan_(vertices),
-          emitted_(indices.size() / 3, false) {
+          emitted_(indices.size() / 3, 0) {
         for (const uint32_t v : indices) ++left_[v];
         std::partial_sum(left_.begin(), left_.end(), first_.begin() + 1);
         std::vector<uint32_t> fill(first_.begin(), first_.end() - 1);
@@ -33,7 +33,8 @@ public:
         order_.reserve(emitted_.size());
     }
 
-    std::vector<uint32_t> run(const Rollouts& rollouts) {
+    std::vector<uint32_t> run(const Rollouts& rollouts, uint32_t lead) {
+        for (uint32_t face = 0; face < lead; ++face) emit(face);
         while (order_.size() < emitted_.size()) {
             rank_cached(std::max(rollouts.candidates, 1u));
             size_t best = 0;
@@ -56,18 +57,22 @@ public:
                 emit_fan(ranked_.empty() ? off_cache() : ranked_[0].second);
             }
         }
+        order_.erase(order_.begin(), order_.begin() + lead);
         return std::move(order_);
     }
 
 private:
     bool cached(uint32_t v) const { return now_ - stamp_[v] <= static_cast<int64_t>(cache_); }
 
+    // Where in ring_ the vertex is that came `age` arrivals before the last one; age: below cache_.
+    uint32_t place_of(uint32_t age) const { return head_ > age ? head_ - 1 - age : head_ + cache_ - 1 - age; }
+
     // The cheapest `count` cached vertices that have faces left, cheapest first, into ranked_.
     void rank_cached(uint32_t count) {
         ranked_.clear();
         const auto held = static_cast<uint32_t>(std::min<int64_t>(now_, cache_));
         for (uint32_t age = 0; age < held; ++age) {
-            const uint32_t v = ring_[static_cast<size_t>((now_ - 1 - age) % cache_)];
+            const uint32_t v = ring_[place_of(age)];
             if (left_[v] == 0) continue;
             const double cost = cost_of_fan(v, age);
             if (ranked_.size() == count && cost >= ranked_.back().first) continue;
@@ -102,12 +107,14 @@ private:
         }
         const double rate = static_cast<double>(now_ - now) / static_cast<double>(order_.size() - emitted);
         for (size_t i = journal_.size(); i-- > 0;) {
-            ring_[static_cast<size_t>(--now_ % cache_)] = journal_[i].pushed_out;
+            --now_;
+            head_ = head_ == 0 ? cache_ - 1 : head_ - 1;
+            ring_[head_] = journal_[i].pushed_out;
             stamp_[journal_[i].vertex] = journal_[i].stamp;
         }
         for (; order_.size() > emitted; order_.pop_back()) {
             const uint32_t face = order_.back();
-            emitted_[face] = false;
+            emitted_[face] = 0;
             for (uint32_t k = 0; k < 3; ++k) ++left_[indices_[size_t{face} * 3 + k]];
         }
         journal_.clear();
@@ -146,7 +153,7 @@ private:
         uint32_t evicted = 0;
         const auto held = static_cast<uint32_t>(std::min<int64_t>(now_, cache_));
         for (uint32_t a = cache_ - std::min(brought, cache_); a < held; ++a) {
-            const uint32_t w = ring_[static_cast<size_t>((now_ - 1 - a) % cache_)];
+            const uint32_t w = ring_[place_of(a)];
             if (w == v || left_[w] == 0) continue;
             evicted += in_fan_[w].fan != fan_ || ring_of_fan_[in_fan_[w].place].second < left_[w] ? 1 : 0;
         }
@@ -179,14 +186,15 @@ private:
     }
 
     void emit(uint32_t face) {
-        emitted_[face] = true;
+        emitted_[face] = 1;
         order_.push_back(face);
         for (uint32_t k = 0; k < 3; ++k) {
             const uint32_t v = indices_[size_t{face} * 3 + k];
             last_[k] = v;
             --left_[v];
             if (cached(v)) continue;
-            uint32_t& place = ring_[static_cast<size_t>(now_ % cache_)];
+            uint32_t& place = ring_[head_];
+            head_ = head_ + 1 == cache_ ? 0 : head_ + 1;
             if (journalled_) journal_.push_back({v, place, stamp_[v]});
             place = v;
             stamp_[v] = now_++;
@@ -201,15 +209,16 @@ private:
     std::vector<uint32_t> left_;              // per vertex: corners not emitted yet
     std::vector<int64_t> stamp_;              // per vertex: when it last came into the cache
     std::vector<uint32_t> ring_;              // the cache, by time of arrival
+    uint32_t head_ = 0;                       // where the next vertex comes in ring_: now_ modulo cache_
     std::vector<uint32_t> recent_, order_;
     std::vector<std::pair<uint32_t, uint32_t>> ring_of_fan_;
     struct InFan {
         uint64_t fan = 0;    // the last whose ring it was in
         uint32_t place = 0;  // in ring_of_fan_
     };
-    std::vector<InFan> in_fan_;  // per vertex
-    uint64_t fan_ = 0;           // counts fans looked at
-    std::vector<bool> emitted_;
+    std::vector<InFan> in_fan_;                        // per vertex
+    uint64_t fan_ = 0;                                 // counts fans looked at
+    std::vector<uint8_t> emitted_;                     // per face: 0 or 1
     std::vector<std::pair<double, uint32_t>> ranked_;  // cost and vertex
     uint32_t last_[3] = {none, none, none};            // vertices of the last face
     uint32_t next_face_ = 0;                           // all before it are emitted
@@ -225,9 +234,9 @@ private:
 }  // namespace
 
 std::vector<uint32_t> fan_order(std::span<const uint32_t> indices, uint32_t vertices, uint32_t cache,
-                                const FanWeights& weights, const Rollouts& rollouts) {
+                                const FanWeights& weights, const Rollouts& rollouts, uint32_t lead) {
     LODE_CHECK(cache >= 3 && cache <= 1024, cache);
-    return FanOrder(indices, vertices, cache, weights).run(rollouts);
+    return FanOrder(indices, vertices, cache, weights).run(rollouts, lead);
 }
 
 }  // namespace lodestone

@@ -29,7 +29,8 @@ struct Rollouts {
 // Faces (positions in indices / 3) in drawing order, made for a FIFO of `cache` entries, 3 .. 1024. indices: three
 // vertices per face, each below `vertices`; degenerate faces come where their vertices are. Time is linear in faces
 // times cache.
+// lead: so many faces were drawn before, those that come first in indices; they are not in what is returned.
 std::vector<uint32_t> fan_order(std::span<const uint32_t> indices, uint32_t vertices, uint32_t cache,
-                                const FanWeights& weights, const Rollouts& rollouts = {});
+                                const FanWeights& weights, const Rollouts& rollouts = {}, uint32_t lead = 0);
 
 }  // namespace lodestone

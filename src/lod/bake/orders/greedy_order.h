@@ -1,7 +1,14 @@
-// The seed's own optimiser: a greedy search that adds one face after another, each time the one that uses the vertex
-// cache best, with preference for faces that are in place already and for lines of the CPU cache that are written
-// anyway. Kuzikowski, Belago, Gladky, Elykov, "Hardware Friendly Continuous Level of Details", Graphicon 2005,
-// section 5.
+// The order `greedy`, the seed's own: after each group of collapses a few slots are permuted in place by tswaps, chosen
+// by a greedy search that weighs transforms saved against slots and lines of the CPU's cache written.
+// Kuzikowski, Belago, Gladky, Elykov, "Hardware Friendly Continuous Level of Details", Graphicon 2005, section 5.
+//
+// A face that dies waits in its slot, degenerate. At the end of a group
+//   1. where too many slots are dead, the last faces of the drawn range are taken into a window of slots where their
+//      neighbours are and dead slots wait; the window is ordered anew and the range gets shorter;
+//   2. otherwise a window that the collapses have worn is ordered anew, if that saves more than it weighs;
+//   3. where the whole range is little more than a window, it is ordered anew when three tenths of it are dead.
+// So that the faces at the end have neighbours everywhere, full detail is drawn in runs by bit reversal: the second
+// half of the buffer holds every other run.
 #pragma once
 
 #include <memory>

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/check.h"
+#include "base/random.h"
 #include "lod/asset/cursor.h"
 #include "mesh/cache/tipsify.h"
 
@@ -21,6 +22,15 @@ std::vector<uint32_t> alive_indices(std::span<const uint32_t> indices) {
         if (!degenerate(&indices[i])) alive.insert(alive.end(), {indices[i], indices[i + 1], indices[i + 2]});
     }
     return alive;
+}
+
+std::vector<uint32_t> shuffled(std::vector<uint32_t> indices) {
+    Random random(1);
+    for (auto left = static_cast<uint32_t>(indices.size() / 3); left > 1; --left) {
+        const size_t other = random.below(left);
+        std::swap_ranges(&indices[other * 3], &indices[other * 3] + 3, &indices[(size_t{left} - 1) * 3]);
+    }
+    return indices;
 }
 
 // Calls visit(level, alive indices) for each level, walking down from full detail.
@@ -119,10 +129,23 @@ double atvr_of_fresh_order(const ProgressiveMesh& pm, FreshOrder order, const Ca
             meshopt_optimizeVertexCache(ordered.data(), alive.data(), alive.size(), cursor.vertex_count());
         } else if (order == FreshOrder::meshoptimizer_fifo) {
             meshopt_optimizeVertexCacheFifo(ordered.data(), alive.data(), alive.size(), cursor.vertex_count(), fifo);
-        } else {
+        } else if (order == FreshOrder::tipsify) {
             ordered = tipsify(alive, cursor.vertex_count(), fifo);
+        } else {
+            ordered = shuffled(alive);
         }
         sum += simulate(model, ordered).atvr();
+    });
+    return sum / static_cast<double>(levels.size());
+}
+
+double worst_atvr(const ProgressiveMesh& pm, const std::vector<uint32_t>& levels) {
+    double sum = 0;
+    for_levels(pm, 0, levels, [&](const PmCursor&, const std::vector<uint32_t>& alive) {
+        std::vector<uint32_t> used = alive;
+        std::ranges::sort(used);
+        const auto distinct = std::unique(used.begin(), used.end()) - used.begin();
+        if (distinct > 0) sum += static_cast<double>(alive.size()) / static_cast<double>(distinct);
     });
     return sum / static_cast<double>(levels.size());
 }

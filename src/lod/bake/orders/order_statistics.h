@@ -48,10 +48,13 @@ enum class FreshOrder {
     meshoptimizer,       // meshopt_optimizeVertexCache
     meshoptimizer_fifo,  // meshopt_optimizeVertexCacheFifo, for the size of the model
     tipsify,             // mesh/cache/tipsify.h, likewise
+    random,              // the faces shuffled, alike on every machine
 };
 // Mean ATVR over the same levels when each level is ordered afresh.
 double atvr_of_fresh_order(const ProgressiveMesh& pm, FreshOrder order, const CacheModel& model,
                            const std::vector<uint32_t>& levels);
+// Mean, over the levels, of three transforms for every living face: what no order exceeds.
+double worst_atvr(const ProgressiveMesh& pm, const std::vector<uint32_t>& levels);
 // Mean ATVR of meshoptimizer's order of full detail with the dead faces taken out; 0 where the mesh lacks the order
 // "static".
 double atvr_of_static_order(const ProgressiveMesh& pm, const CacheModel& model, const std::vector<uint32_t>& levels);

@@ -1,10 +1,10 @@
-#include "vgi/asset/entropy_coder.h"
+#include "base/files/entropy_coder.h"
 
 #include <gtest/gtest.h>
 
 #include "base/random.h"
 
-namespace lodestone::vgi {
+namespace lodestone {
 namespace {
 
 // Numbers below `most`, and of a hundred `large` that are any.
@@ -65,4 +65,4 @@ TEST(PackedNumbers, TakeLessThanABitEachWhereTheyTellLess) {
 }
 
 }  // namespace
-}  // namespace lodestone::vgi
+}  // namespace lodestone

@@ -1,4 +1,4 @@
-#include "vgi/asset/entropy_coder.h"
+#include "base/files/entropy_coder.h"
 
 #include <zstd.h>
 
@@ -9,7 +9,7 @@
 
 #include "base/check.h"
 
-namespace lodestone::vgi {
+namespace lodestone {
 
 namespace {
 
@@ -120,4 +120,4 @@ std::optional<std::span<const std::byte>> decode_numbers(std::span<const std::by
     return rest.subspan(size);
 }
 
-}  // namespace lodestone::vgi
+}  // namespace lodestone

@@ -1,4 +1,4 @@
-// Streams of small numbers, compressed (zstd): differences as pages.h has them, most of them near 0. zstd's codes take
+// Streams of small numbers, compressed (zstd): differences, most of them near 0. zstd's codes take
 // a whole bit for a byte at least, and numbers of a coarse lattice often tell less: two of them go into a byte where
 // nearly all are below 15.
 #pragma once
@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace lodestone::vgi {
+namespace lodestone {
 
 // How many a stream can hold.
 inline constexpr size_t most_encoded_numbers = 32000;
@@ -21,4 +21,4 @@ void encode_numbers(std::span<const uint8_t> numbers, std::vector<std::byte>& pa
 // nothing where `packed` is broken.
 std::optional<std::span<const std::byte>> decode_numbers(std::span<const std::byte> packed, std::span<uint8_t> numbers);
 
-}  // namespace lodestone::vgi
+}  // namespace lodestone

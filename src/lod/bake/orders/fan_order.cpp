@@ -100,10 +100,11 @@ private:
         const int64_t now = now_;
         const size_t emitted = order_.size(), recent = recent_.size();
         const uint32_t next_face = next_face_, last[3] = {last_[0], last_[1], last_[2]};
-        emit_fan(v);
+        const auto left = [&] { return emitted + std::max<size_t>(faces, 1) - order_.size(); };
+        emit_fan(v, left());
         while (order_.size() < emitted + faces && order_.size() < emitted_.size()) {
             rank_cached(1);
-            emit_fan(ranked_.empty() ? off_cache() : ranked_[0].second);
+            emit_fan(ranked_.empty() ? off_cache() : ranked_[0].second, left());
         }
         const double rate = static_cast<double>(now_ - now) / static_cast<double>(order_.size() - emitted);
         for (size_t i = journal_.size(); i-- > 0;) {
@@ -127,7 +128,7 @@ private:
 
     double cost_of_fan(uint32_t v, uint32_t age) {
         // A fan that no cache holds comes last; its faces are not gone through each time it is looked at.
-        if (left_[v] > large_fan * cache_) return weights_.miss * left_[v];
+        if (is_large(v)) return weights_.miss * left_[v];
         // Neighbours across the faces left, each with how many of those faces it is in.
         ring_of_fan_.clear();
         ++fan_;
@@ -162,7 +163,12 @@ private:
                weights_.evicted * evicted + last;
     }
 
-    void emit_fan(uint32_t v) {
+    // The faces of v that are left, each next to the last where it can be; of a fan that no cache holds `most` at most.
+    void emit_fan(uint32_t v, size_t most = ~size_t{0}) {
+        if (is_large(v)) {
+            emit_large_fan(v, most);
+            return;
+        }
         while (left_[v] > 0) {
             uint32_t best = none, fewest = 4;
             bool best_touches = false;
@@ -184,6 +190,35 @@ private:
             emit(best);
         }
     }
+
+    // Round the hub from face to face, in time that grows with the faces and not with their square.
+    void emit_large_fan(uint32_t hub, size_t most) {
+        uint32_t next = first_[hub];  // all before it are emitted
+        for (size_t done = 0; left_[hub] > 0 && done < most; ++done) {
+            uint32_t face = beside_last(hub);
+            if (face == none) {
+                while (emitted_[faces_of_[next]]) ++next;
+                face = faces_of_[next];
+            }
+            emit(face);
+        }
+    }
+
+    // A face of the hub that is not emitted and shares another vertex with the last face; none if there is none.
+    uint32_t beside_last(uint32_t hub) const {
+        for (const uint32_t w : last_) {
+            if (w == none || w == hub || is_large(w)) continue;
+            for (uint32_t i = first_[w]; i < first_[w + 1]; ++i) {
+                const uint32_t face = faces_of_[i];
+                const uint32_t* corners = &indices_[size_t{face} * 3];
+                if (!emitted_[face] && (corners[0] == hub || corners[1] == hub || corners[2] == hub)) return face;
+            }
+        }
+        return none;
+    }
+
+    // Of more faces than a cache holds vertices, many times.
+    bool is_large(uint32_t v) const { return left_[v] > large_fan * cache_; }
 
     void emit(uint32_t face) {
         emitted_[face] = 1;

@@ -2,6 +2,8 @@
 #ifndef LODESTONE_SURFACE_GLSL
 #define LODESTONE_SURFACE_GLSL
 
+#include "shared/octahedral.glsl"
+
 struct Surface {
     vec3 position;  // world space
     vec3 normal;    // world space, unit length
@@ -19,12 +21,6 @@ struct Surface {
     uint mark;      // its place in triangle_marks, LODE_NO_MARKS where it has none
 };
 
-// Octahedral decoding: Cigolle et al., "A survey of efficient representations for independent unit vectors", JCGT 2014.
-vec3 unpack_normal(vec2 packed_normal) {
-    vec3 n = vec3(packed_normal, 1.0 - abs(packed_normal.x) - abs(packed_normal.y));
-    float fold = max(-n.z, 0.0);
-    n.xy -= vec2(n.x < 0.0 ? -fold : fold, n.y < 0.0 ? -fold : fold);
-    return normalize(n);
-}
+vec3 unpack_normal(vec2 packed_normal) { return normalize(unfolded(packed_normal)); }
 
 #endif

@@ -12,6 +12,7 @@ LODE_TEXELS(LODE_VGI_SLOTS, slot, uvec2)
 LODE_TEXELS(LODE_VGI_TABLE, page, uint)
 LODE_TEXELS(LODE_VGI_CHARTS, spacing, uint)
 LODE_TEXELS(LODE_VGI_CODES, code, uint)
+LODE_TEXELS(LODE_VGI_CORNERS, corner, uvec4)
 layout(set = 1, binding = LODE_VGI_PATCHES, std430) readonly buffer VgiPatchBlock { uint patch_words[]; };
 
 float decoded_at(uint code) { return uintBitsToFloat(code_at(code)); }

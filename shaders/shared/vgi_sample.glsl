@@ -4,6 +4,7 @@
 #define LODESTONE_VGI_SAMPLE_GLSL
 
 #include "shared/frame.glsl"
+#include "shared/octahedral.glsl"
 #include "shared/vgi.glsl"
 #include "shared/vgi_cut.h"
 
@@ -13,6 +14,7 @@ struct PulledSample {
     uint chart;
     uint level;   // of the page
     float measure;  // Surface::error or Surface::stretch, where the debug view asks for it
+    vec3 normal;    // object space; of corners alone
 };
 
 const float morph_share = 1.0 - 1.0 / 1.0905077326652577;  // 1 - 1 / error_ratio
@@ -22,6 +24,54 @@ float distance_metric(vec3 seen) {
     vec4 forward = frame.views[0].forward;
     float cosine = 2.0 * forward.w * forward.w - 1.0;  // of twice the angle to the corners
     return lode_distance_metric(dot(seen, forward.xyz), length(seen), 1.0, cosine, 1.0 - cosine * cosine);
+}
+
+// How far a sample has come to its place, 0 .. 1. at: its place, lattice units. codes: z | error << 16 | radius << 24.
+float arrived(vec3 at, uint codes, mat4 to_world, VgiAsset asset) {
+    float magnification = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]);
+    float scale = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_SCALE]);
+    uint code = draw_constants.words[LODE_VGI_WORD_ASSET] * 512u;
+    float error = decoded_at(code + ((codes >> 16) & 255u)) * magnification * scale;
+    float radius = decoded_at(code + 256u + (codes >> 24)) * scale;
+    vec3 world = (to_world * vec4(vec3(asset.origin_x, asset.origin_y, asset.origin_z) + asset.step * at, 1.0)).xyz;
+    // Always of the eye that chose the samples, in every view.
+    vec3 seen = world - frame.views[0].eye.xyz;
+    return error == 0.0 ? 1.0 : clamp((error + radius - distance_metric(seen)) / (morph_share * error), 0.0, 1.0);
+}
+
+// Where a corner of charts is on its way from where its parent is; lattice units.
+vec3 corner_point(uint number, mat4 to_world, VgiAsset asset) {
+    vec3 point = vec3(0.0);
+    bool moves = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]) > 0.0;
+    for (float share = 1.0; share > 0.0;) {
+        uvec4 corner = corner_at(asset.first_corner + number);
+        vec3 own = lattice(corner.xy);
+        float t = moves && corner.z != number ? arrived(own, corner.y, to_world, asset) : 1.0;
+        point += share * t * own;
+        share *= 1.0 - t;
+        number = corner.z;
+    }
+    return point;
+}
+// Corner k of a chart, where the corners of charts have parents.
+uint corner_of_chart(uint chart, uint k, VgiAsset asset) { return corner_at(asset.first_corners_of_charts + chart)[k]; }
+
+// index: without LODE_VGI_CORNER.
+PulledSample pull_corner(uint index, mat4 to_world) {
+    VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
+    uint of_chart = index >> LODE_VGI_CORNER_STEPS, k = of_chart & 3u;
+    PulledSample s;
+    s.chart = of_chart >> 2;
+    uint number = corner_of_chart(s.chart, k, asset);
+    for (uint step = index & ((1u << LODE_VGI_CORNER_STEPS) - 1u); step > 0u; --step)
+        number = corner_at(asset.first_corner + number).z;
+    vec3 origin = vec3(asset.origin_x, asset.origin_y, asset.origin_z);
+    s.world = to_world * vec4(origin + asset.step * corner_point(number, to_world, asset), 1.0);
+    s.place = vec2(k == 1u || k == 2u ? 1.0 : 0.0, k >= 2u ? 1.0 : 0.0);
+    s.level = LODE_VGI_CORNER_LEVEL;
+    s.normal = unfolded(unpackSnorm2x16(corner_at(asset.first_corner + number).w));
+    s.measure = 0.0;
+    return s;
 }
 
 // p: in the page, which must be of the sample's own level, or the coarsest.
@@ -36,15 +86,14 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
 
     float magnification = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]);
     bool corner = (p.x % int(asset.page_cells)) == 0 && (p.y % int(asset.page_cells)) == 0;
-    if (magnification > 0.0 && !corner) {
-        float scale = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_SCALE]);
-        uint code = draw_constants.words[LODE_VGI_WORD_ASSET] * 512u;
-        float error = decoded_at(code + ((texel.y >> 16) & 255u)) * magnification * scale;
-        float radius = decoded_at(code + 256u + (texel.y >> 24)) * scale;
-        vec3 world = (to_world * vec4(origin + asset.step * sample_point, 1.0)).xyz;
-        // Always of the eye that chose the samples, in every view.
-        vec3 seen = world - frame.views[0].eye.xyz;
-        float t = error == 0.0 ? 1.0 : clamp((error + radius - distance_metric(seen)) / (morph_share * error), 0.0, 1.0);
+    uint chart = header.x & 0x0fffffffu;
+    vec2 place = vec2((uvec2(header.y & 0xffffu, header.y >> 16) * asset.page_cells + uvec2(p)) << level) /
+                 float(asset.cells);
+    if (corner && asset.first_corners_of_charts != LODE_VGI_NO_CORNERS && place == round(place)) {
+        uint k = place.y == 0.0 ? uint(place.x) : 3u - uint(place.x);
+        sample_point = corner_point(corner_of_chart(chart, k, asset), to_world, asset);
+    } else if (magnification > 0.0 && !corner) {
+        float t = arrived(sample_point, texel.y, to_world, asset);
         // Ends of the hypotenuse it halves; in the same page (vgi/asset/bintree.h).
         int h = 1 << findLSB(uint(p.x | p.y | int(asset.page_cells)));
         bool odd_x = (p.x & h) != 0, odd_y = (p.y & h) != 0;
@@ -59,11 +108,11 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
     }
     PulledSample s;
     s.world = to_world * vec4(origin + asset.step * sample_point, 1.0);
-    uvec2 page = uvec2(header.y & 0xffffu, header.y >> 16);
-    s.place = vec2((page * asset.page_cells + uvec2(p)) << level) / float(asset.cells);
-    s.chart = header.x & 0x0fffffffu;
+    s.place = place;
+    s.chart = chart;
     s.level = level;
     s.measure = 0.0;
+    s.normal = vec3(0.0);
     if (debug_view() == LODE_DEBUG_ERROR) {
         float pixel = pixel_at(s.world.xyz, uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_SCALE]));
         float error = decoded_at(draw_constants.words[LODE_VGI_WORD_ASSET] * 512u + ((texel.y >> 16) & 255u));

@@ -15,6 +15,14 @@
     (((cells) * (cells) - ((cells) >> ((level)-1u)) * ((cells) >> ((level)-1u))) / 3u + \
      2u * ((cells) - ((cells) >> ((level)-1u))) + (level)-1u)
 
+// Indices of samples: slot of the page times LODE_VGI_PAGE_TEXELS, plus the place in it. Or LODE_VGI_CORNER: corner k of a
+// chart, 4 chart + k, times 2^LODE_VGI_CORNER_STEPS, plus how many parents up the corner is in whose place it is drawn.
+#define LODE_VGI_CORNER 0x80000000u
+#define LODE_VGI_CORNER_STEPS 6
+#define LODE_VGI_CORNER_CHARTS 8388608  // at most, 2^23
+#define LODE_VGI_NO_CORNERS 0xffffffffu  // VgiAsset::first_corners_of_charts where none is drawn elsewhere
+#define LODE_VGI_CORNER_LEVEL 15u       // that such triangles have in the visibility buffer
+
 // Bindings of descriptor set 1.
 #define LODE_VGI_GEOMETRY 0  // pool of positions
 #define LODE_VGI_SLOTS 1     // per slot of that pool: chart | level << 28, page x | page y << 16
@@ -24,6 +32,9 @@
 #define LODE_VGI_CHARTS 6      // float per chart: object units between samples of its attributes
 #define LODE_VGI_CODES 5       // decoded errors and radii: 256 floats each, per asset
 #define LODE_VGI_PATCHES 7     // words of patches; where they are drawn
+// Four words to each: corners (x | y << 16, z | error << 16 | radius << 24, parent, normal as packSnorm2x16 has octahedral
+// coordinates), numbered in their atlas; and charts (numbers of their corners).
+#define LODE_VGI_CORNERS 17
 
 // A node of a grid cut as a patch to tessellate: level | log2 of its cells << 4 | levels that the node across side s is
 // coarser << (8 + 2 s) | views it is drawn in << 16, a bit each; lowest corner x | y << 16, in finest cells; slots of
@@ -50,7 +61,7 @@ namespace gpu {
 using uint = uint32_t;
 #endif
 
-// 80 bytes.
+// 96 bytes.
 struct VgiAsset {
     float origin_x, origin_y, origin_z, step;
     float uv_low_x, uv_low_y, uv_step_x, uv_step_y;
@@ -66,10 +77,13 @@ struct VgiAsset {
     uint has;               // LODE_VGI_HAS_...
     uint first_mip_tail;    // sample of the pool of attributes
     uint mip_tail_samples;  // of a chart
+    uint first_corner;      // of the table of corners
+    uint first_corners_of_charts;
+    uint padding_0, padding_1;  // 0
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(VgiAsset) == 80);
+static_assert(sizeof(VgiAsset) == 96);
 }  // namespace gpu
 }  // namespace lodestone
 #endif

@@ -3,6 +3,7 @@
 // Lights what is seen (shaders/vgi/visible.frag): normals, texture coordinates, colours and materials from the images of
 // attributes, at their own level: as fine as pixels are, or as what is there.
 #include "shared/lighting.glsl"
+#include "shared/octahedral.glsl"
 #include "shared/vgi_place.glsl"
 
 layout(location = 0) out vec4 out_colour;
@@ -13,10 +14,13 @@ layout(constant_id = 1) const uint words = 1u;  // of a sample of the attributes
 
 // Not of unit length: it is a mean of several that is wanted.
 vec3 direction_of(uint word) {
-    vec2 p = vec2(bitfieldExtract(int(word), 0, 8), bitfieldExtract(int(word), 8, 8)) / 127.0;
-    vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
-    float fold = max(-n.z, 0.0);
-    return vec3(n.x + (n.x < 0.0 ? fold : -fold), n.y + (n.y < 0.0 ? fold : -fold), n.z);
+    return unfolded(vec2(bitfieldExtract(int(word), 0, 8), bitfieldExtract(int(word), 8, 8)) / 127.0);
+}
+
+// Whether the visibility buffer holds a normal: of triangles that stand for many charts.
+bool has_normal(uvec4 visible) {
+    return visible.y >> 28 == LODE_VGI_CORNER_LEVEL && debug_view() != LODE_DEBUG_ERROR &&
+           debug_view() != LODE_DEBUG_STRETCH && debug_view() != LODE_DEBUG_TRIANGLE && debug_view() != LODE_DEBUG_MISSES;
 }
 
 void main() {
@@ -32,7 +36,8 @@ void main() {
     // Not from derivatives: beyond the next pixel there may be another chart, or another object.
     float lod = log2(pixel_at(world.xyz, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
     uint attribute_cells = 1u << asset.attribute_cells, has = asset.has & ever;
-    vec2 place = surface_place(unpackUnorm2x16(visible.x), chart, world.xyz, lod, instance, asset);
+    vec2 place = unpackUnorm2x16(visible.x);
+    if (visible.y >> 28 != LODE_VGI_CORNER_LEVEL) place = surface_place(place, chart, world.xyz, lod, instance, asset);
     uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
     uint base = uint(findMSB(attribute_cells) - findMSB(cells));
     int fit = max(0, int(floor(lod)));
@@ -58,6 +63,7 @@ void main() {
         word0[k] = attributes_at(texel[k]);
         normal += weight[k] * direction_of(word0[k]);
     }
+    if (has_normal(visible)) normal = unfolded(unpackSnorm2x16(visible.w));
     Surface s;
     s.position = world.xyz;
     s.normal = normalize(mat3(instance.normal_to_world) * normal);

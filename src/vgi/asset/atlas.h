@@ -72,6 +72,15 @@ struct PageBounds {
 };
 static_assert(sizeof(PageBounds) == 28);
 
+// A corner of charts and what stands for it where it is not wanted (corners.h).
+struct Corner {
+    std::array<uint16_t, 3> position{};  // lattice point
+    uint8_t error = 255, radius = 255;  // codes (error_codes.h); those of roots, which are always wanted, count nothing
+    uint32_t parent = 0;                // the number of one before; of a root its own
+    bool operator==(const Corner&) const = default;
+};
+static_assert(sizeof(Corner) == 12);
+
 // The atlas in memory. A value; copies are deep.
 struct Atlas {
     uint32_t cells = 128;                 // per side of a whole chart's positions, a power of two, 2 .. 4096
@@ -87,6 +96,8 @@ struct Atlas {
     // Per level: object units, two-sided distance to the source, never decreasing; empty until measured.
     std::vector<float> errors;
     std::vector<PageBounds> bounds;  // per page of positions, chart after chart; empty until measured
+    std::vector<Corner> corners;     // roots first, errors never rise; empty until measured: then all are wanted
+    std::vector<std::array<uint32_t, 4>> chart_corners;  // per chart: numbers of the corners where its sides begin
 
     // Per texel, chart after chart.
     std::vector<std::array<uint16_t, 3>> positions;  // lattice points

@@ -9,6 +9,7 @@
 #include "base/hash.h"
 #include "base/threads.h"
 #include "mesh/io/material_chunks.h"
+#include "vgi/asset/corners.h"
 #include "vgi/asset/pages.h"
 #include "vgi/asset/saturation.h"
 
@@ -75,6 +76,8 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
     if (done) done = writer.add_array("vgi/left_out", std::span(atlas.trimmed_levels));
     if (done) done = writer.add_array("vgi/errors", std::span(atlas.errors));
     if (done) done = writer.add_array("vgi/bounds", std::span(atlas.bounds));
+    if (done) done = writer.add_array("vgi/corners", std::span(atlas.corners));
+    if (done) done = writer.add_array("vgi/chart_corners", std::span(atlas.chart_corners));
     for (const LayerName& layer : layers) {
         if (done) done = write_layer(atlas, layer, writer);
     }
@@ -150,6 +153,18 @@ Result<void> check_numbers(const Atlas& atlas) {
     return {};
 }
 
+Result<void> read_corners(const ChunkFile& file, Atlas& atlas) {
+    auto corners = file.array<Corner>("vgi/corners");
+    if (!corners) return tl::unexpected(corners.error());
+    auto of_charts = file.array<std::array<uint32_t, 4>>("vgi/chart_corners");
+    if (!of_charts) return tl::unexpected(of_charts.error());
+    atlas.corners.assign(corners->begin(), corners->end());
+    atlas.chart_corners.assign(of_charts->begin(), of_charts->end());
+    if (auto good = validate_corners(atlas); !good)
+        return tl::unexpected(wrong_asset(file, "vgi/corners: " + good.error().message));
+    return {};
+}
+
 // What is told of every chart, once the cells are known.
 Result<void> read_charts(const ChunkFile& file, uint32_t charts, const Limits& limits, Atlas& atlas) {
     const auto wrong = [&](const std::string& what) { return tl::unexpected(wrong_asset(file, what)); };
@@ -179,7 +194,7 @@ Result<void> read_charts(const ChunkFile& file, uint32_t charts, const Limits& l
     atlas.bounds.assign(bounds->begin(), bounds->end());
     if (auto good = check_numbers(atlas); !good) return wrong(good.error().message);
     if (auto good = atlas.validate_gluing(); !good) return wrong(good.error().message);
-    return {};
+    return read_corners(file, atlas);
 }
 
 // What errors call a page.

@@ -9,7 +9,8 @@
 
 namespace lodestone::vgi {
 
-// Chunks vgi/atlas, vgi/sides, vgi/clusters, vgi/left_out, vgi/errors, vgi/bounds, the materials, and for both layers
+// Chunks vgi/atlas, vgi/sides, vgi/clusters, vgi/left_out, vgi/errors, vgi/bounds, vgi/corners,
+// vgi/chart_corners, the materials, and for both layers
 // vgi/geometry_ends, vgi/geometry_sums, vgi/geometry_pages.
 Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer);
 

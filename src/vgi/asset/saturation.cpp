@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/threads.h"
+#include "vgi/asset/corners.h"
 #include "vgi/asset/error_codes.h"
 
 namespace lodestone::vgi {
@@ -105,6 +106,7 @@ Result<void> validate_errors(const Atlas& atlas) {
     for (const std::string& fault : faults) {
         if (!fault.empty()) return wrong(fault);
     }
+    if (auto good = validate_corner_errors(atlas); !good) return wrong(good.error().message);
     return {};
 }
 

@@ -19,6 +19,7 @@
 #include "vgi/bake/checkpoints.h"
 #include "vgi/bake/images/chart_error.h"
 #include "vgi/bake/images/chart_sizes.h"
+#include "vgi/bake/images/collapse_corners.h"
 #include "vgi/bake/images/resample.h"
 #include "vgi/bake/images/sample_errors.h"
 
@@ -161,6 +162,7 @@ public:
         saturate(atlas);
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         bound_pages(atlas, page_errors);
+        collapse_corners(atlas);
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         progress_.at("distance", 0);
         const AtlasDistance finest = measure_finest(atlas, mesh_, samples);

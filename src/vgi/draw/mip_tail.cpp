@@ -187,4 +187,16 @@ AttributePage mip_tail(const Atlas& about, std::span<const std::shared_ptr<const
     return SmallLevels(about, coarsest, texel_words).run();
 }
 
+std::vector<std::array<uint32_t, 4>> coarsest_corners(const AttributePage& tail, uint32_t charts, uint32_t cells,
+                                                      uint32_t texel_words) {
+    const uint32_t samples = mip_tail_samples(cells);
+    std::vector<std::array<uint32_t, 4>> corners(charts);
+    for (uint32_t c = 0; c < charts; ++c) {
+        const size_t first = size_t{c} * samples + samples - 4;  // the last level is of two by two
+        for (const auto& [k, place] : {std::pair(0u, 0u), {1u, 1u}, {2u, 3u}, {3u, 2u}})
+            corners[c][k] = tail[(first + place) * texel_words];
+    }
+    return corners;
+}
+
 }  // namespace lodestone::vgi

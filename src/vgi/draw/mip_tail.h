@@ -5,6 +5,7 @@
 //   Williams, "Pyramidal parametrics", SIGGRAPH 1983, for the levels.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -21,5 +22,10 @@ uint32_t mip_tail_samples(uint32_t cells);
 // them. coarsest: of each chart, in the same form.
 AttributePage mip_tail(const Atlas& about, std::span<const std::shared_ptr<const AttributePage>> coarsest,
                        uint32_t texel_words);
+
+// Of its coarsest level, a chart's normals and materials where its sides begin. tail: of mip_tail(). cells: of a
+// chart's coarsest page.
+std::vector<std::array<uint32_t, 4>> coarsest_corners(const AttributePage& tail, uint32_t charts, uint32_t cells,
+                                                      uint32_t texel_words);
 
 }  // namespace lodestone::vgi

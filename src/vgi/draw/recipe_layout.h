@@ -19,6 +19,7 @@ enum Buffers : uint32_t {
     code_table,
     chart_table,
     draw_lists,
+    corners_of_charts,
     // Where the device cuts (study/device_cut.h).
     cut_instances,
     cut_bounds,

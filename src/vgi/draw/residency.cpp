@@ -34,7 +34,7 @@ Page unpacked_geometry(const GeometryPage& page) {
     return plain;
 }
 
-PageTopology::PageTopology(const Atlas& about) : about_(&about), tree_{about.cells} {
+PageTopology::PageTopology(const Atlas& about) : about_(&about), tree_{about.cells}, corners_(about) {
     const uint32_t per_chart = tree_.pages();
     neighbours_.resize(size_t{about.charts()} * per_chart);
     below_.resize(neighbours_.size());

@@ -13,6 +13,7 @@
 #include "vgi/asset/atlas.h"
 #include "vgi/asset/bintree.h"
 #include "vgi/asset/pages.h"
+#include "vgi/draw/corner_tree.h"
 
 namespace lodestone::vgi {
 
@@ -23,10 +24,6 @@ struct GeometryTexel {
     bool operator==(const GeometryTexel&) const = default;
 };
 static_assert(sizeof(GeometryTexel) == 8);
-// Of samples: the largest code of their errors, and of their radii (sample_errors.h).
-struct SampleCodes {
-    uint8_t error = 0, radius = 0;
-};
 using GeometryPage = std::vector<GeometryTexel>;  // row by row, samples_per_side^2
 
 GeometryPage packed_geometry(const Page& page, const PageTree& tree);
@@ -41,7 +38,8 @@ enum class PageState : uint8_t {
     resident,
 };
 
-// What never changes of the pages of one atlas' positions: which lie side by side, and what is below each.
+// What never changes of the pages of one atlas' positions: which lie side by side, what is below each, and what stands
+// above the coarsest.
 class PageTopology {
 public:
     // about: only its description and gluing are used; must outlive this.
@@ -49,6 +47,7 @@ public:
 
     const Atlas& about() const { return *about_; }
     const PageTree& tree() const { return tree_; }
+    const CornerTree& corners() const { return corners_; }
     uint32_t pages() const { return static_cast<uint32_t>(neighbours_.size()); }  // of all charts
     // The page across a side (as of charts: 0 at y = 0, then counter-clockwise) at the same level; ~0 where the surface
     // ends.
@@ -64,6 +63,7 @@ public:
 private:
     const Atlas* about_;
     PageTree tree_;
+    CornerTree corners_;
     std::vector<std::array<uint32_t, 4>> neighbours_;
     std::vector<SampleCodes> below_;
 };

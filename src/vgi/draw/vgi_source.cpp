@@ -26,9 +26,9 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr uint64_t most_list_bytes = uint64_t{48} << 20;
-constexpr uint64_t first_list_bytes = uint64_t{240} << 10;   // what lists have until they need more; whole patches
-constexpr uint64_t list_step = 120;                          // whole triangles, and whole patches
-constexpr uint64_t most_slots = ~0u / LODE_VGI_PAGE_TEXELS;  // of a pool: its texels are numbered in 32 bits
+constexpr uint64_t first_list_bytes = uint64_t{240} << 10;  // what lists have until they need more; whole patches
+constexpr uint64_t list_step = 120;                         // whole triangles, and whole patches
+constexpr uint64_t most_slots = LODE_VGI_CORNER / LODE_VGI_PAGE_TEXELS;  // of a pool: its texels are numbered below
 // To a draw: lavapipe takes time by their square (800 at once: 2.5 times as long as 100 at a time).
 constexpr uint32_t most_patches = LODE_CUT_RECORD_PATCHES;
 
@@ -187,6 +187,7 @@ private:
         uint32_t all_positions = 0;
         for (const OpenAtlas& atlas : atlases_) all_positions += atlas.pages(Layer::geometry);
         std::vector<float> codes, spacing;
+        std::vector<CornerRecord> corners;
         for (const OpenAtlas& atlas : atlases_) {
             const Atlas& about = atlas.file->about();
             gpu::VgiAsset r{};
@@ -212,6 +213,7 @@ private:
             r.has = (about.attributes.uvs ? LODE_VGI_HAS_UVS : 0u) |
                     (about.attributes.colours ? LODE_VGI_HAS_COLOURS : 0u) |
                     (about.attributes.materials ? LODE_VGI_HAS_MATERIALS : 0u);
+            add_corners(atlas, r, corners);
             spacing.insert(spacing.end(), atlas.spacing.begin(), atlas.spacing.end());
             records.push_back(r);
             const ErrorCodes decoded(about.extent());
@@ -224,9 +226,22 @@ private:
                        Blob(atlas.mip_tail, bytes.data(), bytes.size()));
         }
         add_upload(plan, asset_table, 0, Blob::copy_of(records.data(), records.size()));
+        if (!corners.empty()) add_upload(plan, corners_of_charts, 0, Blob::copy_of(corners.data(), corners.size()));
         add_upload(plan, code_table, 0, Blob::copy_of(codes.data(), codes.size()));
         add_upload(plan, chart_table, 0, Blob::copy_of(spacing.data(), spacing.size()));
         if (device_) device_->upload_tables(recipe_, plan);
+    }
+
+    // Only the bintree knows of corners that are drawn elsewhere.
+    void add_corners(const OpenAtlas& atlas, gpu::VgiAsset& record, std::vector<CornerRecord>& all) const {
+        record.first_corners_of_charts = LODE_VGI_NO_CORNERS;
+        if (raster_ != Raster::bintree || atlas.topology->corners().empty()) return;
+        const Atlas& about = atlas.file->about();
+        record.first_corner = static_cast<uint32_t>(all.size());
+        record.first_corners_of_charts = static_cast<uint32_t>(all.size() + about.corners.size());
+        const auto table = corner_table(
+            about, coarsest_corners(*atlas.mip_tail, about.charts(), atlas.trees[1].cells_per_page(), texel_words_));
+        all.insert(all.end(), table.begin(), table.end());
     }
 
     // What the device found out in a frame before is what this one goes on from: pages that are used and missed.
@@ -400,6 +415,7 @@ struct Totals {
     uint32_t texel_words = 1;  // of a sample of attributes
     std::array<uint64_t, 2> pages{}, base{}, slot_bytes{};
     uint64_t mip_tail_samples = 0, mip_tail_slots = 0;
+    uint64_t corner_records = 0;
 };
 
 uint64_t mip_tail_of(const OpenAtlas& atlas) {
@@ -424,6 +440,7 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
             totals.base[l] += about.charts();
         }
         totals.mip_tail_samples += mip_tail_of(atlas);
+        totals.corner_records += about.corners.size() + about.chart_corners.size();
         atlases.push_back(std::move(atlas));
     }
     totals.slot_bytes = {geometry_slot_bytes + 8,
@@ -482,7 +499,7 @@ Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atl
     shares.device = DeviceCutSizes::largest_of(atlases).times(std::max(1u, options.instances));
     const auto &pages = totals.pages, &base = totals.base, &slot_bytes = totals.slot_bytes;
     uint64_t need = totals.mip_tail_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
-                    atlases.size() * (sizeof(gpu::VgiAsset) + 2048);
+                    atlases.size() * (sizeof(gpu::VgiAsset) + 2048) + totals.corner_records * sizeof(CornerRecord);
     if (options.raster == Raster::device) {
         need += shares.device.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
                 pages[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t) +
@@ -536,7 +553,9 @@ std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, s
             {"assets", atlases * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
             {"errors and radii", atlases * 2048, use_storage, 2048},
             {"spacing of samples", totals.base[0] * sizeof(float), use_storage, 4},
-            {"draw lists", shares.first_list_bytes, shares.tess ? use_storage : use_index, 4, shares.most_list_bytes}};
+            {"draw lists", shares.first_list_bytes, shares.tess ? use_storage : use_index, 4, shares.most_list_bytes},
+            {"corners of charts", std::max<uint64_t>(totals.corner_records, 1) * sizeof(CornerRecord), use_storage,
+             sizeof(CornerRecord)}};
 }
 
 PipelineSpec drawing_pipeline(bool tess) {
@@ -549,10 +568,12 @@ PipelineSpec drawing_pipeline(bool tess) {
         pipeline.patch_vertices = 1;
     }
     pipeline.visibility = "vgi/visible.frag";
-    pipeline.storage = {
-        StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
-        StorageBinding::texels(LODE_VGI_SLOTS, slot_table, 2), StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
-        StorageBinding::texels(LODE_VGI_CODES, code_table, 1), StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1)};
+    pipeline.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
+                        StorageBinding::texels(LODE_VGI_SLOTS, slot_table, 2),
+                        StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
+                        StorageBinding::texels(LODE_VGI_CODES, code_table, 1),
+                        StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1),
+                        StorageBinding::texels(LODE_VGI_CORNERS, corners_of_charts, 4)};
     if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read});
     return pipeline;
 }

@@ -9,6 +9,7 @@
 #include "base/check.h"
 #include "base/threads.h"
 #include "shaders/shared/vgi_texels.h"
+#include "vgi/draw/cut/corner_front.h"
 #include "vgi/draw/cut/visibility.h"
 
 namespace lodestone::vgi {
@@ -468,11 +469,11 @@ std::optional<Changes> changes_since(const IncrementalCut& kept, const PageTopol
     return Changes{*seen, *counted};
 }
 
-// The triangles of all groups, in their order. What the groups found out goes to `demand` and `kept`.
+// The triangles of all groups, in their order, behind those in `parts`. What the groups found out goes to `demand` and
+// `kept`.
 Cut joined(std::span<const std::optional<ChartCut>> groups, std::span<const uint32_t> charts,
-           std::span<const size_t> first_of_group, PageDemand& demand, IncrementalCut& kept) {
+           std::span<const size_t> first_of_group, CutParts parts, PageDemand& demand, IncrementalCut& kept) {
     kept.taken_over = 0;
-    CutParts parts;
     for (size_t g = 0; g < groups.size(); ++g) {
         parts.add(kept.charts[charts[first_of_group[g]] / charts_at_once].parts);
         kept.taken_over += groups[g]->taken_over();
@@ -487,11 +488,13 @@ Cut joined(std::span<const std::optional<ChartCut>> groups, std::span<const uint
 
 }  // namespace
 
-Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts,
+Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span<const uint32_t> seen,
                 PageDemand& demand, IncrementalCut& kept) {
     LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.pages() == residency.pages());
     const Visibility visibility(request, residency.about());
     const RefinementTest wanted(request, residency.about());
+    const CornerFront front(residency.topology().corners(), residency.about(), wanted, request.forced_level >= 0);
+    const std::vector<uint32_t> charts = front.whole_of(seen);
     const auto changes = changes_since(kept, residency.topology(), request.forced_level, visibility, wanted);
     const uint32_t before = kept.cuts++;
     std::swap(kept.charts, kept.before);
@@ -522,7 +525,9 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
     kept.topology = &residency.topology();
     kept.updates = residency.updates();
     kept.forced_level = request.forced_level;
-    return joined(done, charts, first_of_group, demand, kept);
+    CutParts corners;
+    front.add_triangles(visibility, corners);
+    return joined(done, charts, first_of_group, std::move(corners), demand, kept);
 }
 
 }  // namespace lodestone::vgi

@@ -15,6 +15,7 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
 
 class BintreeCutter final : public Cutter {
 public:
+    bool moves_corners() const override { return true; }
     Cut cut(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts, PageDemand& demand,
             IncrementalCut& kept) const override {
         return cut_bintree(residency, request, charts, demand, kept);

@@ -39,7 +39,8 @@ struct CutRequest {
 struct Cut {
     // Triangles by the set of views they are for (bit v: views[v]), in ascending order, each an index list: slot of the
     // sample's page times LODE_VGI_PAGE_TEXELS, plus its place in the page; counter-clockwise seen from outside. Or, of
-    // patches that a device tessellates, their records (shaders/shared/vgi_texels.h).
+    // patches that a device tessellates, their records (shaders/shared/vgi_texels.h). Or corners of charts that are
+    // drawn where another is (LODE_VGI_CORNER there).
     std::vector<std::pair<uint32_t, std::vector<uint32_t>>> parts;
     uint64_t triangles = 0;  // of all parts that views[0] has, without flat ones
 };
@@ -85,6 +86,8 @@ struct IncrementalCut;
 class Cutter {
 public:
     virtual ~Cutter() = default;
+    // Whether charts whose corners are not all wanted are drawn without their samples (corner_front.h).
+    virtual bool moves_corners() const { return false; }
     // charts: those that some view sees, rising. demand: takes the pages that are used and missed. kept: what the cut
     // before left for this one, and this one leaves for the next; a technique that needs nothing of it leaves it alone.
     virtual Cut cut(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts,

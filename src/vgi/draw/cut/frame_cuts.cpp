@@ -9,6 +9,7 @@
 #include "base/check.h"
 #include "frame/screen_error.h"
 #include "vgi/asset/saturation.h"
+#include "vgi/draw/cut/corner_front.h"
 #include "vgi/draw/cut/prefetch.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/cut/visibility.h"
@@ -261,9 +262,12 @@ private:
     }
     CutMemory::Demand& demand_of(const CutInstance& i) { return memory_.atlases[i.there.asset]; }
     CutRequest request_of(const CutInstance& i) const { return request_for(region_, i, result_.raised, result_.level); }
-    // Charts that some view of the request sees.
+    // Charts that some view of the request sees and that may be drawn from samples.
     std::vector<uint32_t> charts_of(const CutInstance& i, const CutRequest& request) const {
         const OpenAtlas& atlas = *atlas_of(i).atlas;
+        if (cutter_ != nullptr && cutter_->moves_corners() &&
+            !any_chart_may_be_whole(atlas.topology->corners(), request, atlas.file->about()))
+            return {};
         return atlas.charts.seen(Visibility(request, atlas.file->about()), atlas.file->about());
     }
 

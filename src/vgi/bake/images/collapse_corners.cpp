@@ -1,0 +1,363 @@
+#include "vgi/bake/images/collapse_corners.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <span>
+#include <tuple>
+#include <utility>
+
+#include "base/check.h"
+#include "base/disjoint_sets.h"
+#include "base/threads.h"
+#include "mesh/distance/closest_point.h"
+#include "vgi/asset/corners.h"
+#include "vgi/asset/error_codes.h"
+#include "vgi/asset/saturation.h"
+#include "vgi/bake/charts/surface.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double rounding = 1e-6;  // what float arithmetic may lose, as a share
+// Collapses that turn a triangle over or pinch the surface come after all others.
+constexpr double turned_over = 1;  // extents
+
+// Points of a chart that errors are measured at: a grid of so many cells a side; fewer where there are many charts.
+uint32_t measured_cells(const Atlas& atlas, uint32_t chart) {
+    const uint32_t most = atlas.charts() <= 2000 ? 8 : atlas.charts() <= 20000 ? 4 : 2;
+    return std::min(most, atlas.cells_of(chart));
+}
+
+using Face = std::array<uint32_t, 3>;
+struct Points {
+    std::vector<glm::dvec3> few, many;  // to choose by, and to measure at
+};
+
+// What becomes of a corner.
+struct Fate {
+    uint32_t parent;
+    double error = 0, radius = 0;  // object units; of the surface around it, as the collapse leaves it
+};
+
+// What all components have in common. Each touches its own corners and faces alone.
+struct CornerMesh {
+    std::vector<uint32_t> of;                   // per corner of a chart: the number of the glued one
+    std::vector<glm::dvec3> positions;          // per corner
+    std::vector<Face> faces;                    // two to a chart; those without area are of equal corners
+    std::vector<Points> points;                 // per face
+    std::vector<std::vector<uint32_t>> around;  // per corner: faces
+    std::vector<Fate> fates;                    // per corner
+    double extent = 0;
+};
+
+bool has(const Face& face, uint32_t corner) { return face[0] == corner || face[1] == corner || face[2] == corner; }
+bool is_flat(const Face& face) { return face[0] == face[1] || face[1] == face[2] || face[2] == face[0]; }
+
+// One component made coarser until nothing is left of it.
+class Collapse {
+public:
+    Collapse(CornerMesh& mesh, std::vector<uint32_t> corners)
+        : mesh_(mesh), corners_(std::move(corners)), height_(corners_.size(), 0), stamp_(corners_.size(), 0) {}
+
+    // Corners in the order in which they went.
+    std::vector<uint32_t> run() {
+        for (const uint32_t corner : corners_) consider(corner);
+        while (!queue_.empty()) {
+            const Candidate next = queue_.top();
+            queue_.pop();
+            if (next.stamp == stamp_[place_of(next.corner)]) take(next.corner, next.onto);
+        }
+        return std::move(gone_);
+    }
+
+private:
+    struct Candidate {
+        double cost;
+        uint32_t corner, onto, stamp;
+        bool operator<(const Candidate& other) const {  // the dearest first: a queue's top is the last
+            return std::tie(other.cost, other.corner) < std::tie(cost, corner);
+        }
+    };
+    size_t place_of(uint32_t corner) const {
+        return static_cast<size_t>(std::ranges::lower_bound(corners_, corner) - corners_.begin());
+    }
+    const glm::dvec3& at(uint32_t corner) const { return mesh_.positions[corner]; }
+
+    std::vector<uint32_t> neighbours(uint32_t corner) const {
+        std::vector<uint32_t> all;
+        for (const uint32_t f : mesh_.around[corner]) {
+            for (const uint32_t other : mesh_.faces[f]) {
+                if (other != corner) all.push_back(other);
+            }
+        }
+        std::ranges::sort(all);
+        all.erase(std::unique(all.begin(), all.end()), all.end());
+        return all;
+    }
+
+    // Faces near a corner once it lies on another: those that moved, then those that were around the other.
+    void place_faces(uint32_t corner, uint32_t onto) {
+        after_.clear();
+        for (const uint32_t f : mesh_.around[corner]) {
+            Face moved = mesh_.faces[f];
+            std::ranges::replace(moved, corner, onto);
+            if (!is_flat(moved)) after_.push_back({f, moved});
+        }
+        for (const uint32_t f : mesh_.around[onto]) {
+            if (!has(mesh_.faces[f], corner)) after_.push_back({f, mesh_.faces[f]});
+        }
+    }
+    // The squared distance of a point to these, and the nearest; to the corner where there are none.
+    std::pair<double, size_t> nearest(const glm::dvec3& point, uint32_t onto) const {
+        std::pair<double, size_t> best{infinite, 0};
+        for (size_t i = 0; i < after_.size(); ++i) {
+            const Face& face = after_[i].second;
+            const glm::dvec3 off = closest_on_triangle(point, at(face[0]), at(face[1]), at(face[2])) - point;
+            if (const double squared = glm::dot(off, off); squared < best.first) best = {squared, i};
+        }
+        if (after_.empty()) best.first = glm::dot(point - at(onto), point - at(onto));
+        return best;
+    }
+    bool spoils(uint32_t corner, uint32_t onto) const {
+        for (const uint32_t f : mesh_.around[corner]) {
+            Face moved = mesh_.faces[f];
+            const glm::dvec3 before = area_vector(at(moved[0]), at(moved[1]), at(moved[2]));
+            std::ranges::replace(moved, corner, onto);
+            if (!is_flat(moved) && glm::dot(before, area_vector(at(moved[0]), at(moved[1]), at(moved[2]))) <= 0)
+                return true;
+        }
+        const std::vector<uint32_t> mine = neighbours(corner), its = neighbours(onto);
+        std::vector<uint32_t> both;
+        std::ranges::set_intersection(mine, its, std::back_inserter(both));
+        return both.size() > 2;
+    }
+
+    // Looks for the neighbour that a corner is best moved onto.
+    void consider(uint32_t corner) {
+        const size_t place = place_of(corner);
+        ++stamp_[place];
+        double least = infinite;
+        uint32_t best = corner;
+        for (const uint32_t onto : neighbours(corner)) {
+            if (std::max(height_[place_of(onto)], height_[place] + 1) > most_corner_depth) continue;
+            place_faces(corner, onto);
+            double worst = spoils(corner, onto) ? turned_over * mesh_.extent * mesh_.extent : 0;
+            for (const uint32_t f : mesh_.around[corner]) {
+                for (const glm::dvec3& point : mesh_.points[f].few) {
+                    if (worst < least) worst = std::max(worst, nearest(point, onto).first);
+                }
+            }
+            if (worst < least) {
+                least = worst;
+                best = onto;
+            }
+        }
+        if (best != corner) queue_.push({least, corner, best, stamp_[place]});
+    }
+
+    void take(uint32_t corner, uint32_t onto) {
+        const std::vector<uint32_t> changed = neighbours(corner);
+        Fate& fate = mesh_.fates[corner];
+        fate.parent = onto;
+        for (const uint32_t other : changed) fate.radius = std::max(fate.radius, glm::distance(at(corner), at(other)));
+        place_faces(corner, onto);
+        std::vector<Points> given(after_.size());
+        double squared = 0;
+        for (const uint32_t f : mesh_.around[corner]) {
+            Points points = std::exchange(mesh_.points[f], {});
+            for (const glm::dvec3& point : points.few)
+                if (const auto found = nearest(point, onto); !given.empty()) given[found.second].few.push_back(point);
+            for (const glm::dvec3& point : points.many) {
+                const auto found = nearest(point, onto);
+                squared = std::max(squared, found.first);
+                if (!given.empty()) given[found.second].many.push_back(point);
+            }
+        }
+        fate.error = std::sqrt(squared);
+        put_faces(corner, onto, given);
+        height_[place_of(onto)] = std::max(height_[place_of(onto)], height_[place_of(corner)] + 1);
+        ++stamp_[place_of(corner)];
+        gone_.push_back(corner);
+        for (const uint32_t other : changed) consider(other);
+    }
+
+    void put_faces(uint32_t corner, uint32_t onto, std::vector<Points>& given) {
+        for (const uint32_t f : mesh_.around[corner]) {
+            const Face face = mesh_.faces[f];
+            if (!has(face, onto)) continue;
+            for (const uint32_t other : face) {
+                if (other != corner) std::erase(mesh_.around[other], f);
+            }
+        }
+        for (size_t i = 0; i < after_.size(); ++i) {
+            const auto& [f, face] = after_[i];
+            if (mesh_.faces[f] != face) mesh_.around[onto].push_back(f);
+            mesh_.faces[f] = face;
+            Points& points = mesh_.points[f];
+            points.few.insert(points.few.end(), given[i].few.begin(), given[i].few.end());
+            points.many.insert(points.many.end(), given[i].many.begin(), given[i].many.end());
+        }
+        mesh_.around[corner].clear();
+    }
+
+    CornerMesh& mesh_;
+    const std::vector<uint32_t> corners_;   // rising
+    std::vector<uint32_t> height_, stamp_;  // per corner of corners_
+    std::priority_queue<Candidate> queue_;
+    std::vector<std::pair<uint32_t, Face>> after_;
+    std::vector<uint32_t> gone_;
+};
+
+void add_points(const Atlas& atlas, uint32_t chart, uint32_t cells, Points& lower, Points& upper, bool few) {
+    const uint32_t n = atlas.cells_of(chart), step = n / cells;
+    for (uint32_t y = 0; y <= n; y += step) {
+        for (uint32_t x = 0; x <= n; x += step) {
+            Points& to = x >= y ? lower : upper;
+            (few ? to.few : to.many).push_back(atlas.point(atlas.texel(chart, x, y)));
+        }
+    }
+}
+
+CornerMesh corner_mesh(const Atlas& atlas) {
+    CornerMesh mesh;
+    mesh.of = glued_corners(atlas.sides);
+    const size_t count = mesh.of.empty() ? 0 : *std::ranges::max_element(mesh.of) + size_t{1};
+    mesh.extent = atlas.extent();
+    mesh.positions.resize(count);
+    mesh.around.resize(count);
+    mesh.points.resize(size_t{2} * atlas.charts());
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const auto corner = [&](uint32_t k) { return mesh.of[4 * c + k]; };
+        for (uint32_t k = 0; k < 4; ++k) mesh.positions[corner(k)] = atlas.point(corner_texel(atlas, c, k));
+        for (const Face& face : {Face{corner(0), corner(1), corner(2)}, Face{corner(0), corner(2), corner(3)}}) {
+            if (!is_flat(face)) {
+                for (const uint32_t v : face) mesh.around[v].push_back(static_cast<uint32_t>(mesh.faces.size()));
+            }
+            mesh.faces.push_back(face);
+        }
+        add_points(atlas, c, 2, mesh.points[2 * c], mesh.points[2 * c + 1], true);
+        add_points(atlas, c, measured_cells(atlas, c), mesh.points[2 * c], mesh.points[2 * c + 1], false);
+    }
+    for (uint32_t v = 0; v < count; ++v) mesh.fates.push_back({v});
+    return mesh;
+}
+
+// Corners of each component, rising.
+std::vector<std::vector<uint32_t>> components_of(const CornerMesh& mesh) {
+    DisjointSets joined(mesh.positions.size());
+    for (const Face& face : mesh.faces) {
+        joined.join(face[0], face[1]);
+        joined.join(face[0], face[2]);
+    }
+    std::vector<uint32_t> number(mesh.positions.size(), ~0u);
+    std::vector<std::vector<uint32_t>> all;
+    for (uint32_t v = 0; v < number.size(); ++v) {
+        uint32_t& its = number[joined.find(v)];
+        if (its == ~0u) {
+            its = static_cast<uint32_t>(all.size());
+            all.emplace_back();
+        }
+        all[its].push_back(v);
+    }
+    return all;
+}
+
+// Errors and radii as codes, saturated: first by the centres of charts, then corner by corner, those that go first to
+// those that stand for them.
+class Saturation {
+public:
+    Saturation(const Atlas& atlas, const CornerMesh& mesh)
+        : atlas_(atlas), mesh_(mesh), codes_(atlas.extent()), error_(mesh.positions.size(), 0), below_(error_.size()) {
+        for (uint32_t c = 0; c < atlas.charts(); ++c) {
+            const auto middle = static_cast<int32_t>(atlas.cells_of(c) / 2);
+            const size_t centre = texel_of(atlas, c, {middle, middle});
+            // A centre moves to its place from where its corners are in theirs (saturation.h).
+            for (uint32_t k = 0; k < 4; ++k)
+                add(mesh.of[4 * c + k], atlas.sample_errors[centre], error_ratio, atlas.sample_radii[centre],
+                    atlas.point(centre));
+        }
+    }
+
+    // order: in which corners of a component went.
+    void run(std::span<const uint32_t> order, std::vector<Corner>& corners) {
+        double before = 0;
+        for (const uint32_t v : order) {
+            const Fate& fate = mesh_.fates[v];
+            before = std::min(std::max({before, fate.error * (1 + rounding), error_[v]}), mesh_.extent);
+            Corner& corner = corners[v];
+            corner.error = codes_.of_error(before);
+            const auto error = static_cast<double>(codes_.error(corner.error));
+            double radius = fate.radius;
+            for (const Below& b : below_[v]) {
+                const double away = glm::distance(b.at, mesh_.positions[v]);
+                radius = std::max(radius, (b.error - error / b.ratio) * least_magnification + b.radius + away);
+            }
+            const double most = codes_.radius(255);
+            corner.radius = error > 0 ? codes_.of_radius(std::min(radius * (1 + rounding), most)) : uint8_t{0};
+            add(fate.parent, corner.error, 1, corner.radius, mesh_.positions[v]);
+        }
+    }
+
+private:
+    // What a corner is wanted for, too.
+    struct Below {
+        double error, ratio, radius;
+        glm::dvec3 at;
+    };
+    // ratio: how many times as large the corner's error has to be.
+    void add(uint32_t corner, uint8_t error, double ratio, uint8_t radius, const glm::dvec3& at) {
+        const auto its = static_cast<double>(codes_.error(error));
+        if (its == 0) return;
+        error_[corner] = std::max(error_[corner], its * ratio);
+        below_[corner].push_back({its, ratio, static_cast<double>(codes_.radius(radius)), at});
+    }
+
+    const Atlas& atlas_;
+    const CornerMesh& mesh_;
+    const ErrorCodes codes_;
+    std::vector<double> error_;  // per corner: at least
+    std::vector<std::vector<Below>> below_;
+};
+
+}  // namespace
+
+void collapse_corners(Atlas& atlas) {
+    CornerMesh mesh = corner_mesh(atlas);
+    std::vector<std::vector<uint32_t>> orders = components_of(mesh);
+    parallel_for(orders.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) orders[i] = Collapse(mesh, std::move(orders[i])).run();
+    });
+    std::vector<Corner> corners(mesh.positions.size());
+    Saturation saturation(atlas, mesh);
+    std::vector<uint32_t> order(corners.size()), went(corners.size(), ~0u);  // of roots: last
+    for (const std::vector<uint32_t>& component : orders) {
+        saturation.run(component, corners);
+        for (uint32_t i = 0; i < component.size(); ++i) went[component[i]] = i;
+    }
+    std::iota(order.begin(), order.end(), 0u);
+    std::ranges::sort(order, [&](uint32_t a, uint32_t b) {
+        return std::tuple(corners[b].error, went[b], a) < std::tuple(corners[a].error, went[a], b);
+    });
+    std::vector<uint32_t> number(order.size());
+    for (uint32_t i = 0; i < order.size(); ++i) number[order[i]] = i;
+    atlas.corners.clear();
+    for (const uint32_t v : order) {
+        corners[v].parent = number[mesh.fates[v].parent];
+        atlas.corners.push_back(corners[v]);
+    }
+    atlas.chart_corners.resize(atlas.charts());
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        for (uint32_t k = 0; k < 4; ++k) {
+            const uint32_t own = atlas.chart_corners[c][k] = number[mesh.of[4 * c + k]];
+            atlas.corners[own].position = atlas.positions[corner_texel(atlas, c, k)];
+        }
+    }
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,66 @@
+// What never changes of an atlas' forest of corners while it is drawn (vgi/asset/corners.h): which triangles there can
+// be where only the first corners are wanted.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "vgi/asset/atlas.h"
+
+namespace lodestone::vgi {
+
+// Of samples: the largest code of their errors, and of their radii (sample_errors.h).
+struct SampleCodes {
+    uint8_t error = 0, radius = 0;
+};
+
+// The atlas' part of the table of corners (LODE_VGI_CORNERS): its corners, then its charts.
+// coarsest: attributes, as in mip_tail.h, the four corners of each chart at their coarsest level, chart after chart.
+using CornerRecord = std::array<uint32_t, 4>;
+std::vector<CornerRecord> corner_table(const Atlas& about, std::span<const std::array<uint32_t, 4>> coarsest);
+
+class CornerTree {
+public:
+    CornerTree() = default;
+    // Corners and charts of `about` are used.
+    explicit CornerTree(const Atlas& about);
+
+    // Of atlases without a forest, or with too many charts for one (LODE_VGI_CORNER).
+    bool empty() const { return faces_.empty(); }
+    // Around all corners.
+    const PageBounds& bounds() const { return bounds_; }
+
+    // One of the two triangles of a chart.
+    struct Face {
+        uint32_t chart;
+        bool upper;
+        // Its corner i, 0 .. 2, as a corner of the chart.
+        uint32_t corner(uint32_t i) const { return i == 0 ? 0 : upper ? i + 1 : i; }
+    };
+    // How many of the first corners a chart needs to have all of its own among them.
+    uint32_t first_whole() const { return first_whole_; }
+    // Those that may have an area where only the first `wanted` corners are wanted.
+    std::span<const Face> faces(uint32_t wanted) const {
+        const auto end = std::ranges::upper_bound(births_, wanted);
+        return std::span(faces_).first(static_cast<size_t>(end - births_.begin()));
+    }
+    // The first corner from which on none may be wanted; roots, which come first, always are. may_be(SampleCodes): of
+    // the most there is from a corner on; false for less where it is for more.
+    template <class MayBe>
+    uint32_t first_not(MayBe&& may_be) const {
+        const auto at = std::ranges::partition_point(most_from_, may_be);
+        return roots_ + static_cast<uint32_t>(at - most_from_.begin());
+    }
+
+private:
+    PageBounds bounds_;
+    uint32_t roots_ = 0, first_whole_ = ~0u;
+    std::vector<SampleCodes> most_from_;  // per corner behind the roots: of it and those after it
+    std::vector<uint32_t> births_;        // per face, rising: with how many corners it may have an area
+    std::vector<Face> faces_;
+};
+
+}  // namespace lodestone::vgi

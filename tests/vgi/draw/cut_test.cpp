@@ -16,6 +16,7 @@
 #include "base/threads.h"
 #include "fixtures/meshes.h"
 #include "frame/screen_error.h"
+#include "mesh/distance/closest_point.h"
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "shaders/shared/vgi_texels.h"
@@ -294,6 +295,55 @@ TEST(Cuts, DrawFewerTrianglesThanChartsHaveFromAfar) {
             before = triangles;
         }
         EXPECT_EQ(before, 0u);
+    }
+}
+
+// Every fourth sample each way of all charts: how far the farthest of them is from what is drawn, object units.
+double farthest_sample(const Atlas& atlas, const Residency& residency, Glue& glue, const Cut& cut) {
+    std::vector<glm::dvec3> drawn;
+    size_t wrong = 0;
+    for (const auto& [mask, indices] : cut.parts) {
+        for (const uint32_t index : indices) drawn.push_back(atlas.point(vertex_of(residency, glue, index, wrong).id));
+    }
+    EXPECT_EQ(wrong, 0u);
+    double farthest = 0;
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        for (uint32_t i = 0; i < 25; ++i) {
+            const uint32_t step = atlas.cells_of(c) / 4;
+            const glm::dvec3 point = atlas.point(atlas.texel(c, i % 5 * step, i / 5 * step));
+            double nearest = 1e300;
+            for (size_t t = 0; t + 2 < drawn.size(); t += 3) {
+                const glm::dvec3 on = closest_on_triangle(point, drawn[t], drawn[t + 1], drawn[t + 2]);
+                nearest = std::min(nearest, glm::distance(point, on));
+            }
+            farthest = std::max(farthest, nearest);
+        }
+    }
+    return farthest;
+}
+
+TEST(Cuts, ShowWhatIsFarAwayWithinThePixelError) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
+        SCOPED_TRACE(f.name);
+        const Atlas atlas = small_atlas(f.mesh, 32, 24);
+        const Residency residency = partly_resident(atlas, 1, 1);
+        Glue glue(atlas);
+        const auto [centre, size] = extent_of(atlas);
+        for (const float away : {10.0f, 40.0f, 160.0f}) {
+            Camera camera;
+            camera.eye = centre + glm::vec3(0.6f, 0.48f, 0.64f) * size * away;
+            camera.target = centre;
+            camera.far_plane = size * 1e3f;
+            const std::array views{view_of(camera, 1280, 720)};
+            CutRequest request;
+            request.views = views;
+            request.cull_back_faces = false;
+            PageDemand demand(residency.pages());
+            const Cut cut = from_scratch(residency, request, demand);
+            if (cut.triangles == 0) continue;
+            const double pixel = static_cast<double>(size * (away + 1) / views[0].focal_px);
+            EXPECT_LT(farthest_sample(atlas, residency, glue, cut), 1.05 * pixel) << away << ", " << cut.triangles;
+        }
     }
 }
 

@@ -174,6 +174,7 @@ MEASUREMENTS = {
     "bake-terrain-3m": bake("terrain", 3000000, "--backends", "vgi", "--clusters", "130"),
     "flight-rock": flight("assets/rock.scene.json", *FLIGHT),
     "flight-cliff": flight("assets/cliff.scene.json", *FLIGHT),
+    "flight-far": flight("assets/far.scene.json", "--backends", "full,discrete,lod,vgi", "--pixel-error", "1", "--frames", "30", "--quality-frames", "6"),
 }
 
 
@@ -315,7 +316,7 @@ SECTIONS = [
     ("Bakes", "Fields are those of the bake report ([cli.md](cli.md)).",
      [("bake-rock-300k", bake_section), ("bake-rock-3m", bake_section), ("bake-terrain-3m", bake_section)]),
     ("Flights", "1280x720, every backend through the same scene. Columns are those of the report ([cli.md](cli.md)).",
-     [("flight-rock", flight_section), ("flight-cliff", flight_section)]),
+     [("flight-rock", flight_section), ("flight-cliff", flight_section), ("flight-far", flight_section)]),
 ]
 
 

@@ -14,14 +14,21 @@ constexpr double error_steps = 8, radius_steps = 2;     // per octave
 constexpr double most_radius = 16;                      // extents
 constexpr double squared_extent = 3.0 * 65535 * 65535;  // steps of the lattice
 
+// 2^((code - 255) / steps) by code.
+std::array<double, 256> powers(double steps) {
+    std::array<double, 256> all{};
+    for (int code = 1; code < 256; ++code) all[static_cast<size_t>(code)] = std::exp2((code - 255) / steps);
+    return all;
+}
+
 }  // namespace
 
 ErrorCodes::ErrorCodes(double extent) {
-    errors_[0] = radii_[0] = 0;
-    for (int code = 1; code < 256; ++code) {
-        errors_[static_cast<size_t>(code)] = static_cast<float>(extent * std::exp2((code - 255) / error_steps));
-        radii_[static_cast<size_t>(code)] =
-            static_cast<float>(extent * most_radius * std::exp2((code - 255) / radius_steps));
+    // Every cut of every instance has its own.
+    static const std::array<double, 256> errors = powers(error_steps), radii = powers(radius_steps);
+    for (size_t code = 0; code < 256; ++code) {
+        errors_[code] = static_cast<float>(extent * errors[code]);
+        radii_[code] = static_cast<float>(extent * most_radius * radii[code]);
     }
 }
 uint8_t ErrorCodes::of_error(double error) const {

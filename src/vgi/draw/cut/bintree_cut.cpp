@@ -455,6 +455,13 @@ std::vector<size_t> groups_of(std::span<const uint32_t> charts) {
     return first;
 }
 
+Cut cut_of(CutParts& parts) {
+    Cut cut;
+    cut.parts = parts.take();
+    for (const auto& [mask, indices] : cut.parts) cut.triangles += (mask & 1) != 0 ? indices.size() / 3 : 0;
+    return cut;
+}
+
 // What changed since the cut before, if this one can go on from it.
 struct Changes {
     Motion seen;
@@ -480,10 +487,7 @@ Cut joined(std::span<const std::optional<ChartCut>> groups, std::span<const uint
         demand.add_marked(groups[g]->marked());
         for (const auto& [page, wish] : groups[g]->asked()) demand.ask(page, wish);
     }
-    Cut result;
-    result.parts = parts.take();
-    for (const auto& [mask, indices] : result.parts) result.triangles += (mask & 1) != 0 ? indices.size() / 3 : 0;
-    return result;
+    return cut_of(parts);
 }
 
 }  // namespace
@@ -495,6 +499,12 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
     const RefinementTest wanted(request, residency.about());
     const CornerFront front(residency.topology().corners(), residency.about(), wanted, request.forced_level >= 0);
     const std::vector<uint32_t> charts = front.whole_of(seen);
+    CutParts corners;
+    front.add_triangles(visibility, corners);
+    if (charts.empty()) {
+        kept.topology = nullptr;
+        return cut_of(corners);
+    }
     const auto changes = changes_since(kept, residency.topology(), request.forced_level, visibility, wanted);
     const uint32_t before = kept.cuts++;
     std::swap(kept.charts, kept.before);
@@ -525,8 +535,6 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
     kept.topology = &residency.topology();
     kept.updates = residency.updates();
     kept.forced_level = request.forced_level;
-    CutParts corners;
-    front.add_triangles(visibility, corners);
     return joined(done, charts, first_of_group, std::move(corners), demand, kept);
 }
 

@@ -52,6 +52,12 @@ HalvedTree::HalvedTree(std::span<const glm::vec3> centres) : order_(centres.size
     }
 }
 
+// In world space.
+Sphere InstanceTree::sphere_of(const Instance& instance) const {
+    LODE_CHECK(instance.asset < of_assets_.size(), instance.asset, of_assets_.size());
+    return to_world(of_assets_[instance.asset], instance.object_to_world);
+}
+
 void InstanceTree::update(const InstanceSet& instances) {
     if (generation_ == instances.generation()) return;
     const auto changed =
@@ -66,7 +72,7 @@ void InstanceTree::build(const InstanceSet& instances) {
     grown_ = 0;
     std::vector<glm::vec3> centres;
     for (uint32_t i = 0; i < kept_.size(); ++i) {
-        kept_[i].sphere = sphere_of_(instances[i]);
+        kept_[i].sphere = sphere_of(instances[i]);
         centres.push_back(kept_[i].sphere.centre);
     }
     tree_ = HalvedTree(centres);
@@ -87,7 +93,7 @@ void InstanceTree::build(const InstanceSet& instances) {
 }
 
 void InstanceTree::move(uint32_t number, const Instance& there) {
-    const Sphere sphere = sphere_of_(there);
+    const Sphere sphere = sphere_of(there);
     kept_[number].sphere = sphere;
     uint32_t n = kept_[number].leaf;
     if (holds(around_[n], sphere)) return;

@@ -42,6 +42,8 @@ public:
     template <class SeenNode, class SeenThing, class Found>
     void visit(uint32_t all, SeenNode&& seen_node, SeenThing&& seen_thing, Found&& found) const {
         std::vector<std::pair<uint32_t, uint32_t>> open, things;  // node or thing, views
+        open.reserve(32);
+        things.reserve(32);
         if (!nodes_.empty()) open.emplace_back(0, all);
         while (!open.empty()) {
             const auto [number, views] = open.back();
@@ -70,10 +72,12 @@ private:
 // A tree of spheres over a set, kept from frame to frame.
 class InstanceTree {
 public:
-    // Where an instance is: its sphere in world space.
-    using SphereOf = std::function<Sphere(const Instance&)>;
-    // An empty tree; sphere_of is called whenever an instance comes or moves.
-    explicit InstanceTree(SphereOf sphere_of) : sphere_of_(std::move(sphere_of)) {}
+    InstanceTree() = default;
+    // An empty tree, for instances of these assets. sphere_of(asset): its sphere, object space.
+    template <class Assets, class SphereOf = std::identity>
+    explicit InstanceTree(const Assets& assets, SphereOf&& sphere_of = {}) {
+        for (const auto& asset : assets) of_assets_.push_back(std::invoke(sphere_of, asset));
+    }
 
     // The tree of this set. Nodes grow around what moved out of them since the last call; the tree is built anew where
     // instances came or went, and after nodes have grown as often as there are instances.
@@ -99,7 +103,9 @@ private:
     void build(const InstanceSet& instances);
     void move(uint32_t number, const Instance& there);
 
-    SphereOf sphere_of_;
+    Sphere sphere_of(const Instance& instance) const;
+
+    std::vector<Sphere> of_assets_;
     uint64_t generation_ = 0;  // of the set that was seen last; the set itself is not kept
     HalvedTree tree_;
     std::vector<Sphere> around_;  // per node: what is below it

@@ -2,7 +2,7 @@
 #   make demo    bakes and measures the 300k rock and landscape; leaves reports and pictures in build/demo
 #   make test    builds and tests; ends with ctest's summary
 #   make test-long  as test, with the tests that take long
-#   make check   clang with address and undefined-behaviour sanitizers, the fast tests in it, each driver of fuzz/ for some seconds,
+#   make check   clang with address and undefined-behaviour sanitizers, the tests labelled fast in it, each driver of fuzz/ for some seconds,
 #                and clang-tidy
 #   make bench   runs the benchmarks and writes docs/figures.md
 #   make reference  the pages of the public headers: build/release/reference/html/index.html
@@ -35,12 +35,11 @@ test: build
 test-long: build
 	ctest --preset release -j $(JOBS)
 
-# Fast: without what draws or takes minutes under sanitizers.
 check:
 	@scripts/install-deps.sh --checks
 	cmake --preset check
 	cmake --build --preset check -j $(JOBS)
-	ctest --preset check -j $(JOBS) -L fast -LE long -E "By/Cuts.FitTogether|KnowsEveryModelByItsCounts"
+	ctest --preset check -j $(JOBS)
 	FUZZ_SECONDS=4 scripts/fuzz.sh
 	scripts/tidy.sh build/check
 

@@ -38,7 +38,8 @@ if(LODESTONE_SANITIZE)
   endif()
 endif()
 if(LODESTONE_FUZZ)
-  add_compile_options(-fsanitize=fuzzer-no-link)
+  # Counters of what ran, which cost the tests little; calls at each comparison are for readers alone.
+  add_compile_options(-fsanitize-coverage=inline-8bit-counters,pc-table)
 endif()
 set_property(GLOBAL PROPERTY LODESTONE_LIBRARIES lodestone_flags)
 
@@ -76,12 +77,21 @@ else()
   set(LODESTONE_DRIVER_ENVIRONMENT "ASAN_OPTIONS=detect_leaks=0")
 endif()
 
-# lodestone_test(NAME [DRAWS] [FOLDERS folder...] LIBRARIES lib...)
+# lodestone_reader(TARGET)
+#   Where the drivers of libFuzzer are built, they are told of each comparison in the target: of the words a format asks for.
+function(lodestone_reader target)
+  if(LODESTONE_FUZZ)
+    target_compile_options(${target} PRIVATE -fsanitize-coverage=trace-cmp)
+  endif()
+endfunction()
+
+# lodestone_test(NAME [DRAWS] [FOLDERS folder...] [UNCHECKED pattern...] LIBRARIES lib...)
 #   Builds every .cpp of the current folder and of FOLDERS below it into the GoogleTest program test_NAME. Its tests have the label
-#   `fast` unless it DRAWS (needs a Vulkan driver); those of suites whose name ends with Long have the label `long`, and
-#   `make test` leaves them out.
+#   `fast`, which `make check` runs with sanitizers, but for these: `draws` where it DRAWS (needs a Vulkan driver); `unchecked` where a
+#   pattern names them, because they take minutes with sanitizers and others run the same code; `long` in suites whose name ends
+#   with Long, which `make test` leaves out.
 function(lodestone_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "DRAWS" "" "FOLDERS;LIBRARIES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "DRAWS" "" "FOLDERS;UNCHECKED;LIBRARIES")
   lodestone_sources(sources ${arg_FOLDERS})
   add_executable(test_${name} ${sources})
   target_link_libraries(test_${name} PRIVATE lodestone_flags ${arg_LIBRARIES} GTest::gmock GTest::gtest_main)
@@ -94,8 +104,14 @@ function(lodestone_test name)
     list(APPEND properties ENVIRONMENT "${LODESTONE_DRIVER_ENVIRONMENT}")
     set(label draws)
   endif()
-  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 TEST_FILTER "-*Long.*" TEST_LIST found_${name}
-    PROPERTIES ${properties} LABELS ${label})
-  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 TEST_FILTER "*Long.*" TEST_LIST found_${name}_long
-    PROPERTIES ${properties} LABELS long)
+  list(JOIN arg_UNCHECKED ":" unchecked)
+  set(filter_${label} "-*Long.*:${unchecked}")
+  set(filter_unchecked "${unchecked}")
+  set(filter_long "*Long.*")
+  foreach(each ${label} unchecked long)
+    if(filter_${each})
+      gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 TEST_FILTER "${filter_${each}}"
+        TEST_LIST found_${name}_${each} PROPERTIES ${properties} LABELS ${each})
+    endif()
+  endforeach()
 endfunction()

@@ -15,11 +15,7 @@ constexpr double most_pixel_error = 1e12;  // that a budget of triangles raises 
 
 class FixedLevelsSource final : public FrameSource {
 public:
-    explicit FixedLevelsSource(std::vector<FixedLevels> assets)
-        : instances_([this](const Instance& instance) {
-              LODE_CHECK(instance.asset < assets_.size(), instance.asset, assets_.size());
-              return to_world(assets_[instance.asset].sphere, instance.object_to_world);
-          }) {
+    explicit FixedLevelsSource(std::vector<FixedLevels> assets) {
         uint64_t vertex_bytes = 0, index_bytes = 0;
         for (FixedLevels& levels : assets) {
             Asset asset;
@@ -33,6 +29,7 @@ public:
             asset.levels = std::move(levels);
             assets_.push_back(std::move(asset));
         }
+        instances_ = InstanceTree(assets_, &Asset::sphere);
         recipe_.buffers = {{"level vertices", std::max<uint64_t>(vertex_bytes, 4), use_vertex, 4},
                            {"level indices", std::max<uint64_t>(index_bytes, 4), use_index, 4}};
         recipe_.pipelines = {indexed_mesh_pipeline()};

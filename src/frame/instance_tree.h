@@ -1,7 +1,10 @@
 // A hierarchy over the instances of a scene: a node's sphere holds those of all instances below it, so that instances
 // no view sees cost nothing below the node that says so.
+//
+//   Clark, "Hierarchical geometric models for visible surface algorithms", CACM 1976.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <glm/vec3.hpp>
@@ -15,13 +18,66 @@
 
 namespace lodestone {
 
+// Things halved again and again across their longest extent, four at most to a leaf.
+class HalvedTree {
+public:
+    // The root is node 0; a child's number is higher than its parent's.
+    struct Node {
+        uint32_t first = 0, count = 0;  // its things, side by side in the order
+        uint32_t left = 0;              // child, the right one follows it; 0: a leaf
+        uint32_t parent = 0;            // of the root: itself
+    };
+    HalvedTree() = default;
+    // Of things that are there, by number.
+    explicit HalvedTree(std::span<const glm::vec3> centres);
+
+    std::span<const Node> nodes() const { return nodes_; }  // none where there are no things
+    // The numbers of the things below a node.
+    std::span<const uint32_t> below(const Node& node) const {
+        return std::span(order_).subspan(node.first, node.count);
+    }
+    // Calls found(thing, views) for whatever some view sees, rising; all: every view.
+    //   seen_node(node's number, views)  those of the views that may see something below it
+    //   seen_thing(number, views)        those of the views that see it
+    template <class SeenNode, class SeenThing, class Found>
+    void visit(uint32_t all, SeenNode&& seen_node, SeenThing&& seen_thing, Found&& found) const {
+        std::vector<std::pair<uint32_t, uint32_t>> open, things;  // node or thing, views
+        open.reserve(32);
+        things.reserve(32);
+        if (!nodes_.empty()) open.emplace_back(0, all);
+        while (!open.empty()) {
+            const auto [number, views] = open.back();
+            open.pop_back();
+            const Node& node = nodes_[number];
+            const uint32_t some = seen_node(number, views);
+            if (some == 0) continue;
+            if (node.left != 0) {
+                open.emplace_back(node.left, some);
+                open.emplace_back(node.left + 1, some);
+                continue;
+            }
+            for (const uint32_t thing : below(node)) {
+                if (const uint32_t seen_by = seen_thing(thing, some); seen_by != 0) things.emplace_back(thing, seen_by);
+            }
+        }
+        std::ranges::sort(things);
+        for (const auto& [thing, views] : things) found(thing, views);
+    }
+
+private:
+    std::vector<Node> nodes_;
+    std::vector<uint32_t> order_;  // things, leaf after leaf
+};
+
 // A tree of spheres over a set, kept from frame to frame.
 class InstanceTree {
 public:
-    // Where an instance is: its sphere in world space.
-    using SphereOf = std::function<Sphere(const Instance&)>;
-    // An empty tree; sphere_of is called whenever an instance comes or moves.
-    explicit InstanceTree(SphereOf sphere_of) : sphere_of_(std::move(sphere_of)) {}
+    InstanceTree() = default;
+    // An empty tree, for instances of these assets. sphere_of(asset): its sphere, object space.
+    template <class Assets, class SphereOf = std::identity>
+    explicit InstanceTree(const Assets& assets, SphereOf&& sphere_of = {}) {
+        for (const auto& asset : assets) of_assets_.push_back(std::invoke(sphere_of, asset));
+    }
 
     // The tree of this set. Nodes grow around what moved out of them since the last call; the tree is built anew where
     // instances came or went, and after nodes have grown as often as there are instances.
@@ -39,12 +95,6 @@ public:
     Result<void> validate() const;
 
 private:
-    static constexpr uint32_t leaf_instances = 4;
-    struct Node {
-        Sphere sphere;
-        uint32_t first = 0, count = 0;  // leaf: of order_; inner nodes: the left child, the right one follows it, and 0
-        uint32_t parent = 0;            // of the root: itself
-    };
     // What is kept of an instance.
     struct Kept {
         Sphere sphere;  // world space
@@ -52,14 +102,15 @@ private:
     };
     void build(const InstanceSet& instances);
     void move(uint32_t number, const Instance& there);
-    Sphere around(const Node& node) const;
 
-    SphereOf sphere_of_;
+    Sphere sphere_of(const Instance& instance) const;
+
+    std::vector<Sphere> of_assets_;
     uint64_t generation_ = 0;  // of the set that was seen last; the set itself is not kept
-    std::vector<Node> nodes_;
-    std::vector<uint32_t> order_;  // instances, leaf after leaf
-    std::vector<Kept> kept_;       // per instance
-    size_t grown_ = 0;             // how often nodes have grown since the tree was built
+    HalvedTree tree_;
+    std::vector<Sphere> around_;  // per node: what is below it
+    std::vector<Kept> kept_;      // per instance
+    size_t grown_ = 0;            // how often nodes have grown since the tree was built
 };
 
 }  // namespace lodestone

@@ -25,16 +25,20 @@ Sphere bounding_sphere_of(std::span<const glm::vec3> points) {
 }
 
 float largest_scale(const glm::mat4& object_to_world) {
-    // The root of the largest eigenvalue of M^T M (O. K. Smith, Eigenvalues of a symmetric 3 x 3 matrix, CACM 1961),
-    // rounded up.
+    // The root of the largest eigenvalue of M^T M, rounded up.
     const glm::dvec3 x(object_to_world[0]), y(object_to_world[1]), z(object_to_world[2]);
     const double xx = glm::dot(x, x), yy = glm::dot(y, y), zz = glm::dot(z, z);
     const double xy = glm::dot(x, y), yz = glm::dot(y, z), zx = glm::dot(z, x);
+    // It is no less than any of the diagonal and no more than any row (S. Gershgorin 1931): all there is to find out of
+    // axes that are square to each other, as rotations leave them.
+    const double least = std::max({xx, yy, zz});
+    const double most = std::max(
+        {xx + std::abs(xy) + std::abs(zx), yy + std::abs(xy) + std::abs(yz), zz + std::abs(yz) + std::abs(zx)});
+    if (most - least <= 2e-6 * least) return static_cast<float>(std::sqrt(most)) * 1.00001f;
+    // O. K. Smith, Eigenvalues of a symmetric 3 x 3 matrix, CACM 1961.
     const double mean = (xx + yy + zz) / 3;
     const glm::dvec3 off(xx - mean, yy - mean, zz - mean);
     const double spread = std::sqrt((glm::dot(off, off) + 2 * (xy * xy + yz * yz + zx * zx)) / 6);
-    // No eigenvalue is farther from the mean than twice the spread: rotations, rounded, need no angles.
-    if (spread <= 1e-6 * mean) return static_cast<float>(std::sqrt(mean + 2 * spread)) * 1.00001f;
     const glm::dmat3 deviation(off.x, xy, zx, xy, off.y, yz, zx, yz, off.z);
     const double cosine = std::clamp(glm::determinant(deviation / spread) / 2, -1.0, 1.0);
     const double largest = mean + 2 * spread * std::cos(std::acos(cosine) / 3);

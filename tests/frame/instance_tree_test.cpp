@@ -9,9 +9,7 @@
 namespace lodestone {
 namespace {
 
-InstanceTree tree_of_balls() {
-    return InstanceTree([](const Instance& i) { return to_world({{0, 0, 0}, 1}, i.object_to_world); });
-}
+InstanceTree tree_of_balls() { return InstanceTree(std::vector<Sphere>{{{0, 0, 0}, 1}}); }
 
 void put(Instance& instance, Random& random, double extent) {
     const auto at = [&] { return static_cast<float>(random.uniform(-extent, extent)); };

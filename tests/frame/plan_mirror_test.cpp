@@ -284,8 +284,7 @@ TEST(DrawRanges, CullsPerViewAndDrawsShadowsOfWhatTheCameraDoesNotSee) {
     IndexedRange range;
     range.index_buffer = 1;
     range.index_count = 6;
-    const Sphere sphere{{0, 0, 0}, 2};
-    InstanceTree tree([&](const Instance& instance) { return to_world(sphere, instance.object_to_world); });
+    InstanceTree tree(std::vector<Sphere>{{{0, 0, 0}, 2}});
     tree.update(input.instances);
     range.instances = seen_instances(tree, input.views);
     Plan plan;

@@ -59,10 +59,7 @@ public:
 
     LodSource(std::vector<Asset> assets, Recipe recipe, const LodOptions& options)
         : assets_(std::move(assets)),
-          instances_([this](const Instance& instance) {
-              LODE_CHECK(instance.asset < assets_.size(), instance.asset, assets_.size());
-              return to_world(assets_[instance.asset].sphere, instance.object_to_world);
-          }),
+          instances_(assets_, &Asset::sphere),
           recipe_(std::move(recipe)),
           steady_share_(options.steady_share),
           geomorph_(options.geomorph),

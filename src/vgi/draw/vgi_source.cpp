@@ -62,10 +62,7 @@ public:
           list_sizes_(recipe_, {draw_lists}, list_budget),
           pool_sizes_(recipe_, all_but_lists(recipe_), pool_budget),
           pages_(atlases_, pools, texel_words, pool_sizes_),
-          instances_([this](const Instance& instance) {
-              LODE_CHECK(instance.asset < atlases_.size(), instance.asset, atlases_.size());
-              return to_world(atlases_[instance.asset].charts.sphere(), instance.object_to_world);
-          }) {
+          instances_(atlases_, [](const OpenAtlas& atlas) { return atlas.charts.sphere(); }) {
         if (raster == Raster::device) device_.emplace(atlases_);
     }
     ~VgiSource() override {

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <numeric>
 #include <span>
 #include <string>
 
-#include "mesh/tri_mesh.h"
 #include "vgi/asset/pages.h"
 #include "vgi/draw/cut/visibility.h"
 
@@ -59,86 +57,37 @@ PageBounds around(const Atlas& about, std::span<const uint32_t> charts) {
 
 }  // namespace
 
-ChartTree::ChartTree(const Atlas& about) : charts_(about.charts()) {
-    std::iota(charts_.begin(), charts_.end(), 0u);
-    if (!charts_.empty()) build(about);
-}
-
-void ChartTree::build(const Atlas& about) {
-    nodes_.push_back({{}, 0, static_cast<uint32_t>(charts_.size())});
-    for (size_t n = 0; n < nodes_.size(); ++n) {
-        const uint32_t first = nodes_[n].first, count = nodes_[n].count;
-        const auto own = std::span(charts_).subspan(first, count);
-        nodes_[n].bounds = around(about, own);
-        if (count <= leaf_charts) continue;
-        std::vector<glm::vec3> centres;
-        for (const uint32_t chart : own) centres.push_back(root_of(about, chart).centre);
-        const int axis = bounding_box(centres).longest_axis();
-        const auto middle = own.begin() + count / 2;
-        std::ranges::nth_element(own, middle, {},
-                                 [&](uint32_t chart) { return std::pair(root_of(about, chart).centre[axis], chart); });
-        const auto left = static_cast<uint32_t>(nodes_.size());
-        nodes_[n].first = left;
-        nodes_[n].count = 0;
-        nodes_.push_back({{}, first, count / 2});
-        nodes_.push_back({{}, first + count / 2, count - count / 2});
-    }
+ChartTree::ChartTree(const Atlas& about) {
+    std::vector<glm::vec3> centres;
+    for (uint32_t chart = 0; chart < about.charts(); ++chart) centres.push_back(root_of(about, chart).centre);
+    tree_ = HalvedTree(centres);
+    for (const HalvedTree::Node& node : tree_.nodes()) around_.push_back(around(about, tree_.below(node)));
 }
 
 std::vector<uint32_t> ChartTree::seen(const Visibility& visibility, const Atlas& about) const {
-    std::vector<uint32_t> found;
-    if (nodes_.empty()) return found;
     const uint32_t per_chart = tree_of(about, Layer::geometry).pages();
-    std::vector<std::pair<uint32_t, uint32_t>> open = {{0, visibility.all()}};  // node, views that may see it
-    while (!open.empty()) {
-        const auto [number, views] = open.back();
-        open.pop_back();
-        const Node& node = nodes_[number];
-        const uint32_t mask = visibility.seen(views, node.bounds);
-        if (mask == 0) continue;
-        if (node.count == 0) {
-            open.emplace_back(node.first, mask);
-            open.emplace_back(node.first + 1, mask);
-            continue;
-        }
-        for (const uint32_t chart : std::span(charts_).subspan(node.first, node.count)) {
-            if (visibility.seen(mask, chart * per_chart) != 0) found.push_back(chart);
-        }
-    }
-    std::ranges::sort(found);
+    std::vector<uint32_t> found;
+    tree_.visit(
+        visibility.all(), [&](uint32_t node, uint32_t views) { return visibility.seen(views, around_[node]); },
+        [&](uint32_t chart, uint32_t views) { return visibility.seen(views, chart * per_chart); },
+        [&](uint32_t chart, uint32_t) { found.push_back(chart); });
     return found;
 }
 
 Result<void> ChartTree::validate(const Atlas& about) const {
-    std::vector<uint32_t> met(charts_.size(), 0);
-    const auto check = [&](const auto& self, uint32_t number) -> Result<std::vector<uint32_t>> {
-        const Node& node = nodes_[number];
-        std::vector<uint32_t> below;
-        if (node.count > 0) {
-            below.assign(charts_.begin() + node.first, charts_.begin() + node.first + node.count);
-        } else {
-            for (const uint32_t child : {node.first, node.first + 1}) {
-                auto part = self(self, child);
-                if (!part) return part;
-                below.insert(below.end(), part->begin(), part->end());
-            }
-        }
-        for (const uint32_t chart : below) {
+    std::vector<bool> met(about.charts(), false);
+    for (size_t n = 0; n < around_.size(); ++n) {
+        for (const uint32_t chart : tree_.below(tree_.nodes()[n])) {
             const PageBounds& b = root_of(about, chart);
-            if (glm::distance(b.centre, node.bounds.centre) + b.radius > node.bounds.radius * 1.0001f)
+            if (glm::distance(b.centre, around_[n].centre) + b.radius > around_[n].radius * 1.0001f)
                 return fail(Fault::invariant, "chart tree: chart " + std::to_string(chart) + " sticks out of a node");
+            met[chart] = true;
         }
-        return below;
-    };
-    if (nodes_.empty()) return {};
-    auto all = check(check, 0);
-    if (!all) return tl::unexpected(all.error());
-    std::ranges::sort(*all);
-    for (uint32_t chart = 0; chart < all->size(); ++chart) {
-        if ((*all)[chart] != chart || all->size() != about.charts())
-            return fail(Fault::invariant, "chart tree: chart " + std::to_string(chart) + " is not below one leaf");
     }
-    return {};
+    const auto missing = std::ranges::find(met, false);
+    if (missing == met.end()) return {};
+    return fail(Fault::invariant,
+                "chart tree: chart " + std::to_string(missing - met.begin()) + " is not below the root");
 }
 
 }  // namespace lodestone::vgi

@@ -9,6 +9,7 @@
 #include "base/threads.h"
 #include "lod/bake/orders/draw_clusters.h"
 #include "lod/bake/orders/faces_around.h"
+#include "lod/bake/orders/label_counts.h"
 
 namespace lodestone {
 
@@ -48,6 +49,7 @@ public:
 
     std::vector<uint32_t> run(std::span<const uint32_t> slots) {
         if (slots.empty() || !shrink(slots)) grow();
+        for (const FacesAround& around : around_) counts_.emplace_back(around, label_);
         count_crowds();
         anneal(options_.sweeps, false);
         make_exact();
@@ -222,13 +224,8 @@ private:
 
     void count_crowds() {
         crowd_.assign(count_, 0);
-        std::vector<uint32_t> labels;
         for (uint32_t v = 0; v < vertices_; ++v) {
-            labels.clear();
-            for (const uint32_t g : around_[0].of(v)) labels.push_back(label_[g]);
-            std::ranges::sort(labels);
-            labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
-            for (const uint32_t c : labels) ++crowd_[c];
+            for (const LabelCounts::Entry& e : counts_[0].of(v)) ++crowd_[e.label];
         }
     }
 
@@ -238,18 +235,26 @@ private:
     };
     // If the face went from cluster a to b.
     Change change(uint32_t face, uint32_t a, uint32_t b) const {
+        return change_with(face, a, b, [](size_t, uint32_t) { return false; });
+    }
+    // If it did after `before` went from cluster b to a.
+    Change change_after(uint32_t before, uint32_t face, uint32_t a, uint32_t b) const {
+        return change_with(face, a, b, [&](size_t s, uint32_t v) {
+            const uint32_t* corner = &at_[s][size_t{before} * 3];
+            return corner[0] == v || corner[1] == v || corner[2] == v;
+        });
+    }
+    // more_in_a(s, v): whether one face more than counted is around the vertex in a, and one less in b.
+    template <class MoreInA>
+    Change change_with(uint32_t face, uint32_t a, uint32_t b, MoreInA&& more_in_a) const {
         Change result;
         for (size_t s = 0; s < at_.size(); ++s) {
             int lost = 0, gained = 0;
             FacesAround::visit(&at_[s][size_t{face} * 3], [&](uint32_t v) {
-                bool in_a = false, in_b = false;
-                for (const uint32_t g : around_[s].of(v)) {
-                    if (g == face) continue;
-                    in_a |= label_[g] == a;
-                    in_b |= label_[g] == b;
-                }
-                lost += !in_a;
-                gained += !in_b;
+                const auto in = counts_[s].of(v, a, b);
+                const uint32_t more = more_in_a(s, v) ? 1 : 0;
+                lost += in.first + more == 1;
+                gained += in.second == more;
             });
             result.energy += weights_[s] * (gained - lost);
             if (s == 0) {
@@ -274,6 +279,8 @@ private:
     }
     void move(uint32_t face, uint32_t a, uint32_t b, const Change& c) {
         label_[face] = b;
+        for (size_t s = 0; s < at_.size(); ++s)
+            FacesAround::visit(&at_[s][size_t{face} * 3], [&](uint32_t v) { counts_[s].move(v, a, b); });
         --size_[a];
         ++size_[b];
         crowd_[a] -= static_cast<uint32_t>(c.left);
@@ -286,20 +293,7 @@ private:
     void anneal(uint32_t sweeps, bool swaps) {
         const uint32_t rounds = (sweeps + sweeps_per_round - 1) / sweeps_per_round;
         for (uint32_t round = 0; round < rounds; ++round) {
-            const std::vector<uint32_t> region = cut(round);
-            std::vector<std::vector<uint32_t>> members(regions);
-            inside_.resize(faces_);
-            for (uint32_t f = 0; f < faces_; ++f) {
-                bool inside = true;
-                for (size_t s = 0; s < at_.size() && inside; ++s) {
-                    FacesAround::visit(&at_[s][size_t{f} * 3], [&](uint32_t v) {
-                        for (const uint32_t g : around_[s].of(v))
-                            inside = inside && region[label_[g]] == region[label_[f]];
-                    });
-                }
-                inside_[f] = inside;
-                if (inside) members[region[label_[f]]].push_back(f);
-            }
+            const std::vector<std::vector<uint32_t>> members = faces_inside(cut(round));
             parallel_for(members.size(), 1, [&](size_t begin, size_t end) {
                 for (size_t r = begin; r < end; ++r) {
                     if (members[r].empty()) continue;
@@ -318,6 +312,58 @@ private:
         }
     }
 
+    // Per region, its faces that no face of another one is around at any level; notes them in inside_.
+    std::vector<std::vector<uint32_t>> faces_inside(const std::vector<uint32_t>& region) {
+        std::vector<std::vector<uint32_t>> members(regions);
+        inside_.assign(faces_, 1);
+        std::vector<uint32_t> region_around(vertices_);  // none: several
+        for (size_t s = 0; s < at_.size(); ++s) {
+            for (uint32_t v = 0; v < vertices_; ++v) {
+                const auto labels = counts_[s].of(v);
+                region_around[v] = labels.empty() ? none : region[labels[0].label];
+                for (const LabelCounts::Entry& e : labels) {
+                    if (region[e.label] != region_around[v]) region_around[v] = none;
+                }
+            }
+            for (uint32_t f = 0; f < faces_; ++f) {
+                const uint32_t own = region[label_[f]], *corner = &at_[s][size_t{f} * 3];
+                inside_[f] &= region_around[corner[0]] == own && region_around[corner[1]] == own &&
+                              region_around[corner[2]] == own;
+            }
+        }
+        for (uint32_t f = 0; f < faces_; ++f) {
+            if (inside_[f]) members[region[label_[f]]].push_back(f);
+        }
+        return members;
+    }
+
+    // Per cluster, the sorted clusters that touch it: sides[first[c] .. first[c + 1]).
+    void find_sides(std::vector<uint32_t>& first, std::vector<uint32_t>& sides) const {
+        first.assign(count_ + 1, 0);
+        const auto visit = [&](auto&& side) {
+            for (uint32_t f = 0; f < faces_; ++f) {
+                for (const LabelCounts::Entry& e : counts_[0].of(at_[0][size_t{f} * 3])) {
+                    if (e.label != label_[f]) side(label_[f], e.label);
+                }
+            }
+        };
+        visit([&](uint32_t c, uint32_t) { ++first[c + 1]; });
+        std::partial_sum(first.begin(), first.end(), first.begin());
+        sides.resize(first.back());
+        std::vector<uint32_t> fill(first.begin(), first.end() - 1);
+        visit([&](uint32_t c, uint32_t d) { sides[fill[c]++] = d; });
+        uint32_t kept = 0;
+        for (uint32_t c = 0; c < count_; ++c) {
+            const auto begin = sides.begin() + first[c], end = sides.begin() + fill[c];
+            std::sort(begin, end);
+            first[c] = kept;
+            for (auto at = begin; at != end; ++at) {
+                if (at == begin || *at != *(at - 1)) sides[kept++] = *at;
+            }
+        }
+        first[count_] = kept;
+    }
+
     // A region per cluster: those nearest to seeds that differ from round to round, in steps from cluster to cluster.
     std::vector<uint32_t> cut(uint32_t round) const {
         std::vector<uint32_t> region(count_, none);
@@ -325,18 +371,8 @@ private:
             region.assign(count_, 0);
             return region;
         }
-        std::vector<std::pair<uint32_t, uint32_t>> sides;  // clusters that touch
-        for (uint32_t f = 0; f < faces_; ++f) {
-            const uint32_t v = at_[0][size_t{f} * 3];
-            for (const uint32_t g : around_[0].of(v)) {
-                if (label_[g] != label_[f]) sides.push_back({label_[f], label_[g]});
-            }
-        }
-        std::ranges::sort(sides);
-        sides.erase(std::unique(sides.begin(), sides.end()), sides.end());
-        std::vector<uint32_t> first(count_ + 1, 0), queue;
-        for (const auto& side : sides) ++first[side.first + 1];
-        std::partial_sum(first.begin(), first.end(), first.begin());
+        std::vector<uint32_t> first, sides, queue;
+        find_sides(first, sides);
         Random random(mix64(round + 77));
         for (uint32_t r = 0; r < regions; ++r) {
             const uint32_t seed = random.below(count_);
@@ -353,7 +389,7 @@ private:
             }
             const uint32_t c = queue[q];
             for (uint32_t i = first[c]; i < first[c + 1]; ++i) {
-                const uint32_t d = sides[i].second;
+                const uint32_t d = sides[i];
                 if (region[d] != none) continue;
                 region[d] = region[c];
                 queue.push_back(d);
@@ -384,16 +420,13 @@ private:
                 if (label_[h] == b) g = h;
             }
             if (!inside_[g]) continue;
-            const Change there = change(f, a, b);
-            const double before = crowding(static_cast<int>(crowd_[a])) + crowding(static_cast<int>(crowd_[b]));
+            const Change there = change(f, a, b), back = change_after(f, g, b, a);
+            const int crowd_a = static_cast<int>(crowd_[a]), crowd_b = static_cast<int>(crowd_[b]);
+            const double rise = there.energy + back.energy + crowding(crowd_a - there.left + back.joined) +
+                                crowding(crowd_b + there.joined - back.left) - (crowding(crowd_a) + crowding(crowd_b));
+            if (rise > 0 && random.unit() >= std::exp(-rise / temperature)) continue;
             move(f, a, b, there);
-            const Change back = change(g, b, a);
             move(g, b, a, back);
-            const double rise = there.energy + back.energy + crowding(static_cast<int>(crowd_[a])) +
-                                crowding(static_cast<int>(crowd_[b])) - before;
-            if (rise <= 0 || random.unit() < std::exp(-rise / temperature)) continue;
-            move(g, a, b, {0, back.joined, back.left});
-            move(f, b, a, {0, there.joined, there.left});
         }
     }
     uint32_t neighbour(uint32_t face, Random& random) const {
@@ -496,6 +529,7 @@ private:
     const uint32_t faces_, count_;
     uint32_t vertices_ = 0;
     std::vector<FacesAround> around_;     // per level
+    std::vector<LabelCounts> counts_;     // per level: clusters around vertices
     std::vector<uint32_t> label_;         // cluster of face
     std::vector<uint8_t> inside_;         // per face: whether it may move in this round
     std::vector<uint32_t> size_, crowd_;  // per cluster: faces; distinct vertices at the first level

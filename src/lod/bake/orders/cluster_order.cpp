@@ -1,6 +1,7 @@
 #include "lod/bake/orders/cluster_order.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -16,12 +17,13 @@ namespace lodestone {
 namespace {
 
 constexpr uint32_t none = ~0u;
-constexpr double hot = 0.7, cold = 0.1;     // temperature, in vertices, from the first sweep to the last
+constexpr double hot = 0.8, cold = 0.15;    // temperature, in vertices, from the first sweep to the last
 constexpr double loose = 0.2, tight = 0.5;  // penalty per square of faces too many or too few, likewise
 constexpr double crowding_penalty = 3;      // per vertex over batch_vertices - 1 at the first level
 constexpr uint32_t regions = 4;             // annealed side by side, whatever the number of threads ...
 constexpr uint32_t least_to_cut = 128;      // ... from so many clusters on
-constexpr uint32_t sweeps_per_round = 6;    // between two cuts into regions
+constexpr uint32_t sweeps_per_round = 12;   // between two cuts into regions
+constexpr size_t darings = 1024;
 
 class Clusters {
 public:
@@ -31,7 +33,8 @@ public:
           options_(options),
           faces_(static_cast<uint32_t>(at[0].size() / 3)),
           count_((faces_ + options.batch_faces - 1) / options.batch_faces),
-          label_(faces_, none) {
+          label_(faces_, none),
+          later_weight_(std::accumulate(weights.begin() + 1, weights.end(), 0.0)) {
         // Numbers by first use, so that what lies together on the surface lies together in memory.
         std::vector<uint32_t> number(vertices, none);
         uint32_t used = 0;
@@ -44,6 +47,7 @@ public:
             }
         }
         vertices_ = used;
+        for (size_t i = 0; i < darings; ++i) daring_[i] = -std::log((static_cast<double>(i) + 0.5) / darings);
         for (const auto& indices : at_) around_.emplace_back(indices, used);
     }
 
@@ -53,7 +57,7 @@ public:
         count_crowds();
         anneal(options_.sweeps, false);
         make_exact();
-        anneal(options_.sweeps / 2, true);
+        anneal(options_.sweeps / 4, true);
         std::vector<bool> late(count_);
         for (uint32_t c = 0; c < count_; ++c)
             late[c] = size_[c] != options_.batch_faces || crowd_[c] > options_.batch_vertices;
@@ -235,34 +239,36 @@ private:
     };
     // If the face went from cluster a to b.
     Change change(uint32_t face, uint32_t a, uint32_t b) const {
-        return change_with(face, a, b, [](size_t, uint32_t) { return false; });
+        Change result;
+        for (size_t s = 0; s < at_.size(); ++s) add_level(s, face, a, b, nothing_moved, result);
+        return result;
     }
     // If it did after `before` went from cluster b to a.
     Change change_after(uint32_t before, uint32_t face, uint32_t a, uint32_t b) const {
-        return change_with(face, a, b, [&](size_t s, uint32_t v) {
-            const uint32_t* corner = &at_[s][size_t{before} * 3];
-            return corner[0] == v || corner[1] == v || corner[2] == v;
-        });
-    }
-    // more_in_a(s, v): whether one face more than counted is around the vertex in a, and one less in b.
-    template <class MoreInA>
-    Change change_with(uint32_t face, uint32_t a, uint32_t b, MoreInA&& more_in_a) const {
         Change result;
         for (size_t s = 0; s < at_.size(); ++s) {
-            int lost = 0, gained = 0;
-            FacesAround::visit(&at_[s][size_t{face} * 3], [&](uint32_t v) {
-                const auto in = counts_[s].of(v, a, b);
-                const uint32_t more = more_in_a(s, v) ? 1 : 0;
-                lost += in.first + more == 1;
-                gained += in.second == more;
-            });
-            result.energy += weights_[s] * (gained - lost);
-            if (s == 0) {
-                result.left = lost;
-                result.joined = gained;
-            }
+            const uint32_t* moved = &at_[s][size_t{before} * 3];
+            const auto is_moved = [&](uint32_t v) { return moved[0] == v || moved[1] == v || moved[2] == v; };
+            add_level(s, face, a, b, is_moved, result);
         }
         return result;
+    }
+    static constexpr auto nothing_moved = [](uint32_t) { return false; };
+    // What the move changes at level s. is_moved(v): whether one face around v more than counted is in a, and one less
+    // in b.
+    template <class IsMoved>
+    void add_level(size_t s, uint32_t face, uint32_t a, uint32_t b, IsMoved&& is_moved, Change& result) const {
+        int lost = 0, gained = 0;
+        FacesAround::visit(&at_[s][size_t{face} * 3], [&](uint32_t v) {
+            const auto [in_a, in_b] = counts_[s].of(v, a, b);
+            const uint32_t moved = is_moved(v) ? 1 : 0;
+            lost += in_a + moved == 1;
+            gained += in_b == moved;
+        });
+        result.energy += weights_[s] * (gained - lost);
+        if (s > 0) return;
+        result.left = lost;
+        result.joined = gained;
     }
     double crowding(int vertices) const {
         return crowding_penalty * std::max(0, vertices - static_cast<int>(options_.batch_vertices) + 1);
@@ -399,22 +405,29 @@ private:
     }
 
     void move_sweep(const std::vector<uint32_t>& members, double temperature, double size_weight, Random& random) {
-        for (size_t n = 0; n < members.size(); ++n) {
-            const uint32_t f = members[random.below(static_cast<uint32_t>(members.size()))];
-            const uint32_t a = label_[f], b = label_[neighbour(f, random)];
+        for (const uint32_t f : members) {
+            const Pick pick = pick_of(f, random);
+            const uint32_t a = label_[f], b = pick.label;
             if (a == b) continue;
-            const Change c = change(f, a, b);
-            const double rise = c.energy + penalty_change(a, b, c, size_weight);
-            if (rise <= 0 || random.unit() < std::exp(-rise / temperature)) move(f, a, b, c);
+            Change c;
+            add_level(0, f, a, b, nothing_moved, c);
+            const double most = temperature * pick.daring - penalty_change(a, b, c, size_weight);
+            // At later levels a loses three vertices at most.
+            if (c.energy - 3 * later_weight_ > most) continue;
+            for (size_t s = 1; s < at_.size(); ++s) add_level(s, f, a, b, nothing_moved, c);
+            if (c.energy <= most) move(f, a, b, c);
         }
     }
     void swap_sweep(const std::vector<uint32_t>& members, double temperature, Random& random) {
-        for (size_t n = 0; n < members.size(); ++n) {
-            const uint32_t f = members[random.below(static_cast<uint32_t>(members.size()))];
-            const uint32_t at_border = neighbour(f, random), a = label_[f], b = label_[at_border];
+        for (const uint32_t f : members) {
+            const Pick pick = pick_of(f, random);
+            const uint32_t a = label_[f], b = pick.label;
             if (a == b) continue;
             // A face of b beside a, some steps along their border.
-            uint32_t g = at_border;
+            uint32_t g = none;
+            for (const uint32_t h : around_[0].of(pick.vertex)) {
+                if (label_[h] == b) g = h;
+            }
             for (int step = 0; step < 4; ++step) {
                 const uint32_t h = neighbour(g, random);
                 if (label_[h] == b) g = h;
@@ -424,10 +437,29 @@ private:
             const int crowd_a = static_cast<int>(crowd_[a]), crowd_b = static_cast<int>(crowd_[b]);
             const double rise = there.energy + back.energy + crowding(crowd_a - there.left + back.joined) +
                                 crowding(crowd_b + there.joined - back.left) - (crowding(crowd_a) + crowding(crowd_b));
-            if (rise > 0 && random.unit() >= std::exp(-rise / temperature)) continue;
+            if (rise > temperature * pick.daring) continue;
             move(f, a, b, there);
             move(g, b, a, back);
         }
+    }
+    // A vertex of a face, and the cluster of a face around it: perhaps its own.
+    struct Pick {
+        uint32_t vertex, label;
+        double daring;  // temperatures that a rise may be: distributed exponentially, as Metropolis has it
+    };
+    Pick pick_of(uint32_t face, Random& random) const {
+        const uint64_t bits = random.next(), spread = (bits >> 32) * 3;
+        const uint32_t v = at_[0][size_t{face} * 3 + (spread >> 32)];
+        const auto labels = counts_[0].of(v);
+        Pick pick{v, labels[0].label, daring_[bits % darings]};
+        if (labels.size() == 1) return pick;
+        auto left = static_cast<uint32_t>(((spread & 0xffffffff) * around_[0].of(v).size()) >> 32);
+        for (const LabelCounts::Entry& e : labels) {
+            pick.label = e.label;
+            if (left < e.faces) break;
+            left -= e.faces;
+        }
+        return pick;
     }
     uint32_t neighbour(uint32_t face, Random& random) const {
         const auto around = around_[0].of(at_[0][size_t{face} * 3 + random.below(3)]);
@@ -529,8 +561,10 @@ private:
     const uint32_t faces_, count_;
     uint32_t vertices_ = 0;
     std::vector<FacesAround> around_;     // per level
+    std::array<double, darings> daring_;  // at equal shares
     std::vector<LabelCounts> counts_;     // per level: clusters around vertices
     std::vector<uint32_t> label_;         // cluster of face
+    const double later_weight_;           // of the levels but the first
     std::vector<uint8_t> inside_;         // per face: whether it may move in this round
     std::vector<uint32_t> size_, crowd_;  // per cluster: faces; distinct vertices at the first level
 };

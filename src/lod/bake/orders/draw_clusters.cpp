@@ -162,7 +162,7 @@ private:
             FacesAround::visit(&indices_[size_t{f} * 3], [&](uint32_t v) {
                 if (number_[v] >= own_.size() || own_[number_[v]].vertex != v) {
                     number_[v] = static_cast<uint32_t>(own_.size());
-                    own_.push_back({v, 0, seen_[v] == mark || count_ == 1});
+                    own_.push_back({v, 0, seen_[v] == mark});
                 }
                 ++own_[number_[v]].faces;
                 corners.at[corners.count++] = number_[v];

@@ -26,9 +26,9 @@ constexpr Rollouts rollouts{4, 60, 2};
 constexpr double plain_seconds = 3e-6, look_ahead_seconds = 14e-6;
 
 // Clusters: annealing, and its seconds per face and sweep and those of drawing the clusters.
-constexpr double most_sweeps_in_all = 2000;  // over all keyframes, in units of the first
+constexpr double most_sweeps_in_all = 1800;  // over all keyframes, in units of the first
 constexpr uint32_t fewest_sweeps = 12;
-constexpr double sweep_seconds = 0.1e-6, careful_seconds = 10e-6, careless_seconds = 2e-6;
+constexpr double sweep_seconds = 0.03e-6, careful_seconds = 2e-6, careless_seconds = 1e-6;
 
 struct Candidate {
     uint32_t cache;

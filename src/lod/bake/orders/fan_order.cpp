@@ -37,25 +37,17 @@ public:
         for (uint32_t face = 0; face < lead; ++face) emit(face);
         while (order_.size() < emitted_.size()) {
             rank_cached(std::max(rollouts.candidates, 1u));
-            size_t best = 0;
             if (rollouts.candidates > 1 && ranked_.size() > 1) {
-                const std::vector<std::pair<double, uint32_t>> tried = ranked_;
-                double least = 0;
-                for (size_t c = 0; c < tried.size(); ++c) {
-                    const double rate = try_out(tried[c].second, rollouts.faces);
-                    if (c == 0 || rate < least) {
-                        least = rate;
-                        best = c;
-                    }
-                }
-                ranked_ = tried;
+                try_all(rollouts.faces);
+            } else {
+                path_.assign(1, ranked_.empty() ? off_cache() : ranked_[0].second);
             }
-            emit_fan(ranked_.empty() ? off_cache() : ranked_[best].second);
-            for (uint32_t more = 1; rollouts.candidates > 1 && more < rollouts.fans && order_.size() < emitted_.size();
-                 ++more) {
-                rank_cached(1);
-                emit_fan(ranked_.empty() ? off_cache() : ranked_[0].second);
+            const uint32_t fans = rollouts.candidates > 1 ? std::max(rollouts.fans, 1u) : 1;
+            for (uint32_t done = 0; done < fans && order_.size() < emitted_.size(); ++done) {
+                if (done == path_.size()) path_.push_back(next_fan());
+                emit_fan(path_[done]);
             }
+            path_.erase(path_.begin(), path_.begin() + std::min<ptrdiff_t>(fans, std::ssize(path_)));
         }
         order_.erase(order_.begin(), order_.begin() + lead);
         return std::move(order_);
@@ -108,17 +100,39 @@ private:
         return indices_[size_t{next_face_} * 3];
     }
 
-    // Vertices brought in per face over the next `faces` faces, if v came first. Leaves everything as it was.
-    double try_out(uint32_t v, uint32_t faces) {
+    // The hub to go on with where nothing is tried out.
+    uint32_t next_fan() {
+        rank_cached(1);
+        return ranked_.empty() ? off_cache() : ranked_[0].second;
+    }
+
+    // Puts into path_ the best of the ranked fans and those that came after it as it was tried out. What path_ holds
+    // before goes on from where the last choice left off, so it need not be searched again.
+    void try_all(uint32_t faces) {
+        const std::vector<std::pair<double, uint32_t>> tried = ranked_;
+        if (path_.empty() || path_[0] != tried[0].second) path_.assign(1, tried[0].second);
+        double least = try_out(path_, faces);
+        for (size_t c = 1; c < tried.size(); ++c) {
+            trial_.assign(1, tried[c].second);
+            const double rate = try_out(trial_, faces);
+            if (rate >= least) continue;
+            least = rate;
+            path_.swap(trial_);
+        }
+    }
+
+    // Vertices brought in per face over the next `faces` faces, if the fans of the path came first. Appends to it those
+    // that come then; leaves everything else as it was.
+    double try_out(std::vector<uint32_t>& path, uint32_t faces) {
         journalled_ = true;
         const uint32_t now = now_;
         const size_t emitted = order_.size(), recent = recent_.size();
         const uint32_t next_face = next_face_, last[3] = {last_[0], last_[1], last_[2]};
         const auto left = [&] { return emitted + std::max<size_t>(faces, 1) - order_.size(); };
-        emit_fan(v, left());
-        while (order_.size() < emitted + faces && order_.size() < emitted_.size()) {
-            rank_cached(1);
-            emit_fan(ranked_.empty() ? off_cache() : ranked_[0].second, left());
+        emit_fan(path[0], left());
+        for (size_t done = 1; order_.size() < emitted + faces && order_.size() < emitted_.size(); ++done) {
+            if (done == path.size()) path.push_back(next_fan());
+            emit_fan(path[done], left());
         }
         const double rate = static_cast<double>(now_ - now) / static_cast<double>(order_.size() - emitted);
         for (size_t i = journal_.size(); i-- > 0;) {
@@ -267,6 +281,7 @@ private:
     };
     std::vector<Arrival> journal_;  // of a try-out, to take it back
     bool journalled_ = false;
+    std::vector<uint32_t> path_, trial_;  // hubs of the fans to come: chosen; tried
 };
 
 }  // namespace

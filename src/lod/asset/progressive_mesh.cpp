@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "base/check.h"
+#include "base/threads.h"
 #include "lod/asset/cursor.h"
 #include "lod/asset/order_arrays.h"
 #include "lod/asset/stored_mesh.h"
@@ -340,8 +341,12 @@ Result<ProgressiveMesh> ProgressiveMesh::unpack(std::shared_ptr<const StoredMesh
     ProgressiveMesh pm;
     PlayedMesh played{mesh.ecols,   mesh.parents,  mesh.wedge_vertex, static_cast<uint32_t>(mesh.vertices.size()),
                       mesh.indices, mesh.witnesses};
-    for (const PlannedOrder& order : mesh.orders) {
-        auto arrays = arrays_of(played, order);
+    // Side by side: what they play is theirs alone.
+    std::vector<Result<OrderArrays>> unfolded(mesh.orders.size());
+    parallel_for(unfolded.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t o = begin; o < end; ++o) unfolded[o] = arrays_of(played, mesh.orders[o]);
+    });
+    for (auto& arrays : unfolded) {
         if (!arrays) return tl::unexpected(arrays.error());
         opened->orders.push_back(std::move(*arrays));
     }

@@ -90,6 +90,23 @@ uint64_t run_batches(const CacheModel& model, std::span<const uint32_t> indices,
     return transforms;
 }
 
+uint64_t run_model(const CacheModel& model, std::span<const uint32_t> indices, uint32_t vertices,
+                   std::vector<uint8_t>* misses) {
+    switch (model.kind) {
+        case CacheModel::Kind::fifo: {
+            Fifo cache(vertices, model.size);
+            return run(cache, indices, misses);
+        }
+        case CacheModel::Kind::lru: {
+            Lru cache(model.size);
+            return run(cache, indices, misses);
+        }
+        case CacheModel::Kind::batch:
+            break;
+    }
+    return run_batches(model, indices, vertices, misses);
+}
+
 constexpr CacheModel nvidia{CacheModel::Kind::batch, 32, 32, 32};
 constexpr CacheModel amd{CacheModel::Kind::batch, 14, 64, 128};
 constexpr CacheModel intel{CacheModel::Kind::batch, 128, 0, 0};
@@ -134,21 +151,7 @@ CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indi
     if (misses != nullptr) misses->assign(indices.size() / 3, 0);
     if (indices.empty()) return statistics;
     const uint32_t vertices = largest_index(indices) + 1;
-    switch (model.kind) {
-        case CacheModel::Kind::fifo: {
-            Fifo cache(vertices, model.size);
-            statistics.transforms = run(cache, indices, misses);
-            break;
-        }
-        case CacheModel::Kind::lru: {
-            Lru cache(model.size);
-            statistics.transforms = run(cache, indices, misses);
-            break;
-        }
-        case CacheModel::Kind::batch:
-            statistics.transforms = run_batches(model, indices, vertices, misses);
-            break;
-    }
+    statistics.transforms = run_model(model, indices, vertices, misses);
     std::vector<bool> used(vertices, false);
     for (size_t i = 0; i < indices.size(); i += 3) {
         if (degenerate(&indices[i])) continue;
@@ -159,6 +162,11 @@ CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indi
         }
     }
     return statistics;
+}
+
+uint64_t count_transforms(const CacheModel& model, std::span<const uint32_t> indices, uint32_t vertices) {
+    LODE_CHECK(indices.size() % 3 == 0 && model.size >= 3, indices.size(), model.size);
+    return run_model(model, indices, vertices, nullptr);
 }
 
 }  // namespace lodestone

@@ -52,4 +52,7 @@ struct CacheStatistics {
 CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indices,
                          std::vector<uint8_t>* misses = nullptr);
 
+// CacheStatistics::transforms alone; every index below `vertices`.
+uint64_t count_transforms(const CacheModel& model, std::span<const uint32_t> indices, uint32_t vertices);
+
 }  // namespace lodestone

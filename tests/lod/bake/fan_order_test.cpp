@@ -33,8 +33,9 @@ TEST(FanOrder, IsAPermutationWithAndWithoutLookingAhead) {
         SCOPED_TRACE(f.name);
         auto indices = indices_of(f.mesh);
         indices.insert(indices.end(), {0, 0, 1, 2, 2, 2});  // dead faces
+        const auto vertices = static_cast<uint32_t>(f.mesh.wedge_count());
         for (const uint32_t candidates : {1u, 3u}) {
-            auto order = fan_order(indices, static_cast<uint32_t>(f.mesh.wedge_count()), 16, {}, {candidates, 20, 2});
+            auto order = fan_order(Fans(indices, vertices), 16, {}, {candidates, 20, 2});
             ASSERT_EQ(order.size(), indices.size() / 3);
             std::sort(order.begin(), order.end());
             for (uint32_t i = 0; i < order.size(); ++i) ASSERT_EQ(order[i], i);
@@ -46,11 +47,11 @@ TEST(FanOrder, BeatsTipsifyAndLookingAheadBeatsFanOrder) {
     TriMesh mesh = generate(Shape::rock, 8000, 1);
     ASSERT_TRUE(repair(mesh));
     const auto indices = indices_of(mesh);
-    const auto vertices = static_cast<uint32_t>(mesh.wedge_count());
+    const Fans fans(indices, static_cast<uint32_t>(mesh.wedge_count()));
     const CacheModel fifo16;
-    const double plain = simulate(fifo16, drawn(indices, fan_order(indices, vertices, 16, {}))).atvr();
-    const double ahead = simulate(fifo16, drawn(indices, fan_order(indices, vertices, 16, {}, {4, 60, 2}))).atvr();
-    EXPECT_LT(plain, simulate(fifo16, tipsify(indices, vertices, 16)).atvr());
+    const double plain = simulate(fifo16, drawn(indices, fan_order(fans, 16, {}))).atvr();
+    const double ahead = simulate(fifo16, drawn(indices, fan_order(fans, 16, {}, {4, 60, 2}))).atvr();
+    EXPECT_LT(plain, simulate(fifo16, tipsify(indices, fans.vertices, 16)).atvr());
     EXPECT_LT(ahead, plain);
     EXPECT_LT(ahead, 1.25);
 }

@@ -1,6 +1,7 @@
 #include "lod/bake/orders/cluster_order.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -9,18 +10,20 @@
 #include "base/threads.h"
 #include "lod/bake/orders/draw_clusters.h"
 #include "lod/bake/orders/faces_around.h"
+#include "lod/bake/orders/label_counts.h"
 
 namespace lodestone {
 
 namespace {
 
 constexpr uint32_t none = ~0u;
-constexpr double hot = 0.7, cold = 0.1;     // temperature, in vertices, from the first sweep to the last
+constexpr double hot = 0.8, cold = 0.15;    // temperature, in vertices, from the first sweep to the last
 constexpr double loose = 0.2, tight = 0.5;  // penalty per square of faces too many or too few, likewise
 constexpr double crowding_penalty = 3;      // per vertex over batch_vertices - 1 at the first level
 constexpr uint32_t regions = 4;             // annealed side by side, whatever the number of threads ...
 constexpr uint32_t least_to_cut = 128;      // ... from so many clusters on
-constexpr uint32_t sweeps_per_round = 6;    // between two cuts into regions
+constexpr uint32_t sweeps_per_round = 12;   // between two cuts into regions
+constexpr size_t darings = 1024;
 
 class Clusters {
 public:
@@ -30,7 +33,8 @@ public:
           options_(options),
           faces_(static_cast<uint32_t>(at[0].size() / 3)),
           count_((faces_ + options.batch_faces - 1) / options.batch_faces),
-          label_(faces_, none) {
+          label_(faces_, none),
+          later_weight_(std::accumulate(weights.begin() + 1, weights.end(), 0.0)) {
         // Numbers by first use, so that what lies together on the surface lies together in memory.
         std::vector<uint32_t> number(vertices, none);
         uint32_t used = 0;
@@ -43,15 +47,17 @@ public:
             }
         }
         vertices_ = used;
+        for (size_t i = 0; i < darings; ++i) daring_[i] = -std::log((static_cast<double>(i) + 0.5) / darings);
         for (const auto& indices : at_) around_.emplace_back(indices, used);
     }
 
     std::vector<uint32_t> run(std::span<const uint32_t> slots) {
         if (slots.empty() || !shrink(slots)) grow();
+        for (const FacesAround& around : around_) counts_.emplace_back(around, label_);
         count_crowds();
         anneal(options_.sweeps, false);
         make_exact();
-        anneal(options_.sweeps / 2, true);
+        anneal(options_.sweeps / 4, true);
         std::vector<bool> late(count_);
         for (uint32_t c = 0; c < count_; ++c)
             late[c] = size_[c] != options_.batch_faces || crowd_[c] > options_.batch_vertices;
@@ -222,13 +228,8 @@ private:
 
     void count_crowds() {
         crowd_.assign(count_, 0);
-        std::vector<uint32_t> labels;
         for (uint32_t v = 0; v < vertices_; ++v) {
-            labels.clear();
-            for (const uint32_t g : around_[0].of(v)) labels.push_back(label_[g]);
-            std::ranges::sort(labels);
-            labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
-            for (const uint32_t c : labels) ++crowd_[c];
+            for (const LabelCounts::Entry& e : counts_[0].of(v)) ++crowd_[e.label];
         }
     }
 
@@ -239,25 +240,35 @@ private:
     // If the face went from cluster a to b.
     Change change(uint32_t face, uint32_t a, uint32_t b) const {
         Change result;
+        for (size_t s = 0; s < at_.size(); ++s) add_level(s, face, a, b, nothing_moved, result);
+        return result;
+    }
+    // If it did after `before` went from cluster b to a.
+    Change change_after(uint32_t before, uint32_t face, uint32_t a, uint32_t b) const {
+        Change result;
         for (size_t s = 0; s < at_.size(); ++s) {
-            int lost = 0, gained = 0;
-            FacesAround::visit(&at_[s][size_t{face} * 3], [&](uint32_t v) {
-                bool in_a = false, in_b = false;
-                for (const uint32_t g : around_[s].of(v)) {
-                    if (g == face) continue;
-                    in_a |= label_[g] == a;
-                    in_b |= label_[g] == b;
-                }
-                lost += !in_a;
-                gained += !in_b;
-            });
-            result.energy += weights_[s] * (gained - lost);
-            if (s == 0) {
-                result.left = lost;
-                result.joined = gained;
-            }
+            const uint32_t* moved = &at_[s][size_t{before} * 3];
+            const auto is_moved = [&](uint32_t v) { return moved[0] == v || moved[1] == v || moved[2] == v; };
+            add_level(s, face, a, b, is_moved, result);
         }
         return result;
+    }
+    static constexpr auto nothing_moved = [](uint32_t) { return false; };
+    // What the move changes at level s. is_moved(v): whether one face around v more than counted is in a, and one less
+    // in b.
+    template <class IsMoved>
+    void add_level(size_t s, uint32_t face, uint32_t a, uint32_t b, IsMoved&& is_moved, Change& result) const {
+        int lost = 0, gained = 0;
+        FacesAround::visit(&at_[s][size_t{face} * 3], [&](uint32_t v) {
+            const auto [in_a, in_b] = counts_[s].of(v, a, b);
+            const uint32_t moved = is_moved(v) ? 1 : 0;
+            lost += in_a + moved == 1;
+            gained += in_b == moved;
+        });
+        result.energy += weights_[s] * (gained - lost);
+        if (s > 0) return;
+        result.left = lost;
+        result.joined = gained;
     }
     double crowding(int vertices) const {
         return crowding_penalty * std::max(0, vertices - static_cast<int>(options_.batch_vertices) + 1);
@@ -274,6 +285,8 @@ private:
     }
     void move(uint32_t face, uint32_t a, uint32_t b, const Change& c) {
         label_[face] = b;
+        for (size_t s = 0; s < at_.size(); ++s)
+            FacesAround::visit(&at_[s][size_t{face} * 3], [&](uint32_t v) { counts_[s].move(v, a, b); });
         --size_[a];
         ++size_[b];
         crowd_[a] -= static_cast<uint32_t>(c.left);
@@ -286,20 +299,7 @@ private:
     void anneal(uint32_t sweeps, bool swaps) {
         const uint32_t rounds = (sweeps + sweeps_per_round - 1) / sweeps_per_round;
         for (uint32_t round = 0; round < rounds; ++round) {
-            const std::vector<uint32_t> region = cut(round);
-            std::vector<std::vector<uint32_t>> members(regions);
-            inside_.resize(faces_);
-            for (uint32_t f = 0; f < faces_; ++f) {
-                bool inside = true;
-                for (size_t s = 0; s < at_.size() && inside; ++s) {
-                    FacesAround::visit(&at_[s][size_t{f} * 3], [&](uint32_t v) {
-                        for (const uint32_t g : around_[s].of(v))
-                            inside = inside && region[label_[g]] == region[label_[f]];
-                    });
-                }
-                inside_[f] = inside;
-                if (inside) members[region[label_[f]]].push_back(f);
-            }
+            const std::vector<std::vector<uint32_t>> members = faces_inside(cut(round));
             parallel_for(members.size(), 1, [&](size_t begin, size_t end) {
                 for (size_t r = begin; r < end; ++r) {
                     if (members[r].empty()) continue;
@@ -318,6 +318,58 @@ private:
         }
     }
 
+    // Per region, its faces that no face of another one is around at any level; notes them in inside_.
+    std::vector<std::vector<uint32_t>> faces_inside(const std::vector<uint32_t>& region) {
+        std::vector<std::vector<uint32_t>> members(regions);
+        inside_.assign(faces_, 1);
+        std::vector<uint32_t> region_around(vertices_);  // none: several
+        for (size_t s = 0; s < at_.size(); ++s) {
+            for (uint32_t v = 0; v < vertices_; ++v) {
+                const auto labels = counts_[s].of(v);
+                region_around[v] = labels.empty() ? none : region[labels[0].label];
+                for (const LabelCounts::Entry& e : labels) {
+                    if (region[e.label] != region_around[v]) region_around[v] = none;
+                }
+            }
+            for (uint32_t f = 0; f < faces_; ++f) {
+                const uint32_t own = region[label_[f]], *corner = &at_[s][size_t{f} * 3];
+                inside_[f] &= region_around[corner[0]] == own && region_around[corner[1]] == own &&
+                              region_around[corner[2]] == own;
+            }
+        }
+        for (uint32_t f = 0; f < faces_; ++f) {
+            if (inside_[f]) members[region[label_[f]]].push_back(f);
+        }
+        return members;
+    }
+
+    // Per cluster, the sorted clusters that touch it: sides[first[c] .. first[c + 1]).
+    void find_sides(std::vector<uint32_t>& first, std::vector<uint32_t>& sides) const {
+        first.assign(count_ + 1, 0);
+        const auto visit = [&](auto&& side) {
+            for (uint32_t f = 0; f < faces_; ++f) {
+                for (const LabelCounts::Entry& e : counts_[0].of(at_[0][size_t{f} * 3])) {
+                    if (e.label != label_[f]) side(label_[f], e.label);
+                }
+            }
+        };
+        visit([&](uint32_t c, uint32_t) { ++first[c + 1]; });
+        std::partial_sum(first.begin(), first.end(), first.begin());
+        sides.resize(first.back());
+        std::vector<uint32_t> fill(first.begin(), first.end() - 1);
+        visit([&](uint32_t c, uint32_t d) { sides[fill[c]++] = d; });
+        uint32_t kept = 0;
+        for (uint32_t c = 0; c < count_; ++c) {
+            const auto begin = sides.begin() + first[c], end = sides.begin() + fill[c];
+            std::sort(begin, end);
+            first[c] = kept;
+            for (auto at = begin; at != end; ++at) {
+                if (at == begin || *at != *(at - 1)) sides[kept++] = *at;
+            }
+        }
+        first[count_] = kept;
+    }
+
     // A region per cluster: those nearest to seeds that differ from round to round, in steps from cluster to cluster.
     std::vector<uint32_t> cut(uint32_t round) const {
         std::vector<uint32_t> region(count_, none);
@@ -325,18 +377,8 @@ private:
             region.assign(count_, 0);
             return region;
         }
-        std::vector<std::pair<uint32_t, uint32_t>> sides;  // clusters that touch
-        for (uint32_t f = 0; f < faces_; ++f) {
-            const uint32_t v = at_[0][size_t{f} * 3];
-            for (const uint32_t g : around_[0].of(v)) {
-                if (label_[g] != label_[f]) sides.push_back({label_[f], label_[g]});
-            }
-        }
-        std::ranges::sort(sides);
-        sides.erase(std::unique(sides.begin(), sides.end()), sides.end());
-        std::vector<uint32_t> first(count_ + 1, 0), queue;
-        for (const auto& side : sides) ++first[side.first + 1];
-        std::partial_sum(first.begin(), first.end(), first.begin());
+        std::vector<uint32_t> first, sides, queue;
+        find_sides(first, sides);
         Random random(mix64(round + 77));
         for (uint32_t r = 0; r < regions; ++r) {
             const uint32_t seed = random.below(count_);
@@ -353,7 +395,7 @@ private:
             }
             const uint32_t c = queue[q];
             for (uint32_t i = first[c]; i < first[c + 1]; ++i) {
-                const uint32_t d = sides[i].second;
+                const uint32_t d = sides[i];
                 if (region[d] != none) continue;
                 region[d] = region[c];
                 queue.push_back(d);
@@ -363,38 +405,61 @@ private:
     }
 
     void move_sweep(const std::vector<uint32_t>& members, double temperature, double size_weight, Random& random) {
-        for (size_t n = 0; n < members.size(); ++n) {
-            const uint32_t f = members[random.below(static_cast<uint32_t>(members.size()))];
-            const uint32_t a = label_[f], b = label_[neighbour(f, random)];
+        for (const uint32_t f : members) {
+            const Pick pick = pick_of(f, random);
+            const uint32_t a = label_[f], b = pick.label;
             if (a == b) continue;
-            const Change c = change(f, a, b);
-            const double rise = c.energy + penalty_change(a, b, c, size_weight);
-            if (rise <= 0 || random.unit() < std::exp(-rise / temperature)) move(f, a, b, c);
+            Change c;
+            add_level(0, f, a, b, nothing_moved, c);
+            const double most = temperature * pick.daring - penalty_change(a, b, c, size_weight);
+            // At later levels a loses three vertices at most.
+            if (c.energy - 3 * later_weight_ > most) continue;
+            for (size_t s = 1; s < at_.size(); ++s) add_level(s, f, a, b, nothing_moved, c);
+            if (c.energy <= most) move(f, a, b, c);
         }
     }
     void swap_sweep(const std::vector<uint32_t>& members, double temperature, Random& random) {
-        for (size_t n = 0; n < members.size(); ++n) {
-            const uint32_t f = members[random.below(static_cast<uint32_t>(members.size()))];
-            const uint32_t at_border = neighbour(f, random), a = label_[f], b = label_[at_border];
+        for (const uint32_t f : members) {
+            const Pick pick = pick_of(f, random);
+            const uint32_t a = label_[f], b = pick.label;
             if (a == b) continue;
             // A face of b beside a, some steps along their border.
-            uint32_t g = at_border;
+            uint32_t g = none;
+            for (const uint32_t h : around_[0].of(pick.vertex)) {
+                if (label_[h] == b) g = h;
+            }
             for (int step = 0; step < 4; ++step) {
                 const uint32_t h = neighbour(g, random);
                 if (label_[h] == b) g = h;
             }
             if (!inside_[g]) continue;
-            const Change there = change(f, a, b);
-            const double before = crowding(static_cast<int>(crowd_[a])) + crowding(static_cast<int>(crowd_[b]));
+            const Change there = change(f, a, b), back = change_after(f, g, b, a);
+            const int crowd_a = static_cast<int>(crowd_[a]), crowd_b = static_cast<int>(crowd_[b]);
+            const double rise = there.energy + back.energy + crowding(crowd_a - there.left + back.joined) +
+                                crowding(crowd_b + there.joined - back.left) - (crowding(crowd_a) + crowding(crowd_b));
+            if (rise > temperature * pick.daring) continue;
             move(f, a, b, there);
-            const Change back = change(g, b, a);
             move(g, b, a, back);
-            const double rise = there.energy + back.energy + crowding(static_cast<int>(crowd_[a])) +
-                                crowding(static_cast<int>(crowd_[b])) - before;
-            if (rise <= 0 || random.unit() < std::exp(-rise / temperature)) continue;
-            move(g, a, b, {0, back.joined, back.left});
-            move(f, b, a, {0, there.joined, there.left});
         }
+    }
+    // A vertex of a face, and the cluster of a face around it: perhaps its own.
+    struct Pick {
+        uint32_t vertex, label;
+        double daring;  // temperatures that a rise may be: distributed exponentially, as Metropolis has it
+    };
+    Pick pick_of(uint32_t face, Random& random) const {
+        const uint64_t bits = random.next(), spread = (bits >> 32) * 3;
+        const uint32_t v = at_[0][size_t{face} * 3 + (spread >> 32)];
+        const auto labels = counts_[0].of(v);
+        Pick pick{v, labels[0].label, daring_[bits % darings]};
+        if (labels.size() == 1) return pick;
+        auto left = static_cast<uint32_t>(((spread & 0xffffffff) * around_[0].of(v).size()) >> 32);
+        for (const LabelCounts::Entry& e : labels) {
+            pick.label = e.label;
+            if (left < e.faces) break;
+            left -= e.faces;
+        }
+        return pick;
     }
     uint32_t neighbour(uint32_t face, Random& random) const {
         const auto around = around_[0].of(at_[0][size_t{face} * 3 + random.below(3)]);
@@ -496,7 +561,10 @@ private:
     const uint32_t faces_, count_;
     uint32_t vertices_ = 0;
     std::vector<FacesAround> around_;     // per level
+    std::array<double, darings> daring_;  // at equal shares
+    std::vector<LabelCounts> counts_;     // per level: clusters around vertices
     std::vector<uint32_t> label_;         // cluster of face
+    const double later_weight_;           // of the levels but the first
     std::vector<uint8_t> inside_;         // per face: whether it may move in this round
     std::vector<uint32_t> size_, crowd_;  // per cluster: faces; distinct vertices at the first level
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <numeric>
+#include <utility>
 
 #include "base/check.h"
 
@@ -25,7 +27,7 @@ public:
           members_(clusters),
           drawn_(clusters, false),
           seen_(around.first.size() - 1, none),
-          wanted_(around.first.size() - 1, none),
+          number_(around.first.size() - 1, none),
           entered_(around.first.size() - 1, -1'000'000) {
         for (uint32_t f = 0; f < label.size(); ++f) members_[label[f]].push_back(f);
     }
@@ -118,20 +120,23 @@ private:
     // The faces of a cluster by greed, several times with different leanings; kept is the order with the fewest
     // vertices brought in, those that the next cluster will miss included.
     void draw(const std::vector<uint32_t>& faces, uint32_t next, std::vector<uint32_t>& order) {
+        wanted_.clear();
+        const uint32_t mark = stamp_++;
         if (next != none) {
-            for (const uint32_t f : members_[next])
-                FacesAround::visit(&indices_[size_t{f} * 3], [&](uint32_t v) { wanted_[v] = next; });
+            for (const uint32_t f : members_[next]) {
+                FacesAround::visit(&indices_[size_t{f} * 3], [&](uint32_t v) {
+                    if (std::exchange(seen_[v], mark) != mark) wanted_.push_back(v);
+                });
+            }
         }
-        struct Leaning {
-            double wanted, left, age;
-        };
+        number_corners(faces, mark);
         constexpr Leaning leanings[] = {{0.3, 0.1, 0.05}, {0, 0.1, 0.05},  {0.6, 0.1, 0.05}, {0.3, 0.2, 0.2},
                                         {0.6, 0.2, 0.2},  {1.2, 0.1, 0.1}, {0.3, 0.05, 0.4}, {0.6, 0.05, 0.4}};
         std::vector<uint32_t> best, tried;
         double fewest = 1e30;
         for (const Leaning& leaning : std::span(leanings).first(careful_ ? std::size(leanings) : 1)) {
             tried.clear();
-            const double cost = try_to_draw(faces, next, leaning.wanted, leaning.left, leaning.age, tried);
+            const double cost = try_to_draw(faces, leaning, tried);
             undo();
             if (cost < fewest) {
                 fewest = cost;
@@ -144,50 +149,68 @@ private:
         }
         journal_.clear();
     }
-    double try_to_draw(const std::vector<uint32_t>& cluster, uint32_t next, double wanted, double left_weight,
-                       double age_weight, std::vector<uint32_t>& order) {
-        std::vector<uint32_t> faces = cluster;
-        const int64_t begin = now_;
-        const auto left_of = [&](uint32_t v) {
-            uint32_t left = 0;
-            for (const uint32_t g : faces) {
-                const uint32_t* t = &indices_[size_t{g} * 3];
-                left += t[0] == v || t[1] == v || t[2] == v;
-            }
-            return left;
+    struct Leaning {
+        double wanted, left, age;
+    };
+    // Numbers the vertices of a cluster from 0 on, and notes which of them the next cluster uses: those whose seen_ is
+    // the mark.
+    void number_corners(const std::vector<uint32_t>& faces, uint32_t mark) {
+        own_.clear();
+        corners_.clear();
+        for (const uint32_t f : faces) {
+            Corners corners{0, {}};
+            FacesAround::visit(&indices_[size_t{f} * 3], [&](uint32_t v) {
+                if (number_[v] >= own_.size() || own_[number_[v]].vertex != v) {
+                    number_[v] = static_cast<uint32_t>(own_.size());
+                    own_.push_back({v, 0, seen_[v] == mark});
+                }
+                ++own_[number_[v]].faces;
+                corners.at[corners.count++] = number_[v];
+            });
+            corners_.push_back(corners);
+        }
+    }
+    double try_to_draw(const std::vector<uint32_t>& cluster, const Leaning& leaning, std::vector<uint32_t>& order) {
+        std::vector<uint32_t> faces(cluster.size()), left(own_.size());  // both of the faces still to draw
+        std::iota(faces.begin(), faces.end(), 0u);
+        for (size_t v = 0; v < own_.size(); ++v) left[v] = own_[v].faces;
+        struct Terms {
+            double age, left, wanted;
         };
+        std::vector<Terms> terms(own_.size());
+        const int64_t begin = now_;
         while (!faces.empty()) {
+            for (size_t v = 0; v < own_.size(); ++v) {
+                const int64_t age = now_ - entered_[own_[v].vertex];
+                // A vertex that is about to leave is used before one that came just now.
+                terms[v] = {age <= static_cast<int64_t>(cache_) ? -leaning.age * static_cast<double>(age) / cache_ : 1,
+                            leaning.left * left[v], own_[v].wanted ? leaning.wanted : 0};
+            }
             size_t best = 0;
             double least = 1e30;
             for (size_t i = 0; i < faces.size(); ++i) {
+                const Corners& corners = corners_[faces[i]];
                 double cost = 0;
-                FacesAround::visit(&indices_[size_t{faces[i]} * 3], [&](uint32_t v) {
-                    // A vertex that is about to leave is used before one that came just now.
-                    cost += cached(v) ? -age_weight * static_cast<double>(now_ - entered_[v]) / cache_ : 1;
-                    cost += left_weight * left_of(v);
-                    if (wanted_[v] == next) cost += wanted;
-                });
+                for (uint32_t k = 0; k < corners.count; ++k) {
+                    const Terms& t = terms[corners.at[k]];
+                    cost += t.age;
+                    cost += t.left;
+                    cost += t.wanted;
+                }
                 if (cost < least) {
                     least = cost;
                     best = i;
                 }
             }
-            const uint32_t face = faces[best];
+            const Corners& drawn = corners_[faces[best]];
+            for (uint32_t k = 0; k < drawn.count; ++k) --left[drawn.at[k]];
+            order.push_back(cluster[faces[best]]);
             faces.erase(faces.begin() + static_cast<ptrdiff_t>(best));
-            order.push_back(face);
-            enter(face);
+            enter(order.back());
         }
         auto cost = static_cast<double>(now_ - begin);
-        if (next == none) return cost;
-        const uint32_t mark = stamp_++;
-        for (const uint32_t f : members_[next]) {
-            FacesAround::visit(&indices_[size_t{f} * 3], [&](uint32_t v) {
-                if (seen_[v] == mark) return;
-                seen_[v] = mark;
-                // What entered last is there when the next cluster begins and likely still when it is needed.
-                if (cached(v)) cost -= 0.9;
-            });
-        }
+        // What entered last is there when the next cluster begins and likely still when it is needed.
+        for (const uint32_t v : wanted_) cost -= cached(v) ? 0.9 : 0;
         return cost;
     }
     void enter(uint32_t face) {
@@ -210,9 +233,20 @@ private:
     std::vector<bool> drawn_;
     uint32_t stamp_ = 0;
     std::vector<uint32_t> seen_;    // per vertex: stamp
-    std::vector<uint32_t> wanted_;  // per vertex: the last cluster that was next and uses it
+    std::vector<uint32_t> number_;  // per vertex: its place in own_, if it is there
     std::vector<int64_t> entered_;  // per vertex: when it entered the cache
     std::vector<std::pair<uint32_t, int64_t>> journal_;
+    std::vector<uint32_t> wanted_;  // vertices of the cluster that is next
+    struct Own {
+        uint32_t vertex, faces;
+        bool wanted;  // by the next cluster
+    };
+    struct Corners {
+        uint32_t count;
+        std::array<uint32_t, 3> at;  // in own_
+    };
+    std::vector<Own> own_;          // vertices of the cluster that is being drawn
+    std::vector<Corners> corners_;  // of its faces: their distinct vertices
     int64_t now_ = 0;
 };
 

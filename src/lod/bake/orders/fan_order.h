@@ -4,6 +4,7 @@
 // ours.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -26,11 +27,31 @@ struct Rollouts {
     uint32_t fans = 3;        // emitted of the best before looking again
 };
 
-// Faces (positions in indices / 3) in drawing order, made for a FIFO of `cache` entries, 3 .. 1024. indices: three
-// vertices per face, each below `vertices`; degenerate faces come where their vertices are. Time is linear in faces
-// times cache.
+// The fans of an index list, for any number of orders of it.
+class Fans {
+public:
+    // indices: three vertices per face, each below `vertices`; they are kept.
+    Fans(std::span<const uint32_t> indices, uint32_t vertices);
+
+    struct Spoke {
+        uint32_t vertex;
+        uint32_t faces;  // left with both this vertex and the hub, corner by corner
+    };
+
+    std::span<const uint32_t> indices;
+    uint32_t vertices;
+    std::vector<uint32_t> first, faces_of;  // per vertex: its faces, once per corner
+    std::vector<uint32_t> first_spoke;      // per vertex: in spokes
+    std::vector<Spoke> spokes;              // and one at the end that nothing reads
+    std::vector<std::array<uint32_t, 6>>
+        ends;                  // per face: the spokes of its sides, both ways; of one without length the last
+    uint32_t most_spokes = 0;  // of a vertex
+};
+
+// Faces (positions in indices / 3) in drawing order, made for a FIFO of `cache` entries, 3 .. 1024. Degenerate faces
+// come where their vertices are. Time is linear in faces times cache.
 // lead: so many faces were drawn before, those that come first in indices; they are not in what is returned.
-std::vector<uint32_t> fan_order(std::span<const uint32_t> indices, uint32_t vertices, uint32_t cache,
-                                const FanWeights& weights, const Rollouts& rollouts = {}, uint32_t lead = 0);
+std::vector<uint32_t> fan_order(const Fans& fans, uint32_t cache, const FanWeights& weights,
+                                const Rollouts& rollouts = {}, uint32_t lead = 0);
 
 }  // namespace lodestone

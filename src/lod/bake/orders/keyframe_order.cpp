@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <utility>
 
 #include "base/check.h"
 #include "base/threads.h"
@@ -12,6 +12,8 @@
 namespace lodestone {
 
 namespace {
+
+constexpr uint32_t none = ~0u;
 
 // Below this many faces an order is not worth a permutation.
 constexpr size_t least_faces = 12;
@@ -26,9 +28,9 @@ constexpr Rollouts rollouts{4, 60, 2};
 constexpr double plain_seconds = 3e-6, look_ahead_seconds = 14e-6;
 
 // Clusters: annealing, and its seconds per face and sweep and those of drawing the clusters.
-constexpr double most_sweeps_in_all = 2000;  // over all keyframes, in units of the first
+constexpr double most_sweeps_in_all = 1800;  // over all keyframes, in units of the first
 constexpr uint32_t fewest_sweeps = 12;
-constexpr double sweep_seconds = 0.1e-6, careful_seconds = 10e-6, careless_seconds = 2e-6;
+constexpr double sweep_seconds = 0.03e-6, careful_seconds = 2e-6, careless_seconds = 1e-6;
 
 struct Candidate {
     uint32_t cache;
@@ -137,23 +139,24 @@ private:
             order_in_clusters({sample(0), sample(2)}, slots, faces);
             return;
         }
-        std::array<std::vector<uint32_t>, samples> at;
-        std::array<double, samples> vertices{};
+        Samples all;
+        all.number.assign(input_.wedges, none);
         for (size_t s = 0; s < samples; ++s) {
-            at[s] = sample(s);
-            vertices[s] = distinct(at[s]);
+            all.at[s] = sample(s);
+            all.distinct[s] = number_by_use(all.at[s], s, all);
         }
+        const Fans fans(all.at[0], all.vertices);
         // First all candidates without looking ahead, then the best of them with.
         std::vector<Trial> trials(candidates_.size());
         for (size_t c = 0; c < trials.size(); ++c) trials[c].candidate = candidates_[c];
-        make(trials, at, vertices);
+        make(trials, fans, all);
         std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.cost < b.cost; });
         const bool looks_ahead = static_cast<double>(faces.size()) <= look_ahead_below_;
         std::vector<Trial> ahead(
             trials.begin(),
             trials.begin() + static_cast<ptrdiff_t>(looks_ahead ? std::min(looked_ahead, trials.size()) : 0));
         for (Trial& t : ahead) t.rollouts = rollouts;
-        make(ahead, at, vertices);
+        make(ahead, fans, all);
         const Trial* chosen = &trials[0];
         for (const Trial& t : ahead) {
             if (t.cost < chosen->cost) chosen = &t;
@@ -179,27 +182,33 @@ private:
         faces = std::move(sorted);
     }
 
+    // The faces at each sample by numbers of wedges below `vertices`, and how many different ones each has.
+    struct Samples {
+        std::array<std::vector<uint32_t>, samples> at;
+        std::array<double, samples> distinct{};
+        uint32_t vertices = 0;
+        std::vector<uint32_t> number, used_by;  // of wedges; per number: the last sample that has it
+    };
     struct Trial {
         Candidate candidate;
         Rollouts rollouts;
         std::vector<uint32_t> order;
         double cost = 0;  // sum over the samples of transforms per vertex
     };
-    // at: indices of the faces at each sample; vertices: how many distinct ones they use.
-    void make(std::vector<Trial>& trials, const std::array<std::vector<uint32_t>, samples>& at,
-              const std::array<double, samples>& vertices) const {
+    void make(std::vector<Trial>& trials, const Fans& fans, const Samples& all) const {
         parallel_for(trials.size(), 1, [&](size_t begin, size_t stop) {
             std::vector<uint32_t> drawn;
             for (size_t c = begin; c < stop; ++c) {
                 Trial& t = trials[c];
-                t.order = fan_order(at[0], input_.wedges, t.candidate.cache, t.candidate.weights, t.rollouts);
+                t.order = fan_order(fans, t.candidate.cache, t.candidate.weights, t.rollouts);
                 t.cost = 0;
                 for (size_t s = 0; s < samples; ++s) {
                     drawn.clear();
-                    for (const uint32_t f : t.order)
-                        drawn.insert(drawn.end(),
-                                     {at[s][size_t{f} * 3], at[s][size_t{f} * 3 + 1], at[s][size_t{f} * 3 + 2]});
-                    t.cost += static_cast<double>(simulate(model_, drawn).transforms) / vertices[s];
+                    for (const uint32_t f : t.order) {
+                        const uint32_t* corner = &all.at[s][size_t{f} * 3];
+                        drawn.insert(drawn.end(), corner, corner + 3);
+                    }
+                    t.cost += static_cast<double>(count_transforms(model_, drawn, all.vertices)) / all.distinct[s];
                 }
             }
         });
@@ -220,12 +229,18 @@ private:
         return drawn;
     }
 
-    double distinct(const std::vector<uint32_t>& indices) {
-        seen_.assign(input_.wedges, false);
+    // Gives the wedges of sample s numbers by their first use in any, so that what is drawn together lies together.
+    // How many it uses.
+    static double number_by_use(std::vector<uint32_t>& wedges, size_t s, Samples& all) {
         size_t count = 0;
-        for (const uint32_t w : indices) {
-            count += seen_[w] ? 0 : 1;
-            seen_[w] = true;
+        for (uint32_t& w : wedges) {
+            uint32_t& number = all.number[w];
+            if (number == none) {
+                number = all.vertices++;
+                all.used_by.push_back(none);
+            }
+            w = number;
+            count += std::exchange(all.used_by[w], static_cast<uint32_t>(s)) != s ? 1 : 0;
         }
         return static_cast<double>(std::max<size_t>(count, 1));
     }
@@ -238,7 +253,6 @@ private:
     uint32_t sweeps_ = 0;
     bool careful_ = true, searched_less_ = false;
     std::vector<uint32_t> alive_at_;  // per level
-    std::vector<bool> seen_;
 };
 
 }  // namespace

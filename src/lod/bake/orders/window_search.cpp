@@ -63,9 +63,9 @@ WindowSearch::WindowSearch(const OrderInput& input, uint32_t cache, const Greedy
 std::vector<uint32_t> WindowSearch::first_order() {
     std::vector<uint32_t> best;
     double least = 0;
+    const Fans fans(input_.indices, input_.wedges);
     for (const Candidate& candidate : std::span(candidates).first(quick_candidates)) {
-        std::vector<uint32_t> order =
-            fan_order(input_.indices, input_.wedges, cache_, candidate.weights, rollouts(options_.look_ahead));
+        std::vector<uint32_t> order = fan_order(fans, cache_, candidate.weights, rollouts(options_.look_ahead));
         const double cost = transforms({}, input_.indices, order, {}, 0);
         if (best.empty() || cost < least) {
             least = cost;
@@ -226,6 +226,7 @@ WindowPlan WindowSearch::plan(uint32_t first, uint32_t last, uint32_t end, bool 
     if (faces.alive.empty()) return best;
     std::vector<uint32_t> numbered;
     const uint32_t vertices = number_wedges(faces, numbered);
+    const Fans fans(numbered, vertices);
     const auto lead = static_cast<uint32_t>(faces.lead.size());
     const double before = transforms_now(faces);
     const bool whole = first == 0 && last == faces_->slots();  // then no dead slot is needed
@@ -233,7 +234,7 @@ WindowPlan WindowSearch::plan(uint32_t first, uint32_t last, uint32_t end, bool 
     for (size_t c = 0; c < tried; ++c) {
         const uint32_t cache = std::max(3u, cache_ - std::min(cache_, candidates[c].cache_less));
         const Rollouts ahead = careful && c < quick_candidates ? rollouts(options_.look_ahead) : Rollouts{};
-        std::vector<uint32_t> order = fan_order(numbered, vertices, cache, candidates[c].weights, ahead, lead);
+        std::vector<uint32_t> order = fan_order(fans, cache, candidates[c].weights, ahead, lead);
         for (uint32_t& f : order) f -= lead;
         WindowPlan plan;
         plan.first = first, plan.last = last, plan.end = end, plan.taken = best.taken, plan.whole = whole;

@@ -1,5 +1,6 @@
 #include <sys/sysinfo.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -59,7 +60,7 @@ class RecipeBook {
 public:
     explicit RecipeBook(std::vector<std::string> common) : common_(std::move(common)) {}
 
-    Result<const Recipe*> operator()(const std::vector<std::string>& own) {
+    Result<const BakeRecipe*> operator()(const std::vector<std::string>& own) {
         const auto known = recipes_.find(own);
         if (known != recipes_.end()) return &known->second;
         auto all = parsed(common_);
@@ -69,10 +70,13 @@ public:
         for (auto& [name, values] : more->given) all->given[name] = values;
         auto both = parsed(words_of(all->given));
         if (!both) return tl::unexpected(both.error());
-        Recipe recipe;
+        BakeRecipe recipe;
         recipe.hash = recipe_hash(both->options);
         recipe.words = words_of(both->given);
-        recipe.backends = both->options.backends;
+        const BakeOptions& options = both->options;
+        recipe.parts = options.backends;
+        if (std::ranges::count(options.backends, "lod") > 0)
+            recipe.parts.insert(recipe.parts.end(), options.orders.begin(), options.orders.end());
         recipe.read = both->options.read;
         return &recipes_.emplace(own, std::move(recipe)).first->second;
     }
@@ -100,7 +104,7 @@ private:
     }
 
     std::vector<std::string> common_;
-    std::map<std::vector<std::string>, Recipe> recipes_;
+    std::map<std::vector<std::string>, BakeRecipe> recipes_;
 };
 
 // Of /proc/meminfo, in bytes.

@@ -23,7 +23,7 @@ struct Crew {
 // A mesh to bake.
 struct Job {
     const Item* item = nullptr;
-    const Recipe* recipe = nullptr;
+    const BakeRecipe* recipe = nullptr;
 };
 
 // Bakes, dear ones first. Those that the machine or a signal ends are tried three times, 137, which may be for want of

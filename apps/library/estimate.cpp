@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <string_view>
 
@@ -19,11 +20,15 @@ namespace {
 constexpr uint64_t bytes_per_triangle = 60;
 constexpr uint64_t packed_ratio = 3;  // of .gz
 
+// Of a backend or a face order: seconds + per_triangle * triangles ^ power, and bytes for each triangle.
 struct Cost {
-    const char* backend;
-    double seconds, bytes;  // per triangle
+    const char* part;
+    double seconds, per_triangle, power, bytes;
 };
-constexpr Cost costs[] = {{"lod", 2.2e-5, 600}, {"vgi", 4e-5, 700}, {"discrete", 6e-6, 300}, {"full", 5e-7, 150}};
+constexpr Cost costs[] = {
+    {"lod", 0.28, 1.4e-5, 1, 600}, {"keyframe", 0, 2.5e-5, 1.14, 0},   {"greedy", 0, 1e-4, 1, 0},
+    {"vgi", 1, 2e-4, 1, 700},      {"discrete", 0.05, 1.5e-5, 1, 300}, {"full", 0, 5e-7, 1, 150},
+};
 constexpr double least_seconds = 0.02;
 constexpr uint64_t least_bytes = uint64_t{48} << 20;
 
@@ -73,13 +78,13 @@ uint64_t triangles_about(const fs::path& path, uint64_t bytes) {
     return told > 0 ? std::min(told, unpacked * 2) : unpacked / bytes_per_triangle;
 }
 
-void estimate(Item& item, const Recipe& recipe) {
+void estimate(Item& item, const BakeRecipe& recipe) {
     const auto triangles = static_cast<double>(triangles_about(item.path, item.bytes));
     item.cost = least_seconds;
     double memory = 0;
     for (const Cost& cost : costs) {
-        if (std::ranges::count(recipe.backends, cost.backend) == 0) continue;
-        item.cost += triangles * cost.seconds;
+        if (std::ranges::count(recipe.parts, cost.part) == 0) continue;
+        item.cost += cost.seconds + cost.per_triangle * std::pow(triangles, cost.power);
         memory = std::max(memory, triangles * cost.bytes);
     }
     item.memory = least_bytes + item.bytes + static_cast<uint64_t>(memory);

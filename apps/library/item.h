@@ -26,10 +26,10 @@ struct Item {
 };
 
 // What the words of a bake come to.
-struct Recipe {
+struct BakeRecipe {
     Hash128 hash;                    // as an asset's header holds it
     std::vector<std::string> words;  // all of them, those of the library first
-    std::vector<std::string> backends;
+    std::vector<std::string> parts;  // backends, and face orders where a progressive mesh is among them
     ReadOptions read;
 };
 
@@ -41,7 +41,7 @@ Result<std::vector<Item>> find_items(std::span<const std::string> sources, const
 // Triangles of a mesh as far as its first bytes tell, or else guessed from its size.
 uint64_t triangles_about(const std::filesystem::path& path, uint64_t bytes);
 // Sets cost and memory.
-void estimate(Item& item, const Recipe& recipe);
+void estimate(Item& item, const BakeRecipe& recipe);
 
 // A path as JSON: text, or an object with its bytes where they are no UTF-8.
 nlohmann::json json_of_path(const std::filesystem::path& path);

@@ -15,7 +15,7 @@
 namespace lodestone {
 
 // What a mesh's own bake options come to with those of the library; Fault::usage where they make no sense.
-using Recipes = std::function<Result<const Recipe*>(const std::vector<std::string>& own)>;
+using Recipes = std::function<Result<const BakeRecipe*>(const std::vector<std::string>& own)>;
 
 // What became of a library.
 struct Tally {

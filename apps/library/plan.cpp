@@ -23,16 +23,15 @@ std::string number_of(uint64_t shard) {
     return std::string(digits.size() < 5 ? 5 - digits.size() : 0, '0') + digits;
 }
 
-// Shards are closed at a cost, as long as there are not too many; then at twice of it.
+// Shards are closed at a cost, as long as there are not too many; then at twice of it. Half of the shards that may be
+// hold all meshes where their number alone closes them, so this comes to an end.
 uint64_t deal(std::vector<Item*>& items, const PlanOptions& options) {
-    uint64_t shards = 0;
+    const uint64_t most_meshes = std::max(options.most_meshes, items.size() * 2 / options.most_shards + 1);
     for (double target = options.minutes * 60;; target *= 2) {
+        uint64_t shards = 0, meshes = 0;
         double cost = 0;
-        uint64_t meshes = 0;
-        shards = 0;
         for (Item* item : items) {
-            const bool most = meshes >= options.most_meshes && target < 1e15;
-            if (meshes > 0 && (most || cost + item->cost > target)) {
+            if (meshes > 0 && (meshes >= most_meshes || cost + item->cost > target)) {
                 ++shards;
                 cost = 0;
                 meshes = 0;
@@ -41,11 +40,9 @@ uint64_t deal(std::vector<Item*>& items, const PlanOptions& options) {
             cost += item->cost;
             ++meshes;
         }
-        shards += items.empty() ? 0 : 1;
+        if (!items.empty()) ++shards;
         if (shards <= options.most_shards) return shards;
-        if (items.size() / options.most_shards >= options.most_meshes) break;
     }
-    return shards;
 }
 
 uint64_t mib_of(uint64_t bytes) { return (bytes >> 20) + 1; }
@@ -68,7 +65,7 @@ Result<void> write_text(const fs::path& path, const std::string& text) {
 }
 
 // Runs of shards by the memory that the dearest mesh of each takes.
-std::string arrays_of(const Plan& plan) {
+std::string arrays_of(const LibraryPlan& plan) {
     std::vector<uint64_t> memory(plan.shards, 0);
     for (const Item& item : plan.items) {
         if (item.shard < 0) continue;
@@ -83,7 +80,7 @@ std::string arrays_of(const Plan& plan) {
     return text;
 }
 
-Result<void> write_plan(const Plan& plan) {
+Result<void> write_plan(const LibraryPlan& plan) {
     const Json head = {{"out", json_of_path(plan.out)}, {"options", plan.words}, {"shards", plan.shards}};
     std::string lines;
     for (const Item& item : plan.items) lines += line_of(item).dump() + "\n";
@@ -112,7 +109,7 @@ Result<Item> item_from(const std::string& line, const fs::path& manifest) {
     }
 }
 
-Result<std::vector<fs::path>> files_of_results(const Plan& plan, const std::string& begin) {
+Result<std::vector<fs::path>> files_of_results(const LibraryPlan& plan, const std::string& begin) {
     std::vector<fs::path> files;
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(results_of(plan.folder), error)) {
@@ -124,7 +121,7 @@ Result<std::vector<fs::path>> files_of_results(const Plan& plan, const std::stri
 
 // What is known of every mesh: what the library had, and what shards wrote later. A result is not undone by a try that
 // came to none.
-Result<Records> gather(const Plan& plan, const Shelf& shelf, const std::string& begin) {
+Result<Records> gather(const LibraryPlan& plan, const Shelf& shelf, const std::string& begin) {
     auto known = read_records(shelf.results());
     if (!known) return known;
     const auto files = files_of_results(plan, begin);
@@ -143,9 +140,9 @@ Result<Records> gather(const Plan& plan, const Shelf& shelf, const std::string& 
 
 }  // namespace
 
-Result<Plan> make_plan(std::vector<Item> items, const Recipes& recipes, const Shelf& shelf,
-                       const std::vector<std::string>& words, const fs::path& folder, const PlanOptions& options,
-                       const Progress& progress) {
+Result<LibraryPlan> make_plan(std::vector<Item> items, const Recipes& recipes, const Shelf& shelf,
+                              const std::vector<std::string>& words, const fs::path& folder, const PlanOptions& options,
+                              const Progress& progress) {
     std::error_code error;
     fs::create_directories(results_of(folder), error);
     if (error) return fail(Fault::machine, folder.string() + ": cannot be made: " + error.message());
@@ -159,23 +156,23 @@ Result<Plan> make_plan(std::vector<Item> items, const Recipes& recipes, const Sh
     std::vector<Item*> left;
     for (const Job& job : *jobs) left.push_back(&items[static_cast<size_t>(job.item - items.data())]);
     std::ranges::stable_sort(left, [](const Item* a, const Item* b) { return a->cost > b->cost; });
-    Plan plan;
+    LibraryPlan plan;
     plan.folder = folder;
     plan.out = fs::absolute(shelf.folder());
     plan.words = words;
     plan.shards = deal(left, options);
-    // What shards of an older plan wrote goes into the library before its results, which are by shard, go.
+    // What shards of an older plan wrote is by that plan's shards. Its assets tell of themselves.
     plan.items = std::move(items);
     for (const auto& entry : fs::directory_iterator(results_of(folder), error)) fs::remove(entry.path(), error);
     if (auto done = write_plan(plan); !done) return tl::unexpected(done.error());
     return plan;
 }
 
-Result<Plan> read_plan(const fs::path& folder) {
+Result<LibraryPlan> read_plan(const fs::path& folder) {
     const auto bad = [&] {
         return fail(Fault::usage, folder.string() + ": holds no plan; make one by library --plan");
     };
-    Plan plan;
+    LibraryPlan plan;
     plan.folder = folder;
     std::ifstream head(folder / "plan.json");
     const Json json = Json::parse(head, nullptr, false);
@@ -193,7 +190,7 @@ Result<Plan> read_plan(const fs::path& folder) {
     return plan;
 }
 
-Result<Tally> bake_shard(const Plan& plan, uint64_t shard, const Recipes& recipes, const Crew& crew,
+Result<Tally> bake_shard(const LibraryPlan& plan, uint64_t shard, const Recipes& recipes, const Crew& crew,
                          const Progress& progress) {
     if (shard >= plan.shards) {
         return fail(Fault::usage, "--shard " + std::to_string(shard) + ": the plan has " + std::to_string(plan.shards) +
@@ -226,7 +223,7 @@ Result<Tally> bake_shard(const Plan& plan, uint64_t shard, const Recipes& recipe
     return tally;
 }
 
-Result<Merged> merge_plan(const Plan& plan, const Recipes& recipes, const Progress& progress) {
+Result<Merged> merge_plan(const LibraryPlan& plan, const Recipes& recipes, const Progress& progress) {
     const Shelf shelf(plan.out);
     const auto lock = FolderLock::take(shelf.folder());
     if (!lock) return tl::unexpected(lock.error());
@@ -238,9 +235,13 @@ Result<Merged> merge_plan(const Plan& plan, const Recipes& recipes, const Progre
     std::set<uint64_t> shards;
     for (const Job& job : *jobs) {
         const auto tried = known->find(job.item->name);
-        if (tried != known->end() && !tried->second.decided()) records.insert_or_assign(tried->first, tried->second);
-        const bool failed = tried != known->end() && tried->second.outcome == Outcome::failed;
-        if (!failed && job.item->shard >= 0) shards.insert(static_cast<uint64_t>(job.item->shard));
+        // A refusal stands here even where there was no file: it was looked for by a shard.
+        const bool stands = tried != known->end() && (tried->second.outcome == Outcome::refused
+                                                          ? same_sources(tried->second, *job.item, *job.recipe)
+                                                          : tried->second.outcome == Outcome::failed);
+        const bool lost = tried != known->end() && tried->second.decided() && !stands;
+        if (tried != known->end() && !lost) records.insert_or_assign(tried->first, tried->second);
+        if (!stands && job.item->shard >= 0) shards.insert(static_cast<uint64_t>(job.item->shard));
     }
     if (auto done = finish(shelf, records, false, progress); !done) return tl::unexpected(done.error());
     return Merged{tally_of(records, plan.items.size()), {shards.begin(), shards.end()}};

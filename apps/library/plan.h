@@ -20,7 +20,7 @@ struct PlanOptions {
     uint64_t most_shards = 1000;
 };
 
-struct Plan {
+struct LibraryPlan {
     std::filesystem::path folder;    // of the plan
     std::filesystem::path out;       // of the library
     std::vector<std::string> words;  // bake options of all
@@ -29,15 +29,15 @@ struct Plan {
 };
 
 // Deals what is not current out to shards, dear ones first, and writes the plan.
-Result<Plan> make_plan(std::vector<Item> items, const Recipes& recipes, const Shelf& shelf,
-                       const std::vector<std::string>& words, const std::filesystem::path& folder,
-                       const PlanOptions& options, const Progress& progress);
+Result<LibraryPlan> make_plan(std::vector<Item> items, const Recipes& recipes, const Shelf& shelf,
+                              const std::vector<std::string>& words, const std::filesystem::path& folder,
+                              const PlanOptions& options, const Progress& progress);
 
 // Fault::usage where there is none.
-Result<Plan> read_plan(const std::filesystem::path& folder);
+Result<LibraryPlan> read_plan(const std::filesystem::path& folder);
 
 // Bakes what is left of one shard.
-Result<Tally> bake_shard(const Plan& plan, uint64_t shard, const Recipes& recipes, const Crew& crew,
+Result<Tally> bake_shard(const LibraryPlan& plan, uint64_t shard, const Recipes& recipes, const Crew& crew,
                          const Progress& progress);
 
 struct Merged {
@@ -45,6 +45,6 @@ struct Merged {
     std::vector<uint64_t> shards_left;  // with meshes that are neither decided nor failed
 };
 // Gathers what shards wrote, writes results.jsonl and index.html, and sweeps.
-Result<Merged> merge_plan(const Plan& plan, const Recipes& recipes, const Progress& progress);
+Result<Merged> merge_plan(const LibraryPlan& plan, const Recipes& recipes, const Progress& progress);
 
 }  // namespace lodestone

@@ -40,7 +40,7 @@ Json figures_of(const ChunkFile& file, const Json& about) {
 }
 
 // What the mesh was read from, now. False where it cannot be read.
-bool read_sources(Record& record, const Item& item, const Recipe& recipe) {
+bool read_sources(Record& record, const Item& item, const BakeRecipe& recipe) {
     ReadReport report;
     record.source = stamp_of(item.path);
     const auto hash = hash_of_source(item.path, recipe.read, &report);
@@ -53,14 +53,14 @@ bool read_sources(Record& record, const Item& item, const Recipe& recipe) {
 
 }  // namespace
 
-bool same_sources(const Record& record, const Item& item, const Recipe& recipe) {
+bool same_sources(const Record& record, const Item& item, const BakeRecipe& recipe) {
     if (record.recipe != recipe.hash.hex() || record.source != stamp_of(item.path)) return false;
     return std::ranges::all_of(record.side_files, [&](const auto& file) {
         return file.second == stamp_of(item.path.parent_path() / file.first);
     });
 }
 
-std::optional<Record> Shelf::from_asset(const Item& item, const Recipe& recipe) const {
+std::optional<Record> Shelf::from_asset(const Item& item, const BakeRecipe& recipe) const {
     const fs::path path = asset_of(item.name);
     Record record;
     record.asset = stamp_of(path);
@@ -80,7 +80,7 @@ std::optional<Record> Shelf::from_asset(const Item& item, const Recipe& recipe) 
     return record;
 }
 
-std::optional<Record> Shelf::current(const Item& item, const Recipe& recipe, const Record* known) const {
+std::optional<Record> Shelf::current(const Item& item, const BakeRecipe& recipe, const Record* known) const {
     // What could not be opened is tried again: it is quick.
     if (known != nullptr && known->decided() && known->source.bytes >= 0 && same_sources(*known, item, recipe)) {
         if (known->outcome == Outcome::refused || known->asset == stamp_of(asset_of(item.name))) return *known;
@@ -96,7 +96,7 @@ std::optional<Record> Shelf::current(const Item& item, const Recipe& recipe, con
     return found;
 }
 
-void Shelf::add_sources(Record& record, const Recipe& recipe) const {
+void Shelf::add_sources(Record& record, const BakeRecipe& recipe) const {
     Item item;
     item.path = record.path;
     const Stamp before = record.source;
@@ -118,7 +118,7 @@ std::vector<fs::path> Shelf::sweep() const {
     return swept;
 }
 
-std::string fault_of_asset(const Shelf& shelf, const Item& item, const Recipe& recipe) {
+std::string fault_of_asset(const Shelf& shelf, const Item& item, const BakeRecipe& recipe) {
     const auto file = ChunkFile::open(shelf.asset_of(item.name));
     if (!file) return file.error().message;
     if (auto whole = file->verify(); !whole) return whole.error().message;

@@ -25,11 +25,11 @@ public:
 
     // The record of what is there and current, if it is: by the sizes and times that `known` has, or else by hashes.
     // known: what was recorded last; null for nothing.
-    std::optional<Record> current(const Item& item, const Recipe& recipe, const Record* known) const;
+    std::optional<Record> current(const Item& item, const BakeRecipe& recipe, const Record* known) const;
     // The record of an asset that is there: what it tells of itself, and what its mesh was made from.
-    std::optional<Record> from_asset(const Item& item, const Recipe& recipe) const;
+    std::optional<Record> from_asset(const Item& item, const BakeRecipe& recipe) const;
     // Fills in a refused one what its mesh was read from.
-    void add_sources(Record& record, const Recipe& recipe) const;
+    void add_sources(Record& record, const BakeRecipe& recipe) const;
 
     // What killed bakes have left on file systems that know no files without names: removed, and named.
     std::vector<std::filesystem::path> sweep() const;
@@ -39,9 +39,9 @@ private:
 };
 
 // Whether a record is of these sources and this recipe, by sizes and times.
-bool same_sources(const Record& record, const Item& item, const Recipe& recipe);
+bool same_sources(const Record& record, const Item& item, const BakeRecipe& recipe);
 
 // Why an asset is not what `item` and `recipe` make of it, by every hash there is; empty where it is.
-std::string fault_of_asset(const Shelf& shelf, const Item& item, const Recipe& recipe);
+std::string fault_of_asset(const Shelf& shelf, const Item& item, const BakeRecipe& recipe);
 
 }  // namespace lodestone

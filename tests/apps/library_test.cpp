@@ -35,7 +35,7 @@ protected:
         generate("rock", 800, "scans/rock.ply");
         generate("rock", 800, "scans/again/same.ply");
         generate("vase", 600, "scans/a b/mit Leerzeichen \xc3\xbc.obj");
-        generate("torus", 500, "scans/torus.stl");
+        generate("torus", 500, "scans/torus.glb");
         generate("cliff", 3000, "scans/cliff.ply");
         generate("rock", 900, "scans/latin1 \xfc.ply");
         put("scans/empty.ply", "");
@@ -115,7 +115,7 @@ TEST_F(LibraryTest, ASecondRunBakesWhatHasChangedAlone) {
     // Its content changes; another is touched, and has the same content; one asset is lost, one source goes.
     generate("rock", 1000, "scans/rock.ply");
     fs::last_write_time(folder_ / "scans/cliff.ply", fs::file_time_type::clock::now());
-    fs::remove(folder_ / "lib/assets/torus.stl.lode");
+    fs::remove(folder_ / "lib/assets/torus.glb.lode");
     fs::remove(folder_ / "scans/again/same.ply");
     const json second = tally("scans -o lib" + quick);
     EXPECT_EQ(second["baked"], 2);
@@ -137,14 +137,14 @@ TEST_F(LibraryTest, ChecksByEveryHash) {
     asset.seekp(-3, std::ios::end);
     asset.put('\x5a');
     asset.close();
-    fs::remove(folder_ / "scans/torus.stl");
+    fs::remove(folder_ / "scans/torus.glb");
     put("scans/cliff.ply", content_of(folder_ / "scans/rock.ply"));
     const Ended e = run("library scans -o lib --check" + quick);
     EXPECT_EQ(e.code, 1);
     EXPECT_THAT(e.out, HasSubstr("missing new.ply\n"));
     EXPECT_THAT(e.out, HasSubstr("stale rock.ply: "));
     EXPECT_THAT(e.out, HasSubstr("stale cliff.ply: its source has changed"));
-    EXPECT_THAT(e.out, HasSubstr("foreign assets/torus.stl.lode\n"));
+    EXPECT_THAT(e.out, HasSubstr("foreign assets/torus.glb.lode\n"));
     EXPECT_EQ(std::count(e.out.begin(), e.out.end(), '\n'), 4) << e.out;
 }
 

@@ -345,8 +345,6 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     if (!bytes) return tl::unexpected(bytes.error());
     Json& report = bake.report;
     report["source_hash"] = input.source.hex();
-    report["side_files"] = Json::array();
-    for (const auto& side_file : input.read.side_files) report["side_files"].push_back(as_utf8(side_file.first));
     report["warnings"] = input.read.warnings;
     report["seconds"] = watch.wall();
     report["peak_rss_bytes"] = peak_rss_bytes();

@@ -18,7 +18,7 @@ end() { # end PIDFILE...: TERM to all, KILL after 8 s
   for file; do [ ! -s "$file" ] || kill "$(cat "$file")" 2>/dev/null || true; done
   for file; do
     [ -s "$file" ] || continue
-    pid=$(cat "$file")
+    pid=$(cat "$file" 2>/dev/null) || continue
     for _ in $(seq 80); do alive "$pid" || break; sleep 0.1; done
     ! alive "$pid" || kill -9 "$pid" 2>/dev/null || true
     rm -f "$file"
@@ -85,7 +85,7 @@ CONF
   for i in $(seq "$1"); do
     echo "NodeName=n$i NodeHostname=$host NodeAddr=127.0.0.1 Port=$(($2 + i)) CPUs=1 RealMemory=4000"
   done >>"$SLURM_CONF"
-  echo "PartitionName=bake Nodes=ALL Default=YES MaxTime=60 State=UP" >>"$SLURM_CONF"
+  echo "PartitionName=bake Nodes=ALL Default=YES MaxTime=INFINITE State=UP" >>"$SLURM_CONF"
 }
 
 start() { # start NODES

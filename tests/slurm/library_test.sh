@@ -18,7 +18,7 @@ cluster() { local what=$1; shift; "$here/cluster.sh" "$what" "$work/cluster" "$@
 trap 'cluster stop || true; rm -rf "$work"' EXIT
 chmod 755 "$work"
 say() { echo "$SECONDS s: $*"; }
-options=(--order static,keyframe --error-samples 100000)
+options=(--order static,keyframe --error-samples 20000)
 
 make_scans() { # 60: 53 that can be baked, one content twice, a space and an umlaut in names, 7 that cannot
   mkdir -p "$work/scans/a b" "$work/scans/deep"

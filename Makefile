@@ -2,6 +2,7 @@
 #   make demo    bakes and measures the 300k rock and landscape; leaves reports and pictures in build/demo
 #   make test    builds and tests; ends with ctest's summary
 #   make test-long  as test, with the tests that take long
+#   make test-slurm  installs Slurm and bakes a library over a cluster of virtual nodes, some of which are killed
 #   make check   clang with address and undefined-behaviour sanitizers, the tests labelled fast in it, each driver of fuzz/ for some seconds,
 #                and clang-tidy
 #   make bench   runs the benchmarks and writes docs/figures.md
@@ -12,7 +13,7 @@
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all program demo test test-long check bench fuzz soak reference view deps build clean
+.PHONY: all program demo test test-long test-slurm check bench fuzz soak reference view deps build clean
 all: build
 
 deps:
@@ -34,6 +35,10 @@ test: build
 
 test-long: build
 	ctest --preset release -j $(JOBS)
+
+test-slurm: program
+	@scripts/install-deps.sh --slurm
+	tests/slurm/library_test.sh $(CURDIR)/$(LODESTONE) $(CURDIR)
 
 check:
 	@scripts/install-deps.sh --checks

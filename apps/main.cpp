@@ -36,6 +36,7 @@ void add_subcommands(CLI::App& app, Run& run) {
     app.require_subcommand(1);
     app.fallthrough();
     add_bake(app, run);
+    add_library(app, run);
     add_info(app, run);
     add_verify(app, run);
     add_acmr(app, run);

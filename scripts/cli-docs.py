@@ -40,6 +40,7 @@ FIELDS = """\
 ## JSON
 
 `--json` prints one document to stdout: {json_commands}.
+`library --json` has `meshes`, `baked`, `there`, `refused`, `failed` and `left`; [library.md](library.md) tells what a line of `results.jsonl` has.
 `bake --report` and `render --stats` write one to a file, `bench` writes `report.json`. Scripts may rely on the names; new ones may be added. Lengths and errors are in object units, times in seconds, sizes
 in bytes, unless a name or the table says otherwise. `[]` stands for every element of a list.
 
@@ -169,7 +170,7 @@ INFO = {
     "lod.stored_bytes.orders": "for the face orders",
     "lod.stored_bytes.vertices": "for positions and attributes",
     "lod.vertices": "vertices with attributes of level 0",
-    "options_hash": "of the options",
+    "options_hash": "of the options and the revision of the baker",
     "vgi.levels[].error": "largest distance to the mesh, both ways",
     "vgi.levels[].level": "0 is the finest",
     "vgi.levels[].triangles": "triangles of that level everywhere",

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what Lodestone is built from and tested with on Debian 12: prints the apt line, installs only what is missing, as root or
-# through sudo, and never asks. NO_INSTALL=1 skips it. `--checks` adds what `make check` needs. `--list` prints the packages and does
-# nothing else.
+# through sudo, and never asks. NO_INSTALL=1 skips it. `--checks` adds what `make check` needs; `--slurm` installs what `make
+# test-slurm` does, alone. `--list` prints the packages and does nothing else.
 set -euo pipefail
 
 packages=(
@@ -25,8 +25,12 @@ packages=(
 )
 
 checks=(clang libclang-rt-14-dev clang-tidy)
+# a cluster of virtual nodes, and what docs/library.md shows beside it
+slurm=(slurm-wlm munge parallel jq)
 if [ "${1:-}" = --checks ]; then
   packages+=("${checks[@]}")
+elif [ "${1:-}" = --slurm ]; then
+  packages=("${slurm[@]}")
 fi
 
 if [ "${1:-}" = --list ]; then

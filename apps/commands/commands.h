@@ -12,6 +12,7 @@ namespace lodestone {
 using Run = std::function<Result<int>()>;
 
 void add_bake(CLI::App& app, Run& run);
+void add_library(CLI::App& app, Run& run);
 void add_info(CLI::App& app, Run& run);
 void add_verify(CLI::App& app, Run& run);
 void add_acmr(CLI::App& app, Run& run);

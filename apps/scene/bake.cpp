@@ -331,14 +331,13 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
                         const Progress& progress, const CheckpointFolder* work) {
     const Stopwatch watch;
     const Json option_json = options.to_json();
-    const std::string option_text = option_json.dump();
     progress.at("repair", 0);
     auto repaired = repair(input.mesh);
     if (!repaired) return fail_at(input.name, repaired.error());
     AssetBake bake(input, options, progress, work);
     bake.report = about_of(input, option_json, *repaired);
     const std::string about = bake.report.dump();
-    auto writer = ChunkWriter::create(out, {input.source, hash_of(std::span(option_text.data(), option_text.size()))});
+    auto writer = ChunkWriter::create(out, {input.source, recipe_hash(options)});
     if (!writer) return tl::unexpected(writer.error());
     if (auto done = writer->add_text("about", about); !done) return tl::unexpected(done.error());
     if (auto done = bake.add_backends(*writer); !done) return tl::unexpected(done.error());
@@ -353,9 +352,13 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     return report;
 }
 
+Hash128 recipe_hash(const BakeOptions& options) {
+    const std::string text = options.to_json().dump() + LODESTONE_VERSION + "." + std::to_string(bake_revision);
+    return hash_of(std::span(text.data(), text.size()));
+}
+
 Hash128 bake_key(const Hash128& source, const BakeOptions& options) {
-    const std::string text =
-        source.hex() + options.to_json().dump() + LODESTONE_VERSION + "." + std::to_string(bake_revision);
+    const std::string text = source.hex() + recipe_hash(options).hex();
     return hash_of(std::span(text.data(), text.size()));
 }
 

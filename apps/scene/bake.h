@@ -19,7 +19,7 @@
 namespace lodestone {
 
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
-inline constexpr int bake_revision = 7;
+inline constexpr int bake_revision = 8;
 
 struct BakeOptions {
     std::vector<std::string> backends = {"lod"};  // lod, vgi, discrete, full
@@ -60,7 +60,10 @@ Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const
 Result<nlohmann::json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
                                   const Progress& progress, const CheckpointFolder* work = nullptr);
 
-// A hash of everything that an asset's bytes depend on. source: as BakeInput::source. Work folders are opened with it.
+// A hash of everything that an asset's bytes depend on besides its source and its source's name: the options, the
+// version of the program and bake_revision. The header of an asset holds it (Provenance::options).
+Hash128 recipe_hash(const BakeOptions& options);
+// The same with the source: as BakeInput::source.
 Hash128 bake_key(const Hash128& source, const BakeOptions& options);
 
 }  // namespace lodestone

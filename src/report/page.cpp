@@ -42,6 +42,22 @@ std::string json_for_script(const std::string& json) {
     return text;
 }
 
+// A page's text with its marks filled in, from begin to end, so that no mark is looked for in what was put.
+class Filling {
+public:
+    explicit Filling(std::string_view text) : rest_(text) {}
+    void put(std::string_view mark, std::string_view text) {
+        const size_t at = rest_.find(mark);
+        page_.append(rest_.substr(0, at)).append(text);
+        rest_.remove_prefix(at + mark.size());
+    }
+    std::string whole() { return page_.append(rest_); }
+
+private:
+    std::string_view rest_;
+    std::string page_;
+};
+
 }  // namespace
 
 std::string report_page(const Report& report, std::span<const PageImage> images) {
@@ -50,19 +66,20 @@ std::string report_page(const Report& report, std::span<const PageImage> images)
     data["images"] = nlohmann::ordered_json::object();
     for (const PageImage& image : images)
         data["images"][image.name] = "data:" + image.type + ";base64," + base64(image.bytes);
-    // From begin to end, so that no mark is looked for in what was put.
-    std::string_view rest = page_texts::page_html;
-    std::string page;
-    const auto put = [&](std::string_view mark, std::string_view text) {
-        const size_t at = rest.find(mark);
-        page.append(rest.substr(0, at)).append(text);
-        rest.remove_prefix(at + mark.size());
-    };
-    put("{{style}}", page_texts::page_css);
-    put("{{chart library}}", for_script(std::string(page_texts::chart_js)));
-    put("{{data}}", json_for_script(data.dump()));
-    put("{{script}}", page_texts::page_js);
-    return page.append(rest);
+    Filling page(page_texts::page_html);
+    page.put("{{style}}", page_texts::page_css);
+    page.put("{{chart library}}", for_script(std::string(page_texts::chart_js)));
+    page.put("{{data}}", json_for_script(data.dump()));
+    page.put("{{script}}", page_texts::page_js);
+    return page.whole();
+}
+
+std::string library_page(const nlohmann::json& rows) {
+    Filling page(page_texts::library_html);
+    page.put("{{style}}", page_texts::page_css);
+    page.put("{{data}}", json_for_script(rows.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)));
+    page.put("{{script}}", page_texts::library_js);
+    return page.whole();
 }
 
 }  // namespace lodestone

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,5 +20,10 @@ struct PageImage {
 
 // The whole page, every picture in it. What the page shows it computes from json_of(report) alone, so the two agree.
 std::string report_page(const Report& report, std::span<const PageImage> images);
+
+// The page of a library, beside its folders `assets` and `thumbnails`: a table that can be sorted and searched.
+// rows: a list of objects with name, outcome, triangles, components, levels, bytes, seconds, peak_rss_bytes, message,
+// warnings, repaired.
+std::string library_page(const nlohmann::json& rows);
 
 }  // namespace lodestone

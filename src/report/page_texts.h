@@ -5,6 +5,6 @@
 
 namespace lodestone::page_texts {
 
-extern const std::string_view page_html, page_css, page_js, chart_js;
+extern const std::string_view page_html, page_css, page_js, chart_js, library_html, library_js;
 
 }  // namespace lodestone::page_texts

@@ -40,6 +40,7 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"baseline", {"base", "mesh", "frame"}},
     {"report", {"base", "mesh", "frame"}},
     {"render", {"base", "frame"}},
+    {"apps/library", {"base", "mesh", "report"}},
     {"apps", {"base", "mesh", "frame", "lod", "vgi", "baseline", "report", "render"}},
 };
 // Files that may include more, with the reason.

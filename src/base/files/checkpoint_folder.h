@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -13,11 +14,12 @@
 
 namespace lodestone {
 
-// A folder of kept stages. Copies name the same folder.
+// A folder of kept stages, locked as long as this object or a copy of it lives: no other has it open. Copies name the
+// same folder.
 class CheckpointFolder {
 public:
-    // Makes PARENT/lodestone-KEY unless it is there. key: a hash of everything that results depend on. Fault::machine
-    // where it cannot be made.
+    // Makes PARENT/lodestone-KEY unless it is there. key: a hash of everything that results depend on, and of what they
+    // are for. Fault::machine where it cannot be made, or somebody has it open.
     static Result<CheckpointFolder> open(const std::filesystem::path& parent, const Hash128& key);
 
     const std::filesystem::path& path() const { return path_; }  // where the stages lie
@@ -33,9 +35,11 @@ public:
 
 private:
     CheckpointFolder(std::filesystem::path path, const Hash128& key) : path_(std::move(path)), key_(key) {}
+    Result<bool> lock();
     std::filesystem::path file_of(const std::string& stage) const { return path_ / (stage + ".stage"); }
     std::filesystem::path path_;
     Hash128 key_;
+    std::shared_ptr<const int> lock_;  // a descriptor
 };
 
 // The result of a stage: what was kept of it, or else made now and kept. work: null keeps nothing. read: from a

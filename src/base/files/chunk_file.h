@@ -28,7 +28,7 @@ inline constexpr size_t chunk_name_bytes = 40;  // longest name, terminating zer
 // What a file was made from, so that a stale one can be told.
 struct Provenance {
     Hash128 source;   // content of the source mesh file, as stored on disk
-    Hash128 options;  // everything else the result depends on
+    Hash128 options;  // everything else the result depends on, the revision of the program among it
 };
 
 // What the file tells of a chunk, right before it.

@@ -1,6 +1,7 @@
 #include "base/files/file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -8,6 +9,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <utility>
 
 #include "base/files/mapping_guard.h"
@@ -21,7 +23,29 @@ namespace {
 
 std::string reason() { return std::strerror(errno); }
 
+// Who is to blame for a file that cannot be opened: whoever named it where it is not there, not to be read or no file;
+// the machine or the server it lies on for everything else (EIO, ESTALE, EMFILE, ENOMEM, ...), which may pass.
+Fault fault_of_opening(int error) {
+    switch (error) {
+        case ENOENT:
+        case EACCES:
+        case EPERM:
+        case ENOTDIR:
+        case EISDIR:
+        case ELOOP:
+        case ENAMETOOLONG:
+        case ENXIO:
+        case ENODEV:
+        case EINVAL:
+            return Fault::format;
+        default:
+            return Fault::machine;
+    }
+}
+
 constexpr size_t output_buffer_bytes = size_t{1} << 20;
+constexpr const char* part_mark = ".part";  // in the names of outputs that are not whole yet
+constexpr time_t least_abandoned_seconds = 10;
 
 Result<FileBytes> gunzip(const fs::path& path, std::span<const std::byte> packed, uint64_t max_bytes) {
     auto unpacked = std::make_shared<std::vector<std::byte>>();
@@ -49,7 +73,7 @@ Result<FileBytes> gunzip(const fs::path& path, std::span<const std::byte> packed
         }
         unpacked->insert(unpacked->end(), block.begin(), block.end() - stream.avail_out);
         if (unpacked->size() > max_bytes) {
-            return fail(Fault::machine,
+            return fail(Fault::format,
                         path.string() + ": unpacks to more than the limit of " + std::to_string(max_bytes) + " bytes");
         }
         if (code == Z_STREAM_END) {
@@ -68,8 +92,8 @@ namespace {
 
 Result<struct stat> status_of(int descriptor, const fs::path& path) {
     struct stat status {};
-    if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode))
-        return fail(Fault::format, path.string() + ": is not a regular file");
+    if (fstat(descriptor, &status) != 0) return fail(Fault::machine, path.string() + ": cannot be opened: " + reason());
+    if (!S_ISREG(status.st_mode)) return fail(Fault::format, path.string() + ": is not a regular file");
     return status;
 }
 
@@ -77,7 +101,7 @@ Result<struct stat> status_of(int descriptor, const fs::path& path) {
 Result<int> open_regular(const fs::path& path) {
     // Pipes, which are no regular files, would wait for who writes them.
     const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (descriptor < 0) return fail(Fault::format, path.string() + ": cannot be opened: " + reason());
+    if (descriptor < 0) return fail(fault_of_opening(errno), path.string() + ": cannot be opened: " + reason());
     const auto status = status_of(descriptor, path);
     if (status) return descriptor;
     ::close(descriptor);
@@ -190,18 +214,20 @@ Result<fs::path> path_named_by(const fs::path& file, const std::string& name, bo
 Result<OutputFile> OutputFile::create(const fs::path& path) {
     OutputFile file;
     file.path_ = path;
-    std::string pattern = path.string() + ".part-XXXXXX";
+    std::string pattern = path.string() + part_mark + "-XXXXXX";
     // Without a name until it is whole, so that nothing is left where the program is killed; where the file system
     // cannot do that, under a name of its own.
     const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
     file.descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
     if (file.descriptor_ >= 0) {
         file.nameless_ = true;
-        return file;
+    } else {
+        file.descriptor_ = mkostemp(pattern.data(), O_CLOEXEC);
+        if (file.descriptor_ < 0) return fail(Fault::machine, path.string() + ": cannot be written: " + reason());
+        file.temporary_ = pattern;
     }
-    file.descriptor_ = mkostemp(pattern.data(), O_CLOEXEC);
-    if (file.descriptor_ < 0) return fail(Fault::machine, path.string() + ": cannot be written: " + reason());
-    file.temporary_ = pattern;
+    // Tells abandoned_part() that somebody still writes. Where files cannot be locked, their age has to tell.
+    ::flock(file.descriptor_, LOCK_EX | LOCK_NB);
     return file;
 }
 
@@ -219,12 +245,26 @@ OutputFile::~OutputFile() {
     if (!nameless_) ::unlink(temporary_.c_str());
 }
 
+bool abandoned_part(const fs::path& path) {
+    const std::string name = path.filename().string();
+    const size_t mark = name.rfind(part_mark);
+    if (mark == std::string::npos || name.find('.', mark + 1) != std::string::npos) return false;
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+    if (descriptor < 0) return false;
+    struct stat status {};
+    const bool old = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
+                     std::time(nullptr) - status.st_mtime >= least_abandoned_seconds;
+    const bool free = old && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+    ::close(descriptor);
+    return free;
+}
+
 // A nameless file gets a name beside its path, from where it can be renamed over what is there.
 bool OutputFile::name() {
     if (!nameless_) return true;
     const std::string self = "/proc/self/fd/" + std::to_string(descriptor_);
     for (unsigned i = 0; i < 100; ++i) {
-        temporary_ = path_.string() + ".part" + std::to_string(getpid()) + "-" + std::to_string(i);
+        temporary_ = path_.string() + part_mark + std::to_string(getpid()) + "-" + std::to_string(i);
         if (linkat(AT_FDCWD, self.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) == 0) {
             nameless_ = false;
             return true;

@@ -18,8 +18,8 @@ namespace lodestone {
 // disk cannot read it, while it is mapped, bytes read as zeros, and intact() says so.
 class MappedFile {
 public:
-    // Fault::format where there is no such regular file or it may not be read, Fault::machine where it cannot be
-    // mapped.
+    // Fault::format where there is no such regular file or it may not be read, Fault::machine where the disk, the
+    // server or the system cannot open or map it.
     static Result<std::shared_ptr<const MappedFile>> open(const std::filesystem::path& path);
     ~MappedFile();
     MappedFile(const MappedFile&) = delete;
@@ -48,7 +48,7 @@ private:
 // cut short meanwhile, is an error here; and what was copied stays what it was checked to be. Threads may share it.
 class InputFile {
 public:
-    // Fault::format where it cannot be opened or is no regular file.
+    // Errors as MappedFile::open.
     static Result<std::shared_ptr<const InputFile>> open(const std::filesystem::path& path);
     ~InputFile();
     InputFile(const InputFile&) = delete;
@@ -74,8 +74,8 @@ struct FileBytes {
     Result<void> intact() const { return file != nullptr ? file->intact() : Result<void>{}; }
 };
 // The file's bytes; gunzipped when they begin with gzip's magic. Bytes are mapped where nothing had to be unpacked. A
-// gzip stream that is cut or damaged is Fault::format; a file that cannot be opened is Fault::format with the reason.
-// max_bytes bounds what a gzip stream may unpack to; more is Fault::machine.
+// gzip stream that is cut or damaged is Fault::format; a file that cannot be opened is as MappedFile::open says.
+// max_bytes bounds what a gzip stream may unpack to; more is Fault::format.
 Result<FileBytes> read_file(const std::filesystem::path& path, uint64_t max_bytes = uint64_t{1} << 36);
 
 // The path that `file` means by `name`, relative to the folder it lies in. Fault::format where that leaves the folder,
@@ -113,5 +113,9 @@ private:
     uint64_t size_ = 0;
     std::vector<std::byte> buffer_;
 };
+
+// Whether this is what a killed program has left of an OutputFile, on a file system that knows no files without names:
+// its name says so, nobody has it locked, and nobody has written to it for ten seconds.
+bool abandoned_part(const std::filesystem::path& path);
 
 }  // namespace lodestone

@@ -186,6 +186,8 @@ Result<FileBytes> SourceFile::side_file(const std::string& name, uint64_t max_by
     }
     auto stored = read();
     if (fresh && stored) known->second = hash_bytes(stored->file->bytes());
+    if (!stored && stored.error().fault == Fault::machine)
+        report.machine_fault = Error{Fault::machine, path.string() + ": '" + name + "': " + stored.error().message};
     return stored;
 }
 
@@ -198,8 +200,9 @@ Hash128 hash_of_source(const SourceFile& file, const ReadReport& report) {
     return hash_of(std::span<const char>(text));
 }
 
-Result<Hash128> hash_of_source(const fs::path& path, const ReadOptions& options) {
-    ReadReport report;
+Result<Hash128> hash_of_source(const fs::path& path, const ReadOptions& options, ReadReport* told) {
+    ReadReport own;
+    ReadReport& report = told != nullptr ? *told : own;
     auto source = open_source(path, options, report);
     if (!source) return tl::unexpected(source.error());
     source->file.only_names = true;
@@ -208,6 +211,7 @@ Result<Hash128> hash_of_source(const fs::path& path, const ReadOptions& options)
     if (source->format == MeshFormat::gltf) named = name_files_of_gltf(source->file, options, report);
     const Hash128 hash = hash_of_source(source->file, report);
     if (auto whole = source->file.content.intact(); !whole) return tl::unexpected(whole.error());
+    if (report.machine_fault) return tl::unexpected(*report.machine_fault);
     if (!named) return tl::unexpected(named.error());
     return hash;
 }
@@ -240,6 +244,7 @@ Result<TriMesh> read_mesh(const fs::path& path, const ReadOptions& options, Read
     if (mesh && options.hash_source) into.source = hash_of_source(file, into);
     // What is wrong may be so because the file was not whole.
     if (auto whole = file.content.intact(); !whole) return tl::unexpected(whole.error());
+    if (into.machine_fault) return tl::unexpected(*into.machine_fault);
     if (!mesh) return mesh;
     if (auto done = check_read(file, options, *mesh, into); !done) return tl::unexpected(done.error());
     return mesh;

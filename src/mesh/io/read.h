@@ -61,6 +61,8 @@ struct ReadReport {
     // Files that were looked for, material libraries, textures and buffers, as the mesh file calls them: what each
     // holds, as stored; nothing where it could not be read.
     std::map<std::string, std::optional<Hash128>> side_files;
+    // Why one of them could not be read, where that is the machine's fault: the mesh is not read then.
+    std::optional<Error> machine_fault;
     Hash128 source;  // as hash_of_source, where it was asked for
 };
 
@@ -75,7 +77,9 @@ Result<std::unique_ptr<MeshStream>> open_mesh_stream(const std::filesystem::path
 
 // What a mesh is made from, told by content: the hash of its file as stored; where it refers to other files, of them,
 // too, be they there or not. Reads no more than it must, and is the same as ReadReport::source of the same options.
-Result<Hash128> hash_of_source(const std::filesystem::path& path, const ReadOptions& options = {});
+// report: takes the files it refers to, even where it cannot be read; null for none.
+Result<Hash128> hash_of_source(const std::filesystem::path& path, const ReadOptions& options = {},
+                               ReadReport* report = nullptr);
 
 // For messages, such as "GeoTIFF height map".
 const char* name_of(MeshFormat format);

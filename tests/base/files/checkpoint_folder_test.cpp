@@ -38,17 +38,36 @@ protected:
 };
 
 TEST_F(WorkFolderTest, KeepsAStageForTheSameComputationAlone) {
-    const CheckpointFolder work = open("one");
-    EXPECT_FALSE(work.begun());
-    EXPECT_EQ(number(&work, 7), 7u);
-    EXPECT_TRUE(work.begun());
-    EXPECT_EQ(number(&work, 8), 7u);
+    {
+        const CheckpointFolder work = open("one");
+        EXPECT_FALSE(work.begun());
+        EXPECT_EQ(number(&work, 7), 7u);
+        EXPECT_TRUE(work.begun());
+        EXPECT_EQ(number(&work, 8), 7u);
+    }
     const CheckpointFolder again = open("one"), other = open("two");
     EXPECT_EQ(number(&again, 9), 7u);
     EXPECT_EQ(number(&other, 9), 9u);
     EXPECT_EQ(number(nullptr, 10), 10u);
-    work.remove();
-    EXPECT_FALSE(fs::exists(work.path()));
+    again.remove();
+    EXPECT_FALSE(fs::exists(again.path()));
+}
+
+TEST_F(WorkFolderTest, IsOpenForOneAtATime) {
+    const std::string key = "one";
+    auto first = std::make_optional(open(key));
+    const CheckpointFolder copy = *first;
+    first.reset();
+    const auto second = CheckpointFolder::open(parent_, hash_of(std::span(key)));
+    ASSERT_FALSE(second);
+    EXPECT_EQ(second.error().fault, Fault::machine);
+    EXPECT_NE(second.error().message.find("in use"), std::string::npos) << second.error().message;
+    // Who comes when it is removed has a new one, and nobody takes that away.
+    copy.remove();
+    const CheckpointFolder anew = open(key);
+    EXPECT_FALSE(anew.begun());
+    EXPECT_EQ(number(&anew, 5), 5u);
+    copy.remove();
 }
 
 TEST_F(WorkFolderTest, MakesAStageAnewWhoseFileIsDamagedOrAnother) {

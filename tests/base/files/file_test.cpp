@@ -3,10 +3,13 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
+#include <chrono>
 #include <fstream>
 #include <numeric>
 
@@ -122,6 +125,46 @@ TEST_F(FileTest, NamesInFilesStayInTheirFolder) {
     // The folder itself may be reached by a link.
     fs::create_directory_symlink("inner", folder_ / "same");
     EXPECT_TRUE(path_named_by(folder_ / "same/mesh.obj", "a.txt"));
+}
+
+TEST_F(FileTest, WhatTheMachineCannotOpenIsNotTheFilesFault) {
+    const fs::path path = put("a", "bytes");
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+    rlimit none = before;
+    none.rlim_cur = 0;
+    ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+    const auto mapped = MappedFile::open(path);
+    const auto input = InputFile::open(path);
+    ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+    ASSERT_FALSE(mapped);
+    EXPECT_EQ(mapped.error().fault, Fault::machine) << mapped.error().message;
+    ASSERT_FALSE(input);
+    EXPECT_EQ(input.error().fault, Fault::machine);
+    for (const fs::path& wrong : {folder_ / "nothing", folder_, path / "below"}) {
+        const auto opened = MappedFile::open(wrong);
+        ASSERT_FALSE(opened);
+        EXPECT_EQ(opened.error().fault, Fault::format) << opened.error().message;
+    }
+}
+
+TEST_F(FileTest, WhatAKilledProgramHasLeftIsTold) {
+    const auto old = [&](const std::string& name) {
+        const fs::path path = put(name, "half");
+        fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::minutes(1));
+        return path;
+    };
+    EXPECT_TRUE(abandoned_part(old("a.lode.part-x1Y2z3")));
+    EXPECT_TRUE(abandoned_part(old("a.lode.part123-0")));
+    EXPECT_FALSE(abandoned_part(put("new.lode.part-x1Y2z3", "half"))) << "somebody may be about to lock it";
+    EXPECT_FALSE(abandoned_part(old("a.lode")));
+    EXPECT_FALSE(abandoned_part(old("a.part1.ply"))) << "a name that somebody chose";
+    const fs::path held = old("held.lode.part-x1Y2z3");
+    const int descriptor = ::open(held.c_str(), O_RDONLY);
+    ASSERT_EQ(::flock(descriptor, LOCK_EX), 0);
+    EXPECT_FALSE(abandoned_part(held));
+    ::close(descriptor);
+    EXPECT_TRUE(abandoned_part(held));
 }
 
 }  // namespace

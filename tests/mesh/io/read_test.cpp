@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <png.h>
+#include <sys/resource.h>
 #include <tiffio.h>
 #include <unistd.h>
 #include <zlib.h>
@@ -530,6 +531,28 @@ TEST_F(ReadTest, DamagedFilesAreReadOrRefused) {
         }
         EXPECT_GT(refusals, 50) << name;
     }
+}
+
+// A texture that cannot be opened just now is not one that is not there: the mesh would be baked without it for good.
+TEST_F(ReadTest, ASideFileThatTheMachineCannotOpenIsTheMachinesFault) {
+    put("a.mtl", "newmtl red\nKd 1 0 0\n");
+    const fs::path path = put("a.obj", "mtllib a.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    ASSERT_TRUE(read_mesh(path));
+    const int next = ::dup(0);
+    ::close(next);
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+    rlimit one_more = before;
+    one_more.rlim_cur = static_cast<rlim_t>(next) + 1;
+    ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &one_more), 0);
+    const auto mesh = read_mesh(path);
+    const auto hash = hash_of_source(path);
+    ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+    ASSERT_FALSE(mesh);
+    EXPECT_EQ(mesh.error().fault, Fault::machine);
+    EXPECT_THAT(mesh.error().message, HasSubstr("a.obj: 'a.mtl': cannot be opened"));
+    ASSERT_FALSE(hash);
+    EXPECT_EQ(hash.error().fault, Fault::machine);
 }
 
 }  // namespace

@@ -1,0 +1,25 @@
+// The options that say what an asset becomes, for the subcommands that bake: its bytes depend on them.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+
+#include "apps/scene/bake.h"
+
+namespace lodestone {
+
+// What they are given as, before it is known whether it makes sense.
+struct BakeWords {
+    std::string backends = "lod", orders = "keyframe,static,classic", cache = "fifo16";
+    uint32_t resolution = 129, attribute_resolution = 0;  // of attributes: 0 for the same
+    BakeOptions bake;                                     // the rest
+};
+
+// Adds them to a command; `words` must outlive it. Help lists them in the order in which they are added.
+void add_bake_options(CLI::App& command, BakeWords& words);
+
+// What the given words and numbers ask of a bake; Fault::usage where they make no sense.
+Result<BakeOptions> bake_options_of(const BakeWords& words);
+
+}  // namespace lodestone

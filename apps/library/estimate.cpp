@@ -1,0 +1,93 @@
+// What a bake takes, from the first bytes of its mesh. Coefficients are measured (docs/library.md); the order of bakes,
+// the sizes of shards and the time left follow from them, results do not.
+#include <zlib.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <string_view>
+
+#include "apps/library/item.h"
+
+namespace lodestone {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Bytes of a file to a triangle where its first bytes do not say how many it has: what our own writers make.
+constexpr uint64_t bytes_per_triangle = 60;
+constexpr uint64_t packed_ratio = 3;  // of .gz
+
+// Of a backend or a face order: seconds + per_triangle * triangles ^ power, and bytes for each triangle.
+struct Cost {
+    const char* part;
+    double seconds, per_triangle, power, bytes;
+};
+constexpr Cost costs[] = {
+    {"lod", 0.28, 1.4e-5, 1, 600}, {"keyframe", 0, 2.5e-5, 1.14, 0},   {"greedy", 0, 1e-4, 1, 0},
+    {"vgi", 1, 2e-4, 1, 700},      {"discrete", 0.05, 1.5e-5, 1, 300}, {"full", 0, 5e-7, 1, 150},
+};
+constexpr double least_seconds = 0.02;
+constexpr uint64_t least_bytes = uint64_t{48} << 20;
+
+// The number behind `key` in a text header.
+uint64_t number_after(std::string_view text, std::string_view key) {
+    const size_t at = text.find(key);
+    if (at == std::string_view::npos) return 0;
+    uint64_t number = 0;
+    const char* begin = text.data() + at + key.size();
+    std::from_chars(begin, text.data() + text.size(), number);
+    return number;
+}
+
+uint64_t triangles_of_off(std::string_view text) {
+    std::string_view rest = text.substr(std::min(text.size(), text.find('\n') + 1));
+    while (rest.starts_with("#")) rest.remove_prefix(std::min(rest.size(), rest.find('\n') + 1));
+    return number_after(rest, " ");
+}
+
+// Zero where they do not say.
+uint64_t triangles_in(std::string_view begin, uint64_t bytes) {
+    if (begin.starts_with("ply")) return number_after(begin, "element face ");
+    if (begin.starts_with("OFF")) return triangles_of_off(begin);
+    uint32_t count = 0;
+    if (begin.size() >= 84) std::memcpy(&count, begin.data() + 80, sizeof count);
+    if (bytes == 84 + uint64_t{50} * count) return count;  // binary STL
+    return 0;
+}
+
+std::string first_bytes(const fs::path& path) {
+    std::string begin(4096, '\0');
+    gzFile file = gzopen(path.c_str(), "rb");
+    if (file == nullptr) return "";
+    const int got = gzread(file, begin.data(), static_cast<unsigned>(begin.size()));
+    gzclose(file);
+    begin.resize(static_cast<size_t>(std::max(0, got)));
+    return begin;
+}
+
+}  // namespace
+
+uint64_t triangles_about(const fs::path& path, uint64_t bytes) {
+    if (bytes == 0) return 0;
+    const uint64_t unpacked = path.extension() == ".gz" ? bytes * packed_ratio : bytes;
+    const uint64_t told = triangles_in(first_bytes(path), bytes);
+    // A header that lies does not make a bake larger than its file.
+    return told > 0 ? std::min(told, unpacked * 2) : unpacked / bytes_per_triangle;
+}
+
+void estimate(Item& item, const BakeRecipe& recipe) {
+    const auto triangles = static_cast<double>(triangles_about(item.path, item.bytes));
+    item.cost = least_seconds;
+    double memory = 0;
+    for (const Cost& cost : costs) {
+        if (std::ranges::count(recipe.parts, cost.part) == 0) continue;
+        item.cost += cost.seconds + cost.per_triangle * std::pow(triangles, cost.power);
+        memory = std::max(memory, triangles * cost.bytes);
+    }
+    item.memory = least_bytes + item.bytes + static_cast<uint64_t>(memory);
+}
+
+}  // namespace lodestone

@@ -74,6 +74,7 @@ public:
         recipe.hash = recipe_hash(both->options);
         recipe.words = words_of(both->given);
         const BakeOptions& options = both->options;
+        recipe.error_samples = options.error_samples;
         recipe.parts = options.backends;
         if (std::ranges::count(options.backends, "lod") > 0)
             recipe.parts.insert(recipe.parts.end(), options.orders.begin(), options.orders.end());

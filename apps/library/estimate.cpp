@@ -26,11 +26,11 @@ struct Cost {
     double seconds, per_triangle, power, bytes;
 };
 constexpr Cost costs[] = {
-    {"lod", 0.28, 1.4e-5, 1, 600}, {"keyframe", 0, 2.5e-5, 1.14, 0},   {"greedy", 0, 1e-4, 1, 0},
+    {"lod", 0.02, 1.4e-5, 1, 480}, {"keyframe", 0, 2.5e-5, 1.14, 0},   {"greedy", 0, 1e-4, 1, 0},
     {"vgi", 1, 2e-4, 1, 700},      {"discrete", 0.05, 1.5e-5, 1, 300}, {"full", 0, 5e-7, 1, 150},
 };
-constexpr double least_seconds = 0.02;
-constexpr uint64_t least_bytes = uint64_t{48} << 20;
+constexpr double least_seconds = 0.02, seconds_per_error_sample = 2.6e-6;
+constexpr uint64_t least_bytes = uint64_t{28} << 20;
 
 // The number behind `key` in a text header.
 uint64_t number_after(std::string_view text, std::string_view key) {
@@ -81,6 +81,8 @@ uint64_t triangles_about(const fs::path& path, uint64_t bytes) {
 void estimate(Item& item, const BakeRecipe& recipe) {
     const auto triangles = static_cast<double>(triangles_about(item.path, item.bytes));
     item.cost = least_seconds;
+    if (std::ranges::count(recipe.parts, "lod") > 0)
+        item.cost += seconds_per_error_sample * static_cast<double>(recipe.error_samples);
     double memory = 0;
     for (const Cost& cost : costs) {
         if (std::ranges::count(recipe.parts, cost.part) == 0) continue;

@@ -29,6 +29,7 @@ struct Item {
 struct BakeRecipe {
     Hash128 hash;                    // as an asset's header holds it
     std::vector<std::string> words;  // all of them, those of the library first
+    uint64_t error_samples = 0;      // as BakeOptions has them
     std::vector<std::string> parts;  // backends, and face orders where a progressive mesh is among them
     ReadOptions read;
 };

@@ -23,26 +23,36 @@ std::string number_of(uint64_t shard) {
     return std::string(digits.size() < 5 ? 5 - digits.size() : 0, '0') + digits;
 }
 
-// Shards are closed at a cost, as long as there are not too many; then at twice of it. Half of the shards that may be
-// hold all meshes where their number alone closes them, so this comes to an end.
-uint64_t deal(std::vector<Item*>& items, const PlanOptions& options) {
-    const uint64_t most_meshes = std::max(options.most_meshes, items.size() * 2 / options.most_shards + 1);
-    for (double target = options.minutes * 60;; target *= 2) {
-        uint64_t shards = 0, meshes = 0;
-        double cost = 0;
-        for (Item* item : items) {
-            if (meshes > 0 && (meshes >= most_meshes || cost + item->cost > target)) {
-                ++shards;
-                cost = 0;
-                meshes = 0;
-            }
-            item->shard = static_cast<int64_t>(shards);
-            cost += item->cost;
-            ++meshes;
+// Shards closed where their cost would pass `target`, or at a number of meshes. Returns how many.
+uint64_t close_at(double target, uint64_t most_meshes, std::vector<Item*>& items) {
+    uint64_t shards = 0, meshes = 0;
+    double cost = 0;
+    for (Item* item : items) {
+        if (meshes > 0 && (meshes >= most_meshes || cost + item->cost > target)) {
+            ++shards;
+            cost = 0;
+            meshes = 0;
         }
-        if (!items.empty()) ++shards;
-        if (shards <= options.most_shards) return shards;
+        item->shard = static_cast<int64_t>(shards);
+        cost += item->cost;
+        ++meshes;
     }
+    return items.empty() ? 0 : shards + 1;
+}
+
+// As many shards as the options ask for, or as there may be, and then as equal as so many can be.
+uint64_t deal(std::vector<Item*>& items, const PlanOptions& options) {
+    // Half of the shards that may be hold all meshes where their number alone closes them, so this comes to an end.
+    const uint64_t most_meshes = std::max(options.most_meshes, items.size() * 2 / options.most_shards + 1);
+    double enough = options.minutes * 60;
+    uint64_t shards = close_at(enough, most_meshes, items);
+    while (shards > options.most_shards) shards = close_at(enough *= 2, most_meshes, items);
+    double too_little = 0;
+    for (int step = 0; step < 30; ++step) {
+        const double middle = (too_little + enough) / 2;
+        (close_at(middle, most_meshes, items) <= shards ? enough : too_little) = middle;
+    }
+    return close_at(enough, most_meshes, items);
 }
 
 uint64_t mib_of(uint64_t bytes) { return (bytes >> 20) + 1; }
@@ -84,9 +94,8 @@ Result<void> write_plan(const LibraryPlan& plan) {
     const Json head = {{"out", json_of_path(plan.out)}, {"options", plan.words}, {"shards", plan.shards}};
     std::string lines;
     for (const Item& item : plan.items) lines += line_of(item).dump() + "\n";
-    for (const auto& [name, text] : {std::pair<const char*, std::string>("arrays", arrays_of(plan)),
-                                     {"manifest.jsonl", lines},
-                                     {"plan.json", head.dump(2) + "\n"}}) {
+    for (const auto& [name, text] : {std::pair("arrays", arrays_of(plan)), std::pair("manifest.jsonl", lines),
+                                     std::pair("plan.json", head.dump(2) + "\n")}) {
         if (auto done = write_text(plan.folder / name, text); !done) return done;
     }
     return {};

@@ -3,8 +3,8 @@
 #   make test    builds and tests; ends with ctest's summary
 #   make test-long  as test, with the tests that take long
 #   make test-slurm  installs Slurm and bakes a library over a cluster of virtual nodes, some of which are killed
-#   make check   clang with address and undefined-behaviour sanitizers, the tests labelled fast in it, each driver of fuzz/ for some seconds,
-#                and clang-tidy
+#   make check   clang with address and undefined-behaviour sanitizers, the tests labelled fast in it, each driver of fuzz/ for some
+#                seconds, and clang-tidy
 #   make bench   runs the benchmarks and writes docs/figures.md
 #   make reference  the pages of the public headers: build/release/reference/html/index.html
 #   make fuzz    runs each driver of fuzz/ for FUZZ_SECONDS (60); needs clang

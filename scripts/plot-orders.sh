@@ -45,7 +45,7 @@ set yrange [1.15:1.75]
 plot "$work/keyframe" with linespoints pt 7 lw 2 title "keyframe", \
      "$work/clusters" with points pt 5 ps 1.3 title "keyframe, --cache auto", \
      "$work/static" with points pt 9 ps 1.3 title "static", \
-     "$work/greedy" with points pt 11 ps 1.3 title "greedy (the seed's)", \
+     "$work/greedy" with points pt 11 ps 1.3 title "greedy", \
      $fresh with lines dt 2 lc rgb "#666666" title "fresh meshoptimizer"
 set output "$folder/atvr-by-level.svg"
 set title "$name: transforms per vertex by level"

@@ -15,13 +15,14 @@
     (((cells) * (cells) - ((cells) >> ((level)-1u)) * ((cells) >> ((level)-1u))) / 3u + \
      2u * ((cells) - ((cells) >> ((level)-1u))) + (level)-1u)
 
-// Indices of samples: slot of the page times LODE_VGI_PAGE_TEXELS, plus the place in it. Or LODE_VGI_CORNER: corner k of a
-// chart, 4 chart + k, times 2^LODE_VGI_CORNER_STEPS, plus how many parents up the corner is in whose place it is drawn.
+// Indices of samples: slot of the page times LODE_VGI_PAGE_TEXELS, plus the place in it. Or LODE_VGI_CORNER: corner k
+// of a chart, 4 chart + k, times 2^LODE_VGI_CORNER_STEPS, plus how many parents up the corner is in whose place it is
+// drawn.
 #define LODE_VGI_CORNER 0x80000000u
 #define LODE_VGI_CORNER_STEPS 6
-#define LODE_VGI_CORNER_CHARTS 8388608  // at most, 2^23
+#define LODE_VGI_CORNER_CHARTS 8388608   // at most, 2^23
 #define LODE_VGI_NO_CORNERS 0xffffffffu  // VgiAsset::first_corners_of_charts where none is drawn elsewhere
-#define LODE_VGI_CORNER_LEVEL 15u       // that such triangles have in the visibility buffer
+#define LODE_VGI_CORNER_LEVEL 15u        // that such triangles have in the visibility buffer
 
 // Bindings of descriptor set 1.
 #define LODE_VGI_GEOMETRY 0  // pool of positions
@@ -32,8 +33,8 @@
 #define LODE_VGI_CHARTS 6      // float per chart: object units between samples of its attributes
 #define LODE_VGI_CODES 5       // decoded errors and radii: 256 floats each, per asset
 #define LODE_VGI_PATCHES 7     // words of patches; where they are drawn
-// Four words to each: corners (x | y << 16, z | error << 16 | radius << 24, parent, normal as packSnorm2x16 has octahedral
-// coordinates), numbered in their atlas; and charts (numbers of their corners).
+// Four words to each: corners (x | y << 16, z | error << 16 | radius << 24, parent, normal as packSnorm2x16 has
+// octahedral coordinates), numbered in their atlas; and charts (numbers of their corners).
 #define LODE_VGI_CORNERS 17
 
 // A node of a grid cut as a patch to tessellate: level | log2 of its cells << 4 | levels that the node across side s is

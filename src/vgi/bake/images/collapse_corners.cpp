@@ -273,7 +273,7 @@ std::vector<std::vector<uint32_t>> components_of(const CornerMesh& mesh) {
 class Saturation {
 public:
     Saturation(const Atlas& atlas, const CornerMesh& mesh)
-        : atlas_(atlas), mesh_(mesh), codes_(atlas.extent()), error_(mesh.positions.size(), 0), below_(error_.size()) {
+        : mesh_(mesh), codes_(atlas.extent()), error_(mesh.positions.size(), 0), below_(error_.size()) {
         for (uint32_t c = 0; c < atlas.charts(); ++c) {
             const auto middle = static_cast<int32_t>(atlas.cells_of(c) / 2);
             const size_t centre = texel_of(atlas, c, {middle, middle});
@@ -318,7 +318,6 @@ private:
         below_[corner].push_back({its, ratio, static_cast<double>(codes_.radius(radius)), at});
     }
 
-    const Atlas& atlas_;
     const CornerMesh& mesh_;
     const ErrorCodes codes_;
     std::vector<double> error_;  // per corner: at least

@@ -129,6 +129,11 @@ TEST_F(FileTest, NamesInFilesStayInTheirFolder) {
 
 TEST_F(FileTest, WhatTheMachineCannotOpenIsNotTheFilesFault) {
     const fs::path path = put("a", "bytes");
+    // Sanitizers look at types that they meet for the first time through a pipe.
+    ASSERT_TRUE(MappedFile::open(path));
+    ASSERT_FALSE(MappedFile::open(folder_ / "nothing"));
+    ASSERT_TRUE(InputFile::open(path));
+    ASSERT_FALSE(InputFile::open(folder_ / "nothing"));
     rlimit before{};
     ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
     rlimit none = before;

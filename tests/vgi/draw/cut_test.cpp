@@ -370,7 +370,7 @@ TEST(Cuts, FallApartWhereTheirRulesAreBroken) {
     // Corners that charts do not share.
     broken = atlas;
     for (uint32_t c = 0; c < broken.charts(); c += 3) std::swap(broken.chart_corners[c][0], broken.chart_corners[c][2]);
-    EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5), 0u);
+    EXPECT_GT(count_bad(Raster::bintree, broken, broken, 96, 5), 0u);
     // Corners that are not wanted where something of their charts is.
     broken = atlas;
     for (Corner& corner : broken.corners) corner.error = std::min<uint8_t>(corner.error, 150);

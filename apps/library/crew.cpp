@@ -106,7 +106,7 @@ private:
             if (next == waiting_.end()) break;
             Waiting one = *next;
             waiting_.erase(next);
-            if (auto good = start(std::move(one)); !good) return good;
+            if (auto good = start(one); !good) return good;
         }
         return {};
     }
@@ -147,7 +147,7 @@ private:
         used_memory_ += share_of(one);
         ++one.tries;
         const Stamp source = stamp_of(one.job.item->path);
-        running_.push_back({std::move(one), threads, source, std::move(*child)});
+        running_.push_back({one, threads, source, std::move(*child)});
         return {};
     }
 
@@ -160,7 +160,7 @@ private:
             }
             used_cores_ -= one->threads;
             used_memory_ -= share_of(one->of);
-            const auto good = settle(*one, *ended);
+            auto good = settle(*one, *ended);
             one = running_.erase(one);
             if (!good) return good;
         }

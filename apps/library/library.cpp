@@ -153,8 +153,8 @@ Result<Tally> bake_library(std::vector<Item> items, const Recipes& recipes, cons
     return tally;
 }
 
-Result<std::vector<std::string>> check_library(std::vector<Item> items, const Recipes& recipes, const Shelf& shelf,
-                                               const Progress& progress) {
+Result<std::vector<std::string>> check_library(const std::vector<Item>& items, const Recipes& recipes,
+                                               const Shelf& shelf, const Progress& progress) {
     const auto known = read_records(shelf.results());
     if (!known) return tl::unexpected(known.error());
     std::vector<std::string> lines;

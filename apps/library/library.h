@@ -54,7 +54,7 @@ Result<Tally> bake_library(std::vector<Item> items, const Recipes& recipes, cons
                            const Progress& progress);
 
 // Compares a library with its sources, by every hash: a line for each asset that is missing, stale, damaged or foreign.
-Result<std::vector<std::string>> check_library(std::vector<Item> items, const Recipes& recipes, const Shelf& shelf,
-                                               const Progress& progress);
+Result<std::vector<std::string>> check_library(const std::vector<Item>& items, const Recipes& recipes,
+                                               const Shelf& shelf, const Progress& progress);
 
 }  // namespace lodestone

@@ -31,7 +31,7 @@ demo: program
 	scripts/demo.sh
 
 test: build
-	ctest --preset release -j $(JOBS) -LE long
+	ctest --preset release -j $(JOBS) -LE "long|slurm"
 
 test-long: build
 	ctest --preset release -j $(JOBS)

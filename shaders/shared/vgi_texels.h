@@ -23,6 +23,9 @@
 #define LODE_VGI_CORNER_CHARTS 8388608   // at most, 2^23
 #define LODE_VGI_NO_CORNERS 0xffffffffu  // VgiAsset::first_corners_of_charts where none is drawn elsewhere
 #define LODE_VGI_CORNER_LEVEL 15u        // that such triangles have in the visibility buffer
+// Or LODE_VGI_LEAF: slot of a leaf's part times LODE_VGI_LEAF_VERTICES, plus the vertex in it.
+#define LODE_VGI_LEAF 0x40000000u
+#define LODE_VGI_LEAF_VERTICES 256
 
 // Bindings of descriptor set 1.
 #define LODE_VGI_GEOMETRY 0  // pool of positions

@@ -385,6 +385,24 @@ ChartErrors measure_samples(Atlas& atlas, uint32_t chart, const Chart& source) {
     return Measure(atlas, chart).run(source);
 }
 
+namespace {
+
+// Calls visit(leaf) for those on whose sides, corners included, a sample lies.
+template <class Visit>
+void for_leaves_at(const Atlas& atlas, uint32_t chart, GridPoint p, Visit&& visit) {
+    if (atlas.leaves.empty()) return;
+    const uint32_t per_side = atlas.leaves_per_side(chart);
+    const auto n = static_cast<int32_t>(atlas.cells_of(chart) / per_side), last = static_cast<int32_t>(per_side) - 1;
+    if (p.x % n != 0 && p.y % n != 0) return;
+    const auto first = [&](int32_t at) { return at % n == 0 && at > 0 ? at / n - 1 : at / n; };
+    for (int32_t y = first(p.y); y <= std::min(p.y / n, last); ++y) {
+        for (int32_t x = first(p.x); x <= std::min(p.x / n, last); ++x)
+            visit(atlas.leaves[atlas.leaf(chart, static_cast<uint32_t>(x), static_cast<uint32_t>(y))]);
+    }
+}
+
+}  // namespace
+
 void saturate(Atlas& atlas) {
     const ErrorCodes codes(atlas.extent());
     const uint32_t depths = Bintree{static_cast<int32_t>(atlas.cells)}.depths();
@@ -399,6 +417,8 @@ void saturate(Atlas& atlas) {
                     tree.for_children(p, [&](GridPoint q) {
                         child = std::max<double>(child, codes.error(atlas.sample_errors[texel_of(atlas, c, q)]));
                     });
+                    for_leaves_at(atlas, c, p,
+                                  [&](const Leaf& leaf) { child = std::max<double>(child, codes.error(leaf.error)); });
                     if (child > 0) code = std::max(code, codes.of_error(std::min(child * error_ratio, atlas.extent())));
                     code = round_up(code, depth / 2);
                 });
@@ -424,6 +444,14 @@ void saturate(Atlas& atlas) {
                         const double its = codes.error(atlas.sample_errors[child]);
                         const double reach = (its - error / error_ratio) * least_magnification +
                                              static_cast<double>(codes.radius(atlas.sample_radii[child])) + away(q);
+                        radius = std::max(radius, reach);
+                    });
+                    for_leaves_at(atlas, c, p, [&](const Leaf& leaf) {
+                        if (leaf.error == 0) return;
+                        const double reach =
+                            (static_cast<double>(codes.error(leaf.error)) - error / error_ratio) * least_magnification +
+                            static_cast<double>(codes.radius(leaf.radius)) +
+                            glm::length(atlas.lattice_point(leaf.position) - here);
                         radius = std::max(radius, reach);
                     });
                     // A sample that costs nothing is never wanted; neither are its children.

@@ -65,9 +65,7 @@ struct SourceAndSamples {
         for (const float error : of.errors) errors.push_back(std::max(error, errors[0]));
     }
     uint32_t levels() const { return atlas.levels() + 1; }
-    uint64_t triangles_at(uint32_t level) const {
-        return level == 0 ? leaf_triangles : atlas.triangles_at(level - 1);
-    }
+    uint64_t triangles_at(uint32_t level) const { return level == 0 ? leaf_triangles : atlas.triangles_at(level - 1); }
     uint32_t level_for_triangles(uint64_t triangles) const {
         return leaf_triangles <= triangles ? 0 : 1 + atlas.level_for_triangles(triangles);
     }
@@ -132,9 +130,10 @@ void add_extract(CLI::App& app, Run& run) {
     command->add_option("--triangles", o->triangles, "Write the finest level with at most this many triangles");
     command->add_option("--error", o->error, "Write the coarsest level whose error is at most this, in object units")
         ->check(CLI::NonNegativeNumber);
-    command->add_option("--level", o->level,
-                        "Write this level; 0, or source, is the source itself (vgi: its leaves, 1 the finest samples). "
-                        "Give exactly one of --triangles, --error and --level")
+    command
+        ->add_option("--level", o->level,
+                     "Write this level; 0, or source, is the source itself (vgi: its leaves, 1 the finest samples). "
+                     "Give exactly one of --triangles, --error and --level")
         ->transform([](const std::string& level) { return level == "source" ? std::string("0") : level; });
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
     add_prefix_option(*command, o->prefix);

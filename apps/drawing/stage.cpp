@@ -76,6 +76,7 @@ std::span<const DebugChoice> debug_choices() {
                                               {DebugView::material, "material", "material"},
                                               {DebugView::error, "error", "error in pixels"},
                                               {DebugView::stretch, "stretch", "stretch"},
+                                              {DebugView::leaf, "leaf", "leaves"},
                                               {DebugView::misses, "misses", "cache misses"}};
     return choices;
 }

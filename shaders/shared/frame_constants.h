@@ -36,6 +36,7 @@
 #define LODE_DEBUG_ERROR 9
 #define LODE_DEBUG_STRETCH 10
 #define LODE_DEBUG_MISSES 11
+#define LODE_DEBUG_LEAF 12
 
 #ifdef __cplusplus
 #include <cstdint>

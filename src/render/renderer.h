@@ -53,7 +53,8 @@ enum class DebugView : uint32_t {
     missing,   // `vgi`: where pages that are wanted are not there
     error,     // the error in pixels
     stretch,   // `vgi`: how unevenly a chart is sampled
-    misses     // vertex-cache misses of each triangle (TriangleMarks)
+    misses,    // vertex-cache misses of each triangle (TriangleMarks)
+    leaf       // `vgi`: where the source's own triangles are drawn
 };
 
 // A number for every triangle of some of a plan's draws, for DebugView::misses: 0 blue .. 3 red.

@@ -85,8 +85,8 @@ static_assert(sizeof(Corner) == 12);
 // What is known of a leaf (leaves.h), the source's triangles in the square of a finest page of a chart.
 struct Leaf {
     std::array<uint16_t, 3> position{};  // lattice point in its middle
-    // Codes (error_codes.h): what drawing its samples instead is off by, 0 where there is no leaf; and the sphere around
-    // its middle that holds all of it.
+    // Codes (error_codes.h): what drawing its samples instead is off by, 0 where there is no leaf; and the sphere
+    // around its middle that holds all of it.
     uint8_t error = 0, radius = 0;
     uint32_t parts_end = 0;  // its parts are those from the end of the leaf before
     bool operator==(const Leaf&) const = default;
@@ -113,7 +113,7 @@ struct Atlas {
     // Per finest page of a chart's own, row by row, chart after chart; empty: the atlas has no leaves.
     std::vector<Leaf> leaves;
     std::vector<std::vector<std::byte>> leaf_parts;  // coded (leaves.h); empty where they stay in a file
-    uint32_t leaf_shift = 5;          // leaves' lattice has 1 << leaf_shift points for one of the samples', 0 .. 16
+    uint32_t leaf_shift = 5;              // leaves' lattice has 1 << leaf_shift points for one of the samples', 0 .. 16
     std::vector<uint32_t> first_leaf{0};  // per chart, and the end; lay_out() sets it
 
     // Per texel, chart after chart.
@@ -147,7 +147,7 @@ struct Atlas {
     size_t attribute_texel(uint32_t chart, uint32_t x, uint32_t y) const {
         return first_attribute_texel[chart] + size_t{y} * (attribute_cells_of(chart) + 1) + x;
     }
-    size_t texels() const { return first_texel.back(); }                      // of all charts
+    size_t texels() const { return first_texel.back(); }  // of all charts
     // Of the parts of all leaves before this one, how many there are.
     uint32_t first_part(uint32_t leaf) const { return leaf == 0 ? 0 : leaves[leaf - 1].parts_end; }
     bool has_leaf(uint32_t leaf) const { return leaves[leaf].parts_end > first_part(leaf); }
@@ -182,7 +182,7 @@ struct Atlas {
         return origin + step * glm::dvec3(p[0], p[1], p[2]);
     }
     glm::dvec3 point(size_t texel) const { return lattice_point(positions[texel]); }  // where a texel is; object units
-    glm::vec3 position(size_t texel) const { return glm::vec3(point(texel)); }  // the same, rounded to floats
+    glm::vec3 position(size_t texel) const { return glm::vec3(point(texel)); }        // the same, rounded to floats
     // The nearest lattice point, 0 .. 65535 each way.
     glm::dvec3 rounded(const glm::dvec3& point) const {
         return glm::clamp(glm::round((point - origin) / step), 0.0, 65535.0);

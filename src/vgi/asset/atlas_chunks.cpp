@@ -283,7 +283,8 @@ Result<void> AtlasFile::find_leaves(const Limits& limits) {
             return wrong("vgi/leaves: a leaf has parts without an error, or an error without parts");
         parts = leaf.parts_end;
     }
-    if (parts > limits.pages) return fail_at(file_.path().string(), past("parts of leaves", parts, limits.pages).value());
+    if (parts > limits.pages)
+        return fail_at(file_.path().string(), past("parts of leaves", parts, limits.pages).value());
     if (ends->size() != parts || sums->size() != parts) return wrong("vgi/leaf_ends: is not one per part");
     uint64_t before = 0;
     for (const uint64_t end : *ends) {
@@ -364,11 +365,23 @@ AtlasFile::ByteRange AtlasFile::leaf_place(uint32_t part) const {
     return {leaf_bytes, first, leaf_ends_[part] - first};
 }
 
+Result<uint64_t> AtlasFile::leaf_triangles() const {
+    uint64_t count = 0;
+    for (uint32_t part = 0; part < about_.leaf_part_count(); ++part) {
+        const ByteRange at = leaf_place(part);
+        std::vector<std::byte> begin(std::min<uint64_t>(at.bytes, leaf_header_bytes));
+        if (auto read = file_.read_part(at.chunk, at.offset, begin); !read) return tl::unexpected(read.error());
+        count += triangles_in_leaf(begin);
+    }
+    return count;
+}
+
 Result<std::vector<std::byte>> AtlasFile::read_leaf(uint32_t part) const {
     const ByteRange at = leaf_place(part);
     std::vector<std::byte> bytes(at.bytes);
     if (auto read = file_.read_part(at.chunk, at.offset, bytes); !read)
-        return fail(read.error().fault, std::string(leaf_bytes) + ": part " + std::to_string(part) + ": cannot be read");
+        return fail(read.error().fault,
+                    std::string(leaf_bytes) + ": part " + std::to_string(part) + ": cannot be read");
     return bytes;
 }
 

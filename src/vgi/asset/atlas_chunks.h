@@ -53,6 +53,7 @@ public:
     // A part of a leaf, of those that about() has: where its bytes lie, these, and what is coded in them if their
     // checksum is right. Errors name the part, not the file.
     ByteRange leaf_place(uint32_t part) const;
+    Result<uint64_t> leaf_triangles() const;  // of all leaves; read from their beginnings
     Result<std::vector<std::byte>> read_leaf(uint32_t part) const;
     Result<LeafPart> decode_leaf(uint32_t part, std::span<const std::byte> bytes) const;
 

@@ -18,8 +18,8 @@ namespace {
 // A part as streams of small numbers: which vertices triangles have, and what vertices differ by from what the triangle
 // that first has them lets expect. Vertices are numbered as triangles first use them.
 struct Streams {
-    std::vector<uint8_t> links;               // per corner: 0 for the next new vertex, else how many before that
-    std::vector<uint8_t> low, middle, high;   // of positions
+    std::vector<uint8_t> links;              // per corner: 0 for the next new vertex, else how many before that
+    std::vector<uint8_t> low, middle, high;  // of positions
     std::vector<uint8_t> place_low, place_high, border, step;
     std::vector<uint8_t> normal, uv_low, uv_high, colour, material_low, material_high;
 
@@ -47,9 +47,7 @@ uint8_t byte_of(uint32_t number, uint32_t shift = 0) { return static_cast<uint8_
 // What a vertex is expected to be like: the mean of two known ones.
 struct Expected {
     const LeafVertex *a, *b;
-    int32_t position(size_t k) const {
-        return static_cast<int32_t>((a->position[k] + b->position[k]) / 2);
-    }
+    int32_t position(size_t k) const { return static_cast<int32_t>((a->position[k] + b->position[k]) / 2); }
     int32_t place(size_t k) const { return (int32_t{a->place[k]} + b->place[k]) / 2; }
 };
 
@@ -99,7 +97,8 @@ TexelAttributes taken_attributes(const Streams& from, size_t v, const TexelAttri
     }
     for (int k = 0; k < 4 && has.colours; ++k)
         is.colour[k] = static_cast<uint8_t>(like.colour[k] + unzigzag(from.colour[4 * v + static_cast<size_t>(k)]));
-    if (has.materials) is.material = static_cast<uint16_t>(like.material + wide(from.material_low, from.material_high, v));
+    if (has.materials)
+        is.material = static_cast<uint16_t>(like.material + wide(from.material_low, from.material_high, v));
     return is;
 }
 
@@ -215,13 +214,12 @@ bool take_vertex(const Streams& from, size_t i, const Expected& expected, LeafVe
 }  // namespace
 
 Result<LeafPart> decode_leaf(std::span<const std::byte> bytes, const PresentAttributes& attributes) {
-    if (bytes.size() < 3) return broken();
-    const auto number = [&](size_t i) { return static_cast<size_t>(bytes[i]); };
-    const size_t vertices = number(0) + 1, triangles = number(1) | number(2) << 8;
+    if (bytes.size() < leaf_header_bytes) return broken();
+    const size_t vertices = static_cast<size_t>(bytes[0]) + 1, triangles = triangles_in_leaf(bytes);
     if (triangles == 0 || triangles > most_leaf_triangles || vertices > most_leaf_vertices) return broken();
     Streams streams;
     make_room(streams, vertices, triangles);
-    if (!unpack(bytes.subspan(3), attributes, streams)) return broken();
+    if (!unpack(bytes.subspan(leaf_header_bytes), attributes, streams)) return broken();
     LeafPart part;
     part.vertices.resize(vertices);
     part.triangles.resize(triangles);
@@ -300,7 +298,8 @@ namespace {
 // What a leaf, or the samples of its square, are drawn beside.
 class LeafBorders {
 public:
-    explicit LeafBorders(const Atlas& atlas) : atlas_(atlas), corners_(leaf_corners(atlas)), whole_(corners_.size(), true) {
+    explicit LeafBorders(const Atlas& atlas)
+        : atlas_(atlas), corners_(leaf_corners(atlas)), whole_(corners_.size(), true) {
         for (uint32_t i = 0; i < corners_.size(); ++i) {
             if (!atlas.has_leaf(i / 4)) whole_[corners_[i]] = false;
         }
@@ -399,7 +398,8 @@ private:
     }
 
     uint32_t wedge(const std::array<uint32_t, 3>& position, const TexelAttributes& attributes) {
-        const uint64_t key = uint64_t{position[0]} << (2 * leaf_bits) | uint64_t{position[1]} << leaf_bits | position[2];
+        const uint64_t key =
+            uint64_t{position[0]} << (2 * leaf_bits) | uint64_t{position[1]} << leaf_bits | position[2];
         const auto [at, fresh] = vertices_.try_emplace(key, static_cast<uint32_t>(mesh_.positions.size()));
         if (fresh) {
             mesh_.positions.emplace_back(atlas_.leaf_point(position));
@@ -478,7 +478,7 @@ TriMesh extract_leaves(const Atlas& atlas) {
 
 uint64_t leaf_triangles(const Atlas& atlas) {
     uint64_t count = 0;
-    for (const auto& part : atlas.leaf_parts) count += static_cast<uint64_t>(part[1]) | static_cast<uint64_t>(part[2]) << 8;
+    for (const auto& part : atlas.leaf_parts) count += triangles_in_leaf(part);
     return count;
 }
 double leaf_rounding(const Atlas& atlas) {

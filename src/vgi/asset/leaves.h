@@ -27,11 +27,11 @@
 
 namespace lodestone::vgi {
 
-inline constexpr uint32_t most_leaf_triangles = 512;                     // of a part
+inline constexpr uint32_t most_leaf_triangles = 512;                        // of a part
 inline constexpr uint32_t most_leaf_vertices = LODE_VGI_LEAF_VERTICES - 1;  // of a part
-inline constexpr uint32_t leaf_bits = 21;                                // of a coordinate of a leaf's vertex
-inline constexpr uint32_t most_leaf_shift = leaf_bits - 1;               // Atlas::leaf_shift
-inline constexpr uint32_t leaf_places = 8192;                            // in a chart, along a side
+inline constexpr uint32_t leaf_bits = 21;                                   // of a coordinate of a leaf's vertex
+inline constexpr uint32_t most_leaf_shift = leaf_bits - 1;                  // Atlas::leaf_shift
+inline constexpr uint32_t leaf_places = 8192;                               // in a chart, along a side
 
 // As texels of the images of attributes have them (Atlas); what the atlas has not is as here.
 struct TexelAttributes {
@@ -87,6 +87,13 @@ struct LeafPart {
 };
 static_assert(most_leaf_vertices <= 256);
 
+// How many triangles a coded part has, as its beginning says; 0 of fewer bytes.
+inline constexpr size_t leaf_header_bytes = 3;
+inline uint32_t triangles_in_leaf(std::span<const std::byte> begin) {
+    return begin.size() < leaf_header_bytes ? 0
+                                            : static_cast<uint32_t>(begin[1]) | static_cast<uint32_t>(begin[2]) << 8;
+}
+
 // What is coded. Vertices must be numbered in the order that triangles first use them.
 std::vector<std::byte> encode_leaf(const LeafPart& part, const PresentAttributes& attributes);
 // Fault::format where the bytes are those of no part.
@@ -98,9 +105,8 @@ struct LeafBorder {
     std::array<bool, 4> corner_sampled{};  // by corner: some square around it is drawn from samples
 };
 
-// The triangles that a part is drawn as: visit(a, b, c), each own(vertex number) or sample(GridPoint). Equal points must
-// have equal values; triangles that get flat are left out.
-// cells: of a page.
+// The triangles that a part is drawn as: visit(a, b, c), each own(vertex number) or sample(GridPoint). Equal points
+// must have equal values; triangles that get flat are left out. cells: of a page.
 template <class Own, class Sample, class Visit>
 void for_drawn_triangles(const LeafPart& part, const LeafBorder& border, int32_t cells, const Own& own,
                          const Sample& sample, const Visit& visit);
@@ -111,8 +117,8 @@ struct LeafSide {
 };
 // Of square (x, y) of a chart.
 LeafSide leaf_across(const Atlas& atlas, Atlas::Tile square, uint32_t side);
-// Which corners of squares are one point: a number, 0 .. , for corner k of square i at 4 i + k, the lowest of those that
-// are one.
+// Which corners of squares are one point: a number, 0 .. , for corner k of square i at 4 i + k, the lowest of those
+// that are one.
 std::vector<uint32_t> leaf_corners(const Atlas& atlas);
 
 // The source surface as one mesh: what glued leaves share is one vertex; squares without a leaf are as their finest
@@ -134,11 +140,12 @@ void for_drawn_triangles(const LeafPart& part, const LeafBorder& border, int32_t
     };
     const auto point = [&](uint32_t number) -> Point {
         const LeafVertex& v = part.vertices[number];
-        const bool moves = v.is_corner() ? border.corner_sampled[v.border - 5u] : v.border > 0 && border.sampled[v.border - 1u];
+        const bool moves =
+            v.is_corner() ? border.corner_sampled[v.border - 5u] : v.border > 0 && border.sampled[v.border - 1u];
         return moves ? sample(v.nearest_sample(cells)) : own(number);
     };
-    // Calls each(p, q) for the steps that an edge takes along a side beside samples, in its direction; false where it is
-    // on none.
+    // Calls each(p, q) for the steps that an edge takes along a side beside samples, in its direction; false where it
+    // is on none.
     const auto walk = [&](uint32_t from, uint32_t to, const auto& each) {
         const LeafVertex &a = part.vertices[from], &b = part.vertices[to];
         if (a.border == 0 || b.border == 0) return false;
@@ -167,7 +174,8 @@ void for_drawn_triangles(const LeafPart& part, const LeafBorder& border, int32_t
             const Point apex = point(t[(k + 2) % 3]);
             walk(t[k], t[(k + 1) % 3], [&](GridPoint p, GridPoint q) { emit(apex, sample(p), sample(q)); });
         } else if (count == 2) {
-            // Around a corner of the square: the second edge from the first one's begin, the first from its next sample.
+            // Around a corner of the square: the second edge from the first one's begin, the first from its next
+            // sample.
             const uint32_t k = !walks[0] ? 1 : !walks[1] ? 2 : 0;
             const Point apex = point(t[k]), last = point(t[(k + 2) % 3]);
             const auto first_edge = [&](const Point& from) {

@@ -81,7 +81,8 @@ private:
                 for (uint32_t k = 0; k <= n; ++k) {
                     const auto [x, y] = on_side(side, k, n);
                     const size_t m = atlas_.texel(chart_, left + x, top + y);
-                    const bool corner = (left + x) % atlas_.cells_of(chart_) == 0 && (top + y) % atlas_.cells_of(chart_) == 0;
+                    const bool corner =
+                        (left + x) % atlas_.cells_of(chart_) == 0 && (top + y) % atlas_.cells_of(chart_) == 0;
                     if (!corner && !holds(m, leaf.error, leaf.radius, atlas_.lattice_point(leaf.position)))
                         fault_ = "chart " + std::to_string(chart_) + ", leaf " + std::to_string(i) +
                                  ": a sample on its sides is not saturated";

@@ -77,8 +77,8 @@ Hash128 key_of(const AtlasOptions& options) {
                             bulge,
                             least_gain,
                             curvature_importance};
-    const uint64_t counts[] = {cells,         attribute_ratio, most_rounds,      recentre_passes,
-                               error_samples, wanted,          bucket_triangles, most_solves, leaves};
+    const uint64_t counts[] = {cells,  attribute_ratio,  most_rounds, recentre_passes, error_samples,
+                               wanted, bucket_triangles, most_solves, leaves};
     HashStream all;
     all.add(std::as_bytes(std::span(reals)));
     all.add(std::as_bytes(std::span(counts)));

@@ -31,6 +31,7 @@ public:
           magnification_(std::bit_cast<float>(draw.words[LODE_VGI_WORD_MAGNIFICATION])) {}
 
     glm::vec3 vertex(uint32_t index) const {
+        if ((index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0) return leaf(index & ~LODE_VGI_LEAF);
         return origin_ +
                asset_.step * ((index & LODE_VGI_CORNER) != 0 ? corner(index & ~LODE_VGI_CORNER) : sample(index));
     }
@@ -62,6 +63,10 @@ private:
     }
     uint32_t corner_of_chart(uint32_t chart, uint32_t k) const {
         return mirror_.stored<CornerRecord>(draw_, LODE_VGI_CORNERS, asset_.first_corners_of_charts + chart)[k];
+    }
+    glm::vec3 leaf(uint32_t index) const {
+        const auto v = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, index);
+        return origin_ + asset_.leaf_step * glm::vec3(v[0] & 0x1fffff, v[0] >> 21 | (v[1] & 0x3ff) << 11, v[1] >> 10);
     }
     glm::vec3 corner(uint32_t index) const {
         const uint32_t of_chart = index >> LODE_VGI_CORNER_STEPS;

@@ -18,8 +18,8 @@
 namespace lodestone::vgi {
 namespace {
 
-// Edges by their ends' places that are not met as often each way, and, unless they may lie on each other, those that are
-// met more than once; of an edge on the end of a surface once is enough.
+// Edges by their ends' places that are not met as often each way, and, unless they may lie on each other, those that
+// are met more than once; of an edge on the end of a surface once is enough.
 size_t bad_edges(const TriMesh& mesh, bool closed, bool may_coincide = false) {
     using Point = std::array<float, 3>;
     std::map<std::pair<Point, Point>, std::pair<int, int>> edges;
@@ -83,9 +83,11 @@ TEST(Leaves, AreRefusedWhereTheyAreDamaged) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 2000), 32, 4);
     Random random(1);
     for (int i = 0; i < 2000; ++i) {
-        auto coded = atlas.leaf_parts[static_cast<size_t>(random.unit() * static_cast<double>(atlas.leaf_parts.size()))];
+        auto coded =
+            atlas.leaf_parts[static_cast<size_t>(random.unit() * static_cast<double>(atlas.leaf_parts.size()))];
         for (int k = 0; k < 3; ++k)
-            coded[static_cast<size_t>(random.unit() * static_cast<double>(coded.size()))] = static_cast<std::byte>(random.unit() * 256);
+            coded[static_cast<size_t>(random.unit() * static_cast<double>(coded.size()))] =
+                static_cast<std::byte>(random.unit() * 256);
         const auto part = decode_leaf(coded, atlas.attributes);
         if (!part || !part->validate(atlas, 32)) continue;
         for (const auto& t : part->triangles) {

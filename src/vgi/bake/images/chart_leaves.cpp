@@ -201,7 +201,7 @@ private:
 
     const uint32_t cells_, per_side_;
     const int64_t square_;
-    ChartMesh mesh_;  // its places are integers
+    ChartMesh mesh_;               // its places are integers
     std::vector<ArcPlaces> arcs_;  // by side
 };
 
@@ -217,7 +217,8 @@ public:
           patch_(patch),
           squared_(size_t{per_side_} * per_side_, 0) {
         for (uint32_t v = 0; v < patch.positions.size(); ++v) {
-            const double d = squared_distance_near(atlas, quad, glm::clamp(patch.flat[v], 0.0, 1.0), 1, patch.positions[v]);
+            const double d =
+                squared_distance_near(atlas, quad, glm::clamp(patch.flat[v], 0.0, 1.0), 1, patch.positions[v]);
             note(patch.flat[v] * static_cast<double>(cells_), d);
         }
         for (uint32_t h = 0; h < patch.twin.size(); ++h) {
@@ -251,7 +252,8 @@ private:
                 const double share = (line - from) / (to - from);
                 const glm::dvec2 at = a + (b - a) * share;
                 if (rising || falling) {
-                    const auto x = static_cast<uint32_t>(std::max(at.x, 0.0)), y = static_cast<uint32_t>(std::max(at.y, 0.0));
+                    const auto x = static_cast<uint32_t>(std::max(at.x, 0.0)),
+                               y = static_cast<uint32_t>(std::max(at.y, 0.0));
                     if (rising_diagonal(x, y) != rising) continue;
                 }
                 crossing(h, share, at);
@@ -283,7 +285,9 @@ private:
     // Of the square, so far.
     double at_most(const glm::dvec2& at) const {
         const double size = static_cast<double>(cells_) / per_side_;
-        const auto in = [&](double k) { return static_cast<size_t>(std::clamp(std::floor(k / size), 0.0, per_side_ - 1.0)); };
+        const auto in = [&](double k) {
+            return static_cast<size_t>(std::clamp(std::floor(k / size), 0.0, per_side_ - 1.0));
+        };
         return squared_[in(at.y) * per_side_ + in(at.x)];
     }
 
@@ -314,7 +318,8 @@ public:
             if (part_.triangles.size() == most_leaf_triangles || part_.vertices.size() + 3 > most_leaf_vertices)
                 close(coded);
             std::array<uint8_t, 3> numbers{};
-            for (uint32_t k = 0; k < 3; ++k) numbers[k] = number(cutting_.mesh().from(3 * triangles[i] + k), corners[k]);
+            for (uint32_t k = 0; k < 3; ++k)
+                numbers[k] = number(cutting_.mesh().from(3 * triangles[i] + k), corners[k]);
             part_.triangles.push_back(numbers);
         }
         close(coded);
@@ -330,7 +335,8 @@ private:
             sum = {sum[0] + p[0], sum[1] + p[1]};
         }
         for (int bit = 31; bit >= 0; --bit) {
-            for (const size_t axis : {size_t{1}, size_t{0}}) key = key << 1 | (static_cast<uint64_t>(sum[axis]) >> bit & 1);
+            for (const size_t axis : {size_t{1}, size_t{0}})
+                key = key << 1 | (static_cast<uint64_t>(sum[axis]) >> bit & 1);
         }
         return key;
     }
@@ -397,8 +403,8 @@ double radius_of(const Atlas& atlas, uint32_t quad, uint32_t square, const Chart
 
 ChartLeaves make_leaves(const ResampleInput& input, const Atlas& atlas, uint32_t quad, const Chart& chart) {
     const uint32_t squares = atlas.leaves_per_side(quad) * atlas.leaves_per_side(quad);
-    ChartLeaves leaves{std::vector<double>(squares, 0), std::vector<double>(squares, 0),
-                       std::vector<uint32_t>(squares, 0), {}};
+    ChartLeaves leaves{
+        std::vector<double>(squares, 0), std::vector<double>(squares, 0), std::vector<uint32_t>(squares, 0), {}};
     const ChartCutting cutting(input, atlas, quad, chart);
     const auto triangles = cutting.by_square();
     if (!triangles) return leaves;

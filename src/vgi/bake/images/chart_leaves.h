@@ -1,7 +1,7 @@
 // Stage 8 of the atlas: leaves (vgi/asset/leaves.h). The source's triangles of a chart are cut along the sides of the
-// squares of its finest pages, by splitting edges, so that neighbours stay neighbours; what lies in a square is its leaf.
-// Places on the square are integers, and those on a chart's side are read along the arc, so that the charts on both its
-// sides have the same points.
+// squares of its finest pages, by splitting edges, so that neighbours stay neighbours; what lies in a square is its
+// leaf. Places on the square are integers, and those on a chart's side are read along the arc, so that the charts on
+// both its sides have the same points.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ namespace lodestone::vgi {
 
 // Of one chart, by square, row by row.
 struct ChartLeaves {
-    std::vector<double> errors, radii;              // object units: as Leaf::error and Leaf::radius
-    std::vector<uint32_t> parts;                    // how many the leaf has: 0 where there is none
+    std::vector<double> errors, radii;          // object units: as Leaf::error and Leaf::radius
+    std::vector<uint32_t> parts;                // how many the leaf has: 0 where there is none
     std::vector<std::vector<std::byte>> coded;  // parts, leaf after leaf
 };
 

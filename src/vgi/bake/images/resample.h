@@ -30,8 +30,8 @@ struct ResampleInput {
     const ChartComplex& patches;         // of the surface
 };
 
-// What a place of a source triangle looks like, as texels of the atlas have it. place: weights of the triangle's corners
-// 1 and 2.
+// What a place of a source triangle looks like, as texels of the atlas have it. place: weights of the triangle's
+// corners 1 and 2.
 TexelAttributes source_attributes(const ResampleInput& input, const Atlas& atlas, uint32_t triangle,
                                   const glm::dvec2& place);
 

@@ -63,7 +63,11 @@ void main() {
         word0[k] = attributes_at(texel[k]);
         normal += weight[k] * direction_of(word0[k]);
     }
-    if (has_normal(visible)) normal = unfolded(unpackSnorm2x16(visible.w));
+    if (has_normal(visible)) {
+        // Of a leaf up close; where pixels are coarser than samples, the means of these.
+        float own = visible.y >> 28 == LODE_VGI_LEAF_LEVEL ? clamp(-lod, 0.0, 1.0) : 1.0;
+        normal = mix(normalize(normal), unfolded(unpackSnorm2x16(visible.w)), own);
+    }
     Surface s;
     s.position = world.xyz;
     s.normal = normalize(mat3(instance.normal_to_world) * normal);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numeric>
@@ -418,6 +419,28 @@ ChartLeaves make_leaves(const ResampleInput& input, const Atlas& atlas, uint32_t
     return leaves;
 }
 
+namespace {
+
+// The code of the error from which on the samples of a square take about as many triangles as its leaf does.
+uint8_t error_worth(const Atlas& atlas, uint32_t quad, uint32_t square, uint64_t leaf_triangles) {
+    const uint32_t per_side = atlas.leaves_per_side(quad), n = atlas.cells_of(quad) / per_side,
+                   left = square % per_side * n, top = square / per_side * n;
+    std::vector<uint8_t> errors;
+    for (uint32_t y = top; y <= top + n; ++y) {
+        for (uint32_t x = left; x <= left + n; ++x) {
+            const uint8_t code = atlas.sample_errors[atlas.texel(quad, x, y)];
+            if (code < 255) errors.push_back(code);  // but for corners of the chart
+        }
+    }
+    // A sample takes two triangles, and has parents with smaller errors of their own.
+    const uint64_t samples = leaf_triangles / 4;
+    if (samples >= errors.size()) return 0;
+    std::ranges::nth_element(errors, errors.begin() + static_cast<ptrdiff_t>(samples), std::greater<>());
+    return errors[samples];
+}
+
+}  // namespace
+
 void take_leaves(std::vector<ChartLeaves> charts, Atlas& atlas) {
     LODE_CHECK(charts.size() == atlas.charts(), charts.size());
     const ErrorCodes codes(atlas.extent());
@@ -425,14 +448,20 @@ void take_leaves(std::vector<ChartLeaves> charts, Atlas& atlas) {
     for (uint32_t c = 0; c < atlas.charts(); ++c) {
         ChartLeaves& of = charts[c];
         const uint32_t per_side = atlas.leaves_per_side(c), n = atlas.cells_of(c) / per_side;
+        size_t first = 0;
         for (uint32_t i = 0; i < per_side * per_side; ++i) {
             Leaf leaf;
             leaf.position = atlas.positions[atlas.texel(c, i % per_side * n + n / 2, i / per_side * n + n / 2)];
             if (of.parts[i] > 0) {
-                leaf.error = codes.of_error(std::min(of.errors[i], atlas.extent()));
+                uint64_t triangles = 0;
+                for (uint32_t p = 0; p < of.parts[i]; ++p) triangles += triangles_in_leaf(std::span(of.coded[first + p]));
+                // A leaf is never off by more; it may be drawn sooner, where it takes fewer triangles.
+                leaf.error = std::max(codes.of_error(std::min(of.errors[i], atlas.extent())),
+                                      error_worth(atlas, c, i, triangles));
                 leaf.radius = codes.of_radius(of.radii[i]);
             }
             leaf.parts_end = parts += of.parts[i];
+            first += of.parts[i];
             atlas.leaves.push_back(leaf);
         }
         for (auto& part : of.coded) atlas.leaf_parts.push_back(std::move(part));

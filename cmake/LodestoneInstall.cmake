@@ -36,5 +36,31 @@ if(LODESTONE_APPS)
   string(REGEX REPLACE "/$" "" LODESTONE_PREFIX_FROM_PC "${LODESTONE_PREFIX_FROM_PC}")
   configure_file("${PROJECT_SOURCE_DIR}/apps/c/lodestone.pc.in" "${PROJECT_BINARY_DIR}/lodestone.pc" @ONLY)
   install(FILES "${PROJECT_BINARY_DIR}/lodestone.pc" DESTINATION "${pkgconfig}" COMPONENT development)
-  install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/c" DESTINATION "${CMAKE_INSTALL_DOCDIR}/examples" COMPONENT development)
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/c" DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/liblodestone-dev/examples"
+    COMPONENT development)
+
+  # The manual page and the completion are what the program says of itself.
+  find_package(Python3 REQUIRED COMPONENTS Interpreter)
+  set(beside "${PROJECT_BINARY_DIR}/beside")
+  add_custom_command(OUTPUT "${beside}/lodestone.1" "${beside}/lodestone.bash"
+    COMMAND "${CMAKE_COMMAND}" -E env "${LODESTONE_DRIVER_ENVIRONMENT}" "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/program-files.py" "$<TARGET_FILE:lodestone>" "${beside}"
+    DEPENDS lodestone "${PROJECT_SOURCE_DIR}/scripts/program-files.py" VERBATIM)
+  add_custom_target(program_files ALL DEPENDS "${beside}/lodestone.1" "${beside}/lodestone.bash")
+  install(FILES "${beside}/lodestone.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" COMPONENT program)
+  install(FILES "${beside}/lodestone.bash" DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" RENAME lodestone
+    COMPONENT program)
+  foreach(pair "program;lodestone" "library;liblodestone${PROJECT_VERSION_MAJOR}" "development;liblodestone-dev" "python;python3-lodestone")
+    list(GET pair 0 component)
+    list(GET pair 1 name)
+    if(TARGET lodestone_python OR NOT component STREQUAL python)
+      install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/${name}" RENAME copyright COMPONENT ${component})
+    endif()
+  endforeach()
+  if(TARGET lodestone_python)
+    # Where Debian's Python looks; elsewhere PYTHONPATH names it.
+    install(TARGETS lodestone_python LIBRARY DESTINATION "lib/python3/dist-packages/lodestone" COMPONENT python)
+    install(DIRECTORY "${PROJECT_SOURCE_DIR}/apps/python/lodestone/" DESTINATION "lib/python3/dist-packages/lodestone" COMPONENT python)
+    install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/python" DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/python3-lodestone/examples"
+      COMPONENT python)
+  endif()
 endif()

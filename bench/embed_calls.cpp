@@ -35,9 +35,10 @@ int main(int argc, char** argv) {
     const int repeats = std::atoi(argv[2]);
     const TriMesh rock = generate(Shape::rock, std::strtoull(argv[1], nullptr, 10), 1);
     MeshArrays arrays;
-    arrays.positions = rock.positions;
+    std::vector<glm::vec3> room;
+    arrays.positions = wedge_positions(rock, room);
     arrays.triangles = rock.triangles;
-    const TriMesh mesh = *mesh_of(arrays);
+    const TriMesh mesh = mesh_of(arrays).value();
     std::printf("{");
     measure("Mesh", 5 * repeats, [&] { (void)mesh_of(arrays); });
     measure("simplify", repeats, [&] { (void)simplify(mesh, {mesh.triangle_count() / 10, 0, "quadric"}); });

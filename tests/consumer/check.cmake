@@ -11,4 +11,6 @@ run("${CMAKE_COMMAND}" -S "${SOURCE}" -B "${WORK}/build" -DCMAKE_PREFIX_PATH=${W
   -DEXAMPLES=${EXAMPLES})
 run("${CMAKE_COMMAND}" --build "${WORK}/build" --parallel 2)
 run("${CMAKE_COMMAND}" -E chdir "${WORK}/build" ./consumer)
-run("${CMAKE_COMMAND}" -E chdir "${WORK}/build" ./print_cut)
+if(EXAMPLES)
+  run("${CMAKE_COMMAND}" -E chdir "${WORK}/build" ./print_cut)
+endif()

@@ -3,7 +3,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME lodestone)
 set(CPACK_PACKAGE_VENDOR "The Lodestone maintainers")
-set(CPACK_PACKAGE_CONTACT "The Lodestone maintainers <maintainers@users.noreply.github.com>")
+set(CPACK_PACKAGE_CONTACT "The Lodestone maintainers <maintainers@lodestone.invalid>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "continuous level-of-detail engine")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_COMPONENTS_ALL program library development)

@@ -185,8 +185,7 @@ void add_height_options(CLI::App& command, ReadOptions& read) {
     command.add_option("--height-scale", read.height_scale, "Height maps: object units per height unit")
         ->capture_default_str();
     command
-        .add_option("--pixel-size", read.pixel_size,
-                    "Height maps: object units between samples; 0 takes the file's")
+        .add_option("--pixel-size", read.pixel_size, "Height maps: object units between samples; 0 takes the file's")
         ->capture_default_str();
     command.add_option("--void-height", read.void_height,
                        "Height maps: samples of this height (before scaling) hold no data");

@@ -68,7 +68,7 @@ std::string viewer_address(const Options& o) {
 }
 
 struct Made {
-    tiles::TilesetReport report;   // of all parts together
+    tiles::TilesetReport report;  // of all parts together
     uint32_t parts = 1;
 };
 
@@ -162,7 +162,8 @@ nlohmann::json json_of(const Made& made, double seconds, double bake_seconds) {
             {"triangles", r.triangles},
             {"leaf_triangles", r.leaf_triangles},
             {"closing_triangles", r.closing_triangles},
-            {"bytes", {{"tiles", r.glb_bytes}, {"tilesets", r.json_bytes}, {"images", r.image_bytes}, {"root", r.root_bytes}}},
+            {"bytes",
+             {{"tiles", r.glb_bytes}, {"tilesets", r.json_bytes}, {"images", r.image_bytes}, {"root", r.root_bytes}}},
             {"root_error", r.root_error},
             {"bake_seconds", bake_seconds},
             {"seconds", seconds}};
@@ -170,10 +171,12 @@ nlohmann::json json_of(const Made& made, double seconds, double bake_seconds) {
 
 void print_summary(const std::string& out, const Made& made, double seconds) {
     const tiles::TilesetReport& r = made.report;
-    std::printf("%s: %u tiles in %u levels of tiles, %llu triangles in %u leaves; %llu triangles in all, %.1f%% of them close borders\n",
-                printable(out).c_str(), r.tiles, r.depth, static_cast<unsigned long long>(r.leaf_triangles), r.leaves,
-                static_cast<unsigned long long>(r.triangles),
-                100.0 * static_cast<double>(r.closing_triangles) / static_cast<double>(std::max<uint64_t>(1, r.triangles)));
+    std::printf(
+        "%s: %u tiles in %u levels of tiles, %llu triangles in %u leaves; %llu triangles in all, %.1f%% of them close "
+        "borders\n",
+        printable(out).c_str(), r.tiles, r.depth, static_cast<unsigned long long>(r.leaf_triangles), r.leaves,
+        static_cast<unsigned long long>(r.triangles),
+        100.0 * static_cast<double>(r.closing_triangles) / static_cast<double>(std::max<uint64_t>(1, r.triangles)));
     std::printf("  %llu bytes of tiles, %llu of textures, %llu of tilesets, in %.2f s\n",
                 static_cast<unsigned long long>(r.glb_bytes), static_cast<unsigned long long>(r.image_bytes),
                 static_cast<unsigned long long>(r.json_bytes), seconds);
@@ -227,8 +230,7 @@ void add_place_options(CLI::App& command, Options& o) {
     command.add_option("--height", o.height, "Metres above the ellipsoid where it stands; 0 unless given")
         ->check(CLI::Range(-1e7, 1e9));
     command
-        .add_option("--up", o.up,
-                    "Axis of the mesh that points up: y (x is east, z south) or z (x is east, y north)")
+        .add_option("--up", o.up, "Axis of the mesh that points up: y (x is east, z south) or z (x is east, y north)")
         ->check(CLI::IsMember({"y", "z"}))
         ->capture_default_str();
 }
@@ -239,7 +241,8 @@ void add_machine_options(CLI::App& command, Options& o) {
         .add_option("--memory", o.memory_mib,
                     "Memory to keep to, in MiB, about, at least 192; the rest waits in unnamed files in --tmp")
         ->check(CLI::Range(1, 1 << 30));
-    command.add_option("--tmp", o.tmp, "Folder for the files of --memory; the system's for temporary files unless given")
+    command
+        .add_option("--tmp", o.tmp, "Folder for the files of --memory; the system's for temporary files unless given")
         ->check(CLI::ExistingDirectory);
     add_outside_option(command, o.allow_outside);
     command.add_flag("--json", o.json, "Print counts, bytes and seconds as JSON");
@@ -250,15 +253,19 @@ void add_machine_options(CLI::App& command, Options& o) {
 void add_tile(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand(
-        "tile", "Write 3D Tiles of a scene, a mesh or an asset, closed whichever of them are shown, for viewers of maps");
-    command->add_option("input", o->input, "Scene (.json), mesh, height map, or asset (.lode) with an atlas")->required();
+        "tile",
+        "Write 3D Tiles of a scene, a mesh or an asset, closed whichever of them are shown, for viewers of maps");
+    command->add_option("input", o->input, "Scene (.json), mesh, height map, or asset (.lode) with an atlas")
+        ->required();
     command->add_option("-o,--out", o->out, "Folder to write: tileset.json, view.html and the tiles")->required();
     command
         ->add_option("--encoding", o->encoding,
                      "meshopt (compressed), quantised (whole numbers) or plain (floats, for every reader of glTF)")
         ->check(CLI::IsMember({"meshopt", "quantised", "plain"}))
         ->capture_default_str();
-    command->add_option("--tile-triangles", o->tile_triangles, "Triangles of a tile at most, without those that close borders")
+    command
+        ->add_option("--tile-triangles", o->tile_triangles,
+                     "Triangles of a tile at most, without those that close borders")
         ->check(CLI::Range(tiles::least_tile_triangles, tiles::most_tile_triangles))
         ->capture_default_str();
     add_place_options(*command, *o);

@@ -92,8 +92,8 @@ Result<int> verify_tileset(const std::string& path, const TilesetVerification& h
     for (const tiles::CheckedPoint& point : check->points) {
         report["checks"].push_back({{"name", point.name}, {"passed", point.passed}, {"message", point.message}});
         if (!json)
-            std::printf("%s %s%s%s\n", point.passed ? "ok    " : "FAILED", point.name.c_str(),
-                        point.passed ? "" : ": ", printable(point.message).c_str());
+            std::printf("%s %s%s%s\n", point.passed ? "ok    " : "FAILED", point.name.c_str(), point.passed ? "" : ": ",
+                        printable(point.message).c_str());
     }
     if (json) {
         print_line(report.dump(2));

@@ -142,7 +142,8 @@ private:
         std::string fault;
         for (const auto& p : content->positions) {
             const double r = tile.has_box ? reach(tile.box, glm::dvec3(to_tile * glm::dvec4(p[0], p[1], p[2], 1))) : 0;
-            if (r > inside) fault = tile.place + ": a vertex is outside the tile's box, " + std::to_string(r) + " times";
+            if (r > inside)
+                fault = tile.place + ": a vertex is outside the tile's box, " + std::to_string(r) + " times";
         }
         contents_[i] = std::move(*content);
         return fault;
@@ -253,7 +254,10 @@ private:
             std::vector<uint32_t> leaves;
             add_leaves(i, leaves);
             const double step = glm::length(glm::dvec3(contents_[i]->to_tile()[0]));
-            const MeasuredSurface shown(mesh_of({i})), finest(mesh_of(leaves));
+            const TriMesh tile_mesh = mesh_of({i}), leaf_mesh = mesh_of(leaves);
+            DistanceOptions sampling;
+            sampling.samples = std::min(sampling.samples, 8 * leaf_mesh.triangle_count());
+            const MeasuredSurface shown(tile_mesh, sampling), finest(leaf_mesh, sampling);
             const double measured = step * finest.farthest_from(shown, shown.farthest_from(finest, 0));
             if (measured <= 0) continue;
             const double ratio = tile.geometric_error / measured;

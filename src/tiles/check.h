@@ -13,13 +13,13 @@
 namespace lodestone::tiles {
 
 struct CheckOptions {
-    uint32_t cuts = 100;    // random sets of tiles that cover the surface, of each part
-    uint64_t seed = 1;      // of these
-    bool measure = false;   // errors of tiles are measured anew; takes long
+    uint32_t cuts = 100;   // random sets of tiles that cover the surface, of each part
+    uint64_t seed = 1;     // of these
+    bool measure = false;  // errors of tiles are measured anew; takes long
 };
 
 struct CheckedPoint {
-    std::string name;     // what is checked
+    std::string name;  // what is checked
     bool passed = true;
     std::string message;  // of the first place where it is not so
 };

@@ -15,8 +15,8 @@
 
 namespace lodestone::tiles {
 
-// Net times that edges are run through: key (smaller place << 32 | larger place), sorted; count above 0 from the smaller
-// to the larger. None is 0.
+// Net times that edges are run through: key (smaller place << 32 | larger place), sorted; count above 0 from the
+// smaller to the larger. None is 0.
 struct BorderEdge {
     uint64_t key = 0;
     int32_t count = 0;

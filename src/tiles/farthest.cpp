@@ -86,8 +86,8 @@ private:
     void quarter(const SurfacePiece& piece) {
         const auto& [a, b, c] = piece.corners;
         const glm::dvec3 ab = (a + b) * 0.5, bc = (b + c) * 0.5, ca = (c + a) * 0.5;
-        for (const auto& corners : {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c},
-                                    std::array{ab, bc, ca}})
+        for (const auto& corners :
+             {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{ab, bc, ca}})
             put({corners, piece.bound, piece.near});
     }
 

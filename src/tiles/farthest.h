@@ -18,8 +18,8 @@ namespace lodestone::tiles {
 // A part of a surface that is measured.
 struct SurfacePiece {
     std::array<glm::dvec3, 3> corners;
-    double bound = 0;                               // no point of it is farther from the other surface
-    uint32_t near = ClosestSurface::no_hint;        // a triangle of the other surface that is likely to be near
+    double bound = 0;                         // no point of it is farther from the other surface
+    uint32_t near = ClosestSurface::no_hint;  // a triangle of the other surface that is likely to be near
 };
 
 // What pieces are measured against.

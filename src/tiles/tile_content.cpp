@@ -183,7 +183,8 @@ private:
             for (size_t k = 0; k < 3; ++k) {
                 p[k] = number(*found, v * found->stride + k * bytes_of(found->component));
                 if (!std::isfinite(p[k])) return wrong("a position is not a number");
-                if (p[k] < content.low[k] || p[k] > content.high[k]) return wrong("a position is not between min and max");
+                if (p[k] < content.low[k] || p[k] > content.high[k])
+                    return wrong("a position is not between min and max");
             }
             content.positions.push_back(p);
         }

@@ -15,7 +15,7 @@ struct TileContent {
     // As stored, before any matrix: equal places are equal bit for bit.
     std::vector<std::array<float, 3>> positions;
     std::vector<std::array<uint32_t, 3>> triangles;
-    std::array<double, 16> matrix{};  // of the node, column by column
+    std::array<double, 16> matrix{};     // of the node, column by column
     std::array<float, 3> low{}, high{};  // as the file says
     uint64_t bytes = 0;                  // of the file
 

@@ -47,14 +47,15 @@ void add_grid(uint32_t n, bool first_rises, At&& at, std::vector<uint32_t>& indi
     }
 }
 
-// The finest samples of one chart, against which its squares are measured; steps of the lattice.
+// Measures squares of one chart against their own finest samples; steps of the lattice.
 class ChartMeasure {
 public:
     ChartMeasure(const Atlas& atlas, uint32_t chart) : atlas_(atlas), chart_(chart), cells_(atlas.cells_of(chart)) {}
 
     // As TileMeasure::error, of one square and some of its sides. level: coarser than the finest.
     double error(const ChartSquare& square, uint32_t level, const std::vector<uint32_t>& sides) {
-        if (!finest_) finest_.emplace(surface(0, 0, cells_, 1));
+        if (!finest_ || square != measured_) finest_.emplace(surface(square.x, square.y, square.cells, 1));
+        measured_ = square;
         const uint32_t stride = stride_of(atlas_, chart_, level);
         std::vector<SurfacePiece> fine_pieces, coarse_pieces;
         add_pieces(square, stride, fine_pieces, coarse_pieces);
@@ -76,15 +77,17 @@ private:
         for (uint32_t y = 0; y <= n; ++y) {
             for (uint32_t x = 0; x <= n; ++x) positions.emplace_back(point(x0 + x * stride, y0 + y * stride));
         }
-        add_grid(n, vgi::rising_diagonal(x0 / stride, y0 / stride),
-                 [&](uint32_t x, uint32_t y) { return y * (n + 1) + x; }, indices);
+        add_grid(
+            n, vgi::rising_diagonal(x0 / stride, y0 / stride), [&](uint32_t x, uint32_t y) { return y * (n + 1) + x; },
+            indices);
         return {std::move(positions), std::move(indices)};
     }
 
     // Where the coarse grid is at the place of a finest sample.
     glm::dvec3 on_coarse(uint32_t x, uint32_t y, uint32_t stride) const {
         const uint32_t cx = std::min(x / stride, cells_ / stride - 1), cy = std::min(y / stride, cells_ / stride - 1);
-        const double u = static_cast<double>(x - cx * stride) / stride, v = static_cast<double>(y - cy * stride) / stride;
+        const double u = static_cast<double>(x - cx * stride) / stride,
+                     v = static_cast<double>(y - cy * stride) / stride;
         const glm::dvec3 a = point(cx * stride, cy * stride), b = point((cx + 1) * stride, cy * stride),
                          d = point(cx * stride, (cy + 1) * stride), e = point((cx + 1) * stride, (cy + 1) * stride);
         if (vgi::rising_diagonal(cx, cy)) return u >= v ? a + (b - a) * u + (e - b) * v : a + (e - d) * u + (d - a) * v;
@@ -111,7 +114,8 @@ private:
             }
         }
         std::vector<uint32_t> indices;
-        add_grid(s.cells, vgi::rising_diagonal(s.x, s.y), [&](uint32_t x, uint32_t y) { return y * w + x; }, indices);
+        add_grid(
+            s.cells, vgi::rising_diagonal(s.x, s.y), [&](uint32_t x, uint32_t y) { return y * w + x; }, indices);
         const bool first_rises = vgi::rising_diagonal(s.x / stride, s.y / stride);
         for (size_t i = 0; i < indices.size(); i += 3) {
             SurfacePiece a, b;
@@ -125,10 +129,8 @@ private:
                 y3 += v / w;
             }
             b.bound = a.bound;
-            const auto cell = static_cast<uint32_t>(i / 6);
             a.near = coarse_triangle(x3, y3, stride, n, first_rises);
-            const uint32_t x = s.x + cell % s.cells, y = s.y + cell / s.cells;
-            b.near = 2 * (y * cells_ + x) + static_cast<uint32_t>(i / 3 % 2);
+            b.near = static_cast<uint32_t>(i / 3);
             fine.push_back(a);
             coarse.push_back(b);
         }
@@ -136,7 +138,8 @@ private:
 
     // The triangles that close a side lie between polylines of levels: no point is farther from the finest one than
     // the two that it lies between.
-    void add_closing_pieces(const ChartSquare& s, uint32_t stride, uint32_t side, std::vector<SurfacePiece>& pieces) const {
+    void add_closing_pieces(const ChartSquare& s, uint32_t stride, uint32_t side,
+                            std::vector<SurfacePiece>& pieces) const {
         const auto at = [&](uint32_t step) {
             const auto [x, y] = sample_on_side(s, side, step);
             return point(x, y);
@@ -157,6 +160,7 @@ private:
     const Atlas& atlas_;
     const uint32_t chart_, cells_;
     std::optional<TargetSurface> finest_;
+    ChartSquare measured_;  // whose samples these are
 };
 
 // What the bake measured of the pages of a square, or of the whole level where pages are finer.

@@ -121,8 +121,9 @@ private:
             if (integers()) {
                 append(stream, v.position);
             } else {
-                append(stream, std::array<float, 3>{static_cast<float>(v.position[0]), static_cast<float>(v.position[1]),
-                                                    static_cast<float>(v.position[2])});
+                append(stream,
+                       std::array<float, 3>{static_cast<float>(v.position[0]), static_cast<float>(v.position[1]),
+                                            static_cast<float>(v.position[2])});
             }
         }
         stream.accessor = {
@@ -171,8 +172,8 @@ private:
         stream.accessor = {{"componentType", unsigned_short}, {"type", "VEC4"}, {"normalized", true}};
         for (const TileVertex& v : mesh_.vertices) {
             const glm::u8vec4& c = v.colour;
-            append(stream, std::array<uint16_t, 4>{linear[c.x], linear[c.y], linear[c.z],
-                                                   static_cast<uint16_t>(c.w * 257)});
+            append(stream,
+                   std::array<uint16_t, 4>{linear[c.x], linear[c.y], linear[c.z], static_cast<uint16_t>(c.w * 257)});
         }
         return stream;
     }
@@ -231,9 +232,12 @@ private:
             view["buffer"] = 1;
             view["byteOffset"] = unpacked_bytes_;
             unpacked_bytes_ += (bytes.size() + 3) / 4 * 4;
-            view["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0},        {"byteOffset", bin_.size()},
-                                                             {"byteLength", packed.size()}, {"byteStride", stride},
-                                                             {"count", count},     {"mode", mode}};
+            view["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0},
+                                                             {"byteOffset", bin_.size()},
+                                                             {"byteLength", packed.size()},
+                                                             {"byteStride", stride},
+                                                             {"count", count},
+                                                             {"mode", mode}};
         } else {
             view["buffer"] = 0;
             view["byteOffset"] = bin_.size();
@@ -280,7 +284,8 @@ private:
         if (integers()) {
             texture["extensions"]["KHR_texture_transform"] = {
                 {"offset", {atlas_.uv_low.x, atlas_.uv_low.y}},
-                {"scale", {65535.0 * static_cast<double>(atlas_.uv_step.x), 65535.0 * static_cast<double>(atlas_.uv_step.y)}}};
+                {"scale",
+                 {65535.0 * static_cast<double>(atlas_.uv_step.x), 65535.0 * static_cast<double>(atlas_.uv_step.y)}}};
             transforms_textures_ = true;
         }
         return texture;
@@ -290,8 +295,8 @@ private:
         json_["buffers"] = {{{"byteLength", bin_.size()}}};
         Json extensions = Json::array(), used;
         if (compressed()) {
-            json_["buffers"].push_back({{"byteLength", unpacked_bytes_},
-                                        {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
+            json_["buffers"].push_back(
+                {{"byteLength", unpacked_bytes_}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
             extensions.push_back("EXT_meshopt_compression");
         }
         if (integers()) extensions.push_back("KHR_mesh_quantization");

@@ -85,8 +85,8 @@ private:
         }
         sort_along_longest_axis(squares);
         // Where the tiles before and behind are as full as can be.
-        const double wanted = static_cast<double>(triangles) * static_cast<double>(parts / 2) /
-                              static_cast<double>(parts);
+        const double wanted =
+            static_cast<double>(triangles) * static_cast<double>(parts / 2) / static_cast<double>(parts);
         size_t cut = 0;
         double before = 0;
         while (cut + 1 < squares.size()) {
@@ -152,9 +152,8 @@ Result<void> TileTree::validate(const Atlas& atlas) const {
         return fail(Fault::invariant, "tile " + std::to_string(tile) + ": " + what);
     };
     const auto area = [](const std::vector<ChartSquare>& squares) {
-        return std::accumulate(squares.begin(), squares.end(), uint64_t{0}, [](uint64_t sum, const ChartSquare& s) {
-            return sum + uint64_t{s.cells} * s.cells;
-        });
+        return std::accumulate(squares.begin(), squares.end(), uint64_t{0},
+                               [](uint64_t sum, const ChartSquare& s) { return sum + uint64_t{s.cells} * s.cells; });
     };
     if (nodes.empty() || nodes[0].squares.size() != atlas.charts()) return wrong(0, "does not show all charts");
     for (size_t i = 0; i < nodes.size(); ++i) {

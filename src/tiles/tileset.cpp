@@ -62,13 +62,13 @@ Image halved(const Image& image) {
     half.height = std::max(1u, image.height / 2);
     half.texels.reserve(size_t{half.width} * half.height);
     const auto at = [&](uint32_t x, uint32_t y) {
-        return glm::uvec4(image.texels[size_t{std::min(y, image.height - 1)} * image.width +
-                                       std::min(x, image.width - 1)]);
+        return glm::uvec4(
+            image.texels[size_t{std::min(y, image.height - 1)} * image.width + std::min(x, image.width - 1)]);
     };
     for (uint32_t y = 0; y < half.height; ++y) {
         for (uint32_t x = 0; x < half.width; ++x) {
-            const glm::uvec4 sum = at(2 * x, 2 * y) + at(2 * x + 1, 2 * y) + at(2 * x, 2 * y + 1) +
-                                   at(2 * x + 1, 2 * y + 1);
+            const glm::uvec4 sum =
+                at(2 * x, 2 * y) + at(2 * x + 1, 2 * y) + at(2 * x, 2 * y + 1) + at(2 * x + 1, 2 * y + 1);
             half.texels.emplace_back((sum + 2u) / 4u);
         }
     }
@@ -173,15 +173,15 @@ private:
         const bool leaf = node.children.empty();
         Json json = {{"boundingVolume", json_of(box_of(id))}, {"geometricError", leaf ? 0.0 : measures_[id].error}};
         json["content"] = {{"uri", to_folder + "t/" + std::to_string(id) + ".glb"}};
-        json["extras"] = {{"level", node.level},
-                          {"triangles", written_[id].triangles},
-                          {"sourceError", measures_[id].source_error}};
+        json["extras"] = {
+            {"level", node.level}, {"triangles", written_[id].triangles}, {"sourceError", measures_[id].source_error}};
         if (written_[id].closing > 0) json["extras"]["closingTriangles"] = written_[id].closing;
         for (const uint32_t child : node.children) {
             if (external_[child]) {
-                json["children"].push_back({{"boundingVolume", json_of(box_of(child))},
-                                            {"geometricError", tree_.nodes[child].children.empty() ? 0.0 : measures_[child].error},
-                                            {"content", {{"uri", to_folder + "s/" + std::to_string(child) + ".json"}}}});
+                json["children"].push_back(
+                    {{"boundingVolume", json_of(box_of(child))},
+                     {"geometricError", tree_.nodes[child].children.empty() ? 0.0 : measures_[child].error},
+                     {"content", {{"uri", to_folder + "s/" + std::to_string(child) + ".json"}}}});
             } else {
                 json["children"].push_back(tile(child, to_folder));
             }
@@ -212,8 +212,7 @@ private:
         for (uint32_t i = 0; i < external_.size(); ++i) {
             if (!external_[i]) continue;
             const double error = tree_.nodes[i].children.empty() ? 0.0 : measures_[i].error;
-            const auto bytes =
-                write_json(folder_ / "s" / (std::to_string(i) + ".json"), tileset(i, "../", error));
+            const auto bytes = write_json(folder_ / "s" / (std::to_string(i) + ".json"), tileset(i, "../", error));
             if (!bytes) return tl::unexpected(bytes.error());
             json_bytes_ += *bytes;
             ++tilesets_;
@@ -292,8 +291,9 @@ Result<uint64_t> write_joint_tileset(const std::vector<PlacedTileset>& parts, co
         const TileBox box = moved(part.box, part.transform);
         low = glm::min(low, box.centre - box.half);
         high = glm::max(high, box.centre + box.half);
-        const double scale = std::max({glm::length(glm::dvec3(part.transform[0])), glm::length(glm::dvec3(part.transform[1])),
-                                       glm::length(glm::dvec3(part.transform[2]))});
+        const double scale =
+            std::max({glm::length(glm::dvec3(part.transform[0])), glm::length(glm::dvec3(part.transform[1])),
+                      glm::length(glm::dvec3(part.transform[2]))});
         largest = std::max(largest, scale * part.geometric_error);
         Json child = {{"boundingVolume", json_of(part.box)},
                       {"geometricError", part.geometric_error},
@@ -304,8 +304,8 @@ Result<uint64_t> write_joint_tileset(const std::vector<PlacedTileset>& parts, co
     const TileBox box{(low + high) * 0.5, (high - low) * 0.5 * (1 + 1e-9)};
     const double error = std::max(diagonal(box), largest) * 1.001;
     Json json = {{"asset", {{"version", "1.1"}, {"generator", "lodestone"}}}, {"geometricError", error}};
-    json["root"] = {{"boundingVolume", json_of(box)}, {"geometricError", error}, {"refine", "REPLACE"},
-                    {"children", children}};
+    json["root"] = {
+        {"boundingVolume", json_of(box)}, {"geometricError", error}, {"refine", "REPLACE"}, {"children", children}};
     if (!is_identity(transform)) json["root"]["transform"] = transform_of(transform);
     return write_json(folder / "tileset.json", json);
 }

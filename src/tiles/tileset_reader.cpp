@@ -44,7 +44,8 @@ private:
         const auto* text = reinterpret_cast<const char*>(bytes->bytes.data());
         const Json json = Json::parse(text, text + bytes->bytes.size());
         const Json& asset = json.at("asset");
-        if (asset.at("version") != "1.1" && asset.at("version") != "1.0") return wrong("asset.version is not 1.1 or 1.0");
+        if (asset.at("version") != "1.1" && asset.at("version") != "1.0")
+            return wrong("asset.version is not 1.1 or 1.0");
         const double error_of_all = json.at("geometricError").get<double>();
         if (!std::isfinite(error_of_all) || error_of_all < 0) return wrong("geometricError is no number of at least 0");
         set_.json_bytes += bytes->bytes.size();
@@ -54,7 +55,8 @@ private:
             set_.generator = asset.value("generator", "");
         }
         if (!json.at("root").contains("refine")) return wrong("root says no refine");
-        if (json["root"]["refine"] != "REPLACE") return wrong("root.refine is not REPLACE: its tiles do not stand for each other");
+        if (json["root"]["refine"] != "REPLACE")
+            return wrong("root.refine is not REPLACE: its tiles do not stand for each other");
         const size_t root = set_.tiles.size();
         if (auto done = read_tile(json["root"], parent, 0); !done) return done;
         const Json extras = asset.value("extras", Json::object());

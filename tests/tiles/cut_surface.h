@@ -54,7 +54,8 @@ inline std::vector<uint32_t> corners_of(const TileMesh& mesh, size_t count, Plac
     for (size_t t = 0; t < std::min(count, mesh.triangles.size()); ++t) {
         for (const uint32_t v : mesh.triangles[t]) {
             const auto& p = mesh.vertices[v].position;
-            corners.push_back(places.number({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}));
+            corners.push_back(
+                places.number({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}));
         }
     }
     return corners;

@@ -19,7 +19,8 @@ public:
     ExactRaster(uint32_t size, const glm::dvec3& eye, const glm::dvec3& target)
         : size_(size), eye_(eye), front_(size_t{size} * size), back_(front_.size()) {
         forward_ = glm::normalize(target - eye);
-        right_ = glm::normalize(glm::cross(forward_, std::abs(forward_.z) > 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 0, 1)));
+        right_ = glm::normalize(
+            glm::cross(forward_, std::abs(forward_.z) > 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 0, 1)));
         up_ = glm::cross(right_, forward_);
     }
 
@@ -43,7 +44,8 @@ public:
     }
 
     struct Counts {
-        uint64_t covered = 0, leaks = 0, unequal = 0;  // pixels: of any face; of backs alone; of more of one than the other
+        uint64_t covered = 0, leaks = 0,
+                 unequal = 0;  // pixels: of any face; of backs alone; of more of one than the other
     };
     Counts counts() const {
         Counts c;
@@ -65,7 +67,8 @@ private:
 
     void cover(const std::array<Point, 3>& p, std::vector<uint16_t>& counts) const {
         const auto range = [&](size_t axis) {
-            const int64_t low = std::min({p[0][axis], p[1][axis], p[2][axis]}), high = std::max({p[0][axis], p[1][axis], p[2][axis]});
+            const int64_t low = std::min({p[0][axis], p[1][axis], p[2][axis]}),
+                          high = std::max({p[0][axis], p[1][axis], p[2][axis]});
             const auto first = std::max<int64_t>(0, (low - 128) / 256 - 1);
             const auto last = std::min<int64_t>(size_ - 1, high / 256 + 1);
             return std::array{first, last};

@@ -7,7 +7,7 @@
 #include "apps/commands/commands.h"
 #include "apps/terminal.h"
 #include "base/text.h"
-#include "tiles/check.h"
+#include "tiles/check/check.h"
 
 namespace lodestone {
 

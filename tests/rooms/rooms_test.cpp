@@ -38,6 +38,7 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"vgi/draw", {"base", "mesh", "frame", "vgi/asset"}},
     {"vgi/study", {"base", "mesh", "frame", "vgi/asset", "vgi/draw"}},
     {"tiles", {"base", "mesh", "vgi/asset"}},
+    {"tiles/check", {"base", "mesh"}},
     {"baseline", {"base", "mesh", "frame"}},
     {"report", {"base", "mesh", "frame"}},
     {"render", {"base", "frame"}},

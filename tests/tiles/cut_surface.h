@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "tiles/closed_cuts.h"
+#include "tiles/check/closed_cuts.h"
 #include "tiles/tile_mesh.h"
 #include "tiles/tile_tree.h"
 #include "vgi/small_atlas.h"

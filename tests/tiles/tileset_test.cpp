@@ -10,9 +10,9 @@
 #include "base/threads.h"
 #include "fixtures/meshes.h"
 #include "mesh/distance/distance.h"
-#include "tiles/check.h"
+#include "tiles/check/check.h"
+#include "tiles/check/tile_content.h"
 #include "tiles/cut_surface.h"
-#include "tiles/tile_content.h"
 #include "tiles/tile_errors.h"
 #include "tiles/tileset.h"
 
@@ -167,7 +167,7 @@ TEST_F(TilesetTest, ErrorsAreWhatIsMeasured) {
         const TilesetCheck check = checked(path, true);
         EXPECT_EQ(faults(check), "");
         EXPECT_GE(check.least_ratio, 0.999);
-        EXPECT_LE(check.largest_ratio, 1.3);
+        EXPECT_LE(check.largest_ratio, 1.5);
         fs::remove_all(path);
     }
 }

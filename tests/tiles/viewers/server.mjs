@@ -10,6 +10,7 @@ const types = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/ja
 export function serve(roots, delay = 0) {
   const server = http.createServer((request, response) => {
     const name = decodeURIComponent(new URL(request.url, 'http://localhost').pathname);
+    if (name === '/favicon.ico') return response.writeHead(204).end();
     const first = name.split('/')[1];
     const root = path.resolve(roots[first] ?? roots['']);
     const file = path.join(root, first in roots ? name.slice(first.length + 1) : name);

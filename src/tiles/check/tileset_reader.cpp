@@ -1,4 +1,4 @@
-#include "tiles/tileset_reader.h"
+#include "tiles/check/tileset_reader.h"
 
 #include <algorithm>
 #include <array>

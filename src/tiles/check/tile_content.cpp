@@ -1,4 +1,4 @@
-#include "tiles/tile_content.h"
+#include "tiles/check/tile_content.h"
 
 #include <meshoptimizer.h>
 

@@ -1,4 +1,4 @@
-#include "tiles/check.h"
+#include "tiles/check/check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,9 +10,9 @@
 #include "base/random.h"
 #include "base/threads.h"
 #include "mesh/distance/distance.h"
-#include "tiles/closed_cuts.h"
-#include "tiles/tile_content.h"
-#include "tiles/tileset_reader.h"
+#include "tiles/check/closed_cuts.h"
+#include "tiles/check/tile_content.h"
+#include "tiles/check/tileset_reader.h"
 
 namespace lodestone::tiles {
 

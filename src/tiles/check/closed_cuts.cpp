@@ -1,4 +1,4 @@
-#include "tiles/closed_cuts.h"
+#include "tiles/check/closed_cuts.h"
 
 #include <algorithm>
 #include <bit>

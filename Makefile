@@ -5,6 +5,7 @@
 #   make test-slurm  installs Slurm and bakes a library over a cluster of virtual nodes, some of which are killed
 #   make packages       the Debian packages: build/packages/*.deb
 #   make test-packages  installs them on a clean Debian 12, made by debootstrap as root, and tries each there
+#   make test-viewers  draws tiles in CesiumJS and 3DTilesRendererJS, by a headless Chromium; needs chromium, node and npm
 #   make check   clang with address and undefined-behaviour sanitizers, the tests labelled fast in it, each driver of fuzz/ for some
 #                seconds, and clang-tidy
 #   make bench   runs the benchmarks and writes docs/figures.md
@@ -15,7 +16,7 @@
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all program demo test test-long test-slurm packages test-packages check bench fuzz soak reference view deps build clean
+.PHONY: all program demo test test-long test-slurm test-viewers packages test-packages check bench fuzz soak reference view deps build clean
 all: build
 
 deps:
@@ -33,7 +34,7 @@ demo: program
 	scripts/demo.sh
 
 test: build
-	ctest --preset release -j $(JOBS) -LE "long|slurm"
+	ctest --preset release -j $(JOBS) -LE "long|slurm|slow"
 
 test-long: build
 	ctest --preset release -j $(JOBS)
@@ -47,6 +48,9 @@ packages: build
 
 test-packages: packages
 	tests/packages/try.sh build/packages examples
+
+test-viewers: program
+	ctest --preset release -L slow
 
 check:
 	@scripts/install-deps.sh --checks

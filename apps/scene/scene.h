@@ -13,6 +13,7 @@
 #include "frame/camera_path.h"
 #include "frame/frame_source.h"
 #include "mesh/generate.h"
+#include "mesh/io/read.h"
 
 namespace lodestone {
 
@@ -48,6 +49,7 @@ struct Scene {
     std::optional<CameraPath> camera;  // absent: chosen from the bounds of what stands there
     Budget budget;                     // what frames may cost; of its members those that scenes can set
     bool allow_outside = false;        // as it was read: its meshes are read likewise
+    ReadOptions heights;               // how its height maps are read; other members count nothing
     Extent extent = Extent::whole;     // of named assets
 };
 

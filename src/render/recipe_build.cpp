@@ -78,10 +78,15 @@ SplitBuffer make_buffer(BlockAllocator& allocator, const BufferSpec& spec, uint6
 VkDescriptorType descriptor_of(const StorageBinding& s) {
     return s.texel_words > 0 ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
 }
-// Bytes that a buffer may have and still be bound at once by all pipelines.
-uint64_t segment_limit_of(const Device& device, const Recipe& recipe, uint32_t buffer) {
+// Bytes that a buffer may have and still be bound at once by all pipelines; no more than asked, where all take pieces.
+uint64_t segment_limit_of(const Device& device, const Recipe& recipe, uint32_t buffer, uint64_t asked) {
     const VkPhysicalDeviceLimits& limits = device.limits();
-    uint64_t bytes = ~uint64_t{0};
+    uint64_t bytes = asked;
+    for (const PipelineSpec& spec : recipe.pipelines) {
+        for (const StorageBinding& s : spec.storage) {
+            if (s.buffer == buffer && s.segments == 1) bytes = ~uint64_t{0};
+        }
+    }
     for (const PipelineSpec& spec : recipe.pipelines) {
         for (const StorageBinding& s : spec.storage) {
             if (s.buffer != buffer) continue;
@@ -476,8 +481,8 @@ BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDesc
                          uint64_t segment_limit, bool beside_effect) {
     BuiltRecipe built;
     for (uint32_t b = 0; b < recipe.buffers.size(); ++b) {
-        built.buffers.push_back(make_buffer(allocator, recipe.buffers[b],
-                                            std::min(segment_limit, segment_limit_of(allocator.device(), recipe, b))));
+        built.buffers.push_back(
+            make_buffer(allocator, recipe.buffers[b], segment_limit_of(allocator.device(), recipe, b, segment_limit)));
     }
     for (const PipelineSpec& spec : recipe.pipelines)
         built.pipelines.push_back(make_pipeline(allocator.device(), spec, built.buffers, frame_layout,

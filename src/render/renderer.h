@@ -26,7 +26,8 @@ struct RendererOptions {
     uint32_t frames_in_flight = 2;        // 1 .. 4
     bool validation = false;  // core and synchronisation validation; messages are collected in validation_messages()
     bool presents = false;    // to a window (window.h); needs a display
-    uint32_t segment_bytes_limit = 0;  // tests: split storage buffers above this size, 0 takes the device's limit
+    // Tests: split storage buffers that all pipelines take in pieces above this size, 0 takes the device's limit.
+    uint32_t segment_bytes_limit = 0;
 };
 
 // What a device is and can.
@@ -53,7 +54,12 @@ enum class DebugView : uint32_t {
     missing,   // `vgi`: where pages that are wanted are not there
     error,     // the error in pixels
     stretch,   // `vgi`: how unevenly a chart is sampled
-    misses     // vertex-cache misses of each triangle (TriangleMarks)
+    misses,    // vertex-cache misses of each triangle (TriangleMarks)
+    // Of volumes; surfaces are lit as ever.
+    volume_bricks,     // a colour for each metavoxel
+    volume_occupancy,  // how many of a ray's steps found something
+    volume_light,      // what comes towards the eye, without how dense it is
+    volume_steps,      // samples along a ray, up to 256
 };
 
 // A number for every triangle of some of a plan's draws, for DebugView::misses: 0 blue .. 3 red.

@@ -38,10 +38,11 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"vgi/draw", {"base", "mesh", "frame", "vgi/asset"}},
     {"vgi/study", {"base", "mesh", "frame", "vgi/asset", "vgi/draw"}},
     {"baseline", {"base", "mesh", "frame"}},
+    {"volume", {"base", "frame"}},
     {"report", {"base", "mesh", "frame"}},
     {"render", {"base", "frame"}},
     {"apps/library", {"base", "mesh", "report"}},
-    {"apps", {"base", "mesh", "frame", "lod", "vgi", "baseline", "report", "render"}},
+    {"apps", {"base", "mesh", "frame", "lod", "vgi", "baseline", "volume", "report", "render"}},
 };
 // Files that may include more, with the reason.
 const std::map<std::string, std::string> exceptions = {

@@ -203,7 +203,8 @@ double figure(const Plan& plan, const std::string& name) {
 }
 
 TEST(VolumeSource, EqualInputsGiveEqualPlansThatKeepTheContract) {
-    auto one = opened({plume()}, {.metavoxels = 8, .voxels = 16}), other = opened({plume()}, {.metavoxels = 8, .voxels = 16});
+    auto one = opened({plume()}, {.metavoxels = 8, .voxels = 16}),
+         other = opened({plume()}, {.metavoxels = 8, .voxels = 16});
     PlanMirror mirror(one->recipe());
     for (uint64_t f = 0; f < 6; ++f) {
         one->quality.divisor = other->quality.divisor = 1 + f % 3;
@@ -233,7 +234,8 @@ TEST(VolumeSource, GetsCoarserWhereThePoolIsTooSmallAndSaysSo) {
     const FrameInput input = input_at(2, 0);
     const Plan coarse = poor->plan(input);
     ASSERT_THAT(coarse.warnings, testing::SizeIs(1));
-    EXPECT_THAT(coarse.warnings[0], testing::AllOf(testing::HasSubstr("in place of 32"), testing::HasSubstr("pool_mib")));
+    EXPECT_THAT(coarse.warnings[0],
+                testing::AllOf(testing::HasSubstr("in place of 32"), testing::HasSubstr("pool_mib")));
     EXPECT_LT(figure(coarse, "across"), 32);
     EXPECT_LE(figure(coarse, "brick_bytes"), static_cast<double>(bytes) / 4);
     EXPECT_TRUE(mirror.execute(coarse, input));

@@ -19,7 +19,7 @@ public:
     AnalyticVolume(std::vector<volume::Emitter> emitters, double time, const ShadingOptions& look, double step);
 
     struct Point {
-        double density = 0;             // per world unit
+        double density = 0;                    // per world unit
         glm::dvec3 scattered{0}, sent_out{0};  // times density
     };
     Point at(const glm::dvec3& place) const;

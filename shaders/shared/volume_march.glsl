@@ -68,6 +68,7 @@ Marched march(ViewRay ray) {
     vec3 near3 = min(a, b), far3 = max(a, b);
     float enters = max(max(near3.x, near3.y), max(near3.z, volume.near_plane));
     float box_end = min(far3.x, min(far3.y, far3.z)), leaves = min(box_end, ray.scene);
+    m.cut = enters < box_end && ray.scene < box_end;
     if (!(enters < leaves)) return m;
 
     float step_length = volume.step_length, scale = uintBitsToFloat(scales_at(LODE_VOLUME_SCALE_RADIANCE));
@@ -132,7 +133,7 @@ Marched march(ViewRay ray) {
         ++m.steps;
         --k;
     }
-    m.cut = m.through > nothing_left && ray.scene < box_end;
+    m.cut = m.cut && m.through > nothing_left;
     return m;
 }
 

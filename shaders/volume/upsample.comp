@@ -28,7 +28,7 @@ void main() {
     ivec2 low = ivec2(floor(place));
     vec2 f = place - vec2(low);
     vec4 sum = vec4(0.0);
-    float weights = 0.0, wanted = 0.0;
+    float weights = 0.0;
     vec4 least = vec4(3.4e38), most = vec4(-3.4e38);
     for (int k = 0; k < 4; ++k) {
         ivec2 tap = clamp(low + ivec2(k & 1, k >> 1), ivec2(0), ivec2(volume.picture.zw) - 1);
@@ -36,7 +36,6 @@ void main() {
         uvec4 word = taps_at(uint(tap.y) * volume.picture.z + uint(tap.x));
         float last = uintBitsToFloat(word.z), limit = uintBitsToFloat(word.w);
         bool fits = scene >= last - tolerance && scene <= limit + tolerance;
-        wanted = max(wanted, weight);
         if (!fits) weight = 0.0;
         weights += weight;
         vec4 tapped = vec4(unpackHalf2x16(word.x), unpackHalf2x16(word.y));
@@ -47,10 +46,11 @@ void main() {
         }
     }
     uint number = uint(pixel.y) * volume.picture.x + uint(pixel.x);
-    // Less than a fourth of what it should be made of says too little, and so do taps that are not at one.
+    // Where a tap does not fit, those that do stand on one side; and taps may not be at one.
     vec4 spread = most - least;
     bool at_one = max(max(spread.r, spread.g), max(spread.b, spread.a)) < most_spread;
-    if (weights < 0.25 * wanted || weights <= 0.0 || !at_one) {
+    bool one_sided = weights < 0.999 && (weights <= 0.0 || least.a < 0.99);
+    if (one_sided || !at_one) {
         uint at = atomicAdd(misfits[3], 1u);
         misfits[LODE_MISFITS_HEAD + at] = number;
         if (at % LODE_MISFITS_GROUP == 0u) atomicAdd(misfits[0], 1u);

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <glm/geometric.hpp>
 #include <glm/packing.hpp>
 
@@ -542,8 +543,9 @@ TEST_F(VolumeDrawTest, ASmallerTargetShowsTheSameWithoutCracks) {
         }
         const double psnr = 10 * std::log10(static_cast<double>(count) / sum);
         std::printf("1/%u: %.1f dB, %zu of %zu pixels off by more than 5%%\n", divisor, psnr, off, count / 4);
-        EXPECT_GT(psnr, divisor == 2 ? 38 : 32);
-        EXPECT_LE(off, count / 4 / 100);
+        // Half the size loses nothing that is seen; less loses what lies between its taps.
+        EXPECT_GT(psnr, divisor == 2 ? 45 : 40);
+        EXPECT_LE(off, divisor == 2 ? 0 : count / 4 / 50);
     }
 }
 
@@ -599,6 +601,85 @@ TEST_F(VolumeDrawTest, EqualFramesGiveEqualPictures) {
     for (size_t i = 0; i < first.size(); ++i) {
         ASSERT_EQ(first[i].through, pixels_[i].through);
         ASSERT_EQ(first[i].light, pixels_[i].light);
+    }
+}
+
+// Figures of docs/volumes.md. Times are printed and never asserted: CPU of the process, which on a software rasteriser
+// is what drawing takes.
+class VolumeFiguresLong : public VolumeDrawTest {
+protected:
+    VolumeFiguresLong() {
+        width_ = 640;
+        height_ = 360;
+    }
+    // Milliseconds of CPU of a frame, the least of a few.
+    double cpu_of_frame(const FrameInput& frame, bool filled_before = false) {
+        double least = 1e9;
+        for (int round = 0; round < 4; ++round) {
+            FrameInput input = frame;
+            input.frame = frame_++;
+            if (filled_before && round == 0) volumes_->quality.refresh = 0;
+            const Plan plan = volumes_->plan(input);
+            bricks_ = plan.stats.more.empty() ? 0 : plan.stats.more[0].second;
+            bytes_ = static_cast<double>(plan.stats.resident_bytes);
+            const auto start = std::clock();
+            EXPECT_TRUE(renderer_->submit(Plan{}, input, {}, 0, &plan));
+            EXPECT_TRUE(renderer_->wait());
+            const double ms = 1000.0 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+            if (!filled_before || round > 0) least = std::min(least, ms);
+        }
+        volumes_->quality.refresh = 1;
+        return least;
+    }
+    FrameInput seen_from(const glm::vec3& eye, const glm::vec3& target) const {
+        FrameInput input = look_from(eye, target);
+        Camera camera;
+        camera.eye = eye;
+        camera.target = target;
+        camera.near_plane = 0.05f;
+        camera.far_plane = 20;
+        input.views[0] = view_of(camera, width_, height_);
+        return input;
+    }
+    void make_quietly() {
+        RendererOptions options;
+        options.width = width_;
+        options.height = height_;
+        options.shadow_size = 512;
+        auto made = Renderer::create(options);
+        ASSERT_TRUE(made);
+        renderer_ = std::move(*made);
+    }
+    double bricks_ = 0, bytes_ = 0;
+};
+
+TEST_F(VolumeFiguresLong, WhatItTakes) {
+    make_quietly();
+    Emitter plume;
+    plume.velocity = {0.15f, 0.5f, 0.1f};
+    plume.particles = 32;
+    plume.radius_from = 0.08f;
+    plume.radius_to = 0.25f;
+    plume.look.density_from = 6;
+    plume.look.density_to = 0;
+    const FrameInput view = seen_from({1.5f, 1.4f, 3}, {0.3f, 1, 0.2f});
+    double per_brick = 0;
+    for (const uint32_t across : {8u, 34u}) {
+        load({plume}, {.metavoxels = across, .voxels = 30, .pool_bytes = uint64_t{400} << 20});
+        const double whole = cpu_of_frame(view), march = cpu_of_frame(view, true);
+        const double share = 100 * bricks_ / volumes_->lattice().metavoxel_count();
+        const double fill = (whole - march) / bricks_;
+        std::printf("%u x 30 across: %g bricks (%.1f%%), %.0f MiB; frame %.0f ms, march %.0f ms, fill a brick %.3f ms",
+                    across, bricks_, share, bytes_ / (1 << 20), whole, march, fill);
+        if (per_brick > 0) std::printf(", %.2f of the other's", fill / per_brick);
+        per_brick = fill;
+        volumes_->quality.skips_empty = false;
+        std::printf("; without skipping march %.0f ms", cpu_of_frame(view, true));
+        volumes_->quality.skips_empty = true;
+        volumes_->quality.divisor = 2;
+        std::printf("; half-size %.0f ms\n", cpu_of_frame(view, true));
+        std::fflush(stdout);
+        volumes_->quality.divisor = 1;
     }
 }
 

@@ -40,13 +40,14 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"tiles", {"base", "mesh", "vgi/asset"}},
     {"tiles/check", {"base", "mesh"}},
     {"baseline", {"base", "mesh", "frame"}},
+    {"volume", {"base", "frame"}},
     {"report", {"base", "mesh", "frame"}},
     {"render", {"base", "frame"}},
     {"apps/library", {"base", "mesh", "report"}},
     {"apps/embed", {"base", "mesh", "frame", "lod", "vgi", "apps/scene", "apps/commands"}},
     {"apps/c", {"base", "mesh", "apps/embed", "apps/scene"}},
     {"apps/python", {"base", "mesh", "frame", "vgi/asset", "render", "apps/embed", "apps/scene", "apps/drawing", "apps"}},
-    {"apps", {"base", "mesh", "frame", "lod", "vgi", "tiles", "baseline", "report", "render"}},
+    {"apps", {"base", "mesh", "frame", "lod", "vgi", "tiles", "baseline", "volume", "report", "render"}},
 };
 // Files that may include more, with the reason.
 const std::map<std::string, std::string> exceptions = {

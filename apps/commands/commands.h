@@ -17,6 +17,7 @@ void add_info(CLI::App& app, Run& run);
 void add_verify(CLI::App& app, Run& run);
 void add_acmr(CLI::App& app, Run& run);
 void add_extract(CLI::App& app, Run& run);
+void add_unwrap(CLI::App& app, Run& run);
 void add_generate(CLI::App& app, Run& run);
 void add_render(CLI::App& app, Run& run);
 void add_bench(CLI::App& app, Run& run);

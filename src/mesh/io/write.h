@@ -10,6 +10,12 @@ namespace lodestone {
 
 struct WriteOptions {
     int jpeg_quality = 0;  // 1 .. 100: textures are written as JPEG, without alpha; 0: as PNG
+    // How GLB has vertices and triangles.
+    enum class Encoding {
+        plain,      // floats
+        quantised,  // KHR_mesh_quantization: 16 bits for positions and texture coordinates, 8 for normals and colours
+        meshopt,    // quantised, and EXT_meshopt_compression
+    } encoding = Encoding::plain;
 };
 
 // Fault::usage where the name's extension is none that is written.

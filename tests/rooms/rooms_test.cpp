@@ -35,6 +35,7 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"vgi/bake/charts", {"base", "mesh", "vgi/asset"}},
     {"vgi/bake/images", {"base", "mesh", "vgi/asset", "vgi/bake/charts"}},
     {"vgi/bake", {"base", "mesh", "vgi/asset"}},
+    {"vgi/unwrap", {"base", "mesh", "vgi/asset", "vgi/bake"}},
     {"vgi/draw", {"base", "mesh", "frame", "vgi/asset"}},
     {"vgi/study", {"base", "mesh", "frame", "vgi/asset", "vgi/draw"}},
     {"tiles", {"base", "mesh", "vgi/asset"}},

@@ -15,6 +15,8 @@ packages=(
   libvulkan-dev glslang-dev glslang-tools libglfw3-dev libimgui-dev
   # to test and measure
   libgtest-dev libgmock-dev libbenchmark-dev python3
+  # to build the Python module and run its examples
+  python3-dev pybind11-dev python3-numpy python3-matplotlib
   # to fuzz
   clang
   # to draw without a GPU, and to check what is drawn

@@ -188,6 +188,7 @@ private:
                          Picture& picture) {
         if (auto done = renderer_.resize(width, height); !done) return done;
         const Budget& budget = scene_.scene.budget;
+        session.time = 0;  // as of the pictures that are compared
         auto drawn = session.settle(camera, budget, width, height);
         if (!drawn) return tl::unexpected(drawn.error());
         auto read = renderer_.read_picture();
@@ -267,7 +268,25 @@ private:
         row.vertex_invocations = mean(of_frames(flown, [](const FlownFrame& f) { return f.vertex_invocations; }));
         row.uploaded_bytes = mean(of_frames(flown, [](const FlownFrame& f) { return f.uploaded_bytes; }));
         row.acmr = mean(acmr);
+        row.volume = volume_of(flown);
         return {};
+    }
+
+    // Of flights whose every frame has volumes.
+    static std::optional<Row::Volume> volume_of(const std::vector<FlownFrame>& flown) {
+        if (!std::ranges::all_of(flown, [](const FlownFrame& f) { return f.volume.has_value(); })) return std::nullopt;
+        const auto mean_of = [&](auto figure) {
+            return mean(of_frames(flown, [&](const FlownFrame& f) { return (*f.volume).*figure; }));
+        };
+        Row::Volume v;
+        v.bin_ms = mean_of(&VolumeFigures::bin_ms);
+        v.fill_ms = mean_of(&VolumeFigures::fill_ms);
+        v.light_ms = mean_of(&VolumeFigures::light_ms);
+        v.march_ms = mean_of(&VolumeFigures::march_ms);
+        v.composite_ms = mean_of(&VolumeFigures::composite_ms);
+        v.bricks = mean_of(&VolumeFigures::bricks);
+        for (const FlownFrame& f : flown) v.bytes = std::max(v.bytes, f.volume->bytes);
+        return v;
     }
 
     // keep: the pictures go into the report, with the row that is added next.

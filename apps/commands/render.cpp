@@ -21,6 +21,7 @@ struct Options {
     std::string backend = "lod", order, camera, out, stats, debug = "none", raster;
     double pixel_error = 1;
     std::optional<int64_t> level;
+    double time = 0;
 };
 
 // "PATH", "PATH@T" or "@T": the flight to take, and where on it (0 .. 1).
@@ -86,6 +87,7 @@ Json stats_of(const DrawnFrame& drawn, const Options& o, const DrawStage& stage)
                                                          {"vertex_invocations", pass.vertices()}};
     }
     for (const auto& [name, value] : drawn.stats.more) row["backend_figures"][name] = value;
+    if (drawn.volume) row["volume"] = json_of(*drawn.volume);
     return stats;
 }
 
@@ -109,6 +111,7 @@ Result<int> render(const Options& o) {
         DrawSession::open(ready, renderer, {o.backend, o.order, o.raster}, *debug == DebugView::misses, progress);
     if (!session) return tl::unexpected(session.error());
     (*session)->look.debug = *debug;
+    (*session)->time = o.time;
     Budget budget = ready.scene.budget;
     budget.pixel_error = o.pixel_error;
     budget.forced_level = o.level.value_or(-1);
@@ -158,6 +161,8 @@ void add_render(CLI::App& app, Run& run) {
                         "Camera path, and how far along it: PATH, PATH@T or @T, T from 0 to 1; unless given @0.5 of "
                         "the scene's own path, "
                         "or, where it has none, with everything in the frame");
+    command->add_option("--time", o->time, "Seconds: what smoke and fire of the scene look like then")
+        ->capture_default_str();
     command->add_option("--debug", o->debug, "Colour by this: " + debug_names())->capture_default_str();
     command->add_option("-o,--out", o->out, "PNG to write")->required();
     command->add_option("--stats", o->stats, "Also write counts and times to this JSON file");

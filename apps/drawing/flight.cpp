@@ -23,6 +23,7 @@ FlownFrame flown_as(const DrawnFrame& drawn, double period_ms) {
     frame.camera_invocations = drawn.counters.camera_vertices();
     frame.uploaded_bytes = drawn.stats.uploaded_bytes;
     frame.resident_bytes = drawn.stats.resident_bytes;
+    frame.volume = drawn.volume;
     return frame;
 }
 
@@ -34,6 +35,7 @@ public:
     Result<void> draw(uint32_t number) {
         if (flight_.controller != nullptr) budget_.pixel_error = flight_.controller->error();
         const Camera camera = flight_.path->frame(number, flight_.frames);
+        session_.time = number * flight_frame_seconds;
         if (!flight_.overlaps) {
             auto drawn = session_.draw(camera, budget_, flight_.width, flight_.height);
             if (!drawn) return tl::unexpected(drawn.error());
@@ -75,6 +77,7 @@ Result<std::vector<FlownFrame>> fly(DrawSession& session, const Flight& flight, 
                                     const Progress& progress) {
     Budget budget = flight.budget;
     if (flight.controller != nullptr) budget.pixel_error = flight.controller->error();
+    session.time = 0;
     if (auto warm = session.settle(flight.path->frame(0, flight.frames), budget, flight.width, flight.height); !warm)
         return tl::unexpected(warm.error());
     Flier flier(session, flight);

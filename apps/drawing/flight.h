@@ -10,6 +10,9 @@
 
 namespace lodestone {
 
+// Of what moves by itself: flights are the same however long frames take.
+inline constexpr double flight_frame_seconds = 1.0 / 30;
+
 struct FlownFrame {
     double ms = 0, plan_cpu_ms = 0, cpu_ms = 0, gpu_ms = 0;
     double period_ms = 0;  // since the frame before was done
@@ -17,6 +20,7 @@ struct FlownFrame {
     uint64_t triangles = 0;
     uint64_t vertex_invocations = 0, camera_invocations = 0;  // of all passes; of one over the camera's triangles
     uint64_t uploaded_bytes = 0, resident_bytes = 0;
+    std::optional<VolumeFigures> volume;
 };
 
 struct Flight {

@@ -89,6 +89,21 @@ void learn(std::optional<PlanMirror>& mirror, std::vector<ReadbackResult>& readb
     std::erase_if(readbacks, [](const ReadbackResult& r) { return (r.tag & mirrored_tag) != 0; });
 }
 
+void take_counters(const FrameCounters& counters, DrawnFrame& drawn) {
+    drawn.counters = counters;
+    if (!drawn.volume) return;
+    VolumeFigures& v = *drawn.volume;
+    const std::pair<const char*, double*> figures[] = {
+        {"volume fill", &v.fill_ms},          {"volume halo", &v.fill_ms},      {"volume no_light", &v.light_ms},
+        {"volume march", &v.march_ms},        {"volume upsample", &v.march_ms}, {"volume misfits", &v.march_ms},
+        {"volume composite", &v.composite_ms}};
+    for (const auto& [name, ms] : counters.effect_ms) {
+        for (const auto& [pipeline, figure] : figures) {
+            if (name == pipeline) *figure += ms;
+        }
+    }
+}
+
 // Frames free and take the same megabytes again, those of a software rasteriser most of all. Left to itself, glibc
 // gives them back to the system each time, and faulting them in anew is a seventh of a frame.
 void keep_freed_memory() {
@@ -99,6 +114,12 @@ void keep_freed_memory() {
 }
 
 }  // namespace
+
+nlohmann::ordered_json json_of(const VolumeFigures& v) {
+    return {{"bin_ms", v.bin_ms},     {"fill_ms", v.fill_ms},           {"light_ms", v.light_ms},
+            {"march_ms", v.march_ms}, {"composite_ms", v.composite_ms}, {"bricks", v.bricks},
+            {"bytes", v.bytes}};
+}
 
 Image opaque_image(const Picture& picture) {
     Image image{picture.width, picture.height, {}};
@@ -127,7 +148,15 @@ Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, 
     auto source = open_backend(way, scene, progress);
     if (!source) return tl::unexpected(source.error());
     session->source_ = std::move(*source);
-    if (auto done = renderer.load(session->source_->recipe(), scene.materials, place); !done)
+    if (const SceneVolumes& volumes = scene.scene.volumes; !volumes.emitters.empty()) {
+        auto opened = volume::VolumeSource::open(volumes.emitters, volumes.options);
+        if (!opened) return tl::unexpected(opened.error());
+        session->volumes_ = std::move(*opened);
+        session->volumes_->quality = volumes.quality;
+        if (mirrored) session->volume_mirror_.emplace(session->volumes_->recipe());
+    }
+    const Recipe* effect = session->volumes_ != nullptr ? &session->volumes_->recipe() : nullptr;
+    if (auto done = renderer.load(session->source_->recipe(), scene.materials, place, effect); !done)
         return tl::unexpected(done.error());
     session->loaded_ = renderer.loaded(place);
     if (mirrored) session->mirror_.emplace(session->source_->recipe(), puller_of(way.backend));
@@ -148,6 +177,8 @@ Result<DrawnFrame> DrawSession::start(const Camera& camera, const Budget& budget
     std::ranges::move(renderer_->take_readbacks(place_), std::back_inserter(input.readbacks));
     input.arrivals = reader_.arrivals();
     input.frame = frame_++;
+    input.time = time;
+    input.light_direction = look.light_direction;
     view_ = input.views[0];
 
     DrawnFrame drawn;
@@ -169,10 +200,41 @@ Result<DrawnFrame> DrawSession::start(const Camera& camera, const Budget& budget
     if (mirror_) {
         if (auto done = mirror_plan(*mirror_, input, plan, shown); !done) return tl::unexpected(done.error());
     }
+    const auto volumes_entered = std::chrono::steady_clock::now();
+    Plan effect;
+    if (volumes_ != nullptr && shows_volumes && !empty) {
+        auto planned = plan_volumes(input, drawn);
+        if (!planned) return tl::unexpected(planned.error());
+        effect = std::move(*planned);
+    }
+    const double volumes_ms = ms_since(volumes_entered);
+    drawn.ms += volumes_ms;
+    drawn.plan_ms += volumes_ms;
     const auto submitted = std::chrono::steady_clock::now();
-    if (auto done = renderer_->submit(plan, input, shown, place_); !done) return tl::unexpected(done.error());
+    if (auto done = renderer_->submit(plan, input, shown, place_, volumes_ != nullptr ? &effect : nullptr); !done)
+        return tl::unexpected(done.error());
     drawn.ms += ms_since(submitted);
     return drawn;
+}
+
+Result<Plan> DrawSession::plan_volumes(const FrameInput& input, DrawnFrame& drawn) {
+    const double start = thread_cpu_ms();
+    Plan plan = volumes_->plan(input);
+    VolumeFigures figures;
+    figures.bin_ms = thread_cpu_ms() - start;
+    figures.bytes = plan.stats.resident_bytes;
+    for (const auto& [name, value] : plan.stats.more) {
+        if (name == "bricks") figures.bricks = static_cast<uint64_t>(value);
+    }
+    drawn.volume = figures;
+    for (const std::string& warning : plan.warnings) {
+        progress_.warning(warning);
+        drawn.warnings.push_back(warning);
+    }
+    if (volume_mirror_) {
+        if (auto done = volume_mirror_->execute(plan, input); !done) return tl::unexpected(done.error());
+    }
+    return plan;
 }
 
 Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
@@ -186,7 +248,7 @@ Result<DrawnFrame> DrawSession::draw(const Camera& camera, const Budget& budget,
     const double cpu = started_threads_cpu_ms();
     drawn->cpu_ms = cpu - std::exchange(cpu_before_, cpu);
     for (const FrameCounters& counters : renderer_->take_counters(place_)) {
-        if (counters.frame == drawn->frame) drawn->counters = counters;
+        if (counters.frame == drawn->frame) take_counters(counters, *drawn);
     }
     readbacks_ = renderer_->take_readbacks(place_);
     learn(mirror_, readbacks_, drawn->frame);
@@ -215,7 +277,7 @@ Result<std::vector<DrawnFrame>> DrawSession::take_drawn(bool wait) {
         if (begun_.empty() || begun_.front().frame != counters.frame) continue;
         drawn.push_back(std::move(begun_.front()));
         begun_.pop_front();
-        drawn.back().counters = counters;
+        take_counters(counters, drawn.back());
         drawn.back().ms = drawn.back().plan_ms + counters.total_ms;
     }
     return drawn;

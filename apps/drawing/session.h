@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
@@ -16,19 +17,31 @@
 
 namespace lodestone {
 
+// What volumes took of a frame.
+struct VolumeFigures {
+    double bin_ms = 0;                      // CPU of the calling thread: particles, binning, plans
+    double fill_ms = 0, light_ms = 0;       // voxels, with the light through them; the light grid of empty columns
+    double march_ms = 0, composite_ms = 0;  // with what is put back from a smaller target; laid over the picture
+    uint64_t bricks = 0, bytes = 0;         // metavoxels that are not empty; of all buffers
+};
+
 struct DrawnFrame {
     uint64_t frame = 0;      // FrameInput::frame
     double pixel_error = 0;  // that was asked for
     FrameCounters counters;
     PlanStats stats;
-    double plan_ms = 0;                 // wall clock of that plan
-    double plan_cpu_ms = 0;             // CPU of the calling thread inside FrameSource::plan
-    double cpu_ms = 0;                  // CPU of the threads we start, since the frame before was done, or begun
-    std::vector<std::string> warnings;  // Plan::warnings
+    std::optional<VolumeFigures> volume;  // where the scene has volumes, and they are drawn
+    double plan_ms = 0;                   // wall clock of that plan
+    double plan_cpu_ms = 0;               // CPU of the calling thread inside FrameSource::plan
+    double cpu_ms = 0;                    // CPU of the threads we start, since the frame before was done, or begun
+    std::vector<std::string> warnings;    // Plan::warnings
     // Wall clock, from plan() entered to the fence seen signalled; simulations left out. Where several frames are in
     // flight, the wait for those before is in it.
     double ms = 0;
 };
+
+// Of a row: bin_ms, fill_ms, light_ms, march_ms, composite_ms, bricks, bytes.
+nlohmann::ordered_json json_of(const VolumeFigures& figures);
 
 // A picture as an image to write; its alpha only marked coverage.
 Image opaque_image(const Picture& picture);
@@ -63,13 +76,18 @@ public:
     const PlanMirror* mirror() const { return mirror_ ? &*mirror_ : nullptr; }
     const View& view() const { return view_; }  // views[0] of the last frame
     FrameSource& source() { return *source_; }
+    volume::VolumeSource* volumes() { return volumes_.get(); }  // null where the scene has none
     ShadingOptions look;
+    double time = 0;            // of the next frame, FrameInput::time
+    bool shows_volumes = true;  // false leaves them out of frames
     // Levels, or what is culled, stay as this view has them, though the camera moves on.
     std::optional<View> frozen_levels, frozen_culling;
 
 private:
     DrawSession(const ReadyScene& scene, Renderer& renderer, const Progress& progress, uint32_t place);
 
+    // The volumes' plan of the frame; without commands where nothing of them is drawn.
+    Result<Plan> plan_volumes(const FrameInput& input, DrawnFrame& drawn);
     // Plans a frame and submits it; `ms` is then what that took, plans apart from simulations.
     Result<DrawnFrame> start(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height, bool empty);
 
@@ -79,7 +97,8 @@ private:
     uint32_t place_;
     uint64_t loaded_ = 0;  // Renderer::loaded
     std::unique_ptr<FrameSource> source_;
-    std::optional<PlanMirror> mirror_;
+    std::unique_ptr<volume::VolumeSource> volumes_;
+    std::optional<PlanMirror> mirror_, volume_mirror_;
     PageReader reader_;
     bool outstanding_ = false;  // the last frame asked for pages, or pages arrived with it
     bool late_ = false;         // and so did the one before

@@ -29,6 +29,18 @@ void add_stage_options(CLI::App& command, StageOptions& options) {
                     "Triangles that a picture may have; the pixel error rises to keep to it. What the scene says "
                     "unless given, or any. Where a backend cannot go so low, what it reached is told")
         ->check(CLI::Range(uint64_t{1}, most_triangles));
+    command
+        .add_option("--volumes", options.volumes,
+                    "off leaves out the smoke and fire of a scene. (reference, which would draw them metavoxel by "
+                    "metavoxel, is not there yet)")
+        ->check(CLI::IsMember({"on", "off"}))
+        ->capture_default_str();
+    command
+        .add_option(
+            "--absorption", options.absorption,
+            "How smoke takes light away: exp, by its length; or rational, 1/(1+density) a step, which depends on "
+            "the steps. What the scene says unless given, or exp")
+        ->check(CLI::IsMember({"exp", "rational"}));
     command.add_flag("--validation", options.validation,
                      "Run under Vulkan validation; exit with 1 if it reports anything");
     add_outside_option(command, options.allow_outside);
@@ -50,6 +62,10 @@ Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs
     if (!scene) return tl::unexpected(scene.error());
     apply_budget(options, scene->budget);
     if (options.prefix) scene->extent = Extent::prefix;
+    if (options.volumes == "off") scene->volumes.emitters.clear();
+    if (!options.absorption.empty())
+        scene->volumes.quality.absorption =
+            options.absorption == "exp" ? volume::Absorption::exponential : volume::Absorption::rational;
     RendererOptions renderer_options;
     renderer_options.device = options.device;
     renderer_options.width = size->first;
@@ -76,7 +92,11 @@ std::span<const DebugChoice> debug_choices() {
                                               {DebugView::material, "material", "material"},
                                               {DebugView::error, "error", "error in pixels"},
                                               {DebugView::stretch, "stretch", "stretch"},
-                                              {DebugView::misses, "misses", "cache misses"}};
+                                              {DebugView::misses, "misses", "cache misses"},
+                                              {DebugView::volume_bricks, "volume-bricks", "bricks of volumes"},
+                                              {DebugView::volume_occupancy, "volume-occupancy", "occupancy of volumes"},
+                                              {DebugView::volume_light, "volume-light", "light in volumes"},
+                                              {DebugView::volume_steps, "volume-steps", "steps through volumes"}};
     return choices;
 }
 

@@ -8,6 +8,8 @@
 #include <optional>
 #include <set>
 
+#include "apps/scene/scene_node.h"
+#include "apps/scene/scene_volumes.h"
 #include "base/files/file.h"
 #include "base/random.h"
 #include "base/text.h"
@@ -18,16 +20,6 @@ namespace lodestone {
 namespace fs = std::filesystem;
 
 namespace {
-
-using Json = nlohmann::json;
-
-// A place in a JSON document that knows its name, so that every error can say where it is.
-struct Node {
-    const Json& json;
-    std::string place;
-
-    tl::unexpected<Error> wrong(const std::string& what) const { return fail(Fault::format, place + ": " + what); }
-};
 
 Result<Json> parse_file(const fs::path& path) {
     const uint64_t most_bytes = Limits{}.scene_bytes;
@@ -47,69 +39,6 @@ Result<Json> parse_file(const fs::path& path) {
     }
     if (auto whole = bytes->intact(); !whole) return tl::unexpected(whole.error());
     return json;
-}
-
-Result<void> only_members(const Node& node, const std::set<std::string>& known) {
-    if (!node.json.is_object()) return node.wrong("must be an object; see docs/scenes.md");
-    for (const auto& [key, value] : node.json.items()) {
-        if (known.count(key) > 0) continue;
-        std::string choices;
-        for (const std::string& k : known) choices += (choices.empty() ? "" : ", ") + k;
-        return node.wrong("has no member '" + key + "'; known are " + choices);
-    }
-    return {};
-}
-
-// Reads an optional member into `into`; a wrong type or value is an error.
-Result<void> number(const Node& node, const char* key, float& into, float low, float high) {
-    const auto found = node.json.find(key);
-    if (found == node.json.end()) return {};
-    if (!found->is_number() || found->get<double>() < static_cast<double>(low) ||
-        found->get<double>() > static_cast<double>(high)) {
-        return node.wrong(std::string(key) + " must be a number from " + std::to_string(low) + " to " +
-                          std::to_string(high));
-    }
-    into = found->get<float>();
-    return {};
-}
-
-Result<void> whole(const Node& node, const char* key, uint64_t& into, uint64_t low, uint64_t high) {
-    const auto found = node.json.find(key);
-    if (found == node.json.end()) return {};
-    if (!found->is_number_unsigned() || found->get<uint64_t>() < low || found->get<uint64_t>() > high) {
-        return node.wrong(std::string(key) + " must be a whole number from " + std::to_string(low) + " to " +
-                          std::to_string(high));
-    }
-    into = found->get<uint64_t>();
-    return {};
-}
-
-Result<void> vector(const Node& node, const char* key, glm::vec3& into, bool required = false) {
-    const auto found = node.json.find(key);
-    if (found == node.json.end()) return required ? node.wrong(std::string(key) + " is missing") : Result<void>{};
-    if (!found->is_array() || found->size() != 3) return node.wrong(std::string(key) + " must be three numbers");
-    for (size_t k = 0; k < 3; ++k) {
-        if (!(*found)[k].is_number() || !std::isfinite((*found)[k].get<float>()))
-            return node.wrong(std::string(key) + " must be three numbers");
-        into[static_cast<int>(k)] = (*found)[k].get<float>();
-    }
-    return {};
-}
-
-Result<void> text(const Node& node, const char* key, std::string& into) {
-    const auto found = node.json.find(key);
-    if (found == node.json.end()) return {};
-    if (!found->is_string()) return node.wrong(std::string(key) + " must be a string");
-    into = found->get<std::string>();
-    return {};
-}
-
-// Runs steps until one fails.
-template <class... Steps>
-Result<void> all(Steps&&... steps) {
-    Result<void> done;
-    ((done = done ? steps() : done), ...);
-    return done;
 }
 
 Result<CameraPath> camera_from(const Node& node) {
@@ -189,19 +118,6 @@ Result<uint32_t> asset_named(const Node& node, const std::string& name, const st
     return static_cast<uint32_t>(at - assets.begin());
 }
 
-// Two numbers above 0.
-Result<void> pair(const Node& node, const char* key, glm::vec2& into, bool required) {
-    const auto found = node.json.find(key);
-    if (found == node.json.end()) return required ? node.wrong(std::string(key) + " is missing") : Result<void>{};
-    if (!found->is_array() || found->size() != 2) return node.wrong(std::string(key) + " must be two numbers above 0");
-    for (size_t k = 0; k < 2; ++k) {
-        if (!(*found)[k].is_number() || !((*found)[k].get<float>() > 0) || !std::isfinite((*found)[k].get<float>()))
-            return node.wrong(std::string(key) + " must be two numbers above 0");
-        into[static_cast<int>(k)] = (*found)[k].get<float>();
-    }
-    return {};
-}
-
 // Adds many instances, one in each cell of a grid.
 Result<void> scatter(const Node& node, const std::vector<SceneAsset>& assets, std::vector<SceneInstance>& instances) {
     if (auto done = only_members(node, {"assets", "count", "area", "scale", "seed"}); !done) return done;
@@ -221,23 +137,15 @@ Result<void> scatter(const Node& node, const std::vector<SceneAsset>& assets, st
         if (!asset) return tl::unexpected(asset.error());
         chosen.push_back(*asset);
     }
-    // Cells about as wide as deep.
-    const auto columns = static_cast<uint64_t>(
-        std::max(1.0, std::ceil(std::sqrt(static_cast<double>(count) * static_cast<double>(area.x / area.y)))));
-    const uint64_t rows = (count + columns - 1) / columns;
+    const ScatteredPlaces places(count, area);
     Random random(mix64(seed));
     for (uint64_t i = 0; i < count; ++i) {
-        const auto within = [&](uint64_t cell, uint64_t cells, float length) {
-            return length * (static_cast<float>((static_cast<double>(cell) + 0.2 + 0.6 * random.unit()) /
-                                                static_cast<double>(cells)) -
-                             0.5f);
-        };
-        const float x = within(i % columns, columns, area.x), z = within(i / columns, rows, area.y);
+        const glm::vec3 place = places.place(i, random);
         const auto angle = static_cast<float>(random.unit() * 6.283185307179586);
         const float size = scale.x * std::pow(scale.y / scale.x, static_cast<float>(random.unit()));
         SceneInstance instance;
         instance.asset = chosen[i % chosen.size()];
-        instance.object_to_world = glm::translate(glm::mat4(1), glm::vec3(x, 0, z));
+        instance.object_to_world = glm::translate(glm::mat4(1), place);
         instance.object_to_world = glm::rotate(instance.object_to_world, angle, glm::vec3(0, 1, 0));
         instance.object_to_world = glm::scale(instance.object_to_world, glm::vec3(size));
         instances.push_back(instance);
@@ -325,8 +233,9 @@ Result<void> read_light(const Node& node, Scene& scene) {
 }
 
 Result<void> read_head(const Node& root, Scene& scene) {
-    if (auto done = only_members(root, {"lodestone", "version", "comment", "assets", "instances", "scatter", "light",
-                                        "camera", "resident_mib", "upload_mib", "max_triangles"});
+    if (auto done =
+            only_members(root, {"lodestone", "version", "comment", "assets", "instances", "scatter", "light", "camera",
+                                "resident_mib", "upload_mib", "max_triangles", "volumes", "volume_options"});
         !done) {
         return done;
     }
@@ -361,6 +270,7 @@ Result<Scene> scene_from(const Node& root, const fs::path& path, bool allow_outs
     if (const auto light = root.json.find("light"); light != root.json.end()) {
         if (auto done = read_light({*light, root.place + ": light"}, scene); !done) return tl::unexpected(done.error());
     }
+    if (auto done = read_volumes(root, scene.volumes); !done) return tl::unexpected(done.error());
     if (const auto camera = root.json.find("camera"); camera != root.json.end()) {
         auto read = camera->is_string() ? read_named_path(beside, camera->get<std::string>())
                                         : camera_from({*camera, root.place + ": camera"});

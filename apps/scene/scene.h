@@ -8,11 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "apps/scene/scene_volumes.h"
 #include "base/files/chunk_file.h"
 #include "base/result.h"
 #include "frame/camera_path.h"
 #include "frame/frame_source.h"
 #include "mesh/generate.h"
+#include "mesh/io/read.h"
 
 namespace lodestone {
 
@@ -46,8 +48,10 @@ struct Scene {
     std::optional<glm::vec3> light_direction;  // from the light towards the scene
     bool shadows = true;
     std::optional<CameraPath> camera;  // absent: chosen from the bounds of what stands there
+    SceneVolumes volumes;              // smoke and fire; none where it has no emitters
     Budget budget;                     // what frames may cost; of its members those that scenes can set
     bool allow_outside = false;        // as it was read: its meshes are read likewise
+    ReadOptions heights;               // how its height maps are read; other members count nothing
     Extent extent = Extent::whole;     // of named assets
 };
 

@@ -65,6 +65,13 @@ void describe_pane(const Pane& pane) {
     if (pane.way.backend == "vgi") plot("pages missing", "%.0f", pane.missing);
     ImGui::Text("buffers %.1f MiB, plan %.2f ms CPU", static_cast<double>(pane.drawn.stats.resident_bytes) / (1 << 20),
                 pane.drawn.plan_cpu_ms);
+    if (pane.drawn.volume) {
+        const VolumeFigures& f = *pane.drawn.volume;
+        ImGui::Text("volumes %llu bricks, %.1f MiB", static_cast<unsigned long long>(f.bricks),
+                    static_cast<double>(f.bytes) / (1 << 20));
+        ImGui::Text("  bin %.2f, fill %.1f, march %.1f, composite %.1f ms", f.bin_ms, f.fill_ms + f.light_ms,
+                    f.march_ms, f.composite_ms);
+    }
 }
 
 void describe_help(Viewer& viewer) {
@@ -110,6 +117,7 @@ const std::vector<ViewKey>& view_keys() {
             const auto at = colouring_of(v) + 1;
             v.look.debug = (at == debug_choices().end() ? debug_choices().begin() : at)->view;
         });
+        set('M', "M", "smoke and fire: on or off", [](Viewer& v) { v.shows_volumes = !v.shows_volumes; });
         set('X', "X", "wireframe", [](Viewer& v) { v.look.wireframe = !v.look.wireframe; });
         set('L', "L", "freeze levels", [](Viewer& v) { v.freeze(!v.freeze_levels, v.freeze_culling); });
         set('K', "K", "freeze culling", [](Viewer& v) { v.freeze(v.freeze_levels, !v.freeze_culling); });
@@ -199,6 +207,32 @@ void choose_look(Viewer& v) {
     }
 }
 
+// How smoke and fire are drawn, where the scene has any.
+void choose_volumes(Viewer& v) {
+    if (v.volumes().emitters.empty()) return;
+    volume::Quality& quality = v.volumes().quality;
+    ImGui::Checkbox("smoke and fire", &v.shows_volumes);
+    ImGui::SameLine();
+    ImGui::Checkbox("moving", &v.volumes_move);
+    ImGui::SliderFloat("density", &quality.density, 0.05f, 8, "%.2f", ImGuiSliderFlags_Logarithmic);
+    ImGui::SliderFloat("steps a voxel", &quality.steps, 0.125f, 4, "%.2f", ImGuiSliderFlags_Logarithmic);
+    quality.density = std::clamp(quality.density, 0.0f, 100.0f);
+    quality.steps = std::clamp(quality.steps, 0.125f, 4.0f);
+    auto divisor = static_cast<int>(quality.divisor), refresh = static_cast<int>(quality.refresh);
+    if (ImGui::SliderInt("target smaller by", &divisor, 1, 4))
+        quality.divisor = static_cast<uint32_t>(std::clamp(divisor, 1, 4));
+    if (ImGui::SliderInt("frames a filling", &refresh, 0, 30, refresh == 0 ? "once" : "%d"))
+        quality.refresh = static_cast<uint32_t>(std::clamp(refresh, 0, 30));
+    if (ImGui::BeginCombo("look", "as it is")) {
+        for (const bool fire : {false, true}) {
+            if (!ImGui::Selectable(fire ? "fire" : "smoke")) continue;
+            if (auto done = v.dress_volumes(fire ? volume::fire_look() : volume::smoke_look()); !done)
+                v.message = done.error().message;
+        }
+        ImGui::EndCombo();
+    }
+}
+
 void choose_split(Viewer& v) {
     ImGui::Checkbox("split", &v.split);
     if (!v.split) return;
@@ -237,6 +271,7 @@ void describe_panel(Viewer& v) {
     choose_error(v);
     choose_budget(v);
     choose_look(v);
+    choose_volumes(v);
     choose_split(v);
     choose_motion(v);
     ImGui::Separator();

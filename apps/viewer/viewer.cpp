@@ -141,6 +141,15 @@ Result<void> Viewer::open(uint32_t p, const Technique& chosen) {
     return {};
 }
 
+Result<void> Viewer::dress_volumes(const volume::Look& dress) {
+    for (volume::Emitter& emitter : volumes().emitters) emitter.look = dress;
+    for (uint32_t p = 0; p < panes.size(); ++p) {
+        if (panes[p].session == nullptr) continue;
+        if (auto done = choose(p, panes[p].way); !done) return done;
+    }
+    return {};
+}
+
 // What the pane has drawn goes on, though something else should have been drawn.
 Result<void> Viewer::revive(uint32_t p, const Error& why) {
     message = why.message + (bake_ != nullptr && bake_->is_better ? "; more is being baked" : "");
@@ -322,6 +331,7 @@ Result<void> Viewer::take_baked() {
 void Viewer::move_camera() {
     const ImGuiIO& io = ImGui::GetIO();
     const double seconds = std::min(static_cast<double>(io.DeltaTime), 0.25);
+    if (volumes_move) volume_time += seconds;
     if (motion_ == Motion::playing) {
         along_ += 1;
         if (along_ >= path_.frames) {
@@ -386,6 +396,9 @@ Result<void> Viewer::draw_pane(uint32_t p, const Budget& allowed) {
     pane.session->look = look;
     pane.session->frozen_levels = frozen_levels_;
     pane.session->frozen_culling = frozen_culling_;
+    pane.session->time = volume_time;
+    pane.session->shows_volumes = shows_volumes;
+    if (pane.session->volumes() != nullptr) pane.session->volumes()->quality = volumes().quality;
     std::vector<DrawnFrame> done;
     if (pane.session->mirror() != nullptr) {
         auto drawn = pane.session->draw(camera.camera(), allowed, width_, height_);

@@ -88,6 +88,13 @@ public:
     void freeze(bool levels, bool culling);
 
     FreeCamera camera;
+    // Smoke and fire of the scene: how they are drawn, whether at all, and whether their time goes on.
+    SceneVolumes& volumes() { return scene_->scene.volumes; }
+    bool shows_volumes = true, volumes_move = true;
+    double volume_time = 0;  // seconds
+    // Gives all volumes a look in place of their own.
+    Result<void> dress_volumes(const volume::Look& dress);
+
     bool flies = false;  // the mouse looks round, not about the target
     void reset_camera();
     std::string camera_text() const;  // as JSON, for the clipboard

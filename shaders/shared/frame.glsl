@@ -8,6 +8,8 @@
 layout(set = 0, binding = LODE_FRAME_CONSTANTS, std140) uniform FrameBlock { FrameConstants frame; };
 // Pipelines that show no debug view say so: software rasterisers run every branch of a shader.
 layout(constant_id = LODE_DEBUG_CONSTANT) const bool shows_debug_views = true;
+// False where no effect is drawn beside: then nothing stands in the light but triangles.
+layout(constant_id = LODE_EFFECT_CONSTANT) const bool beside_effect = false;
 // False where nothing but depths is drawn: vertices need no more than their places.
 layout(constant_id = LODE_FRAGMENTS_CONSTANT) const bool has_fragments = true;
 // Of the triangle drawn, in triangle_marks.
@@ -21,10 +23,13 @@ layout(set = 0, binding = LODE_INSTANCE_IDS) uniform usamplerBuffer instance_id_
 layout(set = 0, binding = LODE_MATERIALS) uniform usamplerBuffer material_texels;
 layout(set = 0, binding = LODE_TEXTURES) uniform sampler2DArray textures;
 layout(set = 0, binding = LODE_SHADOW_DEPTH) uniform sampler2D shadow_depth;
-layout(set = 0, binding = LODE_SHADOW_TRANSMITTANCE) uniform sampler2D shadow_transmittance;
+// See shared/light_grid.glsl.
+layout(set = 0, binding = LODE_LIGHT_GRID) uniform usamplerBuffer light_grid_texels;
 // What the depth stage left, for the stages after it.
 layout(set = 0, binding = LODE_SCENE_DEPTH) uniform sampler2D scene_depth;
 layout(set = 0, binding = LODE_VISIBILITY) uniform usampler2D visibility;
+// What the colour stage left, where an effect is drawn.
+layout(set = 0, binding = LODE_RADIANCE) uniform sampler2D radiance;
 // A byte a triangle, four to a word; from draw_constants.first_mark on they are the draw's own.
 layout(set = 0, binding = LODE_TRIANGLE_MARKS, std430) readonly buffer MarkBlock { uint triangle_marks[]; };
 

@@ -11,15 +11,18 @@
 #define LODE_MATERIALS 3
 #define LODE_TEXTURES 4
 #define LODE_SHADOW_DEPTH 5
-#define LODE_SHADOW_TRANSMITTANCE 6
+#define LODE_LIGHT_GRID 6
 #define LODE_TRIANGLE_MARKS 7
 #define LODE_SCENE_DEPTH 8
 #define LODE_VISIBILITY 9
+#define LODE_RADIANCE 10
 
 // visibility, third word: an instance, or this where there is none.
 #define LODE_NOTHING_VISIBLE 0xffffffffu
 
-// Specialisation constants of every pipeline: false where there is no fragment shader; where no debug view is shown.
+// Specialisation constants of every pipeline: false where no effect is drawn beside; where there is no fragment shader;
+// where no debug view is shown.
+#define LODE_EFFECT_CONSTANT 13
 #define LODE_FRAGMENTS_CONSTANT 14
 #define LODE_DEBUG_CONSTANT 15
 
@@ -36,6 +39,11 @@
 #define LODE_DEBUG_ERROR 9
 #define LODE_DEBUG_STRETCH 10
 #define LODE_DEBUG_MISSES 11
+// Of volumes; surfaces are lit as ever.
+#define LODE_DEBUG_VOLUME_BRICKS 12
+#define LODE_DEBUG_VOLUME_OCCUPANCY 13
+#define LODE_DEBUG_VOLUME_LIGHT 14
+#define LODE_DEBUG_VOLUME_STEPS 15
 
 #ifdef __cplusplus
 #include <cstdint>

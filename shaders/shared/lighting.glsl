@@ -3,6 +3,7 @@
 #define LODESTONE_LIGHTING_GLSL
 
 #include "shared/frame.glsl"
+#include "shared/light_grid.glsl"
 #include "shared/surface.glsl"
 
 vec3 linear_from_srgb(vec3 c) {
@@ -41,7 +42,7 @@ float light_reaching(vec3 position, vec3 normal) {
             lit += clip.z >= textureLod(shadow_depth, uv + vec2(x, y) * texel, 0.0).r ? 1.0 : 0.0;
         }
     }
-    return lit / 9.0 * textureLod(shadow_transmittance, uv, 0.0).r;
+    return lit / 9.0;
 }
 
 // Linear colour of the surface as seen from the view being drawn.
@@ -81,7 +82,8 @@ vec3 lit(Surface s) {
     if (debug_view() == LODE_DEBUG_NORMAL) return normal * 0.5 + 0.5;
 
     float towards_light = max(dot(normal, frame.to_light.xyz), 0.0);
-    float direct = towards_light > 0.0 ? towards_light * light_reaching(s.position, normal) : 0.0;
+    vec3 direct = vec3(towards_light > 0.0 ? towards_light * light_reaching(s.position, normal) : 0.0);
+    if (beside_effect) direct *= light_shining_through(s.position);
     vec3 ambient = mix(frame.ground_colour.rgb, frame.sky_colour.rgb, normal.y * 0.5 + 0.5);
     vec3 halfway = normalize(to_eye + frame.to_light.xyz);
     float gloss = 0.04 * pow(max(dot(normal, halfway), 0.0), 24.0);

@@ -130,6 +130,8 @@ void drop_where_needed(Spill& s) {
     for (;;) {
         std::this_thread::sleep_for(watch_every);
         drop_where_needed(spill());
+        const std::lock_guard lock(spill().mutex);
+        ++spill().statistics.looks;
     }
 }
 

@@ -27,6 +27,7 @@ Result<void> begin_spilling(const SpillOptions& options);
 struct SpillStatistics {
     uint64_t blocks = 0, bytes = 0, most_bytes = 0;  // now, now, and at most so far
     uint64_t dropped = 0;                            // times that blocks were dropped from memory
+    uint64_t looks = 0;                              // times that the watching thread has looked at what is resident
     bool full = false;                               // the folder had no room for a block
 };
 SpillStatistics spill_statistics();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -48,8 +49,11 @@ struct FrameInput {
     Budget budget;                          // for this frame
     std::vector<Arrival> arrivals;          // since the frame before, in the order they were read
     std::vector<ReadbackResult> readbacks;  // since the frame before, by frame
-    uint64_t frame = 0;                     // counts up by one
-    uint64_t completed_frame = 0;           // every frame before this number has left the GPU
+    // Seconds; what moves by itself stands where it stands at that time, whatever the frames before were.
+    double time = 0;
+    glm::vec3 light_direction{0, -1, 0};  // from the light towards the scene, any length > 0
+    uint64_t frame = 0;                   // counts up by one
+    uint64_t completed_frame = 0;         // every frame before this number has left the GPU
     // The view that levels are chosen for.
     const View& sets_levels() const { return level_view ? *level_view : views[0]; }
     bool operator==(const FrameInput&) const = default;
@@ -64,7 +68,8 @@ inline tl::unexpected<Error> over_budget(const std::string& what, uint64_t least
                                     " MiB or more");
 }
 
-// A backend with its assets. It is used by one thread at a time; nothing it does touches a GPU.
+// A backend with its assets, or an effect: what is drawn beside any backend into the same picture, by a recipe and
+// plans of its own. It is used by one thread at a time; nothing it does touches a GPU.
 class FrameSource {
 public:
     virtual ~FrameSource() = default;

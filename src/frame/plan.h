@@ -20,9 +20,9 @@ enum class Stage : uint8_t {
     update,     // uploads, copies and changes of size
     shadow,     // draws of shadow views
     depth,      // draws of cameras that decide what is seen
-    effect,     // dispatches between the two
+    effect,     // dispatches between the two; depths and shadow map can be read
     colour,     // draws that light what is seen
-    composite,  // dispatches and readbacks after all drawing
+    composite,  // what is laid over it, dispatches and readbacks
 };
 inline constexpr int stage_count = 6;  // values of Stage
 const char* name_of(Stage stage);      // as in Stage

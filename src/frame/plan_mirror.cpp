@@ -56,11 +56,17 @@ Result<void> PlanMirror::check_draw(Stage stage, const Draw& draw, bool indirect
     if (draw.view >= input.views.size()) return wrong("view " + std::to_string(draw.view) + " is not in the frame");
     if ((input.views[draw.view].kind == View::Kind::shadow) != (stage == Stage::shadow))
         return wrong("a view is drawn in a stage of the other kind");
+    if (stage == Stage::effect) return wrong("a draw stands in the effect stage");
+    const bool blends = pipeline.blend != Blend::none;
+    if (blends != (stage == Stage::composite))
+        return wrong("'" + pipeline.name + "' is drawn in the " + name_of(stage) + " stage; " +
+                     (blends ? "what blends belongs into the composite stage" : "there only what blends is drawn"));
     if ((draw.vertex_buffer != no_buffer) != (pipeline.layout.stride > 0))
         return wrong("vertex buffer and layout of '" + pipeline.name + "' disagree");
-    if (pipeline.whole_view &&
-        (stage != Stage::colour || indirect || draw.count != 3 || draw.index_buffer != no_buffer))
-        return wrong("'" + pipeline.name + "' covers the view: three vertices, in the colour stage");
+    if (blends && !pipeline.whole_view) return wrong("'" + pipeline.name + "' blends and does not cover the view");
+    if (pipeline.whole_view && ((stage != Stage::colour && stage != Stage::composite) || indirect || draw.count != 3 ||
+                                draw.index_buffer != no_buffer))
+        return wrong("'" + pipeline.name + "' covers the view: three vertices, in the colour or composite stage");
     if (!pipeline.visibility.empty() && stage == Stage::colour)
         return wrong("'" + pipeline.name + "' only tells what is visible, which the colour stage is too late for");
     if (draw.vertex_buffer != no_buffer) {
@@ -69,6 +75,7 @@ Result<void> PlanMirror::check_draw(Stage stage, const Draw& draw, bool indirect
     if (indirect)
         return draw.index_buffer == no_buffer ? Result<void>{}
                                               : check_range(draw.index_buffer, draw.index_offset, 0, use_index, false);
+    if (pipeline.whole_view) return {};  // of no instance
     if (uint64_t{draw.first_id} + draw.instances > plan.instance_ids.size())
         return wrong("instances lie outside instance_ids");
     for (uint32_t i = 0; i < draw.instances; ++i) {
@@ -194,9 +201,11 @@ void PlanMirror::learn(uint32_t buffer, std::span<const std::byte> bytes) {
 }
 
 void PlanMirror::mirror(size_t command, Stage stage, const Draw& draw) {
-    LODE_CHECK(uint64_t{draw.first_id} + draw.instances <= instance_ids_.size(), draw.first_id, draw.instances);
-    MirroredDraw mirrored{command, stage, draw,
-                          {},      {},    std::span(instance_ids_).subspan(draw.first_id, draw.instances)};
+    MirroredDraw mirrored{command, stage, draw, {}, {}, {}};
+    if (!recipe_.pipelines[draw.pipeline].whole_view) {
+        LODE_CHECK(uint64_t{draw.first_id} + draw.instances <= instance_ids_.size(), draw.first_id, draw.instances);
+        mirrored.instances = std::span(instance_ids_).subspan(draw.first_id, draw.instances);
+    }
     if (draw.index_buffer != no_buffer) {
         const std::byte* bytes = buffers_[draw.index_buffer].bytes.data() + draw.index_offset;
         mirrored.indices = {reinterpret_cast<const uint32_t*>(bytes), draw.count};

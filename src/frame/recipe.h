@@ -29,6 +29,7 @@ struct BufferSpec {
     uint64_t most_bytes = 0;  // that Resize may make of it, a multiple of `stride`; 0: it keeps its size
     bool operator==(const BufferSpec&) const = default;
 };
+inline constexpr uint32_t no_light_grid = ~0u;    // in place of a buffer number where there is none
 inline constexpr uint32_t max_pool_segments = 8;  // most segments of a split buffer, as LODE_MOST_SEGMENTS
 
 // How an attribute lies in a vertex: components and their type.
@@ -67,7 +68,7 @@ struct StorageBinding {
     // 1, 2 or 4: shaders read it as texels of so many 32-bit words (shaders/shared/texels.glsl); 0: it is one plain
     // block.
     uint32_t texel_words = 0;
-    uint32_t segments = 1;  // bound at most; more than one of texels alone
+    uint32_t segments = 1;  // bound at most
 
     // Texels of 1, 2 or 4 words, as LODE_TEXELS and LODE_POOL declare them.
     static StorageBinding texels(uint32_t binding, uint32_t buffer, uint32_t words) {
@@ -77,7 +78,17 @@ struct StorageBinding {
     static StorageBinding pool(uint32_t binding, uint32_t buffer, uint32_t words) {
         return {binding, buffer, Access::read, words, max_pool_segments};
     }
+    // Plain words of a buffer that may be split into segments, to read and to write (LODE_STORED_POOL).
+    static StorageBinding stored_pool(uint32_t binding, uint32_t buffer, Access access) {
+        return {binding, buffer, access, 0, max_pool_segments};
+    }
     bool operator==(const StorageBinding&) const = default;
+};
+
+// How what a pipeline draws is mixed with what is there.
+enum class Blend : uint8_t {
+    none,  // it replaces it
+    over,  // there * alpha + drawn: drawn is premultiplied, and alpha is what shines through. Coverage stays
 };
 
 // What a pipeline does.
@@ -102,7 +113,10 @@ struct PipelineSpec {
     VertexLayout layout;                                        // draw
     std::vector<StorageBinding> storage;                        // what its shaders bind
     uint32_t patch_vertices = 0;                                // tessellation: control points per patch
-    bool whole_view = false;          // draw: in the colour stage alone, wherever the depth stage left something
+    // draw: covers the view, in the colour stage alone, wherever the depth stage left something; or, where it blends,
+    // in the composite stage alone, everywhere.
+    bool whole_view = false;
+    Blend blend = Blend::none;        // draw: other than none of an effect's whole_view alone
     std::vector<uint32_t> constants;  // specialisation constants 0, 1, ... of all its shaders; fewer than 14
     bool operator==(const PipelineSpec&) const = default;
 };
@@ -112,6 +126,9 @@ struct Recipe {
     uint64_t generation = 0;              // raised whenever anything below changes; buffers then start empty
     std::vector<BufferSpec> buffers;      // by buffer number
     std::vector<PipelineSpec> pipelines;  // by pipeline number
+    // Of an effect: the storage buffer that tells how much light reaches a place (shaders/shared/light_grid.glsl), or
+    // no_light_grid. What backends draw is lit by it. It keeps its size.
+    uint32_t light_grid = no_light_grid;
     // Whether a pipeline writes to the visibility target.
     bool has_visibility() const {
         return std::ranges::any_of(pipelines, [](const PipelineSpec& p) { return !p.visibility.empty(); });

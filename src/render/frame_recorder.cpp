@@ -33,14 +33,23 @@ bool draws(const Command& command) { return direct_draw(command) != nullptr || i
 
 }  // namespace
 
-FrameRecorder::FrameRecorder(const FrameContext& context, const Plan& plan, const FrameInput& input,
-                             const ShadingOptions& look)
-    : c_(context), plan_(plan), input_(input), look_(look), commands_(context.slot.commands) {
-    LODE_CHECK(plan.generation == c_.recipe.generation, plan.generation, c_.recipe.generation);
+FrameRecorder::FrameRecorder(const FrameContext& context, const RecordedPlan& backend, const RecordedPlan* effect,
+                             const FrameInput& input, const ShadingOptions& look)
+    : c_(context),
+      backend_(backend),
+      effect_(effect),
+      p_(&backend),
+      input_(input),
+      look_(look),
+      commands_(context.slot.commands) {
+    for (const RecordedPlan* each : {&backend_, effect_}) {
+        if (each == nullptr) continue;
+        LODE_CHECK(each->plan.generation == each->recipe.generation, each->plan.generation, each->recipe.generation);
+    }
     has_shadow_ = c_.shadow_size > 0 && std::any_of(input.views.begin(), input.views.end(),
                                                     [](const View& v) { return v.kind == View::Kind::shadow; });
     wire_ = look.wireframe && context.device.draws_lines();
-    has_visibility_ = c_.recipe.has_visibility();
+    has_visibility_ = backend_.recipe.has_visibility();
     cull_back_ = !look.double_sided && !c_.instances.any_mirrored();
 }
 
@@ -50,6 +59,9 @@ void FrameRecorder::record() {
         vkCmdResetQueryPool(commands_, c_.slot.timestamps.get(), 0, stage_count + 1);
         vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, c_.slot.timestamps.get(), 0);
     }
+    c_.slot.effect_timed.clear();
+    if (effect_ != nullptr && c_.device.has_timestamps())
+        vkCmdResetQueryPool(commands_, c_.slot.effect_timestamps.get(), 0, most_effect_timestamps);
     upload_frame_data();
     for (uint32_t s = 0; s < stage_count; ++s) {
         // The update stage may submit and begin anew, and a label must end in the commands it began in.
@@ -60,7 +72,7 @@ void FrameRecorder::record() {
         if (c_.device.has_timestamps())
             vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, c_.slot.timestamps.get(), s + 1);
     }
-    if (!c_.slot.readbacks.empty()) {
+    if (!c_.slot.readbacks.empty() || !c_.slot.effect_readbacks.empty()) {
         memory_barrier(commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
                        VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
     }
@@ -97,17 +109,17 @@ void FrameRecorder::upload_frame_data() {
     for (const InstanceTable::Range& range : c_.instances.stale(c_.slot.instances_version))
         put(c_.slot.instances.buffer, &c_.instances.all()[range.first], range.count * each, range.first * each);
     c_.slot.instances_version = c_.instances.version();
-    put(c_.slot.instance_ids.buffer, plan_.instance_ids.data(),
-        plan_.instance_ids.size() * sizeof plan_.instance_ids[0]);
+    put(c_.slot.instance_ids.buffer, p_->plan.instance_ids.data(),
+        p_->plan.instance_ids.size() * sizeof p_->plan.instance_ids[0]);
     if (look_.marks != nullptr) put(c_.slot.marks, look_.marks->of_triangles.data(), look_.marks->of_triangles.size());
     memory_barrier(commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, shader_stages,
                    VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_READ_BIT);
 }
 
 void FrameRecorder::upload(const Upload& command) {
-    LODE_CHECK(command.buffer < c_.built.buffers.size(), command.buffer);
+    LODE_CHECK(command.buffer < p_->built.buffers.size(), command.buffer);
     const uint64_t end = command.offset + command.blob.size();
-    LODE_CHECK(end <= c_.recipe.buffers[command.buffer].bytes, end, c_.recipe.buffers[command.buffer].bytes);
+    LODE_CHECK(end <= p_->recipe.buffers[command.buffer].bytes, end, p_->recipe.buffers[command.buffer].bytes);
     // Copies of one batch run in any order, so ranges that overlap go into batches of their own.
     const auto after = pending_ranges_.lower_bound({command.buffer, command.offset});
     bool overlaps = after != pending_ranges_.end() && after->first.first == command.buffer && after->first.second < end;
@@ -118,7 +130,7 @@ void FrameRecorder::upload(const Upload& command) {
     if (overlaps) flush_uploads();
     pending_ranges_[{command.buffer, command.offset}] = end;
     stage_bytes(command.blob.data(), command.blob.size(), [&](VkDeviceSize staged, uint64_t done, uint64_t length) {
-        for (const SplitBuffer::Part& part : c_.built.buffers[command.buffer].parts(command.offset + done, length)) {
+        for (const SplitBuffer::Part& part : p_->built.buffers[command.buffer].parts(command.offset + done, length)) {
             pending_.push_back({command.buffer, part.buffer, {staged + part.done, part.offset, part.bytes}});
         }
     });
@@ -130,9 +142,9 @@ void FrameRecorder::flush_uploads() {
                      [](const PendingUpload& a, const PendingUpload& b) { return a.buffer < b.buffer; });
     for (size_t i = 0; i < pending_.size(); ++i) {
         if (i == 0 || pending_[i].buffer != pending_[i - 1].buffer)
-            c_.hazards.use(pending_[i].buffer, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
+            p_->hazards.use(pending_[i].buffer, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
     }
-    c_.hazards.flush(commands_);
+    p_->hazards.flush(commands_);
     std::vector<VkBufferCopy> regions;
     for (size_t i = 0; i < pending_.size(); ++i) {
         regions.push_back(pending_[i].region);
@@ -146,15 +158,15 @@ void FrameRecorder::flush_uploads() {
 }
 
 void FrameRecorder::copy(const Copy& command) {
-    LODE_CHECK(command.source < c_.built.buffers.size() && command.destination < c_.built.buffers.size(),
+    LODE_CHECK(command.source < p_->built.buffers.size() && command.destination < p_->built.buffers.size(),
                command.source, command.destination);
-    c_.hazards.use(command.source, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT, false});
-    c_.hazards.use(command.destination, {VK_PIPELINE_STAGE_2_COPY_BIT,
-                                         VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
-    c_.hazards.flush(commands_);
-    for (const auto& from : c_.built.buffers[command.source].parts(command.source_offset, command.bytes)) {
+    p_->hazards.use(command.source, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT, false});
+    p_->hazards.use(command.destination, {VK_PIPELINE_STAGE_2_COPY_BIT,
+                                          VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
+    p_->hazards.flush(commands_);
+    for (const auto& from : p_->built.buffers[command.source].parts(command.source_offset, command.bytes)) {
         for (const auto& to :
-             c_.built.buffers[command.destination].parts(command.destination_offset + from.done, from.bytes)) {
+             p_->built.buffers[command.destination].parts(command.destination_offset + from.done, from.bytes)) {
             const VkBufferCopy region{from.offset + to.done, to.offset, to.bytes};
             vkCmdCopyBuffer(commands_, from.buffer, to.buffer, 1, &region);
         }
@@ -162,18 +174,18 @@ void FrameRecorder::copy(const Copy& command) {
 }
 
 void FrameRecorder::resize(const Resize& command) {
-    LODE_CHECK(command.buffer < c_.built.buffers.size(), command.buffer);
-    BufferSpec& spec = c_.recipe.buffers[command.buffer];
+    LODE_CHECK(command.buffer < p_->built.buffers.size(), command.buffer);
+    BufferSpec& spec = p_->recipe.buffers[command.buffer];
     LODE_CHECK(command.bytes > 0 && command.bytes <= spec.most_bytes && command.bytes % spec.stride == 0, spec.name,
                command.bytes, spec.most_bytes);
     LODE_CHECK(command.kept <= std::min(spec.bytes, command.bytes), spec.name, command.kept);
-    c_.replaced.push_back(resize_buffer(c_.allocator, c_.recipe, command.buffer, command.bytes, c_.built));
+    p_->replaced.push_back(resize_buffer(c_.allocator, p_->recipe, command.buffer, command.bytes, p_->built));
     spec.bytes = command.bytes;
-    c_.hazards.use(command.buffer, {VK_PIPELINE_STAGE_2_COPY_BIT,
-                                    VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
-    c_.hazards.flush(commands_);
-    for (const auto& from : c_.replaced.back().buffer.parts(0, command.kept)) {
-        for (const auto& to : c_.built.buffers[command.buffer].parts(from.done, from.bytes)) {
+    p_->hazards.use(command.buffer, {VK_PIPELINE_STAGE_2_COPY_BIT,
+                                     VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
+    p_->hazards.flush(commands_);
+    for (const auto& from : p_->replaced.back().buffer.parts(0, command.kept)) {
+        for (const auto& to : p_->built.buffers[command.buffer].parts(from.done, from.bytes)) {
             const VkBufferCopy region{from.offset + to.done, to.offset, to.bytes};
             vkCmdCopyBuffer(commands_, from.buffer, to.buffer, 1, &region);
         }
@@ -181,15 +193,15 @@ void FrameRecorder::resize(const Resize& command) {
 }
 
 void FrameRecorder::read_back(const Readback& command) {
-    LODE_CHECK(command.buffer < c_.built.buffers.size() && command.bytes > 0, command.buffer, command.bytes);
-    c_.hazards.use(command.buffer, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT, false});
-    c_.hazards.flush(commands_);
+    LODE_CHECK(command.buffer < p_->built.buffers.size() && command.bytes > 0, command.buffer, command.bytes);
+    p_->hazards.use(command.buffer, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT, false});
+    p_->hazards.flush(commands_);
     Buffer landing(c_.allocator, command.bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::readback, "readback");
-    for (const auto& from : c_.built.buffers[command.buffer].parts(command.offset, command.bytes)) {
+    for (const auto& from : p_->built.buffers[command.buffer].parts(command.offset, command.bytes)) {
         const VkBufferCopy region{from.offset, from.done, from.bytes};
         vkCmdCopyBuffer(commands_, from.buffer, landing.get(), 1, &region);
     }
-    c_.slot.readbacks.push_back({command.tag, std::move(landing)});
+    p_->readbacks.push_back({command.tag, std::move(landing)});
 }
 
 void FrameRecorder::use_storage(const PipelineSpec& spec, VkPipelineStageFlags2 stages) {
@@ -209,20 +221,20 @@ void FrameRecorder::use_storage(const PipelineSpec& spec, VkPipelineStageFlags2 
         }
         if (seen) continue;
         if (writes) access |= VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT;
-        c_.hazards.use(buffer, {stages, access, writes});
+        p_->hazards.use(buffer, {stages, access, writes});
     }
 }
 
 uint32_t FrameRecorder::first_mark_of(const Command& command) const {
-    const auto number = static_cast<size_t>(&command - plan_.commands.data());
+    const auto number = static_cast<size_t>(&command - p_->plan.commands.data());
     return look_.marks != nullptr && number < look_.marks->first.size() ? look_.marks->first[number] : LODE_NO_MARKS;
 }
 
 void FrameRecorder::bind(uint32_t number, VkPipeline variant, uint32_t view, const Words& words, uint32_t first_mark) {
-    const BuiltPipeline& pipeline = c_.built.pipelines[number];
+    const BuiltPipeline& pipeline = p_->built.pipelines[number];
     if (bound_pipeline_ != variant) {
         vkCmdBindPipeline(commands_, pipeline.bind_point, variant);
-        const VkDescriptorSet sets[] = {c_.slot.frame_set, c_.built.sets.pipelines[number]};
+        const VkDescriptorSet sets[] = {c_.slot.frame_set, p_->built.sets.pipelines[number]};
         vkCmdBindDescriptorSets(commands_, pipeline.bind_point, pipeline.layout.get(), 0, 2, sets, 0, nullptr);
         bound_pipeline_ = variant;
     }
@@ -234,19 +246,19 @@ void FrameRecorder::bind(uint32_t number, VkPipeline variant, uint32_t view, con
 }
 
 void FrameRecorder::dispatch(const Dispatch& command) {
-    LODE_CHECK(command.pipeline < c_.built.pipelines.size(), command.pipeline);
-    const PipelineSpec& spec = c_.recipe.pipelines[command.pipeline];
+    LODE_CHECK(command.pipeline < p_->built.pipelines.size(), command.pipeline);
+    const PipelineSpec& spec = p_->recipe.pipelines[command.pipeline];
     LODE_CHECK(spec.kind == PipelineKind::compute, spec.name);
     const bool indirect = command.arguments != no_buffer;
     // Before the storage: the pipeline itself may write its arguments' buffer, after they are read.
     if (indirect)
-        c_.hazards.use(command.arguments,
-                       {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
+        p_->hazards.use(command.arguments,
+                        {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
     use_storage(spec, stages_of(spec));
-    c_.hazards.flush(commands_);
-    bind(command.pipeline, c_.built.pipelines[command.pipeline].compute.get(), command.view, command.words);
+    p_->hazards.flush(commands_);
+    bind(command.pipeline, p_->built.pipelines[command.pipeline].compute.get(), command.view, command.words);
     if (indirect) {
-        vkCmdDispatchIndirect(commands_, c_.built.buffers[command.arguments].whole(), command.offset);
+        vkCmdDispatchIndirect(commands_, p_->built.buffers[command.arguments].whole(), command.offset);
     } else {
         vkCmdDispatch(commands_, command.groups[0], command.groups[1], command.groups[2]);
     }
@@ -254,6 +266,7 @@ void FrameRecorder::dispatch(const Dispatch& command) {
 
 void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     const Targets& targets = c_.targets;
+    const bool composed = stage == Stage::composite;
     const TargetImage& depth = stage == Stage::shadow ? targets.shadow_depth : targets.depth;
     const VkExtent2D extent{depth.spec().width, depth.spec().height};
     VkRenderingAttachmentInfo depth_attachment{};
@@ -266,7 +279,8 @@ void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     depth_attachment.clearValue.depthStencil = {0, 0};
     VkRenderingAttachmentInfo colour_attachment{};
     colour_attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
-    colour_attachment.imageView = coloured ? targets.colour.view() : targets.visibility.view();
+    const TargetImage& coloured_target = effect_ != nullptr ? targets.radiance : targets.colour;
+    colour_attachment.imageView = coloured || composed ? coloured_target.view() : targets.visibility.view();
     colour_attachment.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
     colour_attachment.loadOp = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
     colour_attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
@@ -279,33 +293,37 @@ void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
     rendering.renderArea = {{0, 0}, extent};
     rendering.layerCount = 1;
-    rendering.colorAttachmentCount = coloured || visible ? 1 : 0;
+    rendering.colorAttachmentCount = coloured || visible || composed ? 1 : 0;
     rendering.pColorAttachments = &colour_attachment;
-    rendering.pDepthAttachment = &depth_attachment;
+    rendering.pDepthAttachment = composed ? nullptr : &depth_attachment;
     vkCmdBeginRendering(commands_, &rendering);
+    set_view(extent);
+    vkCmdSetCullMode(commands_, cull_back_ && stage != Stage::shadow ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE);
+}
+
+void FrameRecorder::set_view(const VkExtent2D& extent) const {
     const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
     const VkRect2D scissor{{0, 0}, extent};
     vkCmdSetViewport(commands_, 0, 1, &viewport);
     vkCmdSetScissor(commands_, 0, 1, &scissor);
-    vkCmdSetCullMode(commands_, cull_back_ && stage != Stage::shadow ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE);
 }
 
 void FrameRecorder::use_draw_buffers(const Draw& draw, const DrawIndirect* indirect) {
-    LODE_CHECK(draw.pipeline < c_.built.pipelines.size(), draw.pipeline);
-    const PipelineSpec& spec = c_.recipe.pipelines[draw.pipeline];
+    LODE_CHECK(draw.pipeline < p_->built.pipelines.size(), draw.pipeline);
+    const PipelineSpec& spec = p_->recipe.pipelines[draw.pipeline];
     LODE_CHECK(spec.kind == PipelineKind::draw, spec.name);
     if (spec.layout.stride > 0)
-        c_.hazards.use(draw.vertex_buffer,
-                       {VK_PIPELINE_STAGE_2_VERTEX_ATTRIBUTE_INPUT_BIT, VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT, false});
+        p_->hazards.use(draw.vertex_buffer,
+                        {VK_PIPELINE_STAGE_2_VERTEX_ATTRIBUTE_INPUT_BIT, VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT, false});
     if (draw.index_buffer != no_buffer)
-        c_.hazards.use(draw.index_buffer, {VK_PIPELINE_STAGE_2_INDEX_INPUT_BIT, VK_ACCESS_2_INDEX_READ_BIT, false});
+        p_->hazards.use(draw.index_buffer, {VK_PIPELINE_STAGE_2_INDEX_INPUT_BIT, VK_ACCESS_2_INDEX_READ_BIT, false});
     use_storage(spec, stages_of(spec));
     if (indirect == nullptr) return;
-    c_.hazards.use(indirect->arguments,
-                   {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
+    p_->hazards.use(indirect->arguments,
+                    {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
     if (indirect->count_buffer != no_buffer)
-        c_.hazards.use(indirect->count_buffer,
-                       {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
+        p_->hazards.use(indirect->count_buffer,
+                        {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
 }
 
 void FrameRecorder::draw(const Command& command) {
@@ -315,12 +333,13 @@ void FrameRecorder::draw(const Command& command) {
     LODE_CHECK(d.view < input_.views.size(), d.view);
     LODE_CHECK(stage == Stage::shadow ? input_.views[d.view].kind == View::Kind::shadow : d.view == 0, d.view);
     if (indirect == nullptr && (d.count == 0 || d.instances == 0)) return;
-    const Variant variant = variant_of(c_.recipe.pipelines[d.pipeline], stage, look_.debug != DebugView::none, wire_);
-    const VkPipeline built = c_.built.pipelines[d.pipeline].draw[static_cast<int>(variant)].get();
-    LODE_CHECK(built != VK_NULL_HANDLE, c_.recipe.pipelines[d.pipeline].name, name_of(stage));
+    const Variant variant = variant_of(p_->recipe.pipelines[d.pipeline], stage,
+                                       {look_.debug != DebugView::none, wire_, effect_ != nullptr});
+    const VkPipeline built = p_->built.pipelines[d.pipeline].draw[static_cast<int>(variant)].get();
+    LODE_CHECK(built != VK_NULL_HANDLE, p_->recipe.pipelines[d.pipeline].name, name_of(stage));
     bind(d.pipeline, built, d.view, d.words, first_mark_of(command));
-    if (c_.recipe.pipelines[d.pipeline].layout.stride > 0) {
-        const VkBuffer vertices = c_.built.buffers[d.vertex_buffer].whole();
+    if (p_->recipe.pipelines[d.pipeline].layout.stride > 0) {
+        const VkBuffer vertices = p_->built.buffers[d.vertex_buffer].whole();
         if (vertices != bound_vertices_ || d.vertex_offset != bound_vertex_offset_)
             vkCmdBindVertexBuffers(commands_, 0, 1, &vertices, &d.vertex_offset);
         bound_vertices_ = vertices;
@@ -328,7 +347,7 @@ void FrameRecorder::draw(const Command& command) {
     }
     const bool indexed = d.index_buffer != no_buffer;
     if (indexed) {
-        const VkBuffer indices = c_.built.buffers[d.index_buffer].whole();
+        const VkBuffer indices = p_->built.buffers[d.index_buffer].whole();
         if (indices != bound_indices_ || d.index_offset != bound_index_offset_)
             vkCmdBindIndexBuffer(commands_, indices, d.index_offset, VK_INDEX_TYPE_UINT32);
         bound_indices_ = indices;
@@ -342,10 +361,10 @@ void FrameRecorder::draw(const Command& command) {
         }
         return;
     }
-    const VkBuffer arguments = c_.built.buffers[indirect->arguments].whole();
+    const VkBuffer arguments = p_->built.buffers[indirect->arguments].whole();
     if (indirect->count_buffer != no_buffer) {
         LODE_CHECK(c_.device.has_draw_indirect_count());
-        const VkBuffer count = c_.built.buffers[indirect->count_buffer].whole();
+        const VkBuffer count = p_->built.buffers[indirect->count_buffer].whole();
         const auto call = indexed ? vkCmdDrawIndexedIndirectCount : vkCmdDrawIndirectCount;
         call(commands_, arguments, indirect->offset, count, indirect->count_offset, indirect->draws, indirect->stride);
     } else {
@@ -373,11 +392,61 @@ void FrameRecorder::use_images(Stage stage) {
         change_use(commands_, targets.depth, dropped_depth, as_depth_target);
         if (has_visibility_) change_use(commands_, targets.visibility, dropped_image, as_colour_target);
     }
+    if (stage == Stage::effect) change_use(commands_, targets.depth, as_depth_target, as_depth_read);
     if (stage == Stage::colour) {
-        change_use(commands_, targets.depth, as_depth_target, as_depth_read);
         if (has_visibility_) change_use(commands_, targets.visibility, as_colour_target, as_sampled);
-        change_use(commands_, targets.colour, dropped_image, as_colour_target);
+        change_use(commands_, effect_ != nullptr ? targets.radiance : targets.colour, dropped_image, as_colour_target);
     }
+}
+
+// The picture as it is shown, from what the colour stage and the effect left.
+void FrameRecorder::resolve() {
+    constexpr ImageUse dropped = {
+        VK_IMAGE_LAYOUT_UNDEFINED,
+        as_colour_target.stages | VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+        VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
+    const TargetImage& colour = c_.targets.colour;
+    change_use(commands_, c_.targets.radiance, as_colour_target, as_sampled);
+    change_use(commands_, colour, dropped, as_colour_target);
+    const VkExtent2D extent{colour.spec().width, colour.spec().height};
+    VkRenderingAttachmentInfo attachment{};
+    attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
+    attachment.imageView = colour.view();
+    attachment.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+    attachment.loadOp = VK_ATTACHMENT_LOAD_OP_DONT_CARE;
+    attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+    VkRenderingInfo rendering{};
+    rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
+    rendering.renderArea = {{0, 0}, extent};
+    rendering.layerCount = 1;
+    rendering.colorAttachmentCount = 1;
+    rendering.pColorAttachments = &attachment;
+    vkCmdBeginRendering(commands_, &rendering);
+    set_view(extent);
+    vkCmdSetCullMode(commands_, VK_CULL_MODE_NONE);
+    vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS,
+                      c_.resolve.draw[static_cast<int>(Variant::resolve)].get());
+    vkCmdBindDescriptorSets(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, c_.resolve.layout.get(), 0, 1,
+                            &c_.slot.frame_set, 0, nullptr);
+    vkCmdDraw(commands_, 3, 1, 0, 0);
+    vkCmdEndRendering(commands_);
+}
+
+// Before a command of the effect, or after its last of a stage.
+void FrameRecorder::time_effect(const Command* next) {
+    if (p_ != effect_ || !c_.device.has_timestamps()) return;
+    std::string name;
+    if (next != nullptr) {
+        const auto* dispatched = std::get_if<Dispatch>(&next->what);
+        const Draw* drawn = direct_draw(*next);
+        if (dispatched == nullptr && drawn == nullptr) return;
+        name = p_->recipe.pipelines[dispatched != nullptr ? dispatched->pipeline : drawn->pipeline].name;
+    }
+    std::vector<std::string>& timed = c_.slot.effect_timed;
+    if (timed.size() == most_effect_timestamps || (timed.empty() ? name.empty() : timed.back() == name)) return;
+    vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, c_.slot.effect_timestamps.get(),
+                         static_cast<uint32_t>(timed.size()));
+    timed.push_back(std::move(name));
 }
 
 // Draws in a row, rendered together. Barriers come before rendering begins, for all of them.
@@ -386,7 +455,7 @@ void FrameRecorder::draw_all(Stage stage, std::span<const Command* const> comman
         const DrawIndirect* indirect = indirect_draw(*command);
         use_draw_buffers(indirect != nullptr ? indirect->draw : *direct_draw(*command), indirect);
     }
-    c_.hazards.flush(commands_);
+    p_->hazards.flush(commands_);
     begin_rendering(stage, clear);
     for (const Command* command : commands) draw(*command);
     vkCmdEndRendering(commands_);
@@ -413,16 +482,21 @@ void FrameRecorder::record_other(Stage stage, const Command& command) {
     }
 }
 
-void FrameRecorder::record_commands(Stage stage) {
+void FrameRecorder::record_commands(Stage stage, const RecordedPlan& recorded) {
+    p_ = &recorded;
     std::vector<const Command*> commands;
-    for (const Command& c : plan_.commands) {
+    for (const Command& c : p_->plan.commands) {
         if (c.stage == stage) commands.push_back(&c);
     }
-    const bool renders = (stage == Stage::shadow && has_shadow_) || stage == Stage::depth || stage == Stage::colour;
-    bool clear = true;
+    const bool is_effect = p_ == effect_;
+    const bool renders =
+        is_effect ? stage == Stage::composite
+                  : (stage == Stage::shadow && has_shadow_) || stage == Stage::depth || stage == Stage::colour;
+    bool clear = !is_effect;
     bound_pipeline_ = VK_NULL_HANDLE;
     bound_vertices_ = bound_indices_ = VK_NULL_HANDLE;
     for (size_t i = 0; i < commands.size();) {
+        time_effect(commands[i]);
         if (!draws(*commands[i])) {
             record_other(stage, *commands[i++]);
             continue;
@@ -434,6 +508,7 @@ void FrameRecorder::record_commands(Stage stage) {
         draw_all(stage, std::span(commands).subspan(first, i - first), clear);
         clear = false;
     }
+    time_effect(nullptr);
     flush_uploads();
     if (renders && clear) {
         begin_rendering(stage, true);
@@ -443,13 +518,20 @@ void FrameRecorder::record_commands(Stage stage) {
 
 void FrameRecorder::record_stage(Stage stage) {
     use_images(stage);
+    if (effect_ != nullptr && stage == Stage::colour && effect_->recipe.light_grid != no_light_grid) {
+        effect_->hazards.use(effect_->recipe.light_grid,
+                             {VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, false});
+        effect_->hazards.flush(commands_);
+    }
     // A query cannot span command buffers, and uploads may submit: statistics of the update stage count nothing.
     const bool counts = c_.device.has_statistics();
     const auto begin_counting = [&] {
         vkCmdBeginQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage), 0);
     };
     if (counts && stage != Stage::update) begin_counting();
-    record_commands(stage);
+    record_commands(stage, backend_);
+    if (effect_ != nullptr) record_commands(stage, *effect_);
+    if (effect_ != nullptr && stage == Stage::composite) resolve();
     if (counts && stage == Stage::update) begin_counting();
     if (counts) vkCmdEndQuery(commands_, c_.slot.statistics.get(), static_cast<uint32_t>(stage));
     if (stage == Stage::shadow && has_shadow_)

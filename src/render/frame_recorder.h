@@ -1,4 +1,5 @@
-// Records one plan into the commands of a frame slot: uploads, barriers, passes, draws, readbacks, queries.
+// Records plans into the commands of a frame slot: uploads, barriers, passes, draws, readbacks, queries. In each stage
+// a backend's commands come first, and then those of the effect beside it.
 #pragma once
 
 #include <map>
@@ -21,19 +22,27 @@ struct FrameContext {
     const Device& device;
     const CommandPool& pool;
     BlockAllocator& allocator;
-    Recipe& recipe;  // with the sizes that buffers have now
-    BuiltRecipe& built;
-    BufferHazards& hazards;
     const Targets& targets;
     uint32_t shadow_size;
     FrameSlot& slot;
-    const InstanceTable& instances;   // of the frame
-    std::vector<Replaced>& replaced;  // what changes of size leave behind is added here
+    const InstanceTable& instances;  // of the frame
+    const BuiltPipeline& resolve;    // Variant::resolve
+};
+// A plan, and what its numbers refer to.
+struct RecordedPlan {
+    const Plan& plan;
+    Recipe& recipe;  // with the sizes that buffers have now
+    BuiltRecipe& built;
+    BufferHazards& hazards;
+    std::vector<Replaced>& replaced;                     // what changes of size leave behind is added here
+    std::vector<FrameSlot::PendingReadback>& readbacks;  // that are to be landed
 };
 
 class FrameRecorder {
 public:
-    FrameRecorder(const FrameContext& context, const Plan& plan, const FrameInput& input, const ShadingOptions& look);
+    // effect: null where there is none.
+    FrameRecorder(const FrameContext& context, const RecordedPlan& backend, const RecordedPlan* effect,
+                  const FrameInput& input, const ShadingOptions& look);
     // Records everything; the slot's commands have begun and are left for the caller to submit. Commands that break the
     // contract fail a CHECK.
     void record();
@@ -52,10 +61,13 @@ private:
 
     void record_stage(Stage stage);
     void use_images(Stage stage);
-    void record_commands(Stage stage);
+    void record_commands(Stage stage, const RecordedPlan& plan);
+    void resolve();
+    void time_effect(const Command* next);
     void record_other(Stage stage, const Command& command);
     void draw_all(Stage stage, std::span<const Command* const> commands, bool clear);
     void begin_rendering(Stage stage, bool clear);
+    void set_view(const VkExtent2D& extent) const;
     void use_draw_buffers(const Draw& draw, const DrawIndirect* indirect);
     void draw(const Command& command);
     void use_storage(const PipelineSpec& spec, VkPipelineStageFlags2 stages);
@@ -64,7 +76,9 @@ private:
     uint32_t first_mark_of(const Command& command) const;
 
     FrameContext c_;
-    const Plan& plan_;
+    const RecordedPlan& backend_;
+    const RecordedPlan* effect_;
+    const RecordedPlan* p_;  // of the two, whose commands are being recorded
     const FrameInput& input_;
     const ShadingOptions& look_;
     VkCommandBuffer commands_;

@@ -35,10 +35,11 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
         {LODE_MATERIALS, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, all, nullptr},
         {LODE_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_SHADOW_DEPTH, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
-        {LODE_SHADOW_TRANSMITTANCE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+        {LODE_LIGHT_GRID, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, all, nullptr},
         {LODE_TRIANGLE_MARKS, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
         {LODE_SCENE_DEPTH, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_VISIBILITY, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+        {LODE_RADIANCE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
     };
     VkDescriptorSetLayoutCreateInfo layout_info{};
     layout_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
@@ -50,7 +51,7 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
 
     const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, slots},
                                           {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, slots},
-                                          {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 3 * slots},
+                                          {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 4 * slots},
                                           {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 5 * slots}};
     VkDescriptorPoolCreateInfo pool_info{};
     pool_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
@@ -76,21 +77,22 @@ VkDescriptorSet FrameSets::allocate() const {
     return set;
 }
 
-void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, const Targets& targets) const {
+void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, const Targets& targets,
+                      VkBufferView light_grid) const {
     const std::pair<uint32_t, VkDescriptorBufferInfo> buffers[] = {
         {LODE_FRAME_CONSTANTS, {slot.constants.get(), 0, VK_WHOLE_SIZE}},
         {LODE_TRIANGLE_MARKS, {slot.marks.get(), 0, VK_WHOLE_SIZE}}};
     const std::pair<uint32_t, VkBufferView> texels[] = {{LODE_INSTANCES, slot.instances.view.get()},
                                                         {LODE_INSTANCE_IDS, slot.instance_ids.view.get()},
-                                                        {LODE_MATERIALS, materials.table.view.get()}};
+                                                        {LODE_MATERIALS, materials.table.view.get()},
+                                                        {LODE_LIGHT_GRID, light_grid}};
     const std::pair<uint32_t, VkDescriptorImageInfo> images[] = {
         {LODE_TEXTURES, {texture_sampler_.get(), materials.textures.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
         {LODE_SHADOW_DEPTH,
          {texel_sampler_.get(), targets.shadow_depth.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
-        {LODE_SHADOW_TRANSMITTANCE,
-         {texel_sampler_.get(), targets.shadow_transmittance.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
         {LODE_SCENE_DEPTH, {texel_sampler_.get(), targets.depth.view(), as_depth_read.layout}},
-        {LODE_VISIBILITY, {texel_sampler_.get(), targets.visibility.view(), as_sampled.layout}}};
+        {LODE_VISIBILITY, {texel_sampler_.get(), targets.visibility.view(), as_sampled.layout}},
+        {LODE_RADIANCE, {texel_sampler_.get(), targets.radiance.view(), as_sampled.layout}}};
     std::vector<VkWriteDescriptorSet> writes;
     const auto write = [&](uint32_t binding, VkDescriptorType type) -> VkWriteDescriptorSet& {
         VkWriteDescriptorSet& w = writes.emplace_back();

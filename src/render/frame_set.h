@@ -18,7 +18,8 @@ public:
     VkDescriptorSetLayout layout() const { return layout_.get(); }
     VkDescriptorSet allocate() const;
     // Points the slot's set at its buffers and the shared images. The device must be done with the set.
-    void write(const FrameSlot& slot, const MaterialImages& materials, const Targets& targets) const;
+    void write(const FrameSlot& slot, const MaterialImages& materials, const Targets& targets,
+               VkBufferView light_grid) const;
 
 private:
     const Device& device_;

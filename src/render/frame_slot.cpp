@@ -30,6 +30,29 @@ bool ensure_texels(BlockAllocator& allocator, TexelBuffer& texels, VkDeviceSize 
     return true;
 }
 
+namespace {
+
+// By pipeline, in the order they first ran.
+std::vector<std::pair<std::string, double>> effect_times(const Device& device, const FrameSlot& slot,
+                                                         double ms_per_tick) {
+    std::vector<std::pair<std::string, double>> times;
+    if (slot.effect_timed.empty()) return times;
+    std::vector<uint64_t> ticks(slot.effect_timed.size());
+    LODE_VK(vkGetQueryPoolResults(device.handle(), slot.effect_timestamps.get(), 0, static_cast<uint32_t>(ticks.size()),
+                                  ticks.size() * sizeof ticks[0], ticks.data(), sizeof ticks[0],
+                                  VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+    for (size_t i = 0; i + 1 < ticks.size(); ++i) {
+        const std::string& name = slot.effect_timed[i];
+        if (name.empty()) continue;
+        auto at = std::ranges::find(times, name, &std::pair<std::string, double>::first);
+        if (at == times.end()) at = times.insert(at, {name, 0});
+        at->second += static_cast<double>(ticks[i + 1] - ticks[i]) * ms_per_tick;
+    }
+    return times;
+}
+
+}  // namespace
+
 FrameCounters read_counters(const Device& device, const FrameSlot& slot) {
     FrameCounters counters;
     counters.frame = slot.frame;
@@ -54,6 +77,7 @@ FrameCounters read_counters(const Device& device, const FrameSlot& slot) {
         for (size_t s = 0; s < stage_count; ++s)
             counters.pass[s].gpu_ms = static_cast<double>(ticks[s + 1] - ticks[s]) * ms_per_tick;
         counters.gpu_ms = static_cast<double>(ticks[stage_count] - ticks[0]) * ms_per_tick;
+        counters.effect_ms = effect_times(device, slot, ms_per_tick);
     }
     return counters;
 }

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "render/recipe_build.h"
@@ -30,6 +31,8 @@ private:
     VkDeviceSize used_ = 0;
 };
 
+inline constexpr uint32_t most_effect_timestamps = 64;  // of a frame; what comes after them is not timed
+
 struct FrameSlot {
     VkCommandBuffer commands = VK_NULL_HANDLE;
     OwnedFence fence;
@@ -47,8 +50,11 @@ struct FrameSlot {
         uint32_t tag;
         Buffer buffer;
     };
-    std::vector<PendingReadback> readbacks;
+    std::vector<PendingReadback> readbacks, effect_readbacks;
     std::vector<Replaced> replaced;  // by this frame; it and those before may read them
+    // Of an effect: what ran after each of its timestamps, empty where that is not the effect's.
+    OwnedQueryPool effect_timestamps;
+    std::vector<std::string> effect_timed;
 };
 
 // Makes sure the buffer holds at least `bytes`; true if it was made anew.

@@ -25,12 +25,14 @@ std::vector<SplitBuffer::Part> SplitBuffer::parts(uint64_t offset, uint64_t byte
     return all;
 }
 
-Variant variant_of(const PipelineSpec& spec, Stage stage, bool debug, bool wire) {
-    const bool lines = wire && !spec.whole_view;
+Variant variant_of(const PipelineSpec& spec, Stage stage, const DrawnAs& as) {
+    const bool lines = as.wire && !spec.whole_view, debug = as.debug || as.wire;
     if (stage == Stage::shadow) return Variant::shadow;
-    if (stage == Stage::colour)
-        return lines ? Variant::colour_lines : debug || wire ? Variant::colour_debug : Variant::colour;
-    return lines ? Variant::depth_lines : debug && !spec.visibility.empty() ? Variant::depth_debug : Variant::depth;
+    if (stage == Stage::composite) return Variant::composite;
+    if (stage == Stage::colour && as.beside_effect)
+        return lines ? Variant::radiance_lines : debug ? Variant::radiance_debug : Variant::radiance;
+    if (stage == Stage::colour) return lines ? Variant::colour_lines : debug ? Variant::colour_debug : Variant::colour;
+    return lines ? Variant::depth_lines : as.debug && !spec.visibility.empty() ? Variant::depth_debug : Variant::depth;
 }
 
 namespace {
@@ -76,10 +78,15 @@ SplitBuffer make_buffer(BlockAllocator& allocator, const BufferSpec& spec, uint6
 VkDescriptorType descriptor_of(const StorageBinding& s) {
     return s.texel_words > 0 ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
 }
-// Bytes that a buffer may have and still be bound at once by all pipelines.
-uint64_t segment_limit_of(const Device& device, const Recipe& recipe, uint32_t buffer) {
+// Bytes that a buffer may have and still be bound at once by all pipelines; no more than asked, where all take pieces.
+uint64_t segment_limit_of(const Device& device, const Recipe& recipe, uint32_t buffer, uint64_t asked) {
     const VkPhysicalDeviceLimits& limits = device.limits();
-    uint64_t bytes = ~uint64_t{0};
+    uint64_t bytes = asked;
+    for (const PipelineSpec& spec : recipe.pipelines) {
+        for (const StorageBinding& s : spec.storage) {
+            if (s.buffer == buffer && s.segments == 1) bytes = ~uint64_t{0};
+        }
+    }
     for (const PipelineSpec& spec : recipe.pipelines) {
         for (const StorageBinding& s : spec.storage) {
             if (s.buffer != buffer) continue;
@@ -111,16 +118,17 @@ VkFormat format_of(VertexFormat format) {
 // (shaders/shared/texels.glsl).
 class ShaderConstants {
 public:
-    ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers, bool fragments,
-                    bool debug_views) {
+    ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers, bool fragments, bool debug_views,
+                    bool beside_effect) {
         constexpr uint32_t first_words = 16,
                            first_count = 48;  // LODE_FIRST_SEGMENT_CONSTANT, LODE_FIRST_COUNT_CONSTANT
         const auto add = [&](uint32_t id, uint64_t value) {
             entries_.push_back({id, static_cast<uint32_t>(words_.size() * sizeof(uint32_t)), sizeof(uint32_t)});
             words_.push_back(static_cast<uint32_t>(value));
         };
-        LODE_CHECK(spec.constants.size() < LODE_FRAGMENTS_CONSTANT, spec.name);
+        LODE_CHECK(spec.constants.size() <= LODE_EFFECT_CONSTANT, spec.name);
         for (uint32_t id = 0; id < spec.constants.size(); ++id) add(id, spec.constants[id]);
+        add(LODE_EFFECT_CONSTANT, beside_effect ? 1 : 0);
         add(LODE_FRAGMENTS_CONSTANT, fragments ? 1 : 0);
         add(LODE_DEBUG_CONSTANT, debug_views ? 1 : 0);
         for (const StorageBinding& s : spec.storage) {
@@ -157,25 +165,40 @@ struct ShaderStages {
     }
 };
 
-bool in_colour_stage(Variant variant) { return variant >= Variant::colour; }
-bool in_depth_stage(Variant variant) { return variant != Variant::shadow && !in_colour_stage(variant); }
-bool as_lines(Variant variant) { return variant == Variant::depth_lines || variant == Variant::colour_lines; }
+bool in_colour_stage(Variant variant) { return variant >= Variant::colour && variant < Variant::composite; }
+bool in_depth_stage(Variant variant) { return variant > Variant::shadow && variant < Variant::colour; }
+// Without depths to test against.
+bool over_all(Variant variant) { return variant >= Variant::composite; }
+bool beside_effect(Variant variant) { return variant >= Variant::radiance && variant < Variant::composite; }
+bool as_lines(Variant variant) {
+    return variant == Variant::depth_lines || variant == Variant::colour_lines || variant == Variant::radiance_lines;
+}
 bool shows_debug_views(Variant variant) {
-    return as_lines(variant) || variant == Variant::depth_debug || variant == Variant::colour_debug;
+    return as_lines(variant) || variant == Variant::depth_debug || variant == Variant::colour_debug ||
+           variant == Variant::radiance_debug;
+}
+const VkFormat& format_drawn_to(Variant variant) {
+    if (in_depth_stage(variant)) return visibility_format;
+    return beside_effect(variant) || variant == Variant::composite ? radiance_format : colour_format;
 }
 const std::string& fragment_of(const PipelineSpec& spec, Variant variant) {
     static const std::string none;
-    return in_colour_stage(variant) ? spec.fragment : in_depth_stage(variant) ? spec.visibility : none;
+    return in_colour_stage(variant) || over_all(variant) ? spec.fragment
+           : in_depth_stage(variant)                     ? spec.visibility
+                                                         : none;
 }
 
 // Whether some stage of some ShadingOptions runs it.
-bool is_used(const PipelineSpec& spec, Variant variant, bool draws_lines) {
+bool is_used(const PipelineSpec& spec, Variant variant, bool draws_lines, bool with_effect) {
+    if (spec.blend != Blend::none) return variant == Variant::composite;
+    if (over_all(variant) || (beside_effect(variant) && !with_effect)) return false;
     for (const Stage stage : {Stage::shadow, Stage::depth, Stage::colour}) {
         if (spec.whole_view && stage != Stage::colour) continue;
         if (!spec.visibility.empty() && stage == Stage::colour) continue;
         for (const bool debug : {false, true}) {
             for (const bool wire : {false, true}) {
-                if ((!wire || draws_lines) && variant_of(spec, stage, debug, wire) == variant) return true;
+                const DrawnAs as{debug, wire, beside_effect(variant)};
+                if ((!wire || draws_lines) && variant_of(spec, stage, as) == variant) return true;
             }
         }
     }
@@ -246,24 +269,31 @@ private:
     void set_depth(const PipelineSpec& spec, Variant variant) {
         const bool coloured = in_colour_stage(variant);
         depth_.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO;
-        depth_.depthTestEnable = VK_TRUE;
-        depth_.depthWriteEnable = !coloured;
+        depth_.depthTestEnable = over_all(variant) ? VK_FALSE : VK_TRUE;
+        depth_.depthWriteEnable = !coloured && !over_all(variant);
         // Reversed depth; what the depth stage left is drawn once. What covers the view lies behind it all.
         depth_.depthCompareOp = spec.whole_view ? VK_COMPARE_OP_LESS
                                 : coloured      ? VK_COMPARE_OP_EQUAL
                                                 : VK_COMPARE_OP_GREATER_OR_EQUAL;
     }
     void set_targets(const PipelineSpec& spec, Variant variant, bool has_visibility) {
-        const bool coloured = in_colour_stage(variant);
+        const bool coloured = in_colour_stage(variant) || over_all(variant);
         const uint32_t images = coloured || (in_depth_stage(variant) && has_visibility) ? 1 : 0;
         blend_attachment_.colorWriteMask = fragment_of(spec, variant).empty() ? 0 : 0xf;
+        if (spec.blend == Blend::over) {
+            blend_attachment_.blendEnable = VK_TRUE;
+            blend_attachment_.srcColorBlendFactor = VK_BLEND_FACTOR_ONE;
+            blend_attachment_.dstColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
+            blend_attachment_.srcAlphaBlendFactor = VK_BLEND_FACTOR_ZERO;
+            blend_attachment_.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+        }
         blend_.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
         blend_.attachmentCount = images;
         blend_.pAttachments = &blend_attachment_;
         rendering_.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO;
         rendering_.colorAttachmentCount = images;
-        rendering_.pColorAttachmentFormats = coloured ? &colour_format : &visibility_format;
-        rendering_.depthAttachmentFormat = depth_format;
+        rendering_.pColorAttachmentFormats = &format_drawn_to(variant);
+        rendering_.depthAttachmentFormat = over_all(variant) ? VK_FORMAT_UNDEFINED : depth_format;
     }
 
     static constexpr std::array<VkDynamicState, 3> dynamic_states = {
@@ -315,11 +345,11 @@ OwnedPipeline make_compute_pipeline(const Device& device, const PipelineSpec& sp
     return {device.handle(), pipeline};
 }
 
-// Every buffer must be bound at once, and be read only where it may be split or is read as texels.
+// Every buffer must be bound at once, and be read only where it is read as texels.
 void check_bindings(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers) {
     for (const StorageBinding& s : spec.storage) {
         LODE_CHECK(s.buffer < buffers.size() && s.segments >= 1 && s.segments <= max_pool_segments, s.buffer);
-        LODE_CHECK(s.texel_words == 0 ? s.segments == 1 : s.access == Access::read, s.buffer);
+        LODE_CHECK(s.texel_words == 0 || s.access == Access::read, s.buffer);
         if (buffers[s.buffer].most_segments > s.segments)
             throw VulkanFailure("a buffer of pipeline '" + spec.name + "' is too large to be bound at once");
     }
@@ -354,7 +384,7 @@ OwnedPipelineLayout make_pipeline_layout(const Device& device, VkDescriptorSetLa
 }
 
 BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers,
-                            VkDescriptorSetLayout frame_layout, bool has_visibility) {
+                            VkDescriptorSetLayout frame_layout, bool has_visibility, bool with_effect) {
     check_bindings(spec, buffers);
     BuiltPipeline built;
     const bool compute = spec.kind == PipelineKind::compute;
@@ -366,14 +396,14 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
     built.layout = make_pipeline_layout(device, frame_layout, built.storage_layout.get(), built.stages);
     const VkPipelineLayout layout = built.layout.get();
     if (compute) {
-        const ShaderConstants constants(spec, buffers, false, false);
+        const ShaderConstants constants(spec, buffers, false, false, false);
         built.compute = make_compute_pipeline(device, spec, layout, constants.get());
     } else {
         for (int v = 0; v < variant_count; ++v) {
             const auto variant = static_cast<Variant>(v);
-            if (!is_used(spec, variant, device.draws_lines())) continue;
+            if (!is_used(spec, variant, device.draws_lines(), with_effect)) continue;
             const ShaderConstants constants(spec, buffers, !fragment_of(spec, variant).empty(),
-                                            shows_debug_views(variant));
+                                            shows_debug_views(variant), beside_effect(variant));
             built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), variant, has_visibility);
         }
     }
@@ -448,16 +478,32 @@ OwnedShader make_shader(const Device& device, const std::string& name) {
 }
 
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
-                         uint64_t segment_limit) {
+                         uint64_t segment_limit, bool beside_effect) {
     BuiltRecipe built;
     for (uint32_t b = 0; b < recipe.buffers.size(); ++b) {
-        built.buffers.push_back(make_buffer(allocator, recipe.buffers[b],
-                                            std::min(segment_limit, segment_limit_of(allocator.device(), recipe, b))));
+        built.buffers.push_back(
+            make_buffer(allocator, recipe.buffers[b], segment_limit_of(allocator.device(), recipe, b, segment_limit)));
     }
     for (const PipelineSpec& spec : recipe.pipelines)
-        built.pipelines.push_back(
-            make_pipeline(allocator.device(), spec, built.buffers, frame_layout, recipe.has_visibility()));
+        built.pipelines.push_back(make_pipeline(allocator.device(), spec, built.buffers, frame_layout,
+                                                recipe.has_visibility(), beside_effect));
     built.sets = make_storage_sets(allocator.device(), recipe, built);
+    return built;
+}
+
+BuiltPipeline build_resolve(const Device& device, VkDescriptorSetLayout frame_layout) {
+    PipelineSpec spec;
+    spec.name = "resolve";
+    spec.vertex = "frame/whole_view.vert";
+    spec.fragment = "frame/resolve.frag";
+    spec.whole_view = true;
+    BuiltPipeline built;
+    built.stages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+    built.storage_layout = make_storage_layout(device, spec, built.stages);
+    built.layout = make_pipeline_layout(device, frame_layout, built.storage_layout.get(), built.stages);
+    const ShaderConstants constants(spec, {}, true, false, false);
+    built.draw[static_cast<int>(Variant::resolve)] =
+        make_draw_pipeline(device, spec, built.layout.get(), constants.get(), Variant::resolve, false);
     return built;
 }
 

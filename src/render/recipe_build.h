@@ -27,9 +27,23 @@ struct SplitBuffer {
 };
 
 // Where a draw pipeline is used decides what of it runs.
-// debug: for a debug view; lines: that of wireframes.
-enum class Variant { shadow, depth, depth_debug, depth_lines, colour, colour_debug, colour_lines };
-inline constexpr int variant_count = 7;
+// debug: for a debug view; lines: that of wireframes; radiance: beside an effect; composite: of an effect; resolve: of
+// the renderer itself.
+enum class Variant {
+    shadow,
+    depth,
+    depth_debug,
+    depth_lines,
+    colour,
+    colour_debug,
+    colour_lines,
+    radiance,
+    radiance_debug,
+    radiance_lines,
+    composite,
+    resolve,
+};
+inline constexpr int variant_count = 12;
 
 struct BuiltPipeline {
     OwnedPipelineLayout layout;
@@ -40,8 +54,12 @@ struct BuiltPipeline {
     VkShaderStageFlags stages = 0;  // that see the push constants
 };
 
-// What a pipeline runs in a stage that draws, under a ShadingOptions. wire: lines, on a device that draws them.
-Variant variant_of(const PipelineSpec& spec, Stage stage, bool debug, bool wire);
+// How a frame is drawn, as far as pipelines depend on it. wire: lines, on a device that draws them.
+struct DrawnAs {
+    bool debug = false, wire = false, beside_effect = false;
+};
+// What a pipeline runs in a stage that draws.
+Variant variant_of(const PipelineSpec& spec, Stage stage, const DrawnAs& as);
 
 // What shaders see buffers by, which goes with the buffers it was made of.
 struct StorageSets {
@@ -71,9 +89,12 @@ Replaced resize_buffer(BlockAllocator& allocator, const Recipe& recipe, uint32_t
                        BuiltRecipe& built);
 
 // frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split, or fewer
-// where the device says so.
+// where the device says so. beside_effect: frames may be drawn with an effect, too.
 // Throws VulkanFailure; a shader that is not in the library is named.
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
-                         uint64_t segment_limit);
+                         uint64_t segment_limit, bool beside_effect);
+
+// The renderer's own pipeline, Variant::resolve: from Targets::radiance to Targets::colour.
+BuiltPipeline build_resolve(const Device& device, VkDescriptorSetLayout frame_layout);
 
 }  // namespace lodestone

@@ -8,6 +8,7 @@
 #include "render/frame_recorder.h"
 #include "render/frame_set.h"
 #include "render/renderer_access.h"
+#include "shaders/shared/light_grid.h"
 
 namespace lodestone {
 
@@ -20,7 +21,12 @@ public:
           device_(options.device, options.validation, options.presents),
           allocator_(device_),
           pool_(device_),
-          sets_(device_, options.frames_in_flight) {
+          sets_(device_, options.frames_in_flight),
+          resolve_(build_resolve(device_, sets_.layout())) {
+        no_light_grid_.buffer =
+            Buffer(allocator_, sizeof(uint32_t) * LODE_LIGHT_GRID_HEAD, VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+                   MemoryKind::device_local, "no light grid");
+        no_light_grid_.view = make_texel_view(device_, no_light_grid_.buffer.get(), 1);
         slots_.resize(options.frames_in_flight);
         for (FrameSlot& slot : slots_) make_slot(slot);
         remake_targets(options.width, options.height);
@@ -29,16 +35,17 @@ public:
 
     const DeviceInfo& device() const override { return device_.info(); }
 
-    Result<void> load(const Recipe& recipe, const MaterialSet& materials, uint32_t place) override {
+    Result<void> load(const Recipe& recipe, const MaterialSet& materials, uint32_t place,
+                      const Recipe* effect) override {
         return guarded([&] {
             LODE_CHECK(place < most_places, place);
             finish_all();
             try {
-                bring(recipe, materials, place);
+                bring(recipe, materials, place, effect);
             } catch (const VulkanFailure& failure) {
                 if (!failure.out_of_memory() || loaded(place) == 0) throw;
                 loaded_[place] = {};
-                bring(recipe, materials, place);
+                bring(recipe, materials, place, effect);
             }
         });
     }
@@ -52,8 +59,8 @@ public:
         });
     }
 
-    Result<void> submit(const Plan& plan, const FrameInput& input, const ShadingOptions& look,
-                        uint32_t place) override {
+    Result<void> submit(const Plan& plan, const FrameInput& input, const ShadingOptions& look, uint32_t place,
+                        const Plan* effect) override {
         return guarded([&] {
             const auto entered = std::chrono::steady_clock::now();
             LODE_CHECK(place < most_places, place);
@@ -77,14 +84,19 @@ public:
             const size_t marks = look.marks != nullptr ? look.marks->of_triangles.size() : 0;
             ensure_buffer(allocator_, slot.marks, (marks + 4) / 4 * 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
                           "triangle marks");
-            sets_.write(slot, loaded.materials, targets_);
+            const bool with_effect = effect != nullptr && !effect->commands.empty();
+            LODE_CHECK(!with_effect || loaded.effect, place);
+            sets_.write(slot, loaded.materials, targets_,
+                        with_effect && loaded.light_grid ? loaded.light_grid->get() : no_light_grid_.view.get());
             try {
-                record(plan, input, look, loaded, slot);
+                record({plan, with_effect ? effect : nullptr}, input, look, loaded, slot);
             } catch (...) {
                 // What was recorded has not run, or not all of it.
                 slot.readbacks.clear();
+                slot.effect_readbacks.clear();
                 slot.instances_version = 0;
-                loaded.hazards.distrust();
+                loaded.backend.hazards.distrust();
+                if (loaded.effect) loaded.effect->hazards.distrust();
                 throw;
             }
             slot.busy = true;
@@ -126,6 +138,9 @@ public:
     std::vector<ReadbackResult> take_readbacks(uint32_t place) override {
         return std::exchange(loaded_[place].readbacks, {});
     }
+    std::vector<ReadbackResult> take_effect_readbacks(uint32_t place) override {
+        return std::exchange(loaded_[place].effect_readbacks, {});
+    }
 
     Result<Picture> read_picture() override {
         return guarded([&] { return copy_picture(); });
@@ -139,7 +154,10 @@ public:
             return bytes;
         };
         uint64_t bytes = 0;
-        for (const SplitBuffer& buffer : loaded_[place].built.buffers) bytes += held(buffer);
+        for (const SplitBuffer& buffer : loaded_[place].backend.built.buffers) bytes += held(buffer);
+        if (loaded_[place].effect) {
+            for (const SplitBuffer& buffer : loaded_[place].effect->built.buffers) bytes += held(buffer);
+        }
         for (const FrameSlot& slot : slots_) {
             if (slot.place != place) continue;
             for (const Replaced& replaced : slot.replaced) bytes += held(replaced.buffer);
@@ -153,14 +171,24 @@ private:
     // A place and what is in it.
     struct Loaded {
         uint64_t number = 0;  // of the load; 0: nothing is there
-        Recipe recipe;
-        BuiltRecipe built;
-        BufferHazards hazards;
+        struct Part {
+            Recipe recipe;
+            BuiltRecipe built;
+            BufferHazards hazards;
+        };
+        Part backend;
+        std::optional<Part> effect;
+        std::optional<OwnedBufferView> light_grid;  // of the effect, where it has one
         MaterialImages materials;
         std::optional<uint64_t> newest;  // the last frame submitted
         // Of frames completed, not yet taken.
         std::vector<FrameCounters> counters;
-        std::vector<ReadbackResult> readbacks;
+        std::vector<ReadbackResult> readbacks, effect_readbacks;
+    };
+    // The plans of a frame.
+    struct Plans {
+        const Plan& backend;
+        const Plan* effect;
     };
 
     void make_slot(FrameSlot& slot) {
@@ -192,31 +220,55 @@ private:
                                  VK_QUERY_PIPELINE_STATISTIC_VERTEX_SHADER_INVOCATIONS_BIT |
                                  VK_QUERY_PIPELINE_STATISTIC_TESSELLATION_EVALUATION_SHADER_INVOCATIONS_BIT);
         }
-        if (device_.has_timestamps()) slot.timestamps = make_queries(VK_QUERY_TYPE_TIMESTAMP, stage_count + 1, 0);
+        if (device_.has_timestamps()) {
+            slot.timestamps = make_queries(VK_QUERY_TYPE_TIMESTAMP, stage_count + 1, 0);
+            slot.effect_timestamps = make_queries(VK_QUERY_TYPE_TIMESTAMP, most_effect_timestamps, 0);
+        }
+    }
+
+    Loaded::Part part_of(const Recipe& recipe, bool beside_effect) {
+        const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit : ~uint64_t{0};
+        Loaded::Part part;
+        part.recipe = recipe;
+        part.built = build_recipe(allocator_, recipe, sets_.layout(), limit, beside_effect);
+        part.hazards.reset(recipe.buffers.size());
+        return part;
     }
 
     // All is made before anything that was there goes.
-    void bring(const Recipe& recipe, const MaterialSet& materials, uint32_t place) {
-        const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit : ~uint64_t{0};
+    void bring(const Recipe& recipe, const MaterialSet& materials, uint32_t place, const Recipe* effect) {
         Loaded made;
-        made.recipe = recipe;
-        made.built = build_recipe(allocator_, recipe, sets_.layout(), limit);
-        made.hazards.reset(recipe.buffers.size());
+        made.backend = part_of(recipe, effect != nullptr);
+        if (effect != nullptr) made.effect = part_of(*effect, false);
+        if (effect != nullptr && effect->light_grid != no_light_grid) {
+            const SplitBuffer& grid = made.effect->built.buffers[effect->light_grid];
+            LODE_CHECK(grid.most_segments == 1, effect->buffers[effect->light_grid].name);
+            made.light_grid = make_texel_view(device_, grid.whole(), 1);
+        }
         made.materials = make_material_images(allocator_, pool_, materials);
         made.number = ++loads_;
-        bool visibility = recipe.has_visibility();
-        for (uint32_t p = 0; p < most_places; ++p)
-            visibility = visibility || (p != place && loaded_[p].recipe.has_visibility());
-        remake_visibility(visibility, targets_);
+        const auto other = [&](auto&& asks) {
+            for (uint32_t p = 0; p < most_places; ++p) {
+                if (p != place && asks(loaded_[p])) return true;
+            }
+            return false;
+        };
+        remake_extra({recipe.has_visibility() || other(wants_visibility), made.effect || other(wants_radiance)},
+                     targets_);
         loaded_[place] = std::move(made);  // frames may be counted from 0 again
     }
 
-    void record(const Plan& plan, const FrameInput& input, const ShadingOptions& look, Loaded& loaded,
+    void record(const Plans& plans, const FrameInput& input, const ShadingOptions& look, Loaded& loaded,
                 FrameSlot& slot) {
         CommandPool::begin(slot.commands);
-        FrameRecorder({device_, pool_, allocator_, loaded.recipe, loaded.built, loaded.hazards, targets_,
-                       options_.shadow_size, slot, instances_, slot.replaced},
-                      plan, input, look)
+        const auto recorded = [&](const Plan& plan, Loaded::Part& part, auto& readbacks) {
+            return RecordedPlan{plan, part.recipe, part.built, part.hazards, slot.replaced, readbacks};
+        };
+        const RecordedPlan backend = recorded(plans.backend, loaded.backend, slot.readbacks);
+        std::optional<RecordedPlan> effect;
+        if (plans.effect != nullptr) effect.emplace(recorded(*plans.effect, *loaded.effect, slot.effect_readbacks));
+        FrameRecorder({device_, pool_, allocator_, targets_, options_.shadow_size, slot, instances_, resolve_}, backend,
+                      effect ? &*effect : nullptr, input, look)
             .record();
         const VkFence fence = slot.fence.get();
         LODE_VK(vkResetFences(device_.handle(), 1, &fence));
@@ -230,27 +282,29 @@ private:
                                 " pixels; the device draws 1 to " + std::to_string(most) + " a side");
         }
         Targets made = make_targets(allocator_, width, height, options_.shadow_size);
-        pool_.run([&](VkCommandBuffer commands) {
-            const VkClearColorValue one{{1, 1, 1, 1}};
-            const VkImageSubresourceRange range{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-            change_use(commands, made.shadow_transmittance, {}, as_copy_destination);
-            vkCmdClearColorImage(commands, made.shadow_transmittance.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &one,
-                                 1, &range);
-            change_use(commands, made.shadow_transmittance, as_copy_destination, as_sampled);
-        });
-        remake_visibility(std::ranges::any_of(loaded_, [](const Loaded& l) { return l.recipe.has_visibility(); }),
-                          made);
+        remake_extra({std::ranges::any_of(loaded_, wants_visibility), std::ranges::any_of(loaded_, wants_radiance)},
+                     made);
         targets_ = std::move(made);
         colour_use_ = depth_use_ = {};
     }
 
-    // As large as the other targets where some recipe asks for it.
-    void remake_visibility(bool asked, Targets& targets) {
+    static bool wants_visibility(const Loaded& loaded) { return loaded.backend.recipe.has_visibility(); }
+    static bool wants_radiance(const Loaded& loaded) { return loaded.effect.has_value(); }
+
+    // Targets that are as large as the others where something that is loaded asks for them.
+    struct Extra {
+        bool visibility, radiance;
+    };
+    void remake_extra(const Extra& asked, Targets& targets) {
         const ImageSpec& whole = targets.depth.spec();
-        const uint32_t width = asked ? whole.width : 1, height = asked ? whole.height : 1;
-        const ImageSpec& now = targets.visibility.spec();
-        if (targets.visibility.get() != VK_NULL_HANDLE && now.width == width && now.height == height) return;
-        targets.visibility = make_visibility(allocator_, width, height);
+        const auto remake = [&](bool wanted, TargetImage& image, auto&& make) {
+            const uint32_t width = wanted ? whole.width : 1, height = wanted ? whole.height : 1;
+            const ImageSpec& now = image.spec();
+            if (image.get() != VK_NULL_HANDLE && now.width == width && now.height == height) return;
+            image = make(allocator_, width, height);
+        };
+        remake(asked.visibility, targets.visibility, make_visibility);
+        remake(asked.radiance, targets.radiance, make_radiance);
     }
 
     void finish(FrameSlot& slot) {
@@ -261,7 +315,10 @@ private:
         loaded.counters.push_back(read_counters(device_, slot));
         for (const FrameSlot::PendingReadback& r : slot.readbacks)
             loaded.readbacks.push_back({r.tag, slot.frame, Blob::copy_of(r.buffer.mapped(), r.buffer.bytes())});
+        for (const FrameSlot::PendingReadback& r : slot.effect_readbacks)
+            loaded.effect_readbacks.push_back({r.tag, slot.frame, Blob::copy_of(r.buffer.mapped(), r.buffer.bytes())});
         slot.readbacks.clear();
+        slot.effect_readbacks.clear();
         slot.replaced.clear();
     }
 
@@ -312,6 +369,8 @@ private:
     BlockAllocator allocator_;
     CommandPool pool_;
     FrameSets sets_;
+    BuiltPipeline resolve_;
+    TexelBuffer no_light_grid_;  // in the place of one
     Targets targets_;
     std::array<Loaded, most_places> loaded_;
     uint64_t loads_ = 0;

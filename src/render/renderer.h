@@ -26,7 +26,8 @@ struct RendererOptions {
     uint32_t frames_in_flight = 2;        // 1 .. 4
     bool validation = false;  // core and synchronisation validation; messages are collected in validation_messages()
     bool presents = false;    // to a window (window.h); needs a display
-    uint32_t segment_bytes_limit = 0;  // tests: split storage buffers above this size, 0 takes the device's limit
+    // Tests: split storage buffers that all pipelines take in pieces above this size, 0 takes the device's limit.
+    uint32_t segment_bytes_limit = 0;
 };
 
 // What a device is and can.
@@ -53,7 +54,12 @@ enum class DebugView : uint32_t {
     missing,   // `vgi`: where pages that are wanted are not there
     error,     // the error in pixels
     stretch,   // `vgi`: how unevenly a chart is sampled
-    misses     // vertex-cache misses of each triangle (TriangleMarks)
+    misses,    // vertex-cache misses of each triangle (TriangleMarks)
+    // Of volumes; surfaces are lit as ever.
+    volume_bricks,     // a colour for each metavoxel
+    volume_occupancy,  // how many of a ray's steps found something
+    volume_light,      // what comes towards the eye, without how dense it is
+    volume_steps,      // samples along a ray, up to 256
 };
 
 // A number for every triangle of some of a plan's draws, for DebugView::misses: 0 blue .. 3 red.
@@ -93,7 +99,9 @@ struct FrameCounters {
     std::array<Pass, stage_count> pass;  // by Stage
     // Of one pass over the camera's triangles: the one that every backend makes of them.
     uint64_t camera_vertices() const { return pass[static_cast<size_t>(Stage::depth)].vertices(); }
-    double gpu_ms = 0;    // first timestamp to last
+    double gpu_ms = 0;  // first timestamp to last
+    // Of an effect, by the names of its pipelines; empty where the device has no timestamps.
+    std::vector<std::pair<std::string, double>> effect_ms;
     double total_ms = 0;  // wall clock, from submit() entered to fence seen signalled
 };
 
@@ -114,7 +122,9 @@ public:
     // new generation empties the buffers. Frames are counted anew. place: several recipes can be loaded, each in a
     // place of its own, 0 .. most_places - 1; what was there goes, once the new one is built. Where both at once are
     // too much for the device it goes before. After an error the place holds what it held, or nothing: see loaded().
-    virtual Result<void> load(const Recipe& recipe, const MaterialSet& materials, uint32_t place = 0) = 0;
+    // effect: is drawn beside it, in frames that say so; may be null.
+    virtual Result<void> load(const Recipe& recipe, const MaterialSet& materials, uint32_t place = 0,
+                              const Recipe* effect = nullptr) = 0;
 
     // Another number for everything that was ever loaded into the place; 0 where nothing is.
     virtual uint64_t loaded(uint32_t place) const = 0;
@@ -127,8 +137,11 @@ public:
     // view is drawn and used for lighting. Other cameras have no target yet: draws of them are an error. Where an
     // instance is mirrored, back faces are not culled in that frame. After an error the frame was not drawn, and what
     // it uploads may be lost: whoever made the plan is to be loaded anew. Every function tells of a lost device so.
+    // effect: a plan of the effect that was loaded with the recipe, for the same input. Null, or one without commands,
+    // draws the frame as if none was loaded. Otherwise colours are half floats until the effect has been laid over
+    // them.
     virtual Result<void> submit(const Plan& plan, const FrameInput& input, const ShadingOptions& look,
-                                uint32_t place = 0) = 0;
+                                uint32_t place = 0, const Plan* effect = nullptr) = 0;
 
     // Every frame of the place before this number has left the GPU.
     virtual Result<uint64_t> completed_frame(uint32_t place = 0) = 0;
@@ -138,13 +151,15 @@ public:
     virtual std::vector<FrameCounters> take_counters(uint32_t place = 0) = 0;
     // Readbacks of the same frames.
     virtual std::vector<ReadbackResult> take_readbacks(uint32_t place = 0) = 0;
+    // And those of the effect.
+    virtual std::vector<ReadbackResult> take_effect_readbacks(uint32_t place = 0) = 0;
     // The last submitted frame's picture of views[0]; waits for it.
     virtual Result<Picture> read_picture() = 0;
 
     virtual uint64_t allocated_bytes() const = 0;  // device memory held, all kinds
     // Whether the device is lost: nothing draws on it any more, and a new renderer is to be made. Waits for the device.
     virtual bool lost() const = 0;
-    // Of that, what buffers of the place's recipe take, with those replaced that frames under way read.
+    // Of that, what buffers of the place's recipes take, with those replaced that frames under way read.
     virtual uint64_t buffer_bytes(uint32_t place = 0) const = 0;
     // Everything the validation layers said so far; empty when they are silent or off.
     virtual std::vector<std::string> validation_messages() const = 0;

@@ -16,14 +16,12 @@ Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height,
          VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_SAMPLED_BIT},
         "depth");
     targets.visibility = make_visibility(allocator, 1, 1);
+    targets.radiance = make_radiance(allocator, 1, 1);
     const uint32_t side = std::max(shadow_size, 1u);
     targets.shadow_depth = TargetImage(
         allocator,
         {depth_format, side, side, 1, 1, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT},
         "shadow_depth");
-    targets.shadow_transmittance = TargetImage(
-        allocator, {VK_FORMAT_R8_UNORM, 1, 1, 1, 1, VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT},
-        "shadow_transmittance");
     return targets;
 }
 
@@ -31,6 +29,12 @@ TargetImage make_visibility(BlockAllocator& allocator, uint32_t width, uint32_t 
     return {allocator,
             {visibility_format, width, height, 1, 1, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT},
             "visibility"};
+}
+
+TargetImage make_radiance(BlockAllocator& allocator, uint32_t width, uint32_t height) {
+    return {allocator,
+            {radiance_format, width, height, 1, 1, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT},
+            "radiance"};
 }
 
 void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageUse& from, const ImageUse& to) {

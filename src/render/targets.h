@@ -7,17 +7,19 @@ namespace lodestone {
 
 inline constexpr VkFormat depth_format = VK_FORMAT_D32_SFLOAT;
 inline constexpr VkFormat colour_format = VK_FORMAT_R8G8B8A8_SRGB;
+inline constexpr VkFormat radiance_format = VK_FORMAT_R16G16B16A16_SFLOAT;
 inline constexpr VkFormat visibility_format = VK_FORMAT_R32G32B32A32_UINT;
 
 struct Targets {
-    TargetImage colour, depth;         // of the camera views
-    TargetImage visibility;            // of them; 1x1 where no recipe asks for it
-    TargetImage shadow_depth;          // 1x1 where there is no shadow map
-    TargetImage shadow_transmittance;  // 1x1, always 1, until something writes it
+    TargetImage colour, depth;  // of the camera views
+    TargetImage visibility;     // of them; 1x1 where no recipe asks for it
+    TargetImage radiance;       // linear colours of them until an effect is laid over; 1x1 where there is no effect
+    TargetImage shadow_depth;   // 1x1 where there is no shadow map
 };
 
 Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height, uint32_t shadow_size);
 TargetImage make_visibility(BlockAllocator& allocator, uint32_t width, uint32_t height);
+TargetImage make_radiance(BlockAllocator& allocator, uint32_t width, uint32_t height);
 
 // A whole image from one use to another. `from` layout UNDEFINED drops what it held.
 struct ImageUse {
@@ -36,13 +38,15 @@ inline constexpr ImageUse as_depth_target = {
 inline constexpr ImageUse as_depth_read = {
     VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL,
     VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT |
-        VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+        VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT};
 inline constexpr ImageUse as_colour_target = {
     VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
     VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
-inline constexpr ImageUse as_sampled = {VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
-                                        VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT};
+inline constexpr ImageUse as_sampled = {
+    VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+    VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+    VK_ACCESS_2_SHADER_SAMPLED_READ_BIT};
 inline constexpr ImageUse as_copy_source = {VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_PIPELINE_STAGE_2_COPY_BIT,
                                             VK_ACCESS_2_TRANSFER_READ_BIT};
 inline constexpr ImageUse as_copy_destination = {VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,

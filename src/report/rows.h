@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -51,6 +52,13 @@ struct Row : Technique {
     uint64_t background_leaks = 0;   // the sum
     double bake_seconds = 0;         // of all that the scene needed baked; 0 where it was there
     uint64_t asset_bytes = 0;        // of all asset files
+    // What smoke and fire took, where the scene has any; see docs/volumes.md.
+    struct Volume {
+        double bin_ms = 0, fill_ms = 0, light_ms = 0, march_ms = 0, composite_ms = 0;  // means
+        double bricks = 0;   // metavoxels that are not empty; mean
+        uint64_t bytes = 0;  // of all buffers, the largest
+    };
+    std::optional<Volume> volume;
     std::vector<double> flight_ms;   // frame by frame, every round
     std::vector<double> flight_triangles;  // likewise
 };

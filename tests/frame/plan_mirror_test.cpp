@@ -229,6 +229,30 @@ TEST(PlanMirror, NamesAPipelineInAStageThatItIsNotMadeFor) {
     EXPECT_THAT(other.fault(), HasSubstr("covers the view"));
 }
 
+// An effect: laid over the view in the composite stage, and nowhere else.
+TEST(PlanMirror, NamesWhatBlendsOutsideTheCompositeStage) {
+    OneTriangle over;
+    PipelineSpec& pipeline = over.recipe.pipelines[0];
+    pipeline.layout = {};
+    pipeline.whole_view = true;
+    pipeline.blend = Blend::over;
+    Draw draw;
+    draw.count = 3;
+    const auto fault_in = [&](Stage stage) {
+        over.plan.commands = {{stage, draw}};
+        return over.fault();
+    };
+    EXPECT_EQ(fault_in(Stage::composite), "");
+    EXPECT_THAT(fault_in(Stage::colour), HasSubstr("what blends belongs into the composite stage"));
+    EXPECT_THAT(fault_in(Stage::effect), HasSubstr("a draw stands in the effect stage"));
+    over.recipe.pipelines[0].blend = Blend::none;
+    EXPECT_EQ(fault_in(Stage::colour), "");
+    EXPECT_THAT(fault_in(Stage::composite), HasSubstr("there only what blends is drawn"));
+    over.recipe.pipelines[0].blend = Blend::over;
+    over.recipe.pipelines[0].whole_view = false;
+    EXPECT_THAT(fault_in(Stage::composite), HasSubstr("does not cover the view"));
+}
+
 TEST(PlanMirror, NamesAPlanOfAnotherGeneration) {
     OneTriangle one;
     one.plan.generation = 1;

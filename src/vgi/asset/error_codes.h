@@ -22,6 +22,11 @@ private:
     std::array<float, 256> errors_, radii_;
 };
 
+// Of samples: the largest code of their errors, and of their radii.
+struct SampleCodes {
+    uint8_t error = 0, radius = 0;
+};
+
 // Errors of the finest samples, of which there are most, take every fourth code, those of the next level every second:
 // they are bounds, and half an octave there costs little where a code's bits cost much.
 // level: of a chart's own, 0 the finest.

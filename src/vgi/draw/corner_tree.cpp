@@ -25,19 +25,14 @@ uint32_t apart_from(const std::vector<Corner>& corners, uint32_t a, uint32_t b) 
     return last + 1;
 }
 
-PageBounds bounds_of(const Atlas& about) {
-    glm::vec3 low(65535), high(0);
-    for (const Corner& c : about.corners) {
-        low = glm::min(low, glm::vec3(c.position[0], c.position[1], c.position[2]));
-        high = glm::max(high, glm::vec3(c.position[0], c.position[1], c.position[2]));
-    }
+}  // namespace
+
+PageBounds CornerBox::sphere(const Atlas& about) const {
     PageBounds bounds;
-    bounds.centre = glm::vec3(about.origin + about.step * 0.5 * glm::dvec3(low + high));
-    bounds.radius = static_cast<float>(about.step * 0.5001) * glm::length(high - low);
+    bounds.centre = glm::vec3(about.origin + about.step * 0.5 * glm::dvec3(low_ + high_));
+    bounds.radius = static_cast<float>(about.step * 0.5001) * glm::length(high_ - low_);
     return bounds;
 }
-
-}  // namespace
 
 std::vector<CornerRecord> corner_table(const Atlas& about, std::span<const std::array<uint32_t, 4>> coarsest) {
     LODE_CHECK(coarsest.size() == about.charts(), coarsest.size());
@@ -64,7 +59,9 @@ std::vector<CornerRecord> corner_table(const Atlas& about, std::span<const std::
 
 CornerTree::CornerTree(const Atlas& about) {
     if (about.corners.empty() || about.charts() > LODE_VGI_CORNER_CHARTS) return;
-    bounds_ = bounds_of(about);
+    CornerBox box;
+    for (const Corner& corner : about.corners) box.add(corner);
+    bounds_ = box.sphere(about);
     while (roots_ < about.corners.size() && about.corners[roots_].parent == roots_) ++roots_;
     most_from_.resize(about.corners.size() - roots_);
     SampleCodes most;

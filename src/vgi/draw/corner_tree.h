@@ -5,16 +5,29 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
 #include <span>
 #include <vector>
 
 #include "vgi/asset/atlas.h"
+#include "vgi/asset/error_codes.h"
 
 namespace lodestone::vgi {
 
-// Of samples: the largest code of their errors, and of their radii (sample_errors.h).
-struct SampleCodes {
-    uint8_t error = 0, radius = 0;
+// The box around places of corners.
+class CornerBox {
+public:
+    void add(const Corner& corner) {
+        const glm::vec3 at(corner.position[0], corner.position[1], corner.position[2]);
+        low_ = glm::min(low_, at);
+        high_ = glm::max(high_, at);
+    }
+    // A sphere that holds it, without a cone; of one place at least.
+    PageBounds sphere(const Atlas& about) const;
+
+private:
+    glm::vec3 low_{65535}, high_{0};  // lattice units
 };
 
 // The atlas' part of the table of corners (LODE_VGI_CORNERS): its corners, then its charts.

@@ -272,25 +272,31 @@ TEST_P(Cuts, FitTogetherForAnyCameraAndAnyPages) {
     EXPECT_GT(triangles, 100000u);
 }
 
+// The whole atlas in view from so many of its sizes away.
+Cut cut_from_afar(const Atlas& atlas, const Residency& residency, float away, float* focal_px = nullptr) {
+    const auto [centre, size] = extent_of(atlas);
+    Camera camera;
+    camera.eye = centre + glm::vec3(0.6f, 0.48f, 0.64f) * size * away;
+    camera.target = centre;
+    camera.far_plane = size * 1e5f;
+    const std::array views{view_of(camera, 1280, 720)};
+    if (focal_px != nullptr) *focal_px = views[0].focal_px;
+    CutRequest request;
+    request.views = views;
+    request.cull_back_faces = false;
+    PageDemand demand(residency.pages());
+    return from_scratch(residency, request, demand);
+}
+
 // From afar there is less and less of an atlas, and in the end nothing.
 TEST(Cuts, DrawFewerTrianglesThanChartsHaveFromAfar) {
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
         const Atlas atlas = small_atlas(f.mesh, 64, 24);
         const Residency residency = partly_resident(atlas, 1, 1);
-        const auto [centre, size] = extent_of(atlas);
         uint64_t before = ~uint64_t{0};
         for (float away = 4; away < 1e4f; away *= 1.5f) {
-            Camera camera;
-            camera.eye = centre + glm::vec3(0.6f, 0.48f, 0.64f) * size * away;
-            camera.target = centre;
-            camera.far_plane = size * 1e5f;
-            const std::array views{view_of(camera, 1280, 720)};
-            CutRequest request;
-            request.views = views;
-            request.cull_back_faces = false;
-            PageDemand demand(residency.pages());
-            const uint64_t triangles = from_scratch(residency, request, demand).triangles;
+            const uint64_t triangles = cut_from_afar(atlas, residency, away).triangles;
             EXPECT_LE(triangles, before + before / 50) << away;
             before = triangles;
         }
@@ -328,20 +334,11 @@ TEST(Cuts, ShowWhatIsFarAwayWithinThePixelError) {
         const Atlas atlas = small_atlas(f.mesh, 32, 24);
         const Residency residency = partly_resident(atlas, 1, 1);
         Glue glue(atlas);
-        const auto [centre, size] = extent_of(atlas);
         for (const float away : {10.0f, 40.0f, 160.0f}) {
-            Camera camera;
-            camera.eye = centre + glm::vec3(0.6f, 0.48f, 0.64f) * size * away;
-            camera.target = centre;
-            camera.far_plane = size * 1e3f;
-            const std::array views{view_of(camera, 1280, 720)};
-            CutRequest request;
-            request.views = views;
-            request.cull_back_faces = false;
-            PageDemand demand(residency.pages());
-            const Cut cut = from_scratch(residency, request, demand);
+            float focal_px = 0;
+            const Cut cut = cut_from_afar(atlas, residency, away, &focal_px);
             if (cut.triangles == 0) continue;
-            const double pixel = static_cast<double>(size * (away + 1) / views[0].focal_px);
+            const double pixel = static_cast<double>(extent_of(atlas).size * (away + 1) / focal_px);
             EXPECT_LT(farthest_sample(atlas, residency, glue, cut), 1.05 * pixel) << away << ", " << cut.triangles;
         }
     }

@@ -62,18 +62,12 @@ std::vector<uint32_t> CornerFront::whole_of(std::span<const uint32_t> charts) co
 
 // Around where the corners are drawn, wherever they are on their way from their parents.
 PageBounds CornerFront::around(const std::array<uint32_t, 3>& corners) const {
-    glm::vec3 low(65535), high(0);
+    CornerBox box;
     for (const uint32_t corner : corners) {
-        for (const uint32_t end : {corner, about_.corners[corner].parent}) {
-            const auto& p = about_.corners[end].position;
-            low = glm::min(low, glm::vec3(p[0], p[1], p[2]));
-            high = glm::max(high, glm::vec3(p[0], p[1], p[2]));
-        }
+        box.add(about_.corners[corner]);
+        box.add(about_.corners[about_.corners[corner].parent]);
     }
-    PageBounds bounds;
-    bounds.centre = glm::vec3(about_.origin + about_.step * 0.5 * glm::dvec3(low + high));
-    bounds.radius = static_cast<float>(about_.step * 0.5001) * glm::length(high - low);
-    return bounds;
+    return box.sphere(about_);
 }
 
 void CornerFront::add_triangles(const Visibility& visibility, CutParts& parts) const {

@@ -1,0 +1,29 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Marches a ray for every pixel of the target. Where the target is smaller than the picture, each of its pixels is one of
+// the picture's, and upsample.comp puts them back.
+#include "shared/volume_debug.glsl"
+#include "shared/volume_march.glsl"
+#include "shared/volume_target.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(set = 1, binding = LODE_VOLUME_TAPS, std430) writeonly buffer TapBlock { uvec4 taps[]; };
+layout(set = 1, binding = LODE_VOLUME_RESULT, std430) writeonly buffer ResultBlock { uvec2 result[]; };
+
+void main() {
+    ivec2 tap = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(tap, ivec2(volume.picture.zw)))) return;
+    ivec2 pixel = pixel_of_tap(tap);
+    ViewRay ray = ray_of(pixel);
+    Marched m = march(ray);
+    if (frame.debug_view >= LODE_DEBUG_VOLUME_BRICKS) m = shown_as(m, ray);
+    if (volume.divisor == 1u) {
+        result[uint(pixel.y) * volume.picture.x + uint(pixel.x)] = packed_result(m);
+    } else {
+        // Where the scene cut it off, behind which more may be; else none.
+        float limit = m.cut ? ray.scene : 3.4e38;
+        taps[uint(tap.y) * volume.picture.z + uint(tap.x)] =
+            uvec4(packed_result(m), floatBitsToUint(m.last), floatBitsToUint(limit));
+    }
+}

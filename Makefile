@@ -3,6 +3,9 @@
 #   make test    builds and tests; ends with ctest's summary
 #   make test-long  as test, with the tests that take long
 #   make test-slurm  installs Slurm and bakes a library over a cluster of virtual nodes, some of which are killed
+#   make packages       the Debian packages: build/packages/*.deb
+#   make test-packages  installs them on a clean Debian 12, made by debootstrap as root, and tries each there
+#   make test-viewers  draws tiles in CesiumJS and 3DTilesRendererJS, by a headless Chromium; needs chromium, node and npm
 #   make check   clang with address and undefined-behaviour sanitizers, the tests labelled fast in it, each driver of fuzz/ for some
 #                seconds, and clang-tidy
 #   make bench   runs the benchmarks and writes docs/figures.md
@@ -13,7 +16,7 @@
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all program demo test test-long test-slurm check bench fuzz soak reference view deps build clean
+.PHONY: all program demo test test-long test-slurm test-viewers packages test-packages check bench fuzz soak reference view deps build clean
 all: build
 
 deps:
@@ -31,7 +34,7 @@ demo: program
 	scripts/demo.sh
 
 test: build
-	ctest --preset release -j $(JOBS) -LE "long|slurm"
+	ctest --preset release -j $(JOBS) -LE "long|slurm|slow"
 
 test-long: build
 	ctest --preset release -j $(JOBS)
@@ -39,6 +42,15 @@ test-long: build
 test-slurm: program
 	@scripts/install-deps.sh --slurm
 	tests/slurm/library_test.sh $(CURDIR)/$(LODESTONE) $(CURDIR)
+
+packages: build
+	cpack --config build/release/CPackConfig.cmake -B build/packages
+
+test-packages: packages
+	tests/packages/try.sh build/packages examples
+
+test-viewers: program
+	ctest --preset release -L slow
 
 check:
 	@scripts/install-deps.sh --checks

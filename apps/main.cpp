@@ -41,6 +41,8 @@ void add_subcommands(CLI::App& app, Run& run) {
     add_verify(app, run);
     add_acmr(app, run);
     add_extract(app, run);
+    add_tile(app, run);
+    add_unwrap(app, run);
     add_generate(app, run);
     add_render(app, run);
     add_bench(app, run);

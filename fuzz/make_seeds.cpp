@@ -1,5 +1,6 @@
 // make_seeds FOLDER: what each driver begins with, in a folder of its name. Small files of every kind that the readers
 // know, made here so that none is kept.
+#include <meshoptimizer.h>
 #include <tiffio.h>
 #include <zlib.h>
 
@@ -94,6 +95,17 @@ void make_meshes(Seeds& seeds) {
               "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1},\"material\":0,\"mode\":"
               "5}]}],\"nodes\":[{\"mesh\":0,\"rotation\":[0,0,0,1]},{\"children\":[0],\"scale\":[1,2,3]}],\"scenes\":[{"
               "\"nodes\":[1]}],\"scene\":0}");
+    seeds.put_packed(
+        "ply", "faces.ply",
+        "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 3\nproperty float x\nproperty "
+        "float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nproperty list "
+        "uchar float texcoord\nproperty int texnumber\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 "
+        "1 0\n");
+    const std::vector<float> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    std::string stream(meshopt_encodeVertexBufferBound(3, 12), 0);
+    stream.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(stream.data()), stream.size(),
+                                             corners.data(), 3, 12));
+    seeds.put("meshopt", "attributes", std::string("\0\x0c\3\0", 4) + stream);
     const std::string library = "newmtl red\nKd 1 0 0\nd 0.5\nmap_Kd -s 1 1 1 a.png\n";
     const std::string obj =
         "mtllib a.mtl\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 0 0 1\nvt 0 0\nvn 0 0 1\ng a\nusemtl red\n"
@@ -169,6 +181,8 @@ void make_images(Seeds& seeds, const fs::path& folder) {
     };
     seeds.put("images", "a.png", text(encode_png(image)));
     seeds.put("images", "a.jpg", text(encode_jpeg(image, 80)));
+    seeds.put("images", "a.webp",
+              std::string("RIFF\x1a\0\0\0WEBPVP8L\x0d\0\0\0\x2f\0\0\0\x10\x07\x10\x11\x11\x88\x88\xfe\x07\0", 34));
     seeds.put_packed("heights", "a.png", png_heights());
     seeds.put_packed("heights", "tiled.tif", tiff(folder / "a.tif", true, COMPRESSION_NONE));
     seeds.put("heights", "rows.tif", tiff(folder / "a.tif", false, COMPRESSION_NONE));

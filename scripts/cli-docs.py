@@ -211,6 +211,36 @@ ACMR = {
     "spacing": "how levels are spaced",
 }
 
+UNWRAP = {
+    "baked": "whether textures were brought over",
+    "charts": "pieces of the surface",
+    "coverage": "share of the squares that triangles cover",
+    "cut_share": "triangles that cuts have added, of those there were",
+    "flipped_triangles": "turned over; 0, or there is no file",
+    "gutter": "texels between charts",
+    "l2_stretch_rms": "L2 stretch of all squares together, 1 where texels are spread evenly",
+    "l2_stretch_worst": "that of the chart that is stretched most",
+    "overlapping_pairs": "pairs of triangles that overlap; 0, or there is no file",
+    "peak_rss_bytes": "most memory held at once",
+    "resolution": "texels along a side of a square",
+    "rounds": "rounds of clustering",
+    "seam_edges": "inner edges between two charts",
+    "seam_length": "length of them",
+    "seconds.all": "time of the whole command",
+    "seconds.bake": "time to bring textures over",
+    "seconds.check": "time to look for flips and overlaps",
+    "seconds.cluster": "time to divide the surface",
+    "seconds.lay_out": "time to flatten charts",
+    "seconds.pack": "time to pack charts and to put the mesh together",
+    "seconds.read": "time to read and repair",
+    "seconds.write": "time to write",
+    "source_triangles": "triangles before, once repaired",
+    "source_vertices": "vertices before",
+    "textures": "squares",
+    "triangles": "triangles written",
+    "vertices": "points of the surface written",
+}
+
 
 def run(program, *arguments, folder=None):
     ended = subprocess.run([program, *arguments], cwd=folder, capture_output=True, text=True)
@@ -249,6 +279,7 @@ def json_tables(program):
         run(program, "generate", "torus", "--triangles", "400", "-o", "torus.ply", folder=folder)
         bake = run(program, "bake", "torus.ply", "-o", "torus.lode", "--backends", "lod,vgi,discrete", "--clusters", "6",
                    "--resolution", "9", "--error-samples", "1000", "--json", folder=folder)
+        unwrap = run(program, "unwrap", "torus.ply", "-o", "torus.glb", "--json", folder=folder)
         of_asset = {name: run(program, name, "torus.lode", "--json", *more, folder=folder)
                     for name, more in (("info", []), ("verify", []), ("acmr", ["--levels", "2", "--compare"]),
                                         ("extract", ["--triangles", "100", "-o", "out.ply"]))}
@@ -259,6 +290,7 @@ def json_tables(program):
            field_table("info", of_asset["info"], INFO, BAKE))
     yield "`verify --json`:", field_table("verify", of_asset["verify"], VERIFY)
     yield "`extract --json`:", field_table("extract", of_asset["extract"], EXTRACT)
+    yield "`unwrap --json`, `unwrap --report`:", field_table("unwrap", unwrap, UNWRAP)
     yield "`acmr --json`:", field_table("acmr", of_asset["acmr"], ACMR)
 
 

@@ -9,8 +9,8 @@ The rule, for whoever writes a header:
 - The comment on top of a file documents the file.
 - Every other comment is for those who read the source: above an empty line, in a function, in a list of parameters.
 
-Nothing needs to be said of defaulted and deleted members, destructors, comparison operators, plain default constructors and
-forward declarations.
+Nothing needs to be said of defaulted and deleted members, destructors, comparison operators, plain default constructors,
+forward declarations, and in C of a typedef that gives a struct its own name.
 
 Lines keep their numbers, so doxygen's warnings point at the source.
 """
@@ -24,6 +24,7 @@ PLAIN_MEMBERS = [
     (r"operator\s*(==|!=|<=>|<|>|<=|>=)\s*\(", "Compares."),
     (r"^(virtual )?~", "Destructor."),
     (r"^\w+\(\)( noexcept)?( = default| :.*)?$", "Default constructor."),
+    (r"^typedef (struct|union|enum) (\w+) \2$", "Without the word before it."),
     (r"=\s*default$", "Defaulted."),
 ]
 NO_NAME = re.compile(r"(static_assert|friend|using namespace)\b")
@@ -117,7 +118,10 @@ class Scanner:
     def open_brace(self):
         head = re.sub(r"^template\s*<.*?>\s*", "", self.head).strip()
         kind = re.match(r"(inline\s+)?(namespace|class|struct|union|enum)\b", head)
-        if kind and "=" not in head:
+        if re.match(r"extern x+$", head):  # extern "C", its literal blanked: names stand in it as around it
+            self.statement, self.head = None, ""
+            self.stack.append("names")
+        elif kind and "=" not in head:
             self.end()
             self.stack.append("enum" if kind[2] == "enum" else "names")
         elif "(" in head and not re.search(r"=", re.sub(r"operator\S+", "", re.sub(r"\(.*\)", "", head))):

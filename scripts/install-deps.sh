@@ -10,10 +10,13 @@ packages=(
   libopenmesh-dev libeigen3-dev libglm-dev libmeshoptimizer-dev
   libtinygltf-dev nlohmann-json3-dev libcli11-dev libexpected-dev libxxhash-dev
   libjs-chart.js
+  libdraco-dev libwebp-dev
   libpng-dev libjpeg-dev libtiff-dev zlib1g-dev libzstd-dev
   libvulkan-dev glslang-dev glslang-tools libglfw3-dev libimgui-dev
   # to test and measure
   libgtest-dev libgmock-dev libbenchmark-dev python3
+  # to build the Python module and run its examples
+  python3-dev pybind11-dev python3-numpy python3-matplotlib
   # to fuzz
   clang
   # to draw without a GPU, and to check what is drawn

@@ -179,20 +179,19 @@ void add_simplifier_options(CLI::App& command, BakeWords& o) {
         ->capture_default_str();
 }
 
-void add_height_options(CLI::App& command, BakeWords& o) {
-    command.add_option("--height-scale", o.bake.read.height_scale, "Height maps: object units per height unit")
+}  // namespace
+
+void add_height_options(CLI::App& command, ReadOptions& read) {
+    command.add_option("--height-scale", read.height_scale, "Height maps: object units per height unit")
         ->capture_default_str();
     command
-        .add_option("--pixel-size", o.bake.read.pixel_size,
-                    "Height maps: object units between samples; 0 takes the file's")
+        .add_option("--pixel-size", read.pixel_size, "Height maps: object units between samples; 0 takes the file's")
         ->capture_default_str();
-    command.add_option("--void-height", o.bake.read.void_height,
+    command.add_option("--void-height", read.void_height,
                        "Height maps: samples of this height (before scaling) hold no data");
-    command.add_flag("--fill-voids", o.bake.read.fill_voids,
+    command.add_flag("--fill-voids", read.fill_voids,
                      "Height maps: fill samples that hold no data from around them, instead of leaving holes");
 }
-
-}  // namespace
 
 Result<BakeOptions> bake_options_of(const BakeWords& given) {
     BakeOptions options = given.bake;
@@ -226,7 +225,7 @@ void add_bake_options(CLI::App& command, BakeWords& o) {
     add_cluster_weights(command, o);
     add_sampling_options(command, o);
     add_simplifier_options(command, o);
-    add_height_options(command, o);
+    add_height_options(command, o.bake.read);
 }
 
 }  // namespace lodestone

@@ -19,6 +19,9 @@ struct BakeWords {
 // Adds them to a command; `words` must outlive it. Help lists them in the order in which they are added.
 void add_bake_options(CLI::App& command, BakeWords& words);
 
+// Those of height maps alone.
+void add_height_options(CLI::App& command, ReadOptions& read);
+
 // What the given words and numbers ask of a bake; Fault::usage where they make no sense.
 Result<BakeOptions> bake_options_of(const BakeWords& words);
 

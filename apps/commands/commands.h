@@ -17,6 +17,8 @@ void add_info(CLI::App& app, Run& run);
 void add_verify(CLI::App& app, Run& run);
 void add_acmr(CLI::App& app, Run& run);
 void add_extract(CLI::App& app, Run& run);
+void add_tile(CLI::App& app, Run& run);
+void add_unwrap(CLI::App& app, Run& run);
 void add_generate(CLI::App& app, Run& run);
 void add_render(CLI::App& app, Run& run);
 void add_bench(CLI::App& app, Run& run);

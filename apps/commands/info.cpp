@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/tileset_info.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
 #include "base/progress.h"
@@ -201,6 +202,7 @@ Result<int> verify(const std::string& path, bool json) {
 struct Options {
     std::string asset;
     bool json = false, prefix = false;
+    TilesetVerification tiles;
 };
 
 }  // namespace
@@ -208,13 +210,16 @@ struct Options {
 void add_info(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command =
-        app.add_subcommand("info", "Print what an asset holds: levels, orders, charts, errors, bytes, hashes, options");
-    command->add_option("asset", o->asset, "Asset file, .lode")->required();
+        app.add_subcommand("info",
+                           "Print what an asset holds: levels, orders, charts, errors, bytes, hashes, options; or what "
+                           "a tileset does");
+    command->add_option("asset", o->asset, "Asset file, .lode; or folder of 3D Tiles, or its tileset.json")->required();
     add_prefix_option(*command, o->prefix);
     command->add_flag("--json", o->json, "Print as JSON");
     command->footer(examples("lodestone info bunny.lode\nlodestone info bunny.lode --json"));
     command->callback([o, &run] {
         run = [o]() -> Result<int> {
+            if (is_tileset(o->asset)) return info_of_tileset(o->asset, o->json);
             auto asset = open_asset(o->asset, o->prefix ? Extent::prefix : Extent::whole);
             if (!asset) return tl::unexpected(asset.error());
             return telling(o->asset, [&] {
@@ -233,12 +238,22 @@ void add_info(CLI::App& app, Run& run) {
 void add_verify(CLI::App& app, Run& run) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand(
-        "verify", "Check every invariant of an asset; exit with 1 where one fails, 3 where the file is damaged");
-    command->add_option("asset", o->asset, "Asset file, .lode")->required();
+        "verify",
+        "Check every invariant of an asset, or of a tileset; exit with 1 where one fails, 3 where the file is damaged");
+    command->add_option("asset", o->asset, "Asset file, .lode; or folder of 3D Tiles, or its tileset.json")->required();
+    command->add_option("--cuts", o->tiles.cuts, "3D Tiles: random sets of tiles that are checked to be closed")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str();
+    command->add_flag("--measure", o->tiles.measure,
+                      "3D Tiles: also measure how far every tile is from the leaves below it; takes long");
     command->add_flag("--json", o->json, "Print as JSON");
-    command->footer(examples("lodestone verify bunny.lode"));
-    command->callback(
-        [o, &run] { run = [o] { return telling(o->asset, [&] { return verify(o->asset, o->json); }); }; });
+    command->footer(examples("lodestone verify bunny.lode\nlodestone verify tiles --cuts 1000 --measure"));
+    command->callback([o, &run] {
+        run = [o] {
+            if (is_tileset(o->asset)) return verify_tileset(o->asset, o->tiles, o->json);
+            return telling(o->asset, [&] { return verify(o->asset, o->json); });
+        };
+    });
 }
 
 }  // namespace lodestone

@@ -66,12 +66,16 @@ Result<nlohmann::json> read_about(const ChunkFile& file) {
 Result<Asset> open_asset(const std::filesystem::path& path, Extent extent) {
     auto file = ChunkFile::open(path, extent);
     if (!file) return tl::unexpected(file.error());
-    auto about = read_about(*file);
+    return open_asset(std::move(*file));
+}
+
+Result<Asset> open_asset(ChunkFile file) {
+    auto about = read_about(file);
     if (!about) return tl::unexpected(about.error());
-    Asset asset{std::move(*file), std::move(*about), nullptr, nullptr, nullptr, nullptr, {}};
+    Asset asset{std::move(file), std::move(*about), nullptr, nullptr, nullptr, nullptr, {}};
     if (asset.file.is_prefix() && asset.file.bytes_there("lod/blocks") == 0) {
         return fail(Fault::format,
-                    path.string() + ": end of file: the " + std::to_string(asset.file.file_bytes()) +
+                    asset.file.path().string() + ": end of file: the " + std::to_string(asset.file.file_bytes()) +
                         " bytes that are there have no level of a progressive mesh; give more of the file");
     }
     if (asset.file.contains("lod/mesh")) {

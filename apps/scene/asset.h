@@ -41,5 +41,7 @@ struct Asset {
 // Of a file whose end is missing, opened as a prefix: the levels of the progressive mesh that are there, and what else
 // is there whole. Every error names the file; Fault::format.
 Result<Asset> open_asset(const std::filesystem::path& path, Extent extent = Extent::whole);
+// The same of a file that is open.
+Result<Asset> open_asset(ChunkFile file);
 
 }  // namespace lodestone

@@ -14,6 +14,7 @@
 #include "frame/camera_path.h"
 #include "frame/frame_source.h"
 #include "mesh/generate.h"
+#include "mesh/io/read.h"
 
 namespace lodestone {
 
@@ -50,6 +51,7 @@ struct Scene {
     SceneVolumes volumes;              // smoke and fire; none where it has no emitters
     Budget budget;                     // what frames may cost; of its members those that scenes can set
     bool allow_outside = false;        // as it was read: its meshes are read likewise
+    ReadOptions heights;               // how its height maps are read; other members count nothing
     Extent extent = Extent::whole;     // of named assets
 };
 

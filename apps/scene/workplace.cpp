@@ -22,8 +22,12 @@ namespace fs = std::filesystem;
 namespace {
 
 // Parts of assets are cached apart: whoever needs one does not wait for the others.
-BakeOptions cache_options(const char* part, bool quickly) {
+BakeOptions cache_options(const char* part, bool quickly, const ReadOptions& heights) {
     BakeOptions options;
+    options.read.height_scale = heights.height_scale;
+    options.read.pixel_size = heights.pixel_size;
+    options.read.void_height = heights.void_height;
+    options.read.fill_voids = heights.fill_voids;
     options.backends = {part};
     options.orders = {"keyframe", "greedy", "static", "classic"};
     options.fit_error = 1e-4;  // a tenth of a pixel where the diagonal is a picture's width
@@ -68,6 +72,7 @@ std::vector<glm::u8vec4> resampled(const Image& image, uint32_t size) {
 struct AssetSource {
     std::string name;
     Hash128 hash;
+    ReadOptions heights;  // Scene::heights
     std::function<Result<BakeInput>(const BakeOptions&)> make;
 };
 
@@ -101,7 +106,7 @@ private:
         return cache_folder() / (source_.name + "-" + key.hex().substr(0, 16) + ".lode");
     }
     std::optional<Asset> in_cache(const char* name, bool quickly) const {
-        const fs::path path = path_of(cache_options(name, quickly));
+        const fs::path path = path_of(cache_options(name, quickly, source_.heights));
         std::error_code error;
         if (!fs::exists(path, error)) return std::nullopt;
         auto asset = open_asset(path);
@@ -110,7 +115,7 @@ private:
         return std::nullopt;
     }
     Result<Asset> bake(const char* name, bool quickly) {
-        const BakeOptions options = cache_options(name, quickly);
+        const BakeOptions options = cache_options(name, quickly, source_.heights);
         const fs::path path = path_of(options), folder = cache_folder();
         std::error_code error;
         fs::create_directories(folder, error);
@@ -160,8 +165,9 @@ Result<Asset> named_asset(const fs::path& path, Extent extent, const Progress& p
     return asset;
 }
 
-Result<AssetSource> asset_source(const SceneAsset& asset, bool allow_outside, const Progress& progress) {
+Result<AssetSource> asset_source(const SceneAsset& asset, const Scene& scene, const Progress& progress) {
     AssetSource source;
+    source.heights = scene.heights;
     if (asset.generated) {
         const GeneratedSource& recipe = *asset.generated;
         source.name = recipe.shape_name + "-" + std::to_string(recipe.triangles) + "-" + std::to_string(recipe.seed);
@@ -177,14 +183,15 @@ Result<AssetSource> asset_source(const SceneAsset& asset, bool allow_outside, co
         return source;
     }
     ReadOptions read;
-    read.allow_outside = allow_outside;
+    read.allow_outside = scene.allow_outside;
     read.gltf_mesh = asset.gltf_mesh;
     const auto hash = hash_of_source(asset.file, read);
     if (!hash) return tl::unexpected(hash.error());
     source.hash = with_mesh(*hash, asset.gltf_mesh);
     source.name = asset.gltf_mesh >= 0 ? asset.name : asset.file.stem().string();
     source.make = [&, read, hash = *hash](BakeOptions options) -> Result<BakeInput> {
-        options.read = read;
+        options.read.allow_outside = read.allow_outside;
+        options.read.gltf_mesh = read.gltf_mesh;
         auto input = read_bake_input(asset.file, options, progress);
         if (input && !(input->source == hash))
             return fail(Fault::format, asset.file.string() + ": was changed while it was read; try again");
@@ -214,7 +221,7 @@ Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, cons
         if (named) ready.asset_bytes += named->file.file_bytes();
         return named;
     }
-    const auto source = asset_source(asset, ready.scene.allow_outside, progress);
+    const auto source = asset_source(asset, ready.scene, progress);
     if (!source) return tl::unexpected(source.error());
     PartBakery bakery(*source, needs.quickly, progress);
     std::optional<Asset> all;

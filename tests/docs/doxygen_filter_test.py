@@ -26,6 +26,10 @@ class Rule(unittest.TestCase):
         self.assertEqual(filtered("int a = f(1, 2), b{3};  // t"), ["/** t */ int a = f(1, 2); /** t */ int b{3};"])
         self.assertEqual(filtered("enum E { a, b };  // t"), ["/** t */ enum E { /** t */ a, /** t */ b };"])
 
+    def test_in_c_names_stand_in_extern_c_and_structs_have_their_own_names(self):
+        self.assertEqual(filtered('extern "C" {\n// t\nint f(void);\n}'), ['extern "C" {', "/// t", "int f(void);", "}"])
+        self.assertEqual(filtered("typedef struct s s;"), ["/** %Without the word before it. */ typedef struct s s;"])
+
     def test_a_comment_above_several_names_documents_all_of_them(self):
         self.assertEqual(filtered("// t\nM<int, int> a, b;"), ["/// t", "M<int, int> a; /** t */ M<int, int> b;"])
 

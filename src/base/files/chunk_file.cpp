@@ -70,14 +70,18 @@ tl::unexpected<Error> ChunkFile::missing(std::string_view name) const {
 Result<ChunkFile> ChunkFile::open(const fs::path& path, Extent extent) {
     auto input = InputFile::open(path);
     if (!input) return tl::unexpected(input.error());
+    return open(std::move(*input), path, extent);
+}
+
+Result<ChunkFile> ChunkFile::open(std::shared_ptr<const InputFile> input, const fs::path& path, Extent extent) {
     ChunkFile file;
     file.path_ = path;
     file.contents_ = std::make_shared<Contents>();
-    file.contents_->file = *input;
-    const uint64_t size = (*input)->size();
+    file.contents_->file = input;
+    const uint64_t size = input->size();
     Header header{};
     const auto raw = std::as_writable_bytes(std::span(&header, 1));
-    if (auto read = (*input)->read(0, raw.first(std::min<uint64_t>(size, raw.size()))); !read)
+    if (auto read = input->read(0, raw.first(std::min<uint64_t>(size, raw.size()))); !read)
         return tl::unexpected(read.error());
     if (size < sizeof header.magic || header.magic != file_magic) {
         return fail(Fault::format,

@@ -52,6 +52,9 @@ public:
     // Every error names the file, the place, what is wrong and what to do; Fault::format, or Fault::machine where
     // reading fails.
     static Result<ChunkFile> open(const std::filesystem::path& path, Extent extent = Extent::whole);
+    // The same of a file that is open or in memory. path: for messages.
+    static Result<ChunkFile> open(std::shared_ptr<const InputFile> input, const std::filesystem::path& path,
+                                  Extent extent = Extent::whole);
 
     const std::filesystem::path& path() const { return path_; }                 // as given to open()
     const Provenance& provenance() const { return provenance_; }                // what the file was made from

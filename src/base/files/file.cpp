@@ -166,9 +166,23 @@ Result<std::shared_ptr<const InputFile>> InputFile::open(const fs::path& path) {
     return std::shared_ptr<const InputFile>(new InputFile(path, *descriptor, static_cast<uint64_t>(status->st_size)));
 }
 
-InputFile::~InputFile() { ::close(descriptor_); }
+std::shared_ptr<const InputFile> InputFile::of_memory(fs::path name, std::vector<std::byte> bytes) {
+    const std::shared_ptr<InputFile> file(new InputFile(std::move(name), -1, bytes.size()));
+    file->memory_ = std::move(bytes);
+    return file;
+}
+
+InputFile::~InputFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+}
 
 Result<void> InputFile::read(uint64_t offset, std::span<std::byte> into) const {
+    if (descriptor_ < 0) {
+        if (offset > size_ || into.size() > size_ - offset)
+            return fail(Fault::format, path_.string() + ": ends before what is read of it");
+        std::copy_n(memory_.begin() + static_cast<ptrdiff_t>(offset), into.size(), into.begin());
+        return {};
+    }
     while (!into.empty()) {
         const ssize_t n = ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
         if (n < 0 && errno == EINTR) continue;

@@ -50,6 +50,8 @@ class InputFile {
 public:
     // Errors as MappedFile::open.
     static Result<std::shared_ptr<const InputFile>> open(const std::filesystem::path& path);
+    // A file that is in memory and nowhere else. name: for messages.
+    static std::shared_ptr<const InputFile> of_memory(std::filesystem::path name, std::vector<std::byte> bytes);
     ~InputFile();
     InputFile(const InputFile&) = delete;
     InputFile& operator=(const InputFile&) = delete;
@@ -61,8 +63,9 @@ private:
     InputFile(std::filesystem::path path, int descriptor, uint64_t size)
         : path_(std::move(path)), descriptor_(descriptor), size_(size) {}
     std::filesystem::path path_;
-    int descriptor_;
+    int descriptor_;  // -1 where it is in memory
     uint64_t size_;
+    std::vector<std::byte> memory_;
 };
 
 // A whole file in memory. Copies share it.

@@ -43,7 +43,9 @@ struct SourceFile {
     Result<int32_t> add_image(Result<Image> image, TriMesh& mesh) const;
 };
 
-Result<std::unique_ptr<MeshStream>> open_ply(const SourceFile& file, ReadReport& report);
+// Null where faces have texture coordinates of their own: such a file is read whole.
+Result<std::unique_ptr<MeshStream>> open_ply(const SourceFile& file, const ReadOptions& options, ReadReport& report);
+Result<TriMesh> read_ply(const SourceFile& file, const ReadOptions& options, ReadReport& report);
 Result<std::unique_ptr<MeshStream>> open_stl(const SourceFile& file, ReadReport& report);
 Result<TriMesh> read_obj(const SourceFile& file, const ReadOptions& options, ReadReport& report);
 Result<TriMesh> read_off(const SourceFile& file, ReadReport& report);
@@ -61,6 +63,7 @@ inline void add_fan(std::vector<Triangle>& triangles, const std::vector<uint32_t
 Hash128 hash_of_source(const SourceFile& file, const ReadReport& report);
 
 // Fills report.side_files without reading more than that takes.
+Result<void> name_files_of_ply(const SourceFile& file, const ReadOptions& options, ReadReport& report);
 Result<void> name_files_of_obj(const SourceFile& file, const ReadOptions& options, ReadReport& report);
 Result<void> name_files_of_gltf(const SourceFile& file, const ReadOptions& options, ReadReport& report);
 

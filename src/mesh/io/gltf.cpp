@@ -1,5 +1,5 @@
 // glTF 2.0 and GLB, parsed by tinygltf: nodes and their transforms, primitives, normals, texture coordinates, colours,
-// materials. Quantised attributes are decoded; compressed ones are refused by the extension's name.
+// materials. Quantised attributes are decoded, compressed ones unpacked (compressed/unpack_gltf.h).
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -9,8 +9,10 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
+#include <set>
 
 #include "base/srgb.h"
+#include "mesh/io/compressed/unpack_gltf.h"
 #include "mesh/io/formats.h"
 #include "mesh/io/gltf_values.h"
 #include "mesh/io/image_file.h"
@@ -29,6 +31,7 @@ public:
         check_extensions();
         read_materials();
         check_size();
+        unpack();
         for_wanted([&](int mesh, const glm::dmat4& world) { add_mesh(mesh, world); });
         if (!model_.skins.empty()) warn("has a skin; the mesh is taken in its bind pose");
         if (!model_.animations.empty()) warn("has animations; they are left out");
@@ -140,9 +143,12 @@ private:
             nullptr);
         const auto* bytes = reinterpret_cast<const unsigned char*>(file_.content.bytes.data());
         if (file_.size() > 0xffffffffu) throw GltfFault{"", "is larger than 4 GiB; glTF cannot be"};
-        const auto size = static_cast<unsigned>(file_.size());
         const bool binary = is_binary();
         check_depth(json_text(binary));
+        const std::string changed = changed_document(binary);
+        if (!changed.empty()) bytes = reinterpret_cast<const unsigned char*>(changed.data());
+        if (changed.size() > 0xffffffffu) throw GltfFault{"", "is larger than 4 GiB; glTF cannot be"};
+        const auto size = static_cast<unsigned>(changed.empty() ? file_.size() : changed.size());
         bool good = false;
         try {
             good = binary ? loader.LoadBinaryFromMemory(&model_, &error, &warning, bytes, size, "")
@@ -152,6 +158,37 @@ private:
             throw GltfFault{"", std::string("is no glTF that can be read: ") + e.what()};
         }
         if (!good) throw GltfFault{"", "is no glTF that can be read: " + one_line(error)};
+    }
+
+    // The file as tinygltf reads it, where what is compressed asks for that (unpack_gltf.h); else empty.
+    std::string changed_document(bool binary) const {
+        const std::string_view before = json_text(binary);
+        std::string json = with_stand_ins(before);
+        if (json.empty() || !binary) return json;
+        json.resize((json.size() + 3) / 4 * 4, ' ');
+        const std::string_view rest = file_.text().substr(20 + before.size());
+        const uint64_t whole = 20 + json.size() + rest.size();
+        if (whole > 0xffffffffu) throw GltfFault{"", "is larger than 4 GiB; glTF cannot be"};
+        std::string made(file_.text().substr(0, 20));
+        const auto put = [&](size_t at, uint64_t number) {
+            const auto value = static_cast<uint32_t>(number);
+            std::memcpy(made.data() + at, &value, 4);
+        };
+        put(8, whole);
+        put(12, json.size());
+        made += json;
+        made += rest;
+        return made;
+    }
+
+    // What is compressed of what is read.
+    void unpack() {
+        std::set<int> meshes;
+        for_wanted([&](int number, const glm::dmat4&) {
+            mesh_numbered(number);
+            meshes.insert(number);
+        });
+        unpack_gltf(model_, meshes, file_.limits, [&](const std::string& line) { warn(line); });
     }
 
     static std::string one_line(std::string text) {
@@ -169,7 +206,10 @@ private:
     // they are is done without.
     void check_extensions() {
         for (const std::string& name : model_.extensionsRequired) {
-            if (name == "KHR_mesh_quantization" || name == "KHR_texture_transform") continue;
+            static constexpr std::array known = {"KHR_mesh_quantization", "KHR_texture_transform",
+                                                 "KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                                 "EXT_texture_webp"};
+            if (std::ranges::find(known, name) != known.end()) continue;
             const bool same_shape = begins_with_one_of(
                 name, {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_",
                        "KHR_xmp", "KHR_animation_", "EXT_mesh_features", "EXT_structural_metadata"});
@@ -247,9 +287,22 @@ private:
         } catch (const GltfFault& fault) { return fail(Fault::format, fault.what); }
     }
 
+    // The image of a texture, or -1: one that an extension names, if it is read, before the one beside it.
+    int source_of(const tinygltf::Texture& texture) {
+        const auto named = [&](const char* extension) {
+            const auto found = texture.extensions.find(extension);
+            const bool there = found != texture.extensions.end() && found->second.Has("source");
+            return there ? found->second.Get("source").GetNumberAsInt() : -1;
+        };
+        if (const int webp = named("EXT_texture_webp"); webp >= 0) return webp;
+        if (texture.source < 0 && named("KHR_texture_basisu") >= 0)
+            warn("has textures of KHR_texture_basisu, which are not read; their materials keep their plain colours");
+        return texture.source;
+    }
+
     int32_t texture(int number) {
         if (static_cast<size_t>(number) >= model_.textures.size()) return -1;
-        const int source = model_.textures[static_cast<size_t>(number)].source;
+        const int source = source_of(model_.textures[static_cast<size_t>(number)]);
         if (source < 0 || static_cast<size_t>(source) >= model_.images.size()) return -1;
         const auto [found, fresh] = images_.try_emplace(source, -1);
         if (!fresh) return found->second;

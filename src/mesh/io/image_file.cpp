@@ -4,7 +4,9 @@
 // jpeglib.h needs <cstdio> before it.
 #include <jpeglib.h>
 #include <png.h>
+#include <webp/decode.h>
 
+#include <algorithm>
 #include <array>
 #include <csetjmp>
 #include <cstdlib>
@@ -17,7 +19,7 @@ namespace lodestone {
 namespace {
 
 tl::unexpected<Error> wrong(const std::string& name, const std::string& what) {
-    return fail(Fault::format, name + ": " + what + "; give a PNG or JPEG image");
+    return fail(Fault::format, name + ": " + what + "; give a PNG, JPEG or WebP image");
 }
 
 std::string wrong_size(uint64_t width, uint64_t height, uint32_t most_side) {
@@ -40,6 +42,30 @@ Result<Image> decode_png(std::span<const std::byte> bytes, const std::string& na
     image.texels.resize(size_t{png.width} * png.height);
     if (png_image_finish_read(&png, nullptr, image.texels.data(), 0, nullptr) == 0)
         return wrong(name, std::string("PNG: ") + png.message);
+    return image;
+}
+
+bool is_webp(std::span<const std::byte> bytes) {
+    return bytes.size() >= 12 && std::memcmp(bytes.data(), "RIFF", 4) == 0 &&
+           std::memcmp(bytes.data() + 8, "WEBP", 4) == 0;
+}
+
+Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& name, uint32_t most_side) {
+    const auto* first = reinterpret_cast<const uint8_t*>(bytes.data());
+    WebPBitstreamFeatures features;
+    if (WebPGetFeatures(first, bytes.size(), &features) != VP8_STATUS_OK)
+        return wrong(name, "WebP: the header cannot be read");
+    if (features.has_animation != 0) return wrong(name, "WebP: is animated");
+    const auto width = static_cast<uint32_t>(std::max(features.width, 0)),
+               height = static_cast<uint32_t>(std::max(features.height, 0));
+    if (width == 0 || height == 0 || width > most_side || height > most_side)
+        return wrong(name, wrong_size(width, height, most_side));
+    Image image{width, height, {}};
+    image.texels.resize(size_t{width} * height);
+    const size_t size = image.texels.size() * 4;
+    if (WebPDecodeRGBAInto(first, bytes.size(), reinterpret_cast<uint8_t*>(image.texels.data()), size,
+                           static_cast<int>(width * 4)) == nullptr)
+        return wrong(name, "WebP: the file is cut or damaged");
     return image;
 }
 
@@ -154,7 +180,11 @@ Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& 
         if (!decode_jpeg_into(bytes, image, row, error)) return wrong(name, std::string("JPEG: ") + error.message);
         return image;
     }
-    return wrong(name, "is neither PNG nor JPEG");
+    if (is_webp(bytes)) return decode_webp(bytes, name, most_side);
+    static constexpr unsigned char ktx2[] = {0xab, 'K', 'T', 'X', ' ', '2', '0', 0xbb};
+    if (bytes.size() >= sizeof ktx2 && std::memcmp(bytes.data(), ktx2, sizeof ktx2) == 0)
+        return wrong(name, "is KTX2 (KHR_texture_basisu), which is not read");
+    return wrong(name, "is neither PNG, JPEG nor WebP");
 }
 
 Result<Image> read_image(const std::filesystem::path& path) {

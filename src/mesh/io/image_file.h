@@ -1,4 +1,4 @@
-// PNG and JPEG images.
+// PNG, JPEG and WebP images.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace lodestone {
 
-// Decodes PNG (any kind, to 8 bits) or JPEG, told by content. `name` is only for messages. Images of more than
+// Decodes PNG (any kind, to 8 bits), JPEG or WebP (one picture), told by content. `name` is only for messages. Images of more than
 // most_side texels along a side are refused.
 Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name,
                            uint32_t most_side = Limits{}.image_side);

@@ -1,10 +1,12 @@
 // PLY: Turk, "The PLY polygon file format", 1994. ascii, binary of both byte orders, tristrips, any further elements
-// and properties.
+// and properties. Photogrammetry stores texture coordinates and textures with faces (`texcoord`, `texnumber`), and
+// names of textures in comments (`TextureFile`), as MeshLab does.
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
 #include <optional>
+#include <utility>
 
 #include "mesh/io/formats.h"
 #include "mesh/io/text_cursor.h"
@@ -31,7 +33,25 @@ std::optional<Number> number_named(std::string_view name) {
 }
 
 // What a property means to us.
-enum class Role : uint8_t { none, x, y, z, nx, ny, nz, u, v, red, green, blue, alpha, material, indices };
+enum class Role : uint8_t {
+    none,
+    x,
+    y,
+    z,
+    nx,
+    ny,
+    nz,
+    u,
+    v,
+    red,
+    green,
+    blue,
+    alpha,
+    material,
+    indices,
+    corner_uvs,
+    texture
+};
 
 struct Property {
     std::string name;
@@ -158,7 +178,9 @@ public:
                 elements_.push_back(std::move(element));
             } else if (key == "property") {
                 if (auto done = add_property(cursor); !done) return done;
-            } else if (!key.empty() && key != "comment" && key != "obj_info") {
+            } else if (key == "comment") {
+                if (cursor.word() == "TextureFile") texture_names_.emplace_back(cursor.rest());
+            } else if (!key.empty() && key != "obj_info") {
                 return file_.wrong_line(cursor.line(), "unknown header line '" + std::string(key) + "'");
             }
             cursor.next_line();
@@ -171,6 +193,51 @@ public:
     }
 
     Size size() const override { return {vertices_, faces_, true}; }
+
+    // Whether faces have texture coordinates of their own: with_corner_uvs() then makes the mesh what it is.
+    bool has_corner_uvs() const { return has_corner_uvs_; }
+
+    // Of the whole stream as one mesh: a wedge for every set of texture coordinates and texture at a vertex.
+    void with_corner_uvs(TriMesh& mesh) const {
+        const TriMesh plain = std::move(mesh);
+        mesh = {};
+        mesh.positions = plain.positions;
+        mesh.material_table = plain.material_table;
+        mesh.images = plain.images;
+        const bool with_materials = !plain.material_table.empty();
+        std::vector<uint32_t> first(plain.vertex_count(), none), next;  // wedges of a vertex, as a list
+        for (size_t t = 0; t < plain.triangle_count(); ++t) {
+            Triangle made;
+            for (size_t k = 0; k < 3; ++k) {
+                const uint32_t v = plain.triangles[t][k];
+                const glm::vec2 uv = corner_uvs_[t * 3 + k];
+                const uint16_t material = with_materials ? triangle_textures_[t] : uint16_t{0};
+                uint32_t w = first[v];
+                while (w != none && (mesh.uvs[w] != uv || (with_materials && mesh.materials[w] != material)))
+                    w = next[w];
+                if (w == none) {
+                    w = static_cast<uint32_t>(mesh.wedge_vertex.size());
+                    next.push_back(std::exchange(first[v], w));
+                    mesh.wedge_vertex.push_back(v);
+                    mesh.uvs.push_back(uv);
+                    if (with_materials) mesh.materials.push_back(material);
+                    if (!plain.normals.empty()) mesh.normals.push_back(plain.normals[v]);
+                    if (!plain.colours.empty()) mesh.colours.push_back(plain.colours[v]);
+                }
+                made[k] = w;
+            }
+            mesh.triangles.push_back(made);
+        }
+    }
+
+    void read_textures(bool decode) {
+        TriMesh holder;
+        for (size_t i = 0; i < texture_names_.size(); ++i) {
+            materials_[i].name = texture_names_[i];
+            if (decode) materials_[i].base_colour_image = load_texture(file_, texture_names_[i], holder, report_);
+        }
+        images_ = std::move(holder.images);
+    }
 
     Result<bool> next(MeshBatch& batch, size_t max_items) override {
         batch = {};
@@ -222,6 +289,10 @@ private:
             (property.name == "vertex_indices" || property.name == "vertex_index")) {
             property.role = Role::indices;
         }
+        if (element.name == "face" && property.count_type && property.name == "texcoord")
+            property.role = Role::corner_uvs;
+        if (element.name == "face" && !property.count_type && property.name == "texnumber")
+            property.role = Role::texture;
         if (property.role != Role::none && element.has(property.role)) property.role = Role::none;
         element.properties.push_back(std::move(property));
         return {};
@@ -258,17 +329,16 @@ private:
             } else if (element.has(Role::indices)) {
                 faces_ += element.count;
             }
-            for (const Property& p : element.properties) {
-                if (element.name == "face" && p.name == "texcoord")
-                    file_.warn(report_,
-                               "texture coordinates stored with faces are left out; export them with vertices");
-            }
+            has_corner_uvs_ = has_corner_uvs_ || (element.has(Role::indices) && element.has(Role::corner_uvs));
         }
         if (vertex_element_ == nullptr || vertices_ == 0)
             return file_.wrong("header", "has no vertices; there is nothing to read");
         if (faces_ == 0) return file_.wrong("header", "has no faces; point clouds are not read");
         if (auto done = file_.within("vertices", vertices_, file_.limits.vertices); !done) return done;
-        if (has_materials_) materials_.resize(1);
+        if (texture_names_.size() > file_.limits.materials)
+            return file_.wrong("header", over_limit("textures", texture_names_.size(), file_.limits.materials));
+        has_materials_ = has_materials_ || !texture_names_.empty();
+        if (has_materials_) materials_.resize(std::max<size_t>(1, texture_names_.size()));
         return {};
     }
 
@@ -382,7 +452,22 @@ private:
             fan_.push_back(static_cast<uint32_t>(index));
         }
         add_fan(to, fan_, report_);
+        if (has_corner_uvs_) add_corner_uvs();
         return {};
+    }
+
+    // For the triangles of the face just added; 0 where the face has too few numbers.
+    void add_corner_uvs() {
+        const auto at = [&](size_t corner) {
+            if (face_uvs_.size() < fan_.size() * 2) return glm::vec2(0);
+            const glm::vec2 uv(face_uvs_[corner * 2], face_uvs_[corner * 2 + 1]);
+            return std::isfinite(uv.x) && std::isfinite(uv.y) ? glm::vec2(uv.x, 1 - uv.y) : glm::vec2(0);
+        };
+        const bool there = face_texture_ >= 0 && static_cast<size_t>(face_texture_) < materials_.size();
+        for (size_t k = 2; k < fan_.size(); ++k) {
+            for (const size_t corner : {size_t{0}, k - 1, k}) corner_uvs_.push_back(at(corner));
+            triangle_textures_.push_back(there ? static_cast<uint16_t>(face_texture_) : uint16_t{0});
+        }
     }
 
     // The usual face: a byte, then three 32-bit indices.
@@ -428,6 +513,7 @@ private:
     Result<void> read_item(const Element& element, uint64_t item) {
         Vertex vertex;
         bool has_indices = false;
+        begin_face();
         for (const Property& p : element.properties) {
             if (p.count_type) {
                 if (!read_list(p)) return cut(element, item);
@@ -436,14 +522,24 @@ private:
             }
             const size_t bytes = number_bytes[static_cast<size_t>(p.type)];
             if (file_.size() - at_ < bytes) return cut(element, item);
-            if (&element == vertex_element_) vertex.set(p, load(p.type, file_.content.bytes.data() + at_, swap_));
+            const std::byte* from = file_.content.bytes.data() + at_;
+            if (&element == vertex_element_) vertex.set(p, load(p.type, from, swap_));
+            if (p.role == Role::texture) set_texture(load(p.type, from, swap_));
             at_ += bytes;
         }
         if (&element == vertex_element_) return add(vertex);
         return has_indices ? add_face(element, item) : Result<void>{};
     }
 
-    // Indices go to corners_. False where the file ends before.
+    void begin_face() {
+        face_uvs_.clear();
+        face_texture_ = 0;
+    }
+    void set_texture(double number) {
+        face_texture_ = number >= 0 && number <= 65535 ? static_cast<int64_t>(number) : -1;
+    }
+
+    // Indices go to corners_, texture coordinates to face_uvs_. False where the file ends before.
     bool read_list(const Property& p) {
         const std::byte* data = file_.content.bytes.data();
         const size_t end = file_.size(), bytes = number_bytes[static_cast<size_t>(p.type)],
@@ -458,6 +554,8 @@ private:
             for (size_t k = 0; k < length; ++k)
                 corners_.push_back(static_cast<int64_t>(load(p.type, data + at_ + k * bytes, swap_)));
         }
+        for (size_t k = 0; k < length && p.role == Role::corner_uvs; ++k)
+            face_uvs_.push_back(static_cast<float>(load(p.type, data + at_ + k * bytes, swap_)));
         at_ += length * bytes;
         return true;
     }
@@ -497,12 +595,14 @@ private:
         for (uint64_t item = item_; item < item_ + items; ++item) {
             Vertex vertex;
             bool has_indices = false;
+            begin_face();
             for (const Property& p : element.properties) {
                 if (!p.count_type) {
                     float value = 0;
                     const std::string_view word = cursor.word_anywhere();
                     if (!TextCursor::parse(word, value)) return bad_word(line(), word, element, item);
                     if (&element == vertex_element_) vertex.set(p, static_cast<double>(value));
+                    if (p.role == Role::texture) set_texture(static_cast<double>(value));
                     continue;
                 }
                 int64_t count = 0;
@@ -516,7 +616,10 @@ private:
                 for (int64_t k = 0; k < count; ++k) {
                     const std::string_view entry = cursor.word_anywhere();
                     if (p.role != Role::indices) {
-                        if (entry.empty()) return bad_word(line(), entry, element, item);
+                        float value = 0;
+                        const bool good = p.role == Role::corner_uvs ? TextCursor::parse(entry, value) : !entry.empty();
+                        if (!good) return bad_word(line(), entry, element, item);
+                        if (p.role == Role::corner_uvs) face_uvs_.push_back(value);
                         continue;
                     }
                     int64_t index = 0;
@@ -556,16 +659,41 @@ private:
     std::vector<int64_t> corners_;
     std::vector<uint32_t> fan_;
     std::vector<Triangle> early_faces_;
+    static constexpr uint32_t none = ~0u;
+    bool has_corner_uvs_ = false;
+    std::vector<std::string> texture_names_;
+    std::vector<float> face_uvs_;              // of the face being read
+    int64_t face_texture_ = 0;                 // its texture, -1 where there is none of that number
+    std::vector<glm::vec2> corner_uvs_;        // three per triangle, in the order of the file
+    std::vector<uint16_t> triangle_textures_;  // one per triangle
     std::vector<Material> materials_;
     std::vector<Image> images_;
 };
 
 }  // namespace
 
-Result<std::unique_ptr<MeshStream>> open_ply(const SourceFile& file, ReadReport& report) {
+Result<std::unique_ptr<MeshStream>> open_ply(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
     auto stream = std::make_unique<PlyStream>(file, report);
     if (auto done = stream->read_header(); !done) return tl::unexpected(done.error());
+    if (stream->has_corner_uvs()) return nullptr;
+    stream->read_textures(options.load_images);
     return stream;
+}
+
+Result<TriMesh> read_ply(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
+    PlyStream stream(file, report);
+    if (auto done = stream.read_header(); !done) return tl::unexpected(done.error());
+    stream.read_textures(options.load_images);
+    auto mesh = collect(stream);
+    if (mesh && stream.has_corner_uvs()) stream.with_corner_uvs(*mesh);
+    return mesh;
+}
+
+Result<void> name_files_of_ply(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
+    PlyStream stream(file, report);
+    if (auto done = stream.read_header(); !done) return done;
+    stream.read_textures(options.load_images);
+    return {};
 }
 
 }  // namespace lodestone

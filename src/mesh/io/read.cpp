@@ -73,7 +73,7 @@ Result<TriMesh> read_whole(const SourceFile& file, MeshFormat format, const Read
     };
     switch (format) {
         case MeshFormat::ply:
-            return collected(open_ply(file, report));
+            return read_ply(file, options, report);
         case MeshFormat::stl:
             return collected(open_stl(file, report));
         case MeshFormat::obj:
@@ -207,6 +207,7 @@ Result<Hash128> hash_of_source(const fs::path& path, const ReadOptions& options,
     if (!source) return tl::unexpected(source.error());
     source->file.only_names = true;
     Result<void> named;
+    if (source->format == MeshFormat::ply) named = name_files_of_ply(source->file, options, report);
     if (source->format == MeshFormat::obj) named = name_files_of_obj(source->file, options, report);
     if (source->format == MeshFormat::gltf) named = name_files_of_gltf(source->file, options, report);
     const Hash128 hash = hash_of_source(source->file, report);
@@ -258,10 +259,12 @@ Result<std::unique_ptr<MeshStream>> open_mesh_stream(const fs::path& path, const
     if (!source) return tl::unexpected(source.error());
     held->source = source->file;
     if (source->format == MeshFormat::ply || source->format == MeshFormat::stl) {
-        auto stream = source->format == MeshFormat::ply ? open_ply(source->file, into) : open_stl(source->file, into);
+        auto stream =
+            source->format == MeshFormat::ply ? open_ply(source->file, options, into) : open_stl(source->file, into);
         if (!stream) return stream;
         held->stream = std::move(*stream);
-    } else {
+    }
+    if (held->stream == nullptr) {
         auto mesh = read_mesh(path, options, &into);
         if (!mesh) return tl::unexpected(mesh.error());
         held->mesh = std::move(*mesh);

@@ -89,8 +89,24 @@ Result<void> write_text(const fs::path& path, const std::string& text) {
     return file->commit();
 }
 
+Result<std::vector<std::byte>> encoded(const Image& image, const WriteOptions& options) {
+    return options.jpeg_quality > 0 ? encode_jpeg(image, options.jpeg_quality) : encode_png(image);
+}
+
+Result<void> write_image(const Image& image, const fs::path& path, const WriteOptions& options) {
+    auto bytes = encoded(image, options);
+    if (!bytes) return fail_at(path.string(), bytes.error());
+    auto file = OutputFile::create(path);
+    if (!file) return tl::unexpected(file.error());
+    if (auto done = file->write(*bytes); !done) return done;
+    return file->commit();
+}
+
 // The materials of an OBJ, with their images beside it. path: of the OBJ.
-Result<void> write_material_library(const TriMesh& mesh, const fs::path& path, const fs::path& library) {
+Result<void> write_material_library(const TriMesh& mesh, const fs::path& path, const fs::path& library,
+                                    const WriteOptions& options) {
+    const std::string extension = options.jpeg_quality > 0 ? ".jpg" : ".png";
+    std::vector<bool> written(mesh.images.size(), false);
     std::string mtl;
     for (size_t m = 0; m < mesh.material_table.size(); ++m) {
         const Material& material = mesh.material_table[m];
@@ -100,11 +116,13 @@ Result<void> write_material_library(const TriMesh& mesh, const fs::path& path, c
         add_number(mtl, material.base_colour.w);
         mtl += '\n';
         if (material.base_colour_image >= 0) {
-            const std::string image = path.stem().string() + "-" + std::to_string(material.base_colour_image) + ".png";
-            if (auto done =
-                    write_png(mesh.images[static_cast<size_t>(material.base_colour_image)], path.parent_path() / image);
-                !done)
-                return done;
+            const auto number = static_cast<size_t>(material.base_colour_image);
+            const std::string image = path.stem().string() + "-" + std::to_string(number) + extension;
+            if (!written[number]) {
+                if (auto done = write_image(mesh.images[number], path.parent_path() / image, options); !done)
+                    return done;
+                written[number] = true;
+            }
             mtl += "map_Kd " + image + "\n";
         }
     }
@@ -156,12 +174,12 @@ void add_obj_faces(std::string& text, const TriMesh& mesh) {
     }
 }
 
-Result<void> write_obj(const TriMesh& mesh, const fs::path& path) {
+Result<void> write_obj(const TriMesh& mesh, const fs::path& path, const WriteOptions& options) {
     std::string text;
     if (!mesh.materials.empty()) {
         fs::path library = path;
         library.replace_extension(".mtl");
-        if (auto done = write_material_library(mesh, path, library); !done) return done;
+        if (auto done = write_material_library(mesh, path, library, options); !done) return done;
         text += "mtllib " + library.filename().string() + "\n";
     }
     add_obj_vertices(text, mesh);
@@ -172,7 +190,7 @@ Result<void> write_obj(const TriMesh& mesh, const fs::path& path) {
 // Binary glTF 2.0: one buffer, one node, one primitive per material over shared vertices.
 class GlbWriter {
 public:
-    explicit GlbWriter(const TriMesh& mesh) : mesh_(mesh) {}
+    GlbWriter(const TriMesh& mesh, const WriteOptions& options) : mesh_(mesh), options_(options) {}
 
     Result<void> write(const fs::path& path) {
         json_["asset"] = {{"version", "2.0"}, {"generator", "lodestone"}};
@@ -250,10 +268,10 @@ private:
 
     Result<void> add_materials() {
         for (const Image& image : mesh_.images) {
-            auto png = encode_png(image);
-            if (!png) return tl::unexpected(png.error());
-            json_["images"].push_back(
-                {{"bufferView", add_view(png->data(), png->size(), 0)}, {"mimeType", "image/png"}});
+            auto bytes = encoded(image, options_);
+            if (!bytes) return tl::unexpected(bytes.error());
+            json_["images"].push_back({{"bufferView", add_view(bytes->data(), bytes->size(), 0)},
+                                       {"mimeType", options_.jpeg_quality > 0 ? "image/jpeg" : "image/png"}});
             json_["textures"].push_back({{"source", json_["images"].size() - 1}});
         }
         for (const Material& m : mesh_.material_table) {
@@ -286,18 +304,25 @@ private:
     }
 
     const TriMesh& mesh_;
+    const WriteOptions options_;
     nlohmann::json json_, attributes_;
     std::vector<std::byte> bin_;
 };
 
 }  // namespace
 
-Result<void> write_mesh(const TriMesh& mesh, const fs::path& path) {
+Result<void> check_write(const fs::path& path) {
+    const std::string extension = path.extension().string();
+    if (extension == ".ply" || extension == ".obj" || extension == ".glb") return {};
+    return fail(Fault::usage, path.string() + ": the name must end in .ply, .obj or .glb");
+}
+
+Result<void> write_mesh(const TriMesh& mesh, const fs::path& path, const WriteOptions& options) {
+    if (auto good = check_write(path); !good) return good;
     const std::string extension = path.extension().string();
     if (extension == ".ply") return write_ply(mesh, path);
-    if (extension == ".obj") return write_obj(mesh, path);
-    if (extension == ".glb") return GlbWriter(mesh).write(path);
-    return fail(Fault::usage, path.string() + ": the name must end in .ply, .obj or .glb");
+    if (extension == ".obj") return write_obj(mesh, path, options);
+    return GlbWriter(mesh, options).write(path);
 }
 
 }  // namespace lodestone

@@ -8,9 +8,22 @@
 
 namespace lodestone {
 
+struct WriteOptions {
+    int jpeg_quality = 0;  // 1 .. 100: textures are written as JPEG, without alpha; 0: as PNG
+    // How GLB has vertices and triangles.
+    enum class Encoding {
+        plain,      // floats
+        quantised,  // KHR_mesh_quantization: 16 bits for positions and texture coordinates, 8 for normals and colours
+        meshopt,    // quantised, and EXT_meshopt_compression
+    } encoding = Encoding::plain;
+};
+
+// Fault::usage where the name's extension is none that is written.
+Result<void> check_write(const std::filesystem::path& path);
+
 // Chooses the format by extension: .ply, .obj, .glb; anything else is Fault::usage. Triangles and vertices keep their
 // order. PLY writes one vertex per wedge (seams become duplicated positions, bit for bit equal); OBJ keeps positions
-// shared; GLB writes one primitive per material with images embedded as PNG.
-Result<void> write_mesh(const TriMesh& mesh, const std::filesystem::path& path);
+// shared; GLB writes one primitive per material with images embedded.
+Result<void> write_mesh(const TriMesh& mesh, const std::filesystem::path& path, const WriteOptions& options = {});
 
 }  // namespace lodestone

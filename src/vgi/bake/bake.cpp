@@ -46,16 +46,6 @@ constexpr double close_samples = 0.25;
 constexpr size_t charts_at_once = 64;
 constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
 
-// Per cluster: how many are wanted where it is, of `clusters` in all.
-std::vector<double> wanted_of(const Surface& surface, const std::vector<float>& density,
-                              const std::vector<uint32_t>& label, size_t count, double clusters) {
-    std::vector<double> wanted(count, 0);
-    const double cluster = surface.area() / clusters;
-    for (size_t t = 0; t < label.size(); ++t)
-        wanted[label[t]] += wanted_of_triangle(surface.area(t), density[t], cluster) / std::max(cluster, 1e-300);
-    return wanted;
-}
-
 // A hash of everything that stages depend on besides the mesh: stages of other options have other names. A field that
 // is added to one of these structs does not compile until it is listed here.
 Hash128 key_of(const AtlasOptions& options) {
@@ -64,7 +54,7 @@ Hash128 key_of(const AtlasOptions& options) {
     // Every round sets the density, the features and the kept clusters itself.
     const auto& [wanted, weights, bucket_triangles, density, features, kept] = clusters;
     const auto& [planarity, compactness, size, irregularity, curvature, feature, bulge] = weights;
-    const auto& [most_solves, least_gain, curvature_importance] = parameterise;
+    const auto& [most_solves, least_gain, curvature_importance, sliding_sides] = parameterise;
     const double reals[] = {most_texels_per_triangle,
                             rounding_share,
                             worst_stretch,
@@ -77,8 +67,8 @@ Hash128 key_of(const AtlasOptions& options) {
                             bulge,
                             least_gain,
                             curvature_importance};
-    const uint64_t counts[] = {cells,         attribute_ratio, most_rounds,      recentre_passes,
-                               error_samples, wanted,          bucket_triangles, most_solves};
+    const uint64_t counts[] = {cells,  attribute_ratio,  most_rounds, recentre_passes, error_samples,
+                               wanted, bucket_triangles, most_solves, sliding_sides};
     HashStream all;
     all.add(std::as_bytes(std::span(reals)));
     all.add(std::as_bytes(std::span(counts)));
@@ -607,7 +597,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         surface = surface_now();
         density.resize(surface.triangles.size(), 1.0f);
         const std::vector<double> times = rounds.times_denser(
-            round.quality(), wanted_of(surface, density, round.label(), bad.size(), options.clusters.clusters));
+            round.quality(), wanted_where(surface, density, round.label(), bad.size(), options.clusters.clusters));
         make_denser(context, surface, round, times, density, features);
         kept = kept_clusters(surface, round.label(), bad);
     }

@@ -5,11 +5,13 @@
 #include <bit>
 #include <glm/geometric.hpp>
 
+#include "mesh/packed_vertices.h"
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/bintree.h"
 #include "vgi/asset/saturation.h"
 #include "vgi/draw/corner_tree.h"
 #include "vgi/draw/cut/refinement_test.h"
+#include "vgi/draw/recipe_layout.h"
 #include "vgi/draw/residency.h"
 
 namespace lodestone::vgi {
@@ -115,11 +117,139 @@ private:
     const float magnification_;
 };
 
+// Where a vertex is in its chart, in cells of the finest positions, and the level of its page.
+struct ChartPlace {
+    uint32_t chart = 0, x = 0, y = 0, level = 0;
+};
+
+class PullingAttributes {
+public:
+    PullingAttributes(const PlanMirror& mirror, const Draw& draw)
+        : mirror_(mirror),
+          draw_(draw),
+          asset_(mirror.stored<gpu::VgiAsset>(draw, LODE_VGI_ASSETS, draw.words[LODE_VGI_WORD_ASSET])),
+          texel_words_(mirror.recipe().pipelines[lighting_pipeline].constants[1]) {
+        lighting_.pipeline = lighting_pipeline;
+    }
+
+    PulledAttributes at(uint32_t index) const {
+        if ((index & LODE_VGI_CORNER) == 0) return at(place_of_sample(index));
+        PulledAttributes pulled = at(place_of_corner(index & ~LODE_VGI_CORNER));
+        pulled.normal = corner_normal(index & ~LODE_VGI_CORNER);
+        return pulled;
+    }
+
+private:
+    ChartPlace place_of_sample(uint32_t index) const {
+        const uint32_t slot = index / LODE_VGI_PAGE_TEXELS, place = index % LODE_VGI_PAGE_TEXELS,
+                       row = asset_.page_cells + 1;
+        const auto header = mirror_.stored<std::array<uint32_t, 2>>(draw_, LODE_VGI_SLOTS, slot);
+        const uint32_t level = header[0] >> 28;
+        return {header[0] & 0x0fffffff, ((header[1] & 0xffff) * asset_.page_cells + place % row) << level,
+                ((header[1] >> 16) * asset_.page_cells + place / row) << level, level};
+    }
+    ChartPlace place_of_corner(uint32_t index) const {
+        const uint32_t of_chart = index >> LODE_VGI_CORNER_STEPS, k = of_chart % 4;
+        return {of_chart / 4, k == 1 || k == 2 ? asset_.cells : 0, k >= 2 ? asset_.cells : 0, LODE_VGI_CORNER_LEVEL};
+    }
+    glm::vec3 corner_normal(uint32_t index) const {
+        const uint32_t of_chart = index >> LODE_VGI_CORNER_STEPS;
+        const auto record = [&](uint32_t number) {
+            return mirror_.stored<CornerRecord>(draw_, LODE_VGI_CORNERS, number);
+        };
+        uint32_t number = record(asset_.first_corners_of_charts + of_chart / 4)[of_chart % 4];
+        for (uint32_t step = index % (1u << LODE_VGI_CORNER_STEPS); step > 0; --step)
+            number = record(asset_.first_corner + number)[2];
+        const uint32_t packed = record(asset_.first_corner + number)[3];
+        return unpack_normal({static_cast<int16_t>(packed & 0xffff), static_cast<int16_t>(packed >> 16)});
+    }
+
+    // Four samples around a place: words of each begin there, and how much it counts.
+    struct Around {
+        std::array<uint64_t, 4> word{};
+        std::array<float, 4> weight{};
+        size_t nearest = 0;
+    };
+    Around around(const ChartPlace& place) const {
+        const uint32_t cells = std::min(1u << asset_.attribute_cells, LODE_VGI_PAGE_SIDE - 1u),
+                       shift = static_cast<uint32_t>(std::bit_width(cells)) - 1, base = asset_.attribute_cells - shift,
+                       finer = asset_.attribute_cells + 1 - static_cast<uint32_t>(std::bit_width(asset_.cells));
+        const uint32_t x = place.x << finer, y = place.y << finer, wanted = std::min(place.level + finer, base),
+                       last = (1u << (base - wanted)) - 1;
+        uint32_t page_x = std::min(x >> (wanted + shift), last), page_y = std::min(y >> (wanted + shift), last);
+        const auto entry = mirror_.stored<uint32_t>(lighting_, LODE_VGI_TABLE,
+                                                    asset_.first_attribute_page + place.chart * asset_.attribute_pages +
+                                                        PageTree::page_of(base - wanted, page_x, page_y));
+        const uint32_t level = entry & 15, row = cells + 1;
+        page_x >>= level - wanted;
+        page_y >>= level - wanted;
+        const auto in_page = [&](uint32_t at, uint32_t page) {
+            return static_cast<float>(at - (page << (level + shift))) / static_cast<float>(1u << level);
+        };
+        const float local_x = in_page(x, page_x), local_y = in_page(y, page_y);
+        const uint32_t low_x = std::min(static_cast<uint32_t>(local_x), cells - 1),
+                       low_y = std::min(static_cast<uint32_t>(local_y), cells - 1);
+        const float f = local_x - static_cast<float>(low_x), g = local_y - static_cast<float>(low_y);
+        const uint64_t first = uint64_t{entry >> 4} * LODE_VGI_PAGE_TEXELS + uint64_t{low_y} * row + low_x;
+        return {{texel_words_ * first, texel_words_ * (first + 1), texel_words_ * (first + row),
+                 texel_words_ * (first + row + 1)},
+                {(1 - f) * (1 - g), f * (1 - g), (1 - f) * g, f * g},
+                (f < 0.5f ? size_t{0} : 1) + (g < 0.5f ? size_t{0} : 2)};
+    }
+    uint32_t word(uint64_t number) const { return mirror_.stored<uint32_t>(lighting_, LODE_VGI_ATTRIBUTES, number); }
+
+    PulledAttributes at(const ChartPlace& place) const {
+        const Around of = around(place);
+        PulledAttributes pulled;
+        glm::vec3 normal(0);
+        glm::vec4 colour(0);
+        for (size_t k = 0; k < 4; ++k) {
+            const uint32_t packed = word(of.word[k]);
+            normal += of.weight[k] *
+                      unpack_octahedral({static_cast<int8_t>(packed & 255), static_cast<int8_t>(packed >> 8 & 255)});
+            if ((asset_.has & LODE_VGI_HAS_COLOURS) == 0) continue;
+            const uint32_t rgba = word(of.word[k] + 1 + (asset_.has & LODE_VGI_HAS_UVS));
+            colour += of.weight[k] * glm::vec4(rgba & 255, rgba >> 8 & 255, rgba >> 16 & 255, rgba >> 24);
+        }
+        const float length = glm::length(normal);
+        if (length > 1e-3f) pulled.normal = normal / length;
+        if ((asset_.has & LODE_VGI_HAS_COLOURS) != 0) pulled.colour = glm::u8vec4(colour + 0.5f);
+        if ((asset_.has & LODE_VGI_HAS_MATERIALS) != 0) pulled.material = word(of.word[of.nearest]) >> 16;
+        if ((asset_.has & LODE_VGI_HAS_UVS) != 0) pulled.uv = uv(of);
+        return pulled;
+    }
+    // Across a seam there is nothing in between.
+    glm::vec2 uv(const Around& of) const {
+        std::array<glm::vec2, 4> uvs;
+        glm::vec2 mean(0);
+        for (size_t k = 0; k < 4; ++k) {
+            const uint32_t packed = word(of.word[k] + 1);
+            uvs[k] = {packed & 0xffff, packed >> 16};
+            mean += of.weight[k] * uvs[k];
+        }
+        const std::array<float, 4> edges{glm::distance(uvs[0], uvs[1]), glm::distance(uvs[2], uvs[3]),
+                                         glm::distance(uvs[0], uvs[2]), glm::distance(uvs[1], uvs[3])};
+        const auto [shortest, longest] = std::ranges::minmax(edges);
+        return glm::vec2(asset_.uv_low_x, asset_.uv_low_y) +
+               glm::vec2(asset_.uv_step_x, asset_.uv_step_y) * (longest > 8 * shortest + 64 ? uvs[of.nearest] : mean);
+    }
+
+    const PlanMirror& mirror_;
+    const Draw& draw_;
+    const gpu::VgiAsset asset_;
+    const uint32_t texel_words_;
+    Draw lighting_;
+};
+
 }  // namespace
 
 glm::vec3 pulled_vertex(const PlanMirror& mirror, const Draw& draw, const FrameInput& input, uint32_t instance,
                         uint32_t index) {
     return Pulling(mirror, draw, input, instance).vertex(index);
+}
+
+PulledAttributes pulled_attributes(const PlanMirror& mirror, const Draw& draw, uint32_t index) {
+    return PullingAttributes(mirror, draw).at(index);
 }
 
 }  // namespace lodestone::vgi

@@ -358,9 +358,11 @@ private:
         plan.commands.push_back({kind == View::Kind::shadow ? Stage::shadow : Stage::depth, draw});
     }
     // Of what the camera sees.
+    // Where nothing is drawn, there is nothing to light, and no instance to name.
     static void light(const FrameInput& input, Plan& plan) {
+        if (plan.instance_ids.empty()) return;
         for (uint32_t v = 0; v < input.views.size(); ++v) {
-            if (input.views[v].kind != View::Kind::camera || input.instances.empty()) continue;
+            if (input.views[v].kind != View::Kind::camera) continue;
             Draw draw;
             draw.pipeline = lighting_pipeline;
             draw.view = v;

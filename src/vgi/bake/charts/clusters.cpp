@@ -333,6 +333,15 @@ double wanted_of_triangle(double area, float density, double cluster) {
     return std::min(area * static_cast<double>(density), std::max(area, cluster));
 }
 
+std::vector<double> wanted_where(const Surface& surface, std::span<const float> density,
+                                 std::span<const uint32_t> label, size_t count, double clusters) {
+    std::vector<double> wanted(count, 0);
+    const double cluster = surface.area() / clusters;
+    for (size_t t = 0; t < label.size(); ++t)
+        wanted[label[t]] += wanted_of_triangle(surface.area(t), density[t], cluster) / std::max(cluster, 1e-300);
+    return wanted;
+}
+
 std::vector<bool> with_neighbours(const Surface& surface, std::span<const uint32_t> label, std::vector<bool> marked) {
     std::vector<bool> met(surface.positions.size(), false);
     for (size_t t = 0; t < label.size(); ++t) {

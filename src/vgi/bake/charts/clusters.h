@@ -30,6 +30,9 @@ struct ClusterWeights {
 // How much a triangle counts for where so many times as many clusters are wanted as usual, with a cluster's usual area:
 // it cannot be more than one, and what it asks for beyond that would only be made elsewhere.
 double wanted_of_triangle(double area, float density, double cluster);
+// Per cluster (label: per triangle): how many are wanted where it is, of `clusters` in all.
+std::vector<double> wanted_where(const Surface& surface, std::span<const float> density,
+                                 std::span<const uint32_t> label, size_t count, double clusters);
 // Of the clusters there were (label: per triangle) the marked ones, and those that meet one of them in a vertex.
 std::vector<bool> with_neighbours(const Surface& surface, std::span<const uint32_t> label, std::vector<bool> marked);
 // For ClusterOptions::kept: all stay but the bad ones and their neighbours.

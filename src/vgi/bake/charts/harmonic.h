@@ -16,8 +16,16 @@ namespace lodestone::vgi {
 // a patch, solved for as many weights as wanted: the order of elimination stays.
 class HarmonicSolver {
 public:
+    // What boundary vertices may do.
+    enum class Border {
+        pinned,  // nothing
+        // Those that patch.flat has on a side of the unit square, when the solver is made, move along it, but for its
+        // corners. Nothing folds then, either: reflected at its sides the patch is a torus (Gortler, Gotsman,
+        // Thurston, "Discrete one-forms on meshes and applications to 3D mesh parameterization", 2006).
+        sliding,
+    };
     // The patch must outlive the solver and keep its triangles.
-    explicit HarmonicSolver(ChartMesh& patch);
+    explicit HarmonicSolver(ChartMesh& patch, Border border = Border::pinned);
     ~HarmonicSolver();
     HarmonicSolver(const HarmonicSolver&) = delete;
     HarmonicSolver& operator=(const HarmonicSolver&) = delete;

@@ -54,6 +54,18 @@ void place_boundary(Chart& chart, const Surface& surface, std::span<const Side> 
     }
 }
 
+// Splits inner edges with both ends on one side of the square. Once sides are placed.
+void split_chords_of_sides(ChartMesh& patch) {
+    const std::vector<bool> rim = patch.on_boundary();
+    for (uint32_t h = 0; h < patch.twin.size(); ++h) {
+        const uint32_t a = patch.from(h), b = patch.to(h);
+        if (patch.twin[h] == none || a >= rim.size() || b >= rim.size() || !rim[a] || !rim[b]) continue;
+        const glm::dvec2 &p = patch.flat[a], &q = patch.flat[b];
+        const bool together = (p.x == q.x && (p.x == 0 || p.x == 1)) || (p.y == q.y && (p.y == 0 || p.y == 1));
+        if (together) patch.split_edge(h, 0.5, 0.5);
+    }
+}
+
 // As l2_stretch; a triangle that is to be sampled more densely counts as larger. Empty: all evenly.
 double weighted_stretch(const ChartMesh& patch, std::span<const double> importance) {
     double sum = 0, area = 0;
@@ -167,11 +179,13 @@ Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> tri
     LODE_CHECK(sides.size() == 4, sides.size());
     Chart chart;
     chart.patch = take_chart_mesh(surface, triangles);
-    split_chords(chart.patch);
+    if (!options.sliding_sides) split_chords(chart.patch);
     ChartMesh& patch = chart.patch;
     place_boundary(chart, surface, sides, arcs);
+    if (options.sliding_sides) split_chords_of_sides(patch);
     for (uint32_t t = 0; t < patch.triangles.size(); ++t) chart.area += patch.area(t);
-    HarmonicSolver solver(patch);
+    HarmonicSolver solver(patch,
+                          options.sliding_sides ? HarmonicSolver::Border::sliding : HarmonicSolver::Border::pinned);
     if (auto done = lay_out(solver, chart, triangles.size()); !done) return tl::unexpected(done.error());
     chart.tutte_stretch = l2_stretch(patch);
     if (!chart.uniform) make_even(solver, chart, options);

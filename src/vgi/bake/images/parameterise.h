@@ -31,6 +31,8 @@ struct ParameteriseOptions {
     // Samples lie denser by curvature to this power, relative to the chart's mean, up to twice and down to half of what
     // they were along each direction. 0: evenly. Errors of what is interpolated linearly are even at 0.5.
     double curvature_importance = 0.15;
+    // Vertices of the sides are placed along them as is best, not by arc length: for charts that share no samples.
+    bool sliding_sides = false;
 };
 
 // Lays a quad of the surface onto the unit square.

@@ -1,0 +1,284 @@
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "apps/commands/bake_options.h"
+#include "apps/commands/commands.h"
+#include "apps/scene/scene.h"
+#include "apps/scene/workplace.h"
+#include "apps/terminal.h"
+#include "base/check.h"
+#include "base/clock.h"
+#include "base/files/file.h"
+#include "base/files/output_folder.h"
+#include "base/spill.h"
+#include "base/text.h"
+#include "base/threads.h"
+#include "tiles/tileset.h"
+#include "tiles/view_page.h"
+
+namespace lodestone {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr uint64_t least_tile_memory_mib = 192;  // the program itself, and what tiles take on their way
+
+struct Options {
+    std::string input, out, encoding = "meshopt", up = "y", viewer, tmp;
+    std::optional<double> longitude, latitude, height;
+    uint32_t tile_triangles = 32768;
+    unsigned threads = 0;
+    uint64_t memory_mib = 0;
+    bool allow_outside = false, json = false;
+    ReadOptions heights;
+};
+
+Result<void> limit_memory(const Options& o) {
+    if (o.memory_mib == 0) return {};
+    if (o.memory_mib < least_tile_memory_mib)
+        return fail(Fault::usage, "--memory " + std::to_string(o.memory_mib) + ": tiles take at least " +
+                                      std::to_string(least_tile_memory_mib) + " MiB");
+    std::error_code no_folder;
+    return begin_spilling({o.tmp.empty() ? fs::temp_directory_path(no_folder) : fs::path(o.tmp), o.memory_mib << 20});
+}
+
+Result<glm::dmat4> root_transform(const Options& o) {
+    if (!o.longitude && !o.latitude) {
+        if (o.height) return fail(Fault::usage, "--height: give --lon and --lat with it");
+        return glm::dmat4(1);
+    }
+    if (!o.longitude || !o.latitude) return fail(Fault::usage, "tile: give both of --lon and --lat, or neither");
+    return tiles::east_north_up(*o.longitude, *o.latitude, o.height.value_or(0));
+}
+
+bool is_of_a_tileset(const std::string& name) {
+    return name == "tileset.json" || name == "view.html" || name == "t" || name == "s" || name == "i" || name == "a";
+}
+
+// An address, or a folder as it is seen from the page.
+std::string viewer_address(const Options& o) {
+    if (o.viewer.empty() || o.viewer.find("://") != std::string::npos) return o.viewer;
+    std::error_code error;
+    if (!fs::is_directory(o.viewer, error)) return o.viewer;
+    return fs::relative(fs::absolute(o.viewer), fs::absolute(o.out), error).generic_string();
+}
+
+struct Made {
+    tiles::TilesetReport report;  // of all parts together
+    uint32_t parts = 1;
+};
+
+// Adds the figures of one part to those of all.
+void add(tiles::TilesetReport& sum, const tiles::TilesetReport& part) {
+    sum.tiles += part.tiles;
+    sum.leaves += part.leaves;
+    sum.tilesets += part.tilesets;
+    sum.depth = std::max(sum.depth, part.depth + 1);
+    sum.leaf_triangles += part.leaf_triangles;
+    sum.triangles += part.triangles;
+    sum.closing_triangles += part.closing_triangles;
+    sum.glb_bytes += part.glb_bytes;
+    sum.json_bytes += part.json_bytes;
+    sum.image_bytes += part.image_bytes;
+    sum.root_bytes += part.root_bytes;
+    sum.root_error = std::max(sum.root_error, part.root_error);
+}
+
+class SceneTiler {
+public:
+    SceneTiler(const ReadyScene& scene, const tiles::TilesetOptions& options, const fs::path& folder,
+               const Progress& progress)
+        : scene_(scene), options_(options), folder_(folder), progress_(progress) {}
+
+    // A scene of one instance is one tileset; of others each asset is one, and one more places them.
+    Result<Made> run() {
+        if (scene_.instances.size() == 1) {
+            tiles::TilesetOptions options = options_;
+            options.transform = options.transform * in_tile_axes(scene_.instances[0].object_to_world);
+            auto report = write(scene_.instances[0].asset, folder_, options);
+            if (!report) return tl::unexpected(report.error());
+            return Made{*report, 1};
+        }
+        return joint();
+    }
+
+private:
+    glm::dmat4 in_tile_axes(const glm::mat4& object_to_world) const {
+        const glm::dmat4 axes = tiles::to_tile_axes(options_.up);
+        return axes * glm::dmat4(object_to_world) * glm::transpose(axes);
+    }
+    Result<tiles::TilesetReport> write(uint32_t asset, const fs::path& folder, const tiles::TilesetOptions& options) {
+        progress_.at("pages of the atlas", 0);
+        const auto atlas = scene_.assets[asset].atlas();
+        if (!atlas) return tl::unexpected(atlas.error());
+        return tiles::write_tileset(*atlas, folder, options, progress_);
+    }
+    Result<Made> joint() {
+        Made made;
+        made.report.tilesets = 1;
+        made.parts = static_cast<uint32_t>(scene_.assets.size());
+        std::vector<tiles::PlacedTileset> of_assets;
+        for (uint32_t a = 0; a < scene_.assets.size(); ++a) {
+            const std::string name = "a/" + std::to_string(a);
+            std::error_code error;
+            fs::create_directories(folder_ / name, error);
+            if (error) return fail(Fault::machine, (folder_ / name).string() + ": cannot be made: " + error.message());
+            tiles::TilesetOptions options = options_;
+            options.transform = glm::dmat4(1);
+            options.name = scene_.scene.assets[a].name;
+            const auto report = write(a, folder_ / name, options);
+            if (!report) return tl::unexpected(report.error());
+            add(made.report, *report);
+            of_assets.push_back({name + "/tileset.json", glm::dmat4(1), report->geometric_error, report->box});
+        }
+        std::vector<tiles::PlacedTileset> placed;
+        for (const Instance& instance : scene_.instances) {
+            placed.push_back(of_assets[instance.asset]);
+            placed.back().transform = in_tile_axes(instance.object_to_world);
+        }
+        const auto bytes = tiles::write_joint_tileset(placed, options_.transform, folder_);
+        if (!bytes) return tl::unexpected(bytes.error());
+        made.report.json_bytes += *bytes;
+        return made;
+    }
+
+    const ReadyScene& scene_;
+    const tiles::TilesetOptions& options_;
+    const fs::path& folder_;
+    const Progress& progress_;
+};
+
+nlohmann::json json_of(const Made& made, double seconds, double bake_seconds) {
+    const tiles::TilesetReport& r = made.report;
+    return {{"assets", made.parts},
+            {"tiles", r.tiles},
+            {"leaves", r.leaves},
+            {"depth", r.depth},
+            {"tilesets", r.tilesets},
+            {"triangles", r.triangles},
+            {"leaf_triangles", r.leaf_triangles},
+            {"closing_triangles", r.closing_triangles},
+            {"bytes",
+             {{"tiles", r.glb_bytes}, {"tilesets", r.json_bytes}, {"images", r.image_bytes}, {"root", r.root_bytes}}},
+            {"root_error", r.root_error},
+            {"bake_seconds", bake_seconds},
+            {"seconds", seconds}};
+}
+
+void print_summary(const std::string& out, const Made& made, double seconds) {
+    const tiles::TilesetReport& r = made.report;
+    std::printf(
+        "%s: %u tiles in %u levels of tiles, %llu triangles in %u leaves; %llu triangles in all, %.1f%% of them close "
+        "borders\n",
+        printable(out).c_str(), r.tiles, r.depth, static_cast<unsigned long long>(r.leaf_triangles), r.leaves,
+        static_cast<unsigned long long>(r.triangles),
+        100.0 * static_cast<double>(r.closing_triangles) / static_cast<double>(std::max<uint64_t>(1, r.triangles)));
+    std::printf("  %llu bytes of tiles, %llu of textures, %llu of tilesets, in %.2f s\n",
+                static_cast<unsigned long long>(r.glb_bytes), static_cast<unsigned long long>(r.image_bytes),
+                static_cast<unsigned long long>(r.json_bytes), seconds);
+}
+
+Result<int> tile(const Options& o) {
+    const auto transform = root_transform(o);
+    if (!transform) return tl::unexpected(transform.error());
+    const auto encoding = tiles::encoding_named(o.encoding);
+    LODE_CHECK(encoding.has_value(), o.encoding);
+    set_thread_count(o.threads);
+    if (auto done = limit_memory(o); !done) return tl::unexpected(done.error());
+    auto folder = OutputFolder::create(o.out, is_of_a_tileset);
+    if (!folder) return tl::unexpected(folder.error());
+    const Progress progress = terminal_progress();
+    auto scene = read_scene(o.input, o.allow_outside);
+    if (!scene) return tl::unexpected(scene.error());
+    scene->heights = o.heights;
+    const std::string name = scene->name;
+    const SceneNeeds needs{Need::none, Need::none, Need::none, Need::must, false};
+    const auto ready = ready_scene(std::move(*scene), needs, progress);
+    if (!ready) return tl::unexpected(ready.error());
+    const Stopwatch watch;
+    tiles::TilesetOptions options;
+    options.encoding = *encoding;
+    options.up = o.up == "z" ? tiles::UpAxis::z : tiles::UpAxis::y;
+    options.tile_triangles = o.tile_triangles;
+    options.transform = *transform;
+    options.name = name;
+    const auto made = SceneTiler(*ready, options, folder->path(), progress).run();
+    if (!made) return tl::unexpected(made.error());
+    auto page = OutputFile::create(folder->path() / "view.html");
+    if (!page) return tl::unexpected(page.error());
+    if (auto done = page->write(tiles::view_page(name, viewer_address(o))); !done) return tl::unexpected(done.error());
+    if (auto done = page->commit(); !done) return tl::unexpected(done.error());
+    if (auto done = folder->commit(); !done) return tl::unexpected(done.error());
+    end_progress();
+    const double seconds = watch.wall();
+    if (o.json) {
+        print_line(json_of(*made, seconds, ready->bake_seconds).dump(2));
+    } else if (verbosity() != Verbosity::quiet) {
+        print_summary(o.out, *made, seconds);
+    }
+    return 0;
+}
+
+void add_place_options(CLI::App& command, Options& o) {
+    command.add_option("--lon", o.longitude, "Degrees east (WGS 84) where the mesh's origin stands on the Earth")
+        ->check(CLI::Range(-180.0, 180.0));
+    command.add_option("--lat", o.latitude, "Degrees north where it stands")->check(CLI::Range(-90.0, 90.0));
+    command.add_option("--height", o.height, "Metres above the ellipsoid where it stands; 0 unless given")
+        ->check(CLI::Range(-1e7, 1e9));
+    command
+        .add_option("--up", o.up, "Axis of the mesh that points up: y (x is east, z south) or z (x is east, y north)")
+        ->check(CLI::IsMember({"y", "z"}))
+        ->capture_default_str();
+}
+
+void add_machine_options(CLI::App& command, Options& o) {
+    command.add_option("--threads", o.threads, "Threads to use; 0 takes one per core")->capture_default_str();
+    command
+        .add_option("--memory", o.memory_mib,
+                    "Memory to keep to, in MiB, about, at least 192; the rest waits in unnamed files in --tmp")
+        ->check(CLI::Range(1, 1 << 30));
+    command
+        .add_option("--tmp", o.tmp, "Folder for the files of --memory; the system's for temporary files unless given")
+        ->check(CLI::ExistingDirectory);
+    add_outside_option(command, o.allow_outside);
+    command.add_flag("--json", o.json, "Print counts, bytes and seconds as JSON");
+}
+
+}  // namespace
+
+void add_tile(CLI::App& app, Run& run) {
+    const auto o = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand(
+        "tile",
+        "Write 3D Tiles of a scene, a mesh or an asset, closed whichever of them are shown, for viewers of maps");
+    command->add_option("input", o->input, "Scene (.json), mesh, height map, or asset (.lode) with an atlas")
+        ->required();
+    command->add_option("-o,--out", o->out, "Folder to write: tileset.json, view.html and the tiles")->required();
+    command
+        ->add_option("--encoding", o->encoding,
+                     "meshopt (compressed), quantised (whole numbers) or plain (floats, for every reader of glTF)")
+        ->check(CLI::IsMember({"meshopt", "quantised", "plain"}))
+        ->capture_default_str();
+    command
+        ->add_option("--tile-triangles", o->tile_triangles,
+                     "Triangles of a tile at most, without those that close borders")
+        ->check(CLI::Range(tiles::least_tile_triangles, tiles::most_tile_triangles))
+        ->capture_default_str();
+    add_place_options(*command, *o);
+    add_height_options(*command, o->heights);
+    command->add_option("--viewer", o->viewer,
+                        "For view.html: folder or address where viewers lie as npm lays them out (cesium, or three and "
+                        "3d-tiles-renderer)");
+    add_machine_options(*command, *o);
+    command->footer(
+        examples("lodestone tile scan.ply -o tiles\n"
+                 "lodestone tile rock.lode -o rock --up z --lon 8.5 --lat 47.4 --height 500\n"
+                 "lodestone tile dem.tif -o terrain --fill-voids --viewer node_modules"));
+    command->callback([o, &run] { run = [o] { return tile(*o); }; });
+}
+
+}  // namespace lodestone

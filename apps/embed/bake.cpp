@@ -1,0 +1,120 @@
+#include "apps/embed/bake.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+
+#include "apps/commands/bake_options.h"
+#include "mesh/packed_vertices.h"
+
+namespace lodestone {
+
+namespace {
+
+template <class Parse>
+Result<BakeOptions> parsed(Parse&& parse) {
+    CLI::App command;
+    command.set_help_flag();
+    BakeWords words;
+    add_bake_options(command, words);
+    try {
+        parse(command);
+    } catch (const CLI::ParseError& e) { return fail(Fault::usage, std::string("options: ") + e.what()); }
+    return bake_options_of(words);
+}
+
+// Of all that an asset's bytes depend on.
+Hash128 source_of(const TriMesh& mesh) {
+    HashStream stream;
+    const auto add = [&](const auto& values) { stream.add(std::as_bytes(std::span(values))); };
+    const PresentAttributes has = attributes_of(mesh);
+    const std::array<uint64_t, 6> sizes{mesh.positions.size(),
+                                        mesh.triangles.size(),
+                                        has.normals + 2u * has.uvs + 4u * has.colours + 8u * has.materials,
+                                        mesh.material_table.size(),
+                                        mesh.images.size(),
+                                        mesh.wedge_count()};
+    add(sizes);
+    add(mesh.positions);
+    add(mesh.wedge_vertex);
+    add(mesh.triangles);
+    add(mesh.normals);
+    add(mesh.uvs);
+    add(mesh.colours);
+    add(mesh.materials);
+    for (const Material& material : mesh.material_table) {
+        add(material.name);
+        const std::array<float, 4> colour{material.base_colour.r, material.base_colour.g, material.base_colour.b,
+                                          material.base_colour.a};
+        add(colour);
+        const std::array<int32_t, 2> rest{material.base_colour_image, material.double_sided ? 1 : 0};
+        add(rest);
+    }
+    for (const Image& image : mesh.images) {
+        const std::array<uint32_t, 2> size{image.width, image.height};
+        add(size);
+        add(image.texels);
+    }
+    return stream.digest();
+}
+
+// A folder of its own for a file that is about to lose its name.
+class PassingFolder {
+public:
+    static Result<PassingFolder> create() {
+        std::error_code error;
+        const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
+        std::string path = (folder / "lodestone-XXXXXX").string();
+        if (error || mkdtemp(path.data()) == nullptr)
+            return fail(Fault::machine, path + ": no folder can be made for temporary files; set TMPDIR to another");
+        return PassingFolder(path);
+    }
+    ~PassingFolder() {
+        std::error_code ignored;
+        if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+    }
+    PassingFolder(PassingFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+    PassingFolder& operator=(PassingFolder&&) = delete;
+    std::filesystem::path file() const { return path_ / "asset.lode"; }
+
+private:
+    explicit PassingFolder(std::filesystem::path path) : path_(std::move(path)) {}
+    std::filesystem::path path_;
+};
+
+}  // namespace
+
+Result<BakeOptions> bake_options_of(const std::vector<std::string>& words) {
+    return parsed([&](CLI::App& command) { command.parse(std::vector<std::string>(words.rbegin(), words.rend())); });
+}
+
+Result<BakeOptions> bake_options_of_text(const std::string& text) {
+    return parsed([&](CLI::App& command) { command.parse(text, false); });
+}
+
+Result<BakedAsset> bake_mesh(const NamedMesh& mesh, const BakeOptions& options,
+                             const std::optional<std::filesystem::path>& path, bool opened, const Progress& progress) {
+    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
+    std::optional<PassingFolder> folder;
+    if (!path) {
+        auto made = PassingFolder::create();
+        if (!made) return tl::unexpected(made.error());
+        folder.emplace(std::move(*made));
+    }
+    const std::filesystem::path out = path ? *path : folder->file();
+    BakeInput input;
+    input.mesh = mesh.mesh;
+    input.source = source_of(mesh.mesh);
+    input.name = mesh.name;
+    auto report = bake_asset(std::move(input), options, out, progress);
+    if (!report) return tl::unexpected(report.error());
+    BakedAsset baked{std::move(*report), std::nullopt};
+    if (!opened && path) return baked;
+    auto asset = open_asset(out);
+    if (!asset) return tl::unexpected(asset.error());
+    baked.asset.emplace(std::move(*asset));
+    return baked;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,106 @@
+#include "tiles/farthest.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "mesh/distance/closest_point.h"
+
+namespace lodestone::tiles {
+
+TargetSurface::TargetSurface(std::vector<glm::vec3> positions, std::vector<uint32_t> indices)
+    : positions_(std::move(positions)), indices_(std::move(indices)), search_(positions_, indices_) {}
+
+double TargetSurface::distance(const glm::dvec3& point, uint32_t triangle) const {
+    const auto corner = [&](uint32_t k) { return glm::dvec3(positions_[indices_[size_t{triangle} * 3 + k]]); };
+    return glm::distance(point, closest_on_triangle(point, corner(0), corner(1), corner(2)));
+}
+
+namespace {
+
+bool less_bound(const SurfacePiece& a, const SurfacePiece& b) { return a.bound < b.bound; }
+
+class FarthestSearch {
+public:
+    FarthestSearch(std::vector<SurfacePiece> pieces, const TargetSurface& target, double at_least, double resolution)
+        : open_(std::move(pieces)), target_(target), least_(at_least), resolution_(resolution) {}
+
+    double run() {
+        std::erase_if(open_, [&](const SurfacePiece& piece) {
+            if (!settled(piece.bound)) return false;
+            closed_ = std::max(closed_, piece.bound);
+            return true;
+        });
+        std::make_heap(open_.begin(), open_.end(), less_bound);
+        while (!open_.empty() && !settled(open_.front().bound)) {
+            std::pop_heap(open_.begin(), open_.end(), less_bound);
+            const SurfacePiece piece = open_.back();
+            open_.pop_back();
+            look_at(piece);
+        }
+        return std::max({least_, closed_, open_.empty() ? 0.0 : open_.front().bound});
+    }
+
+private:
+    bool settled(double bound) const { return bound <= least_ * (1 + farthest_tolerance) + resolution_; }
+
+    void put(const SurfacePiece& piece) {
+        if (settled(piece.bound)) {
+            closed_ = std::max(closed_, piece.bound);
+            return;
+        }
+        open_.push_back(piece);
+        std::push_heap(open_.begin(), open_.end(), less_bound);
+    }
+
+    // The largest distance to one triangle.
+    double bound_by(const SurfacePiece& piece, uint32_t triangle) const {
+        double bound = 0;
+        for (const glm::dvec3& corner : piece.corners) bound = std::max(bound, target_.distance(corner, triangle));
+        return bound;
+    }
+
+    void look_at(SurfacePiece piece) {
+        if (piece.near != ClosestSurface::no_hint) {
+            const double bound = bound_by(piece, piece.near);
+            if (bound < piece.bound) {
+                piece.bound = bound;
+                if (settled(bound)) return put(piece);
+            }
+        }
+        const glm::dvec3 centre = (piece.corners[0] + piece.corners[1] + piece.corners[2]) / 3.0;
+        const ClosestSurface::Hit middle = target_.closest(centre, piece.near);
+        least_ = std::max(least_, middle.distance);
+        double reach = 0;
+        for (const glm::dvec3& corner : piece.corners) {
+            const ClosestSurface::Hit hit = target_.closest(corner, middle.triangle);
+            least_ = std::max(least_, hit.distance);
+            piece.bound = std::min(piece.bound, bound_by(piece, hit.triangle));
+            reach = std::max(reach, glm::distance(corner, centre));
+        }
+        piece.bound = std::min({piece.bound, bound_by(piece, middle.triangle), middle.distance + reach});
+        piece.near = middle.triangle;
+        if (settled(piece.bound)) return put(piece);
+        quarter(piece);
+    }
+
+    void quarter(const SurfacePiece& piece) {
+        const auto& [a, b, c] = piece.corners;
+        const glm::dvec3 ab = (a + b) * 0.5, bc = (b + c) * 0.5, ca = (c + a) * 0.5;
+        for (const auto& corners :
+             {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{ab, bc, ca}})
+            put({corners, piece.bound, piece.near});
+    }
+
+    std::vector<SurfacePiece> open_;  // a heap, the largest bound first
+    const TargetSurface& target_;
+    double least_, closed_ = 0;  // found at a point; the largest bound of what need not be looked at
+    const double resolution_;
+};
+
+}  // namespace
+
+double farthest_of(std::vector<SurfacePiece> pieces, const TargetSurface& target, double at_least, double resolution) {
+    return FarthestSearch(std::move(pieces), target, at_least, resolution).run();
+}
+
+}  // namespace lodestone::tiles

@@ -1,0 +1,350 @@
+#include "tiles/tile_glb.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "base/check.h"
+#include "base/srgb.h"
+
+namespace lodestone::tiles {
+
+std::optional<Encoding> encoding_named(const std::string& name) {
+    if (name == "meshopt") return Encoding::meshopt;
+    if (name == "quantised") return Encoding::quantised;
+    if (name == "plain") return Encoding::plain;
+    return std::nullopt;
+}
+
+namespace {
+
+using Json = nlohmann::json;
+using vgi::Atlas;
+
+static_assert(std::endian::native == std::endian::little);
+
+constexpr int signed_byte = 5120, unsigned_short = 5123, unsigned_int = 5125, real = 5126;
+constexpr int vertex_target = 34962, index_target = 34963;
+
+// Values of one attribute as they are stored, `stride` bytes each, a multiple of four.
+struct Stream {
+    std::vector<std::byte> bytes;
+    size_t stride = 4;
+    Json accessor;  // but for its view and count
+};
+
+template <class T, size_t N>
+void append(Stream& stream, const std::array<T, N>& values) {
+    const size_t at = stream.bytes.size();
+    stream.bytes.resize(at + stream.stride);
+    std::memcpy(stream.bytes.data() + at, values.data(), N * sizeof(T));
+}
+
+// Binary glTF in the making.
+class Glb {
+public:
+    Glb(const Atlas& atlas, TileMesh mesh, const GlbOptions& options)
+        : atlas_(atlas), mesh_(std::move(mesh)), options_(options) {}
+
+    std::vector<std::byte> run() {
+        json_["asset"] = {{"version", "2.0"}, {"generator", "lodestone"}};
+        json_["scene"] = 0;
+        json_["scenes"] = {{{"nodes", {0}}}};
+        json_["nodes"] = {{{"mesh", 0}, {"matrix", matrix()}}};
+        split_by_material();
+        order();
+        add_attributes();
+        add_primitives();
+        add_materials();
+        add_buffers();
+        return whole();
+    }
+
+private:
+    bool integers() const { return options_.encoding != Encoding::plain; }
+    bool compressed() const { return options_.encoding == Encoding::meshopt; }
+
+    // From the lattice to glTF's axes, column by column.
+    std::array<double, 16> matrix() const {
+        const double s = atlas_.step;
+        const glm::dvec3& o = atlas_.origin;
+        if (options_.up == UpAxis::y) return {s, 0, 0, 0, 0, s, 0, 0, 0, 0, s, 0, o.x, o.y, o.z, 1};
+        return {s, 0, 0, 0, 0, 0, -s, 0, 0, s, 0, 0, o.x, o.z, -o.y, 1};
+    }
+
+    // Index lists, one per material that is used.
+    void split_by_material() {
+        const size_t count = mesh_.materials.empty() ? 1 : atlas_.material_table.size();
+        lists_.resize(count);
+        for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
+            const size_t m = mesh_.materials.empty() ? 0 : mesh_.materials[t];
+            lists_[m].insert(lists_[m].end(), mesh_.triangles[t].begin(), mesh_.triangles[t].end());
+        }
+    }
+
+    // Triangles for the vertex cache, vertices as triangles need them: both compress best so.
+    void order() {
+        const size_t count = mesh_.vertices.size();
+        std::vector<uint32_t> all;
+        for (auto& list : lists_) {
+            meshopt_optimizeVertexCache(list.data(), list.data(), list.size(), count);
+            all.insert(all.end(), list.begin(), list.end());
+        }
+        std::vector<uint32_t> remap(count);
+        const size_t used = meshopt_optimizeVertexFetchRemap(remap.data(), all.data(), all.size(), count);
+        std::vector<TileVertex> ordered(used);
+        for (size_t v = 0; v < count; ++v) {
+            if (remap[v] != ~0u) ordered[remap[v]] = mesh_.vertices[v];
+        }
+        mesh_.vertices = std::move(ordered);
+        for (auto& list : lists_) {
+            for (uint32_t& i : list) i = remap[i];
+        }
+    }
+
+    Stream positions() const {
+        Stream stream;
+        stream.stride = integers() ? 8 : 12;
+        std::array<uint16_t, 3> low{65535, 65535, 65535}, high{0, 0, 0};
+        for (const TileVertex& v : mesh_.vertices) {
+            for (size_t k = 0; k < 3; ++k) {
+                low[k] = std::min(low[k], v.position[k]);
+                high[k] = std::max(high[k], v.position[k]);
+            }
+            if (integers()) {
+                append(stream, v.position);
+            } else {
+                append(stream,
+                       std::array<float, 3>{static_cast<float>(v.position[0]), static_cast<float>(v.position[1]),
+                                            static_cast<float>(v.position[2])});
+            }
+        }
+        stream.accessor = {
+            {"componentType", integers() ? unsigned_short : real}, {"type", "VEC3"}, {"min", low}, {"max", high}};
+        return stream;
+    }
+    Stream normals() const {
+        Stream stream;
+        stream.stride = integers() ? 4 : 12;
+        stream.accessor = {{"componentType", integers() ? signed_byte : real}, {"type", "VEC3"}};
+        if (integers()) stream.accessor["normalized"] = true;
+        for (const TileVertex& v : mesh_.vertices) {
+            const glm::vec3 n = vgi::unpack_octahedral(v.normal);
+            const auto byte = [](float x) { return static_cast<int8_t>(std::lround(x * 127)); };
+            if (integers()) {
+                append(stream, std::array<int8_t, 3>{byte(n.x), byte(n.y), byte(n.z)});
+            } else {
+                append(stream, std::array<float, 3>{n.x, n.y, n.z});
+            }
+        }
+        return stream;
+    }
+    // Of integers the texture's transform makes coordinates.
+    Stream uvs() const {
+        Stream stream;
+        stream.stride = integers() ? 4 : 8;
+        stream.accessor = {{"componentType", integers() ? unsigned_short : real}, {"type", "VEC2"}};
+        if (integers()) stream.accessor["normalized"] = true;
+        for (const TileVertex& v : mesh_.vertices) {
+            if (integers()) {
+                append(stream, v.uv);
+            } else {
+                const glm::vec2 uv = atlas_.uv_low + atlas_.uv_step * glm::vec2(v.uv[0], v.uv[1]);
+                append(stream, std::array<float, 2>{uv.x, uv.y});
+            }
+        }
+        return stream;
+    }
+    // glTF's colours are linear; 16 bits keep what 8 of sRGB hold.
+    Stream colours() const {
+        std::array<uint16_t, 256> linear{};
+        for (size_t i = 0; i < linear.size(); ++i)
+            linear[i] = static_cast<uint16_t>(std::lround(65535 * linear_from_srgb(static_cast<double>(i) / 255)));
+        Stream stream;
+        stream.stride = 8;
+        stream.accessor = {{"componentType", unsigned_short}, {"type", "VEC4"}, {"normalized", true}};
+        for (const TileVertex& v : mesh_.vertices) {
+            const glm::u8vec4& c = v.colour;
+            append(stream,
+                   std::array<uint16_t, 4>{linear[c.x], linear[c.y], linear[c.z], static_cast<uint16_t>(c.w * 257)});
+        }
+        return stream;
+    }
+
+    void add_attributes() {
+        attributes_["POSITION"] = add_stream(positions());
+        attributes_["NORMAL"] = add_stream(normals());
+        if (textured()) attributes_["TEXCOORD_0"] = add_stream(uvs());
+        if (!atlas_.colours.empty()) attributes_["COLOR_0"] = add_stream(colours());
+    }
+    // Texture coordinates without a texture would say nothing.
+    bool textured() const { return !atlas_.uvs.empty() && !atlas_.images.empty(); }
+
+    size_t add_stream(Stream stream) {
+        const size_t count = stream.bytes.size() / stream.stride;
+        std::vector<std::byte> packed;
+        if (compressed()) {
+            packed.resize(meshopt_encodeVertexBufferBound(count, stream.stride));
+            const size_t bytes = meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()),
+                                                            packed.size(), stream.bytes.data(), count, stream.stride);
+            LODE_CHECK(bytes > 0, count, stream.stride);
+            packed.resize(bytes);
+        }
+        const size_t view = add_view(stream.bytes, packed, stream.stride, count, "ATTRIBUTES");
+        json_["bufferViews"][view]["byteStride"] = stream.stride;
+        return add_accessor(std::move(stream.accessor), view, count);
+    }
+    size_t add_indices(const std::vector<uint32_t>& indices) {
+        const bool narrow = mesh_.vertices.size() < 65536;
+        const size_t size = narrow ? 2 : 4;
+        std::vector<std::byte> bytes(indices.size() * size), packed;
+        for (size_t i = 0; i < indices.size(); ++i) std::memcpy(bytes.data() + i * size, &indices[i], size);
+        if (compressed()) {
+            packed.resize(meshopt_encodeIndexBufferBound(indices.size(), mesh_.vertices.size()));
+            const size_t count = meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(packed.data()),
+                                                           packed.size(), indices.data(), indices.size());
+            LODE_CHECK(count > 0, indices.size());
+            packed.resize(count);
+        }
+        const size_t view = add_view(bytes, packed, size, indices.size(), "TRIANGLES");
+        return add_accessor({{"componentType", narrow ? unsigned_short : unsigned_int}, {"type", "SCALAR"}}, view,
+                            indices.size());
+    }
+    size_t add_accessor(Json accessor, size_t view, size_t count) {
+        accessor["bufferView"] = view;
+        accessor["count"] = count;
+        json_["accessors"].push_back(std::move(accessor));
+        return json_["accessors"].size() - 1;
+    }
+    // packed: the same compressed, where tiles are; mode: by what codec.
+    size_t add_view(std::span<const std::byte> bytes, std::span<const std::byte> packed, size_t stride, size_t count,
+                    const char* mode) {
+        Json view = {{"target", mode == std::string("TRIANGLES") ? index_target : vertex_target},
+                     {"byteLength", bytes.size()}};
+        if (compressed()) {
+            view["buffer"] = 1;
+            view["byteOffset"] = unpacked_bytes_;
+            unpacked_bytes_ += (bytes.size() + 3) / 4 * 4;
+            view["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0},
+                                                             {"byteOffset", bin_.size()},
+                                                             {"byteLength", packed.size()},
+                                                             {"byteStride", stride},
+                                                             {"count", count},
+                                                             {"mode", mode}};
+        } else {
+            view["buffer"] = 0;
+            view["byteOffset"] = bin_.size();
+        }
+        const auto stored = compressed() ? packed : bytes;
+        bin_.insert(bin_.end(), stored.begin(), stored.end());
+        bin_.resize((bin_.size() + 3) / 4 * 4);
+        json_["bufferViews"].push_back(std::move(view));
+        return json_["bufferViews"].size() - 1;
+    }
+
+    void add_primitives() {
+        Json primitives = Json::array();
+        for (size_t m = 0; m < lists_.size(); ++m) {
+            if (lists_[m].empty()) continue;
+            primitives.push_back({{"attributes", attributes_}, {"indices", add_indices(lists_[m])}, {"material", m}});
+        }
+        json_["meshes"] = {{{"primitives", primitives}}};
+    }
+
+    void add_materials() {
+        std::vector<Material> table = atlas_.material_table;
+        if (table.empty()) {
+            table.emplace_back();
+            if (atlas_.colours.empty()) table[0].base_colour = {0.6f, 0.6f, 0.6f, 1};
+        }
+        if (lists_.size() < table.size()) table.resize(lists_.size());
+        for (const Material& m : table) {
+            const glm::vec4& c = m.base_colour;
+            Json pbr = {{"baseColorFactor", {c.x, c.y, c.z, c.w}}, {"metallicFactor", 0}, {"roughnessFactor", 1}};
+            if (m.base_colour_image >= 0 && textured()) pbr["baseColorTexture"] = texture(m.base_colour_image);
+            Json material = {{"pbrMetallicRoughness", pbr}, {"doubleSided", m.double_sided || options_.double_sided}};
+            if (!m.name.empty()) material["name"] = m.name;
+            json_["materials"].push_back(std::move(material));
+        }
+        if (!textured()) return;
+        for (const std::string& uri : options_.image_uris) {
+            json_["textures"].push_back({{"source", json_["images"].size()}});
+            json_["images"].push_back({{"uri", uri}});
+        }
+    }
+    Json texture(int32_t image) {
+        Json texture = {{"index", image}};
+        if (integers()) {
+            texture["extensions"]["KHR_texture_transform"] = {
+                {"offset", {atlas_.uv_low.x, atlas_.uv_low.y}},
+                {"scale",
+                 {65535.0 * static_cast<double>(atlas_.uv_step.x), 65535.0 * static_cast<double>(atlas_.uv_step.y)}}};
+            transforms_textures_ = true;
+        }
+        return texture;
+    }
+
+    void add_buffers() {
+        json_["buffers"] = {{{"byteLength", bin_.size()}}};
+        Json extensions = Json::array(), used;
+        if (compressed()) {
+            json_["buffers"].push_back(
+                {{"byteLength", unpacked_bytes_}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
+            extensions.push_back("EXT_meshopt_compression");
+        }
+        if (integers()) extensions.push_back("KHR_mesh_quantization");
+        if (transforms_textures_) extensions.push_back("KHR_texture_transform");
+        if (extensions.empty()) return;
+        json_["extensionsUsed"] = extensions;
+        json_["extensionsRequired"] = extensions;
+    }
+
+    std::vector<std::byte> whole() const {
+        std::string text = json_.dump();
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        const auto total = static_cast<uint32_t>(12 + 8 + text.size() + 8 + bin_.size());
+        const uint32_t head[] = {0x46546c67, 2, total, static_cast<uint32_t>(text.size()), 0x4e4f534a};
+        const uint32_t bin_head[] = {static_cast<uint32_t>(bin_.size()), 0x004e4942};
+        std::vector<std::byte> bytes(total);
+        size_t at = 0;
+        const auto add = [&](std::span<const std::byte> part) {
+            std::memcpy(bytes.data() + at, part.data(), part.size());
+            at += part.size();
+        };
+        add(std::as_bytes(std::span(head)));
+        add(std::as_bytes(std::span(text.data(), text.size())));
+        add(std::as_bytes(std::span(bin_head)));
+        add(bin_);
+        return bytes;
+    }
+
+    const Atlas& atlas_;
+    TileMesh mesh_;
+    const GlbOptions& options_;
+    std::vector<std::vector<uint32_t>> lists_;  // by material
+    Json json_, attributes_;
+    std::vector<std::byte> bin_;
+    size_t unpacked_bytes_ = 0;
+    bool transforms_textures_ = false;
+};
+
+}  // namespace
+
+std::vector<std::byte> encode_glb(const Atlas& atlas, TileMesh mesh, const GlbOptions& options) {
+    // Those that EXT_meshopt_compression names.
+    static std::once_flag versions;
+    std::call_once(versions, [] {
+        meshopt_encodeVertexVersion(0);
+        meshopt_encodeIndexVersion(1);
+    });
+    return Glb(atlas, std::move(mesh), options).run();
+}
+
+}  // namespace lodestone::tiles

@@ -1,0 +1,188 @@
+// Any set of tiles that covers the surface once is closed: edge by edge, and pixel by pixel.
+#include <gtest/gtest.h>
+
+#include "fixtures/meshes.h"
+#include "fixtures/real_data.h"
+#include "tiles/cut_surface.h"
+#include "tiles/exact_raster.h"
+
+namespace lodestone::tiles {
+namespace {
+
+struct Edges {
+    uint64_t unmatched = 0, repeated = 0;
+    uint32_t largest_step = 0;
+};
+
+// What random cuts leave over. without_closing: the triangles that close borders are left out.
+Edges edges_of_cuts(const TiledSurface& surface, int cuts, bool without_closing = false) {
+    Edges edges;
+    Places places;
+    std::vector<std::vector<BorderEdge>> borders;
+    for (const TileMesh& mesh : surface.meshes) {
+        const size_t count = without_closing ? mesh.surface_triangles : mesh.triangles.size();
+        borders.push_back(border_of(corners_of(mesh, count, places), &edges.repeated));
+    }
+    EdgeSum leaves;
+    for (size_t t = 0; t < borders.size(); ++t) {
+        if (surface.tree.nodes[t].children.empty()) leaves.add(borders[t]);
+    }
+    const Rim rim(leaves.left());
+    Random random(7);
+    for (int i = 0; i < cuts; ++i) {
+        const std::vector<uint32_t> cut = random_cut(surface.tree, random);
+        EdgeSum sum;
+        for (const uint32_t tile : cut) sum.add(borders[tile]);
+        edges.unmatched += rim.gaps(sum.left());
+        edges.largest_step = std::max(edges.largest_step, largest_step(surface.tree, cut));
+    }
+    return edges;
+}
+
+TEST(ClosedCuts, EveryEdgeIsRunThroughOnceEachWay) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
+        SCOPED_TRACE(f.name);
+        const TiledSurface surface = tiled(vgi::small_atlas(f.mesh, 32));
+        const Edges edges = edges_of_cuts(surface, 50);
+        EXPECT_EQ(edges.unmatched, 0u);
+        // Small closed pieces are two charts, which lie on each other at the coarsest level.
+        EXPECT_TRUE(edges.repeated == 0 || f.name == "grid with debris");
+    }
+}
+
+TEST(ClosedCuts, LevelsSideBySideAreFarApartAndLeakWithoutClosingTriangles) {
+    const TiledSurface surface = tiled(vgi::small_atlas(fixtures::repaired(Shape::rock, 4000), 64));
+    const Edges closed = edges_of_cuts(surface, 50), open = edges_of_cuts(surface, 50, true);
+    EXPECT_EQ(closed.unmatched, 0u);
+    EXPECT_GE(closed.largest_step, 3u);
+    EXPECT_GT(open.unmatched, 1000u);
+}
+
+TEST(ClosedCuts, AClosingTriangleThatIsMissingIsNoticed) {
+    TiledSurface surface = tiled(vgi::small_atlas(fixtures::torus(24, 12), 32));
+    size_t dropped = 0;
+    for (TileMesh& mesh : surface.meshes) {
+        if (mesh.triangles.size() > mesh.surface_triangles && dropped++ < 1) mesh.triangles.pop_back();
+    }
+    ASSERT_GT(dropped, 1u);
+    EXPECT_GT(edges_of_cuts(surface, 100).unmatched, 0u);
+}
+
+TEST(ClosedCuts, TheRimOfAnOpenSurfaceIsLeftOpenAndGapsBesideItAreNoticed) {
+    const TiledSurface surface = tiled(vgi::small_atlas(fixtures::bumpy_grid(20, 20), 32));
+    Places places;
+    EdgeSum leaves;
+    for (size_t t = 0; t < surface.meshes.size(); ++t) {
+        if (surface.tree.nodes[t].children.empty()) leaves.add(border_of(corners_of(surface.meshes[t], places)));
+    }
+    EXPECT_FALSE(leaves.left().empty());
+    EXPECT_EQ(edges_of_cuts(surface, 50).unmatched, 0u);
+    EXPECT_GT(edges_of_cuts(surface, 50, true).unmatched, 0u);
+}
+
+struct Pixels {
+    uint64_t covered = 0, leaks = 0, unequal = 0;
+    int pictures = 0;
+};
+
+Pixels pixels_of_cuts(const TiledSurface& surface, int cuts, uint32_t size, bool without_closing = false) {
+    Pixels pixels;
+    Random random(11);
+    glm::dvec3 low(65535), high(0);
+    for (const auto& p : surface.atlas.positions) {
+        low = glm::min(low, glm::dvec3(p[0], p[1], p[2]));
+        high = glm::max(high, glm::dvec3(p[0], p[1], p[2]));
+    }
+    const glm::dvec3 middle = (low + high) * 0.5;
+    const double extent = glm::length(high - low);
+    for (int i = 0; i < cuts; ++i) {
+        glm::dvec3 towards(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+        towards = glm::normalize(towards + glm::dvec3(1e-3));
+        const glm::dvec3 eye = middle + towards * (extent * random.uniform(0.6, 1.5));
+        const glm::dvec3 aside = glm::dvec3(random.unit(), random.unit(), random.unit()) * (0.2 * extent);
+        ExactRaster raster(size, eye, middle + aside);
+        bool whole = true;
+        for (const uint32_t tile : random_cut(surface.tree, random)) {
+            const TileMesh& mesh = surface.meshes[tile];
+            const size_t count = without_closing ? mesh.surface_triangles : mesh.triangles.size();
+            for (size_t t = 0; t < count && whole; ++t) {
+                std::array<glm::dvec3, 3> corners;
+                for (size_t k = 0; k < 3; ++k) {
+                    const auto& p = mesh.vertices[mesh.triangles[t][k]].position;
+                    corners[k] = {p[0], p[1], p[2]};
+                }
+                whole = raster.draw(corners);
+            }
+        }
+        if (!whole) continue;
+        const ExactRaster::Counts counts = raster.counts();
+        pixels.covered += counts.covered;
+        pixels.leaks += counts.leaks;
+        pixels.unequal += counts.unequal;
+        ++pixels.pictures;
+    }
+    return pixels;
+}
+
+TEST(ClosedCuts, EveryPixelHasAsManyFrontsAsBacks) {
+    const TiledSurface surface = tiled(vgi::small_atlas(fixtures::repaired(Shape::rock, 4000), 64));
+    const Pixels closed = pixels_of_cuts(surface, 12, 300), open = pixels_of_cuts(surface, 12, 300, true);
+    EXPECT_GE(closed.pictures, 10);
+    EXPECT_GT(closed.covered, 100000u);
+    EXPECT_EQ(closed.leaks, 0u);
+    EXPECT_EQ(closed.unequal, 0u);
+    EXPECT_GT(open.leaks, 0u);
+    EXPECT_GT(open.unequal, 100u);
+}
+
+// Surfaces of the issue: a rock, a terrain, one of 40 components, a scan with holes.
+TriMesh forty_rocks() {
+    TriMesh all;
+    for (uint64_t seed = 0; seed < 40; ++seed) {
+        const TriMesh rock = fixtures::repaired(Shape::rock, 800, seed + 1);
+        const auto first = static_cast<uint32_t>(all.positions.size());
+        for (const glm::vec3& p : rock.positions)
+            all.positions.push_back(p * (0.2f + 0.01f * static_cast<float>(seed)) +
+                                    glm::vec3(static_cast<float>(seed % 8), static_cast<float>(seed / 8), 0) * 2.0f);
+        for (const Triangle& t : rock.triangles) all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+    all.set_identity_wedges();
+    return all;
+}
+
+void expect_closed_thousand(const TiledSurface& surface) {
+    EXPECT_GT(surface.tree.nodes.size(), 50u);
+    const Edges edges = edges_of_cuts(surface, 1000);
+    EXPECT_EQ(edges.unmatched, 0u);
+    EXPECT_GE(edges.largest_step, 2u);
+}
+
+TEST(ClosedCutsLong, AThousandOfARock) {
+    const TiledSurface surface = tiled(vgi::small_atlas(fixtures::repaired(Shape::rock, 200000), 64, 20), 512);
+    expect_closed_thousand(surface);
+    const Pixels pixels = pixels_of_cuts(surface, 200, 400);
+    EXPECT_EQ(pixels.leaks, 0u);
+    EXPECT_EQ(pixels.unequal, 0u);
+    std::cout << surface.tree.nodes.size() << " tiles; " << pixels.pictures << " pictures, " << pixels.covered
+              << " pixels covered\n";
+}
+TEST(ClosedCutsLong, AThousandOfATerrain) {
+    expect_closed_thousand(tiled(vgi::small_atlas(fixtures::repaired(Shape::terrain, 100000), 64, 20), 512));
+}
+TEST(ClosedCutsLong, AThousandOfFortyRocks) {
+    const TiledSurface surface = tiled(vgi::small_atlas(forty_rocks(), 32, 60), 512);
+    expect_closed_thousand(surface);
+    const Pixels pixels = pixels_of_cuts(surface, 100, 400);
+    EXPECT_EQ(pixels.leaks, 0u);
+    EXPECT_EQ(pixels.unequal, 0u);
+}
+TEST(ClosedCutsLong, AThousandOfAScanWithHoles) {
+    const char* scan = "nasty/elephant-with-holes.off";
+    if (!fixtures::real_data(scan)) GTEST_SKIP() << fixtures::missing_data_note(scan);
+    const auto mesh = fixtures::repaired_real_mesh(scan);
+    ASSERT_TRUE(mesh);
+    expect_closed_thousand(tiled(vgi::small_atlas(*mesh, 64, 40), 512));
+}
+
+}  // namespace
+}  // namespace lodestone::tiles

@@ -68,7 +68,7 @@ void cut(benchmark::State& state, Raster raster, double pixel_error) {
         CutRequest request;
         request.views = std::span(views).subspan(next++ % around, 1);
         request.pixel_error = pixel_error;
-        PageDemand demand(residency.pages());
+        PageDemand demand(residency.units());
         kept.topology = nullptr;
         const Cut made = raster == Raster::bintree
                              ? cut_bintree(residency, request, charts_seen(request), demand, kept)
@@ -104,7 +104,7 @@ void go_on(benchmark::State& state, double degrees) {
     for (auto _ : state) {
         CutRequest request;
         request.views = std::span(views).subspan(next++ % views.size(), 1);
-        PageDemand demand(residency.pages());
+        PageDemand demand(residency.units());
         const Cut made = cut_bintree(residency, request, charts_seen(request), demand, kept);
         triangles += made.triangles;
         taken_over += kept.taken_over;

@@ -137,6 +137,8 @@ BAKE = {
     "vgi.split_long_edges": "edges split because they were long",
     "vgi.still_folded_cells": "as `folded_cells`, in the asset",
     "vgi.stretched_charts": "charts above `--worst-stretch`",
+    "vgi.charts_without_leaves": "charts whose triangles are too thin to be cut into squares: they are drawn from samples",
+    "vgi.leaf_triangles": "triangles of all leaves: the source's, cut along the sides of pages",
     "vgi.template_charts": "charts of components too small for clusters",
     "vgi.uniform_charts": "charts laid out with equal weights, because better ones folded",
     "vgi.uniform_clusters": "clusters flattened with equal weights, likewise",
@@ -172,7 +174,7 @@ INFO = {
     "lod.vertices": "vertices with attributes of level 0",
     "options_hash": "of the options and the revision of the baker",
     "vgi.levels[].error": "largest distance to the mesh, both ways",
-    "vgi.levels[].level": "0 is the finest",
+    "vgi.levels[].level": "0 is the source, of its leaves; 1 the finest samples",
     "vgi.levels[].triangles": "triangles of that level everywhere",
     "whole_bytes": "size of the asset when it was written; more than `bytes` where its end is missing",
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -7,13 +8,15 @@
 #include "apps/terminal.h"
 #include "lod/asset/cursor.h"
 #include "mesh/io/write.h"
+#include "vgi/asset/leaves.h"
 
 namespace lodestone {
 
 namespace {
 
 struct Options {
-    std::string asset, backend = "lod", order, out;
+    std::string asset, backend = "lod", order, out, encoding = "plain";
+    WriteOptions write;
     std::optional<uint64_t> triangles;
     std::optional<double> error;
     bool json = false, prefix = false;
@@ -45,7 +48,7 @@ Result<uint32_t> chosen_level(const Options& o, const Levels& levels, uint32_t m
 }
 
 Result<int> write_level(const Options& o, const TriMesh& mesh, uint32_t level, uint32_t levels, float error) {
-    if (auto done = write_mesh(mesh, o.out); !done) return tl::unexpected(done.error());
+    if (auto done = write_mesh(mesh, o.out, o.write); !done) return tl::unexpected(done.error());
     if (o.json) {
         const nlohmann::json json = {{"triangles", mesh.triangle_count()}, {"level", level}, {"error", error}};
         print_line(json.dump(2));
@@ -56,13 +59,41 @@ Result<int> write_level(const Options& o, const TriMesh& mesh, uint32_t level, u
     return 0;
 }
 
+// Levels of an atlas with leaves: 0 is the source, then those of samples.
+struct SourceAndSamples {
+    explicit SourceAndSamples(const vgi::Atlas& of) : atlas(of), leaf_triangles(vgi::leaf_triangles(of)) {
+        errors.push_back(static_cast<float>(vgi::leaf_rounding(of)));
+        for (const float error : of.errors) errors.push_back(std::max(error, errors[0]));
+    }
+    uint32_t levels() const { return atlas.levels() + 1; }
+    uint64_t triangles_at(uint32_t level) const { return level == 0 ? leaf_triangles : atlas.triangles_at(level - 1); }
+    uint32_t level_for_triangles(uint64_t triangles) const {
+        return leaf_triangles <= triangles ? 0 : 1 + atlas.level_for_triangles(triangles);
+    }
+    uint32_t level_for_error(double error) const {
+        const auto larger = std::ranges::upper_bound(errors, error, {}, [](float e) { return static_cast<double>(e); });
+        return larger == errors.begin() ? 0 : static_cast<uint32_t>(larger - errors.begin()) - 1;
+    }
+
+    const vgi::Atlas& atlas;
+    uint64_t leaf_triangles;
+    std::vector<float> errors;
+};
+
 Result<int> extract_atlas(const Options& o, const Asset& asset) {
     if (!o.order.empty()) return fail(Fault::usage, "--order " + o.order + ": is for the lod backend");
     const auto atlas = asset.atlas();
     if (!atlas) return tl::unexpected(atlas.error());
-    const auto level = chosen_level(o, *atlas);
+    if (atlas->leaves.empty()) {
+        const auto level = chosen_level(o, *atlas, 1);
+        if (!level) return tl::unexpected(level.error());
+        return write_level(o, atlas->extract(*level), *level + 1, atlas->levels() + 1, atlas->errors[*level]);
+    }
+    const SourceAndSamples levels(*atlas);
+    const auto level = chosen_level(o, levels);
     if (!level) return tl::unexpected(level.error());
-    return write_level(o, atlas->extract(*level), *level, atlas->levels(), atlas->errors[*level]);
+    return write_level(o, *level == 0 ? vgi::extract_leaves(*atlas) : atlas->extract(*level - 1), *level,
+                       levels.levels(), levels.errors[*level]);
 }
 
 Result<int> extract(const Options& o) {
@@ -100,15 +131,26 @@ void add_extract(CLI::App& app, Run& run) {
     command->add_option("--triangles", o->triangles, "Write the finest level with at most this many triangles");
     command->add_option("--error", o->error, "Write the coarsest level whose error is at most this, in object units")
         ->check(CLI::NonNegativeNumber);
-    command->add_option("--level", o->level,
-                        "Write this level; 0 is full detail. Give exactly one of --triangles, --error and --level");
+    command
+        ->add_option("--level", o->level,
+                     "Write this level; 0, or source, is the source itself (vgi: its leaves, 1 the finest samples). "
+                     "Give exactly one of --triangles, --error and --level")
+        ->transform([](const std::string& level) { return level == "source" ? std::string("0") : level; });
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
+    add_encoding_option(*command, o->encoding);
     add_prefix_option(*command, o->prefix);
     command->add_flag("--json", o->json, "Print triangles, level and error (object units) as JSON");
     command->footer(
         examples("lodestone extract bunny.lode --backend lod --triangles 5000 -o bunny-5k.glb\n"
-                 "lodestone extract atlas.lode --backend vgi --level 1 -o atlas.ply"));
-    command->callback([o, &run] { run = [o] { return extract(*o); }; });
+                 "lodestone extract atlas.lode --backend vgi --level source -o atlas.ply"));
+    command->callback([o, &run] {
+        run = [o]() -> Result<int> {
+            const auto write = write_options_of(o->encoding, o->out, 0);
+            if (!write) return tl::unexpected(write.error());
+            o->write = *write;
+            return extract(*o);
+        };
+    });
 }
 
 }  // namespace lodestone

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "lod/asset/level_steps.h"
 #include "mesh/topology.h"
+#include "vgi/asset/leaves.h"
 
 namespace lodestone {
 
@@ -55,12 +56,14 @@ Json describe(const Asset& asset) {
     }
     if (asset.lod != nullptr) describe_lod(*asset.lod, info["lod"]);
     if (asset.atlas_file != nullptr) {
-        const auto errors = asset.file.array<float>("vgi/errors");
-        for (uint32_t level = 0; errors && level < errors->size(); ++level) {
-            info["vgi"]["levels"].push_back({{"level", level},
-                                             {"triangles", asset.atlas_file->about().triangles_at(level)},
-                                             {"error", (*errors)[level]}});
-        }
+        const vgi::Atlas& atlas = asset.atlas_file->about();
+        const auto add = [&](uint32_t level, uint64_t triangles, float error) {
+            info["vgi"]["levels"].push_back({{"level", level}, {"triangles", triangles}, {"error", error}});
+        };
+        if (const auto leaves = asset.atlas_file->leaf_triangles(); leaves && *leaves > 0)
+            add(0, *leaves, static_cast<float>(vgi::leaf_rounding(atlas)));
+        for (uint32_t level = 0; level < atlas.errors.size(); ++level)
+            add(level + 1, atlas.triangles_at(level), atlas.errors[level]);
     }
     if (asset.discrete != nullptr) {
         for (const DiscreteLevel& level : asset.discrete->levels) {
@@ -176,8 +179,9 @@ Result<int> verify(const std::string& path, bool json) {
     if (asset->atlas_file != nullptr) {
         progress.at("atlas", 0);
         const auto atlas = asset->atlas();
-        checks.emplace_back("atlas: pages decode; gluing closes; glued samples equal at every level",
-                            atlas ? Result<void>{} : Result<void>(tl::unexpected(atlas.error())));
+        checks.emplace_back(
+            "atlas: pages and leaves decode; gluing closes; glued samples equal at every level; leaves fit together",
+            atlas ? Result<void>{} : Result<void>(tl::unexpected(atlas.error())));
         if (atlas)
             checks.emplace_back("atlas: an oriented manifold with the source's topology",
                                 same_topology(*asset, *atlas));

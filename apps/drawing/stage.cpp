@@ -92,6 +92,7 @@ std::span<const DebugChoice> debug_choices() {
                                               {DebugView::material, "material", "material"},
                                               {DebugView::error, "error", "error in pixels"},
                                               {DebugView::stretch, "stretch", "stretch"},
+                                              {DebugView::leaf, "leaf", "leaves"},
                                               {DebugView::misses, "misses", "cache misses"},
                                               {DebugView::volume_bricks, "volume-bricks", "bricks of volumes"},
                                               {DebugView::volume_occupancy, "volume-occupancy", "occupancy of volumes"},

@@ -158,6 +158,7 @@ void add_atlas_options(Json& json, const vgi::AtlasOptions& atlas) {
     json["most_rounds"] = atlas.most_rounds;
     json["recentre_passes"] = atlas.recentre_passes;
     json["atlas_error_samples"] = atlas.error_samples;
+    json["leaves"] = atlas.leaves;
     json["curvature_importance"] = atlas.parameterise.curvature_importance;
     json["most_solves"] = atlas.parameterise.most_solves;
     json["least_gain"] = atlas.parameterise.least_gain;

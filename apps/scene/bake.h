@@ -19,7 +19,7 @@
 namespace lodestone {
 
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
-inline constexpr int bake_revision = 8;
+inline constexpr int bake_revision = 9;
 
 struct BakeOptions {
     std::vector<std::string> backends = {"lod"};  // lod, vgi, discrete, full

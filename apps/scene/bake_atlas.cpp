@@ -4,6 +4,7 @@
 #include <iomanip>
 #include <sstream>
 
+#include "vgi/asset/leaves.h"
 #include "vgi/bake/bake.h"
 #include "vgi/bake/images/chart_sizes.h"
 
@@ -48,6 +49,11 @@ void warn_of(const vgi::AtlasReport& made, const vgi::AtlasOptions& options, dou
                          ", that they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
                          std::to_string(options.cells + 1) + "^2");
     }
+    if (made.charts_without_leaves > 0) {
+        progress.warning(std::to_string(made.charts_without_leaves) + " of " + std::to_string(made.charts) +
+                         " charts have no leaves: their triangles are too thin to be cut into squares; they are drawn "
+                         "from samples");
+    }
     if (made.stretched_charts > 0) {
         std::ostringstream line;
         line << made.stretched_charts << " of " << made.charts << " charts are stretched more than "
@@ -87,6 +93,8 @@ nlohmann::json json_of(const vgi::AtlasReport& made, const vgi::Atlas& atlas, do
             {"flipped_triangles", made.flipped_triangles},
             {"missing_samples", made.missing_samples},
             {"stretched_charts", made.stretched_charts},
+            {"charts_without_leaves", made.charts_without_leaves},
+            {"leaf_triangles", vgi::leaf_triangles(atlas)},
             {"folded_cells", made.folded_cells},
             {"still_folded_cells", made.still_folded_cells},
             {"l2_stretch_tutte", made.l2_stretch_tutte},

@@ -12,6 +12,7 @@ layout(location = 0) out vec4 out_colour;
 
 void main() {
     Surface s;
+    s.leaf = 0u;
     s.position = in_position_and_u.xyz;
     s.normal = normalize(in_normal_and_v.xyz);
     s.uv = vec2(in_position_and_u.w, in_normal_and_v.w);

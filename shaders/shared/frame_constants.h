@@ -44,6 +44,7 @@
 #define LODE_DEBUG_VOLUME_OCCUPANCY 13
 #define LODE_DEBUG_VOLUME_LIGHT 14
 #define LODE_DEBUG_VOLUME_STEPS 15
+#define LODE_DEBUG_LEAF 16  // of vgi
 
 #ifdef __cplusplus
 #include <cstdint>

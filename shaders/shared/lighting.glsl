@@ -74,6 +74,8 @@ vec3 lit(Surface s) {
         albedo = s.error < 0.0 ? vec3(0.35) : colour_of_share(clamp(0.5 + log2(max(s.error, 1e-6)) / 6.0, 0.0, 1.0));
     if (debug_view() == LODE_DEBUG_STRETCH)
         albedo = s.stretch < 0.0 ? vec3(0.35) : colour_of_share(clamp(0.5 + log2(max(s.stretch, 1e-6)) / 2.0, 0.0, 1.0));
+    if (debug_view() == LODE_DEBUG_LEAF)
+        albedo = s.leaf != 0u ? colour_of_number(s.page) * vec3(0.5, 1.0, 0.6) : vec3(0.35);
     if (debug_view() == LODE_DEBUG_MISSES) {
         albedo = s.mark == LODE_NO_MARKS
                      ? vec3(0.35)

@@ -8,6 +8,7 @@
 
 LODE_POOL(LODE_VGI_GEOMETRY, geometry, uvec2, 2)
 LODE_POOL(LODE_VGI_ATTRIBUTES, attributes, uint, 1)
+LODE_POOL(LODE_VGI_LEAVES, leaf, uvec4, 4)
 LODE_TEXELS(LODE_VGI_SLOTS, slot, uvec2)
 LODE_TEXELS(LODE_VGI_TABLE, page, uint)
 LODE_TEXELS(LODE_VGI_CHARTS, spacing, uint)

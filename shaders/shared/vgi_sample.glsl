@@ -74,6 +74,21 @@ PulledSample pull_corner(uint index, mat4 to_world) {
     return s;
 }
 
+// index: without LODE_VGI_LEAF. Leaves do not move.
+PulledSample pull_leaf(uint index, mat4 to_world) {
+    VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
+    uvec4 vertex = leaf_at(index);
+    vec3 at = vec3(float(vertex.x & 0x1fffffu), float(vertex.x >> 21 | (vertex.y & 0x3ffu) << 11), float(vertex.y >> 10 & 0x1fffffu));
+    PulledSample s;
+    s.world = to_world * vec4(vec3(asset.origin_x, asset.origin_y, asset.origin_z) + asset.leaf_step * at, 1.0);
+    s.place = vec2(float(vertex.z & 0x3fffu), float(vertex.z >> 14 & 0x3fffu)) / float(LODE_VGI_LEAF_PLACES);
+    s.chart = vertex.z >> 28 | (vertex.w >> 16) << 4;
+    s.level = LODE_VGI_LEAF_LEVEL;
+    s.normal = unfolded(vec2(bitfieldExtract(int(vertex.w), 0, 8), bitfieldExtract(int(vertex.w), 8, 8)) / 127.0);
+    s.measure = 0.0;
+    return s;
+}
+
 // p: in the page, which must be of the sample's own level, or the coarsest.
 PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
     VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);

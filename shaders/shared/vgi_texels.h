@@ -23,6 +23,12 @@
 #define LODE_VGI_CORNER_CHARTS 8388608   // at most, 2^23
 #define LODE_VGI_NO_CORNERS 0xffffffffu  // VgiAsset::first_corners_of_charts where none is drawn elsewhere
 #define LODE_VGI_CORNER_LEVEL 15u        // that such triangles have in the visibility buffer
+// Or LODE_VGI_LEAF: slot of a leaf's part times LODE_VGI_LEAF_VERTICES, plus the vertex in it.
+#define LODE_VGI_LEAF 0x40000000u
+#define LODE_VGI_LEAF_VERTICES 256
+#define LODE_VGI_LEAF_CHARTS 1048576  // at most, 2^20
+#define LODE_VGI_LEAF_PLACES 8192u    // in a chart, along a side
+#define LODE_VGI_LEAF_LEVEL 14u       // that triangles of leaves have in the visibility buffer
 
 // Bindings of descriptor set 1.
 #define LODE_VGI_GEOMETRY 0  // pool of positions
@@ -36,6 +42,9 @@
 // Four words to each: corners (x | y << 16, z | error << 16 | radius << 24, parent, normal as packSnorm2x16 has
 // octahedral coordinates), numbered in their atlas; and charts (numbers of their corners).
 #define LODE_VGI_CORNERS 17
+// Per vertex of parts of leaves: x | y << 21, y >> 11 | z << 10 on the leaves' lattice; place x | place y << 14 | low 4
+// bits of the chart << 28; normal x | normal y << 8 | the chart's other bits << 16.
+#define LODE_VGI_LEAVES 18
 
 // A node of a grid cut as a patch to tessellate: level | log2 of its cells << 4 | levels that the node across side s is
 // coarser << (8 + 2 s) | views it is drawn in << 16, a bit each; lowest corner x | y << 16, in finest cells; slots of
@@ -80,7 +89,8 @@ struct VgiAsset {
     uint mip_tail_samples;  // of a chart
     uint first_corner;      // of the table of corners
     uint first_corners_of_charts;
-    uint padding_0, padding_1;  // 0
+    float leaf_step;  // object units, of the leaves' lattice
+    uint padding_0;   // 0
 };
 
 #ifdef __cplusplus

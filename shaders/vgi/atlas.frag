@@ -17,9 +17,9 @@ vec3 direction_of(uint word) {
     return unfolded(vec2(bitfieldExtract(int(word), 0, 8), bitfieldExtract(int(word), 8, 8)) / 127.0);
 }
 
-// Whether the visibility buffer holds a normal: of triangles that stand for many charts.
+// Whether the visibility buffer holds a normal: of triangles that stand for many charts, and of the source's own.
 bool has_normal(uvec4 visible) {
-    return visible.y >> 28 == LODE_VGI_CORNER_LEVEL && debug_view() != LODE_DEBUG_ERROR &&
+    return visible.y >> 28 >= LODE_VGI_LEAF_LEVEL && debug_view() != LODE_DEBUG_ERROR &&
            debug_view() != LODE_DEBUG_STRETCH && debug_view() != LODE_DEBUG_TRIANGLE && debug_view() != LODE_DEBUG_MISSES;
 }
 
@@ -37,7 +37,7 @@ void main() {
     float lod = log2(pixel_at(world.xyz, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
     uint attribute_cells = 1u << asset.attribute_cells, has = asset.has & ever;
     vec2 place = unpackUnorm2x16(visible.x);
-    if (visible.y >> 28 != LODE_VGI_CORNER_LEVEL) place = surface_place(place, chart, world.xyz, lod, instance, asset);
+    if (visible.y >> 28 < LODE_VGI_LEAF_LEVEL) place = surface_place(place, chart, world.xyz, lod, instance, asset);
     uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
     uint base = uint(findMSB(attribute_cells) - findMSB(cells));
     int fit = max(0, int(floor(lod)));
@@ -63,7 +63,11 @@ void main() {
         word0[k] = attributes_at(texel[k]);
         normal += weight[k] * direction_of(word0[k]);
     }
-    if (has_normal(visible)) normal = unfolded(unpackSnorm2x16(visible.w));
+    if (has_normal(visible)) {
+        // Of a leaf up close; where pixels are coarser than samples, the means of these.
+        float own = visible.y >> 28 == LODE_VGI_LEAF_LEVEL ? clamp(-lod, 0.0, 1.0) : 1.0;
+        normal = mix(normalize(normal), unfolded(unpackSnorm2x16(visible.w)), own);
+    }
     Surface s;
     s.position = world.xyz;
     s.normal = normalize(mat3(instance.normal_to_world) * normal);
@@ -98,7 +102,9 @@ void main() {
     }
     s.uv_dx = vec2(uv_span, 0.0);
     s.uv_dy = vec2(0.0, uv_span);
-    s.level = float(visible.y >> 28) / max(float(asset.attribute_cells), 1.0);
+    bool is_leaf = visible.y >> 28 == LODE_VGI_LEAF_LEVEL;
+    s.level = is_leaf ? 0.0 : float(visible.y >> 28) / max(float(asset.attribute_cells), 1.0);
+    s.leaf = is_leaf ? 1u : 0u;
     s.chart = chart + 1u;
     s.page = found.slot + 1u;
     s.missing = float(found.level - wanted);

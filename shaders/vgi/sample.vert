@@ -3,10 +3,17 @@
 // Samples of virtual geometry images by index (shared/vgi_texels.h).
 #include "shared/vgi_vertex.glsl"
 
+// Whether any asset of the scene has leaves. Software rasterisers run every branch.
+layout(constant_id = 0) const uint leaves = 1u;
+
 void main() {
     uint id = instance_id_at(gl_InstanceIndex);
     if ((uint(gl_VertexIndex) & LODE_VGI_CORNER) != 0u) {
         pass_on(pull_corner(uint(gl_VertexIndex) & ~LODE_VGI_CORNER, instance_at(id).object_to_world), id);
+        return;
+    }
+    if (leaves != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u) {
+        pass_on(pull_leaf(uint(gl_VertexIndex) & ~LODE_VGI_LEAF, instance_at(id).object_to_world), id);
         return;
     }
     uint place = uint(gl_VertexIndex) % LODE_VGI_PAGE_TEXELS;

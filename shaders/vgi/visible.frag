@@ -15,11 +15,11 @@ layout(location = 1) flat in uvec3 in_numbers;
 layout(location = 2) in vec3 in_normal;
 
 // Place in the chart, 16 bits each way; chart | level << 28; instance; what the debug view asks for, or
-// the normal of triangles of LODE_VGI_CORNER_LEVEL.
+// the normal of triangles of LODE_VGI_CORNER_LEVEL and LODE_VGI_LEAF_LEVEL.
 layout(location = 0) out uvec4 out_visible;
 
 void main() {
-    uint more = in_numbers.y == LODE_VGI_CORNER_LEVEL ? packSnorm2x16(folded(in_normal)) : 0u;
+    uint more = in_numbers.y >= LODE_VGI_LEAF_LEVEL ? packSnorm2x16(folded(in_normal)) : 0u;
     if (debug_view() == LODE_DEBUG_ERROR || debug_view() == LODE_DEBUG_STRETCH)
         more = floatBitsToUint(in_place_and_measure.z);
     if (debug_view() == LODE_DEBUG_TRIANGLE) more = uint(gl_PrimitiveID);

@@ -60,6 +60,7 @@ enum class DebugView : uint32_t {
     volume_occupancy,  // how many of a ray's steps found something
     volume_light,      // what comes towards the eye, without how dense it is
     volume_steps,      // samples along a ray, up to 256
+    leaf               // `vgi`: where the source's own triangles are drawn
 };
 
 // A number for every triangle of some of a plan's draws, for DebugView::misses: 0 blue .. 3 red.

@@ -94,7 +94,7 @@ TEST_F(ProgramTest, FromAMeshToAnAtlas) {
     EXPECT_LT(vgi["rms_error"], 1e-3);
     succeeds("verify rock.lode");
     const json info = printed("info rock.lode --json");
-    ASSERT_EQ(info["vgi"]["levels"].size(), 6u);
+    ASSERT_EQ(info["vgi"]["levels"].size(), 7u);
     for (const json& level : info["vgi"]["levels"]) {
         const std::string number = std::to_string(level["level"].get<int>());
         succeeds("extract rock.lode --backend vgi --level " + number + " -o level.ply");
@@ -104,7 +104,7 @@ TEST_F(ProgramTest, FromAMeshToAnAtlas) {
     }
     succeeds("extract rock.lode --backend vgi --triangles 2000 -o level.obj");
     succeeds("extract rock.lode --backend vgi --error 0.05 -o level.glb");
-    fails("extract rock.lode --backend vgi --level 6 -o x.ply", 2, "levels 0 (finest) to 5");
+    fails("extract rock.lode --backend vgi --level 7 -o x.ply", 2, "levels 0 (finest) to 6");
     fails("bake rock.ply -o x.lode --backends vgi --resolution 100", 2, "--resolution");
     bake_rock();
     fails("extract rock.lode --backend vgi --level 0 -o x.ply", 3, "holds no atlas");

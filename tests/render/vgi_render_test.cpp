@@ -608,7 +608,7 @@ TEST_F(VgiRenderTest, TheDeviceCutsTheNodesThatTheProcessorCuts) {
             for (const AtlasToCut& atlas : atlases) {
                 ASSERT_GE(wrote.table.size(), atlas.first_page() + atlas.pages());
                 residencies.push_back(atlas.residency(wrote.table));
-                demands.emplace_back(atlas.pages());
+                demands.emplace_back(residencies.back().units());
             }
             for (uint32_t i = 0; i < input.instances.size(); ++i) {
                 const uint32_t asset = input.instances[i].asset;
@@ -617,7 +617,8 @@ TEST_F(VgiRenderTest, TheDeviceCutsTheNodesThatTheProcessorCuts) {
                 request.views = input.views;
                 request.level_view = input.level_view ? &*input.level_view : nullptr;
                 request.pixel_error = input.budget.pixel_error;
-                request.forced_level = input.budget.forced_level;
+                // Level 0 is that of leaves, which only the bintree draws.
+                request.forced_level = input.budget.forced_level - (input.budget.forced_level > 0 ? 1 : 0);
                 request.cull_back_faces = input.views[0].culls_back_faces;
                 PatchesByViews expected;
                 const vgi::Cut cut =

@@ -9,6 +9,7 @@
 
 #include "base/check.h"
 #include "base/disjoint_sets.h"
+#include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {
 
@@ -30,12 +31,18 @@ void Atlas::lay_out(std::vector<uint8_t> levels_left_out) {
     cluster.resize(count);
     first_texel.assign(1, 0);
     first_attribute_texel.assign(1, 0);
+    first_leaf.assign(1, 0);
     const auto squared = [](size_t n) { return n * n; };
     for (uint32_t c = 0; c < count; ++c) {
         LODE_CHECK(cells_of(c) > 0, c);
         first_texel.push_back(first_texel.back() + squared(cells_of(c) + 1));
         first_attribute_texel.push_back(first_attribute_texel.back() + squared(attribute_cells_of(c) + 1));
+        first_leaf.push_back(first_leaf.back() + leaves_per_side(c) * leaves_per_side(c));
     }
+}
+
+uint32_t Atlas::leaves_per_side(uint32_t chart) const {
+    return tree_of(*this, Layer::geometry, chart).pages_per_side(0);
 }
 
 void Atlas::make_room() {
@@ -222,6 +229,8 @@ Result<void> Atlas::validate() const {
         return wrong("an image has the wrong size");
     if (!errors.empty() && (errors.size() != levels() || !std::is_sorted(errors.begin(), errors.end())))
         return wrong("errors fall, or are not one per level");
+    if (!leaves.empty() && (leaves.size() != first_leaf.back() || leaf_parts.size() != leaf_part_count()))
+        return wrong("leaves are not one per square");
     for (const uint16_t m : materials) {
         if (m >= material_table.size()) return wrong("a material is out of range");
     }

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/vec2.hpp>
@@ -81,6 +82,17 @@ struct Corner {
 };
 static_assert(sizeof(Corner) == 12);
 
+// What is known of a leaf (leaves.h), the source's triangles in the square of a finest page of a chart.
+struct Leaf {
+    std::array<uint16_t, 3> position{};  // lattice point in its middle
+    // Codes (error_codes.h): what drawing its samples instead is off by, 0 where there is no leaf; and the sphere
+    // around its middle that holds all of it.
+    uint8_t error = 0, radius = 0;
+    uint32_t parts_end = 0;  // its parts are those from the end of the leaf before
+    bool operator==(const Leaf&) const = default;
+};
+static_assert(sizeof(Leaf) == 12);
+
 // The atlas in memory. A value; copies are deep.
 struct Atlas {
     uint32_t cells = 128;                 // per side of a whole chart's positions, a power of two, 2 .. 4096
@@ -98,6 +110,11 @@ struct Atlas {
     std::vector<PageBounds> bounds;  // per page of positions, chart after chart; empty until measured
     std::vector<Corner> corners;     // roots first, errors never rise; empty until measured: then all are wanted
     std::vector<std::array<uint32_t, 4>> chart_corners;  // per chart: numbers of the corners where its sides begin
+    // Per finest page of a chart's own, row by row, chart after chart; empty: the atlas has no leaves.
+    std::vector<Leaf> leaves;
+    std::vector<std::vector<std::byte>> leaf_parts;  // coded (leaves.h); empty where they stay in a file
+    uint32_t leaf_shift = 5;              // leaves' lattice has 1 << leaf_shift points for one of the samples', 0 .. 16
+    std::vector<uint32_t> first_leaf{0};  // per chart, and the end; lay_out() sets it
 
     // Per texel, chart after chart.
     std::vector<std::array<uint16_t, 3>> positions;  // lattice points
@@ -130,7 +147,21 @@ struct Atlas {
     size_t attribute_texel(uint32_t chart, uint32_t x, uint32_t y) const {
         return first_attribute_texel[chart] + size_t{y} * (attribute_cells_of(chart) + 1) + x;
     }
-    size_t texels() const { return first_texel.back(); }                      // of all charts
+    size_t texels() const { return first_texel.back(); }  // of all charts
+    // Of the parts of all leaves before this one, how many there are.
+    uint32_t first_part(uint32_t leaf) const { return leaf == 0 ? 0 : leaves[leaf - 1].parts_end; }
+    bool has_leaf(uint32_t leaf) const { return leaves[leaf].parts_end > first_part(leaf); }
+    uint32_t leaf_part_count() const { return leaves.empty() ? 0 : leaves.back().parts_end; }
+    // Squares of leaves along a side of a chart.
+    uint32_t leaves_per_side(uint32_t chart) const;
+    // The leaf of square (x, y) of a chart.
+    uint32_t leaf(uint32_t chart, uint32_t x, uint32_t y) const {
+        return first_leaf[chart] + y * leaves_per_side(chart) + x;
+    }
+    // Where a point of the leaves' lattice is; object units.
+    glm::dvec3 leaf_point(const std::array<uint32_t, 3>& p) const {
+        return origin + step / (1u << leaf_shift) * glm::dvec3(p[0], p[1], p[2]);
+    }
     size_t attribute_texels() const { return first_attribute_texel.back(); }  // of all charts
     // A chart's own level for a level of the atlas.
     uint32_t own_level(uint32_t chart, uint32_t level) const {
@@ -146,12 +177,12 @@ struct Atlas {
     Tile across(Tile from, uint32_t side, uint32_t per_side) const;
     // Largest distance there can be: the lattice's diagonal; object units.
     double extent() const { return step * 65535 * 1.7320508075688772; }
-    // Where a texel is; object units.
-    glm::dvec3 point(size_t texel) const {
-        const auto& p = positions[texel];
+    // Where a lattice point is; object units.
+    glm::dvec3 lattice_point(const std::array<uint16_t, 3>& p) const {
         return origin + step * glm::dvec3(p[0], p[1], p[2]);
     }
-    glm::vec3 position(size_t texel) const { return glm::vec3(point(texel)); }  // the same, rounded to floats
+    glm::dvec3 point(size_t texel) const { return lattice_point(positions[texel]); }  // where a texel is; object units
+    glm::vec3 position(size_t texel) const { return glm::vec3(point(texel)); }        // the same, rounded to floats
     // The nearest lattice point, 0 .. 65535 each way.
     glm::dvec3 rounded(const glm::dvec3& point) const {
         return glm::clamp(glm::round((point - origin) / step), 0.0, 65535.0);

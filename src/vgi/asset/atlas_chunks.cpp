@@ -10,6 +10,7 @@
 #include "base/threads.h"
 #include "mesh/io/material_chunks.h"
 #include "vgi/asset/corners.h"
+#include "vgi/asset/leaves.h"
 #include "vgi/asset/pages.h"
 #include "vgi/asset/saturation.h"
 
@@ -25,6 +26,11 @@ struct LayerName {
 const LayerName layers[] = {{Layer::geometry, "vgi/geometry_ends", "vgi/geometry_sums", "vgi/geometry_pages"},
                             {Layer::attributes, "vgi/attribute_ends", "vgi/attribute_sums", "vgi/attribute_pages"}};
 const LayerName& name_of(Layer layer) { return layers[static_cast<size_t>(layer)]; }
+
+// Chunks of leaves.
+constexpr const char *leaf_table = "vgi/leaves", *leaf_ends = "vgi/leaf_ends", *leaf_sums = "vgi/leaf_sums",
+                     *leaf_bytes = "vgi/leaf_parts";
+constexpr uint64_t most_part_bytes = uint64_t{1} << 15;  // a part of a leaf takes less: 24 bytes a vertex, 3 a triangle
 
 // A family takes less: eight streams of 32 kB at most.
 constexpr uint64_t most_family_bytes = uint64_t{1} << 19;
@@ -55,6 +61,23 @@ Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter&
     return writer.add_array(name.bytes, std::span<const std::byte>(bytes));
 }
 
+Result<void> write_leaves(const Atlas& atlas, ChunkWriter& writer) {
+    LODE_CHECK(atlas.leaf_parts.size() == atlas.leaf_part_count(), atlas.leaf_parts.size());
+    std::vector<uint64_t> ends;
+    std::vector<uint32_t> sums;
+    std::vector<std::byte> bytes;
+    for (const auto& part : atlas.leaf_parts) {
+        bytes.insert(bytes.end(), part.begin(), part.end());
+        ends.push_back(bytes.size());
+        sums.push_back(checksum(part));
+    }
+    Result<void> done = writer.add_array(leaf_table, std::span(atlas.leaves));
+    if (done) done = writer.add_array(leaf_ends, std::span<const uint64_t>(ends));
+    if (done) done = writer.add_array(leaf_sums, std::span<const uint32_t>(sums));
+    if (done) done = writer.add_array(leaf_bytes, std::span<const std::byte>(bytes));
+    return done;
+}
+
 }  // namespace
 
 Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
@@ -63,6 +86,7 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
                         {"charts", atlas.charts()},
                         {"origin", {atlas.origin.x, atlas.origin.y, atlas.origin.z}},
                         {"step", atlas.step},
+                        {"leaf_shift", atlas.leaf_shift},
                         {"uv_low", {atlas.uv_low.x, atlas.uv_low.y}},
                         {"uv_step", {atlas.uv_step.x, atlas.uv_step.y}},
                         {"attributes",
@@ -81,6 +105,7 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
     for (const LayerName& layer : layers) {
         if (done) done = write_layer(atlas, layer, writer);
     }
+    if (done && !atlas.leaves.empty()) done = write_leaves(atlas, writer);
     if (done) done = write_materials(writer, atlas.material_table, atlas.images);
     return done;
 }
@@ -104,6 +129,7 @@ Result<uint32_t> read_about(const ChunkFile& file, Atlas& atlas) {
         charts = about.at("charts").get<uint32_t>();
         for (int k = 0; k < 3; ++k) atlas.origin[k] = about.at("origin").at(static_cast<size_t>(k)).get<double>();
         atlas.step = about.at("step").get<double>();
+        atlas.leaf_shift = about.at("leaf_shift").get<uint32_t>();
         for (int k = 0; k < 2; ++k) {
             atlas.uv_low[k] = about.at("uv_low").at(static_cast<size_t>(k)).get<float>();
             atlas.uv_step[k] = about.at("uv_step").at(static_cast<size_t>(k)).get<float>();
@@ -116,6 +142,7 @@ Result<uint32_t> read_about(const ChunkFile& file, Atlas& atlas) {
     if (!good_cells(atlas.cells) || !good_cells(atlas.attribute_cells) || atlas.cells > atlas.attribute_cells)
         return wrong("cells are no powers of two, 2 to 4096, those of attributes the larger");
     if (!(atlas.step > 0)) return wrong("the lattice has no step");
+    if (atlas.leaf_shift > most_leaf_shift) return wrong("the leaves' lattice is too fine");
     bool numbers = std::isfinite(atlas.step);
     for (int k = 0; k < 3; ++k) numbers = numbers && std::isfinite(atlas.origin[k]);
     for (int k = 0; k < 2; ++k) numbers = numbers && std::isfinite(atlas.uv_low[k]) && std::isfinite(atlas.uv_step[k]);
@@ -237,6 +264,40 @@ Result<void> AtlasFile::find_pages(Layer layer) {
     return {};
 }
 
+// Squares have rising numbers of parts, and parts lie behind one another.
+Result<void> AtlasFile::find_leaves(const Limits& limits) {
+    const auto& chunks = file_.chunks();
+    const auto bytes = std::ranges::find(chunks, leaf_bytes, &ChunkInfo::name);
+    if (bytes == chunks.end()) return {};
+    const auto wrong = [&](const std::string& what) { return tl::unexpected(wrong_asset(file_, what)); };
+    auto leaves = file_.array<Leaf>(leaf_table);
+    if (!leaves) return tl::unexpected(leaves.error());
+    auto ends = file_.array<uint64_t>(leaf_ends);
+    if (!ends) return tl::unexpected(ends.error());
+    auto sums = file_.array<uint32_t>(leaf_sums);
+    if (!sums) return tl::unexpected(sums.error());
+    if (leaves->size() != about_.first_leaf.back()) return wrong("vgi/leaves: is not one per square");
+    uint32_t parts = 0;
+    for (const Leaf& leaf : *leaves) {
+        if (leaf.parts_end < parts || (leaf.error > 0) != (leaf.parts_end > parts))
+            return wrong("vgi/leaves: a leaf has parts without an error, or an error without parts");
+        parts = leaf.parts_end;
+    }
+    if (parts > limits.pages)
+        return fail_at(file_.path().string(), past("parts of leaves", parts, limits.pages).value());
+    if (ends->size() != parts || sums->size() != parts) return wrong("vgi/leaf_ends: is not one per part");
+    uint64_t before = 0;
+    for (const uint64_t end : *ends) {
+        if (end <= before || end > bytes->bytes || end - before > most_part_bytes)
+            return wrong("vgi/leaf_ends: a part has no end");
+        before = end;
+    }
+    about_.leaves.assign(leaves->begin(), leaves->end());
+    leaf_ends_ = *ends;
+    leaf_sums_ = *sums;
+    return {};
+}
+
 Result<AtlasFile> AtlasFile::open(const ChunkFile& file, const Limits& limits) {
     AtlasFile opened(file);
     Atlas& atlas = opened.about_;
@@ -246,6 +307,7 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file, const Limits& limits) {
     for (const LayerName& layer : layers) {
         if (auto found = opened.find_pages(layer.layer); !found) return tl::unexpected(found.error());
     }
+    if (auto found = opened.find_leaves(limits); !found) return tl::unexpected(found.error());
     auto shared = read_materials(file);
     if (!shared) return tl::unexpected(shared.error());
     atlas.material_table = std::move(shared->table);
@@ -297,7 +359,66 @@ Result<Page> AtlasFile::decode(const PageName& name, const PageFamily& family, c
     return page;
 }
 
+AtlasFile::ByteRange AtlasFile::leaf_place(uint32_t part) const {
+    LODE_CHECK(part < leaf_ends_.size(), part);
+    const uint64_t first = part == 0 ? 0 : leaf_ends_[part - 1];
+    return {leaf_bytes, first, leaf_ends_[part] - first};
+}
+
+Result<uint64_t> AtlasFile::leaf_triangles() const {
+    uint64_t count = 0;
+    for (uint32_t part = 0; part < about_.leaf_part_count(); ++part) {
+        const ByteRange at = leaf_place(part);
+        std::vector<std::byte> begin(std::min<uint64_t>(at.bytes, leaf_header_bytes));
+        if (auto read = file_.read_part(at.chunk, at.offset, begin); !read) return tl::unexpected(read.error());
+        count += triangles_in_leaf(begin);
+    }
+    return count;
+}
+
+Result<std::vector<std::byte>> AtlasFile::read_leaf(uint32_t part) const {
+    const ByteRange at = leaf_place(part);
+    std::vector<std::byte> bytes(at.bytes);
+    if (auto read = file_.read_part(at.chunk, at.offset, bytes); !read)
+        return fail(read.error().fault,
+                    std::string(leaf_bytes) + ": part " + std::to_string(part) + ": cannot be read");
+    return bytes;
+}
+
+Result<LeafPart> AtlasFile::decode_leaf(uint32_t part, std::span<const std::byte> bytes) const {
+    const auto wrong = [&](const std::string& what) {
+        return fail(Fault::format, std::string(leaf_bytes) + ": part " + std::to_string(part) + ": " + what +
+                                       "; bake the asset again");
+    };
+    if (checksum(bytes) != leaf_sums_[part]) return wrong("is damaged");
+    auto decoded = vgi::decode_leaf(bytes, about_.attributes);
+    if (!decoded) return wrong(decoded.error().message);
+    if (auto good = decoded->validate(about_, tree_of(about_, Layer::geometry).cells_per_page()); !good)
+        return wrong(good.error().message);
+    return decoded;
+}
+
 namespace {
+
+// All parts of leaves, which are looked at and kept as they are.
+Result<void> read_leaves(const AtlasFile& file, Atlas& atlas) {
+    atlas.leaf_parts.resize(atlas.leaf_part_count());
+    std::vector<Result<void>> parts(atlas.leaf_parts.size());
+    parallel_for(parts.size(), 16, [&](size_t begin, size_t end) {
+        for (auto p = static_cast<uint32_t>(begin); p < end; ++p) {
+            auto bytes = file.read_leaf(p);
+            if (!bytes) {
+                parts[p] = tl::unexpected(bytes.error());
+                continue;
+            }
+            if (const auto part = file.decode_leaf(p, *bytes); !part) parts[p] = tl::unexpected(part.error());
+            atlas.leaf_parts[p] = std::move(*bytes);
+        }
+    });
+    const auto failed = std::ranges::find_if(parts, [](const Result<void>& part) { return !part; });
+    if (failed != parts.end()) return *failed;
+    return {};
+}
 
 // All pages of one chart, into the images.
 Result<void> read_chart(const AtlasFile& file, Layer layer, uint32_t chart, std::span<const Channel> channels,
@@ -339,7 +460,8 @@ Result<Atlas> open_atlas(const ChunkFile& file) {
         const auto failed = std::ranges::find_if(charts, [](const Result<void>& chart) { return !chart; });
         if (failed != charts.end()) return fail_at(path, failed->error());
     }
-    for (const auto& good : {atlas.validate(), validate_errors(atlas)}) {
+    if (auto read = read_leaves(*opened, atlas); !read) return fail_at(path, read.error());
+    for (const auto& good : {atlas.validate(), validate_errors(atlas), validate_leaves(atlas)}) {
         if (!good) return fail_at(path, {Fault::format, good.error().message + "; bake the asset again"});
     }
     return atlas;

@@ -5,13 +5,15 @@
 #include "base/result.h"
 #include "mesh/limits.h"
 #include "vgi/asset/atlas.h"
+#include "vgi/asset/leaves.h"
 #include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {
 
 // Chunks vgi/atlas, vgi/sides, vgi/clusters, vgi/left_out, vgi/errors, vgi/bounds, vgi/corners,
 // vgi/chart_corners, the materials, and for both layers
-// vgi/geometry_ends, vgi/geometry_sums, vgi/geometry_pages.
+// vgi/geometry_ends, vgi/geometry_sums, vgi/geometry_pages; and, where it has leaves, vgi/leaves, vgi/leaf_ends,
+// vgi/leaf_sums, vgi/leaf_parts.
 Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer);
 
 // An atlas whose pages stay in the file until they are asked for.
@@ -48,14 +50,24 @@ public:
     // The page out of its family, if the materials it names exist. parent: of every page but 0.
     Result<Page> decode(const PageName& name, const PageFamily& family, const Page* parent) const;
 
+    // A part of a leaf, of those that about() has: where its bytes lie, these, and what is coded in them if their
+    // checksum is right. Errors name the part, not the file.
+    ByteRange leaf_place(uint32_t part) const;
+    Result<uint64_t> leaf_triangles() const;  // of all leaves; read from their beginnings
+    Result<std::vector<std::byte>> read_leaf(uint32_t part) const;
+    Result<LeafPart> decode_leaf(uint32_t part, std::span<const std::byte> bytes) const;
+
 private:
     explicit AtlasFile(const ChunkFile& file) : file_(file) {}
     Result<void> find_pages(Layer layer);
+    Result<void> find_leaves(const Limits& limits);
 
     ChunkFile file_;
     Atlas about_;
     std::array<std::span<const uint64_t>, 2> ends_;  // by layer, per family
     std::array<std::span<const uint32_t>, 2> sums_;
+    std::span<const uint64_t> leaf_ends_;  // per part
+    std::span<const uint32_t> leaf_sums_;
 };
 
 // Decodes every page. Errors name file and chunk; Fault::format.

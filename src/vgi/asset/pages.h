@@ -53,6 +53,7 @@ struct PageTree {
 enum class Layer : uint8_t {
     geometry,    // positions, sample errors, sample radii
     attributes,  // normals, texture coordinates, colours, materials
+    leaves,      // no images: parts of leaves (leaves.h)
 };
 
 // Numbers of one sample, each up to 16 bits. Channels of a group have like statistics and are packed together.

@@ -50,7 +50,7 @@ constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
 // is added to one of these structs does not compile until it is listed here.
 Hash128 key_of(const AtlasOptions& options) {
     const auto& [clusters, parameterise, cells, most_texels_per_triangle, rounding_share, attribute_ratio,
-                 worst_stretch, most_rounds, recentre_passes, error_samples] = options;
+                 worst_stretch, most_rounds, recentre_passes, error_samples, leaves] = options;
     // Every round sets the density, the features and the kept clusters itself.
     const auto& [wanted, weights, bucket_triangles, density, features, kept] = clusters;
     const auto& [planarity, compactness, size, irregularity, curvature, feature, bulge] = weights;
@@ -68,7 +68,7 @@ Hash128 key_of(const AtlasOptions& options) {
                             least_gain,
                             curvature_importance};
     const uint64_t counts[] = {cells,  attribute_ratio,  most_rounds, recentre_passes, error_samples,
-                               wanted, bucket_triangles, most_solves, sliding_sides};
+                               wanted, bucket_triangles, most_solves, sliding_sides, leaves};
     HashStream all;
     all.add(std::as_bytes(std::span(reals)));
     all.add(std::as_bytes(std::span(counts)));
@@ -139,11 +139,13 @@ public:
         for (const ChartResult& made : charts_) {
             page_errors.push_back(made.errors.pages);
             samples.insert(samples.end(), made.samples.begin(), made.samples.end());
+            report_.charts_without_leaves += made.lacks_leaves() ? 1 : 0;
         }
         const std::vector<float> errors = errors_of_levels();
         Atlas atlas = resampler_->take();
         std::ranges::transform(quads_.quads, atlas.cluster.begin(), &Quads::Quad::cluster);
         atlas.errors = errors;
+        if (options_.leaves) take_leaves(leaves_of_charts(), atlas);
         quads_ = {};
         patches_ = {};
         charts_ = {};
@@ -455,6 +457,7 @@ private:
         const double share = static_cast<double>(options_.error_samples) * chart.area / whole_area_;
         made.errors = measure_samples(resampler_->atlas(), q, chart);
         made.samples = sample_source(q, chart, std::max(fewest_samples, static_cast<uint32_t>(std::ceil(share))));
+        if (options_.leaves) made.leaves = make_leaves(resampler_->input(), resampler_->atlas(), q, chart);
     }
 
     void judge_charts() {
@@ -505,6 +508,12 @@ private:
         report_.charts = static_cast<uint32_t>(charts_.size());
         report_.l2_stretch_tutte = area > 0 ? std::sqrt(tutte / area) : 1;
         report_.l2_stretch_rms = area > 0 ? std::sqrt(stretch / area) : 1;
+    }
+
+    std::vector<ChartLeaves> leaves_of_charts() {
+        std::vector<ChartLeaves> all;
+        for (ChartResult& made : charts_) all.push_back(std::move(made.leaves));
+        return all;
     }
 
     // Per level the largest error of sampling among the charts, never decreasing.

@@ -31,6 +31,7 @@ struct AtlasOptions {
     uint32_t most_rounds = 7;         // see `worst_stretch`
     uint32_t recentre_passes = 2;     // half passes: around corners, around centres, around corners, ...
     uint64_t error_samples = 200000;  // of all charts, either way; spread by area, and some of every chart
+    bool leaves = true;               // the source's triangles below the finest samples (leaves.h)
 };
 
 // What was made, and how long it took.
@@ -43,6 +44,7 @@ struct AtlasReport {
     uint32_t not_recentred = 0;                           // corners and centres that were left where they were
     uint32_t uniform_clusters = 0, uniform_charts = 0;    // laid out with equal weights, because the better ones folded
     uint32_t stretched_charts = 0;                        // more than worst_stretch, by as much as counts
+    uint32_t charts_without_leaves = 0;                   // that could not be cut into squares (chart_leaves.h)
     uint32_t flipped_triangles = 0, missing_samples = 0;  // triangles folded over in the plane; samples in none
     uint32_t folded_cells = 0, still_folded_cells = 0;    // of the finest level, before and after untangle()
     double features_on_borders = 1;                       // of the length of creases and seams

@@ -90,12 +90,66 @@ std::optional<StraightQuads> read_quads(const ChunkFile& file) {
     return straight;
 }
 
+namespace {
+
+// Leaves of charts one after another.
+struct StoredLeaves {
+    std::vector<double> measured;  // errors and radii of each leaf
+    std::vector<uint32_t> squares, parts, sizes;
+    std::vector<std::byte> bytes;
+    size_t chart = 0, square = 0, part = 0, byte = 0;  // the next to take
+
+    void add(const ChartLeaves& of) {
+        squares.push_back(static_cast<uint32_t>(of.parts.size()));
+        parts.insert(parts.end(), of.parts.begin(), of.parts.end());
+        for (size_t i = 0; i < of.parts.size(); ++i) measured.insert(measured.end(), {of.errors[i], of.radii[i]});
+        for (const auto& coded : of.coded) {
+            sizes.push_back(static_cast<uint32_t>(coded.size()));
+            bytes.insert(bytes.end(), coded.begin(), coded.end());
+        }
+    }
+    Result<void> write(ChunkWriter& writer) const {
+        auto done = put(writer, "leaves_measured", measured);
+        if (done) done = put(writer, "leaf_squares", squares);
+        if (done) done = put(writer, "leaf_parts", parts);
+        if (done) done = put(writer, "leaf_sizes", sizes);
+        if (done) done = put(writer, "leaf_bytes", bytes);
+        return done;
+    }
+    bool read(const ChunkFile& file) {
+        return get(file, "leaves_measured", measured) && get(file, "leaf_squares", squares) &&
+               get(file, "leaf_parts", parts) && get(file, "leaf_sizes", sizes) && get(file, "leaf_bytes", bytes);
+    }
+    // Those of the next chart; false where they are not there.
+    bool take(ChartLeaves& of) {
+        of = {};
+        if (chart == squares.size()) return false;
+        const size_t count = squares[chart++];
+        if (parts.size() - square < count || measured.size() < 2 * (square + count)) return false;
+        for (const size_t end = square + count; square < end; ++square) {
+            of.errors.push_back(measured[2 * square]);
+            of.radii.push_back(measured[2 * square + 1]);
+            of.parts.push_back(parts[square]);
+            for (uint32_t p = 0; p < parts[square]; ++p, ++part) {
+                if (part == sizes.size() || bytes.size() - byte < sizes[part]) return false;
+                const auto from = bytes.begin() + static_cast<ptrdiff_t>(byte);
+                of.coded.emplace_back(from, from + static_cast<ptrdiff_t>(sizes[part]));
+                byte += sizes[part];
+            }
+        }
+        return true;
+    }
+};
+
+}  // namespace
+
 Result<void> write_checkpoint(std::span<const uint32_t> charts, const std::vector<ChartResult>& results,
                               const Atlas& atlas, ChunkWriter& writer) {
     std::vector<ChartResult::Figures> figures;
     std::vector<double> errors;
     std::vector<uint32_t> error_counts;
     std::vector<SourceSample> samples;
+    StoredLeaves leaves;
     std::string faults;
     for (const uint32_t q : charts) {
         const ChartResult& r = results[q];
@@ -107,6 +161,7 @@ Result<void> write_checkpoint(std::span<const uint32_t> charts, const std::vecto
         }
         samples.insert(samples.end(), r.samples.begin(), r.samples.end());
         faults += r.fault + '\n';
+        leaves.add(r.leaves);
     }
     if (auto done = writer.add_array("charts", charts); !done) return done;
     if (auto done = put(writer, "figures", figures); !done) return done;
@@ -114,6 +169,7 @@ Result<void> write_checkpoint(std::span<const uint32_t> charts, const std::vecto
     if (auto done = put(writer, "measured_counts", error_counts); !done) return done;
     if (auto done = put(writer, "samples", samples); !done) return done;
     if (auto done = writer.add_text("faults", faults); !done) return done;
+    if (auto done = leaves.write(writer); !done) return done;
     Result<void> all{};
     for_images(atlas, [&](const char* name, const auto& image, const std::vector<size_t>& first) {
         if (image.empty() || !all) return;
@@ -132,6 +188,8 @@ bool read_charts(const ChunkFile& file, std::span<const uint32_t> charts, std::v
     std::vector<double> errors;
     std::vector<uint32_t> error_counts, of;
     std::vector<SourceSample> samples;
+    StoredLeaves leaves;
+    if (!leaves.read(file)) return false;
     const auto faults = file.text("faults");
     if (!get(file, "charts", of) || !std::ranges::equal(of, charts) || !get(file, "figures", figures) ||
         figures.size() != charts.size() || !get(file, "measured", errors) ||
@@ -168,6 +226,7 @@ bool read_charts(const ChunkFile& file, std::span<const uint32_t> charts, std::v
         if (samples.end() - sample < static_cast<ptrdiff_t>(figures[i].samples)) return false;
         r.samples.assign(sample, sample + figures[i].samples);
         sample += figures[i].samples;
+        if (!leaves.take(r.leaves)) return false;
         const size_t end = faults->find('\n', text);
         r.fault = faults->substr(text, end - text);
         text = end + 1;

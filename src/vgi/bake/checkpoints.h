@@ -10,6 +10,7 @@
 #include "vgi/bake/charts/clusters.h"
 #include "vgi/bake/charts/quadrangulate.h"
 #include "vgi/bake/images/chart_error.h"
+#include "vgi/bake/images/chart_leaves.h"
 #include "vgi/bake/images/resample.h"
 #include "vgi/bake/images/sample_errors.h"
 
@@ -37,7 +38,10 @@ struct ChartResult {
     } figures;
     ChartErrors errors;
     std::vector<SourceSample> samples;
+    ChartLeaves leaves;
     std::string fault;  // empty where it could be made
+
+    bool lacks_leaves() const { return !leaves.parts.empty() && leaves.coded.empty(); }
 };
 // Some charts: their results, and their images out of an atlas.
 Result<void> write_checkpoint(std::span<const uint32_t> charts, const std::vector<ChartResult>& results,

@@ -13,7 +13,8 @@
 namespace lodestone::vgi {
 
 constexpr size_t index_of(Layer layer) { return static_cast<size_t>(layer); }
-inline constexpr std::array<Layer, 2> both_layers{Layer::geometry, Layer::attributes};
+inline constexpr std::array<Layer, 2> both_layers{Layer::geometry, Layer::attributes};  // of images
+inline constexpr std::array<Layer, 3> all_layers{Layer::geometry, Layer::attributes, Layer::leaves};
 
 struct OpenAtlas {
     std::shared_ptr<const AtlasFile> file;
@@ -21,13 +22,16 @@ struct OpenAtlas {
     ChartTree charts;
     std::array<PageTree, 2> trees;                  // by layer
     std::array<std::vector<Channel>, 2> channels;   // by layer
-    std::array<uint32_t, 2> first{};                // number of its first page among all atlases', by layer
+    std::array<uint32_t, 3> first{};                // number of its first page or part among all atlases', by layer
     std::vector<float> spacing;                     // per chart, of attributes (spacing_of)
     std::shared_ptr<const AttributePage> mip_tail;  // mip_tail.h
     uint64_t first_mip_tail = 0;                    // of these, in the pool of attributes
     uint32_t first_chart = 0;                       // among all atlases'
 
-    uint32_t pages(Layer layer) const { return file->about().charts() * trees[index_of(layer)].pages(); }
+    uint32_t pages(Layer layer) const {
+        if (layer == Layer::leaves) return topology->leaf_parts();
+        return file->about().charts() * trees[index_of(layer)].pages();
+    }
 };
 
 // All that is known of the pages of one atlas.
@@ -36,18 +40,23 @@ struct AtlasPages {
     AttributePages attributes;
 
     bool holds(Layer layer, uint32_t number) const {
+        if (layer == Layer::leaves) return geometry.holds_leaf_part(number);
         return layer == Layer::geometry ? geometry.holds(number) : attributes.holds(number);
     }
     PageState state(Layer layer, uint32_t number) const {
+        if (layer == Layer::leaves) return geometry.leaf_part(number).state;
         return layer == Layer::geometry ? geometry.entry(number).state : attributes.entry(number).state;
     }
     uint32_t slot(Layer layer, uint32_t number) const {
+        if (layer == Layer::leaves) return geometry.leaf_part(number).slot;
         return layer == Layer::geometry ? geometry.entry(number).slot : attributes.entry(number).slot;
     }
     void set_state(Layer layer, uint32_t number, PageState state) {
+        if (layer == Layer::leaves) return geometry.set_leaf_state(number, state);
         layer == Layer::geometry ? geometry.set_state(number, state) : attributes.set_state(number, state);
     }
     void drop(Layer layer, uint32_t number) {
+        if (layer == Layer::leaves) return geometry.drop_leaf_part(number);
         layer == Layer::geometry ? geometry.drop(number) : attributes.drop(number);
     }
 };

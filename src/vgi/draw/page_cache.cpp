@@ -19,23 +19,24 @@ constexpr uint32_t least_growth = 32;       // slots, of a pool that is full
 constexpr uint32_t most_new_requests = 64;  // per frame and layer
 constexpr uint64_t retry_frames = 120;      // until a page that could not be read is asked for again
 
-// Ids of requests: atlas << 40 | number << 1 | layer.
+// Ids of requests: atlas << 40 | number << 2 | layer.
 uint64_t request_id(Layer layer, uint32_t atlas, uint32_t number) {
-    return uint64_t{atlas} << 40 | uint64_t{number} << 1 | index_of(layer);
+    return uint64_t{atlas} << 40 | uint64_t{number} << 2 | index_of(layer);
 }
 
 }  // namespace
 
-PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 2> pools, uint32_t texel_words,
+PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 3> pools, uint32_t texel_words,
                      BufferSizes& sizes)
     : atlases_(atlases), specs_(pools), sizes_(sizes), texel_words_(texel_words), told_(atlases.size(), false) {
     for (const OpenAtlas& atlas : atlases_)
         pages_.emplace_back(AtlasPages{Residency(atlas.topology), AttributePages(atlas.file->about())});
-    for (const Layer layer : both_layers) {
+    for (const Layer layer : all_layers) {
         uint32_t pages = 0;
         for (OpenAtlas& atlas : atlases_) {
             atlas.first[index_of(layer)] = pages;
             pages += atlas.pages(layer);
+            if (layer == Layer::leaves) continue;
             std::vector<uint32_t>& all = changed_charts_[index_of(layer)].emplace_back(atlas.file->about().charts());
             std::iota(all.begin(), all.end(), 0u);
         }
@@ -56,7 +57,20 @@ PageCache::PageId PageCache::parent_of(const PageId& id) const {
     return {id.layer, id.atlas, id.number - page + tree.parent(page)};
 }
 
+AtlasFile::ByteRange PageCache::place_of(const PageId& id) const {
+    const AtlasFile& file = *atlases_[id.atlas].file;
+    if (id.layer == Layer::leaves) return file.leaf_place(id.number);
+    const AtlasFile::PageName name = name_of(id);
+    return file.place(name.layer, name.chart, name.page);
+}
+
 AtlasFile::PageName PageCache::name_of(const PageId& id) const {
+    // Of a leaf's part: where the leaf is.
+    if (id.layer == Layer::leaves) {
+        const PageTopology& topology = *atlases_[id.atlas].topology;
+        const uint32_t page = topology.page_of_leaf(topology.leaf_of_part(id.number)), pages = topology.tree().pages();
+        return {id.layer, page / pages, page % pages};
+    }
     const uint32_t per_chart = atlases_[id.atlas].trees[index_of(id.layer)].pages();
     return {id.layer, id.number / per_chart, id.number % per_chart};
 }
@@ -64,7 +78,7 @@ AtlasFile::PageName PageCache::name_of(const PageId& id) const {
 PageCache::Decoded PageCache::base_page(Layer layer, uint32_t atlas, uint32_t chart) const {
     const PageId id{layer, atlas, chart * atlases_[atlas].trees[index_of(layer)].pages()};
     auto bytes = atlases_[atlas].file->read(name_of(id));
-    if (!bytes) return {id, nullptr, nullptr, bytes.error().message};
+    if (!bytes) return {id, nullptr, nullptr, nullptr, bytes.error().message};
     return DecodeTask{id, name_of(id), &atlases_[atlas], Blob(std::move(*bytes)), nullptr, nullptr, texel_words_}.run();
 }
 
@@ -93,6 +107,7 @@ Result<void> PageCache::load_base_pages() {
 uint64_t PageCache::Decoded::bytes() const {
     return geometry != nullptr     ? geometry->size() * sizeof(GeometryTexel)
            : attributes != nullptr ? attributes->size() * sizeof(uint32_t)
+           : leaf != nullptr       ? leaf->words.size() * sizeof(leaf->words[0])
                                    : 0;
 }
 
@@ -100,8 +115,17 @@ PageCache::Decoded PageCache::DecodeTask::run() const {
     const size_t l = index_of(id.layer);
     const AtlasFile& file = *atlas->file;
     const Atlas& about = file.about();
+    Decoded decoded{id, nullptr, nullptr, nullptr, {}};
+    if (id.layer == Layer::leaves) {
+        auto part = file.decode_leaf(id.number, std::span(blob.data(), blob.size()));
+        if (part) {
+            decoded.leaf = std::make_shared<const DrawnLeafPart>(packed_leaf(std::move(*part), name.chart));
+        } else {
+            decoded.fault = part.error().message;
+        }
+        return decoded;
+    }
     const PageTree tree = tree_of(about, id.layer, name.chart);
-    Decoded decoded{id, nullptr, nullptr, {}};
     const auto family = file.unpack(name, atlas->channels[l], std::span(blob.data(), blob.size()));
     if (!family) {
         decoded.fault = family.error().message;
@@ -128,8 +152,8 @@ void PageCache::begin_frame(uint64_t frame, uint64_t completed) {
     uploaded_ = evicted_ = 0;
 }
 
-void PageCache::touch(const std::array<std::vector<uint32_t>, 2>& pages) {
-    for (const Layer layer : both_layers) {
+void PageCache::touch(const std::array<std::vector<uint32_t>, 3>& pages) {
+    for (const Layer layer : all_layers) {
         for (const uint32_t key : pages[index_of(layer)]) {
             const PageId id = page_of(layer, key);
             pool(layer).touch(this->pages(id.atlas).slot(layer, id.number));
@@ -153,9 +177,10 @@ void PageCache::take_decoded() {
 
 void PageCache::start_decoding(const FrameInput& input) {
     for (const Arrival& arrival : input.arrivals) {
-        const PageId id{static_cast<Layer>(arrival.request & 1), static_cast<uint32_t>(arrival.request >> 40),
-                        static_cast<uint32_t>(arrival.request >> 1 & 0xffffffffu)};
-        if (id.atlas >= atlases_.size() || arrival.request != request_id(id.layer, id.atlas, id.number) ||
+        const PageId id{static_cast<Layer>(arrival.request & 3), static_cast<uint32_t>(arrival.request >> 40),
+                        static_cast<uint32_t>(arrival.request >> 2 & 0xffffffffu)};
+        if (index_of(id.layer) >= all_layers.size() || id.atlas >= atlases_.size() ||
+            arrival.request != request_id(id.layer, id.atlas, id.number) ||
             id.number >= atlases_[id.atlas].pages(id.layer) ||
             pages(id.atlas).state(id.layer, id.number) != PageState::requested)
             continue;  // nothing that was asked for
@@ -163,20 +188,14 @@ void PageCache::start_decoding(const FrameInput& input) {
             fail_page(id, "a page cannot be read", input.frame);
             continue;
         }
-        const PageId up = parent_of(id);
-        const AtlasPages& known = pages(id.atlas);
-        if (!known.holds(id.layer, up.number)) {
+        if (lacks_parent(id)) {
             forget(id);
             continue;
         }
-        const bool geometry = id.layer == Layer::geometry;
-        DecodeTask task{id,
-                        name_of(id),
-                        &atlases_[id.atlas],
-                        arrival.blob,
-                        geometry ? known.geometry.entry(up.number).texels : nullptr,
-                        geometry ? nullptr : known.attributes.entry(up.number).texels,
-                        texel_words_};
+        const AtlasPages& known = pages(id.atlas);
+        DecodeTask task{id, name_of(id), &atlases_[id.atlas], arrival.blob, nullptr, nullptr, texel_words_};
+        if (id.layer == Layer::geometry) task.parent_geometry = known.geometry.entry(parent_of(id).number).texels;
+        if (id.layer == Layer::attributes) task.parent_attributes = known.attributes.entry(parent_of(id).number).texels;
         set_state(id, PageState::decoding);
         decoding_.push_back(decoder_.start<Decoded>([task = std::move(task)] { return task.run(); }));
     }
@@ -208,7 +227,9 @@ void PageCache::place(const FrameInput& input, uint64_t upload_bytes, Plan& plan
         const Decoded& page = ready_[done];
         // With the rows of the page table that tell of it and of what it replaces.
         const uint64_t row =
-            uint64_t{atlases_[page.id.atlas].trees[index_of(page.id.layer)].pages()} * sizeof(uint32_t);
+            page.id.layer == Layer::leaves
+                ? 0
+                : uint64_t{atlases_[page.id.atlas].trees[index_of(page.id.layer)].pages()} * sizeof(uint32_t);
         const uint64_t size = page.bytes() + header_bytes + 2 * row;
         if (bytes > 0 && bytes + size > upload_bytes) break;
         if (page.bytes() == 0) {
@@ -227,6 +248,7 @@ void PageCache::place(const FrameInput& input, uint64_t upload_bytes, Plan& plan
 }
 
 uint64_t PageCache::slot_bytes(Layer layer) const {
+    if (layer == Layer::leaves) return leaf_slot_bytes;
     return layer == Layer::geometry ? geometry_slot_bytes
                                     : uint64_t{LODE_VGI_PAGE_TEXELS} * texel_words_ * sizeof(uint32_t);
 }
@@ -251,13 +273,11 @@ void PageCache::make_room(Layer layer, Plan& plan) {
 // False where there is no room, or what it is coded against has gone: if it is still wanted, it is asked for again.
 bool PageCache::place_one(const Decoded& page, Plan& plan) {
     const PageId& id = page.id;
-    const bool base = id.number % atlases_[id.atlas].trees[index_of(id.layer)].pages() == 0;
+    const bool base = is_base(id);
     if (!base) forget(id);
-    uint32_t parent = SlotPool::nothing;
-    if (!base) {
-        parent = pages(id.atlas).slot(id.layer, parent_of(id).number);
-        if (parent == SlotPool::nothing) return false;
-    }
+    if (lacks_parent(id)) return false;
+    const uint32_t parent =
+        base || id.layer == Layer::leaves ? SlotPool::nothing : pages(id.atlas).slot(id.layer, parent_of(id).number);
     make_room(id.layer, plan);
     const auto placed = pool(id.layer).place(key_of(id), parent, base);
     if (!placed) return false;
@@ -269,16 +289,24 @@ bool PageCache::place_one(const Decoded& page, Plan& plan) {
 void PageCache::evict(Layer layer, uint32_t key) {
     const PageId id = page_of(layer, key);
     pages_[id.atlas].write().drop(layer, id.number);
-    changed_charts_[index_of(layer)][id.atlas].push_back(id.number / atlases_[id.atlas].trees[index_of(layer)].pages());
+    if (layer != Layer::leaves)
+        changed_charts_[index_of(layer)][id.atlas].push_back(id.number /
+                                                             atlases_[id.atlas].trees[index_of(layer)].pages());
     changed_ = true;
     ++evicted_;
 }
 
 void PageCache::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
     const PageId& id = page.id;
-    const PageTree& tree = atlases_[id.atlas].trees[index_of(id.layer)];
     AtlasPages& known = pages_[id.atlas].write();
     changed_ = true;
+    if (id.layer == Layer::leaves) {
+        known.geometry.put_leaf_part(id.number, page.leaf, slot);
+        const auto bytes = std::as_bytes(std::span(page.leaf->words));
+        add_upload(plan, leaf_pool, slot * leaf_slot_bytes, Blob(page.leaf, bytes.data(), bytes.size()));
+        return;
+    }
+    const PageTree& tree = atlases_[id.atlas].trees[index_of(id.layer)];
     changed_charts_[index_of(id.layer)][id.atlas].push_back(id.number / tree.pages());
     if (id.layer == Layer::geometry) {
         known.geometry.put(id.number, page.geometry, slot);
@@ -328,6 +356,7 @@ void PageCache::upload_page_tables(Plan& plan) {
 
 // What is left out is nowhere, and nothing is missing there.
 bool PageCache::there(const FrameCuts::Wish& w) const {
+    if (w.layer == Layer::leaves) return pages(w.atlas).holds(w.layer, w.number);
     const OpenAtlas& atlas = atlases_[w.atlas];
     const uint32_t per_chart = atlas.trees[index_of(w.layer)].pages();
     return pages(w.atlas).holds(w.layer, w.number) ||
@@ -342,18 +371,17 @@ bool PageCache::may_be_asked_for(const FrameCuts::Wish& w, uint64_t frame) {
         set_state(id, PageState::absent);
     }
     if (pages(w.atlas).state(w.layer, w.number) != PageState::absent || there(w)) return false;
-    const bool base = w.number % atlases_[w.atlas].trees[index_of(w.layer)].pages() == 0;
-    return !base && pages(w.atlas).holds(w.layer, parent_of(id).number);
+    return !is_base(id) && !lacks_parent(id);
 }
 
-uint32_t PageCache::request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan) {
-    uint32_t missing = 0;
-    std::array<uint32_t, 2> room{}, asked{};
+PageCache::Missing PageCache::request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan) {
+    Missing missing;
+    std::array<uint32_t, 3> room{}, asked{};
     // No more than there is room for: what is wanted least would only push out what is wanted more.
-    for (const Layer layer : both_layers)
+    for (const Layer layer : all_layers)
         room[index_of(layer)] = pool(layer).available() + slots_within_reach(layer) - pool(layer).slots();
     for (const FrameCuts::Wish& w : wishes) {
-        missing += !w.prefetched && !there(w);
+        if (!w.prefetched && !there(w)) ++(w.layer == Layer::leaves ? missing.leaf_parts : missing.pages);
         const PageState state = pages(w.atlas).state(w.layer, w.number);
         uint32_t& left = room[index_of(w.layer)];
         if (state == PageState::requested || state == PageState::decoding) left -= std::min(left, 1u);
@@ -362,9 +390,7 @@ uint32_t PageCache::request(std::span<const FrameCuts::Wish> wishes, uint64_t fr
         const size_t l = index_of(w.layer);
         if (waiting_ >= most_waiting) break;
         if (room[l] == 0 || asked[l] == most_new_requests || !may_be_asked_for(w, frame)) continue;
-        const OpenAtlas& atlas = atlases_[w.atlas];
-        const uint32_t per_chart = atlas.trees[l].pages();
-        const auto range = atlas.file->place(w.layer, w.number / per_chart, w.number % per_chart);
+        const auto range = place_of({w.layer, w.atlas, w.number});
         plan.requests.push_back(
             {request_id(w.layer, w.atlas, w.number), w.atlas, range.chunk, range.offset, range.bytes, w.wanted});
         set_state({w.layer, w.atlas, w.number}, PageState::requested);
@@ -385,7 +411,7 @@ Result<void> PageCache::validate() const {
     for (const CopyOnWrite<AtlasPages>& known : pages_) {
         if (auto good = known->geometry.validate(); !good) return good;
     }
-    for (const Layer layer : both_layers) {
+    for (const Layer layer : all_layers) {
         const SlotPool& pool = pools_[index_of(layer)];
         if (auto good = pool.validate(); !good) return good;
         for (uint32_t slot = 0; slot < pool.slots(); ++slot) {

@@ -29,7 +29,7 @@ public:
         uint32_t slots, most_slots;
     };
     // atlases, sizes: must outlive this. pools: by layer. texel_words: of every sample of attributes.
-    PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 2> pools, uint32_t texel_words, BufferSizes& sizes);
+    PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 3> pools, uint32_t texel_words, BufferSizes& sizes);
 
     // The coarsest page of every chart; they are placed by the first frame. Fault::format for a damaged one: there is
     // nothing coarser to draw in its place.
@@ -38,13 +38,16 @@ public:
     // Once a frame, in this order: the frame begins; pages that cuts use are touched; what was decoded is placed, as
     // many bytes as may be uploaded, and what has arrived goes to be decoded; pages are asked for.
     void begin_frame(uint64_t frame, uint64_t completed);
-    void touch(const std::array<std::vector<uint32_t>, 2>& pages);
+    void touch(const std::array<std::vector<uint32_t>, 3>& pages);
     void touch_positions(std::span<const uint32_t> pages);  // those of them that are still there
     // upload_bytes: that are left to this frame; one page is placed all the same. Arrivals may be anything: what was
     // not asked for is passed over, and what is not the page it should be has failed.
     void place(const FrameInput& input, uint64_t upload_bytes, Plan& plan);
-    // Returns how many of the pages wanted now are not there.
-    uint32_t request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan);
+    // Returns how many of those wanted now are not there.
+    struct Missing {
+        uint32_t pages = 0, leaf_parts = 0;
+    };
+    Missing request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan);
 
     // What is known of all pages now, by atlas; it stays as it is whatever comes.
     std::vector<AtlasSnapshot> snapshot() const;
@@ -52,6 +55,7 @@ public:
     // Pages came or went since this was last asked.
     bool take_changed() { return std::exchange(changed_, false); }
     uint32_t resident() const { return pools_[0].resident() + pools_[1].resident(); }
+    uint32_t leaf_parts_resident() const { return pools_[2].resident(); }
     uint32_t uploaded() const { return uploaded_; }  // by this frame
     uint32_t evicted() const { return evicted_; }
     uint32_t failed() const { return failed_; }    // ever
@@ -69,8 +73,9 @@ private:
     struct Decoded {
         PageId id;
         std::shared_ptr<const GeometryPage> geometry;
-        std::shared_ptr<const AttributePage> attributes;  // both null: it could not be decoded
-        std::string fault;                                // and why
+        std::shared_ptr<const AttributePage> attributes;
+        std::shared_ptr<const DrawnLeafPart> leaf;  // all null: it could not be decoded
+        std::string fault;                          // and why
         uint64_t bytes() const;
     };
     // What decoding a page takes, none of which changes meanwhile.
@@ -80,7 +85,7 @@ private:
         const OpenAtlas* atlas;
         Blob blob;
         std::shared_ptr<const GeometryPage> parent_geometry;
-        std::shared_ptr<const AttributePage> parent_attributes;  // both null: a coarsest page
+        std::shared_ptr<const AttributePage> parent_attributes;  // both null: a coarsest page, or no page
         uint32_t texel_words;
         Decoded run() const;
     };
@@ -104,6 +109,15 @@ private:
     // why: as AtlasFile's errors say it.
     void fail_page(const PageId& id, const std::string& why, uint64_t frame);
     AtlasFile::PageName name_of(const PageId& id) const;
+    // Whether it stays, as there is nothing coarser.
+    bool is_base(const PageId& id) const {
+        return id.layer != Layer::leaves && id.number % atlases_[id.atlas].trees[index_of(id.layer)].pages() == 0;
+    }
+    // Whether it is coded against another, and this is not there.
+    bool lacks_parent(const PageId& id) const {
+        return id.layer != Layer::leaves && !is_base(id) && !pages(id.atlas).holds(id.layer, parent_of(id).number);
+    }
+    AtlasFile::ByteRange place_of(const PageId& id) const;
     bool place_one(const Decoded& page, Plan& plan);
     void make_room(Layer layer, Plan& plan);
     uint32_t slots_within_reach(Layer layer) const;
@@ -114,7 +128,7 @@ private:
     bool may_be_asked_for(const FrameCuts::Wish& wish, uint64_t frame);
 
     std::span<OpenAtlas> atlases_;
-    std::array<PoolSpec, 2> specs_;
+    std::array<PoolSpec, 3> specs_;
     BufferSizes& sizes_;
     uint32_t texel_words_;
     std::vector<CopyOnWrite<AtlasPages>> pages_;  // by atlas

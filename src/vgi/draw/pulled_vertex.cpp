@@ -33,6 +33,7 @@ public:
           magnification_(std::bit_cast<float>(draw.words[LODE_VGI_WORD_MAGNIFICATION])) {}
 
     glm::vec3 vertex(uint32_t index) const {
+        if ((index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0) return leaf(index & ~LODE_VGI_LEAF);
         return origin_ +
                asset_.step * ((index & LODE_VGI_CORNER) != 0 ? corner(index & ~LODE_VGI_CORNER) : sample(index));
     }
@@ -64,6 +65,10 @@ private:
     }
     uint32_t corner_of_chart(uint32_t chart, uint32_t k) const {
         return mirror_.stored<CornerRecord>(draw_, LODE_VGI_CORNERS, asset_.first_corners_of_charts + chart)[k];
+    }
+    glm::vec3 leaf(uint32_t index) const {
+        const auto v = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, index);
+        return origin_ + asset_.leaf_step * glm::vec3(v[0] & 0x1fffff, v[0] >> 21 | (v[1] & 0x3ff) << 11, v[1] >> 10);
     }
     glm::vec3 corner(uint32_t index) const {
         const uint32_t of_chart = index >> LODE_VGI_CORNER_STEPS;
@@ -118,8 +123,11 @@ private:
 };
 
 // Where a vertex is in its chart, in cells of the finest positions, and the level of its page.
+// Of a leaf there is no page: it lies between samples, and the finest attributes are its own.
 struct ChartPlace {
     uint32_t chart = 0, x = 0, y = 0, level = 0;
+    bool is_leaf = false;
+    glm::vec2 of_leaf{0};  // in the chart, 0 .. 1
 };
 
 class PullingAttributes {
@@ -133,6 +141,7 @@ public:
     }
 
     PulledAttributes at(uint32_t index) const {
+        if ((index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0) return leaf(index & ~LODE_VGI_LEAF);
         if ((index & LODE_VGI_CORNER) == 0) return at(place_of_sample(index));
         PulledAttributes pulled = at(place_of_corner(index & ~LODE_VGI_CORNER));
         pulled.normal = corner_normal(index & ~LODE_VGI_CORNER);
@@ -140,6 +149,16 @@ public:
     }
 
 private:
+    PulledAttributes leaf(uint32_t index) const {
+        const auto v = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, index);
+        ChartPlace place;
+        place.chart = v[2] >> 28 | (v[3] >> 16) << 4;
+        place.is_leaf = true;
+        place.of_leaf = glm::vec2(v[2] & 0x3fff, v[2] >> 14 & 0x3fff) / static_cast<float>(LODE_VGI_LEAF_PLACES);
+        PulledAttributes pulled = at(place);
+        pulled.normal = unpack_octahedral({static_cast<int8_t>(v[3] & 255), static_cast<int8_t>(v[3] >> 8 & 255)});
+        return pulled;
+    }
     ChartPlace place_of_sample(uint32_t index) const {
         const uint32_t slot = index / LODE_VGI_PAGE_TEXELS, place = index % LODE_VGI_PAGE_TEXELS,
                        row = asset_.page_cells + 1;
@@ -174,19 +193,23 @@ private:
         const uint32_t cells = std::min(1u << asset_.attribute_cells, LODE_VGI_PAGE_SIDE - 1u),
                        shift = static_cast<uint32_t>(std::bit_width(cells)) - 1, base = asset_.attribute_cells - shift,
                        finer = asset_.attribute_cells + 1 - static_cast<uint32_t>(std::bit_width(asset_.cells));
-        const uint32_t x = place.x << finer, y = place.y << finer, wanted = std::min(place.level + finer, base),
+        const uint32_t wanted = place.is_leaf ? 0 : std::min(place.level + finer, base),
                        last = (1u << (base - wanted)) - 1;
-        uint32_t page_x = std::min(x >> (wanted + shift), last), page_y = std::min(y >> (wanted + shift), last);
+        // In cells of the finest attributes.
+        const glm::vec2 cell = place.is_leaf ? place.of_leaf * static_cast<float>(1u << asset_.attribute_cells)
+                                             : glm::vec2(place.x << finer, place.y << finer);
+        uint32_t page_x = std::min(static_cast<uint32_t>(cell.x) >> (wanted + shift), last),
+                 page_y = std::min(static_cast<uint32_t>(cell.y) >> (wanted + shift), last);
         const auto entry = mirror_.stored<uint32_t>(lighting_, LODE_VGI_TABLE,
                                                     asset_.first_attribute_page + place.chart * asset_.attribute_pages +
                                                         PageTree::page_of(base - wanted, page_x, page_y));
         const uint32_t level = entry & 15, row = cells + 1;
         page_x >>= level - wanted;
         page_y >>= level - wanted;
-        const auto in_page = [&](uint32_t at, uint32_t page) {
-            return static_cast<float>(at - (page << (level + shift))) / static_cast<float>(1u << level);
+        const auto in_page = [&](float at, uint32_t page) {
+            return (at - static_cast<float>(page << (level + shift))) / static_cast<float>(1u << level);
         };
-        const float local_x = in_page(x, page_x), local_y = in_page(y, page_y);
+        const float local_x = in_page(cell.x, page_x), local_y = in_page(cell.y, page_y);
         const uint32_t low_x = std::min(static_cast<uint32_t>(local_x), cells - 1),
                        low_y = std::min(static_cast<uint32_t>(local_y), cells - 1);
         const float f = local_x - static_cast<float>(low_x), g = local_y - static_cast<float>(low_y);

@@ -20,6 +20,7 @@ enum Buffers : uint32_t {
     chart_table,
     draw_lists,
     corners_of_charts,
+    leaf_pool,
     // Where the device cuts (study/device_cut.h).
     cut_instances,
     cut_bounds,
@@ -32,6 +33,7 @@ enum Buffers : uint32_t {
     cut_entries
 };
 inline constexpr uint64_t geometry_slot_bytes = uint64_t{LODE_VGI_PAGE_TEXELS} * sizeof(GeometryTexel);
+inline constexpr uint64_t leaf_slot_bytes = uint64_t{LODE_VGI_LEAF_VERTICES} * 16;
 
 // Adds an upload to the plan's update stage.
 inline void add_upload(Plan& plan, uint32_t buffer, uint64_t offset, Blob blob) {

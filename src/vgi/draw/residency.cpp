@@ -57,10 +57,53 @@ PageTopology::PageTopology(const Atlas& about) : about_(&about), tree_{about.cel
             }
         }
     }
+    if (!about.leaves.empty() && about.charts() <= most_leaf_charts) place_leaves();
+}
+
+void PageTopology::place_leaves() {
+    leaf_.assign(neighbours_.size(), ~0u);
+    page_of_leaf_.assign(about_->leaves.size(), ~0u);
+    corner_ = leaf_corners(*about_);
+    for (uint32_t chart = 0; chart < about_->charts(); ++chart) {
+        const PageTree own = tree_of(*about_, Layer::geometry, chart);
+        const uint32_t per_side = own.pages_per_side(0);
+        for (uint32_t i = 0; i < per_side * per_side; ++i) {
+            const uint32_t leaf = about_->first_leaf[chart] + i,
+                           number = chart * tree_.pages() + own.page(0, i % per_side, i / per_side);
+            page_of_leaf_[leaf] = number;
+            if (!about_->has_leaf(leaf)) continue;
+            leaf_[number] = leaf;
+            leaf_of_part_.insert(leaf_of_part_.end(), about_->leaves[leaf].parts_end - about_->first_part(leaf), leaf);
+        }
+    }
+    first_around_.assign(corner_.size() + 1, 0);
+    for (const uint32_t corner : corner_) ++first_around_[corner + 1];
+    for (size_t i = 1; i < first_around_.size(); ++i) first_around_[i] += first_around_[i - 1];
+    around_.resize(corner_.size());
+    std::vector<uint32_t> next(first_around_.begin(), first_around_.end() - 1);
+    for (uint32_t i = 0; i < corner_.size(); ++i) around_[next[corner_[i]]++] = page_of_leaf_[i / 4];
+}
+
+DrawnLeafPart packed_leaf(LeafPart part, uint32_t chart) {
+    DrawnLeafPart drawn;
+    drawn.words.reserve(part.vertices.size());
+    for (const LeafVertex& v : part.vertices) {
+        const auto& p = v.position;
+        const auto& n = v.attributes.normal;
+        drawn.words.push_back(
+            {p[0] | p[1] << 21, p[1] >> 11 | p[2] << 10,
+             uint32_t{v.place[0]} | uint32_t{v.place[1]} << 14 | (chart & 15u) << 28,
+             uint32_t{static_cast<uint8_t>(n[0])} | uint32_t{static_cast<uint8_t>(n[1])} << 8 | (chart >> 4) << 16});
+    }
+    drawn.part = std::move(part);
+    return drawn;
 }
 
 Residency::Residency(std::shared_ptr<const PageTopology> topology)
-    : topology_(std::move(topology)), entries_(topology_->pages()), changed_at_(topology_->pages()) {}
+    : topology_(std::move(topology)),
+      entries_(topology_->pages()),
+      parts_(topology_->leaf_parts()),
+      changed_at_(topology_->pages()) {}
 
 void Residency::put(uint32_t number, std::shared_ptr<const GeometryPage> texels, uint32_t slot) {
     Entry& entry = entries_[number];
@@ -85,6 +128,36 @@ void Residency::drop(uint32_t number) {
 void Residency::set_state(uint32_t number, PageState state) {
     LODE_CHECK(!holds(number) && state != PageState::resident, number);
     entries_[number].state = state;
+}
+
+bool Residency::all_parts_there(uint32_t leaf) const {
+    for (uint32_t p = about().first_part(leaf); p < about().leaves[leaf].parts_end; ++p) {
+        if (!holds_leaf_part(p)) return false;
+    }
+    return true;
+}
+
+void Residency::leaf_part_changed(uint32_t part) {
+    const uint32_t leaf = topology_->leaf_of_part(part);
+    entries_[topology_->page_of_leaf(leaf)].leaf_there = all_parts_there(leaf);
+    leaves_changed_.push_back(leaf);
+}
+
+void Residency::put_leaf_part(uint32_t part, std::shared_ptr<const DrawnLeafPart> drawn, uint32_t slot) {
+    LODE_CHECK(drawn != nullptr && !holds_leaf_part(part), part);
+    parts_[part] = {std::move(drawn), slot, PageState::resident};
+    leaf_part_changed(part);
+}
+
+void Residency::drop_leaf_part(uint32_t part) {
+    LODE_CHECK(holds_leaf_part(part), part);
+    parts_[part] = {};
+    leaf_part_changed(part);
+}
+
+void Residency::set_leaf_state(uint32_t part, PageState state) {
+    LODE_CHECK(!holds_leaf_part(part) && state != PageState::resident, part);
+    parts_[part].state = state;
 }
 
 bool Residency::usable_by_definition(uint32_t number) const {
@@ -145,8 +218,10 @@ std::vector<uint32_t> Residency::spread_usable() {
 }
 
 void Residency::update() {
-    if (came_or_went_.empty()) return;
+    if (!owes_update()) return;
     ++updates_;
+    for (const uint32_t leaf : leaves_changed_) mark_changed(topology_->page_of_leaf(leaf));
+    leaves_changed_.clear();
     for (const uint32_t number : spread_usable()) {
         entries_[number].usable = usable_bits(number);
         mark_changed(number);
@@ -174,11 +249,19 @@ void Residency::mark_changed(uint32_t number) {
     for (uint32_t side = 0; side < 4; ++side) {
         if (neighbour(number, side) != ~0u) mark_up(neighbour(number, side));
     }
+    const uint32_t leaf = topology_->leaf(number);
+    if (leaf == ~0u) return;
+    for (uint32_t k = 0; k < 4; ++k) {
+        for (const uint32_t page : topology_->around_corner(leaf, k)) mark_up(page);
+    }
 }
 
 Result<void> Residency::validate() const {
     for (uint32_t number = 0; number < entries_.size(); ++number) {
         const std::string place = "residency: page " + std::to_string(number);
+        const uint32_t leaf = topology_->leaf(number);
+        if (entries_[number].leaf_there != (leaf != ~0u && all_parts_there(leaf)))
+            return fail(Fault::invariant, place + ": its leaf is not as its parts are");
         const uint8_t bits = usable_by_definition(number) ? usable_bits(number) : 0;
         if (came_or_went_.empty() && entries_[number].usable != bits)
             return fail(Fault::invariant, place + ": is stale");

@@ -8,10 +8,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "vgi/asset/atlas.h"
 #include "vgi/asset/bintree.h"
+#include "vgi/asset/leaves.h"
 #include "vgi/asset/pages.h"
 #include "vgi/draw/corner_tree.h"
 
@@ -38,6 +40,8 @@ enum class PageState : uint8_t {
     resident,
 };
 
+inline constexpr uint32_t most_leaf_charts = LODE_VGI_LEAF_CHARTS;  // of an atlas whose leaves are drawn
+
 // What never changes of the pages of one atlas' positions: which lie side by side, what is below each, and what stands
 // above the coarsest.
 class PageTopology {
@@ -60,13 +64,38 @@ public:
         return number - page + tree_.parent(page);
     }
 
+    // The leaf in the square of a page, into Atlas::leaves; ~0 where there is none.
+    uint32_t leaf(uint32_t number) const { return leaf_.empty() ? ~0u : leaf_[number]; }
+    uint32_t leaf_parts() const { return static_cast<uint32_t>(leaf_of_part_.size()); }  // of all leaves
+    // The page in whose square a leaf is, and a part's leaf.
+    uint32_t page_of_leaf(uint32_t leaf) const { return page_of_leaf_[leaf]; }
+    uint32_t leaf_of_part(uint32_t part) const { return leaf_of_part_[part]; }
+    // The pages whose squares meet in corner k of a leaf's square, itself included.
+    std::span<const uint32_t> around_corner(uint32_t leaf, uint32_t k) const {
+        const uint32_t corner = corner_[4 * leaf + k];
+        return std::span(around_).subspan(first_around_[corner], first_around_[corner + 1] - first_around_[corner]);
+    }
+
 private:
+    void place_leaves();
+
     const Atlas* about_;
     PageTree tree_;
     CornerTree corners_;
     std::vector<std::array<uint32_t, 4>> neighbours_;
     std::vector<SampleCodes> below_;
+    std::vector<uint32_t> leaf_;  // per page; empty where there are no leaves
+    std::vector<uint32_t> page_of_leaf_, leaf_of_part_;
+    std::vector<uint32_t> corner_;                 // 4 leaf + k: a number that corners which are one share
+    std::vector<uint32_t> around_, first_around_;  // pages by corner; per corner, and the end
 };
+
+// A part of a leaf as it is drawn: its vertices as shaders read them (LODE_VGI_LEAVES).
+struct DrawnLeafPart {
+    LeafPart part;
+    std::vector<std::array<uint32_t, 4>> words;
+};
+DrawnLeafPart packed_leaf(LeafPart part, uint32_t chart);
 
 class Residency {
 public:
@@ -88,10 +117,28 @@ public:
         uint32_t slot = ~0u;
         uint8_t usable = 0;  // bit 0: usable itself; bit 1 + side: and so is what is across that side, or nothing is
         PageState state = PageState::absent;
+        bool leaf_there = false;  // all parts of the leaf in its square are
+        // Whether that leaf can be drawn: all around can draw the samples that lie on its sides.
+        bool leaf_usable() const { return leaf_there && usable == 0x1f; }
     };
     const Entry& entry(uint32_t number) const { return entries_[number]; }
     bool usable(uint32_t number) const { return (entries_[number].usable & 1) != 0; }
     bool holds(uint32_t number) const { return entries_[number].texels != nullptr; }
+
+    struct LeafEntry {
+        std::shared_ptr<const DrawnLeafPart> part;  // null: not there
+        uint32_t slot = ~0u;
+        PageState state = PageState::absent;
+    };
+    // part: 0 .. PageTopology::leaf_parts() - 1.
+    const LeafEntry& leaf_part(uint32_t part) const { return parts_[part]; }
+    bool holds_leaf_part(uint32_t part) const { return parts_[part].part != nullptr; }
+    void put_leaf_part(uint32_t part, std::shared_ptr<const DrawnLeafPart> drawn, uint32_t slot);
+    void drop_leaf_part(uint32_t part);
+    // Of a part that is not there; not PageState::resident.
+    void set_leaf_state(uint32_t part, PageState state);
+    // What a cut may ask for or use: pages, then parts of leaves.
+    uint32_t units() const { return pages() + static_cast<uint32_t>(parts_.size()); }
 
     void put(uint32_t number, std::shared_ptr<const GeometryPage> texels, uint32_t slot);
     void drop(uint32_t number);
@@ -100,7 +147,7 @@ public:
     // Which pages are usable now: looks at pages that came or went since the last call, and those that follow from
     // them.
     void update();
-    bool owes_update() const { return !came_or_went_.empty(); }
+    bool owes_update() const { return !came_or_went_.empty() || !leaves_changed_.empty(); }
     // How many times update() found anything changed, and how many it was when an entry last changed that a cut reads
     // of the page, of those next to it or of finer ones of its part of the chart.
     uint64_t updates() const { return updates_; }
@@ -114,10 +161,14 @@ private:
     uint8_t usable_bits(uint32_t number) const;
     std::vector<uint32_t> spread_usable();
     void mark_changed(uint32_t number);
+    void leaf_part_changed(uint32_t part);
+    bool all_parts_there(uint32_t leaf) const;
 
     std::shared_ptr<const PageTopology> topology_;
     std::vector<Entry> entries_;
-    std::vector<uint32_t> came_or_went_;  // since update()
+    std::vector<LeafEntry> parts_;
+    std::vector<uint32_t> came_or_went_;    // since update()
+    std::vector<uint32_t> leaves_changed_;  // since then: those of which parts came or went
     std::vector<uint64_t> changed_at_;
     uint64_t updates_ = 0;
 };

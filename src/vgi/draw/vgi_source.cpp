@@ -28,7 +28,8 @@ namespace {
 constexpr uint64_t most_list_bytes = uint64_t{48} << 20;
 constexpr uint64_t first_list_bytes = uint64_t{240} << 10;  // what lists have until they need more; whole patches
 constexpr uint64_t list_step = 120;                         // whole triangles, and whole patches
-constexpr uint64_t most_slots = LODE_VGI_CORNER / LODE_VGI_PAGE_TEXELS;  // of a pool: its texels are numbered below
+constexpr uint64_t most_slots = LODE_VGI_LEAF / LODE_VGI_PAGE_TEXELS;  // of a pool: its texels are numbered below
+constexpr uint64_t most_leaf_slots = LODE_VGI_LEAF / LODE_VGI_LEAF_VERTICES;
 // To a draw: lavapipe takes time by their square (800 at once: 2.5 times as long as 100 at a time).
 constexpr uint32_t most_patches = LODE_CUT_RECORD_PATCHES;
 
@@ -52,7 +53,7 @@ std::shared_ptr<const Cutter> cutter_of(Raster raster) {
 class VgiSource final : public FrameSource {
 public:
     // list_budget: bytes, of the lists; pool_budget: of all other buffers.
-    VgiSource(std::vector<OpenAtlas> atlases, Recipe recipe, Raster raster, std::array<PageCache::PoolSpec, 2> pools,
+    VgiSource(std::vector<OpenAtlas> atlases, Recipe recipe, Raster raster, std::array<PageCache::PoolSpec, 3> pools,
               uint32_t texel_words, uint64_t list_budget, uint64_t pool_budget)
         : atlases_(std::move(atlases)),
           recipe_(std::move(recipe)),
@@ -101,14 +102,16 @@ public:
         }
         device_ ? draw_device_cuts(input, plan) : draw_cuts(input, plan);
         light(input, plan);
-        const uint32_t missing = pages_.request(cuts_->wishes, input.frame, plan);
+        const PageCache::Missing missing = pages_.request(cuts_->wishes, input.frame, plan);
         begin_next_cuts(last, input);
 
         plan.stats.resident_bytes = list_sizes_.held() + pool_sizes_.held();
         plan.stats.index_bytes = recipe_.buffers[draw_lists].bytes;
         plan.stats.triangles = device_ ? found_.triangles : cuts_->triangles;
         plan.stats.more = {{"pages_resident", pages_.resident()},
-                           {"pages_missing", missing},
+                           {"pages_missing", missing.pages},
+                           {"leaf_parts_resident", pages_.leaf_parts_resident()},
+                           {"leaf_parts_missing", missing.leaf_parts},
                            {"pages_uploaded", pages_.uploaded()},
                            {"pages_evicted", pages_.evicted()},
                            {"pages_failed", pages_.failed()},
@@ -210,6 +213,7 @@ private:
             r.has = (about.attributes.uvs ? LODE_VGI_HAS_UVS : 0u) |
                     (about.attributes.colours ? LODE_VGI_HAS_COLOURS : 0u) |
                     (about.attributes.materials ? LODE_VGI_HAS_MATERIALS : 0u);
+            r.leaf_step = static_cast<float>(about.step / (1u << about.leaf_shift));
             add_corners(atlas, r, corners);
             spacing.insert(spacing.end(), atlas.spacing.begin(), atlas.spacing.end());
             records.push_back(r);
@@ -413,6 +417,7 @@ private:
 struct Totals {
     uint32_t texel_words = 1;  // of a sample of attributes
     std::array<uint64_t, 2> pages{}, base{}, slot_bytes{};
+    uint64_t leaf_parts = 0;
     uint64_t mip_tail_samples = 0, mip_tail_slots = 0;
     uint64_t corner_records = 0;
 };
@@ -438,6 +443,7 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
             totals.pages[l] += uint64_t{about.charts()} * atlas.trees[l].pages();
             totals.base[l] += about.charts();
         }
+        totals.leaf_parts += atlas.topology->leaf_parts();
         totals.mip_tail_samples += mip_tail_of(atlas);
         totals.corner_records += about.corners.size() + about.chart_corners.size();
         atlases.push_back(std::move(atlas));
@@ -456,7 +462,7 @@ struct Shares {
     uint64_t first_list_bytes = 0, most_list_bytes = 0;  // of the draw lists
     uint64_t list_budget = 0;                            // with what they had before
     DeviceCutSizes device;                               // where the device cuts
-    std::array<PageCache::PoolSpec, 2> pools{};
+    std::array<PageCache::PoolSpec, 3> pools{};
 };
 
 // Bytes of the lists of the coarsest level.
@@ -491,6 +497,17 @@ Result<void> check_totals(const Totals& totals) {
                                     "; draw fewer assets at once");
 }
 
+// A quarter of what is left, at most, is for leaves; only the bintree draws any. Returns how much.
+uint64_t share_leaves(const Totals& totals, const VgiOptions& options, uint64_t left, Shares& shares) {
+    const uint64_t slots = options.raster == Raster::bintree
+                               ? std::min({totals.leaf_parts, left / 4 / leaf_slot_bytes, most_leaf_slots})
+                               : 0;
+    const uint64_t bytes = slots * leaf_slot_bytes;
+    const bool grows = bytes <= options.resident_bytes / 4;
+    shares.pools[2] = {leaf_pool, 0, static_cast<uint32_t>(grows ? 0 : slots), static_cast<uint32_t>(slots)};
+    return bytes;
+}
+
 Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atlases, const VgiOptions& options) {
     Shares shares;
     if (auto good = check_totals(totals); !good) return tl::unexpected(good.error());
@@ -504,12 +521,13 @@ Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atl
                 pages[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t) +
                 LODE_CUT_LIST_COUNT * sizeof(gpu::VgiCutList);
     }
-    need += base[0] * slot_bytes[0] + base[1] * slot_bytes[1];
+    need += base[0] * slot_bytes[0] + base[1] * slot_bytes[1] + leaf_slot_bytes;
     const uint64_t least_lists = least_list_bytes(totals, options, shares);
     if (need + least_lists > options.resident_bytes)
         return over_budget("tables, the coarsest pages and their lists", need + least_lists, options.resident_bytes);
     share_lists(least_lists, options.resident_bytes - need, options, shares);
-    const uint64_t left = options.resident_bytes - need - shares.list_budget;
+    uint64_t left = options.resident_bytes - need - shares.list_budget;
+    left -= share_leaves(totals, options, left, shares);
     const std::array<uint64_t, 2> more{(pages[0] - base[0]) * slot_bytes[0], (pages[1] - base[1]) * slot_bytes[1]};
     const uint64_t first = std::min(more[0], std::max(left / 2, left - std::min(left, more[1])));
     const auto slots = [&](size_t l, uint64_t bytes, uint64_t most) {
@@ -545,19 +563,22 @@ std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, s
         return BufferSpec{name, (uint64_t{spec.first} + spec.slots) * slot_bytes, use_storage,
                           static_cast<uint32_t>(slot_bytes), (uint64_t{spec.first} + spec.most_slots) * slot_bytes};
     };
-    return {pool("page pool of positions", 0, geometry_slot_bytes),
-            {"slots of the page pool", shares.pools[0].most_slots * uint64_t{8}, use_storage, 8},
-            {"page table", (totals.pages[0] + totals.pages[1]) * sizeof(uint32_t), use_storage, 4},
-            pool("page pool of attributes", 1, totals.slot_bytes[1]),
-            {"assets", atlases * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
-            {"errors and radii", atlases * 2048, use_storage, 2048},
-            {"spacing of samples", totals.base[0] * sizeof(float), use_storage, 4},
-            {"draw lists", shares.first_list_bytes, shares.tess ? use_storage : use_index, 4, shares.most_list_bytes},
-            {"corners of charts", std::max<uint64_t>(totals.corner_records, 1) * sizeof(CornerRecord), use_storage,
-             sizeof(CornerRecord)}};
+    return {
+        pool("page pool of positions", 0, geometry_slot_bytes),
+        {"slots of the page pool", shares.pools[0].most_slots * uint64_t{8}, use_storage, 8},
+        {"page table", (totals.pages[0] + totals.pages[1]) * sizeof(uint32_t), use_storage, 4},
+        pool("page pool of attributes", 1, totals.slot_bytes[1]),
+        {"assets", atlases * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
+        {"errors and radii", atlases * 2048, use_storage, 2048},
+        {"spacing of samples", totals.base[0] * sizeof(float), use_storage, 4},
+        {"draw lists", shares.first_list_bytes, shares.tess ? use_storage : use_index, 4, shares.most_list_bytes},
+        {"corners of charts", std::max<uint64_t>(totals.corner_records, 1) * sizeof(CornerRecord), use_storage,
+         sizeof(CornerRecord)},
+        {"pool of leaves", std::max<uint64_t>(shares.pools[2].slots, 1) * leaf_slot_bytes, use_storage,
+         static_cast<uint32_t>(leaf_slot_bytes), std::max<uint64_t>(shares.pools[2].most_slots, 1) * leaf_slot_bytes}};
 }
 
-PipelineSpec drawing_pipeline(bool tess) {
+PipelineSpec drawing_pipeline(bool tess, bool leaves) {
     PipelineSpec pipeline;
     pipeline.name = tess ? "patches" : "samples";
     pipeline.vertex = tess ? "vgi/patch.vert" : "vgi/sample.vert";
@@ -572,7 +593,9 @@ PipelineSpec drawing_pipeline(bool tess) {
                         StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
                         StorageBinding::texels(LODE_VGI_CODES, code_table, 1),
                         StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1),
-                        StorageBinding::texels(LODE_VGI_CORNERS, corners_of_charts, 4)};
+                        StorageBinding::texels(LODE_VGI_CORNERS, corners_of_charts, 4),
+                        StorageBinding::pool(LODE_VGI_LEAVES, leaf_pool, 4)};
+    if (!tess) pipeline.constants = {leaves ? 1u : 0u};
     if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read});
     return pipeline;
 }
@@ -608,7 +631,8 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     }
     Recipe recipe;
     recipe.buffers = buffers_of(totals, *shares, atlases.size());
-    recipe.pipelines = {drawing_pipeline(shares->tess), lighting_pipeline_of(atlases, totals.texel_words)};
+    recipe.pipelines = {drawing_pipeline(shares->tess, shares->pools[2].most_slots > 0),
+                        lighting_pipeline_of(atlases, totals.texel_words)};
     if (options.raster == Raster::device) DeviceCut(atlases).add_to(recipe, std::max(1u, options.instances));
     auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, shares->pools,
                                               totals.texel_words, shares->list_budget,

@@ -247,7 +247,8 @@ std::vector<DeviceCut::DrawRange> DeviceCut::cut(const FrameInput& input, std::s
     for (const InstanceTree::Seen& s : seen) {
         const Instance& instance = input.instances[s.instance];
         instances.add(instance.asset, atlases_[instance.asset], request_of(input, instance, pixel_error),
-                      input.budget.forced_level);
+                      // There are no leaves: level 0 is as 1, the finest samples.
+                      input.budget.forced_level - (input.budget.forced_level > 0 ? 1 : 0));
         instances.records.back().views = s.views;
     }
     dispatch_over(LODE_CUT_ALL, clear, plan);

@@ -299,7 +299,7 @@ private:
 
 Cut cut_grid(const Residency& residency, const CutRequest& request, PageDemand& demand, GridOutput output,
              GridRule rule) {
-    LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.pages() == residency.pages());
+    LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.pages() == residency.units());
     return GridCut(residency, request, demand, output, rule).run();
 }
 

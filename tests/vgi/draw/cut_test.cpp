@@ -21,6 +21,7 @@
 #include "mesh/repair.h"
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/corners.h"
+#include "vgi/asset/leaves.h"
 #include "vgi/bake/images/sample_errors.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/visibility.h"
@@ -32,8 +33,15 @@
 namespace lodestone::vgi {
 namespace {
 
+void put_leaf_part(Residency& residency, const Atlas& atlas, uint32_t part, uint32_t slot) {
+    auto decoded = decode_leaf(atlas.leaf_parts[part], atlas.attributes);
+    ASSERT_TRUE(decoded);
+    residency.put_leaf_part(part, std::make_shared<const DrawnLeafPart>(packed_leaf(std::move(*decoded), 0)), slot);
+}
+
 // Pages that are there with probability `share`, base pages always, whether their parents are or not; slot = number.
-Residency partly_resident(const Atlas& atlas, double share, uint64_t seed) {
+// So are parts of leaves with probability `leaf_share`.
+Residency partly_resident(const Atlas& atlas, double share, uint64_t seed, double leaf_share = 0) {
     Residency residency(atlas);
     Random random(seed);
     for (uint32_t number = 0; number < residency.pages(); ++number) {
@@ -44,6 +52,9 @@ Residency partly_resident(const Atlas& atlas, double share, uint64_t seed) {
                       std::make_shared<const GeometryPage>(
                           packed_geometry(read_page(atlas, Layer::geometry, chart, page), residency.tree())),
                       number);
+    }
+    for (uint32_t part = 0; part < residency.topology().leaf_parts() && leaf_share > 0; ++part) {
+        if (random.unit() < leaf_share) put_leaf_part(residency, atlas, part, part);
     }
     residency.update();
     return residency;
@@ -68,6 +79,7 @@ struct Glue {
     DisjointSets sets;
     std::vector<uint32_t> texel_of_corner;
     std::set<uint32_t> ends_surface;  // samples of corners at its end, and of what may stand for them
+    std::map<std::array<uint32_t, 3>, uint32_t> leaf_points;  // by place: their numbers, beyond those of samples
     explicit Glue(const Atlas& a) : atlas(a), sets(a.texels()), texel_of_corner(a.corners.size()) {
         glue_sides();
         for (uint32_t c = 0; c < atlas.charts(); ++c) {
@@ -120,8 +132,25 @@ Sample sample_of(const Residency& residency, uint32_t index) {
 struct Vertex {
     Sample at;
     uint32_t id;
-    bool moved;  // LODE_VGI_CORNER
+    bool moved;                              // LODE_VGI_CORNER
+    bool is_leaf = false, may_meet = false;  // of a leaf; a sample on a page's side, to which several points may go
 };
+// slot: the number of the part.
+Vertex leaf_vertex_of(const Residency& residency, Glue& glue, uint32_t index) {
+    const uint32_t part = index / LODE_VGI_LEAF_VERTICES, leaf = residency.topology().leaf_of_part(part),
+                   number = residency.topology().page_of_leaf(leaf), chart = number / residency.tree().pages();
+    const LeafVertex& v = residency.leaf_part(part).part->part.vertices[index % LODE_VGI_LEAF_VERTICES];
+    const uint32_t n = glue.atlas.cells_of(chart), per_side = glue.atlas.leaves_per_side(chart),
+                   square = leaf - glue.atlas.first_leaf[chart];
+    const auto along = [&](size_t k, uint32_t at, uint32_t low_side, uint32_t high_side) {
+        if (at == 0 && v.on_side(low_side)) return 0u;
+        if (at == per_side - 1 && v.on_side(high_side)) return n;
+        return std::clamp(v.place[k] * n / leaf_places, 1u, n - 1);
+    };
+    const auto [at, fresh] =
+        glue.leaf_points.try_emplace(v.position, static_cast<uint32_t>(glue.atlas.texels() + glue.leaf_points.size()));
+    return {{chart, along(0, square % per_side, 3, 1), along(1, square / per_side, 0, 2)}, at->second, false, true};
+}
 // What is drawn is what the atlas has there, or `bad` counts it.
 Vertex vertex_of(const Residency& residency, Glue& glue, uint32_t index, size_t& bad) {
     const Atlas& atlas = glue.atlas;
@@ -133,12 +162,14 @@ Vertex vertex_of(const Residency& residency, Glue& glue, uint32_t index, size_t&
         const auto [x, y] = on_side(of_chart % 4, 0u, atlas.cells_of(chart));
         return {{chart, x, y}, glue.sets.find(glue.texel_of_corner[corner]), true};
     }
+    if ((index & LODE_VGI_LEAF) != 0) return leaf_vertex_of(residency, glue, index & ~LODE_VGI_LEAF);
     const Sample s = sample_of(residency, index);
     const uint32_t id = glue.sets.find(static_cast<uint32_t>(atlas.texel(s.chart, s.x, s.y)));
     const GeometryTexel& texel = (*residency.entry(index / LODE_VGI_PAGE_TEXELS).texels)[index % LODE_VGI_PAGE_TEXELS];
     const auto& p = atlas.positions[id];
     bad += texel.x != p[0] || texel.y != p[1] || texel.z != p[2];
-    return {s, id, false};
+    const uint32_t page = residency.tree().cells_per_page();
+    return {s, id, false, false, s.x % page == 0 || s.y % page == 0};
 }
 
 bool on_rim(const Atlas& atlas, const Sample& a, const Sample& b) {
@@ -158,6 +189,8 @@ size_t bad_edges(const Residency& residency, Glue& glue, const std::vector<uint3
         int forth = 0, back = 0;
         bool moved = false;
     };
+    const bool leaves = !glue.atlas.leaves.empty();
+    std::set<uint32_t> coinciding;  // several points of leaves that rounding has put in one place
     std::map<std::pair<uint32_t, uint32_t>, Met> edges;
     size_t bad = 0;
     for (size_t t = 0; t + 2 < indices.size(); t += 3) {
@@ -165,9 +198,13 @@ size_t bad_edges(const Residency& residency, Glue& glue, const std::vector<uint3
         for (size_t k = 0; k < 3; ++k) v[k] = vertex_of(residency, glue, indices[t + k], bad);
         for (size_t k = 0; k < 3; ++k) {
             const Vertex &a = v[k], &b = v[(k + 1) % 3];
+            if (a.id == b.id && a.is_leaf && b.is_leaf) {
+                coinciding.insert(a.id);
+                continue;
+            }
             bad += a.id == b.id;
             Met& met = edges[std::minmax(a.id, b.id)];
-            met.moved = met.moved || a.moved;
+            met.moved = met.moved || a.moved || (leaves && (a.may_meet || b.may_meet));
             ++(a.id < b.id ? met.forth : met.back);
             // Beyond it there is as much as is needed.
             if (on_rim(glue.atlas, a.at, b.at)) ++(a.id < b.id ? met.back : met.forth);
@@ -176,7 +213,8 @@ size_t bad_edges(const Residency& residency, Glue& glue, const std::vector<uint3
     for (const auto& [ends, met] : edges) {
         // What is left out of an open surface may move its end inwards, to other corners that stand for the end's.
         const bool ends_surface = glue.ends_surface.contains(ends.first) && glue.ends_surface.contains(ends.second);
-        bad += (met.forth != met.back && !ends_surface) || (met.forth > 1 && !met.moved);
+        const bool several = met.moved || coinciding.contains(ends.first) || coinciding.contains(ends.second);
+        bad += (met.forth != met.back && !ends_surface) || (met.forth > 1 && !several);
     }
     return bad;
 }
@@ -238,15 +276,23 @@ using ErrorCuts = Cuts;
 INSTANTIATE_TEST_SUITE_P(By, ErrorCuts, testing::Values(Raster::bintree, Raster::grid),
                          [](const auto& one) { return name_of(one.param); });
 
+// What cuts were made of, all together.
+struct Met {
+    size_t triangles = 0, of_leaves = 0, mixed = 0;  // of them: with corners of leaves alone; with others besides
+};
 size_t count_bad(Raster raster, const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint64_t seed,
-                 size_t* triangles = nullptr) {
+                 Met* met = nullptr, bool leaves = false) {
     Glue glue(atlas);
     Random random(seed);
     size_t bad = 0;
     for (uint32_t i = 0; i < cameras; ++i) {
         Atlas about = gluing;
-        const Residency residency = partly_resident(about, i % 4 == 0 ? 1 : random.unit(), mix64(seed + i));
-        PageDemand demand(residency.pages());
+        const double share = i % 4 == 0 ? 1 : leaves ? 0.7 + 0.3 * random.unit() : random.unit();
+        const Residency residency = partly_resident(about, share, mix64(seed + i),
+                                                    !leaves      ? 0
+                                                    : i % 3 == 0 ? 1
+                                                                 : 0.5 + random.unit() / 2);
+        PageDemand demand(residency.units());
         const auto views = random_views(atlas, random);
         CutRequest request;
         request.views = views;
@@ -254,22 +300,67 @@ size_t count_bad(Raster raster, const Atlas& atlas, const Atlas& gluing, uint32_
         if (i % 3 == 0) request.margin = {extent_of(atlas).size * static_cast<float>(random.unit()) * 0.3f, 0.1f};
         const Cut cut = cut_as(raster, residency, request, demand);
         const auto all = all_triangles(cut);
-        if (triangles != nullptr) *triangles += all.size() / 3;
+        if (met != nullptr) {
+            met->triangles += all.size() / 3;
+            for (size_t t = 0; t < all.size(); t += 3) {
+                uint32_t of_leaves = 0;
+                for (size_t k = t; k < t + 3; ++k)
+                    of_leaves += (all[k] & LODE_VGI_CORNER) == 0 && (all[k] & LODE_VGI_LEAF) != 0;
+                met->of_leaves += of_leaves == 3;
+                met->mixed += of_leaves == 1 || of_leaves == 2;
+            }
+        }
         bad += bad_edges(residency, glue, all);
     }
     return bad;
 }
 
 TEST_P(Cuts, FitTogetherForAnyCameraAndAnyPages) {
-    size_t triangles = 0;
+    Met met;
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
         for (const uint32_t cells : {8u, 64u, 128u}) {
             const Atlas atlas = small_atlas(f.mesh, cells);
-            EXPECT_EQ(count_bad(GetParam(), atlas, atlas, cells == 128 ? 8 : 24, cells, &triangles), 0u) << cells;
+            EXPECT_EQ(count_bad(GetParam(), atlas, atlas, cells == 128 ? 8 : 24, cells, &met), 0u) << cells;
         }
     }
-    EXPECT_GT(triangles, 100000u);
+    EXPECT_GT(met.triangles, 100000u);
+}
+
+// Leaves beside leaves, beside any level of samples, and where some or some of their parts are missing.
+TEST(Cuts, FitTogetherWithAnyLeaves) {
+    Met met;
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
+        SCOPED_TRACE(f.name);
+        for (const uint32_t cells : {8u, 64u}) {
+            const Atlas atlas = small_atlas(f.mesh, cells);
+            EXPECT_EQ(count_bad(Raster::bintree, atlas, atlas, 24, cells, &met, true), 0u) << cells;
+        }
+    }
+    EXPECT_GT(met.triangles, 100000u);
+    EXPECT_GT(met.of_leaves, 10000u);
+    EXPECT_GT(met.mixed, 1000u);
+}
+
+TEST(Cuts, FallApartWhereRulesOfLeavesAreBroken) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
+    EXPECT_EQ(count_bad(Raster::bintree, atlas, atlas, 16, 5, nullptr, true), 0u);
+    // Leaves that are wanted where samples on their sides are not.
+    Atlas broken = atlas;
+    for (Leaf& leaf : broken.leaves) leaf.error = static_cast<uint8_t>(std::min(255, leaf.error + 40));
+    EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5, nullptr, true), 0u);
+    // A point that two leaves do not share.
+    broken = atlas;
+    for (uint32_t p = 0; p < broken.leaf_parts.size(); p += 7) {
+        LeafPart part = *decode_leaf(broken.leaf_parts[p], broken.attributes);
+        part.vertices[0].position[0] ^= 1;
+        broken.leaf_parts[p] = encode_leaf(part, broken.attributes);
+    }
+    EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5, nullptr, true), 0u);
+    // Leaves that do not know what is next to them.
+    broken = atlas;
+    broken.sides.assign(broken.sides.size(), GluedSide{});
+    EXPECT_GT(count_bad(Raster::bintree, atlas, broken, 16, 5, nullptr, true), 0u);
 }
 
 // The whole atlas in view from so many of its sizes away.
@@ -284,7 +375,7 @@ Cut cut_from_afar(const Atlas& atlas, const Residency& residency, float away, fl
     CutRequest request;
     request.views = views;
     request.cull_back_faces = false;
-    PageDemand demand(residency.pages());
+    PageDemand demand(residency.units());
     return from_scratch(residency, request, demand);
 }
 
@@ -386,7 +477,7 @@ TEST(Cuts, GoOnFromTheOnesBeforeAndAreAsFromScratch) {
         SCOPED_TRACE(f.name);
         const Atlas atlas = small_atlas(f.mesh, 128);
         const auto [centre, size] = extent_of(atlas);
-        Residency residency = partly_resident(atlas, 0.9, 11);
+        Residency residency = partly_resident(atlas, 0.9, 11, 0.8);
         const ChartTree tree(atlas);
         const auto sound = tree.validate(atlas);
         ASSERT_TRUE(sound) << sound.error().message;
@@ -435,12 +526,20 @@ TEST(Cuts, GoOnFromTheOnesBeforeAndAreAsFromScratch) {
                                       read_page(atlas, Layer::geometry, chart, page), residency.tree())),
                                   slots[number]);
                 }
+                for (int k = 0; k < 4; ++k) {
+                    const auto part = static_cast<uint32_t>(random.next() % residency.topology().leaf_parts());
+                    if (residency.holds_leaf_part(part)) {
+                        residency.drop_leaf_part(part);
+                    } else {
+                        put_leaf_part(residency, atlas, part, part + 10000 * i);
+                    }
+                }
                 residency.update();
                 ASSERT_TRUE(residency.validate());
             }
             const std::array views{view_of(camera, 1280, 720), shadow_view({0.3f, -1, 0.2f}, centre, size * 0.4f, 64)};
             request.views = views;
-            PageDemand demand(residency.pages()), expected_demand(residency.pages());
+            PageDemand demand(residency.units()), expected_demand(residency.units());
             const auto charts = tree.seen(Visibility(request, residency.about()), residency.about());
             const Cut made = cut_bintree(residency, request, charts, demand, kept);
             const Cut expected = from_scratch(residency, request, expected_demand);
@@ -511,7 +610,7 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
             request.pixel_error = of.budget.pixel_error;
             request.cull_back_faces = of.views[0].culls_back_faces;
             request.margin = moved != nullptr ? moved->margin : of.margin;
-            PageDemand demand(residency.pages());
+            PageDemand demand(residency.units());
             std::set<uint32_t> samples;
             for (const auto& [mask, indices] : from_scratch(residency, request, demand).parts)
                 samples.insert(indices.begin(), indices.end());
@@ -586,7 +685,7 @@ TEST_P(ErrorCuts, LeaveOutNoSampleThatCostsMoreThanThePixelError) {
         const auto views = random_views(atlas, random);
         CutRequest request;
         request.views = views;
-        PageDemand demand(residency.pages());
+        PageDemand demand(residency.units());
         std::set<std::tuple<uint32_t, uint32_t, uint32_t>> there;
         for (const uint32_t index : all_triangles(cut(residency, request, demand))) {
             const Sample s = sample_of(residency, index);
@@ -623,7 +722,7 @@ TEST_P(Cuts, DrawAForcedLevelAsTheAtlasHasIt) {
             CutRequest request;
             request.views = views;
             request.forced_level = level;
-            PageDemand demand(residency.pages());
+            PageDemand demand(residency.units());
             EXPECT_EQ(all_triangles(cut(residency, request, demand)).size() / 3, atlas.triangles_at(level));
         }
     }
@@ -669,7 +768,7 @@ TEST_P(Cuts, AreTheSameForAnyNumberOfThreadsAndAskForWhatIsMissing) {
         request.views = views;
         request.pixel_error = 0.25;
         set_thread_count(1);
-        PageDemand one(residency.pages()), many(residency.pages());
+        PageDemand one(residency.units()), many(residency.units());
         const Cut a = cut(residency, request, one);
         set_thread_count(8);
         const Cut b = cut(residency, request, many);
@@ -692,11 +791,11 @@ TEST_P(Cuts, GetWhatTheyAskForUntilNothingIsMissing) {
         CutRequest request;
         request.views = views;
         request.pixel_error = 0.5;
-        PageDemand unused(all.pages());
+        PageDemand unused(all.units());
         const Cut wanted = cut(all, request, unused);
         uint32_t rounds = 0;
         for (;; ++rounds) {
-            PageDemand demand(some.pages());
+            PageDemand demand(some.units());
             const Cut now = cut(some, request, demand);
             bool missing = false;
             for (const uint32_t number : demand.all_asked()) {
@@ -730,7 +829,7 @@ TEST_P(Cuts, CullOnlyWhatAViewCannotSee) {
         const auto views = random_views(atlas, random);
         CutRequest request;
         request.views = views;
-        PageDemand demand(residency.pages());
+        PageDemand demand(residency.units());
         const Frustum frustum = frustum_of(views[0]);
         for (const auto& [mask, indices] : cut(residency, request, demand).parts) {
             if ((mask & 1) != 0) continue;
@@ -770,7 +869,7 @@ TEST(GridCut, ByAreaHasNoCellWiderThanItMayBe) {
         CutRequest request;
         request.views = views;
         request.pixel_error = std::exp2(random.unit() * 3 - 1);
-        PageDemand demand(residency.pages());
+        PageDemand demand(residency.units());
         const Cut cut = cut_grid(residency, request, demand, GridOutput::patches, GridRule::by_area);
         double widest = 0;
         for (const auto& [mask, words] : cut.parts) {
@@ -806,7 +905,7 @@ TEST(GridCut, SaysTheSameAsPatchesAndAsTriangles) {
             CutRequest request;
             request.views = views;
             request.pixel_error = std::exp2(random.unit() * 6 - 1);
-            PageDemand demand(residency.pages()), again(residency.pages());
+            PageDemand demand(residency.units()), again(residency.units());
             const Cut triangles = cut_grid(residency, request, demand, GridOutput::indices);
             const Cut nodes = cut_grid(residency, request, again, GridOutput::patches);
             EXPECT_EQ(triangles.triangles, nodes.triangles);

@@ -116,13 +116,17 @@ TEST_F(VgiSourceTest, DrawsFromTheFirstFrameAndGetsFinerAsPagesArrive) {
         const auto valid = vgi->validate();
         ASSERT_TRUE(valid) << valid.error().message;
         EXPECT_GT(plan.stats.triangles, 1000u);
-        EXPECT_GE(plan.stats.triangles, before);
-        before = plan.stats.triangles;
+        // Leaves have fewer triangles than the samples they are drawn in place of.
+        if (figure(plan, "leaf_parts_resident") == 0) {
+            EXPECT_GE(plan.stats.triangles, before);
+            before = plan.stats.triangles;
+        }
         if (frame == 0) first = plan.stats.triangles;
         for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
         quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
         if (quiet == 3) {
             EXPECT_EQ(figure(plan, "pages_missing"), 0);
+            EXPECT_EQ(figure(plan, "leaf_parts_missing"), 0);
             EXPECT_EQ(plan.stats.uploaded_bytes, 0u) << "nothing changes any more";
             // What is drawn lies on the surface.
             const auto triangles = mirror.triangles_of(0);
@@ -156,7 +160,7 @@ TEST_F(VgiSourceTest, AsksForNoPageThatAtlasesLeaveOut) {
     std::vector<Arrival> arrivals;
     for (uint64_t frame = 0, quiet = 0; frame < 200; ++frame) {
         FrameInput input = look_from({0.4f, 0.8f, 1.6f}, frame);
-        input.budget.forced_level = 0;
+        input.budget.forced_level = 1;
         input.arrivals = std::move(arrivals);
         arrivals.clear();
         const Plan plan = (*opened)->plan(input);

@@ -28,9 +28,10 @@ Cell cell_of(const Atlas& atlas, uint32_t chart, uint32_t level, uint32_t x, uin
             atlas.point(atlas.texel(chart, (x + 1) * s, (y + 1) * s)), rising_diagonal(x, y)};
 }
 
-// Squared distance to the image's finest level within `reach` cells of a place of one chart.
-double squared_distance_in(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, int reach,
-                           const glm::dvec3& point) {
+}  // namespace
+
+double squared_distance_near(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, int reach,
+                             const glm::dvec3& point) {
     const auto last = static_cast<int>(atlas.cells_of(chart)) - 1;
     const int cx = std::clamp(static_cast<int>(place.x * (last + 1)), 0, last),
               cy = std::clamp(static_cast<int>(place.y * (last + 1)), 0, last);
@@ -54,6 +55,8 @@ double squared_distance_in(const Atlas& atlas, uint32_t chart, const glm::dvec2&
     return least;
 }
 
+namespace {
+
 // How far a place is from a side, and how far along it, both in shares of the side.
 void to_side(const glm::dvec2& place, uint32_t side, double* away, double* along) {
     const double u = place.x, v = place.y;
@@ -65,7 +68,7 @@ void to_side(const glm::dvec2& place, uint32_t side, double* away, double* along
 double squared_distance(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, const glm::dvec3& point,
                         int borders = 2) {
     constexpr double near_cells = 4;
-    double least = squared_distance_in(atlas, chart, place, 2, point);
+    double least = squared_distance_near(atlas, chart, place, 2, point);
     for (uint32_t side = 0; side < 4 && borders > 0; ++side) {
         const GluedSide& other = atlas.sides[size_t{chart} * 4 + side];
         double away = 0, along = 0;

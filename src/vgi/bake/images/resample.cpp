@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -48,15 +49,46 @@ void rasterise(const std::array<IntegerPoint, 3>& corners, uint32_t cells, const
 }
 }  // namespace
 
+TexelAttributes source_attributes(const ResampleInput& input, const Atlas& atlas, uint32_t triangle,
+                                  const glm::dvec2& place) {
+    const TriMesh& mesh = input.mesh;
+    const double w[3] = {1 - place.x - place.y, place.x, place.y};
+    const Triangle& wedges = mesh.triangles[triangle];
+    glm::dvec3 normal(0);
+    glm::dvec2 uv(0);
+    glm::dvec4 colour(0);
+    uint32_t largest = 0;
+    for (uint32_t k = 0; k < 3; ++k) {
+        normal += w[k] * glm::dvec3(input.normals[wedges[k]]);
+        if (!mesh.uvs.empty()) uv += w[k] * glm::dvec2(mesh.uvs[wedges[k]]);
+        if (!mesh.colours.empty()) colour += w[k] * glm::dvec4(mesh.colours[wedges[k]]);
+        if (w[k] > w[largest]) largest = k;
+    }
+    TexelAttributes is;
+    const double length = glm::length(normal);
+    is.normal = pack_octahedral(length > 1e-12 ? glm::vec3(normal / length) : input.normals[wedges[largest]]);
+    if (!mesh.uvs.empty()) {
+        for (int k = 0; k < 2; ++k) {
+            const double s = atlas.uv_step[k] > 0 ? (uv[k] - atlas.uv_low[k]) / atlas.uv_step[k] : 0;
+            is.uv[static_cast<size_t>(k)] =
+                static_cast<uint16_t>(std::clamp(std::round(s), 0.0, static_cast<double>(most_uv)));
+        }
+    }
+    if (!mesh.colours.empty()) is.colour = glm::u8vec4(glm::clamp(glm::round(colour), 0.0, 255.0));
+    if (!mesh.materials.empty()) is.material = mesh.materials[wedges[largest]];
+    return is;
+}
+
 Resampler::Resampler(const ResampleInput& input, uint32_t cells, uint32_t attribute_cells,
                      std::vector<uint8_t> trimmed_levels)
-    : mesh_(input.mesh), normals_(input.normals), patches_(input.patches), up_(height_axis(input.mesh)) {
-    LODE_CHECK(normals_.size() == mesh_.wedge_count());
+    : input_(input), patches_(input.patches), up_(height_axis(input.mesh)) {
+    const TriMesh& mesh = input.mesh;
+    LODE_CHECK(input.normals.size() == mesh.wedge_count());
     atlas_.cells = cells;
     atlas_.attribute_cells = attribute_cells;
-    atlas_.attributes = attributes_of(mesh_);
-    atlas_.material_table = mesh_.material_table;
-    atlas_.images = mesh_.images;
+    atlas_.attributes = attributes_of(mesh);
+    atlas_.material_table = mesh.material_table;
+    atlas_.images = mesh.images;
     glm::dvec3 low(1e300), high(-1e300);
     for (const glm::dvec3& p : input.surface.positions) {
         low = glm::min(low, p);
@@ -66,7 +98,7 @@ Resampler::Resampler(const ResampleInput& input, uint32_t cells, uint32_t attrib
     atlas_.origin = low;
     extent_ = std::max({extent.x, extent.y, extent.z, 1e-30});
     set_step(0);
-    if (!mesh_.uvs.empty()) set_uv_range();
+    if (!mesh.uvs.empty()) set_uv_range();
     atlas_.lay_out(std::move(trimmed_levels));
     LODE_CHECK(atlas_.charts() == patches_.sides.size(), patches_.sides.size());
     atlas_.make_room();
@@ -76,7 +108,7 @@ Resampler::Resampler(const ResampleInput& input, uint32_t cells, uint32_t attrib
 
 void Resampler::set_uv_range() {
     glm::vec2 low(1e30f), high(-1e30f);
-    for (const glm::vec2& uv : mesh_.uvs) {
+    for (const glm::vec2& uv : input_.mesh.uvs) {
         low = glm::min(low, uv);
         high = glm::max(high, uv);
     }
@@ -102,7 +134,11 @@ void Resampler::glue_sides() {
     }
 }
 
-void Resampler::set_step(double step) { atlas_.step = std::clamp(step, extent_ / most_points, extent_ / least_points); }
+void Resampler::set_step(double step) {
+    atlas_.step = std::clamp(step, extent_ / most_points, extent_ / least_points);
+    const auto points = static_cast<uint32_t>(std::ceil(extent_ / atlas_.step));
+    atlas_.leaf_shift = leaf_bits - static_cast<uint32_t>(std::bit_width(points));
+}
 
 void Resampler::keep_corners_open() {
     if (up_) borders_->keep_corners_open(patches_, atlas_, *up_);
@@ -129,29 +165,11 @@ void Resampler::put_attributes(size_t texel, const SurfaceTriangle& triangle, co
     // From corners of the part to corners of the source triangle.
     glm::dvec2 place(0);
     for (int k = 0; k < 3; ++k) place += weights[k] * glm::dvec2(corners[static_cast<size_t>(k)]);
-    const double w[3] = {1 - place.x - place.y, place.x, place.y};
-    const Triangle& wedges = mesh_.triangles[triangle.source];
-    glm::dvec3 normal(0);
-    glm::dvec2 uv(0);
-    glm::dvec4 colour(0);
-    uint32_t largest = 0;
-    for (uint32_t k = 0; k < 3; ++k) {
-        normal += w[k] * glm::dvec3(normals_[wedges[k]]);
-        if (!mesh_.uvs.empty()) uv += w[k] * glm::dvec2(mesh_.uvs[wedges[k]]);
-        if (!mesh_.colours.empty()) colour += w[k] * glm::dvec4(mesh_.colours[wedges[k]]);
-        if (w[k] > w[largest]) largest = k;
-    }
-    const double length = glm::length(normal);
-    atlas_.normals[texel] = pack_octahedral(length > 1e-12 ? glm::vec3(normal / length) : normals_[wedges[largest]]);
-    if (!mesh_.uvs.empty()) {
-        for (int k = 0; k < 2; ++k) {
-            const double s = atlas_.uv_step[k] > 0 ? (uv[k] - atlas_.uv_low[k]) / atlas_.uv_step[k] : 0;
-            atlas_.uvs[texel][static_cast<size_t>(k)] =
-                static_cast<uint16_t>(std::clamp(std::round(s), 0.0, static_cast<double>(most_uv)));
-        }
-    }
-    if (!mesh_.colours.empty()) atlas_.colours[texel] = glm::u8vec4(glm::clamp(glm::round(colour), 0.0, 255.0));
-    if (!mesh_.materials.empty()) atlas_.materials[texel] = mesh_.materials[wedges[largest]];
+    const TexelAttributes is = source_attributes(input_, atlas_, triangle.source, place);
+    atlas_.normals[texel] = is.normal;
+    if (!atlas_.uvs.empty()) atlas_.uvs[texel] = is.uv;
+    if (!atlas_.colours.empty()) atlas_.colours[texel] = is.colour;
+    if (!atlas_.materials.empty()) atlas_.materials[texel] = is.material;
 }
 
 void Resampler::sample_borders(Sampling& sampling) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "vgi/asset/atlas.h"
+#include "vgi/asset/leaves.h"
 #include "vgi/bake/charts/chart_complex.h"
 #include "vgi/bake/images/borders.h"
 #include "vgi/bake/images/parameterise.h"
@@ -29,6 +30,11 @@ struct ResampleInput {
     const ChartComplex& patches;         // of the surface
 };
 
+// What a place of a source triangle looks like, as texels of the atlas have it. place: weights of the triangle's
+// corners 1 and 2.
+TexelAttributes source_attributes(const ResampleInput& input, const Atlas& atlas, uint32_t triangle,
+                                  const glm::dvec2& place);
+
 // Fills the images of one chart after the other; a chart may be dropped once it is sampled.
 class Resampler {
 public:
@@ -46,6 +52,7 @@ public:
     // Of height fields (borders.h): once the lattice is chosen, before charts are sampled for good.
     void keep_corners_open();
     const std::optional<glm::dvec3>& up() const { return up_; }  // of the mesh (untangle.h)
+    const ResampleInput& input() const { return input_; }
     Atlas take() { return std::move(atlas_); }
     Atlas& atlas() { return atlas_; }
     const Atlas& atlas() const { return atlas_; }
@@ -69,8 +76,7 @@ private:
     void put_attributes(size_t texel, const SurfaceTriangle& triangle, const CutPlaces::Corners& corners,
                         const glm::dvec3& weights);
 
-    const TriMesh& mesh_;
-    const std::span<const glm::vec3> normals_;
+    const ResampleInput input_;
     const ChartComplex& patches_;
     std::optional<Borders> borders_;
     const std::optional<glm::dvec3> up_;  // of a height field

@@ -9,6 +9,7 @@
 #include "base/threads.h"
 #include "mesh/distance/closest_point.h"
 #include "vgi/asset/bintree.h"
+#include "vgi/asset/leaves.h"
 #include "vgi/asset/node_triangles.h"
 #include "vgi/asset/pages.h"
 #include "vgi/bake/charts/surface.h"
@@ -231,7 +232,9 @@ public:
           tree_(tree_of(atlas, Layer::geometry, chart)),
           of_atlas_(tree_of(atlas, Layer::geometry)),
           errors_(errors),
-          cones_(tree_.pages()) {}
+          cones_(tree_.pages()) {
+        if (!atlas.leaves.empty()) read_leaves();
+    }
 
     void run() {
         // Children come after their parents.
@@ -241,6 +244,13 @@ public:
             const uint32_t size = tree_.cells_per_page() << level, x = px * size, y = py * size;
             PageBounds& bounds = bounds_of(page);
             bound_sphere(x, y, size, bounds);
+            for_leaves(level, px, py, [&](const LeafShape& leaf) {
+                for (const glm::dvec3& point : leaf.points) {
+                    const glm::dvec3 at = atlas_.origin + atlas_.step * point;
+                    const double away = glm::distance(at, glm::dvec3(bounds.centre)) * (1 + rounding);
+                    bounds.radius = std::max(bounds.radius, static_cast<float>(away + atlas_.extent() * 1e-7));
+                }
+            });
             for_own_samples(atlas_, chart_, page, [&](size_t texel) {
                 bounds.sample_error = std::max(bounds.sample_error, atlas_.sample_errors[texel]);
                 bounds.sample_radius = std::max(bounds.sample_radius, atlas_.sample_radii[texel]);
@@ -263,6 +273,38 @@ public:
     }
 
 private:
+    // What leaves show in place of samples.
+    struct LeafShape {
+        std::vector<glm::dvec3> points, normals;  // of vertices, lattice points; of triangles, of any length
+    };
+    void read_leaves() {
+        const uint32_t per_side = atlas_.leaves_per_side(chart_);
+        for (uint32_t i = 0; i < per_side * per_side; ++i) {
+            LeafShape& shape = leaves_.emplace_back();
+            const uint32_t leaf = atlas_.first_leaf[chart_] + i;
+            for (uint32_t p = atlas_.first_part(leaf); p < atlas_.leaves[leaf].parts_end; ++p) {
+                const auto part = decode_leaf(atlas_.leaf_parts[p], atlas_.attributes);
+                LODE_CHECK(part.has_value(), p);
+                const size_t first = shape.points.size();
+                for (const LeafVertex& v : part->vertices)
+                    shape.points.push_back(glm::dvec3(v.position[0], v.position[1], v.position[2]) /
+                                           static_cast<double>(1u << atlas_.leaf_shift));
+                for (const auto& t : part->triangles)
+                    shape.normals.push_back(area_vector(shape.points[first + t[0]], shape.points[first + t[1]],
+                                                        shape.points[first + t[2]]));
+            }
+        }
+    }
+    // Calls visit(shape) for the leaves in a page's square.
+    template <class Visit>
+    void for_leaves(uint32_t level, uint32_t px, uint32_t py, Visit&& visit) const {
+        if (leaves_.empty()) return;
+        const uint32_t per_side = tree_.pages_per_side(0);
+        for (uint32_t y = py << level; y < (py + 1) << level; ++y) {
+            for (uint32_t x = px << level; x < (px + 1) << level; ++x) visit(leaves_[y * per_side + x]);
+        }
+    }
+
     PageBounds& bounds_of(uint32_t page) { return atlas_.bounds[size_t{chart_} * of_atlas_.pages() + page]; }
     template <class Visit>
     void for_children(uint32_t level, uint32_t px, uint32_t py, Visit&& visit) const {
@@ -347,6 +389,11 @@ private:
             normals_.push_back(area_vector(at(a), at(b), at(c)));
             sum += normals_.back();
         });
+        if (level == 0) {
+            for_leaves(level, px, py, [&](const LeafShape& leaf) {
+                normals_.insert(normals_.end(), leaf.normals.begin(), leaf.normals.end());
+            });
+        }
         Cone& cone = cones_[page];
         const double length = glm::length(sum);
         if (length > 0) {
@@ -376,6 +423,7 @@ private:
     const PageTree tree_, of_atlas_;  // the chart's own, and that of charts that leave out nothing
     const std::vector<double>& errors_;
     std::vector<Cone> cones_;
+    std::vector<LeafShape> leaves_;             // by square; empty where there are none
     std::vector<glm::dvec3> points_, normals_;  // of the page at hand: lattice points; of its triangles
 };
 
@@ -384,6 +432,24 @@ private:
 ChartErrors measure_samples(Atlas& atlas, uint32_t chart, const Chart& source) {
     return Measure(atlas, chart).run(source);
 }
+
+namespace {
+
+// Calls visit(leaf) for those on whose sides, corners included, a sample lies.
+template <class Visit>
+void for_leaves_at(const Atlas& atlas, uint32_t chart, GridPoint p, Visit&& visit) {
+    if (atlas.leaves.empty()) return;
+    const uint32_t per_side = atlas.leaves_per_side(chart);
+    const auto n = static_cast<int32_t>(atlas.cells_of(chart) / per_side), last = static_cast<int32_t>(per_side) - 1;
+    if (p.x % n != 0 && p.y % n != 0) return;
+    const auto first = [&](int32_t at) { return at % n == 0 && at > 0 ? at / n - 1 : at / n; };
+    for (int32_t y = first(p.y); y <= std::min(p.y / n, last); ++y) {
+        for (int32_t x = first(p.x); x <= std::min(p.x / n, last); ++x)
+            visit(atlas.leaves[atlas.leaf(chart, static_cast<uint32_t>(x), static_cast<uint32_t>(y))]);
+    }
+}
+
+}  // namespace
 
 void saturate(Atlas& atlas) {
     const ErrorCodes codes(atlas.extent());
@@ -399,6 +465,8 @@ void saturate(Atlas& atlas) {
                     tree.for_children(p, [&](GridPoint q) {
                         child = std::max<double>(child, codes.error(atlas.sample_errors[texel_of(atlas, c, q)]));
                     });
+                    for_leaves_at(atlas, c, p,
+                                  [&](const Leaf& leaf) { child = std::max<double>(child, codes.error(leaf.error)); });
                     if (child > 0) code = std::max(code, codes.of_error(std::min(child * error_ratio, atlas.extent())));
                     code = round_up(code, depth / 2);
                 });
@@ -424,6 +492,14 @@ void saturate(Atlas& atlas) {
                         const double its = codes.error(atlas.sample_errors[child]);
                         const double reach = (its - error / error_ratio) * least_magnification +
                                              static_cast<double>(codes.radius(atlas.sample_radii[child])) + away(q);
+                        radius = std::max(radius, reach);
+                    });
+                    for_leaves_at(atlas, c, p, [&](const Leaf& leaf) {
+                        if (leaf.error == 0) return;
+                        const double reach =
+                            (static_cast<double>(codes.error(leaf.error)) - error / error_ratio) * least_magnification +
+                            static_cast<double>(codes.radius(leaf.radius)) +
+                            glm::length(atlas.lattice_point(leaf.position) - here);
                         radius = std::max(radius, reach);
                     });
                     // A sample that costs nothing is never wanted; neither are its children.

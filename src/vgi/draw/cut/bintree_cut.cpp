@@ -9,7 +9,9 @@
 #include "base/check.h"
 #include "base/threads.h"
 #include "shaders/shared/vgi_texels.h"
+#include "vgi/asset/leaves.h"
 #include "vgi/draw/cut/corner_front.h"
+#include "vgi/draw/cut/leaf_front.h"
 #include "vgi/draw/cut/visibility.h"
 
 namespace lodestone::vgi {
@@ -39,11 +41,12 @@ public:
     // demand: pages of the charts run here are marked in it. kept: takes what is made. before: null for a cut from
     // scratch.
     ChartCut(const Residency& residency, const Visibility& visibility, const RefinementTest& wanted,
-             int64_t forced_level, PageDemand& demand, CachedCharts& kept, const Before* before)
+             const CutRequest& request, PageDemand& demand, CachedCharts& kept, const Before* before)
         : residency_(residency),
           visibility_(visibility),
+          leaves_(residency, wanted, request),
           wanted_(wanted),
-          forced_level_(forced_level),
+          forced_level_(request.forced_level),
           demand_(demand),
           kept_(kept),
           before_(before),
@@ -58,6 +61,7 @@ public:
         Kept old;
         if (before_ != nullptr) old = {before_->charts.first[place], before_->charts.first[place + 1]};
         first_page_ = residency_.number(chart, 0);
+        leaf_level_ = page_shift_ + residency_.about().trimmed_levels[chart];
         const uint32_t mask = visibility_.seen(visibility_.all(), first_page_);
         if (mask == 0) return;
         mark(first_page_);
@@ -220,7 +224,9 @@ private:
         Whole part;
         part.mask = seen(square.level, square.x, square.y, whole.mask, part.slack);
         Samples in;
-        if (part.mask != 0 && square.level > 0 && find(centres, centres.of(square), part.mask, in, part.slack)) {
+        if (part.mask != 0 && square.level == leaf_level_ && draw_leaf(square, whole, part)) {
+            // No sample inside is drawn.
+        } else if (part.mask != 0 && square.level > 0 && find(centres, centres.of(square), part.mask, in, part.slack)) {
             if (was != nullptr) {
                 part.old.first = static_cast<uint32_t>(was - before_->charts.squares.data()) + 1;
                 part.old.end = part.old.first + was->squares;
@@ -237,6 +243,63 @@ private:
         }
         whole.slack.add(part.slack);
         if (part.mask != 0 && part.mask != whole.mask) whole.slack.add_none();
+    }
+
+    // Draws the leaf in a page's square, where it is wanted and all it needs is there.
+    bool draw_leaf(const Square& square, Whole& whole, Whole& part) {
+        const uint32_t number = first_page_ + tree_.page(leaf_level_ - page_shift_, square.x, square.y);
+        if (!leaves_.wants(number, part.slack)) return false;
+        const Entry& entry = residency_.entry(number);
+        if (!entry.leaf_usable()) {
+            need_leaf(number, part.mask, part.slack);
+            return false;
+        }
+        put(whole.fan, whole.mask);
+        touch(number);
+        const LeafBorder border = leaves_.border(number, part.slack);
+        const auto cells = static_cast<int32_t>(n_);
+        std::vector<uint32_t>& list = kept_.parts.list(part.mask);
+        const auto sample = [&](GridPoint p) {
+            if (p.x % cells == 0 && p.y % cells == 0)
+                return square.corners[p.y == 0 ? (p.x == 0 ? 0 : 1) : (p.x == 0 ? 3 : 2)];
+            return index(entry, static_cast<uint32_t>(p.x), static_cast<uint32_t>(p.y));
+        };
+        // The first vertex tells how a triangle is lit (shaders/vgi/visible.frag): as samples, where it has one.
+        const auto add = [&](uint32_t a, uint32_t b, uint32_t c) {
+            const auto is_leaf = [](uint32_t i) { return (i & LODE_VGI_LEAF) != 0; };
+            if (!is_leaf(a) || (is_leaf(b) && is_leaf(c))) {
+                list.insert(list.end(), {a, b, c});
+            } else if (!is_leaf(b)) {
+                list.insert(list.end(), {b, c, a});
+            } else {
+                list.insert(list.end(), {c, a, b});
+            }
+        };
+        const Atlas& about = residency_.about();
+        const uint32_t leaf = residency_.topology().leaf(number);
+        for (uint32_t p = about.first_part(leaf); p < about.leaves[leaf].parts_end; ++p) {
+            const Residency::LeafEntry& of = residency_.leaf_part(p);
+            touch(residency_.pages() + p);
+            const uint32_t first = LODE_VGI_LEAF | of.slot * LODE_VGI_LEAF_VERTICES;
+            for_drawn_triangles(
+                of.part->part, border, cells, [&](uint32_t v) { return first + v; }, sample, add);
+        }
+        return true;
+    }
+    // Asks for what a leaf lacks to be drawn.
+    void need_leaf(uint32_t number, uint32_t mask, Slack& slack) {
+        slack.add_none();
+        const Entry& entry = residency_.entry(number);
+        if (entry.usable != 0x1f) {
+            need(number, mask);
+            for (uint32_t side = 0; side < 4; ++side) need(residency_.neighbour(number, side), mask);
+        }
+        if ((entry.usable & 1) == 0) return;
+        const Atlas& about = residency_.about();
+        const uint32_t leaf = residency_.topology().leaf(number);
+        for (uint32_t p = about.first_part(leaf); p < about.leaves[leaf].parts_end; ++p) {
+            if (!residency_.holds_leaf_part(p)) ask(residency_.pages() + p, leaves_.excess(leaf), mask);
+        }
     }
 
     // in: of the square, whose centre is in the cut. part: with nothing drawn.
@@ -429,6 +492,7 @@ private:
 
     const Residency& residency_;
     const Visibility& visibility_;
+    const LeafFront leaves_;
     const RefinementTest& wanted_;
     const int64_t forced_level_;
     PageDemand& demand_;
@@ -441,7 +505,7 @@ private:
     const PageTree tree_;
     const uint32_t n_;
     const uint32_t page_shift_, base_;
-    uint32_t first_page_ = 0;
+    uint32_t first_page_ = 0, leaf_level_ = 0;  // of the chart
 };
 
 // Where the charts of each group begin, and the end. Charts of a group are cut together; only groups with a chart that
@@ -494,7 +558,7 @@ Cut joined(std::span<const std::optional<ChartCut>> groups, std::span<const uint
 
 Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span<const uint32_t> seen,
                 PageDemand& demand, IncrementalCut& kept) {
-    LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.pages() == residency.pages());
+    LODE_CHECK(!request.views.empty() && request.views.size() < 32 && demand.pages() == residency.units());
     const Visibility visibility(request, residency.about());
     const RefinementTest wanted(request, residency.about());
     const CornerFront front(residency.topology().corners(), residency.about(), wanted, request.forced_level >= 0);
@@ -505,7 +569,8 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
         kept.topology = nullptr;
         return cut_of(corners);
     }
-    const auto changes = changes_since(kept, residency.topology(), request.forced_level, visibility, wanted);
+    const int64_t forced_level = request.forced_leaves ? -2 : request.forced_level;
+    const auto changes = changes_since(kept, residency.topology(), forced_level, visibility, wanted);
     const uint32_t before = kept.cuts++;
     std::swap(kept.charts, kept.before);
     kept.charts.resize((residency.about().charts() + charts_at_once - 1) / charts_at_once);
@@ -523,8 +588,8 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
                 old.emplace(Before{kept.before[group], changes->counted,
                                    larger(changes->seen, changes->counted.motion()), kept.updates});
             }
-            ChartCut& cut = done[g].emplace(residency, visibility, wanted, request.forced_level, demand, made,
-                                            old ? &*old : nullptr);
+            ChartCut& cut =
+                done[g].emplace(residency, visibility, wanted, request, demand, made, old ? &*old : nullptr);
             for (size_t i = first_of_group[g]; i < first_of_group[g + 1]; ++i)
                 cut.run(charts[i], charts[i] % charts_at_once);
             cut.end();
@@ -534,7 +599,7 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
     kept.wanted = wanted;
     kept.topology = &residency.topology();
     kept.updates = residency.updates();
-    kept.forced_level = request.forced_level;
+    kept.forced_level = forced_level;
     return joined(done, charts, first_of_group, std::move(corners), demand, kept);
 }
 

@@ -30,7 +30,8 @@ struct CutRequest {
     std::span<const View> views;
     const View* level_view = nullptr;  // sets the levels; views[0] where there is none
     double pixel_error = 1;            // pixels, > 0
-    int64_t forced_level = -1;         // >= 0: this level everywhere
+    int64_t forced_level = -1;         // >= 0: this level of samples everywhere
+    bool forced_leaves = false;        // with a forced level: leaves wherever they are
     bool cull_back_faces = true;       // views[0] may leave out what shows it none but back faces
     CutMargin margin;
     const View& sets_levels() const { return level_view != nullptr ? *level_view : views[0]; }

@@ -101,7 +101,9 @@ CutRequest request_for(const CutRegion& region, const CutInstance& instance, dou
     request.views = region.views;
     request.level_view = region.level_view ? &*region.level_view : nullptr;
     request.pixel_error = region.budget.pixel_error * raised;
-    request.forced_level = level;
+    // Level 0 is that of leaves, 1 that of the finest samples.
+    request.forced_level = level < 0 ? -1 : std::max<int64_t>(level - 1, 0);
+    request.forced_leaves = level == 0;
     request.cull_back_faces = region.views[0].culls_back_faces;
     request.margin = instance.margin;
     return request;
@@ -238,8 +240,8 @@ public:
         for (size_t a = 0; a < input_.atlases.size(); ++a) {
             CutMemory::Demand& demand = memory_.atlases[a];
             const AtlasPages& pages = *input_.atlases[a].pages;
-            if (demand.positions.pages() == pages.geometry.pages()) continue;
-            demand = {PageDemand(pages.geometry.pages()), PageDemand(pages.geometry.pages()),
+            if (demand.positions.pages() == pages.geometry.units()) continue;
+            demand = {PageDemand(pages.geometry.units()), PageDemand(pages.geometry.units()),
                       PageDemand(pages.attributes.pages())};
         }
         forget_unseen();
@@ -289,7 +291,7 @@ private:
     void fit() {
         const Budget& budget = region_.budget;
         uint32_t levels = 1;
-        for (const AtlasSnapshot& a : input_.atlases) levels = std::max(levels, a.atlas->file->about().levels());
+        for (const AtlasSnapshot& a : input_.atlases) levels = std::max(levels, 1 + a.atlas->file->about().levels());
         // From what the last cuts needed: views change little.
         result_.raised = limits_.raised;
         if (may_lower(limits_.triangles, budget.max_triangles) && may_lower(limits_.words, limits_.most_words))
@@ -303,7 +305,7 @@ private:
                 if (result_.level >= levels - 1) break;
                 ++result_.level;
             } else if (magnification_of(sets_levels, budget.pixel_error * result_.raised) <= least_magnification) {
-                result_.level = 0;
+                result_.level = 1;
             } else {
                 result_.raised *= error_scale_step;
             }
@@ -366,17 +368,28 @@ private:
             const CutMemory::Demand& found = memory_.atlases[a];
             collect(Layer::geometry, a, found.positions);
             collect(Layer::attributes, a, found.attributes);
-            for (const uint32_t page : found.prefetched.all_asked())
-                result_.wishes.push_back({found.prefetched.wish(page), Layer::geometry, true, a, page});
+            for (const uint32_t unit : found.prefetched.all_asked())
+                wish(found.prefetched.wish(unit), Layer::geometry, true, a, unit);
         }
         sort_wishes(result_.wishes);
     }
     void collect(Layer layer, uint32_t a, const PageDemand& found) {
-        const uint32_t first = input_.atlases[a].atlas->first[index_of(layer)];
         // Pages have higher numbers than their parents.
-        for (const uint32_t page : found.all_touched()) result_.touched[index_of(layer)].push_back(first + page);
-        for (const uint32_t page : found.all_asked())
-            result_.wishes.push_back({found.wish(page), layer, false, a, page});
+        for (const uint32_t unit : found.all_touched()) {
+            const auto [of, number] = named(layer, a, unit);
+            result_.touched[index_of(of)].push_back(input_.atlases[a].atlas->first[index_of(of)] + number);
+        }
+        for (const uint32_t unit : found.all_asked()) wish(found.wish(unit), layer, false, a, unit);
+    }
+    // Beyond pages of positions are parts of leaves (Residency::units).
+    std::pair<Layer, uint32_t> named(Layer layer, uint32_t a, uint32_t unit) const {
+        const uint32_t pages = input_.atlases[a].pages->geometry.pages();
+        if (layer != Layer::geometry || unit < pages) return {layer, unit};
+        return {Layer::leaves, unit - pages};
+    }
+    void wish(float wanted, Layer layer, bool prefetched, uint32_t a, uint32_t unit) {
+        const auto [of, number] = named(layer, a, unit);
+        result_.wishes.push_back({wanted, of, prefetched, a, number});
     }
 
     const Cutter* const cutter_;

@@ -77,11 +77,11 @@ struct FrameCuts {
     std::shared_ptr<const std::vector<uint32_t>> words;  // as Cut::parts has them
     double pixel_error = 1;  // that cuts were made with, at most: what had to be raised to stay within the budget
     double raised = 1;       // by how much
-    int64_t level = -1;      // drawn everywhere, or -1
+    int64_t level = -1;      // drawn everywhere, as Budget::forced_level, or -1
     uint64_t triangles = 0;  // of views[0]
 
     // Pages used, children before their parents, numbered over all atlases, by layer.
-    std::array<std::vector<uint32_t>, 2> touched;
+    std::array<std::vector<uint32_t>, 3> touched;
     struct Wish {
         float wanted;  // PageDemand::wanted
         Layer layer;

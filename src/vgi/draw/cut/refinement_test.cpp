@@ -63,6 +63,11 @@ float RefinementTest::excess(const PageBounds& bounds) const {
     return error > 0 ? error / std::max(away, 1e-3f * error) : 0;
 }
 
+float RefinementTest::excess(const GeometryTexel& t) const {
+    const float away = counted(place_of(t)) - radii_[t.radius] - margin_, error = errors_[t.error];
+    return error > 0 ? error / std::max(away, 1e-3f * error) : 0;
+}
+
 void RefinementTest::describe(gpu::VgiCutInstance& instance) const {
     LODE_CHECK(margin_ == 0, margin_);  // and no turn
     const auto put = [](const SeenFromEye& map, float* to) {

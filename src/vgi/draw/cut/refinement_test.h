@@ -39,6 +39,12 @@ public:
         const float left = reach - counted_aside(p, squared);
         return within(reach, p) ? std::max(left, std::numeric_limits<float>::min()) : std::min(left, 0.0f);
     }
+    // Whether it is wanted, and how long that holds of anything, wherever it lies.
+    bool is_wanted(const GeometryTexel& t, Slack& slack) const {
+        const float left = left_of_reach(t);
+        slack.add(std::abs(left), glm::length(place_of(t)) * most_change_);
+        return left > 0;
+    }
     // The same of samples that are not looked at: whether any may be wanted, of the most there can be among them, all
     // within the sphere of `bounds`.
     bool may_be(const PageBounds& bounds, SampleCodes most) const {
@@ -54,6 +60,8 @@ public:
     }
     // How many times larger than the pixel error leaving them out would be on screen.
     float excess(const PageBounds& bounds) const;
+    // The same of a sample, or of what has its codes.
+    float excess(const GeometryTexel& t) const;
 
     // For a device to tell the same.
     void describe(gpu::VgiCutInstance& instance) const;

@@ -1,0 +1,28 @@
+#include "vgi/draw/cut/leaf_front.h"
+
+namespace lodestone::vgi {
+
+GeometryTexel LeafFront::texel_of(uint32_t leaf) const {
+    const Leaf& of = residency_.about().leaves[leaf];
+    return {of.position[0], of.position[1], of.position[2], of.error, of.radius};
+}
+
+bool LeafFront::wants(uint32_t page, Slack& slack) const {
+    const uint32_t leaf = residency_.topology().leaf(page);
+    if (leaf == ~0u) return false;
+    return forced_ ? all_ : wanted_.is_wanted(texel_of(leaf), slack);
+}
+
+LeafBorder LeafFront::border(uint32_t page, Slack& slack) const {
+    const uint32_t leaf = residency_.topology().leaf(page);
+    LeafBorder border;
+    for (uint32_t s = 0; s < 4; ++s) {
+        const uint32_t across = residency_.neighbour(page, s);
+        border.sampled[s] = across != ~0u && !draws(across, slack);
+        for (const uint32_t other : residency_.topology().around_corner(leaf, s))
+            border.corner_sampled[s] = border.corner_sampled[s] || !draws(other, slack);
+    }
+    return border;
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,40 @@
+// Which leaves (vgi/asset/leaves.h) a cut draws. A leaf is drawn where drawing the finest samples of its square would
+// cost more than the pixel error, all its parts are there, and so is what those around it draw its sides from: a pure
+// function of what all of them know.
+#pragma once
+
+#include <cstdint>
+
+#include "vgi/asset/leaves.h"
+#include "vgi/draw/cut/cut.h"
+#include "vgi/draw/cut/refinement_test.h"
+#include "vgi/draw/residency.h"
+
+namespace lodestone::vgi {
+
+class LeafFront {
+public:
+    // All must outlive this.
+    LeafFront(const Residency& residency, const RefinementTest& wanted, const CutRequest& request)
+        : residency_(residency),
+          wanted_(wanted),
+          forced_(request.forced_level >= 0),
+          all_(request.forced_level >= 0 && request.forced_leaves) {}
+
+    // Whether the leaf in the square of a page is wanted; false where there is none. slack: how long that holds.
+    bool wants(uint32_t page, Slack& slack) const;
+    bool draws(uint32_t page, Slack& slack) const { return residency_.entry(page).leaf_usable() && wants(page, slack); }
+    // What a leaf that is drawn has around it.
+    LeafBorder border(uint32_t page, Slack& slack) const;
+    // As RefinementTest::excess. leaf: into Atlas::leaves.
+    float excess(uint32_t leaf) const { return wanted_.excess(texel_of(leaf)); }
+
+private:
+    GeometryTexel texel_of(uint32_t leaf) const;
+
+    const Residency& residency_;
+    const RefinementTest& wanted_;
+    const bool forced_, all_;
+};
+
+}  // namespace lodestone::vgi

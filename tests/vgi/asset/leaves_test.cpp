@@ -1,0 +1,134 @@
+// Leaves: the source's triangles below the finest samples.
+#include "vgi/asset/leaves.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+#include <map>
+
+#include "base/random.h"
+#include "fixtures/meshes.h"
+#include "mesh/distance/distance.h"
+#include "mesh/generate.h"
+#include "mesh/repair.h"
+#include "mesh/topology.h"
+#include "vgi/asset/pages.h"
+#include "vgi/small_atlas.h"
+
+namespace lodestone::vgi {
+namespace {
+
+// Edges by their ends' places that are not met as often each way, and, unless they may lie on each other, those that
+// are met more than once; of an edge on the end of a surface once is enough.
+size_t bad_edges(const TriMesh& mesh, bool closed, bool may_coincide = false) {
+    using Point = std::array<float, 3>;
+    std::map<std::pair<Point, Point>, std::pair<int, int>> edges;
+    const auto at = [&](size_t t, int k) {
+        const glm::vec3& p = mesh.position_of(t, k % 3);
+        return Point{p.x, p.y, p.z};
+    };
+    for (size_t t = 0; t < mesh.triangle_count(); ++t) {
+        for (int k = 0; k < 3; ++k) {
+            const Point a = at(t, k), b = at(t, k + 1);
+            auto& [forth, back] = edges[std::minmax(a, b)];
+            ++(a < b ? forth : back);
+        }
+    }
+    size_t bad = 0;
+    for (const auto& [ends, met] : edges) {
+        bad += (!may_coincide && (met.first > 1 || met.second > 1)) || (closed && met.first != met.second);
+    }
+    return bad;
+}
+
+TEST(Leaves, AreTheSourceItself) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
+        SCOPED_TRACE(f.name);
+        for (const uint32_t cells : {8u, 64u}) {
+            const Atlas atlas = small_atlas(f.mesh, cells);
+            ASSERT_TRUE(atlas.validate());
+            ASSERT_TRUE(validate_leaves(atlas));
+            for (uint32_t i = 0; i < atlas.leaves.size(); ++i) ASSERT_TRUE(atlas.has_leaf(i)) << i;
+            const TriMesh source = extract_leaves(atlas);
+            ASSERT_TRUE(source.validate());
+            const Topology is = topology_of(source), was = topology_of(f.mesh);
+            EXPECT_EQ(bad_edges(source, was.boundary_edges == 0), 0u) << cells;
+            EXPECT_EQ(is.genus, was.genus);
+            EXPECT_EQ(is.boundary_loops, was.boundary_loops);
+            EXPECT_EQ(is.components, was.components);
+            const auto diagonal = static_cast<double>(bounding_box(f.mesh.positions).diagonal());
+            EXPECT_LT(surface_distance(f.mesh, source, {5000}).max(), 1e-6 * diagonal);
+        }
+    }
+}
+
+TEST(Leaves, AreDecodedAsTheyWereCoded) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 64, 8);
+    size_t parts = 0;
+    for (const auto& coded : atlas.leaf_parts) {
+        const auto part = decode_leaf(coded, atlas.attributes);
+        ASSERT_TRUE(part);
+        EXPECT_TRUE(part->validate(atlas, 32));
+        EXPECT_LE(part->triangles.size(), most_leaf_triangles);
+        EXPECT_EQ(encode_leaf(*part, atlas.attributes), coded);
+        ++parts;
+        for (size_t cut = 0; cut < coded.size(); cut += 7)
+            EXPECT_FALSE(decode_leaf(std::span(coded).first(cut), atlas.attributes));
+    }
+    EXPECT_GT(parts, atlas.leaves.size());
+}
+
+// Whatever bytes there are, a part is one or is refused.
+TEST(Leaves, AreRefusedWhereTheyAreDamaged) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 2000), 32, 4);
+    Random random(1);
+    for (int i = 0; i < 2000; ++i) {
+        auto coded =
+            atlas.leaf_parts[static_cast<size_t>(random.unit() * static_cast<double>(atlas.leaf_parts.size()))];
+        for (int k = 0; k < 3; ++k)
+            coded[static_cast<size_t>(random.unit() * static_cast<double>(coded.size()))] =
+                static_cast<std::byte>(random.unit() * 256);
+        const auto part = decode_leaf(coded, atlas.attributes);
+        if (!part || !part->validate(atlas, 32)) continue;
+        for (const auto& t : part->triangles) {
+            for (const uint8_t v : t) EXPECT_LT(v, part->vertices.size());
+        }
+    }
+}
+
+// Beside samples, a side has samples and nothing else: whichever leaves are missing, what is left fits.
+TEST(Leaves, FitSamplesWhereOthersAreMissing) {
+    for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
+        SCOPED_TRACE(f.name);
+        const Atlas whole = small_atlas(f.mesh, 64);
+        const bool closed = topology_of(f.mesh).boundary_edges == 0;
+        for (uint64_t seed = 0; seed < 3; ++seed) {
+            Atlas atlas = whole;
+            Random random(seed);
+            const double share = random.unit();
+            atlas.leaf_parts.clear();
+            for (uint32_t i = 0; i < atlas.leaves.size(); ++i) {
+                if (random.unit() < share) {
+                    for (uint32_t p = whole.first_part(i); p < whole.leaves[i].parts_end; ++p)
+                        atlas.leaf_parts.push_back(whole.leaf_parts[p]);
+                }
+                atlas.leaves[i].parts_end = static_cast<uint32_t>(atlas.leaf_parts.size());
+            }
+            EXPECT_TRUE(validate_leaves(atlas));
+            // Two crossings may go to one sample.
+            EXPECT_EQ(bad_edges(extract_leaves(atlas), closed, true), 0u) << seed;
+        }
+    }
+}
+
+// A control: with one point moved leaves do not fit.
+TEST(Leaves, AreNotSaidToFitWhereOneIsWrong) {
+    Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
+    LeafPart part = *decode_leaf(atlas.leaf_parts[1], atlas.attributes);
+    part.vertices[0].position[0] ^= 1;
+    atlas.leaf_parts[1] = encode_leaf(part, atlas.attributes);
+    EXPECT_FALSE(validate_leaves(atlas));
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cstdio>
+#include <filesystem>
 
 #include "base/files/file.h"
 
@@ -41,6 +42,26 @@ void add_outside_option(CLI::App& command, bool& allow_outside) {
 void add_prefix_option(CLI::App& command, bool& prefix) {
     command.add_flag("--prefix", prefix,
                      "Open an asset whose end is missing: the levels of its progressive mesh that are there");
+}
+
+void add_encoding_option(CLI::App& command, std::string& encoding) {
+    command
+        .add_option("--encoding", encoding,
+                    "Of vertices and triangles in a .glb: plain (floats), quantised (KHR_mesh_quantization) or meshopt "
+                    "(quantised and EXT_meshopt_compression)")
+        ->check(CLI::IsMember({"plain", "quantised", "meshopt"}))
+        ->capture_default_str();
+}
+
+Result<WriteOptions> write_options_of(const std::string& encoding, const std::string& out, int jpeg_quality) {
+    if (auto good = check_write(out); !good) return tl::unexpected(good.error());
+    WriteOptions options;
+    options.jpeg_quality = jpeg_quality;
+    if (encoding == "quantised") options.encoding = WriteOptions::Encoding::quantised;
+    if (encoding == "meshopt") options.encoding = WriteOptions::Encoding::meshopt;
+    if (options.encoding != WriteOptions::Encoding::plain && std::filesystem::path(out).extension() != ".glb")
+        return fail(Fault::usage, "--encoding " + encoding + ": is for .glb; " + out + " is another format");
+    return options;
 }
 
 std::string examples(const std::string& lines) {

@@ -15,7 +15,8 @@ namespace lodestone {
 namespace {
 
 struct Options {
-    std::string asset, backend = "lod", order, out;
+    std::string asset, backend = "lod", order, out, encoding = "plain";
+    WriteOptions write;
     std::optional<uint64_t> triangles;
     std::optional<double> error;
     bool json = false, prefix = false;
@@ -47,7 +48,7 @@ Result<uint32_t> chosen_level(const Options& o, const Levels& levels, uint32_t m
 }
 
 Result<int> write_level(const Options& o, const TriMesh& mesh, uint32_t level, uint32_t levels, float error) {
-    if (auto done = write_mesh(mesh, o.out); !done) return tl::unexpected(done.error());
+    if (auto done = write_mesh(mesh, o.out, o.write); !done) return tl::unexpected(done.error());
     if (o.json) {
         const nlohmann::json json = {{"triangles", mesh.triangle_count()}, {"level", level}, {"error", error}};
         print_line(json.dump(2));
@@ -136,12 +137,20 @@ void add_extract(CLI::App& app, Run& run) {
                      "Give exactly one of --triangles, --error and --level")
         ->transform([](const std::string& level) { return level == "source" ? std::string("0") : level; });
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
+    add_encoding_option(*command, o->encoding);
     add_prefix_option(*command, o->prefix);
     command->add_flag("--json", o->json, "Print triangles, level and error (object units) as JSON");
     command->footer(
         examples("lodestone extract bunny.lode --backend lod --triangles 5000 -o bunny-5k.glb\n"
                  "lodestone extract atlas.lode --backend vgi --level source -o atlas.ply"));
-    command->callback([o, &run] { run = [o] { return extract(*o); }; });
+    command->callback([o, &run] {
+        run = [o]() -> Result<int> {
+            const auto write = write_options_of(o->encoding, o->out, 0);
+            if (!write) return tl::unexpected(write.error());
+            o->write = *write;
+            return extract(*o);
+        };
+    });
 }
 
 }  // namespace lodestone

@@ -19,7 +19,7 @@ namespace lodestone {
 namespace {
 
 struct Options {
-    std::string mesh, out, report, format = "png";
+    std::string mesh, out, report, format = "png", encoding = "plain";
     vgi::UnwrapOptions unwrap;
     uint32_t resolution = 4096;
     double gutter = 4;
@@ -119,8 +119,9 @@ Result<int> unwrap_file(const Options& o) {
     const Progress progress = terminal_progress();
     const Stopwatch all;
     Seconds seconds;
-    const WriteOptions write{o.format == "jpeg" ? o.quality : 0};
-    if (auto good = check_write(o.out); !good) return tl::unexpected(good.error());
+    auto write = write_options_of(o.encoding, o.out, o.format == "jpeg" ? o.quality : 0);
+    if (!write) return tl::unexpected(write.error());
+    write->exact_uvs = true;  // rounded further, small triangles would be turned over
     progress.at("read", 0);
     ReadReport told;
     ReadOptions read = o.read;
@@ -137,7 +138,7 @@ Result<int> unwrap_file(const Options& o) {
     if (!made) return tl::unexpected(made.error());
     const Stopwatch write_watch;
     progress.at("write", 0);
-    if (auto done = write_mesh(made->mesh, o.out, write); !done) return tl::unexpected(done.error());
+    if (auto done = write_mesh(made->mesh, o.out, *write); !done) return tl::unexpected(done.error());
     seconds.write = write_watch.wall();
     seconds.all = all.wall();
     end_progress();
@@ -185,6 +186,7 @@ void add_unwrap(CLI::App& app, Run& run) {
     command->add_option("-o,--out", o->out, "Mesh to write: .glb, .obj or .ply")->required();
     add_square_options(*command, *o);
     add_bake_options_of_unwrap(*command, *o);
+    add_encoding_option(*command, o->encoding);
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command->add_option("--report", o->report, "Also write stretch, coverage, seams and times to this JSON file");
     command->add_flag("--json", o->json, "Print the report as JSON");

@@ -200,28 +200,24 @@ Result<DrawnFrame> DrawSession::start(const Camera& camera, const Budget& budget
     if (mirror_) {
         if (auto done = mirror_plan(*mirror_, input, plan, shown); !done) return tl::unexpected(done.error());
     }
-    const auto volumes_entered = std::chrono::steady_clock::now();
-    Plan effect;
-    if (volumes_ != nullptr && shows_volumes && !empty) {
-        auto planned = plan_volumes(input, drawn);
-        if (!planned) return tl::unexpected(planned.error());
-        effect = std::move(*planned);
-    }
-    const double volumes_ms = ms_since(volumes_entered);
-    drawn.ms += volumes_ms;
-    drawn.plan_ms += volumes_ms;
+    const auto effect = empty ? Result<Plan>(Plan{}) : plan_volumes(input, drawn);
+    if (!effect) return tl::unexpected(effect.error());
     const auto submitted = std::chrono::steady_clock::now();
-    if (auto done = renderer_->submit(plan, input, shown, place_, volumes_ != nullptr ? &effect : nullptr); !done)
-        return tl::unexpected(done.error());
+    if (auto done = renderer_->submit(plan, input, shown, place_, &*effect); !done) return tl::unexpected(done.error());
     drawn.ms += ms_since(submitted);
     return drawn;
 }
 
 Result<Plan> DrawSession::plan_volumes(const FrameInput& input, DrawnFrame& drawn) {
-    const double start = thread_cpu_ms();
+    if (volumes_ == nullptr || !shows_volumes) return Plan{};
+    const auto entered = std::chrono::steady_clock::now();
+    const double cpu_start = thread_cpu_ms();
     Plan plan = volumes_->plan(input);
     VolumeFigures figures;
-    figures.bin_ms = thread_cpu_ms() - start;
+    figures.bin_ms = thread_cpu_ms() - cpu_start;
+    const double ms = ms_since(entered);
+    drawn.ms += ms;
+    drawn.plan_ms += ms;
     figures.bytes = plan.stats.resident_bytes;
     for (const auto& [name, value] : plan.stats.more) {
         if (name == "bricks") figures.bricks = static_cast<uint64_t>(value);

@@ -4,12 +4,17 @@
 // the picture's, and upsample.comp puts them back.
 #include "shared/volume_debug.glsl"
 #include "shared/volume_march.glsl"
-#include "shared/volume_target.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = LODE_VOLUME_TAPS, std430) writeonly buffer TapBlock { uvec4 taps[]; };
 layout(set = 1, binding = LODE_VOLUME_RESULT, std430) writeonly buffer ResultBlock { uvec2 result[]; };
+
+// The picture's pixel that a pixel of the target is.
+ivec2 pixel_of_tap(ivec2 tap) {
+    int divisor = int(volume.divisor);
+    return min(tap * divisor + divisor / 2, ivec2(volume.picture.xy) - 1);
+}
 
 void main() {
     ivec2 tap = ivec2(gl_GlobalInvocationID.xy);

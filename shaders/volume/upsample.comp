@@ -7,7 +7,6 @@
 #include "shared/frame.glsl"
 #include "shared/volume.h"
 #include "shared/texels.glsl"
-#include "shared/volume_target.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 

@@ -20,8 +20,9 @@ struct LatticeBox {
 
 struct TileMeasure {
     // Object units: no point of the tile, of what closes its borders included, is farther from the surface of the
-    // finest samples, and no point of that farther from the tile; at most 2% more than what is (farthest.h). 0 of a
-    // leaf, and above that of every child.
+    // finest samples, and no point of that farther from the tile. Each square is measured against its own samples, to
+    // 2% (farthest.h): where those of a neighbour are nearer, this is more than what is. 0 of a leaf, and above that of
+    // every child.
     double error = 0;
     double source_error = 0;  // object units; two-sided distance to the source, as measured by the bake
     LatticeBox box;           // around the finest samples of the tile, and so around all tiles below it

@@ -269,7 +269,7 @@ private:
             const glm::vec4& c = m.base_colour;
             Json pbr = {{"baseColorFactor", {c.x, c.y, c.z, c.w}}, {"metallicFactor", 0}, {"roughnessFactor", 1}};
             if (m.base_colour_image >= 0 && textured()) pbr["baseColorTexture"] = texture(m.base_colour_image);
-            Json material = {{"pbrMetallicRoughness", pbr}, {"doubleSided", m.double_sided || options_.double_sided}};
+            Json material = {{"pbrMetallicRoughness", pbr}, {"doubleSided", m.double_sided}};
             if (!m.name.empty()) material["name"] = m.name;
             json_["materials"].push_back(std::move(material));
         }

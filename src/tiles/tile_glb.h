@@ -26,7 +26,6 @@ enum class UpAxis { y, z };
 struct GlbOptions {
     Encoding encoding = Encoding::meshopt;
     UpAxis up = UpAxis::y;
-    bool double_sided = false;            // all materials, besides those that are so
     std::vector<std::string> image_uris;  // per image of the atlas, from the file
 };
 

@@ -130,7 +130,7 @@ private:
 
     Written write_tile(uint32_t id) const {
         const TileNode& node = tree_.nodes[id];
-        GlbOptions glb{options_.encoding, options_.up, open_, {}};
+        GlbOptions glb{options_.encoding, options_.up, {}};
         for (size_t i = 0; i < atlas_.images.size(); ++i) glb.image_uris.push_back("../i/" + image_name(i, node.level));
         TileMesh mesh = make_tile_mesh(atlas_, node);
         Written written;

@@ -13,9 +13,10 @@ struct WriteOptions {
     // How GLB has vertices and triangles.
     enum class Encoding {
         plain,      // floats
-        quantised,  // KHR_mesh_quantization: 16 bits for positions and texture coordinates, 8 for normals and colours
+        quantised,  // KHR_mesh_quantization: 16 bits a number
         meshopt,    // quantised, and EXT_meshopt_compression
     } encoding = Encoding::plain;
+    bool exact_uvs = false;  // texture coordinates stay floats, whatever the encoding
 };
 
 // Fault::usage where the name's extension is none that is written.

@@ -45,7 +45,7 @@ void place_triangle(ChartMesh& patch, const std::vector<uint32_t>& border) {
     for (size_t k = 1; k < 3; ++k) {
         if (length(k) > length(longest)) longest = k;
     }
-    std::ranges::rotate(v, v.begin() + static_cast<ptrdiff_t>(longest));
+    std::rotate(v.begin(), v.begin() + static_cast<ptrdiff_t>(longest), v.end());
     const glm::dvec3 base = patch.positions[v[1]] - patch.positions[v[0]],
                      other = patch.positions[v[2]] - patch.positions[v[0]];
     const double squared = glm::dot(base, base);

@@ -243,7 +243,7 @@ LatticeFaults faults_of(std::span<const LatticeTriangle> triangles, uint32_t squ
     Pairs all;
     for (const Pairs& pairs : overlapping) all.insert(all.end(), pairs.begin(), pairs.end());
     std::ranges::sort(all);
-    faults.overlapping = static_cast<uint64_t>(std::ranges::unique(all).begin() - all.begin());
+    faults.overlapping = static_cast<uint64_t>(std::unique(all.begin(), all.end()) - all.begin());
     return faults;
 }
 

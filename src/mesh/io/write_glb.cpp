@@ -1,0 +1,266 @@
+#include "mesh/io/write_glb.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <glm/common.hpp>
+#include <nlohmann/json.hpp>
+
+#include "base/files/file.h"
+#include "base/srgb.h"
+#include "mesh/io/image_file.h"
+
+namespace lodestone {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+
+constexpr int vertex_target = 34962, index_target = 34963;
+constexpr int signed_short = 5122, unsigned_short = 5123, unsigned_int = 5125, real = 5126;
+constexpr const char* meshopt_name = "EXT_meshopt_compression";
+using Encoding = WriteOptions::Encoding;
+
+class GlbWriter {
+public:
+    GlbWriter(const TriMesh& mesh, const WriteOptions& options) : mesh_(mesh), options_(options) {}
+
+    Result<void> write(const fs::path& path) {
+        json_["asset"] = {{"version", "2.0"}, {"generator", "lodestone"}};
+        json_["scene"] = 0;
+        json_["scenes"] = {{{"nodes", {0}}}};
+        json_["nodes"] = {{{"mesh", 0}}};
+        add_positions();
+        add_other_attributes();
+        if (!mesh_.materials.empty()) {
+            if (auto done = add_materials(); !done) return done;
+        }
+        add_primitives();
+        add_buffers();
+        return write_file(path);
+    }
+
+private:
+    void add_buffers() {
+        json_["buffers"] = {{{"byteLength", bin_.size()}}};
+        std::vector<std::string> extensions;
+        if (options_.encoding != Encoding::plain) extensions.emplace_back("KHR_mesh_quantization");
+        if (options_.encoding == Encoding::meshopt) {
+            extensions.emplace_back(meshopt_name);
+            json_["buffers"].push_back(
+                {{"byteLength", unpacked_bytes_}, {"extensions", {{meshopt_name, {{"fallback", true}}}}}});
+        }
+        if (extensions.empty()) return;
+        json_["extensionsUsed"] = extensions;
+        json_["extensionsRequired"] = extensions;
+    }
+
+    Result<void> write_file(const fs::path& path) {
+        std::string text = json_.dump();
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        bin_.resize((bin_.size() + 3) / 4 * 4);
+        const uint64_t total = 12 + 8 + text.size() + 8 + bin_.size();
+        if (total > 0xffffffffu)
+            return fail(Fault::machine, path.string() + ": the mesh is too large for GLB; write PLY");
+        auto file = OutputFile::create(path);
+        if (!file) return tl::unexpected(file.error());
+        const uint32_t head[] = {0x46546c67, 2, static_cast<uint32_t>(total), static_cast<uint32_t>(text.size()),
+                                 0x4e4f534a};
+        const uint32_t bin_head[] = {static_cast<uint32_t>(bin_.size()), 0x004e4942};
+        if (auto done = file->write(std::as_bytes(std::span(head))); !done) return done;
+        if (auto done = file->write(text); !done) return done;
+        if (auto done = file->write(std::as_bytes(std::span(bin_head))); !done) return done;
+        if (auto done = file->write(bin_); !done) return done;
+        return file->commit();
+    }
+
+    // Where the next bytes begin.
+    size_t append(const void* bytes, size_t size) {
+        bin_.resize((bin_.size() + 3) / 4 * 4);
+        const size_t begin = bin_.size();
+        const auto* from = static_cast<const std::byte*>(bytes);
+        bin_.insert(bin_.end(), from, from + size);
+        return begin;
+    }
+
+    // As it is, or compressed. stride: of an element in bytes.
+    size_t add_view(const void* values, size_t count, size_t stride, int target) {
+        nlohmann::json view = {{"buffer", 0}, {"byteLength", count * stride}};
+        if (target == vertex_target) view["byteStride"] = stride;
+        if (target != 0) view["target"] = target;
+        if (options_.encoding == Encoding::meshopt && target != 0 && count > 0) {
+            add_compressed(view, values, count, stride);
+        } else {
+            view["byteOffset"] = append(values, count * stride);
+        }
+        json_["bufferViews"].push_back(view);
+        return json_["bufferViews"].size() - 1;
+    }
+
+    void add_compressed(nlohmann::json& view, const void* values, size_t count, size_t stride) {
+        const bool indices = view["target"] == index_target;
+        std::vector<unsigned char> packed;
+        if (indices) {
+            const auto* index = static_cast<const uint32_t*>(values);
+            packed.resize(meshopt_encodeIndexBufferBound(count, mesh_.wedge_count()));
+            packed.resize(meshopt_encodeIndexBuffer(packed.data(), packed.size(), index, count));
+        } else {
+            packed.resize(meshopt_encodeVertexBufferBound(count, stride));
+            packed.resize(meshopt_encodeVertexBuffer(packed.data(), packed.size(), values, count, stride));
+        }
+        unpacked_bytes_ = (unpacked_bytes_ + 3) / 4 * 4;
+        view["buffer"] = 1;
+        view["byteOffset"] = unpacked_bytes_;
+        unpacked_bytes_ += count * stride;
+        view["extensions"][meshopt_name] = {
+            {"buffer", 0},          {"byteOffset", append(packed.data(), packed.size())}, {"byteLength", packed.size()},
+            {"byteStride", stride}, {"mode", indices ? "TRIANGLES" : "ATTRIBUTES"},       {"count", count}};
+    }
+
+    // What an accessor's numbers are.
+    struct Kind {
+        int component;
+        const char* type;
+        bool normalised = false;
+    };
+    template <class T>
+    size_t add_accessor(const std::vector<T>& values, const Kind& kind, int target) {
+        nlohmann::json accessor = {{"bufferView", add_view(values.data(), values.size(), sizeof(T), target)},
+                                   {"componentType", kind.component},
+                                   {"count", values.size()},
+                                   {"type", kind.type}};
+        if (kind.normalised) accessor["normalized"] = true;
+        json_["accessors"].push_back(accessor);
+        return json_["accessors"].size() - 1;
+    }
+
+    // Quantised positions are whole numbers along the longest side; the node brings them to their place.
+    void add_positions() {
+        std::vector<glm::vec3> positions;
+        for (const uint32_t v : mesh_.wedge_vertex) positions.push_back(mesh_.positions[v]);
+        Box box = bounding_box(positions);
+        if (options_.encoding == Encoding::plain) {
+            attributes_["POSITION"] = add_accessor(positions, {real, "VEC3"}, vertex_target);
+        } else {
+            constexpr float steps = 65535;
+            const glm::vec3 size = box.high - box.low;
+            const float longest = std::max({size.x, size.y, size.z});
+            const float step = longest > 0 ? longest / steps : 1;
+            std::vector<glm::u16vec4> whole;  // of which the fourth is padding: views begin at multiples of four bytes
+            whole.reserve(positions.size());
+            glm::vec3 low(steps), high(0);
+            for (const glm::vec3& p : positions) {
+                const glm::vec3 at = glm::clamp(glm::round((p - box.low) / step), glm::vec3(0), glm::vec3(steps));
+                whole.emplace_back(glm::u16vec3(at), 0);
+                low = glm::min(low, at);
+                high = glm::max(high, at);
+            }
+            attributes_["POSITION"] = add_accessor(whole, {unsigned_short, "VEC3"}, vertex_target);
+            json_["nodes"][0]["translation"] = {box.low.x, box.low.y, box.low.z};
+            json_["nodes"][0]["scale"] = {step, step, step};
+            box = {low, high};
+        }
+        json_["accessors"].back()["min"] = {box.low.x, box.low.y, box.low.z};
+        json_["accessors"].back()["max"] = {box.high.x, box.high.y, box.high.z};
+    }
+
+    void add_other_attributes() {
+        const bool quantised = options_.encoding != Encoding::plain;
+        if (!mesh_.normals.empty()) {
+            attributes_["NORMAL"] = quantised
+                                        ? add_accessor(small_normals(), {signed_short, "VEC3", true}, vertex_target)
+                                        : add_accessor(mesh_.normals, {real, "VEC3"}, vertex_target);
+        }
+        if (!mesh_.uvs.empty()) {
+            attributes_["TEXCOORD_0"] = quantised && !options_.exact_uvs && within_square()
+                                            ? add_accessor(small_uvs(), {unsigned_short, "VEC2", true}, vertex_target)
+                                            : add_accessor(mesh_.uvs, {real, "VEC2"}, vertex_target);
+        }
+        if (mesh_.colours.empty()) return;
+        // glTF's colours are linear; 16 bits keep what 8 of sRGB hold.
+        std::vector<glm::u16vec4> colours;
+        for (const glm::u8vec4& c : mesh_.colours) {
+            glm::u16vec4 linear;
+            for (int k = 0; k < 3; ++k)
+                linear[k] = static_cast<uint16_t>(std::lround(65535 * linear_from_srgb(c[k] / 255.0)));
+            linear.w = static_cast<uint16_t>(c.w * 257);
+            colours.push_back(linear);
+        }
+        attributes_["COLOR_0"] = add_accessor(colours, {unsigned_short, "VEC4", true}, vertex_target);
+    }
+
+    std::vector<glm::i16vec4> small_normals() const {
+        std::vector<glm::i16vec4> small;
+        for (const glm::vec3& n : mesh_.normals) small.emplace_back(glm::i16vec3(glm::round(n * 32767.0f)), 0);
+        return small;
+    }
+    bool within_square() const {
+        return std::ranges::all_of(
+            mesh_.uvs, [](const glm::vec2& uv) { return uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1; });
+    }
+    std::vector<glm::u16vec2> small_uvs() const {
+        std::vector<glm::u16vec2> small;
+        for (const glm::vec2& uv : mesh_.uvs) small.emplace_back(glm::round(uv * 65535.0f));
+        return small;
+    }
+
+    Result<void> add_materials() {
+        for (const Image& image : mesh_.images) {
+            auto bytes = encoded_texture(image, options_);
+            if (!bytes) return tl::unexpected(bytes.error());
+            json_["images"].push_back({{"bufferView", add_view(bytes->data(), bytes->size(), 1, 0)},
+                                       {"mimeType", options_.jpeg_quality > 0 ? "image/jpeg" : "image/png"}});
+            json_["textures"].push_back({{"source", json_["images"].size() - 1}});
+        }
+        for (const Material& m : mesh_.material_table) {
+            nlohmann::json pbr = {
+                {"baseColorFactor", {m.base_colour.x, m.base_colour.y, m.base_colour.z, m.base_colour.w}},
+                {"metallicFactor", 0}};
+            if (m.base_colour_image >= 0) pbr["baseColorTexture"] = {{"index", m.base_colour_image}};
+            json_["materials"].push_back(
+                {{"name", m.name}, {"pbrMetallicRoughness", pbr}, {"doubleSided", m.double_sided}});
+        }
+        return {};
+    }
+
+    void add_primitives() {
+        nlohmann::json primitives = nlohmann::json::array();
+        const size_t materials = mesh_.materials.empty() ? 1 : mesh_.material_table.size();
+        for (size_t m = 0; m < materials; ++m) {
+            std::vector<uint32_t> indices;
+            for (const Triangle& t : mesh_.triangles) {
+                if (mesh_.materials.empty() || mesh_.materials[t[0]] == m)
+                    indices.insert(indices.end(), t.begin(), t.end());
+            }
+            if (indices.empty()) continue;
+            nlohmann::json primitive = {{"attributes", attributes_},
+                                        {"indices", add_accessor(indices, {unsigned_int, "SCALAR"}, index_target)}};
+            if (!mesh_.materials.empty()) primitive["material"] = m;
+            primitives.push_back(primitive);
+        }
+        json_["meshes"] = {{{"primitives", primitives}}};
+    }
+
+    const TriMesh& mesh_;
+    const WriteOptions options_;
+    nlohmann::json json_, attributes_;
+    std::vector<std::byte> bin_;
+    size_t unpacked_bytes_ = 0;  // of what is compressed
+};
+
+}  // namespace
+
+Result<std::vector<std::byte>> encoded_texture(const Image& image, const WriteOptions& options) {
+    return options.jpeg_quality > 0 ? encode_jpeg(image, options.jpeg_quality) : encode_png(image);
+}
+
+Result<void> write_glb(const TriMesh& mesh, const fs::path& path, const WriteOptions& options) {
+    return GlbWriter(mesh, options).write(path);
+}
+
+}  // namespace lodestone

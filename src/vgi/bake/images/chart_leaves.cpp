@@ -31,7 +31,7 @@ public:
     ArcPlaces(const Surface& surface, const Arc& arc, bool reversed)
         : surface_(surface), arc_(arc), reversed_(reversed) {
         for (const double place : places_along(arc, surface.positions))
-            at_.push_back(std::llround(place * static_cast<double>(side_length)));
+            at_.push_back(std::clamp<int64_t>(std::llround(place * static_cast<double>(side_length)), 0, side_length));
         at_.front() = 0;
         at_.back() = side_length;
     }
@@ -46,7 +46,8 @@ public:
         const auto next = std::ranges::upper_bound(at_, wanted);
         const size_t i = std::clamp<ptrdiff_t>(next - at_.begin() - 1, 0, static_cast<ptrdiff_t>(at_.size()) - 2);
         const glm::dvec3 &p = surface_.positions[arc_.vertices[i]], &q = surface_.positions[arc_.vertices[i + 1]];
-        const double share = static_cast<double>(wanted - at_[i]) / static_cast<double>(at_[i + 1] - at_[i]);
+        const int64_t step = std::max<int64_t>(at_[i + 1] - at_[i], 1);
+        const double share = static_cast<double>(wanted - at_[i]) / static_cast<double>(step);
         return share <= 0 ? p : share >= 1 ? q : p + (q - p) * share;
     }
     // The nearest of the places that divide the side into so many steps.
@@ -88,7 +89,9 @@ public:
                 mesh_.flat[number.at(vertex)] = glm::dvec2(x, y);
             });
         }
-        for (int axis = 0; axis < 2; ++axis) cut_across(axis);
+        // A line cuts a triangle into no more than three; more are signs of places that are not told apart.
+        const size_t lines = 2 * (per_side_ - 1), most = chart.patch.triangles.size() * (3 * lines + 1) * 4 + 1024;
+        for (int axis = 0; axis < 2 && is_cut_; ++axis) cut_across(axis, most);
     }
 
     const ChartMesh& mesh() const { return mesh_; }
@@ -98,6 +101,7 @@ public:
     // Triangles by square; nothing where squares are not what they should be: each all covered, with a corner in each
     // corner, and all its edges to others along its sides. That is so but for triangles as thin as places are apart.
     std::optional<std::vector<std::vector<uint32_t>>> by_square() const {
+        if (!is_cut_) return std::nullopt;
         std::vector<std::vector<uint32_t>> all(size_t{per_side_} * per_side_);
         std::vector<uint32_t> square(mesh_.triangles.size());
         for (uint32_t t = 0; t < square.size(); ++t) {
@@ -145,9 +149,11 @@ private:
     }
 
     // Splits every edge where it crosses a line between squares.
-    void cut_across(int axis) {
-        for (uint32_t h = 0; h < mesh_.twin.size(); ++h) {
+    void cut_across(int axis, size_t most_triangles) {
+        for (uint32_t h = 0; h < mesh_.twin.size() && is_cut_; ++h) {
             for (;;) {
+                is_cut_ = mesh_.triangles.size() <= most_triangles;
+                if (!is_cut_) break;
                 const auto a = static_cast<int64_t>(mesh_.flat[mesh_.from(h)][axis]),
                            b = static_cast<int64_t>(mesh_.flat[mesh_.to(h)][axis]);
                 const int64_t line = (std::min(a, b) / square_ + 1) * square_;
@@ -204,6 +210,7 @@ private:
     const int64_t square_;
     ChartMesh mesh_;               // its places are integers
     std::vector<ArcPlaces> arcs_;  // by side
+    bool is_cut_ = true;
 };
 
 // What the finest samples are off by, by square: they are linear between lines of the lattice, the source between its
@@ -454,7 +461,8 @@ void take_leaves(std::vector<ChartLeaves> charts, Atlas& atlas) {
             leaf.position = atlas.positions[atlas.texel(c, i % per_side * n + n / 2, i / per_side * n + n / 2)];
             if (of.parts[i] > 0) {
                 uint64_t triangles = 0;
-                for (uint32_t p = 0; p < of.parts[i]; ++p) triangles += triangles_in_leaf(std::span(of.coded[first + p]));
+                for (uint32_t p = 0; p < of.parts[i]; ++p)
+                    triangles += triangles_in_leaf(std::span(of.coded[first + p]));
                 // A leaf is never off by more; it may be drawn sooner, where it takes fewer triangles.
                 leaf.error = std::max(codes.of_error(std::min(of.errors[i], atlas.extent())),
                                       error_worth(atlas, c, i, triangles));

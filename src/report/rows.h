@@ -59,7 +59,7 @@ struct Row : Technique {
         uint64_t bytes = 0;  // of all buffers, the largest
     };
     std::optional<Volume> volume;
-    std::vector<double> flight_ms;   // frame by frame, every round
+    std::vector<double> flight_ms;         // frame by frame, every round
     std::vector<double> flight_triangles;  // likewise
 };
 

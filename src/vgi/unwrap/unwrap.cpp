@@ -23,7 +23,7 @@ namespace lodestone::vgi {
 namespace {
 
 // Charts for a mesh, where none are asked for: so many triangles to each, within bounds.
-constexpr uint32_t fewest_charts = 24, most_charts = 160, triangles_per_chart = 2000;
+constexpr uint32_t fewest_charts = 24, most_charts = 640, triangles_per_chart = 2000;
 
 uint32_t charts_for(const TriMesh& mesh, const UnwrapOptions& options) {
     if (options.charts > 0) return options.charts;

@@ -1,5 +1,6 @@
 #include "vgi/asset/leaves.h"
 
+#include <algorithm>
 #include <bit>
 #include <map>
 #include <string>
@@ -9,6 +10,7 @@
 #include "base/disjoint_sets.h"
 #include "base/files/entropy_coder.h"
 #include "base/threads.h"
+#include "vgi/asset/leaf_triangles.h"
 #include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {

@@ -11,13 +11,11 @@
 // points bit for bit, as leaves do.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec4.hpp>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -99,18 +97,6 @@ std::vector<std::byte> encode_leaf(const LeafPart& part, const PresentAttributes
 // Fault::format where the bytes are those of no part.
 Result<LeafPart> decode_leaf(std::span<const std::byte> bytes, const PresentAttributes& attributes);
 
-// Beside what a leaf is drawn.
-struct LeafBorder {
-    std::array<bool, 4> sampled{};         // by side: beside samples; then so are both its ends
-    std::array<bool, 4> corner_sampled{};  // by corner: some square around it is drawn from samples
-};
-
-// The triangles that a part is drawn as: visit(a, b, c), each own(vertex number) or sample(GridPoint). Equal points
-// must have equal values; triangles that get flat are left out. cells: of a page.
-template <class Own, class Sample, class Visit>
-void for_drawn_triangles(const LeafPart& part, const LeafBorder& border, int32_t cells, const Own& own,
-                         const Sample& sample, const Visit& visit);
-
 // The square across a side of one, and the side of it that lies there; leaf is ~0 where the surface ends.
 struct LeafSide {
     uint32_t leaf = ~0u, side = 0;
@@ -130,69 +116,5 @@ double leaf_rounding(const Atlas& atlas);     // how far their points may be fro
 
 // Whether leaves fit together: every edge as often each way, but on sides that are beside no leaf. Fault::invariant.
 Result<void> validate_leaves(const Atlas& atlas);
-
-template <class Own, class Sample, class Visit>
-void for_drawn_triangles(const LeafPart& part, const LeafBorder& border, int32_t cells, const Own& own,
-                         const Sample& sample, const Visit& visit) {
-    using Point = decltype(own(uint32_t{0}));
-    const auto emit = [&](const Point& a, const Point& b, const Point& c) {
-        if (a != b && b != c && c != a) visit(a, b, c);
-    };
-    const auto point = [&](uint32_t number) -> Point {
-        const LeafVertex& v = part.vertices[number];
-        const bool moves =
-            v.is_corner() ? border.corner_sampled[v.border - 5u] : v.border > 0 && border.sampled[v.border - 1u];
-        return moves ? sample(v.nearest_sample(cells)) : own(number);
-    };
-    // Calls each(p, q) for the steps that an edge takes along a side beside samples, in its direction; false where it
-    // is on none.
-    const auto walk = [&](uint32_t from, uint32_t to, const auto& each) {
-        const LeafVertex &a = part.vertices[from], &b = part.vertices[to];
-        if (a.border == 0 || b.border == 0) return false;
-        for (uint32_t s = 0; s < 4; ++s) {
-            if (!border.sampled[s] || !a.on_side(s) || !b.on_side(s)) continue;
-            GridPoint p = a.nearest_sample(cells);
-            const GridPoint end = b.nearest_sample(cells);
-            while (!(p == end)) {
-                const GridPoint q{p.x + (end.x > p.x) - (end.x < p.x), p.y + (end.y > p.y) - (end.y < p.y)};
-                each(p, q);
-                p = q;
-            }
-            return true;
-        }
-        return false;
-    };
-    const auto nothing = [](GridPoint, GridPoint) {};
-    for (const auto& t : part.triangles) {
-        std::array<bool, 3> walks{};
-        for (uint32_t k = 0; k < 3; ++k) walks[k] = walk(t[k], t[(k + 1) % 3], nothing);
-        const int count = walks[0] + walks[1] + walks[2];
-        if (count == 0) {
-            emit(point(t[0]), point(t[1]), point(t[2]));
-        } else if (count == 1) {
-            const uint32_t k = walks[0] ? 0 : walks[1] ? 1 : 2;
-            const Point apex = point(t[(k + 2) % 3]);
-            walk(t[k], t[(k + 1) % 3], [&](GridPoint p, GridPoint q) { emit(apex, sample(p), sample(q)); });
-        } else if (count == 2) {
-            // Around a corner of the square: the second edge from the first one's begin, the first from its next
-            // sample.
-            const uint32_t k = !walks[0] ? 1 : !walks[1] ? 2 : 0;
-            const Point apex = point(t[k]), last = point(t[(k + 2) % 3]);
-            const auto first_edge = [&](const Point& from) {
-                walk(t[k], t[(k + 1) % 3], [&](GridPoint u, GridPoint v) { emit(from, sample(u), sample(v)); });
-            };
-            bool first = true;
-            walk(t[(k + 1) % 3], t[(k + 2) % 3], [&](GridPoint p, GridPoint q) {
-                if (std::exchange(first, false)) {
-                    first_edge(sample(q));
-                } else {
-                    emit(apex, sample(p), sample(q));
-                }
-            });
-            if (first) first_edge(last);
-        }
-        // On one side with all of it: there is nothing of it beside samples.
-    }
-}
 
 }  // namespace lodestone::vgi

@@ -182,6 +182,29 @@ Result<void> write_checkpoint(std::span<const uint32_t> charts, const std::vecto
     return all;
 }
 
+namespace {
+
+// The images of these charts; false where one is not whole.
+bool read_images(const ChunkFile& file, std::span<const uint32_t> charts, Atlas& atlas) {
+    bool whole = true;
+    for_images(atlas, [&](const char* name, auto& image, const std::vector<size_t>& first) {
+        if (image.empty()) return;
+        std::remove_cvref_t<decltype(image)> part;
+        size_t count = 0, at = 0;
+        for (const uint32_t q : charts) count += first[q + 1] - first[q];
+        whole = whole && get(file, name, part) && part.size() == count;
+        for (size_t i = 0; i < charts.size() && whole; ++i) {
+            const size_t texels = first[charts[i] + 1] - first[charts[i]];
+            std::copy_n(part.begin() + static_cast<ptrdiff_t>(at), texels,
+                        image.begin() + static_cast<ptrdiff_t>(first[charts[i]]));
+            at += texels;
+        }
+    });
+    return whole;
+}
+
+}  // namespace
+
 bool read_charts(const ChunkFile& file, std::span<const uint32_t> charts, std::vector<ChartResult>& results,
                  Atlas& atlas) {
     std::vector<ChartResult::Figures> figures;
@@ -197,24 +220,11 @@ bool read_charts(const ChunkFile& file, std::span<const uint32_t> charts, std::v
         !get(file, "samples", samples) || !faults ||
         std::ranges::count(*faults, '\n') != static_cast<ptrdiff_t>(charts.size()))
         return false;
-    bool whole = true;
-    for_images(atlas, [&](const char* name, auto& image, const std::vector<size_t>& first) {
-        if (image.empty()) return;
-        std::remove_cvref_t<decltype(image)> part;
-        size_t count = 0, at = 0;
-        for (const uint32_t q : charts) count += first[q + 1] - first[q];
-        whole = whole && get(file, name, part) && part.size() == count;
-        for (size_t i = 0; i < charts.size() && whole; ++i) {
-            const size_t texels = first[charts[i] + 1] - first[charts[i]];
-            std::copy_n(part.begin() + static_cast<ptrdiff_t>(at), texels,
-                        image.begin() + static_cast<ptrdiff_t>(first[charts[i]]));
-            at += texels;
-        }
-    });
+    if (!read_images(file, charts, atlas)) return false;
     auto error = errors.begin();
     auto sample = samples.begin();
     size_t text = 0;
-    for (size_t i = 0; i < charts.size() && whole; ++i) {
+    for (size_t i = 0; i < charts.size(); ++i) {
         ChartResult& r = results[charts[i]];
         r.figures = figures[i];
         for (auto* list : {&r.errors.levels, &r.errors.pages}) {
@@ -231,7 +241,7 @@ bool read_charts(const ChunkFile& file, std::span<const uint32_t> charts, std::v
         r.fault = faults->substr(text, end - text);
         text = end + 1;
     }
-    return whole;
+    return true;
 }
 
 }  // namespace lodestone::vgi

@@ -449,65 +449,70 @@ void for_leaves_at(const Atlas& atlas, uint32_t chart, GridPoint p, Visit&& visi
     }
 }
 
+// visit(chart, its tree, sample) for the samples of a depth.
+template <class Visit>
+void for_samples_of_depth(const Atlas& atlas, uint32_t depth, const Visit& visit) {
+    parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
+        for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
+            const Bintree tree = bintree_of(atlas, c);
+            if (depth < tree.depths()) tree.for_depth(depth, [&](GridPoint p) { visit(c, tree, p); });
+        }
+    });
+}
+
+// Errors of a depth rise above those of its children and leaves.
+void saturate_errors(Atlas& atlas, const ErrorCodes& codes, uint32_t depth) {
+    for_samples_of_depth(atlas, depth, [&](uint32_t c, const Bintree& tree, GridPoint p) {
+        uint8_t& code = atlas.sample_errors[texel_of(atlas, c, p)];
+        double child = 0;
+        tree.for_children(p, [&](GridPoint q) {
+            child = std::max<double>(child, codes.error(atlas.sample_errors[texel_of(atlas, c, q)]));
+        });
+        for_leaves_at(atlas, c, p, [&](const Leaf& leaf) { child = std::max<double>(child, codes.error(leaf.error)); });
+        if (child > 0) code = std::max(code, codes.of_error(std::min(child * error_ratio, atlas.extent())));
+        code = round_up(code, depth / 2);
+    });
+    share(atlas, depth, atlas.sample_errors);
+}
+
+// Radii of a depth hold its hypotenuse and parents, and what its children and leaves ask for.
+void saturate_radii(Atlas& atlas, const ErrorCodes& codes, uint32_t depth) {
+    for_samples_of_depth(atlas, depth, [&](uint32_t c, const Bintree& tree, GridPoint p) {
+        const size_t texel = texel_of(atlas, c, p);
+        const glm::dvec3 here = atlas.point(texel);
+        const auto away = [&](GridPoint q) { return glm::length(atlas.point(texel_of(atlas, c, q)) - here); };
+        const double error = codes.error(atlas.sample_errors[texel]);
+        // What is wanted within its radius around a place wants this sample.
+        const auto reach = [&](uint8_t its_error, uint8_t its_radius, double distance) {
+            return (static_cast<double>(codes.error(its_error)) - error / error_ratio) * least_magnification +
+                   static_cast<double>(codes.radius(its_radius)) + distance;
+        };
+        const auto [a, b] = tree.hypotenuse(p);
+        double radius = std::max(away(a), away(b));
+        tree.for_parents(p, [&](GridPoint q) { radius = std::max(radius, away(q)); });
+        tree.for_children(p, [&](GridPoint q) {
+            const size_t child = texel_of(atlas, c, q);
+            radius = std::max(radius, reach(atlas.sample_errors[child], atlas.sample_radii[child], away(q)));
+        });
+        for_leaves_at(atlas, c, p, [&](const Leaf& leaf) {
+            if (leaf.error == 0) return;
+            const double distance = glm::length(atlas.lattice_point(leaf.position) - here);
+            radius = std::max(radius, reach(leaf.error, leaf.radius, distance));
+        });
+        // A sample that costs nothing is never wanted; neither are its children.
+        atlas.sample_radii[texel] = error > 0 ? codes.of_radius(radius * (1 + rounding)) : 0;
+    });
+    share(atlas, depth, atlas.sample_radii);
+}
+
 }  // namespace
 
 void saturate(Atlas& atlas) {
     const ErrorCodes codes(atlas.extent());
     const uint32_t depths = Bintree{static_cast<int32_t>(atlas.cells)}.depths();
     for (uint32_t depth = 0; depth < depths; ++depth) {
-        parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
-            for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
-                const Bintree tree = bintree_of(atlas, c);
-                if (depth >= tree.depths()) continue;
-                tree.for_depth(depth, [&](GridPoint p) {
-                    uint8_t& code = atlas.sample_errors[texel_of(atlas, c, p)];
-                    double child = 0;
-                    tree.for_children(p, [&](GridPoint q) {
-                        child = std::max<double>(child, codes.error(atlas.sample_errors[texel_of(atlas, c, q)]));
-                    });
-                    for_leaves_at(atlas, c, p,
-                                  [&](const Leaf& leaf) { child = std::max<double>(child, codes.error(leaf.error)); });
-                    if (child > 0) code = std::max(code, codes.of_error(std::min(child * error_ratio, atlas.extent())));
-                    code = round_up(code, depth / 2);
-                });
-            }
-        });
-        share(atlas, depth, atlas.sample_errors);
-        parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
-            for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
-                const Bintree tree = bintree_of(atlas, c);
-                if (depth >= tree.depths()) continue;
-                tree.for_depth(depth, [&](GridPoint p) {
-                    const size_t texel = texel_of(atlas, c, p);
-                    const glm::dvec3 here = atlas.point(texel);
-                    const auto away = [&](GridPoint q) {
-                        return glm::length(atlas.point(texel_of(atlas, c, q)) - here);
-                    };
-                    const auto [a, b] = tree.hypotenuse(p);
-                    double radius = std::max(away(a), away(b));
-                    tree.for_parents(p, [&](GridPoint q) { radius = std::max(radius, away(q)); });
-                    const double error = codes.error(atlas.sample_errors[texel]);
-                    tree.for_children(p, [&](GridPoint q) {
-                        const size_t child = texel_of(atlas, c, q);
-                        const double its = codes.error(atlas.sample_errors[child]);
-                        const double reach = (its - error / error_ratio) * least_magnification +
-                                             static_cast<double>(codes.radius(atlas.sample_radii[child])) + away(q);
-                        radius = std::max(radius, reach);
-                    });
-                    for_leaves_at(atlas, c, p, [&](const Leaf& leaf) {
-                        if (leaf.error == 0) return;
-                        const double reach =
-                            (static_cast<double>(codes.error(leaf.error)) - error / error_ratio) * least_magnification +
-                            static_cast<double>(codes.radius(leaf.radius)) +
-                            glm::length(atlas.lattice_point(leaf.position) - here);
-                        radius = std::max(radius, reach);
-                    });
-                    // A sample that costs nothing is never wanted; neither are its children.
-                    atlas.sample_radii[texel] = error > 0 ? codes.of_radius(radius * (1 + rounding)) : 0;
-                });
-            }
-        });
-        share(atlas, depth, atlas.sample_radii);
+        saturate_errors(atlas, codes, depth);
+        saturate_radii(atlas, codes, depth);
     }
 }
 

@@ -9,7 +9,7 @@
 #include "base/check.h"
 #include "base/threads.h"
 #include "shaders/shared/vgi_texels.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaf_triangles.h"
 #include "vgi/draw/cut/corner_front.h"
 #include "vgi/draw/cut/leaf_front.h"
 #include "vgi/draw/cut/visibility.h"

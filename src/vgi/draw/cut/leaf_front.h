@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaf_triangles.h"
 #include "vgi/draw/cut/cut.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/residency.h"

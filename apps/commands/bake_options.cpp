@@ -136,10 +136,10 @@ void add_cluster_weights(CLI::App& command, BakeWords& o) {
 }
 
 void add_sampling_options(CLI::App& command, BakeWords& o) {
-    command.add_flag(
-        "!--no-leaves", o.bake.atlas.leaves,
-        "vgi: store no leaves, the source's own triangles below the finest samples: a smaller asset, which is "
-        "as exact as its samples");
+    command.add_flag("--leaves", o.bake.atlas.leaves,
+                     "vgi: store leaves, too, the source's own triangles below the finest samples: a larger asset, "
+                     "from which extract "
+                     "takes the exact source");
     command
         .add_option("--worst-stretch", o.bake.atlas.worst_stretch,
                     "vgi: largest stretch of a chart; where a chart has more, clusters are made finer")

@@ -58,7 +58,7 @@ struct Row : Technique {
         double bricks = 0;   // metavoxels that are not empty; mean
         uint64_t bytes = 0;  // of all buffers, the largest
     };
-    std::optional<Volume> volume;
+    std::optional<Volume> volume;          // of scenes that have any
     std::vector<double> flight_ms;         // frame by frame, every round
     std::vector<double> flight_triangles;  // likewise
 };

@@ -7,10 +7,11 @@
 
 namespace lodestone::vgi {
 
-inline Atlas small_atlas(const TriMesh& mesh, uint32_t cells, uint32_t clusters = 8) {
+inline Atlas small_atlas(const TriMesh& mesh, uint32_t cells, uint32_t clusters = 8, bool leaves = false) {
     AtlasOptions options;
     options.clusters.clusters = clusters;
     options.cells = cells;
+    options.leaves = leaves;
     options.error_samples = 1000;
     AtlasReport report;
     auto atlas = make_atlas(mesh, options, report);

@@ -8,6 +8,7 @@
 
 namespace lodestone {
 
+// What is written beside what the format asks for.
 struct WriteOptions {
     int jpeg_quality = 0;  // 1 .. 100: textures are written as JPEG, without alpha; 0: as PNG
     // How GLB has vertices and triangles.
@@ -15,8 +16,9 @@ struct WriteOptions {
         plain,      // floats
         quantised,  // KHR_mesh_quantization: 16 bits a number
         meshopt,    // quantised, and EXT_meshopt_compression
-    } encoding = Encoding::plain;
-    bool exact_uvs = false;  // texture coordinates stay floats, whatever the encoding
+    };
+    Encoding encoding = Encoding::plain;  // of GLB; other formats have floats
+    bool exact_uvs = false;               // texture coordinates stay floats, whatever the encoding
 };
 
 // Fault::usage where the name's extension is none that is written.

@@ -150,8 +150,9 @@ struct Atlas {
     size_t texels() const { return first_texel.back(); }  // of all charts
     // Of the parts of all leaves before this one, how many there are.
     uint32_t first_part(uint32_t leaf) const { return leaf == 0 ? 0 : leaves[leaf - 1].parts_end; }
+    // Whether a leaf has any part.
     bool has_leaf(uint32_t leaf) const { return leaves[leaf].parts_end > first_part(leaf); }
-    uint32_t leaf_part_count() const { return leaves.empty() ? 0 : leaves.back().parts_end; }
+    uint32_t leaf_part_count() const { return leaves.empty() ? 0 : leaves.back().parts_end; }  // of all leaves
     // Squares of leaves along a side of a chart.
     uint32_t leaves_per_side(uint32_t chart) const;
     // The leaf of square (x, y) of a chart.

@@ -5,10 +5,11 @@
 #include "base/result.h"
 #include "mesh/limits.h"
 #include "vgi/asset/atlas.h"
-#include "vgi/asset/leaves.h"
 #include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {
+
+struct LeafPart;  // leaves.h
 
 // Chunks vgi/atlas, vgi/sides, vgi/clusters, vgi/left_out, vgi/errors, vgi/bounds, vgi/corners,
 // vgi/chart_corners, the materials, and for both layers
@@ -50,11 +51,12 @@ public:
     // The page out of its family, if the materials it names exist. parent: of every page but 0.
     Result<Page> decode(const PageName& name, const PageFamily& family, const Page* parent) const;
 
-    // A part of a leaf, of those that about() has: where its bytes lie, these, and what is coded in them if their
-    // checksum is right. Errors name the part, not the file.
+    // Where the bytes of a part of a leaf lie, of those that about() has.
     ByteRange leaf_place(uint32_t part) const;
     Result<uint64_t> leaf_triangles() const;  // of all leaves; read from their beginnings
+    // The bytes of a part, and what is coded in them if their checksum is right. Errors name the part, not the file.
     Result<std::vector<std::byte>> read_leaf(uint32_t part) const;
+    // As read_leaf, of bytes that were read.
     Result<LeafPart> decode_leaf(uint32_t part, std::span<const std::byte> bytes) const;
 
 private:

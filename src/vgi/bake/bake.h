@@ -31,7 +31,7 @@ struct AtlasOptions {
     uint32_t most_rounds = 7;         // see `worst_stretch`
     uint32_t recentre_passes = 2;     // half passes: around corners, around centres, around corners, ...
     uint64_t error_samples = 200000;  // of all charts, either way; spread by area, and some of every chart
-    bool leaves = true;               // the source's triangles below the finest samples (leaves.h)
+    bool leaves = false;              // the source's triangles below the finest samples (leaves.h)
 };
 
 // What was made, and how long it took.

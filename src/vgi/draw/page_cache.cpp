@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "base/threads.h"
+#include "vgi/asset/leaves.h"
 #include "vgi/draw/mip_tail.h"
 #include "vgi/draw/page_table.h"
 #include "vgi/draw/recipe_layout.h"

@@ -34,7 +34,7 @@ Page unpacked_geometry(const GeometryPage& page) {
     return plain;
 }
 
-PageTopology::PageTopology(const Atlas& about) : about_(&about), tree_{about.cells}, corners_(about) {
+PageTopology::PageTopology(const Atlas& about, bool leaves) : about_(&about), tree_{about.cells}, corners_(about) {
     const uint32_t per_chart = tree_.pages();
     neighbours_.resize(size_t{about.charts()} * per_chart);
     below_.resize(neighbours_.size());
@@ -57,7 +57,7 @@ PageTopology::PageTopology(const Atlas& about) : about_(&about), tree_{about.cel
             }
         }
     }
-    if (!about.leaves.empty() && about.charts() <= most_leaf_charts) place_leaves();
+    if (leaves && !about.leaves.empty() && about.charts() <= most_leaf_charts) place_leaves();
 }
 
 void PageTopology::place_leaves() {

@@ -46,8 +46,8 @@ inline constexpr uint32_t most_leaf_charts = LODE_VGI_LEAF_CHARTS;  // of an atl
 // above the coarsest.
 class PageTopology {
 public:
-    // about: only its description and gluing are used; must outlive this.
-    explicit PageTopology(const Atlas& about);
+    // about: only its description and gluing are used; must outlive this. leaves: whether its leaves are known here.
+    explicit PageTopology(const Atlas& about, bool leaves = true);
 
     const Atlas& about() const { return *about_; }
     const PageTree& tree() const { return tree_; }

@@ -426,7 +426,8 @@ uint64_t mip_tail_of(const OpenAtlas& atlas) {
     return uint64_t{atlas.file->about().charts()} * mip_tail_samples(atlas.trees[1].cells_per_page());
 }
 
-std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const AtlasFile>>& files, Totals& totals) {
+std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const AtlasFile>>& files, bool leaves,
+                                    Totals& totals) {
     std::vector<OpenAtlas> atlases;
     for (auto& file : files) {
         const Atlas& about = file->about();
@@ -434,7 +435,7 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         OpenAtlas atlas;
         atlas.file = file;
         atlas.first_chart = static_cast<uint32_t>(totals.base[0]);
-        atlas.topology = std::make_shared<const PageTopology>(about);
+        atlas.topology = std::make_shared<const PageTopology>(about, leaves);
         atlas.charts = ChartTree(about);
         for (const Layer layer : both_layers) {
             const size_t l = index_of(layer);
@@ -621,7 +622,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
                                               const VgiOptions& options) {
     LODE_CHECK(!files.empty());
     Totals totals;
-    std::vector<OpenAtlas> atlases = open_atlases(files, totals);
+    std::vector<OpenAtlas> atlases = open_atlases(files, options.leaves, totals);
     const auto shares = share_budget(totals, atlases, options);
     if (!shares) return tl::unexpected(shares.error());
     uint64_t next_mip_tail = 0;

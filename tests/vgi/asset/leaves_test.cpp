@@ -45,7 +45,7 @@ TEST(Leaves, AreTheSourceItself) {
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
         for (const uint32_t cells : {8u, 64u}) {
-            const Atlas atlas = small_atlas(f.mesh, cells);
+            const Atlas atlas = small_atlas(f.mesh, cells, 8, true);
             ASSERT_TRUE(atlas.validate());
             ASSERT_TRUE(validate_leaves(atlas));
             for (uint32_t i = 0; i < atlas.leaves.size(); ++i) ASSERT_TRUE(atlas.has_leaf(i)) << i;
@@ -63,7 +63,7 @@ TEST(Leaves, AreTheSourceItself) {
 }
 
 TEST(Leaves, AreDecodedAsTheyWereCoded) {
-    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 64, 8);
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 64, 8, true);
     size_t parts = 0;
     for (const auto& coded : atlas.leaf_parts) {
         const auto part = decode_leaf(coded, atlas.attributes);
@@ -80,7 +80,7 @@ TEST(Leaves, AreDecodedAsTheyWereCoded) {
 
 // Whatever bytes there are, a part is one or is refused.
 TEST(Leaves, AreRefusedWhereTheyAreDamaged) {
-    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 2000), 32, 4);
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 2000), 32, 4, true);
     Random random(1);
     for (int i = 0; i < 2000; ++i) {
         auto coded =
@@ -100,7 +100,7 @@ TEST(Leaves, AreRefusedWhereTheyAreDamaged) {
 TEST(Leaves, FitSamplesWhereOthersAreMissing) {
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
-        const Atlas whole = small_atlas(f.mesh, 64);
+        const Atlas whole = small_atlas(f.mesh, 64, 8, true);
         const bool closed = topology_of(f.mesh).boundary_edges == 0;
         for (uint64_t seed = 0; seed < 3; ++seed) {
             Atlas atlas = whole;
@@ -123,7 +123,7 @@ TEST(Leaves, FitSamplesWhereOthersAreMissing) {
 
 // A control: with one point moved leaves do not fit.
 TEST(Leaves, AreNotSaidToFitWhereOneIsWrong) {
-    Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
+    Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64, 8, true);
     LeafPart part = *decode_leaf(atlas.leaf_parts[1], atlas.attributes);
     part.vertices[0].position[0] ^= 1;
     atlas.leaf_parts[1] = encode_leaf(part, atlas.attributes);

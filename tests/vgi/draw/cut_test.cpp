@@ -333,7 +333,7 @@ TEST(Cuts, FitTogetherWithAnyLeaves) {
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
         for (const uint32_t cells : {8u, 64u}) {
-            const Atlas atlas = small_atlas(f.mesh, cells);
+            const Atlas atlas = small_atlas(f.mesh, cells, 8, true);
             EXPECT_EQ(count_bad(Raster::bintree, atlas, atlas, 24, cells, &met, true), 0u) << cells;
         }
     }
@@ -343,7 +343,7 @@ TEST(Cuts, FitTogetherWithAnyLeaves) {
 }
 
 TEST(Cuts, FallApartWhereRulesOfLeavesAreBroken) {
-    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64, 8, true);
     EXPECT_EQ(count_bad(Raster::bintree, atlas, atlas, 16, 5, nullptr, true), 0u);
     // Leaves that are wanted where samples on their sides are not.
     Atlas broken = atlas;
@@ -475,7 +475,7 @@ TEST(Cuts, GoOnFromTheOnesBeforeAndAreAsFromScratch) {
     uint64_t triangles = 0, taken_over = 0;
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
-        const Atlas atlas = small_atlas(f.mesh, 128);
+        const Atlas atlas = small_atlas(f.mesh, 128, 8, true);
         const auto [centre, size] = extent_of(atlas);
         Residency residency = partly_resident(atlas, 0.9, 11, 0.8);
         const ChartTree tree(atlas);

@@ -61,7 +61,7 @@ protected:
         return std::make_shared<const AtlasFile>(std::move(*opened));
     }
     static std::unique_ptr<FrameSource> source(uint64_t bytes = uint64_t{1} << 28) {
-        auto opened = open_vgi({atlas()}, {bytes, 3});
+        auto opened = open_vgi({atlas()}, {bytes, 3, Raster::bintree, true});
         EXPECT_TRUE(opened) << opened.error().message;
         return opened ? std::move(*opened) : nullptr;
     }

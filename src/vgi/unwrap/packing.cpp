@@ -138,7 +138,8 @@ private:
 
 std::optional<std::vector<PackedRectangle>> pack(std::span<const WantedRectangle> wanted, uint32_t squares,
                                                  double gutter) {
-    LODE_CHECK(squares >= 1 && gutter >= 0 && gutter < 1, squares, gutter);
+    LODE_CHECK(squares >= 1 && gutter >= 0, squares, gutter);
+    if (gutter >= 1) return std::nullopt;
     double whole = 0, before = 0;
     for (const WantedRectangle& r : wanted) whole += r.width * r.height;
     std::vector<std::vector<uint32_t>> members(squares);

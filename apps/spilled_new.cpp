@@ -3,9 +3,10 @@
 #include <cstdlib>
 #include <new>
 
+#include "base/sanitized.h"
 #include "base/spill.h"
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !LODE_SANITIZED
 
 void* operator new(std::size_t bytes) {
     if (void* block = lodestone::spill_allocate(bytes)) return block;

@@ -4,9 +4,9 @@
 
 #include "apps/commands/bake_options.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/memory_option.h"
 #include "apps/scene/bake.h"
 #include "apps/terminal.h"
-#include "base/spill.h"
 #include "base/text.h"
 #include "base/threads.h"
 #include "mesh/io/image_file.h"
@@ -16,13 +16,10 @@ namespace lodestone {
 
 namespace {
 
-constexpr uint64_t least_bake_memory_mib = 192;  // the program itself, and what small blocks take
-
 struct Options {
     std::string mesh, out, report, thumbnail;
     unsigned threads = 0;
-    uint64_t memory_mib = 0;  // 0: whatever it takes
-    std::string tmp;          // for the work folder; empty: the system's
+    MemoryOption memory;  // its folder holds the work folder, too
     bool resume = false;
     bool json = false;
     BakeWords words;
@@ -60,14 +57,6 @@ void print_summary(const nlohmann::json& report) {
                 report["seconds"].get<double>());
 }
 
-Result<void> limit_memory(uint64_t mib, const std::filesystem::path& tmp) {
-    if (mib < least_bake_memory_mib) {
-        return fail(Fault::usage, "--memory " + std::to_string(mib) + ": baking takes at least " +
-                                      std::to_string(least_bake_memory_mib) + " MiB");
-    }
-    return begin_spilling({tmp, mib << 20});
-}
-
 // Two scans of equal content, baked at the same time, have work folders of their own.
 Hash128 work_key(const Hash128& bake, const std::string& out) {
     std::error_code error;
@@ -75,8 +64,8 @@ Hash128 work_key(const Hash128& bake, const std::string& out) {
     return hash_of(std::span(text.data(), text.size()));
 }
 
-// Reads, bakes and writes; returns the report. tmp: for the work folder, if stages are to be kept.
-Result<nlohmann::json> bake_file(const Options& given, const BakeOptions& options, const std::filesystem::path& tmp) {
+// Reads, bakes and writes; returns the report.
+Result<nlohmann::json> bake_file(const Options& given, const BakeOptions& options) {
     const Progress progress = terminal_progress();
     auto input = read_bake_input(given.mesh, options, progress);
     if (!input) return tl::unexpected(input.error());
@@ -86,7 +75,8 @@ Result<nlohmann::json> bake_file(const Options& given, const BakeOptions& option
     }
     std::optional<CheckpointFolder> work;
     if (given.resume) {
-        auto folder = CheckpointFolder::open(tmp, work_key(bake_key(input->source, options), given.out));
+        auto folder =
+            CheckpointFolder::open(given.memory.folder(), work_key(bake_key(input->source, options), given.out));
         if (!folder) return tl::unexpected(folder.error());
         work = std::move(*folder);
         if (work->begun()) announce("going on with what " + work->path().string() + " has kept");
@@ -102,13 +92,8 @@ Result<int> bake(const Options& given) {
     const auto options = bake_options_of(given.words);
     if (!options) return tl::unexpected(options.error());
     set_thread_count(given.threads);
-    std::error_code no_folder;
-    const std::filesystem::path tmp =
-        given.tmp.empty() ? std::filesystem::temp_directory_path(no_folder) : std::filesystem::path(given.tmp);
-    if (given.memory_mib > 0) {
-        if (auto done = limit_memory(given.memory_mib, tmp); !done) return tl::unexpected(done.error());
-    }
-    const auto report = bake_file(given, *options, tmp);
+    if (auto done = limit_memory(given.memory, "baking takes"); !done) return tl::unexpected(done.error());
+    const auto report = bake_file(given, *options);
     if (!report) return tl::unexpected(report.error());
     end_progress();
     if (!given.report.empty()) {
@@ -133,20 +118,12 @@ void add_file_options(CLI::App& command, Options& o) {
 
 void add_machine_options(CLI::App& command, Options& o) {
     command.add_option("--threads", o.threads, "Threads to use; 0 takes one per core")->capture_default_str();
-    command
-        .add_option("--memory", o.memory_mib,
-                    "Memory to keep to, in MiB, about, at least 192; the rest waits in unnamed files in --tmp")
-        ->check(CLI::Range(1, 1 << 30));
+    add_memory_option(command, o.memory);
     command.add_flag(
         "--resume", o.resume,
         "Keep finished stages in a work folder until the asset is written; the same command then goes on from "
         "them, even if it was killed");
-    command
-        .add_option(
-            "--tmp", o.tmp,
-            "Folder for the files of --resume and --memory, on a disk; the system's folder for temporary files unless "
-            "given")
-        ->check(CLI::ExistingDirectory);
+    add_tmp_option(command, o.memory, "--resume and --memory, on a disk; the system's folder for temporary files");
     command.add_option("--report", o.report, "Also write the bake report to this JSON file");
     command.add_option("--thumbnail", o.thumbnail, "Also draw a small picture of the mesh, a PNG of 96 x 72");
     command.add_flag("--json", o.json, "Print the bake report as JSON");

@@ -45,13 +45,6 @@ Result<Camera> choose_camera(const ReadyScene& scene, const std::string& text) {
     return path.at(t);
 }
 
-Result<DebugView> debug_named(const std::string& name) {
-    for (const DebugChoice& choice : debug_choices()) {
-        if (name == choice.name) return choice.view;
-    }
-    return fail(Fault::usage, "--debug " + name + ": choose " + debug_names());
-}
-
 uint64_t invocations_of(const DrawnFrame& drawn) {
     uint64_t invocations = 0;
     for (const auto& pass : drawn.counters.pass) invocations += pass.vertices();
@@ -92,7 +85,7 @@ Json stats_of(const DrawnFrame& drawn, const Options& o, const DrawStage& stage)
 }
 
 Result<int> render(const Options& o) {
-    const auto debug = debug_named(o.debug);
+    const auto debug = debug_named("--debug", o.debug);
     if (!debug) return tl::unexpected(debug.error());
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
     if (auto known = check_raster("--raster", o.raster, o.backend); !known) return tl::unexpected(known.error());

@@ -6,6 +6,7 @@
 
 #include "apps/commands/bake_options.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/memory_option.h"
 #include "apps/scene/scene.h"
 #include "apps/scene/workplace.h"
 #include "apps/terminal.h"
@@ -13,7 +14,6 @@
 #include "base/clock.h"
 #include "base/files/file.h"
 #include "base/files/output_folder.h"
-#include "base/spill.h"
 #include "base/text.h"
 #include "base/threads.h"
 #include "tiles/tileset.h"
@@ -25,26 +25,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uint64_t least_tile_memory_mib = 192;  // the program itself, and what tiles take on their way
-
 struct Options {
-    std::string input, out, encoding = "meshopt", up = "y", viewer, tmp;
+    std::string input, out, encoding = "meshopt", up = "y", viewer;
     std::optional<double> longitude, latitude, height;
     uint32_t tile_triangles = 32768;
     unsigned threads = 0;
-    uint64_t memory_mib = 0;
+    MemoryOption memory;
     bool allow_outside = false, json = false;
     ReadOptions heights;
 };
-
-Result<void> limit_memory(const Options& o) {
-    if (o.memory_mib == 0) return {};
-    if (o.memory_mib < least_tile_memory_mib)
-        return fail(Fault::usage, "--memory " + std::to_string(o.memory_mib) + ": tiles take at least " +
-                                      std::to_string(least_tile_memory_mib) + " MiB");
-    std::error_code no_folder;
-    return begin_spilling({o.tmp.empty() ? fs::temp_directory_path(no_folder) : fs::path(o.tmp), o.memory_mib << 20});
-}
 
 Result<glm::dmat4> root_transform(const Options& o) {
     if (!o.longitude && !o.latitude) {
@@ -188,7 +177,7 @@ Result<int> tile(const Options& o) {
     const auto encoding = tiles::encoding_named(o.encoding);
     LODE_CHECK(encoding.has_value(), o.encoding);
     set_thread_count(o.threads);
-    if (auto done = limit_memory(o); !done) return tl::unexpected(done.error());
+    if (auto done = limit_memory(o.memory, "tiles take"); !done) return tl::unexpected(done.error());
     auto folder = OutputFolder::create(o.out, is_of_a_tileset);
     if (!folder) return tl::unexpected(folder.error());
     const Progress progress = terminal_progress();
@@ -237,13 +226,8 @@ void add_place_options(CLI::App& command, Options& o) {
 
 void add_machine_options(CLI::App& command, Options& o) {
     command.add_option("--threads", o.threads, "Threads to use; 0 takes one per core")->capture_default_str();
-    command
-        .add_option("--memory", o.memory_mib,
-                    "Memory to keep to, in MiB, about, at least 192; the rest waits in unnamed files in --tmp")
-        ->check(CLI::Range(1, 1 << 30));
-    command
-        .add_option("--tmp", o.tmp, "Folder for the files of --memory; the system's for temporary files unless given")
-        ->check(CLI::ExistingDirectory);
+    add_memory_option(command, o.memory);
+    add_tmp_option(command, o.memory, "--memory; the system's for temporary files");
     add_outside_option(command, o.allow_outside);
     command.add_flag("--json", o.json, "Print counts, bytes and seconds as JSON");
 }

@@ -114,6 +114,13 @@ std::string debug_names() {
     return names;
 }
 
+Result<DebugView> debug_named(const std::string& option, const std::string& name) {
+    for (const DebugChoice& choice : debug_choices()) {
+        if (name == choice.name) return choice.view;
+    }
+    return fail(Fault::usage, option + " " + name + ": choose " + debug_names());
+}
+
 Result<void> DrawStage::renew_renderer() {
     renderer.reset();
     auto made = Renderer::create(options);

@@ -34,8 +34,10 @@ struct DebugChoice {
     const char* title;
 };
 std::span<const DebugChoice> debug_choices();
-// "none, level, ... or misses"
+// "none, level, ... or volume-steps"
 std::string debug_names();
+// option: what the name was given as, for the error. Fault::usage where there is none of that name.
+Result<DebugView> debug_named(const std::string& option, const std::string& name);
 
 struct DrawStage {
     uint32_t width = 0, height = 0;

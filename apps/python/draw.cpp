@@ -16,13 +16,6 @@ namespace lodestone {
 
 namespace {
 
-Result<DebugView> debug_named(const std::string& name) {
-    for (const DebugChoice& choice : debug_choices()) {
-        if (name == choice.name) return choice.view;
-    }
-    return fail(Fault::usage, "debug " + name + ": choose " + debug_names());
-}
-
 // The asset alone at the origin.
 ReadyScene scene_of(const Asset& asset, bool shadows) {
     ReadyScene scene;
@@ -41,7 +34,7 @@ ReadyScene scene_of(const Asset& asset, bool shadows) {
 }  // namespace
 
 Result<Picture> draw_picture(const Asset& asset, const PictureOptions& options, const Progress& progress) {
-    const auto debug = debug_named(options.debug);
+    const auto debug = debug_named("debug", options.debug);
     if (!debug) return tl::unexpected(debug.error());
     if (auto known = check_backend("backend", options.backend); !known) return tl::unexpected(known.error());
     if (auto known = check_raster("raster", options.raster, options.backend); !known)

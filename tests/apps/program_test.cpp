@@ -23,6 +23,7 @@
 #endif
 #include "base/files/file.h"
 #include "base/hash.h"
+#include "base/sanitized.h"
 #include "mesh/io/image_file.h"
 #include "mesh/io/read.h"
 #include "mesh/mesh_stream.h"
@@ -80,7 +81,8 @@ TEST_F(ProgramTest, FromAMeshToLevels) {
 
 TEST_F(ProgramTest, FromAMeshToAnAtlas) {
     succeeds("generate rock --triangles 3000 --seed 2 -o rock.ply");
-    succeeds("bake rock.ply -o rock.lode --backends vgi,lod --clusters 8 --resolution 33 --report report.json");
+    succeeds(
+        "bake rock.ply -o rock.lode --backends vgi,lod --leaves --clusters 8 --resolution 33 --report report.json");
     const json vgi = json::parse(content_of(folder_ / "report.json"))["vgi"];
     for (const char* field : {"clusters", "charts", "resolution", "bytes", "flipped_triangles", "l2_stretch_rms",
                               "l2_stretch_worst", "rms_error", "max_error"}) {
@@ -105,6 +107,8 @@ TEST_F(ProgramTest, FromAMeshToAnAtlas) {
     succeeds("extract rock.lode --backend vgi --triangles 2000 -o level.obj");
     succeeds("extract rock.lode --backend vgi --error 0.05 -o level.glb");
     fails("extract rock.lode --backend vgi --level 7 -o x.ply", 2, "levels 0 (finest) to 6");
+    succeeds("bake rock.ply -o samples.lode --backends vgi --clusters 8 --resolution 33");
+    fails("extract samples.lode --backend vgi --level source -o x.ply", 2, "levels 1 (finest) to 6");
     fails("bake rock.ply -o x.lode --backends vgi --resolution 100", 2, "--resolution");
     bake_rock();
     fails("extract rock.lode --backend vgi --level 0 -o x.ply", 3, "holds no atlas");
@@ -393,7 +397,7 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     fails("render s.scene.json --device nosuch -o x.png", 4, "nosuch");
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which take terabytes of addresses
+#if !LODE_SANITIZED  // which take terabytes of addresses
 TEST_F(ProgramTest, MemoryThatIsRefusedIsOneClearLine) {
     fails("generate rock --triangles 20000000 -o rock.ply", 4, "out of memory", "ulimit -v 400000 && ");
     EXPECT_FALSE(fs::exists(folder_ / "rock.ply"));
@@ -416,7 +420,7 @@ TEST_F(ProgramTest, KeepsToTheMemoryAllowed) {
         const uint64_t free_peak = peak();
         succeeds(bake + " -o bounded.lode --memory 192");
         EXPECT_TRUE(content_of(folder_ / "rock.lode") == content_of(folder_ / "bounded.lode"));
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which keep what is freed
+#if !LODE_SANITIZED  // which keep what is freed
         EXPECT_LT(peak(), 192u << 20);
         if (std::string(backends) == "vgi") { EXPECT_GT(free_peak, peak() * 5 / 4); }
 #endif

@@ -12,13 +12,9 @@
 #include "apps/drawing/session.h"
 #include "apps/drawing/stage.h"
 #include "base/random.h"
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#include "base/sanitized.h"
+#if LODE_SANITIZED
 #include <sanitizer/allocator_interface.h>
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define __SANITIZE_ADDRESS__ 1
-#include <sanitizer/allocator_interface.h>
-#endif
 #endif
 
 namespace lodestone {
@@ -43,7 +39,7 @@ size_t entries(const char* folder) {
 }
 Held held_now(const Renderer& renderer) {
     Held held;
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if LODE_SANITIZED
     held.bytes = __sanitizer_get_current_allocated_bytes();
 #else
     const auto heap = mallinfo2();

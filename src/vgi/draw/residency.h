@@ -26,6 +26,10 @@ struct GeometryTexel {
     bool operator==(const GeometryTexel&) const = default;
 };
 static_assert(sizeof(GeometryTexel) == 8);
+// A leaf as a sample: where it is wanted is told alike.
+inline GeometryTexel texel_of(const Leaf& leaf) {
+    return {leaf.position[0], leaf.position[1], leaf.position[2], leaf.error, leaf.radius};
+}
 using GeometryPage = std::vector<GeometryTexel>;  // row by row, samples_per_side^2
 
 GeometryPage packed_geometry(const Page& page, const PageTree& tree);

@@ -83,7 +83,7 @@ std::string decode_into(std::span<const unsigned char> bytes, const DracoPromise
 // bytes: of the compressed mesh, which cannot make any number of triangles.
 void limit_process(const DracoPromise& promise, uint64_t bytes, const DracoLimits& limits) {
     const uint64_t elements = std::min(promise.vertices + promise.indices / 3, most_per_byte * bytes);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(LODESTONE_SANITIZED)
+#if !LODE_SANITIZED
     // Of the address space, besides what is mapped already; sanitizers map terabytes.
     uint64_t pages = 0;
     if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {

@@ -2,15 +2,10 @@
 
 namespace lodestone::vgi {
 
-GeometryTexel LeafFront::texel_of(uint32_t leaf) const {
-    const Leaf& of = residency_.about().leaves[leaf];
-    return {of.position[0], of.position[1], of.position[2], of.error, of.radius};
-}
-
 bool LeafFront::wants(uint32_t page, Slack& slack) const {
     const uint32_t leaf = residency_.topology().leaf(page);
     if (leaf == ~0u) return false;
-    return forced_ ? all_ : wanted_.is_wanted(texel_of(leaf), slack);
+    return forced_ ? all_ : wanted_.is_wanted(texel_of(residency_.about().leaves[leaf]), slack);
 }
 
 LeafBorder LeafFront::border(uint32_t page, Slack& slack) const {

@@ -27,11 +27,9 @@ public:
     // What a leaf that is drawn has around it.
     LeafBorder border(uint32_t page, Slack& slack) const;
     // As RefinementTest::excess. leaf: into Atlas::leaves.
-    float excess(uint32_t leaf) const { return wanted_.excess(texel_of(leaf)); }
+    float excess(uint32_t leaf) const { return wanted_.excess(texel_of(residency_.about().leaves[leaf])); }
 
 private:
-    GeometryTexel texel_of(uint32_t leaf) const;
-
     const Residency& residency_;
     const RefinementTest& wanted_;
     const bool forced_, all_;

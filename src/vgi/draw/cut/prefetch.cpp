@@ -16,7 +16,7 @@ void prefetch_leaf(const Residency& residency, const RefinementTest& wanted, uin
     const uint32_t leaf = residency.topology().leaf(number);
     if (leaf == ~0u) return;
     const Leaf& of = residency.about().leaves[leaf];
-    const GeometryTexel texel{of.position[0], of.position[1], of.position[2], of.error, of.radius};
+    const GeometryTexel texel = texel_of(of);
     if (!wanted(texel)) return;
     for (uint32_t p = residency.about().first_part(leaf); p < of.parts_end; ++p) {
         const uint32_t unit = residency.pages() + p;

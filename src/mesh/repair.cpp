@@ -10,7 +10,7 @@
 #include <span>
 #include <unordered_map>
 
-#include "base/disjoint_sets.h"
+#include "base/structures/disjoint_sets.h"
 #include "base/random.h"
 #include "mesh/position_index.h"
 #include "mesh/topology.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "base/disjoint_sets.h"
+#include "base/structures/disjoint_sets.h"
 
 namespace lodestone {
 

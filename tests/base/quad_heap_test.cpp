@@ -1,4 +1,4 @@
-#include "base/quad_heap.h"
+#include "base/structures/quad_heap.h"
 
 #include <gtest/gtest.h>
 

@@ -165,7 +165,8 @@ std::set<std::string> found(const std::string& text, const std::string& expressi
 // What the library shows is what the list pins, and what the header declares and documents.
 TEST(SharedLibrary, ShowsTheFunctionsOfItsHeaderAndNothingElse) {
     const std::string symbols = output_of(LODESTONE_NM " -D --defined-only " LODESTONE_SHARED_LIBRARY);
-    const auto shown = found(symbols, "[0-9a-f]+ [A-Za-z] ([^@ \\n]+)@*LODESTONE_0\\n");
+    // The version's own symbol is absolute; some linkers give it the version, too.
+    const auto shown = found(symbols, "[0-9a-f]+ [B-Zb-z] ([^@ \\n]+)@*LODESTONE_0\\n");
     const auto lines = static_cast<size_t>(std::count(symbols.begin(), symbols.end(), '\n'));
     EXPECT_EQ(lines, shown.size() + 1) << "the version's own symbol is the only other one\n" << symbols;
     EXPECT_EQ(shown, found(text_of("apps/c/liblodestone.map"), "        (\\w+);"));

@@ -23,6 +23,7 @@ struct Include {
 const std::map<std::string, std::vector<std::string>> rules = {
     {"base", {}},
     {"base/files", {"base"}},
+    {"base/structures", {"base"}},
     {"mesh", {"base"}},
     {"mesh/cache", {"base", "mesh"}},
     {"mesh/distance", {"base", "mesh"}},

@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "base/check.h"
-#include "base/disjoint_sets.h"
+#include "base/structures/disjoint_sets.h"
 #include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {

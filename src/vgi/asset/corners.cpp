@@ -3,7 +3,7 @@
 #include <glm/geometric.hpp>
 #include <string>
 
-#include "base/disjoint_sets.h"
+#include "base/structures/disjoint_sets.h"
 #include "vgi/asset/error_codes.h"
 #include "vgi/asset/saturation.h"
 

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "base/copy_on_write.h"
+#include "base/structures/copy_on_write.h"
 #include "frame/frame_source.h"
 #include "vgi/draw/buffer_sizes.h"
 #include "vgi/draw/cut/frame_cuts.h"

@@ -11,7 +11,7 @@
 #include <numeric>
 #include <set>
 
-#include "base/disjoint_sets.h"
+#include "base/structures/disjoint_sets.h"
 #include "base/random.h"
 #include "base/threads.h"
 #include "fixtures/meshes.h"

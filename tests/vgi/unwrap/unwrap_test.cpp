@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <map>
 
-#include "base/disjoint_sets.h"
+#include "base/structures/disjoint_sets.h"
 #include "base/random.h"
 #include "base/threads.h"
 #include "fixtures/meshes.h"

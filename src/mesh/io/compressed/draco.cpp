@@ -17,6 +17,8 @@
 #include <new>
 #include <string>
 
+#include "base/sanitized.h"
+
 namespace lodestone {
 
 namespace {
@@ -83,18 +85,18 @@ std::string decode_into(std::span<const unsigned char> bytes, const DracoPromise
 // bytes: of the compressed mesh, which cannot make any number of triangles.
 void limit_process(const DracoPromise& promise, uint64_t bytes, const DracoLimits& limits) {
     const uint64_t elements = std::min(promise.vertices + promise.indices / 3, most_per_byte * bytes);
-#if !LODE_SANITIZED
-    // Of the address space, besides what is mapped already; sanitizers map terabytes.
-    uint64_t pages = 0;
-    if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
-        unsigned long long read = 0;
-        if (std::fscanf(file, "%llu", &read) == 1) pages = read;
-        std::fclose(file);
+    if constexpr (!LODE_SANITIZED) {
+        // Of the address space, besides what is mapped already. Sanitizers map terabytes.
+        uint64_t pages = 0;
+        if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
+            unsigned long long read = 0;
+            if (std::fscanf(file, "%llu", &read) == 1) pages = read;
+            std::fclose(file);
+        }
+        const uint64_t mapped = pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+        const rlimit memory{mapped + limits.memory_bytes + bytes_per_element * elements, RLIM_INFINITY};
+        setrlimit(RLIMIT_AS, &memory);
     }
-    const uint64_t mapped = pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
-    const rlimit memory{mapped + limits.memory_bytes + bytes_per_element * elements, RLIM_INFINITY};
-    setrlimit(RLIMIT_AS, &memory);
-#endif
     const auto seconds = static_cast<rlim_t>(limits.seconds + static_cast<double>(elements / elements_per_second) + 1);
     const rlimit time{seconds, seconds + 1};
     setrlimit(RLIMIT_CPU, &time);

@@ -11,8 +11,8 @@
 #include <optional>
 
 #include "base/clock.h"
-#include "base/disjoint_sets.h"
-#include "base/quad_heap.h"
+#include "base/structures/disjoint_sets.h"
+#include "base/structures/quad_heap.h"
 #include "base/threads.h"
 #include "vgi/bake/charts/chart_mesh.h"
 #include "vgi/bake/charts/templates.h"

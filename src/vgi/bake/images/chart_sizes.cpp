@@ -2,7 +2,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "base/disjoint_sets.h"
+#include "base/structures/disjoint_sets.h"
 #include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {

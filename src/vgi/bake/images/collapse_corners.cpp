@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/check.h"
-#include "base/disjoint_sets.h"
+#include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "mesh/distance/closest_point.h"
 #include "vgi/asset/corners.h"

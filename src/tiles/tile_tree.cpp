@@ -85,8 +85,9 @@ private:
         }
         sort_along_longest_axis(squares);
         // Where the tiles before and behind are as full as can be.
+        const size_t parts_before = parts / 2;
         const double wanted =
-            static_cast<double>(triangles) * static_cast<double>(parts / 2) / static_cast<double>(parts);
+            static_cast<double>(triangles) * static_cast<double>(parts_before) / static_cast<double>(parts);
         size_t cut = 0;
         double before = 0;
         while (cut + 1 < squares.size()) {

@@ -77,11 +77,12 @@ Result<ChunkFile> ChunkFile::open(std::shared_ptr<const InputFile> input, const 
     ChunkFile file;
     file.path_ = path;
     file.contents_ = std::make_shared<Contents>();
-    file.contents_->file = input;
-    const uint64_t size = input->size();
+    file.contents_->file = std::move(input);
+    const InputFile& from = *file.contents_->file;
+    const uint64_t size = from.size();
     Header header{};
     const auto raw = std::as_writable_bytes(std::span(&header, 1));
-    if (auto read = input->read(0, raw.first(std::min<uint64_t>(size, raw.size()))); !read)
+    if (auto read = from.read(0, raw.first(std::min<uint64_t>(size, raw.size()))); !read)
         return tl::unexpected(read.error());
     if (size < sizeof header.magic || header.magic != file_magic) {
         return fail(Fault::format,

@@ -23,10 +23,10 @@ namespace lodestone {
 
 namespace {
 
-constexpr uint64_t bytes_per_element = 512;        // of a vertex or a triangle, while it is decoded
-constexpr uint64_t elements_per_second = 100'000;  // at least
-constexpr uint64_t most_per_byte = 4096;           // elements of a byte that are believed
-constexpr size_t most_words = 200;                 // of what the decoder says
+constexpr uint64_t bytes_per_element = 512;  // of a vertex or a triangle, while it is decoded
+constexpr double elements_per_second = 1e5;  // at least
+constexpr uint64_t most_per_byte = 4096;     // elements of a byte that are believed
+constexpr size_t most_words = 200;           // of what the decoder says
 
 // Memory that both processes see: state, words, indices, values.
 struct Shared {
@@ -97,7 +97,7 @@ void limit_process(const DracoPromise& promise, uint64_t bytes, const DracoLimit
         const rlimit memory{mapped + limits.memory_bytes + bytes_per_element * elements, RLIM_INFINITY};
         setrlimit(RLIMIT_AS, &memory);
     }
-    const auto seconds = static_cast<rlim_t>(limits.seconds + static_cast<double>(elements / elements_per_second) + 1);
+    const auto seconds = static_cast<rlim_t>(limits.seconds + static_cast<double>(elements) / elements_per_second + 1);
     const rlimit time{seconds, seconds + 1};
     setrlimit(RLIMIT_CPU, &time);
     const rlimit no_core{0, 0};

@@ -100,22 +100,25 @@ void add_form_options(CLI::App& command, BakeWords& o) {
 
 void add_chart_options(CLI::App& command, BakeWords& o) {
     command
-        .add_option("--clusters", o.bake.atlas.clusters.clusters,
-                    "vgi: clusters wanted; each becomes one quad chart for each of its sides")
-        ->check(CLI::Range(1, 1 << 20))
-        ->capture_default_str();
+        .add_option("--clusters", o.clusters,
+                    "vgi: clusters wanted; each becomes one quad chart for each of its sides. Unless given one for "
+                    "each 1,000 triangles of the mesh, 130 at most")
+        ->check(CLI::Range(1, 1 << 20));
     command
         .add_option("--target-error", o.bake.target_error,
                     "vgi: double --clusters until the error of the finest level is at most this, in object units")
         ->check(CLI::PositiveNumber);
-    command.add_option("--resolution", o.resolution, "vgi: samples along each side of a chart, 2^n + 1")
-        ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025}))
-        ->capture_default_str();
+    command
+        .add_option(
+            "--resolution", o.resolution,
+            "vgi: samples along each side of a chart, 2^n + 1; unless given about a sample for each triangle of the "
+            "mesh, 129 at most, and 129 with --no-leaves")
+        ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025}));
     command
         .add_option(
             "--attribute-resolution", o.attribute_resolution,
             "vgi: samples of normals, colours and texture coordinates along each side; at least --resolution, which "
-            "it is unless given")
+            "must be given with it. Unless given what the mesh asks for: as fine as 129 where there are textures")
         ->check(CLI::IsMember({3, 5, 9, 17, 33, 65, 129, 257, 513, 1025, 2049, 4097}));
 }
 
@@ -136,10 +139,9 @@ void add_cluster_weights(CLI::App& command, BakeWords& o) {
 }
 
 void add_sampling_options(CLI::App& command, BakeWords& o) {
-    command.add_flag("--leaves", o.bake.atlas.leaves,
-                     "vgi: store leaves, too, the source's own triangles below the finest samples: a larger asset, "
-                     "from which extract "
-                     "takes the exact source");
+    command.add_flag("--no-leaves", o.no_leaves,
+                     "vgi: leave out leaves, the source's own triangles below the finest samples: then nothing is "
+                     "finer than --resolution");
     command
         .add_option("--worst-stretch", o.bake.atlas.worst_stretch,
                     "vgi: largest stretch of a chart; where a chart has more, clusters are made finer")
@@ -204,8 +206,17 @@ Result<BakeOptions> bake_options_of(const BakeWords& given) {
     if (auto good = check_backends(*backends); !good) return tl::unexpected(good.error());
     auto orders = parse_orders(given.orders);
     if (!orders) return tl::unexpected(orders.error());
-    options.atlas.cells = given.resolution - 1;
+    options.atlas.leaves = !given.no_leaves;
+    if (given.clusters > 0) {
+        options.atlas.clusters.clusters = given.clusters;
+        options.triangles_per_cluster = 0;
+    }
+    if (given.resolution > 0) {
+        options.atlas.cells = given.resolution - 1;
+        options.atlas.samples_per_triangle = 0;
+    }
     if (given.attribute_resolution > 0) {
+        if (given.resolution == 0) return fail(Fault::usage, "--attribute-resolution: give --resolution with it");
         if (given.attribute_resolution < given.resolution) {
             return fail(Fault::usage, "--attribute-resolution " + std::to_string(given.attribute_resolution) +
                                           ": must not be below --resolution, " + std::to_string(given.resolution));

@@ -12,8 +12,9 @@ namespace lodestone {
 // What they are given as, before it is known whether it makes sense.
 struct BakeWords {
     std::string backends = "lod", orders = "keyframe,static,classic", cache = "fifo16";
-    uint32_t resolution = 129, attribute_resolution = 0;  // of attributes: 0 for the same
-    BakeOptions bake;                                     // the rest
+    uint32_t clusters = 0, resolution = 0, attribute_resolution = 0;  // 0: as the mesh asks for
+    bool no_leaves = false;
+    BakeOptions bake;  // the rest
 };
 
 // Adds them to a command; `words` must outlive it. Help lists them in the order in which they are added.

@@ -159,6 +159,7 @@ void add_atlas_options(Json& json, const vgi::AtlasOptions& atlas) {
     json["recentre_passes"] = atlas.recentre_passes;
     json["atlas_error_samples"] = atlas.error_samples;
     json["leaves"] = atlas.leaves;
+    json["samples_per_triangle"] = atlas.samples_per_triangle;
     json["curvature_importance"] = atlas.parameterise.curvature_importance;
     json["most_solves"] = atlas.parameterise.most_solves;
     json["least_gain"] = atlas.parameterise.least_gain;
@@ -185,7 +186,7 @@ Json BakeOptions::to_json() const {
                  {"uv_weight", uv_weight},
                  {"colour_weight", colour_weight},
                  {"error_samples", error_samples},
-                 {"fit_error", fit_error},
+                 {"triangles_per_cluster", triangles_per_cluster},
                  {"target_error", target_error},
                  {"load_images", read.load_images},
                  {"height_scale", read.height_scale},

@@ -21,6 +21,14 @@ namespace lodestone {
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
 inline constexpr int bake_revision = 9;
 
+// With leaves, and about a sample for each triangle of the source.
+inline vgi::AtlasOptions as_fine_as_the_source() {
+    vgi::AtlasOptions options;
+    options.leaves = true;
+    options.samples_per_triangle = 1.5;
+    return options;
+}
+
 struct BakeOptions {
     std::vector<std::string> backends = {"lod"};  // lod, vgi, discrete, full
     std::vector<std::string> orders = {"keyframe", "static",
@@ -30,10 +38,8 @@ struct BakeOptions {
     double normal_weight = -1, uv_weight = -1, colour_weight = -1;  // < 0: the simplifier's default
     uint64_t error_samples = 100000;                                // points on each surface when errors are measured
     uint32_t quantise = 0;  // lod: bits of positions along the longest side of the mesh; 0 keeps them as they are
-    vgi::AtlasOptions atlas;
-    // vgi, above 0: clusters and samples at most as above, and fewer as long as the finest level's rms error is within
-    // this share of the diagonal.
-    double fit_error = 0;
+    vgi::AtlasOptions atlas = as_fine_as_the_source();
+    double triangles_per_cluster = 1000;  // vgi: clusters are fewer, 8 at least, where a mesh has less; 0 for as above
     double target_error = 0;  // vgi: object units; > 0: more clusters until the finest level comes under it
     ReadOptions read;
 

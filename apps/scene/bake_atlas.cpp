@@ -15,36 +15,16 @@ namespace {
 // With --target-error: as many clusters as bring the finest level under it, each try twice as many as the last.
 constexpr uint32_t most_clusters = 1u << 14;
 
-// A cluster for so many triangles, and about so many samples for each: what 130 clusters of 129^2 samples are to three
-// million triangles.
-void fit(vgi::AtlasOptions& options, size_t triangles) {
-    constexpr uint32_t triangles_per_cluster = 20000, fewest_clusters = 8, fewest_cells = 32;
-    constexpr double most_samples = 8;
+// At most a cluster for so many triangles.
+void fit_clusters(vgi::AtlasOptions& options, size_t triangles, double triangles_per_cluster) {
+    constexpr uint32_t fewest_clusters = 8;
     uint32_t& clusters = options.clusters.clusters;
-    clusters = std::clamp(static_cast<uint32_t>(triangles / triangles_per_cluster), std::min(fewest_clusters, clusters),
-                          clusters);
-    const double charts = clusters * vgi::usual_charts_per_cluster;
-    while (options.cells > fewest_cells &&
-           charts * options.cells * options.cells > most_samples * static_cast<double>(triangles))
-        options.cells /= 2;
+    clusters = std::clamp(static_cast<uint32_t>(std::min(static_cast<double>(triangles) / triangles_per_cluster, 1e9)),
+                          std::min(fewest_clusters, clusters), clusters);
 }
-// Whether to try again with twice the samples along a side: seams and thin parts need far more of them than smooth
-// surfaces of as many triangles.
-bool fit_finer(vgi::AtlasOptions& options, const BakeOptions& asked, const vgi::AtlasReport& made, size_t triangles,
-               double diagonal) {
-    constexpr double most_texels = 8e6;
-    const double row = 2 * made.cells + 1, texels = static_cast<double>(made.charts) * row * row;
-    if (made.rms_error <= asked.fit_error * diagonal || made.cells >= asked.atlas.cells || texels > most_texels)
-        return false;
-    options.cells = 2 * made.cells;
-    options.most_texels_per_triangle =
-        std::max(options.most_texels_per_triangle, most_texels / static_cast<double>(triangles));
-    return true;
-}
-
 void warn_of(const vgi::AtlasReport& made, const vgi::AtlasOptions& options, double diagonal,
              const Progress& progress) {
-    if (made.cells != options.cells) {
+    if (made.cells != options.cells && !(options.leaves && options.samples_per_triangle > 0)) {
         progress.warning("the mesh needs so many charts, " + std::to_string(made.charts) +
                          ", that they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
                          std::to_string(options.cells + 1) + "^2");
@@ -110,13 +90,13 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                               const Progress& progress, const CheckpointFolder* work) {
     if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
     vgi::AtlasOptions atlas_options = options.atlas;
-    if (options.fit_error > 0) fit(atlas_options, mesh.triangle_count());
+    if (options.triangles_per_cluster > 0)
+        fit_clusters(atlas_options, mesh.triangle_count(), options.triangles_per_cluster);
     const double diagonal = std::max(1e-30, static_cast<double>(bounding_box(mesh.positions).diagonal()));
     for (;;) {
         vgi::AtlasReport made;
         auto atlas = vgi::make_atlas(mesh, atlas_options, made, progress, work);
         if (!atlas) return tl::unexpected(atlas.error());
-        if (options.fit_error > 0 && fit_finer(atlas_options, options, made, mesh.triangle_count(), diagonal)) continue;
         const double finest = static_cast<double>(atlas->errors[0]);
         uint32_t& clusters = atlas_options.clusters.clusters;
         if (options.target_error > 0 && finest > options.target_error && clusters < most_clusters &&

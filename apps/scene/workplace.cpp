@@ -30,7 +30,6 @@ BakeOptions cache_options(const char* part, bool quickly, const ReadOptions& hei
     options.read.fill_voids = heights.fill_voids;
     options.backends = {part};
     options.orders = {"keyframe", "greedy", "static", "classic"};
-    options.fit_error = 1e-4;  // a tenth of a pixel where the diagonal is a picture's width
     if (quickly) {
         options.orders = {"static"};
         options.error_samples = 20000;

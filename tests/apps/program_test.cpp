@@ -82,7 +82,7 @@ TEST_F(ProgramTest, FromAMeshToLevels) {
 TEST_F(ProgramTest, FromAMeshToAnAtlas) {
     succeeds("generate rock --triangles 3000 --seed 2 -o rock.ply");
     succeeds(
-        "bake rock.ply -o rock.lode --backends vgi,lod --leaves --clusters 8 --resolution 33 --report report.json");
+        "bake rock.ply -o rock.lode --backends vgi,lod --clusters 8 --resolution 33 --report report.json");
     const json vgi = json::parse(content_of(folder_ / "report.json"))["vgi"];
     for (const char* field : {"clusters", "charts", "resolution", "bytes", "flipped_triangles", "l2_stretch_rms",
                               "l2_stretch_worst", "rms_error", "max_error"}) {
@@ -107,7 +107,7 @@ TEST_F(ProgramTest, FromAMeshToAnAtlas) {
     succeeds("extract rock.lode --backend vgi --triangles 2000 -o level.obj");
     succeeds("extract rock.lode --backend vgi --error 0.05 -o level.glb");
     fails("extract rock.lode --backend vgi --level 7 -o x.ply", 2, "levels 0 (finest) to 6");
-    succeeds("bake rock.ply -o samples.lode --backends vgi --clusters 8 --resolution 33");
+    succeeds("bake rock.ply -o samples.lode --backends vgi --no-leaves --clusters 8 --resolution 33");
     fails("extract samples.lode --backend vgi --level source -o x.ply", 2, "levels 1 (finest) to 6");
     fails("bake rock.ply -o x.lode --backends vgi --resolution 100", 2, "--resolution");
     bake_rock();

@@ -88,7 +88,8 @@ Result<void> validate_corner_errors(const Atlas& atlas) {
         const auto its = static_cast<double>(codes.error(error)), own = static_cast<double>(codes.error(corner.error));
         const double reach = (its - own) * least_magnification + static_cast<double>(codes.radius(radius)) +
                              glm::length(at - point(corner));
-        return its == 0 || (its <= own && reach <= static_cast<double>(codes.radius(corner.radius)));
+        const bool is_within = reach <= static_cast<double>(codes.radius(corner.radius));
+        return its == 0 || (its <= own && (is_within || corner.radius == ErrorCodes::everywhere));
     };
     const auto is_root = [&](size_t i) { return atlas.corners[i].parent == i; };
     for (size_t i = 0; i < atlas.corners.size(); ++i) {

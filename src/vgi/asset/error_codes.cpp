@@ -12,6 +12,7 @@ namespace {
 
 constexpr double error_steps = 8, radius_steps = 2;     // per octave
 constexpr double most_radius = 16;                      // extents
+constexpr double any_radius = 1e9;                      // extents: from where all is less than a dot
 constexpr double squared_extent = 3.0 * 65535 * 65535;  // steps of the lattice
 
 // 2^((code - 255) / steps) by code.
@@ -30,6 +31,7 @@ ErrorCodes::ErrorCodes(double extent) {
         errors_[code] = static_cast<float>(extent * errors[code]);
         radii_[code] = static_cast<float>(extent * most_radius * radii[code]);
     }
+    radii_[everywhere] = static_cast<float>(extent * any_radius);
 }
 uint8_t ErrorCodes::of_error(double error) const {
     const auto at = std::lower_bound(errors_.begin(), errors_.end(), static_cast<float>(error));
@@ -37,8 +39,7 @@ uint8_t ErrorCodes::of_error(double error) const {
     return static_cast<uint8_t>(at - errors_.begin());
 }
 uint8_t ErrorCodes::of_radius(double radius) const {
-    const auto at = std::lower_bound(radii_.begin(), radii_.end(), static_cast<float>(radius));
-    LODE_CHECK(at != radii_.end(), radius, radii_.back());
+    const auto at = std::lower_bound(radii_.begin(), radii_.end() - 1, static_cast<float>(radius));
     return static_cast<uint8_t>(at - radii_.begin());
 }
 

@@ -7,14 +7,16 @@
 
 namespace lodestone::vgi {
 
-// Eighths of an octave for errors, halves for radii; 0 is 0. A chart's corners, which are always there, have the
-// largest of both.
+// Eighths of an octave for errors, halves for radii; 0 is 0. The largest radius is as good as none: it holds all that
+// has a radius. A chart's corners, which are always there, have the largest of both.
 // extent: Atlas::extent(), object units.
 class ErrorCodes {
 public:
+    static constexpr uint8_t everywhere = 255;  // a radius
+
     explicit ErrorCodes(double extent);
     uint8_t of_error(double error) const;    // object units, 0 .. extent
-    uint8_t of_radius(double radius) const;  // object units, 0 .. 16 extent
+    uint8_t of_radius(double radius) const;  // object units; everywhere from 11.3 extents on
     float error(uint8_t code) const { return errors_[code]; }
     float radius(uint8_t code) const { return radii_[code]; }
 

@@ -67,7 +67,8 @@ private:
         const double reach = (its_error - error) * least_magnification +
                              static_cast<double>(codes_.radius(its_radius_code)) +
                              glm::length(its_point - atlas_.point(m));
-        return !(its_error > error || reach > radius);
+        const bool is_everywhere = atlas_.sample_radii[m] == ErrorCodes::everywhere;
+        return !(its_error > error || (reach > radius && !is_everywhere));
     }
 
     // Wherever a leaf is wanted, so are its corners and the samples on its sides.

@@ -50,7 +50,7 @@ constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
 // is added to one of these structs does not compile until it is listed here.
 Hash128 key_of(const AtlasOptions& options) {
     const auto& [clusters, parameterise, cells, most_texels_per_triangle, rounding_share, attribute_ratio,
-                 worst_stretch, most_rounds, recentre_passes, error_samples, leaves] = options;
+                 worst_stretch, most_rounds, recentre_passes, error_samples, leaves, samples_per_triangle] = options;
     // Every round sets the density, the features and the kept clusters itself.
     const auto& [wanted, weights, bucket_triangles, density, features, kept] = clusters;
     const auto& [planarity, compactness, size, irregularity, curvature, feature, bulge] = weights;
@@ -66,9 +66,10 @@ Hash128 key_of(const AtlasOptions& options) {
                             feature,
                             bulge,
                             least_gain,
-                            curvature_importance};
+                            curvature_importance,
+                            samples_per_triangle};
     const uint64_t counts[] = {cells,  attribute_ratio,  most_rounds, recentre_passes, error_samples,
-                               wanted, bucket_triangles, most_solves, sliding_sides, leaves};
+                               wanted, bucket_triangles, most_solves, sliding_sides,   leaves};
     HashStream all;
     all.add(std::as_bytes(std::span(reals)));
     all.add(std::as_bytes(std::span(counts)));
@@ -234,12 +235,27 @@ private:
         return made;
     }
 
-    ChartSizes sizes_of(const std::vector<std::vector<uint32_t>>& members) const {
+    // Of images that hold everything.
+    ChartSizes whole_sizes(const std::vector<std::vector<uint32_t>>& members) const {
         constexpr double charts_per_cluster = 2 * usual_charts_per_cluster;  // of clusters wanted
         const double row = options_.cells + 1,
                      most = std::max(options_.most_texels_per_triangle * static_cast<double>(mesh_.triangle_count()),
                                      charts_per_cluster * options_.clusters.clusters * row * row);
-        return chart_sizes(quads_.surface, members, patches_, options_.clusters.clusters, options_.cells, most);
+        return chart_sizes(quads_.surface, members, patches_, {options_.clusters.clusters, options_.cells, most});
+    }
+    // Of positions above leaves: what is finer than the source is drawn from these.
+    ChartSizes sizes_above_leaves(const std::vector<std::vector<uint32_t>>& members, uint32_t cells) const {
+        const double density = options_.samples_per_triangle;
+        return chart_sizes(
+            quads_.surface, members, patches_,
+            {options_.clusters.clusters, cells, density * static_cast<double>(mesh_.triangle_count()), density});
+    }
+    // Of attributes for one of positions, along a side. whole: cells of images that hold everything.
+    uint32_t attribute_ratio(uint32_t cells, uint32_t whole) const {
+        const uint32_t finer = whole / cells;
+        const bool has_textures = !mesh_.uvs.empty() && !mesh_.images.empty();
+        if (has_textures || !mesh_.materials.empty()) return finer * options_.attribute_ratio;
+        return std::min(finer, mesh_.colours.empty() ? 1u : 2u) * options_.attribute_ratio;
     }
 
     // From the error of sampling, as a few charts show it.
@@ -348,11 +364,13 @@ private:
         members_ = members_of(quads_.label, count);
         whole_area_ = std::max(quads_.surface.area(), 1e-300);
         malloc_trim(0);  // what the stages before have given back
-        ChartSizes sizes = sizes_of(members_);
+        ChartSizes sizes = whole_sizes(members_);
+        const uint32_t whole = sizes.cells;
+        if (options_.leaves && options_.samples_per_triangle > 0) sizes = sizes_above_leaves(members_, whole);
         report_.cells = sizes.cells;
         report_.coarse_charts = count - static_cast<uint32_t>(std::ranges::count(sizes.trimmed_levels, 0));
         resampler_.emplace(ResampleInput{mesh_, context_.normals, quads_.surface, patches_}, sizes.cells,
-                           sizes.cells * options_.attribute_ratio, std::move(sizes.trimmed_levels));
+                           sizes.cells * attribute_ratio(sizes.cells, whole), std::move(sizes.trimmed_levels));
         charts_.assign(count, {});
         choose_lattice(members_);
         resampler_->keep_corners_open();

@@ -28,9 +28,7 @@ struct VgiOptions {
     uint64_t resident_bytes = uint64_t{1} << 30;
     uint32_t instances = 1;           // most instances in the scene, of all assets
     Raster raster = Raster::bintree;  // how triangles are made
-    // Draws leaves where assets have them (bintree alone). Where many are wanted, requests may not come to an end: a
-    // picture that waits for all of them waits for ever.
-    bool leaves = false;
+    bool leaves = true;               // draws leaves where assets have them (bintree alone)
 };
 
 // A backend that draws the assets, at least one. Fault::machine where the coarsest pages alone exceed the budget;

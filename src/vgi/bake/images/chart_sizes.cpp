@@ -10,7 +10,6 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr double clusters_of_small = 4;     // components with a smaller share have more than that
-constexpr double samples_per_triangle = 4;  // that small components keep
 constexpr uint32_t fewest_cells = 8;
 
 struct Component {
@@ -21,7 +20,7 @@ struct Component {
 }  // namespace
 
 ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uint32_t>>& members,
-                       const ChartComplex& patches, uint32_t clusters, uint32_t cells, double most_texels) {
+                       const ChartComplex& patches, const SizesWanted& wanted) {
     const auto count = static_cast<uint32_t>(members.size());
     DisjointSets joined(count);
     for (const Arc& arc : patches.arcs) {
@@ -41,17 +40,17 @@ ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uin
     }
     const auto levels_left_out = [&](const Component& component, uint32_t of_cells) {
         const double share = whole > 0 ? component.area / whole : 1;
-        if (share * clusters >= clusters_of_small) return 0u;
-        const double wanted = share * clusters * usual_charts_per_cluster * of_cells * of_cells,
-                     needed = samples_per_triangle * static_cast<double>(component.triangles);
+        if (share * wanted.clusters >= clusters_of_small) return 0u;
+        const double usual = share * wanted.clusters * usual_charts_per_cluster * of_cells * of_cells,
+                     needed = wanted.needed_for_a_triangle * static_cast<double>(component.triangles);
         const auto samples = [&](uint32_t levels) {
             return static_cast<double>(component.charts) * (of_cells >> levels) * (of_cells >> levels);
         };
         uint32_t levels = 0;
-        while (levels < PageTree{of_cells}.base_level() && samples(levels + 1) >= std::max(wanted, needed)) ++levels;
+        while (levels < PageTree{of_cells}.base_level() && samples(levels + 1) >= std::max(usual, needed)) ++levels;
         return levels;
     };
-    ChartSizes sizes{cells, {}};
+    ChartSizes sizes{wanted.cells, {}};
     for (;; sizes.cells /= 2) {
         sizes.trimmed_levels.clear();
         double texels = 0;
@@ -61,7 +60,7 @@ ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uin
             const double row = (sizes.cells >> sizes.trimmed_levels[c]) + 1;
             texels += row * row;
         }
-        if (sizes.cells <= fewest_cells || texels <= most_texels) return sizes;
+        if (sizes.cells <= fewest_cells || texels <= wanted.most_texels) return sizes;
     }
 }
 

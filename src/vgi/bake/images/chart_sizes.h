@@ -18,8 +18,14 @@ struct ChartSizes {
     std::vector<uint8_t> trimmed_levels;  // per chart: Atlas::trimmed_levels
 };
 
-// members: triangles of each chart. clusters, cells: wanted. most_texels: of all charts; for more, cells are fewer.
+struct SizesWanted {
+    uint32_t clusters = 0, cells = 0;
+    double most_texels = 0;            // of all charts; for more, cells are fewer
+    double needed_for_a_triangle = 4;  // samples that a small component keeps
+};
+
+// members: triangles of each chart.
 ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uint32_t>>& members,
-                       const ChartComplex& patches, uint32_t clusters, uint32_t cells, double most_texels);
+                       const ChartComplex& patches, const SizesWanted& wanted);
 
 }  // namespace lodestone::vgi

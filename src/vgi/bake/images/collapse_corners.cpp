@@ -298,8 +298,7 @@ public:
                 const double away = glm::distance(b.at, mesh_.positions[v]);
                 radius = std::max(radius, (b.error - error / b.ratio) * least_magnification + b.radius + away);
             }
-            const double most = codes_.radius(255);
-            corner.radius = error > 0 ? codes_.of_radius(std::min(radius * (1 + rounding), most)) : uint8_t{0};
+            corner.radius = error > 0 ? codes_.of_radius(radius * (1 + rounding)) : uint8_t{0};
             add(fate.parent, corner.error, 1, corner.radius, mesh_.positions[v]);
         }
     }

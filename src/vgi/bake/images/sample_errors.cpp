@@ -73,7 +73,7 @@ public:
         for (const uint32_t x : {0u, cells_}) {
             for (const uint32_t y : {0u, cells_}) {
                 const size_t corner = atlas_.texel(chart_, x, y);
-                atlas_.sample_errors[corner] = atlas_.sample_radii[corner] = 255;
+                atlas_.sample_errors[corner] = atlas_.sample_radii[corner] = ErrorCodes::everywhere;
             }
         }
         for (double& e : errors_.levels) e = std::sqrt(e);

@@ -206,7 +206,10 @@ Result<BakeOptions> bake_options_of(const BakeWords& given) {
     if (auto good = check_backends(*backends); !good) return tl::unexpected(good.error());
     auto orders = parse_orders(given.orders);
     if (!orders) return tl::unexpected(orders.error());
-    options.atlas.leaves = !given.no_leaves;
+    if (given.no_leaves) {
+        options.atlas.leaves = false;
+        options.atlas.samples_per_triangle = 0;
+    }
     if (given.clusters > 0) {
         options.atlas.clusters.clusters = given.clusters;
         options.triangles_per_cluster = 0;

@@ -468,6 +468,7 @@ Result<int> bench(const Options& o) {
     if (!compared) return tl::unexpected(compared.error());
     const Progress progress = terminal_progress();
     SceneNeeds needs = needs_of(compared->backends);
+    note_rasters(compared->rasters, needs);
     needs.full = Need::must;                            // pictures are compared with it
     if (compared->metric) needs.discrete = Need::must;  // and so is what looks alike
     auto stage = set_stage(o.stage, needs, progress);

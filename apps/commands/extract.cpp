@@ -8,6 +8,7 @@
 #include "apps/terminal.h"
 #include "lod/asset/cursor.h"
 #include "mesh/io/write.h"
+#include "vgi/asset/atlas_levels.h"
 #include "vgi/asset/leaves.h"
 
 namespace lodestone {
@@ -23,6 +24,9 @@ struct Options {
     std::optional<uint32_t> level;
 };
 
+float error_of(const ProgressiveMesh& pm, uint32_t level) { return pm.errors[level]; }
+float error_of(const vgi::AtlasLevels& levels, uint32_t level) { return levels.error_at(level); }
+
 // The level that is asked for, of anything with numbered levels.
 // missing: levels finer than those there; the option counts them, what is returned does not.
 template <class Levels>
@@ -37,8 +41,8 @@ Result<uint32_t> chosen_level(const Options& o, const Levels& levels, uint32_t m
     }
     if (o.error) {
         const uint32_t level = levels.level_for_error(*o.error);
-        if (static_cast<double>(levels.errors[level]) > *o.error)
-            terminal_progress().warning("the finest level has an error of " + std::to_string(levels.errors[level]));
+        if (const float least = error_of(levels, level); static_cast<double>(least) > *o.error)
+            terminal_progress().warning("the finest level has an error of " + std::to_string(least));
         return level;
     }
     if (*o.level < missing || *o.level - missing >= count)
@@ -59,41 +63,17 @@ Result<int> write_level(const Options& o, const TriMesh& mesh, uint32_t level, u
     return 0;
 }
 
-// Levels of an atlas with leaves: 0 is the source, then those of samples.
-struct SourceAndSamples {
-    explicit SourceAndSamples(const vgi::Atlas& of) : atlas(of), leaf_triangles(vgi::leaf_triangles(of)) {
-        errors.push_back(static_cast<float>(vgi::leaf_rounding(of)));
-        for (const float error : of.errors) errors.push_back(std::max(error, errors[0]));
-    }
-    uint32_t levels() const { return atlas.levels() + 1; }
-    uint64_t triangles_at(uint32_t level) const { return level == 0 ? leaf_triangles : atlas.triangles_at(level - 1); }
-    uint32_t level_for_triangles(uint64_t triangles) const {
-        return leaf_triangles <= triangles ? 0 : 1 + atlas.level_for_triangles(triangles);
-    }
-    uint32_t level_for_error(double error) const {
-        const auto larger = std::ranges::upper_bound(errors, error, {}, [](float e) { return static_cast<double>(e); });
-        return larger == errors.begin() ? 0 : static_cast<uint32_t>(larger - errors.begin()) - 1;
-    }
-
-    const vgi::Atlas& atlas;
-    uint64_t leaf_triangles;
-    std::vector<float> errors;
-};
-
 Result<int> extract_atlas(const Options& o, const Asset& asset) {
     if (!o.order.empty()) return fail(Fault::usage, "--order " + o.order + ": is for the lod backend");
     const auto atlas = asset.atlas();
     if (!atlas) return tl::unexpected(atlas.error());
-    if (atlas->leaves.empty()) {
-        const auto level = chosen_level(o, *atlas, 1);
-        if (!level) return tl::unexpected(level.error());
-        return write_level(o, atlas->extract(*level), *level + 1, atlas->levels() + 1, atlas->errors[*level]);
-    }
-    const SourceAndSamples levels(*atlas);
-    const auto level = chosen_level(o, levels);
+    const vgi::AtlasLevels levels(*atlas, atlas->errors, vgi::leaf_triangles(*atlas));
+    const uint32_t missing = levels.has_source() ? 0 : 1;  // the source is level 0, there or not
+    const auto level = chosen_level(o, levels, missing);
     if (!level) return tl::unexpected(level.error());
-    return write_level(o, *level == 0 ? vgi::extract_leaves(*atlas) : atlas->extract(*level - 1), *level,
-                       levels.levels(), levels.errors[*level]);
+    const TriMesh mesh =
+        levels.is_source(*level) ? vgi::extract_leaves(*atlas) : atlas->extract(levels.of_samples(*level));
+    return write_level(o, mesh, *level + missing, levels.levels() + missing, levels.error_at(*level));
 }
 
 Result<int> extract(const Options& o) {

@@ -8,7 +8,7 @@
 #include "base/text.h"
 #include "lod/asset/level_steps.h"
 #include "mesh/topology.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/atlas_levels.h"
 
 namespace lodestone {
 
@@ -60,10 +60,9 @@ Json describe(const Asset& asset) {
         const auto add = [&](uint32_t level, uint64_t triangles, float error) {
             info["vgi"]["levels"].push_back({{"level", level}, {"triangles", triangles}, {"error", error}});
         };
-        if (const auto leaves = asset.atlas_file->leaf_triangles(); leaves && *leaves > 0)
-            add(0, *leaves, static_cast<float>(vgi::leaf_rounding(atlas)));
-        for (uint32_t level = 0; level < atlas.errors.size(); ++level)
-            add(level + 1, atlas.triangles_at(level), atlas.errors[level]);
+        const vgi::AtlasLevels levels(atlas, atlas.errors, asset.atlas_file->leaf_triangles().value_or(0));
+        for (uint32_t level = 0; level < levels.levels(); ++level)
+            add(levels.has_source() ? level : level + 1, levels.triangles_at(level), levels.error_at(level));
     }
     if (asset.discrete != nullptr) {
         for (const DiscreteLevel& level : asset.discrete->levels) {

@@ -91,6 +91,7 @@ Result<int> render(const Options& o) {
     if (auto known = check_raster("--raster", o.raster, o.backend); !known) return tl::unexpected(known.error());
     const Progress progress = terminal_progress();
     SceneNeeds needs = needs_of({o.backend});
+    note_rasters({o.raster}, needs);
     needs.quickly = o.order.empty();
     auto stage = set_stage(o.stage, needs, progress);
     if (!stage) return tl::unexpected(stage.error());

@@ -185,7 +185,8 @@ Result<int> tile(const Options& o) {
     if (!scene) return tl::unexpected(scene.error());
     scene->heights = o.heights;
     const std::string name = scene->name;
-    const SceneNeeds needs{Need::none, Need::none, Need::none, Need::must, false};
+    SceneNeeds needs{Need::none, Need::none, Need::none, Need::must};
+    needs.leaves = false;  // tiles are made of samples
     const auto ready = ready_scene(std::move(*scene), needs, progress);
     if (!ready) return tl::unexpected(ready.error());
     const Stopwatch watch;

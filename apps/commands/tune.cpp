@@ -162,7 +162,9 @@ Result<int> tune(const Options& o) {
         return fail(Fault::usage, "--backend full: has one level and no error to tune; choose discrete, lod or vgi");
     if (auto known = check_raster("--raster", o.raster, o.backend); !known) return tl::unexpected(known.error());
     const Progress progress = terminal_progress();
-    auto stage = set_stage(o.stage, needs_of({o.backend}), progress);
+    SceneNeeds needs = needs_of({o.backend});
+    note_rasters({o.raster}, needs);
+    auto stage = set_stage(o.stage, needs, progress);
     if (!stage) return tl::unexpected(stage.error());
     const ErrorController::Range range;
     const auto tuned = tune(*stage, o, range, progress);

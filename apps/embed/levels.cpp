@@ -4,28 +4,30 @@
 #include <vector>
 
 #include "lod/asset/cursor.h"
+#include "vgi/asset/leaves.h"
 
 namespace lodestone {
 
-Levels::Levels(std::shared_ptr<const ProgressiveMesh> lod) : lod_(std::move(lod)), errors_(lod_->errors) {}
-Levels::Levels(std::shared_ptr<const vgi::AtlasFile> atlas, std::span<const float> errors)
-    : atlas_(std::move(atlas)), errors_(errors) {}
+Levels::Levels(std::shared_ptr<const ProgressiveMesh> lod) : lod_(std::move(lod)) {}
+Levels::Levels(std::shared_ptr<const vgi::AtlasFile> atlas, vgi::AtlasLevels levels)
+    : atlas_(std::move(atlas)), samples_(std::move(levels)) {}
 
-uint32_t Levels::count() const { return lod_ != nullptr ? lod_->levels() : atlas_->about().levels(); }
+uint32_t Levels::count() const { return lod_ != nullptr ? lod_->levels() : samples_->levels(); }
 
 uint64_t Levels::triangles(uint32_t level) const {
-    return lod_ != nullptr ? lod_->triangles_at(level) : atlas_->about().triangles_at(level);
+    return lod_ != nullptr ? lod_->triangles_at(level) : samples_->triangles_at(level);
 }
 
-double Levels::error(uint32_t level) const { return static_cast<double>(errors_[level]); }
+double Levels::error(uint32_t level) const {
+    return static_cast<double>(lod_ != nullptr ? lod_->errors[level] : samples_->error_at(level));
+}
 
 uint32_t Levels::for_triangles(uint64_t triangles) const {
-    return lod_ != nullptr ? lod_->level_for_triangles(triangles) : atlas_->about().level_for_triangles(triangles);
+    return lod_ != nullptr ? lod_->level_for_triangles(triangles) : samples_->level_for_triangles(triangles);
 }
 
 uint32_t Levels::for_error(double error) const {
-    const auto above = std::ranges::upper_bound(errors_, error, {}, [](float e) { return static_cast<double>(e); });
-    return above == errors_.begin() ? 0 : static_cast<uint32_t>(above - errors_.begin()) - 1;
+    return lod_ != nullptr ? lod_->level_for_error(error) : samples_->level_for_error(error);
 }
 
 Result<void> Levels::check(uint32_t level) const {
@@ -48,7 +50,9 @@ Result<Levels> levels_of(const Asset& asset, const std::string& backend) {
     if (!errors) return tl::unexpected(errors.error());
     if (errors->size() != asset.atlas_file->about().levels())
         return fail(Fault::format, file + ": chunk 'vgi/errors': is not one number per level; bake the asset again");
-    return Levels(asset.atlas_file, *errors);
+    const auto leaves = asset.atlas_file->leaf_triangles();
+    if (!leaves) return tl::unexpected(leaves.error());
+    return Levels(asset.atlas_file, {asset.atlas_file->about(), *errors, *leaves});
 }
 
 Result<TriMesh> extract(const Asset& asset, const std::string& backend, uint32_t level, const std::string& order) {
@@ -59,7 +63,8 @@ Result<TriMesh> extract(const Asset& asset, const std::string& backend, uint32_t
         if (!order.empty()) return fail(Fault::usage, "order " + order + ": is for the progressive mesh");
         auto atlas = asset.atlas();
         if (!atlas) return tl::unexpected(atlas.error());
-        return atlas->extract(level);
+        const vgi::AtlasLevels of(*atlas, atlas->errors, vgi::leaf_triangles(*atlas));
+        return of.is_source(level) ? vgi::extract_leaves(*atlas) : atlas->extract(of.of_samples(level));
     }
     const ProgressiveMesh& pm = *asset.lod;
     const FaceOrder* found = order.empty() ? pm.orders.data() : pm.order_named(order);

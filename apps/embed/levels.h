@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -10,14 +11,16 @@
 #include "base/result.h"
 #include "mesh/cache/vertex_cache.h"
 #include "mesh/tri_mesh.h"
+#include "vgi/asset/atlas_levels.h"
 
 namespace lodestone {
 
-// Level 0 is full detail. Shares what it tells of with the asset.
+// Level 0 is full detail: of an atlas the source, or the finest samples where it has no leaves. Shares what it tells of
+// with the asset.
 class Levels {
 public:
     explicit Levels(std::shared_ptr<const ProgressiveMesh> lod);
-    Levels(std::shared_ptr<const vgi::AtlasFile> atlas, std::span<const float> errors);
+    Levels(std::shared_ptr<const vgi::AtlasFile> atlas, vgi::AtlasLevels levels);
 
     uint32_t count() const;                            // at least 1
     uint64_t triangles(uint32_t level) const;          // level: below count()
@@ -29,7 +32,7 @@ public:
 private:
     std::shared_ptr<const ProgressiveMesh> lod_;  // one of the two
     std::shared_ptr<const vgi::AtlasFile> atlas_;
-    std::span<const float> errors_;
+    std::optional<vgi::AtlasLevels> samples_;  // the atlas's
 };
 
 // backend: lod or vgi. Fault::format where the asset was baked without it.

@@ -109,6 +109,12 @@ SceneNeeds needs_of(const std::vector<std::string>& names, Need rest) {
     return {need("full"), need("discrete"), need("lod"), need("vgi")};
 }
 
+void note_rasters(const std::vector<std::string>& rasters, SceneNeeds& needs) {
+    for (const char* without_leaves : {"grid", "grid-area", "tess", "device"}) {
+        if (std::ranges::find(rasters, without_leaves) != rasters.end()) needs.leaves = false;
+    }
+}
+
 Result<void> check_backend(const std::string& option, const std::string& name) {
     if (backend_named(name) != nullptr) return {};
     std::string choices;

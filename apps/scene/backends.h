@@ -17,6 +17,8 @@ std::vector<std::string> backend_names();
 Result<void> check_backend(const std::string& option, const std::string& name);
 // What a scene has to hold for these backends. rest: of what the others need.
 SceneNeeds needs_of(const std::vector<std::string>& names, Need rest = Need::none);
+// Techniques that cannot draw leaves are given samples that stand for them.
+void note_rasters(const std::vector<std::string>& rasters, SceneNeeds& needs);
 // Fault::usage, naming the option, unless it is one of the backend's (of any's, where that is empty), or empty for the
 // usual one.
 Result<void> check_raster(const std::string& option, const std::string& name, const std::string& backend);

@@ -24,7 +24,7 @@ void fit_clusters(vgi::AtlasOptions& options, size_t triangles, double triangles
 }
 void warn_of(const vgi::AtlasReport& made, const vgi::AtlasOptions& options, double diagonal,
              const Progress& progress) {
-    if (made.cells != options.cells && !(options.leaves && options.samples_per_triangle > 0)) {
+    if (made.cells != options.cells && options.samples_per_triangle == 0) {
         progress.warning("the mesh needs so many charts, " + std::to_string(made.charts) +
                          ", that they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
                          std::to_string(options.cells + 1) + "^2");

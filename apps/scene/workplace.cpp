@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Parts of assets are cached apart: whoever needs one does not wait for the others.
-BakeOptions cache_options(const char* part, bool quickly, const ReadOptions& heights) {
+BakeOptions cache_options(const char* part, const SceneNeeds& needs, bool quickly, const ReadOptions& heights) {
     BakeOptions options;
     options.read.height_scale = heights.height_scale;
     options.read.pixel_size = heights.pixel_size;
@@ -30,6 +30,10 @@ BakeOptions cache_options(const char* part, bool quickly, const ReadOptions& hei
     options.read.fill_voids = heights.fill_voids;
     options.backends = {part};
     options.orders = {"keyframe", "greedy", "static", "classic"};
+    if (!needs.leaves) {
+        options.atlas.leaves = false;
+        options.atlas.samples_per_triangle = 8;
+    }
     if (quickly) {
         options.orders = {"static"};
         options.error_samples = 20000;
@@ -78,8 +82,8 @@ struct AssetSource {
 // Takes parts of one asset from the cache, or bakes them into it.
 class PartBakery {
 public:
-    PartBakery(const AssetSource& source, bool quickly, const Progress& progress)
-        : source_(source), quickly_(quickly), progress_(progress) {}
+    PartBakery(const AssetSource& source, const SceneNeeds& needs, const Progress& progress)
+        : source_(source), needs_(needs), progress_(progress) {}
 
     double seconds = 0;  // spent on baking
     bool whole = true;   // as ReadyScene has it
@@ -87,7 +91,7 @@ public:
     // Nothing where the part is welcome, and not in the cache.
     Result<std::optional<Asset>> part(const char* name, Need need) {
         // Only progressive meshes have a quick bake.
-        const bool quickly = quickly_ && std::string_view(name) == "lod";
+        const bool quickly = needs_.quickly && std::string_view(name) == "lod";
         if (auto found = in_cache(name, false)) return found;
         whole = whole && !quickly && need == Need::must;
         if (quickly) {
@@ -105,7 +109,7 @@ private:
         return cache_folder() / (source_.name + "-" + key.hex().substr(0, 16) + ".lode");
     }
     std::optional<Asset> in_cache(const char* name, bool quickly) const {
-        const fs::path path = path_of(cache_options(name, quickly, source_.heights));
+        const fs::path path = path_of(cache_options(name, needs_, quickly, source_.heights));
         std::error_code error;
         if (!fs::exists(path, error)) return std::nullopt;
         auto asset = open_asset(path);
@@ -114,7 +118,7 @@ private:
         return std::nullopt;
     }
     Result<Asset> bake(const char* name, bool quickly) {
-        const BakeOptions options = cache_options(name, quickly, source_.heights);
+        const BakeOptions options = cache_options(name, needs_, quickly, source_.heights);
         const fs::path path = path_of(options), folder = cache_folder();
         std::error_code error;
         fs::create_directories(folder, error);
@@ -133,7 +137,7 @@ private:
     }
 
     const AssetSource& source_;
-    const bool quickly_;
+    const SceneNeeds needs_;
     const Progress& progress_;
 };
 
@@ -222,7 +226,7 @@ Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, cons
     }
     const auto source = asset_source(asset, ready.scene, progress);
     if (!source) return tl::unexpected(source.error());
-    PartBakery bakery(*source, needs.quickly, progress);
+    PartBakery bakery(*source, needs, progress);
     std::optional<Asset> all;
     const auto add = [&](const char* name, Need need) -> Result<void> {
         if (need == Need::none) return {};

@@ -33,6 +33,7 @@ enum class Need { none, welcome, must };
 struct SceneNeeds {
     Need full = Need::must, discrete = Need::must, lod = Need::must;  // the mesh itself, chains, progressive meshes
     Need vgi = Need::none;                                            // atlases
+    bool leaves = true;    // atlases have them; else finest samples denser than the source stand for it
     bool quickly = false;  // what is missing is baked so that it can be drawn soon; better is taken from the cache
 };
 // Bakes what is missing or stale, each part by itself. A named .lode is used as it is.

@@ -144,7 +144,8 @@ TriMesh forty_rocks() {
         for (const glm::vec3& p : rock.positions)
             all.positions.push_back(p * (0.2f + 0.01f * static_cast<float>(seed)) +
                                     glm::vec3(static_cast<float>(seed % 8), static_cast<float>(seed / 8), 0) * 2.0f);
-        for (const Triangle& t : rock.triangles) all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+        const auto vertex = [&](uint32_t wedge) { return rock.wedge_vertex[wedge] + first; };
+        for (const Triangle& t : rock.triangles) all.triangles.push_back({vertex(t[0]), vertex(t[1]), vertex(t[2])});
     }
     all.set_identity_wedges();
     return all;

@@ -243,8 +243,8 @@ private:
                                      charts_per_cluster * options_.clusters.clusters * row * row);
         return chart_sizes(quads_.surface, members, patches_, {options_.clusters.clusters, options_.cells, most});
     }
-    // Of positions above leaves: what is finer than the source is drawn from these.
-    ChartSizes sizes_above_leaves(const std::vector<std::vector<uint32_t>>& members, uint32_t cells) const {
+    // Of positions, no denser than the source asks for.
+    ChartSizes sizes_by_source(const std::vector<std::vector<uint32_t>>& members, uint32_t cells) const {
         const double density = options_.samples_per_triangle;
         return chart_sizes(
             quads_.surface, members, patches_,
@@ -366,7 +366,7 @@ private:
         malloc_trim(0);  // what the stages before have given back
         ChartSizes sizes = whole_sizes(members_);
         const uint32_t whole = sizes.cells;
-        if (options_.leaves && options_.samples_per_triangle > 0) sizes = sizes_above_leaves(members_, whole);
+        if (options_.samples_per_triangle > 0) sizes = sizes_by_source(members_, whole);
         report_.cells = sizes.cells;
         report_.coarse_charts = count - static_cast<uint32_t>(std::ranges::count(sizes.trimmed_levels, 0));
         resampler_.emplace(ResampleInput{mesh_, context_.normals, quads_.surface, patches_}, sizes.cells,

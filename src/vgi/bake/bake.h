@@ -32,10 +32,10 @@ struct AtlasOptions {
     uint32_t recentre_passes = 2;     // half passes: around corners, around centres, around corners, ...
     uint64_t error_samples = 200000;  // of all charts, either way; spread by area, and some of every chart
     bool leaves = false;              // the source's triangles below the finest samples (leaves.h)
-    // With leaves: finest samples for each triangle of the source, about, at most; `cells` is halved until that holds.
-    // What is finer than the source is drawn from leaves. 0 for as many as `cells` says. Images of attributes are only
-    // as coarse where they hold nothing but normals: with textures or materials they are as fine as without leaves,
-    // with colours twice as fine as positions.
+    // Finest samples for each triangle of the source, about, at most: `cells` is halved until that holds. With leaves
+    // samples denser than the source are of no use. 0 for as many as `cells` says. Images of attributes are only as
+    // coarse where they hold nothing but normals: with textures or materials they are as fine as `cells` says, with
+    // colours twice as fine as positions.
     double samples_per_triangle = 0;
 };
 

@@ -1,0 +1,25 @@
+#include "vgi/asset/atlas_levels.h"
+
+#include <algorithm>
+
+#include "vgi/asset/leaves.h"
+
+namespace lodestone::vgi {
+
+AtlasLevels::AtlasLevels(const Atlas& about, std::span<const float> errors, uint64_t leaf_triangles)
+    : about_(&about), leaf_triangles_(leaf_triangles) {
+    if (has_source()) errors_.push_back(static_cast<float>(leaf_rounding(about)));
+    for (const float error : errors) errors_.push_back(errors_.empty() ? error : std::max(error, errors_.back()));
+}
+
+uint32_t AtlasLevels::level_for_triangles(uint64_t triangles) const {
+    if (has_source() && leaf_triangles_ <= triangles) return 0;
+    return about_->level_for_triangles(triangles) + (has_source() ? 1 : 0);
+}
+
+uint32_t AtlasLevels::level_for_error(double error) const {
+    const auto above = std::ranges::upper_bound(errors_, error, {}, [](float e) { return static_cast<double>(e); });
+    return above == errors_.begin() ? 0 : static_cast<uint32_t>(above - errors_.begin()) - 1;
+}
+
+}  // namespace lodestone::vgi

@@ -1,0 +1,36 @@
+// The levels of an atlas as one list, finest first: the source where there are leaves, then those of samples.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "vgi/asset/atlas.h"
+
+namespace lodestone::vgi {
+
+class AtlasLevels {
+public:
+    // about: only its description is used; must outlive this. errors: of levels of samples, object units, finest first.
+    // leaf_triangles: of all leaves; 0 where there are none.
+    AtlasLevels(const Atlas& about, std::span<const float> errors, uint64_t leaf_triangles);
+
+    bool has_source() const { return leaf_triangles_ > 0; }
+    uint32_t levels() const { return static_cast<uint32_t>(errors_.size()); }  // at least 1
+    // level: below levels().
+    uint64_t triangles_at(uint32_t level) const {
+        return is_source(level) ? leaf_triangles_ : about_->triangles_at(of_samples(level));
+    }
+    float error_at(uint32_t level) const { return errors_[level]; }  // object units; never falls
+    uint32_t level_for_triangles(uint64_t triangles) const;          // the finest of at most so many; else the last
+    uint32_t level_for_error(double error) const;                    // the coarsest within it; 0 where none is
+    bool is_source(uint32_t level) const { return has_source() && level == 0; }
+    uint32_t of_samples(uint32_t level) const { return has_source() ? level - 1 : level; }  // Atlas's number of it
+
+private:
+    const Atlas* about_;
+    uint64_t leaf_triangles_;
+    std::vector<float> errors_;
+};
+
+}  // namespace lodestone::vgi

@@ -184,7 +184,7 @@ lodestone_status lodestone_asset_bounds(const lodestone_asset* asset, float cent
 lodestone_status lodestone_asset_materials(const lodestone_asset* asset, lodestone_arrays* arrays);
 // How many levels there are, 0 where the asset was baked without the backend.
 lodestone_status lodestone_asset_level_count(const lodestone_asset* asset, lodestone_backend backend, uint32_t* levels);
-// A level: 0 is full detail.
+// A level: 0 is full detail, of an atlas the source itself, or its finest samples where it was baked without leaves.
 // triangles, error: NULL where they are not asked for. error: two-sided distance to the source, object units; never
 // decreasing with the level.
 lodestone_status lodestone_asset_level(const lodestone_asset* asset, lodestone_backend backend, uint32_t level,

@@ -21,11 +21,11 @@ namespace lodestone {
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
 inline constexpr int bake_revision = 9;
 
-// With leaves, and about a sample for each triangle of the source.
+// With leaves, and samples that make no more triangles than leaves do, about.
 inline vgi::AtlasOptions as_fine_as_the_source() {
     vgi::AtlasOptions options;
     options.leaves = true;
-    options.samples_per_triangle = 1.5;
+    options.samples_per_triangle = 0.75;
     return options;
 }
 

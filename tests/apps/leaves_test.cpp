@@ -60,8 +60,8 @@ TEST_F(LeavesProgramTest, AnAtlasIsAsDenseAsItsSource) {
     const json by_default = printed("bake rock.ply --backends vgi -o rock.lode --json")["vgi"];
     EXPECT_LT(by_default["bytes"], 20000 * 40);
     const double texels = by_default["charts"].get<double>() * std::pow(by_default["resolution"].get<double>(), 2);
-    EXPECT_LE(texels, 1.5 * 20000);
-    EXPECT_GE(texels, 0.25 * 20000);
+    EXPECT_LE(texels, 0.75 * 20000);
+    EXPECT_GE(texels, 0.15 * 20000);
     EXPECT_LE(by_default["clusters"], 30);
     EXPECT_EQ(printed("bake rock.ply --backends vgi --resolution 33 -o fine.lode --json")["vgi"]["resolution"], 33);
     EXPECT_EQ(

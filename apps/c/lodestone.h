@@ -192,7 +192,8 @@ lodestone_status lodestone_asset_level(const lodestone_asset* asset, lodestone_b
 // The finest level of at most so many triangles; the coarsest where none is.
 lodestone_status lodestone_asset_level_for_triangles(const lodestone_asset* asset, lodestone_backend backend,
                                                      uint64_t triangles, uint32_t* level);
-// The coarsest level of at most this error, object units; the finest where none is.
+// The coarsest level of at most this error, object units, or the source if that has fewer triangles; the finest where
+// none is.
 lodestone_status lodestone_asset_level_for_error(const lodestone_asset* asset, lodestone_backend backend, double error,
                                                  uint32_t* level);
 // A level as a mesh, triangles in drawing order. Of an atlas, every page is decoded.

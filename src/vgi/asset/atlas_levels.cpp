@@ -19,7 +19,9 @@ uint32_t AtlasLevels::level_for_triangles(uint64_t triangles) const {
 
 uint32_t AtlasLevels::level_for_error(double error) const {
     const auto above = std::ranges::upper_bound(errors_, error, {}, [](float e) { return static_cast<double>(e); });
-    return above == errors_.begin() ? 0 : static_cast<uint32_t>(above - errors_.begin()) - 1;
+    const uint32_t level = above == errors_.begin() ? 0 : static_cast<uint32_t>(above - errors_.begin()) - 1;
+    // Samples may be denser than the source.
+    return has_source() && triangles_at(level) >= leaf_triangles_ ? 0 : level;
 }
 
 }  // namespace lodestone::vgi

@@ -1,4 +1,5 @@
-// The levels of an atlas as one list, finest first: the source where there are leaves, then those of samples.
+// The levels of an atlas as one list, finest first: the source where there are leaves, then those of samples. Errors
+// never fall, and triangles never rise from the finest samples on; samples may be denser than the source.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,8 @@ public:
     }
     float error_at(uint32_t level) const { return errors_[level]; }  // object units; never falls
     uint32_t level_for_triangles(uint64_t triangles) const;          // the finest of at most so many; else the last
-    uint32_t level_for_error(double error) const;                    // the coarsest within it; 0 where none is
+    // The coarsest within it, or the source if it has fewer triangles; 0 where none is.
+    uint32_t level_for_error(double error) const;
     bool is_source(uint32_t level) const { return has_source() && level == 0; }
     uint32_t of_samples(uint32_t level) const { return has_source() ? level - 1 : level; }  // Atlas's number of it
 

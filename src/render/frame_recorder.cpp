@@ -107,7 +107,7 @@ void FrameRecorder::upload_frame_data() {
     put(c_.slot.constants, &constants, sizeof constants);
     constexpr size_t each = sizeof(gpu::InstanceConstants);
     for (const InstanceTable::Range& range : c_.instances.stale(c_.slot.instances_version))
-        put(c_.slot.instances.buffer, &c_.instances.all()[range.first], range.count * each, range.first * each);
+        put(c_.slot.instances.buffer, c_.instances.all().data() + range.first, range.count * each, range.first * each);
     c_.slot.instances_version = c_.instances.version();
     put(c_.slot.instance_ids.buffer, p_->plan.instance_ids.data(),
         p_->plan.instance_ids.size() * sizeof p_->plan.instance_ids[0]);

@@ -9,7 +9,6 @@
 #include "lod/asset/cursor.h"
 #include "mesh/io/write.h"
 #include "vgi/asset/atlas_levels.h"
-#include "vgi/asset/leaves.h"
 
 namespace lodestone {
 
@@ -67,13 +66,12 @@ Result<int> extract_atlas(const Options& o, const Asset& asset) {
     if (!o.order.empty()) return fail(Fault::usage, "--order " + o.order + ": is for the lod backend");
     const auto atlas = asset.atlas();
     if (!atlas) return tl::unexpected(atlas.error());
-    const vgi::AtlasLevels levels(*atlas, atlas->errors, vgi::leaf_triangles(*atlas));
+    const vgi::AtlasLevels levels = vgi::levels_of(*atlas);
     const uint32_t missing = levels.has_source() ? 0 : 1;  // the source is level 0, there or not
     const auto level = chosen_level(o, levels, missing);
     if (!level) return tl::unexpected(level.error());
-    const TriMesh mesh =
-        levels.is_source(*level) ? vgi::extract_leaves(*atlas) : atlas->extract(levels.of_samples(*level));
-    return write_level(o, mesh, *level + missing, levels.levels() + missing, levels.error_at(*level));
+    return write_level(o, vgi::extract_level(*atlas, levels, *level), *level + missing, levels.levels() + missing,
+                       levels.error_at(*level));
 }
 
 Result<int> extract(const Options& o) {

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "lod/asset/cursor.h"
-#include "vgi/asset/leaves.h"
 
 namespace lodestone {
 
@@ -63,8 +62,7 @@ Result<TriMesh> extract(const Asset& asset, const std::string& backend, uint32_t
         if (!order.empty()) return fail(Fault::usage, "order " + order + ": is for the progressive mesh");
         auto atlas = asset.atlas();
         if (!atlas) return tl::unexpected(atlas.error());
-        const vgi::AtlasLevels of(*atlas, atlas->errors, vgi::leaf_triangles(*atlas));
-        return of.is_source(level) ? vgi::extract_leaves(*atlas) : atlas->extract(of.of_samples(level));
+        return vgi::extract_level(*atlas, vgi::levels_of(*atlas), level);
     }
     const ProgressiveMesh& pm = *asset.lod;
     const FaceOrder* found = order.empty() ? pm.orders.data() : pm.order_named(order);

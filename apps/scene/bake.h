@@ -40,7 +40,7 @@ struct BakeOptions {
     uint32_t quantise = 0;  // lod: bits of positions along the longest side of the mesh; 0 keeps them as they are
     vgi::AtlasOptions atlas = as_fine_as_the_source();
     double triangles_per_cluster = 1000;  // vgi: clusters are fewer, 8 at least, where a mesh has less; 0 for as above
-    double target_error = 0;  // vgi: object units; > 0: more clusters until the finest level comes under it
+    double target_error = 0;              // vgi: object units; > 0: more clusters until the finest level comes under it
     ReadOptions read;
 
     // Everything the asset's bytes depend on besides the source.

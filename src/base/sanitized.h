@@ -1,5 +1,5 @@
-// LODE_SANITIZED: 1 where address, thread or memory sanitizers are built in. They bring operators new of their own, and map
-// terabytes of addresses. GCC says so by __SANITIZE_*, clang by __has_feature.
+// LODE_SANITIZED: 1 where address, thread or memory sanitizers are built in. They bring operators new of their own, and
+// map terabytes of addresses. GCC says so by __SANITIZE_*, clang by __has_feature.
 #pragma once
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

@@ -10,8 +10,8 @@
 #include <span>
 #include <unordered_map>
 
-#include "base/structures/disjoint_sets.h"
 #include "base/random.h"
+#include "base/structures/disjoint_sets.h"
 #include "mesh/position_index.h"
 #include "mesh/topology.h"
 

@@ -82,8 +82,7 @@ TEST_F(ProgramTest, FromAMeshToLevels) {
 
 TEST_F(ProgramTest, FromAMeshToAnAtlas) {
     succeeds("generate rock --triangles 3000 --seed 2 -o rock.ply");
-    succeeds(
-        "bake rock.ply -o rock.lode --backends vgi,lod --clusters 8 --resolution 33 --report report.json");
+    succeeds("bake rock.ply -o rock.lode --backends vgi,lod --clusters 8 --resolution 33 --report report.json");
     const json vgi = json::parse(content_of(folder_ / "report.json"))["vgi"];
     for (const char* field : {"clusters", "charts", "resolution", "bytes", "flipped_triangles", "l2_stretch_rms",
                               "l2_stretch_worst", "rms_error", "max_error"}) {

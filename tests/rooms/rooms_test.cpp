@@ -48,7 +48,8 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"apps/library", {"base", "mesh", "report"}},
     {"apps/embed", {"base", "mesh", "frame", "lod", "vgi", "apps/scene", "apps/commands"}},
     {"apps/c", {"base", "mesh", "apps/embed", "apps/scene"}},
-    {"apps/python", {"base", "mesh", "frame", "vgi/asset", "render", "apps/embed", "apps/scene", "apps/drawing", "apps"}},
+    {"apps/python",
+     {"base", "mesh", "frame", "vgi/asset", "render", "apps/embed", "apps/scene", "apps/drawing", "apps"}},
     {"apps", {"base", "mesh", "frame", "lod", "vgi", "tiles", "baseline", "volume", "report", "render"}},
 };
 // Files that may include more, with the reason.

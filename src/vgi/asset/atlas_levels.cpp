@@ -24,4 +24,10 @@ uint32_t AtlasLevels::level_for_error(double error) const {
     return has_source() && triangles_at(level) >= leaf_triangles_ ? 0 : level;
 }
 
+AtlasLevels levels_of(const Atlas& whole) { return {whole, whole.errors, leaf_triangles(whole)}; }
+
+TriMesh extract_level(const Atlas& whole, const AtlasLevels& levels, uint32_t level) {
+    return levels.is_source(level) ? extract_leaves(whole) : whole.extract(levels.of_samples(level));
+}
+
 }  // namespace lodestone::vgi

@@ -35,4 +35,9 @@ private:
     std::vector<float> errors_;
 };
 
+// Of an atlas that is there whole.
+AtlasLevels levels_of(const Atlas& whole);
+// A level of it as a mesh. levels: levels_of() it; level: below levels.levels().
+TriMesh extract_level(const Atlas& whole, const AtlasLevels& levels, uint32_t level);
+
 }  // namespace lodestone::vgi

@@ -7,8 +7,8 @@
 #include <unordered_map>
 
 #include "base/check.h"
-#include "base/structures/disjoint_sets.h"
 #include "base/files/entropy_coder.h"
+#include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "vgi/asset/leaf_triangles.h"
 #include "vgi/asset/pages.h"

@@ -11,8 +11,8 @@
 #include <numeric>
 #include <set>
 
-#include "base/structures/disjoint_sets.h"
 #include "base/random.h"
+#include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "fixtures/meshes.h"
 #include "frame/screen_error.h"

@@ -8,8 +8,8 @@
 #include <glm/geometric.hpp>
 #include <map>
 
-#include "base/structures/disjoint_sets.h"
 #include "base/random.h"
+#include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "fixtures/meshes.h"
 #include "fixtures/real_data.h"

@@ -9,7 +9,7 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr double clusters_of_small = 4;     // components with a smaller share have more than that
+constexpr double clusters_of_small = 4;  // components with a smaller share have more than that
 constexpr uint32_t fewest_cells = 8;
 
 struct Component {

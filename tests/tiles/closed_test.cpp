@@ -3,6 +3,7 @@
 
 #include "fixtures/meshes.h"
 #include "fixtures/real_data.h"
+#include "mesh/repair.h"
 #include "tiles/cut_surface.h"
 #include "tiles/exact_raster.h"
 
@@ -18,10 +19,12 @@ struct Edges {
 Edges edges_of_cuts(const TiledSurface& surface, int cuts, bool without_closing = false) {
     Edges edges;
     Places places;
+    std::vector<std::vector<uint32_t>> corners;
     std::vector<std::vector<BorderEdge>> borders;
     for (const TileMesh& mesh : surface.meshes) {
         const size_t count = without_closing ? mesh.surface_triangles : mesh.triangles.size();
-        borders.push_back(border_of(corners_of(mesh, count, places), &edges.repeated));
+        corners.push_back(corners_of(mesh, count, places));
+        borders.push_back(border_of(corners.back(), &edges.repeated));
     }
     EdgeSum leaves;
     for (size_t t = 0; t < borders.size(); ++t) {
@@ -32,8 +35,13 @@ Edges edges_of_cuts(const TiledSurface& surface, int cuts, bool without_closing 
     for (int i = 0; i < cuts; ++i) {
         const std::vector<uint32_t> cut = random_cut(surface.tree, random);
         EdgeSum sum;
-        for (const uint32_t tile : cut) sum.add(borders[tile]);
-        edges.unmatched += rim.gaps(sum.left());
+        std::vector<uint32_t> shown;
+        for (const uint32_t tile : cut) {
+            sum.add(borders[tile]);
+            const std::vector<uint32_t> on_rim = rim.places_among(corners[tile]);
+            shown.insert(shown.end(), on_rim.begin(), on_rim.end());
+        }
+        edges.unmatched += rim.gaps(sum.left(), shown);
         edges.largest_step = std::max(edges.largest_step, largest_step(surface.tree, cut));
     }
     return edges;
@@ -78,6 +86,37 @@ TEST(ClosedCuts, TheRimOfAnOpenSurfaceIsLeftOpenAndGapsBesideItAreNoticed) {
     EXPECT_FALSE(leaves.left().empty());
     EXPECT_EQ(edges_of_cuts(surface, 50).unmatched, 0u);
     EXPECT_GT(edges_of_cuts(surface, 50, true).unmatched, 0u);
+}
+
+// Two sheets that touch in every second vertex of their rims: from one such place to another two ways lead along rims.
+TriMesh stitched_sheets() {
+    constexpr int cells = 16;
+    TriMesh mesh;
+    for (const float height : {0.1f, -0.1f}) {
+        const TriMesh sheet = fixtures::bumpy_grid(cells, cells);
+        const auto first = static_cast<uint32_t>(mesh.positions.size());
+        for (uint32_t i = 0; i < sheet.positions.size(); ++i) {
+            const uint32_t x = i % (cells + 1), y = i / (cells + 1);
+            const bool on_rim = x % cells == 0 || y % cells == 0;
+            glm::vec3 p = sheet.positions[i];
+            p.y = on_rim && (x + y) % 2 == 0 ? 0 : height;
+            mesh.positions.push_back(p);
+        }
+        for (const Triangle& t : sheet.triangles) {
+            const auto vertex = [&](uint32_t wedge) { return sheet.wedge_vertex[wedge] + first; };
+            mesh.triangles.push_back({vertex(t[0]), vertex(t[1]), vertex(t[2])});
+        }
+    }
+    mesh.set_identity_wedges();
+    return mesh;
+}
+
+TEST(ClosedCuts, RimsThatTouchAreLeftOpenAndGapsBesideThemAreNoticed) {
+    TriMesh mesh = stitched_sheets();
+    ASSERT_TRUE(repair(mesh));
+    const TiledSurface surface = tiled(vgi::small_atlas(mesh, 32));
+    EXPECT_EQ(edges_of_cuts(surface, 20).unmatched, 0u);
+    EXPECT_GT(edges_of_cuts(surface, 20, true).unmatched, 0u);
 }
 
 struct Pixels {

@@ -8,6 +8,7 @@
 
 #include "base/random.h"
 #include "tiles/check/closed_cuts.h"
+#include "tiles/check/rim.h"
 #include "tiles/tile_mesh.h"
 #include "tiles/tile_tree.h"
 #include "vgi/small_atlas.h"

@@ -11,6 +11,7 @@
 #include "base/threads.h"
 #include "mesh/distance/distance.h"
 #include "tiles/check/closed_cuts.h"
+#include "tiles/check/rim.h"
 #include "tiles/check/tile_content.h"
 #include "tiles/check/tileset_reader.h"
 
@@ -61,6 +62,7 @@ constexpr double inside = 1 + 1e-6;
 struct PlacedTile {
     std::vector<uint32_t> corners;  // three per triangle
     std::vector<BorderEdge> border;
+    std::vector<uint32_t> rim_places;  // of corners, those on the rim
 };
 
 class Checker {
@@ -200,6 +202,7 @@ private:
                 points_.wrong(set_.tiles[part].place + ": " + std::to_string(finest.size()) +
                               " edges of the leaves do not match, and the surface has no rim");
             const Rim rim(finest);
+            for (PlacedTile& tile : tiles) tile.rim_places = rim.places_among(tile.corners);
             for (uint32_t k = 0; k < options_.cuts; ++k) {
                 if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
                 progress_.at("random cuts", static_cast<double>(k) / options_.cuts);
@@ -212,15 +215,18 @@ private:
     }
     void judge(uint32_t part, const std::vector<uint32_t>& cut, const std::vector<PlacedTile>& tiles, const Rim& rim) {
         EdgeSum sum;
+        std::vector<uint32_t> shown;
         uint32_t finest = ~0u, coarsest = 0;
         for (const uint32_t tile : cut) {
-            sum.add(tiles[tile - part].border);
+            const PlacedTile& placed = tiles[tile - part];
+            sum.add(placed.border);
+            shown.insert(shown.end(), placed.rim_places.begin(), placed.rim_places.end());
             finest = std::min(finest, set_.tiles[tile].level);
             coarsest = std::max(coarsest, set_.tiles[tile].level);
         }
         ++check_.cuts;
         check_.largest_step = std::max(check_.largest_step, coarsest - finest);
-        const uint64_t gaps = rim.gaps(sum.left());
+        const uint64_t gaps = rim.gaps(sum.left(), shown);
         check_.unmatched_edges += gaps;
         if (gaps > 0)
             points_.wrong(set_.tiles[part].place + ": " + std::to_string(gaps) + " edges of a cut of " +

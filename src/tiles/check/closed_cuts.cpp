@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstdlib>
-#include <deque>
 
 namespace lodestone::tiles {
 
@@ -56,71 +54,6 @@ std::vector<BorderEdge> EdgeSum::left() const {
     for (const auto& [key, count] : counts_) edges.push_back({key, count});
     std::sort(edges.begin(), edges.end(), [](const BorderEdge& a, const BorderEdge& b) { return a.key < b.key; });
     return edges;
-}
-
-namespace {
-
-// Ends of an edge in the way it is run through.
-std::array<uint32_t, 2> ends(const BorderEdge& edge) {
-    const auto low = static_cast<uint32_t>(edge.key >> 32), high = static_cast<uint32_t>(edge.key);
-    return edge.count > 0 ? std::array{low, high} : std::array{high, low};
-}
-
-}  // namespace
-
-Rim::Rim(std::span<const BorderEdge> finest) {
-    for (const BorderEdge& edge : finest) {
-        const auto [from, to] = ends(edge);
-        for (int32_t i = 0; i < std::abs(edge.count); ++i) next_[from].push_back(to);
-        edges_ += static_cast<size_t>(std::abs(edge.count));
-    }
-}
-
-std::vector<uint32_t> Rim::way(uint32_t from, uint32_t to) const {
-    constexpr uint32_t most_steps = 4096;  // cells along a chart
-    std::map<uint32_t, uint32_t> before;
-    std::deque<std::array<uint32_t, 2>> open = {{from, 0}};
-    while (!open.empty()) {
-        const auto [place, steps] = open.front();
-        open.pop_front();
-        const auto next = next_.find(place);
-        if (next == next_.end() || steps == most_steps) continue;
-        for (const uint32_t there : next->second) {
-            if (!before.try_emplace(there, place).second) continue;
-            if (there != to) {
-                open.push_back({there, steps + 1});
-                continue;
-            }
-            std::vector<uint32_t> places = {to};
-            for (uint32_t at = before[to];; at = before[at]) {
-                places.push_back(at);
-                if (at == from) break;
-            }
-            std::reverse(places.begin(), places.end());
-            return places;
-        }
-    }
-    return {};
-}
-
-uint64_t Rim::gaps(std::span<const BorderEdge> left) const {
-    uint64_t gaps = 0;
-    size_t run = 0;
-    std::map<std::array<uint32_t, 2>, int> times;
-    for (const BorderEdge& edge : left) {
-        const auto [from, to] = ends(edge);
-        const std::vector<uint32_t> places = way(from, to);
-        if (places.empty()) {
-            gaps += static_cast<uint64_t>(std::abs(edge.count));
-            continue;
-        }
-        for (size_t i = 0; i + 1 < places.size(); ++i) times[{places[i], places[i + 1]}] += std::abs(edge.count);
-    }
-    for (const auto& [edge, count] : times) {
-        run += static_cast<size_t>(count);
-        if (count > 1) gaps += static_cast<uint64_t>(count - 1);
-    }
-    return gaps + (run < edges_ ? edges_ - run : 0);
 }
 
 }  // namespace lodestone::tiles

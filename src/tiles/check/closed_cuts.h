@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -22,6 +21,12 @@ struct BorderEdge {
     int32_t count = 0;
     bool operator==(const BorderEdge&) const = default;
 };
+
+// Ends of an edge in the way it is run through.
+inline std::array<uint32_t, 2> ends_of(const BorderEdge& edge) {
+    const auto low = static_cast<uint32_t>(edge.key >> 32), high = static_cast<uint32_t>(edge.key);
+    return edge.count > 0 ? std::array{low, high} : std::array{high, low};
+}
 
 // Numbers of places.
 class Places {
@@ -51,22 +56,6 @@ public:
 
 private:
     std::unordered_map<uint64_t, int32_t> counts_;
-};
-
-// Where an open surface ends: the border of its finest samples.
-class Rim {
-public:
-    explicit Rim(std::span<const BorderEdge> finest);
-    bool empty() const { return next_.empty(); }
-    // How many edges are left that are not the rim at some level: each must lead along it, and all together must run
-    // through it once. Of a closed surface every edge that is left is one.
-    uint64_t gaps(std::span<const BorderEdge> left) const;
-
-private:
-    // The shortest way along the rim, places from `from` to `to`; empty where there is none of most_steps.
-    std::vector<uint32_t> way(uint32_t from, uint32_t to) const;
-    std::map<uint32_t, std::vector<uint32_t>> next_;  // from place to place
-    size_t edges_ = 0;
 };
 
 }  // namespace lodestone::tiles

@@ -45,7 +45,7 @@ public:
 private:
     bool crowded(uint32_t edge) const { return taken_[edge] > rim_.edges()[edge].times; }
 
-    // The cheapest way: each edge is one step, and more where it is taken already.
+    // The cheapest way: each edge is one step, and more where ways were too many, the more so where it is taken.
     bool lay(Way& way) {
         struct Reached {
             uint64_t cost = 0;
@@ -71,7 +71,9 @@ private:
         }
         return false;
     }
-    uint64_t cost_of(uint32_t edge) const { return taken_[edge] < rim_.edges()[edge].times ? 1 : 1 + dearer_[edge]; }
+    uint64_t cost_of(uint32_t edge) const {
+        return 1 + dearer_[edge] * (taken_[edge] < rim_.edges()[edge].times ? 1 : 2);
+    }
     void take(Way& way, const std::unordered_map<uint32_t, uint32_t>& by) {
         for (uint32_t place = way.to; way.edges.empty() || place != way.from;) {
             const uint32_t edge = by.at(place);
@@ -102,7 +104,7 @@ private:
 
     const Rim& rim_;
     std::vector<uint32_t> taken_;   // per edge of the rim
-    std::vector<uint64_t> dearer_;  // per edge: steps that it counts for once it is taken
+    std::vector<uint64_t> dearer_;  // per edge: steps that it counts for besides its own
     std::vector<Way> ways_;
     std::vector<uint32_t> moving_;  // into ways_
 };

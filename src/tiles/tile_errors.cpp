@@ -199,7 +199,7 @@ std::vector<std::vector<Job>> jobs_by_chart(const Atlas& atlas, const TileTree& 
     for (uint32_t t = 0; t < tree.nodes.size(); ++t) {
         const TileNode& node = tree.nodes[t];
         std::vector<std::vector<uint32_t>> sides(node.squares.size());
-        for (const ClosingSide& side : closing_sides(atlas, node)) sides[side.square].push_back(side.side);
+        for (const ClosingSide& side : closing_sides(atlas, tree, t)) sides[side.square].push_back(side.side);
         for (uint32_t i = 0; i < node.squares.size(); ++i)
             jobs[node.squares[i].chart].push_back({t, i, std::move(sides[i]), {}});
     }
@@ -233,6 +233,7 @@ void drop_needless(TileTree& tree, std::vector<TileMeasure>& measures) {
     std::vector<uint32_t> now(tree.nodes.size(), no_tile);
     std::vector<char> needless(tree.nodes.size(), 0);
     TileTree kept;
+    kept.meeting = std::move(tree.meeting);
     std::vector<TileMeasure> of_kept;
     for (uint32_t t = 0; t < tree.nodes.size(); ++t) {
         TileNode& node = tree.nodes[t];

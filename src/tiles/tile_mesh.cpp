@@ -21,12 +21,13 @@ struct VertexHash {
 
 class TileMeshBuilder {
 public:
-    TileMeshBuilder(const Atlas& atlas, const TileNode& node) : atlas_(atlas), node_(node) {}
+    TileMeshBuilder(const Atlas& atlas, const TileTree& tree, uint32_t tile)
+        : atlas_(atlas), node_(tree.nodes[tile]), closing_(closing_sides(atlas, tree, tile)) {}
 
     TileMesh run() {
         for (const ChartSquare& square : node_.squares) add_square(square);
         mesh_.surface_triangles = mesh_.triangles.size();
-        for (const ClosingSide& side : closing_sides(atlas_, node_)) close(node_.squares[side.square], side.side);
+        for (const ClosingSide& side : closing_) close(node_.squares[side.square], side.side);
         return std::move(mesh_);
     }
 
@@ -107,12 +108,15 @@ private:
 
     const Atlas& atlas_;
     const TileNode& node_;
+    const std::vector<ClosingSide> closing_;
     std::unordered_map<TileVertex, uint32_t, VertexHash> on_border_;
     TileMesh mesh_;
 };
 
 }  // namespace
 
-TileMesh make_tile_mesh(const Atlas& atlas, const TileNode& node) { return TileMeshBuilder(atlas, node).run(); }
+TileMesh make_tile_mesh(const Atlas& atlas, const TileTree& tree, uint32_t tile) {
+    return TileMeshBuilder(atlas, tree, tile).run();
+}
 
 }  // namespace lodestone::tiles

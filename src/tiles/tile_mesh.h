@@ -8,7 +8,7 @@
 // which, and they do so while tiles are loading. Such triangles lie between the border of the tile and that of the
 // finest samples, so they stand out no farther than the tile's own error, and leaves have none.
 //
-// Where the surface ends nothing is closed.
+// Where the surface ends nothing is closed, but where two rims of the finest samples are one line (meeting_rims.h).
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ struct TileMesh {
 };
 
 // The triangles of a tile. Leaves are the finest samples.
-TileMesh make_tile_mesh(const vgi::Atlas& atlas, const TileNode& node);
+TileMesh make_tile_mesh(const vgi::Atlas& atlas, const TileTree& tree, uint32_t tile);
 
 // The samples of a border side that its closing triangles use: visit(a, m, b), steps along the side (sample_on_side),
 // for every triangle, from the tile's own stride down to 2. stride: of the tile's samples; cells: of the side.

@@ -24,6 +24,7 @@ public:
         std::vector<ChartSquare> all;
         for (uint32_t c = 0; c < atlas_.charts(); ++c) all.push_back({c, 0, 0, atlas_.cells_of(c)});
         add(std::move(all), atlas_.levels() - 1, no_tile);
+        tree_.meeting = MeetingRims(atlas_);
         return std::move(tree_);
     }
 
@@ -127,14 +128,18 @@ TileTree make_tile_tree(const Atlas& atlas, uint32_t most_triangles) {
     return TreeBuilder(atlas, most_triangles).run();
 }
 
-std::vector<ClosingSide> closing_sides(const Atlas& atlas, const TileNode& node) {
+std::vector<ClosingSide> closing_sides(const Atlas& atlas, const TileTree& tree, uint32_t tile) {
+    const TileNode& node = tree.nodes[tile];
     std::vector<ClosingSide> sides;
     for (uint32_t i = 0; i < node.squares.size(); ++i) {
         const ChartSquare& s = node.squares[i];
         for (uint32_t side = 0; side < 4; ++side) {
             const auto other =
                 atlas.across({s.chart, s.x / s.cells, s.y / s.cells}, side, atlas.cells_of(s.chart) / s.cells);
-            if (other.chart == ~0u) continue;
+            if (other.chart == ~0u) {
+                if (tree.meeting.on(atlas, s, side)) sides.push_back({i, side});
+                continue;
+            }
             const ChartSquare there{other.chart, other.x * s.cells, other.y * s.cells, s.cells};
             if (!std::binary_search(node.squares.begin(), node.squares.end(), there)) sides.push_back({i, side});
         }

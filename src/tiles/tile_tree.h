@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "tiles/meeting_rims.h"
 #include "vgi/asset/atlas.h"
 
 // Atlases as 3D Tiles.
@@ -41,6 +42,7 @@ struct TileNode {
 // Tiles, each before those below it, and these behind it without a gap.
 struct TileTree {
     std::vector<TileNode> nodes;  // the root first
+    MeetingRims meeting;          // of the atlas
     // Tiles of the subtree that begins at each, itself included.
     std::vector<uint32_t> subtree_sizes() const;
     // Leaves show the finest samples; children cover what their parent does, once, at a finer level, or finest.
@@ -64,9 +66,9 @@ inline constexpr uint32_t least_tile_triangles = 128, most_tile_triangles = 1u <
 // level has.
 TileTree make_tile_tree(const vgi::Atlas& atlas, uint32_t most_triangles);
 
-// Sides across which lies a square of another tile of the same level; not those inside the tile, nor where the surface
-// ends.
-std::vector<ClosingSide> closing_sides(const vgi::Atlas& atlas, const TileNode& node);
+// Sides across which lies a square of another tile of the same level, and those where the surface ends on another rim;
+// not those inside the tile, nor where the surface ends alone.
+std::vector<ClosingSide> closing_sides(const vgi::Atlas& atlas, const TileTree& tree, uint32_t tile);
 
 // The sample `step`, 0 .. square.cells, along a side of a square, counter-clockwise.
 inline std::array<uint32_t, 2> sample_on_side(const ChartSquare& square, uint32_t side, uint32_t step) {

@@ -132,7 +132,7 @@ private:
         const TileNode& node = tree_.nodes[id];
         GlbOptions glb{options_.encoding, options_.up, {}};
         for (size_t i = 0; i < atlas_.images.size(); ++i) glb.image_uris.push_back("../i/" + image_name(i, node.level));
-        TileMesh mesh = make_tile_mesh(atlas_, node);
+        TileMesh mesh = make_tile_mesh(atlas_, tree_, id);
         Written written;
         written.triangles = mesh.triangles.size();
         written.closing = mesh.triangles.size() - mesh.surface_triangles;

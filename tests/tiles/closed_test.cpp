@@ -1,6 +1,8 @@
 // Any set of tiles that covers the surface once is closed: edge by edge, and pixel by pixel.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "fixtures/meshes.h"
 #include "fixtures/real_data.h"
 #include "mesh/repair.h"
@@ -12,6 +14,8 @@ namespace {
 
 struct Edges {
     uint64_t unmatched = 0, repeated = 0;
+    // Of cuts whose rims go on to those of the finest samples: edges that are not left over as of the leaves.
+    uint64_t unlike_leaves = 0;
     uint32_t largest_step = 0;
 };
 
@@ -20,11 +24,13 @@ Edges edges_of_cuts(const TiledSurface& surface, int cuts, bool without_closing 
     Edges edges;
     Places places;
     std::vector<std::vector<uint32_t>> corners;
-    std::vector<std::vector<BorderEdge>> borders;
-    for (const TileMesh& mesh : surface.meshes) {
+    std::vector<std::vector<BorderEdge>> borders, rims;
+    for (uint32_t t = 0; t < surface.meshes.size(); ++t) {
+        const TileMesh& mesh = surface.meshes[t];
         const size_t count = without_closing ? mesh.surface_triangles : mesh.triangles.size();
         corners.push_back(corners_of(mesh, count, places));
         borders.push_back(border_of(corners.back(), &edges.repeated));
+        rims.push_back(border_of(rim_corners(surface, t, places)));
     }
     EdgeSum leaves;
     for (size_t t = 0; t < borders.size(); ++t) {
@@ -42,6 +48,9 @@ Edges edges_of_cuts(const TiledSurface& surface, int cuts, bool without_closing 
             shown.insert(shown.end(), on_rim.begin(), on_rim.end());
         }
         edges.unmatched += rim.gaps(sum.left(), shown);
+        for (const uint32_t tile : cut) sum.add(rims[tile]);
+        for (const BorderEdge& edge : leaves.left()) sum.add(std::array{BorderEdge{edge.key, -edge.count}});
+        edges.unlike_leaves += sum.left().size();
         edges.largest_step = std::max(edges.largest_step, largest_step(surface.tree, cut));
     }
     return edges;
@@ -53,6 +62,7 @@ TEST(ClosedCuts, EveryEdgeIsRunThroughOnceEachWay) {
         const TiledSurface surface = tiled(vgi::small_atlas(f.mesh, 32));
         const Edges edges = edges_of_cuts(surface, 50);
         EXPECT_EQ(edges.unmatched, 0u);
+        EXPECT_EQ(edges.unlike_leaves, 0u);
         // Small closed pieces are two charts, which lie on each other at the coarsest level.
         EXPECT_TRUE(edges.repeated == 0 || f.name == "grid with debris");
     }
@@ -115,8 +125,47 @@ TEST(ClosedCuts, RimsThatTouchAreLeftOpenAndGapsBesideThemAreNoticed) {
     TriMesh mesh = stitched_sheets();
     ASSERT_TRUE(repair(mesh));
     const TiledSurface surface = tiled(vgi::small_atlas(mesh, 32));
-    EXPECT_EQ(edges_of_cuts(surface, 20).unmatched, 0u);
-    EXPECT_GT(edges_of_cuts(surface, 20, true).unmatched, 0u);
+    const Edges closed = edges_of_cuts(surface, 20), open = edges_of_cuts(surface, 20, true);
+    EXPECT_EQ(closed.unmatched, 0u);
+    EXPECT_EQ(closed.unlike_leaves, 0u);
+    EXPECT_GT(open.unmatched, 0u);
+    EXPECT_GT(open.unlike_leaves, 0u);
+}
+
+// Two charts side by side that are not joined, though their samples are the same there.
+vgi::Atlas unjoined_charts() {
+    vgi::Atlas atlas;
+    atlas.cells = atlas.attribute_cells = 32;
+    atlas.lay_out({0, 0});
+    atlas.make_room();
+    atlas.sides.resize(8);
+    for (uint32_t chart = 0; chart < 2; ++chart) {
+        for (uint32_t y = 0; y <= 32; ++y) {
+            for (uint32_t x = 0; x <= 32; ++x) {
+                const double u = x + 32.0 * chart, height = 300 * std::sin(0.3 * y + 0.1 * u);
+                atlas.positions[atlas.texel(chart, x, y)] = {static_cast<uint16_t>(100 * u),
+                                                             static_cast<uint16_t>(100 * y),
+                                                             static_cast<uint16_t>(1000 + height)};
+            }
+        }
+    }
+    return atlas;
+}
+
+TEST(ClosedCuts, RimsThatAreOneLineAreClosed) {
+    const TiledSurface surface = tiled(unjoined_charts());
+    const Edges edges = edges_of_cuts(surface, 50);
+    EXPECT_EQ(edges.unmatched, 0u);
+    EXPECT_EQ(edges.unlike_leaves, 0u);
+    EXPECT_GE(edges.largest_step, 2u);
+    // The other rims are left open.
+    for (uint32_t tile = 0; tile < surface.tree.nodes.size(); ++tile) {
+        for (const ClosingSide& side : closing_sides(surface.atlas, surface.tree, tile)) {
+            const ChartSquare& s = surface.tree.nodes[tile].squares[side.square];
+            const auto [x, y] = sample_on_side(s, side.side, s.cells / 2);
+            EXPECT_TRUE(x == (s.chart == 0 ? 32u : 0u) || (x % 32 != 0 && y % 32 != 0)) << tile;
+        }
+    }
 }
 
 struct Pixels {
@@ -194,6 +243,7 @@ void expect_closed_thousand(const TiledSurface& surface) {
     EXPECT_GT(surface.tree.nodes.size(), 50u);
     const Edges edges = edges_of_cuts(surface, 1000);
     EXPECT_EQ(edges.unmatched, 0u);
+    EXPECT_EQ(edges.unlike_leaves, 0u);
     EXPECT_GE(edges.largest_step, 2u);
 }
 
@@ -222,6 +272,19 @@ TEST(ClosedCutsLong, AThousandOfAScanWithHoles) {
     const auto mesh = fixtures::repaired_real_mesh(scan);
     ASSERT_TRUE(mesh);
     expect_closed_thousand(tiled(vgi::small_atlas(*mesh, 64, 40), 512));
+}
+// Edges of three triangles and more, components that touch, pieces side by side.
+TEST(ClosedCutsLong, FiftyOfMeshesWhoseRimsTouch) {
+    for (const char* name : {"nasty/bun_zipper_res3.ply", "nasty/pig.stl", "nasty/brain.ply", "nasty/truck.obj",
+                             "nasty/featuretype.STL", "large/terrain_tileset_leaves.ply"}) {
+        SCOPED_TRACE(name);
+        if (!fixtures::real_data(name)) GTEST_SKIP() << fixtures::missing_data_note(name);
+        const auto mesh = fixtures::repaired_real_mesh(name);
+        ASSERT_TRUE(mesh);
+        const Edges edges = edges_of_cuts(tiled(vgi::small_atlas(*mesh, 64, 40), 512), 50);
+        EXPECT_EQ(edges.unmatched, 0u);
+        EXPECT_EQ(edges.unlike_leaves, 0u);
+    }
 }
 
 }  // namespace

@@ -104,7 +104,7 @@ TEST_F(TilesetTest, PassesItsChecksInEveryEncoding) {
 TEST_F(TilesetTest, EncodingsHoldTheSameTriangles) {
     const TileTree tree = make_tile_tree(rock(), 256);
     for (const uint32_t tile : {0u, 1u, static_cast<uint32_t>(tree.nodes.size() - 1)}) {
-        const TileMesh mesh = make_tile_mesh(rock(), tree.nodes[tile]);
+        const TileMesh mesh = make_tile_mesh(rock(), tree, tile);
         Places places;
         auto wanted = border_of(corners_of(mesh, mesh.surface_triangles, places));
         fs::create_directories(folder_);
@@ -253,7 +253,7 @@ TEST_F(TilesetTest, ATileOnALatticeOfItsOwnIsFound) {
     vgi::Atlas other = rock();
     other.step *= 1 + 1e-12;
     const TileTree tree = make_tile_tree(other, 256);
-    const auto bytes = encode_glb(other, make_tile_mesh(other, tree.nodes[1]), {});
+    const auto bytes = encode_glb(other, make_tile_mesh(other, tree, 1), {});
     std::ofstream(path / "t/1.glb", std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     EXPECT_THAT(faults(checked(path)), HasSubstr("matrix"));
@@ -275,7 +275,7 @@ TEST(TileTree, ShowsAllChartsFirstAndThenPartsOfAboutTheSizeAskedFor) {
         }
         EXPECT_EQ(leaves, atlas.triangles_at(0));
         EXPECT_EQ(tree.nodes.size() == 1, triangles >= atlas.triangles_at(0));
-        EXPECT_TRUE(closing_sides(atlas, tree.nodes[0]).empty());
+        EXPECT_TRUE(closing_sides(atlas, tree, 0).empty());
     }
 }
 
@@ -284,12 +284,12 @@ TEST(TileErrors, FallFromParentToChildAndBoxesHoldEverySample) {
     TileTree tree = make_tile_tree(atlas, 128);
     const auto measures = measure_tiles(atlas, tree, {});
     ASSERT_TRUE(measures);
-    for (size_t t = 0; t < tree.nodes.size(); ++t) {
+    for (uint32_t t = 0; t < tree.nodes.size(); ++t) {
         const TileMeasure& m = (*measures)[t];
         for (const uint32_t child : tree.nodes[t].children) EXPECT_LT((*measures)[child].error, m.error);
         EXPECT_EQ(tree.nodes[t].children.empty(), m.error == 0);
         EXPECT_GT(m.source_error, 0);
-        for (const TileVertex& v : make_tile_mesh(atlas, tree.nodes[t]).vertices) {
+        for (const TileVertex& v : make_tile_mesh(atlas, tree, t).vertices) {
             for (size_t k = 0; k < 3; ++k) {
                 EXPECT_GE(v.position[k], m.box.low[k]);
                 EXPECT_LE(v.position[k], m.box.high[k]);

@@ -65,6 +65,27 @@ TEST(Surface, HalvesLongEdgesAndMakesFourOfALoneTriangle) {
     EXPECT_TRUE(CellComplex(lone).validate());
 }
 
+TEST(Surface, LeavesNeedlesLong) {
+    const TriMesh needles = fixtures::drum(2000, 20000);
+    SurfaceChanges changes;
+    const Surface surface = surface_of(needles, 0.5, &changes);
+    ASSERT_TRUE(surface.validate());
+    EXPECT_GT(changes.long_edges, 4000u) << "the longest are halved";
+    EXPECT_LT(surface.triangles.size(), 4 * needles.triangle_count() + 10000);
+}
+
+// A vertex of more triangles than some bound was once a wall that no cluster grew across.
+TEST(Clusters, GrowAcrossVerticesOfManyTriangles) {
+    for (const int around : {30, 100, 700}) {
+        const Surface surface = surface_of(fixtures::drum(around, 3));
+        ClusterOptions options;
+        options.clusters = 8;
+        const auto clusters = make_clusters(surface, options);
+        ASSERT_TRUE(clusters);
+        EXPECT_LE(clusters->count, 24u) << around;
+    }
+}
+
 TEST(CellComplex, KeepsItsInvariantThroughEveryMerge) {
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         if (f.mesh.triangle_count() > 800) continue;

@@ -221,56 +221,46 @@ uint32_t CellComplex::degree(uint32_t vertex) const {
     return n;
 }
 
-// A list of cells, of no more than so many.
-template <size_t most>
-struct CellComplex::FewCells {
-    std::array<uint32_t, most> cells;
-    size_t count = 0;
-
-    // False where it is full.
-    bool add(uint32_t cell) {
-        if (count == most) return false;
-        cells[count++] = cell;
-        return true;
-    }
-    std::span<uint32_t> all() { return {cells.data(), count}; }
-};
-
 bool CellComplex::may_merge(uint32_t edge) {
     const uint32_t h = edge * 2, g = h + 1, a = cell_[h], b = cell_[g];
     if (a == b || a >= triangle_cells_ || b >= triangle_cells_) return false;
-    FewCells<64> at_ends;
-    if (!ends_allow_merge(edge, at_ends)) return false;
+    if (++query_ == 0) {  // once in four billion times all marks are old
+        std::ranges::fill(at_ends_, 0u);
+        std::ranges::fill(touching_, 0u);
+        query_ = 1;
+    }
+    at_ends_.resize(first_.size(), 0);
+    touching_.resize(first_.size(), 0);
+    if (!ends_allow_merge(edge)) return false;
     const uint32_t lost = 2u + (degree(origin_[h]) == 3) + (degree(origin_[g]) == 3);
     if (sides_[a] + sides_[b] < lost + 3) return false;
-    return touch_nowhere_else(edge, at_ends.all());
+    return touch_nowhere_else(edge);
 }
 
 // Cells at the edge's ends other than its two: some at either, none at both, none left with fewer than three sides.
-// They are added to at_ends.
-bool CellComplex::ends_allow_merge(uint32_t edge, FewCells<64>& at_ends) const {
+// They are marked in at_ends_.
+bool CellComplex::ends_allow_merge(uint32_t edge) {
     const uint32_t h = edge * 2, g = h + 1, a = cell_[h], b = cell_[g];
     bool good = true;
     for (const uint32_t end : {origin_[h], origin_[g]}) {
-        const std::span<const uint32_t> at_other = at_ends.all();
-        uint32_t met = 0;
+        uint32_t met = 0, other = none;
         around(end, [&](uint32_t out) {
             const uint32_t c = cell_[out];
             ++met;
             if (c == a || c == b) return;
-            if (std::ranges::find(at_other, c) != at_other.end() || !at_ends.add(c)) good = false;
+            good = good && at_ends_[c] != query_;
+            at_ends_[c] = query_;
+            other = c;
         });
-        if (!good || at_ends.count == at_other.size()) return false;
-        if (met == 3 && sides_[at_ends.cells[at_ends.count - 1]] <= 3) return false;
+        if (!good || other == none || (met == 3 && sides_[other] <= 3)) return false;
     }
     return true;
 }
 
 // Whether the edge's two cells touch in nothing but the edge, and no third cell but those at its ends touches both.
-bool CellComplex::touch_nowhere_else(uint32_t edge, std::span<const uint32_t> at_ends) const {
+bool CellComplex::touch_nowhere_else(uint32_t edge) {
     const uint32_t h = edge * 2, g = h + 1, a = cell_[h], b = cell_[g];
     const uint32_t p = origin_[h], q = origin_[g];
-    FewCells<1024> touching;  // a
     bool good = true;
     for (uint32_t i = next_[h]; i != h && good; i = next_[i]) {
         const uint32_t v = origin_[i];
@@ -278,20 +268,16 @@ bool CellComplex::touch_nowhere_else(uint32_t edge, std::span<const uint32_t> at
         around(v, [&](uint32_t out) {
             const uint32_t c = cell_[out];
             if (c == b) good = false;
-            if (c != a && !touching.add(c)) good = false;
+            touching_[c] = query_;
         });
     }
-    if (!good) return false;
-    std::ranges::sort(touching.all());
     for (uint32_t i = next_[g]; i != g && good; i = next_[i]) {
         const uint32_t v = origin_[i];
         if (v == p) continue;
         around(v, [&](uint32_t out) {
             const uint32_t c = cell_[out];
             if (c == b || !good) return;
-            if (c == a) good = false;
-            if (std::ranges::binary_search(touching.all(), c) && std::ranges::find(at_ends, c) == at_ends.end())
-                good = false;
+            good = c != a && (touching_[c] != query_ || at_ends_[c] == query_);
         });
     }
     return good;

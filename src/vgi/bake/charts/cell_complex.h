@@ -102,10 +102,8 @@ private:
     void close_boundary();
     uint32_t degree(uint32_t vertex) const;
     std::vector<std::vector<uint32_t>> join_edges(std::span<const CellPart> parts, const FeatureLines& features);
-    template <size_t most>
-    struct FewCells;
-    bool ends_allow_merge(uint32_t edge, FewCells<64>& at_ends) const;
-    bool touch_nowhere_else(uint32_t edge, std::span<const uint32_t> at_ends) const;
+    bool ends_allow_merge(uint32_t edge);
+    bool touch_nowhere_else(uint32_t edge);
 
     uint32_t triangle_cells_ = 0;
     std::vector<uint32_t> next_, prev_, origin_, cell_;  // per half-edge
@@ -114,7 +112,10 @@ private:
     std::vector<uint32_t> first_, sides_;                // per cell
     std::vector<double> perimeter_;
     std::vector<CellMoments> moments_;
-    std::vector<uint32_t> out_;             // per vertex: some half-edge out of it, none where no corner is left
+    std::vector<uint32_t> out_;  // per vertex: some half-edge out of it, none where no corner is left
+    // Of may_merge(): per cell, the last query in which it was found at the edge's ends, and touching the first cell.
+    std::vector<uint32_t> at_ends_, touching_;
+    uint32_t query_ = 0;
     mutable std::vector<uint32_t> parent_;  // per triangle cell: the one it was merged into
 };
 

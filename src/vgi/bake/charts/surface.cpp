@@ -86,6 +86,11 @@ ChartMesh whole_patch(const TriMesh& mesh) {
     return whole;
 }
 
+// A mesh of needles has little area for the length of its edges: all that are longer than the area asks for would take
+// hundreds of halvings each. So no more are made than this; what is longest then stays as long.
+constexpr uint32_t most_halvings_of_each = 1;  // per triangle given
+constexpr uint32_t halvings_of_any = 4096;     // however few are given
+
 // The longest first; halves go back to the heap.
 uint32_t split_long_edges(ChartMesh& whole, double longest) {
     struct Edge {
@@ -105,8 +110,9 @@ uint32_t split_long_edges(ChartMesh& whole, double longest) {
     for (uint32_t h = 0; h < whole.twin.size(); ++h) {
         if (whole.twin[h] == none || whole.twin[h] > h) push(h);
     }
+    const uint64_t most = most_halvings_of_each * uint64_t{whole.triangles.size()} + halvings_of_any;
     uint32_t count = 0;
-    while (!heap.empty()) {
+    while (!heap.empty() && count < most) {
         const Edge edge = heap.top();
         heap.pop();
         const uint32_t h = edge.half_edge, g = whole.twin[h];

@@ -85,7 +85,8 @@ struct SurfaceChanges {
 };
 
 // A mesh that repair() has made an oriented manifold. longest: edges above are halved, the longest first, so that what
-// is cut out can have the size wanted (object units; 0 for none).
+// is cut out can have the size wanted (object units; 0 for none); of a mesh of needles only the longest are, so that
+// the surface stays within a few times the triangles given.
 Surface surface_of(const TriMesh& mesh, double longest = 0, SurfaceChanges* changes = nullptr);
 
 // Twice the vector area of a triangle: normal times twice its area.

@@ -44,6 +44,7 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
 // clusters as small as the topology asks for are what they are, and have samples to spare.
 constexpr double close_samples = 0.25;
 constexpr size_t charts_at_once = 64;
+constexpr uint32_t rounds_of_faults = 5;  // after most_rounds, while charts cannot be made at all
 constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
 
 // A hash of everything that stages depend on besides the mesh: stages of other options have other names. A field that
@@ -109,12 +110,13 @@ public:
         if (auto done = cluster(surface, density, std::move(kept)); !done) return done;
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         rounds_.begin(report_.clusters);
-        last_ = rounds_.is_last();
         auto straight = load_or_make<StraightQuads>(
             work_, stage("quads"), read_quads, [&] { return make_quads(std::move(surface)); },
             [](const StraightQuads& made, ChunkWriter& writer) { return write_checkpoint(made, writer); });
         if (!straight) return tl::unexpected(straight.error());
         quads_ = std::move(straight->quads);
+        rounds_.cut(quads_.surface.triangles.size());
+        last_ = rounds_.is_last();
         report_.not_recentred = straight->not_recentred;
         report_.uniform_clusters = quads_.uniform_clusters;
         for (const uint32_t c : quads_.failed) {
@@ -613,8 +615,8 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         if (auto done = round.run(std::move(surface), density, std::move(kept)); !done)
             return tl::unexpected(done.error());
         const std::vector<bool>& bad = round.quality().bad;
-        // What is stretched is taken in the end, what could not be made never is.
-        if (report.rounds >= options.most_rounds && !round.fault().empty())
+        // What is stretched is taken in the end, what could not be made never is: that has some rounds more.
+        if (report.rounds >= options.most_rounds + rounds_of_faults && !round.fault().empty())
             return fail(Fault::invariant, round.fault());
         if ((round.is_last() && round.fault().empty()) || std::ranges::find(bad, true) == bad.end()) {
             auto atlas = round.take();

@@ -48,6 +48,29 @@ TEST(Quadrangulate, MakesFourSidedDisksThatCoverTheSurface) {
     }
 }
 
+// A lid whose every edge is a border, as between small parts of machines: rays to each cross what others cut.
+TEST(Quadrangulate, HalvesClustersOfManySides) {
+    constexpr uint32_t around = 200;
+    const Surface surface = surface_of(fixtures::drum(around, 3));
+    Clusters clusters;
+    clusters.count = 2 + around;
+    for (const SurfaceTriangle& t : surface.triangles) {
+        const auto& v = t.vertices;
+        const bool lower = std::ranges::find(v, 0u) != v.end(), upper = std::ranges::find(v, 1u) != v.end();
+        clusters.label.push_back(lower ? 0 : upper ? 1 : 2 + t.source / 4);
+    }
+    const auto quads = quadrangulate(surface, clusters);
+    ASSERT_TRUE(quads) << quads.error().message;
+    ASSERT_TRUE(quads->failed.empty()) << quads->fault;
+    ASSERT_TRUE(quads->surface.validate());
+    EXPECT_NEAR(quads->surface.area(), surface.area(), 1e-9 * surface.area());
+    EXPECT_LT(quads->surface.triangles.size(), 60 * surface.triangles.size()) << "it was 1000 times";
+    for (const auto& quad : quads->quads) EXPECT_LT(quad.cluster, clusters.count);
+    const auto patches = trace_charts(quads->surface, quads->surface.twins(), quads->label,
+                                      static_cast<uint32_t>(quads->quads.size()), quads->corners());
+    EXPECT_TRUE(patches) << patches.error().message;
+}
+
 // Length of borders that end on the surface's boundary.
 double borders_inwards(const Quads& quads) {
     const auto twin = quads.surface.twins();

@@ -49,6 +49,22 @@ TEST(Refinement, EndAtTheLastAndWhereClustersAreTooMany) {
     EXPECT_EQ(of_many_parts.bound(), 3);
 }
 
+TEST(Refinement, EndsWhereCutsMakeTooMuch) {
+    Refinement needles(100, 3, 20000, 7);
+    needles.begin(100);
+    needles.cut(1900000);
+    EXPECT_FALSE(needles.is_last());
+    needles.begin(200);
+    needles.cut(1900000);
+    EXPECT_TRUE(needles.is_last());
+    Refinement scan(100, 3, 10'000'000, 7);
+    for (int round = 0; round < 6; ++round) {
+        scan.begin(200);
+        scan.cut(14'000'000);
+        EXPECT_FALSE(scan.is_last()) << round;
+    }
+}
+
 TEST(Refinement, OnlyTheHopelessGoOnWhereClustersAreTooMany) {
     for (const size_t triangles : {size_t{1000}, size_t{10'000'000}}) {
         Refinement rounds(100, 3, triangles, 7);

@@ -30,6 +30,9 @@ constexpr double hopeless = 10, added_then = 0.125;
 constexpr uint32_t most_full = 2;
 // Of clusters that are wanted where bad ones are cut finer about so many times fewer come about.
 constexpr double seldom_made = 2;
+// Cuts make a few triangles of each that is given, but hundreds of a needle. Rounds end when all of them have made so many
+// of each triangle of the source, and so many at all.
+constexpr size_t most_cut_of_each = 64, most_cut_of_any = 2000000;
 
 }  // namespace
 
@@ -51,7 +54,12 @@ void Refinement::begin(uint32_t clusters) {
     if (clusters >= most_clusters_ && full_++ == 0) cost_ = std::numeric_limits<double>::infinity();
 }
 
-bool Refinement::is_last() const { return rounds_ >= most_rounds_ || full_ > most_full; }
+void Refinement::cut(size_t triangles) { cut_triangles_ += triangles; }
+
+bool Refinement::is_last() const {
+    return rounds_ >= most_rounds_ || full_ > most_full ||
+           cut_triangles_ > std::max(most_cut_of_any, most_cut_of_each * triangles_);
+}
 
 double Refinement::bound() const { return full_ > 0 ? hopeless * bound_ : bound_; }
 

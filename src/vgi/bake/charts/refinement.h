@@ -26,6 +26,8 @@ public:
 
     // A round with so many clusters begins.
     void begin(uint32_t clusters);
+    // Told how many triangles the surface has once it is cut into quads.
+    void cut(size_t triangles);
     // Whether it is the last: what is stretched in it is taken as it is.
     bool is_last() const;
     // Beyond which stretch a chart is bad: what was asked for, or, once clusters are as many as there may be, far more.
@@ -44,7 +46,7 @@ private:
     const uint32_t most_rounds_;
     uint32_t rounds_ = 0, clusters_ = 0, most_clusters_ = 0, full_ = 0;  // full: rounds with as many as there may be
     double cost_ = std::numeric_limits<double>::infinity();
-    size_t in_vain_ = 0;
+    size_t in_vain_ = 0, cut_triangles_ = 0;
 };
 
 }  // namespace lodestone::vgi

@@ -1,0 +1,109 @@
+// A cluster taken out, flattened onto a disk and cut along straight lines, so that its parts are disks whatever it
+// looks like.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <glm/vec2.hpp>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include "base/threads.h"
+#include "vgi/bake/charts/chart_mesh.h"
+#include "vgi/bake/charts/surface.h"
+
+namespace lodestone::vgi {
+
+// One cut, by run() or by halve().
+class ClusterCut {
+public:
+    ClusterCut(const Surface& surface, std::span<const uint32_t> triangles);
+
+    ChartMesh patch;
+    std::vector<uint32_t>
+        quad;                // per triangle of the patch: its part, as Outline::begins has them; or its half, 0 or 1
+    uint32_t centre = none;  // of the patch: where the cuts come from
+    bool uniform = false;    // flattened with equal weights, because the better ones could not be solved
+
+    // What it is to be cut into; vertices of the surface, all but a given centre in order around it.
+    struct Outline {
+        std::vector<uint32_t> corners;  // of the whole
+        std::vector<uint32_t> begins;   // per quad, a corner of its own
+        std::vector<uint32_t> middles;  // that rays go to: between two quads
+        uint32_t centre = none;         // where they come from, on the boundary; none: one is chosen inside
+    };
+    // Into quads, by rays. Empty where all went well, else what is wrong with the cluster.
+    std::string run(const Outline& outline);
+    // Into two, by a straight line from a corner to another: positions in `corners`, which are vertices of the surface
+    // in order around it. The half that begins at the first corner is 0.
+    std::string halve(std::span<const uint32_t> corners, size_t first, size_t second);
+
+private:
+    // Where the vertices of the boundary go: loop[i] to turn[i] of a whole turn, 0 .. 1.
+    struct Turns {
+        std::vector<uint32_t> loop;  // from the first corner
+        std::vector<double> turn;
+        std::vector<double> begin_of_side;
+    };
+
+    std::vector<uint32_t> numbered(std::span<const uint32_t> vertices) const;  // vertices of the surface, on the patch
+    // Every side takes an equal part and a part by its length, and so does every edge of it.
+    Turns turns_of(const std::vector<uint32_t>& corner) const;
+    // Onto the unit circle. If the centre is on the boundary (half), the last two sides, either side of the centre,
+    // make the flat half of a half-disk.
+    bool flatten(const std::vector<uint32_t>& corner, bool half);
+    void choose_centre();
+    // A half-edge out of a vertex; on the boundary, the first of the edges from there.
+    uint32_t edge_out_of(uint32_t vertex) const;
+    // Around a vertex, from the half-edge `out` of it: the half-edge that goes to the target; else that of the triangle
+    // in whose angle the target lies; none where there is neither.
+    uint32_t edge_towards(uint32_t target, uint32_t vertex, uint32_t out) const;
+    // From a vertex across the triangle of its half-edge `out` towards the goal: to a corner of it, or to a new vertex
+    // on the edge across. `out` becomes a half-edge of the vertex it goes to; none where a ray or the boundary is met.
+    uint32_t step_across(uint32_t vertex, const glm::dvec2& goal, uint32_t& out);
+    // From the centre to a vertex on the boundary, splitting every edge on the way.
+    bool cut_ray(uint32_t target, std::vector<uint32_t>& path);
+    // Quads between the rays: what is reached from the edge after its own corner without crossing one.
+    bool divide(const std::vector<uint32_t>& begin, const std::vector<std::vector<uint32_t>>& rays);
+    void add_walls(const std::vector<uint32_t>& path);
+    bool wall(uint32_t a, uint32_t b) const { return walls_.contains({std::min(a, b), std::max(a, b)}); }
+
+    struct PairHash {
+        size_t operator()(const std::pair<uint32_t, uint32_t>& p) const {
+            return std::hash<uint64_t>()(uint64_t{p.first} << 32 | p.second);
+        }
+    };
+    std::unordered_set<std::pair<uint32_t, uint32_t>, PairHash> walls_;
+    std::unordered_map<uint32_t, uint32_t> number_;  // vertex of the patch, by vertex of the surface
+    std::vector<bool> used_;                         // vertices of the boundary and of rays
+};
+
+// Puts a cut patch back: vertices it made are added to the surface, its triangles to `triangles`, and the quad of each,
+// quads[side it begins at], to `label`. Returns the centre's number on the surface.
+uint32_t put_back(const ClusterCut& cut, std::span<const uint32_t> quads, Surface& surface,
+                  std::vector<SurfaceTriangle>& triangles, std::vector<uint32_t>& label);
+
+// A few at a time, for memory's sake: work(i) side by side, then put(i) in order, whatever thread was first.
+// members: triangles of each.
+template <class Work, class Put>
+void in_batches(const std::vector<std::vector<uint32_t>>& members, Work&& work, Put&& put) {
+    constexpr size_t most_triangles = 400000;
+    for (size_t begin = 0, end = 0; begin < members.size(); begin = end) {
+        size_t triangles = 0;
+        do {
+            triangles += members[end].size();
+            ++end;
+        } while (end < members.size() && triangles + members[end].size() <= most_triangles);
+        parallel_for(end - begin, 1, [&](size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i) work(begin + i);
+        });
+        for (size_t i = begin; i < end; ++i) put(i);
+    }
+}
+
+}  // namespace lodestone::vgi

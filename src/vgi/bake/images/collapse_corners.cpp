@@ -28,6 +28,12 @@ constexpr double rounding = 1e-6;  // what float arithmetic may lose, as a share
 // Collapses that turn a triangle over or pinch the surface come after all others.
 constexpr double turned_over = 1;  // extents
 
+// A corner with more faces than this is a hub, as the tip of a fan of needles is. It may move onto its nearest
+// neighbours alone, and points are measured to the faces that move: else a hub of n faces took the cube of n steps.
+constexpr size_t most_faces = 32, nearest_of_hub = 8;
+// Points of a face that what to do next is chosen by.
+constexpr size_t most_few = 32;
+
 // Points of a chart that errors are measured at: a grid of so many cells a side; fewer where there are many charts.
 uint32_t measured_cells(const Atlas& atlas, uint32_t chart) {
     const uint32_t most = atlas.charts() <= 2000 ? 8 : atlas.charts() <= 20000 ? 4 : 2;
@@ -101,28 +107,35 @@ private:
         return all;
     }
 
-    // Faces near a corner once it lies on another: those that moved, then those that were around the other.
-    void place_faces(uint32_t corner, uint32_t onto) {
+    // Faces near a corner once it lies on another: those that moved, then, if wanted, those that were around the other.
+    void place_faces(uint32_t corner, uint32_t onto, bool with_others) {
         after_.clear();
         for (const uint32_t f : mesh_.around[corner]) {
             Face moved = mesh_.faces[f];
             std::ranges::replace(moved, corner, onto);
             if (!is_flat(moved)) after_.push_back({f, moved});
         }
+        if (!with_others) return;
         for (const uint32_t f : mesh_.around[onto]) {
             if (!has(mesh_.faces[f], corner)) after_.push_back({f, mesh_.faces[f]});
         }
+    }
+    double squared_off(const glm::dvec3& point, const Face& face) const {
+        const glm::dvec3 off = closest_on_triangle(point, at(face[0]), at(face[1]), at(face[2])) - point;
+        return glm::dot(off, off);
     }
     // The squared distance of a point to these, and the nearest; to the corner where there are none.
     std::pair<double, size_t> nearest(const glm::dvec3& point, uint32_t onto) const {
         std::pair<double, size_t> best{infinite, 0};
         for (size_t i = 0; i < after_.size(); ++i) {
-            const Face& face = after_[i].second;
-            const glm::dvec3 off = closest_on_triangle(point, at(face[0]), at(face[1]), at(face[2])) - point;
-            if (const double squared = glm::dot(off, off); squared < best.first) best = {squared, i};
+            if (const double squared = squared_off(point, after_[i].second); squared < best.first) best = {squared, i};
         }
         if (after_.empty()) best.first = glm::dot(point - at(onto), point - at(onto));
         return best;
+    }
+    bool meet(uint32_t a, uint32_t b) const {
+        if (mesh_.around[b].size() < mesh_.around[a].size()) std::swap(a, b);
+        return a != b && std::ranges::any_of(mesh_.around[a], [&](uint32_t f) { return has(mesh_.faces[f], b); });
     }
     bool spoils(uint32_t corner, uint32_t onto) const {
         for (const uint32_t f : mesh_.around[corner]) {
@@ -132,10 +145,43 @@ private:
             if (!is_flat(moved) && glm::dot(before, area_vector(at(moved[0]), at(moved[1]), at(moved[2]))) <= 0)
                 return true;
         }
-        const std::vector<uint32_t> mine = neighbours(corner), its = neighbours(onto);
-        std::vector<uint32_t> both;
-        std::ranges::set_intersection(mine, its, std::back_inserter(both));
-        return both.size() > 2;
+        const bool less = mesh_.around[corner].size() < mesh_.around[onto].size();
+        const uint32_t few = less ? corner : onto, many = less ? onto : corner;
+        return std::ranges::count_if(neighbours(few), [&](uint32_t other) { return meet(other, many); }) > 2;
+    }
+
+    bool is_hub(uint32_t corner) const { return mesh_.around[corner].size() > most_faces; }
+
+    // Neighbours that a corner may be moved onto, in rising order.
+    std::vector<uint32_t> goals(uint32_t corner) const {
+        std::vector<uint32_t> all = neighbours(corner);
+        const uint32_t height = height_[place_of(corner)] + 1;
+        std::erase_if(all,
+                      [&](uint32_t onto) { return std::max(height_[place_of(onto)], height) > most_corner_depth; });
+        if (!is_hub(corner) || all.size() <= nearest_of_hub) return all;
+        const auto off = [&](uint32_t onto) { return std::pair(glm::distance(at(corner), at(onto)), onto); };
+        std::ranges::nth_element(all, all.begin() + nearest_of_hub, {}, off);
+        all.resize(nearest_of_hub);
+        std::ranges::sort(all);
+        return all;
+    }
+
+    // The largest squared distance of the few points around a corner to the surface once it lies on another; where that
+    // is `enough` or more, at least so much.
+    double worst_off(uint32_t corner, uint32_t onto, double enough) {
+        double worst = spoils(corner, onto) ? turned_over * mesh_.extent * mesh_.extent : 0;
+        const bool hub = is_hub(corner) || is_hub(onto);
+        place_faces(corner, onto, !hub);
+        for (const uint32_t f : mesh_.around[corner]) {
+            Face moved = mesh_.faces[f];
+            std::ranges::replace(moved, corner, onto);
+            for (const glm::dvec3& point : mesh_.points[f].few) {
+                if (worst >= enough) return worst;
+                worst =
+                    std::max(worst, hub && !is_flat(moved) ? squared_off(point, moved) : nearest(point, onto).first);
+            }
+        }
+        return worst;
     }
 
     // Looks for the neighbour that a corner is best moved onto.
@@ -144,16 +190,8 @@ private:
         ++stamp_[place];
         double least = infinite;
         uint32_t best = corner;
-        for (const uint32_t onto : neighbours(corner)) {
-            if (std::max(height_[place_of(onto)], height_[place] + 1) > most_corner_depth) continue;
-            place_faces(corner, onto);
-            double worst = spoils(corner, onto) ? turned_over * mesh_.extent * mesh_.extent : 0;
-            for (const uint32_t f : mesh_.around[corner]) {
-                for (const glm::dvec3& point : mesh_.points[f].few) {
-                    if (worst < least) worst = std::max(worst, nearest(point, onto).first);
-                }
-            }
-            if (worst < least) {
+        for (const uint32_t onto : goals(corner)) {
+            if (const double worst = worst_off(corner, onto, least); worst < least) {
                 least = worst;
                 best = onto;
             }
@@ -166,7 +204,7 @@ private:
         Fate& fate = mesh_.fates[corner];
         fate.parent = onto;
         for (const uint32_t other : changed) fate.radius = std::max(fate.radius, glm::distance(at(corner), at(other)));
-        place_faces(corner, onto);
+        place_faces(corner, onto, true);
         std::vector<Points> given(after_.size());
         double squared = 0;
         for (const uint32_t f : mesh_.around[corner]) {
@@ -187,6 +225,14 @@ private:
         for (const uint32_t other : changed) consider(other);
     }
 
+    // Every other goes, until there are few.
+    static void thin_out(std::vector<glm::dvec3>& points) {
+        while (points.size() > most_few) {
+            for (size_t i = 0; 2 * i < points.size(); ++i) points[i] = points[2 * i];
+            points.resize((points.size() + 1) / 2);
+        }
+    }
+
     void put_faces(uint32_t corner, uint32_t onto, std::vector<Points>& given) {
         for (const uint32_t f : mesh_.around[corner]) {
             const Face face = mesh_.faces[f];
@@ -201,6 +247,7 @@ private:
             mesh_.faces[f] = face;
             Points& points = mesh_.points[f];
             points.few.insert(points.few.end(), given[i].few.begin(), given[i].few.end());
+            thin_out(points.few);
             points.many.insert(points.many.end(), given[i].many.begin(), given[i].many.end());
         }
         mesh_.around[corner].clear();

@@ -48,5 +48,30 @@ INSTANTIATE_TEST_SUITE_P(Scans, RealAtlas,
                                          "nasty/boeing.off", "gltf/DamagedHelmet/DamagedHelmet.glb"),
                          [](const auto& test) { return fixtures::test_name_of(test.param); });
 
+// Parts of machines, with fans of needles around vertices of hundreds of triangles: they were baked for minutes, in
+// thousands of clusters.
+class MachinePart : public testing::TestWithParam<const char*> {};
+
+TEST_P(MachinePart, TakesNoMoreClustersThanItsShapeAsksFor) {
+    if (!fixtures::real_data(GetParam())) GTEST_SKIP() << fixtures::missing_data_note(GetParam());
+    const auto mesh = fixtures::repaired_real_mesh(GetParam());
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    AtlasOptions options;
+    options.clusters.clusters = 20;
+    options.cells = 16;
+    options.error_samples = 5000;
+    options.most_rounds = 1;
+    AtlasReport report;
+    const auto atlas = make_atlas(*mesh, options, report);
+    ASSERT_TRUE(atlas) << atlas.error().message;
+    EXPECT_TRUE(atlas->validate());
+    EXPECT_LE(report.rounds, 3u);
+    EXPECT_LT(report.clusters, mesh->triangle_count() / 20);
+}
+
+INSTANTIATE_TEST_SUITE_P(Nasty, MachinePart,
+                         testing::Values("nasty/112932.stl", "nasty/Generic_Twin_7081.1.t0_left.obj"),
+                         [](const auto& test) { return fixtures::test_name_of(test.param); });
+
 }  // namespace
 }  // namespace lodestone::vgi

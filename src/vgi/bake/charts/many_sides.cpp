@@ -18,20 +18,21 @@ public:
     Halving(Surface& surface, std::vector<uint32_t>& label, HalvedClusters& clusters)
         : surface_(surface), label_(label), clusters_(clusters) {}
 
-    // Whether any was halved.
+    // False where none has too many.
     Result<bool> run(std::span<const uint32_t> corners) {
-        const auto patches = trace_charts(surface_, surface_.twins(), label_, clusters_.count, corners);
+        clusters_.twins = surface_.twins();
+        auto patches = trace_charts(surface_, clusters_.twins, label_, clusters_.count, corners);
         if (!patches) return tl::unexpected(patches.error());
-        find_large(*patches);
+        clusters_.patches = std::move(*patches);
+        find_large(clusters_.patches);
         if (large_.empty()) return false;
         share_triangles();
         cuts_.resize(large_.size());
-        const uint32_t before = clusters_.count;
         in_batches(
             members_, [&](size_t i) { cut(i); }, [&](size_t i) { put(i); });
         surface_.triangles = std::move(triangles_);
         label_ = std::move(new_label_);
-        return clusters_.count > before;
+        return true;
     }
 
 private:
@@ -109,7 +110,7 @@ private:
 
 Result<HalvedClusters> halve_clusters(Surface& surface, std::vector<uint32_t>& label, uint32_t count,
                                       std::span<const uint32_t> corners) {
-    HalvedClusters clusters{count, std::vector<uint32_t>(count), {}};
+    HalvedClusters clusters{count, std::vector<uint32_t>(count), {}, {}, {}};
     std::iota(clusters.made_of.begin(), clusters.made_of.end(), 0u);
     for (;;) {
         const auto halved = Halving(surface, label, clusters).run(corners);

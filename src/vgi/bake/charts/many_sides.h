@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "vgi/bake/charts/chart_complex.h"
 #include "vgi/bake/charts/surface.h"
 
 namespace lodestone::vgi {
@@ -19,6 +20,8 @@ struct HalvedClusters {
     uint32_t count = 0;                 // of clusters now
     std::vector<uint32_t> made_of;      // per cluster now, the cluster it was
     std::vector<uint32_t> left_larger;  // that could not be halved, in rising order
+    std::vector<uint32_t> twins;        // of the surface now
+    ChartComplex patches;               // clusters now
 };
 
 // Halves clusters along straight lines on a disk, from corner to corner, until none has more than most_sides. The

@@ -74,24 +74,22 @@ void insert_middles(ChartMesh& whole, std::vector<uint32_t>& label, const ChartC
     }
 }
 
-// The surface gets a vertex near the middle of every border of two of `count` clusters, and `label` follows its
+// The surface gets a vertex near the middle of every border of two clusters, and `label` follows its
 // triangles. Returns its charts as they are then.
-Result<ChartComplex> trace_with_middles(Surface& surface, std::vector<uint32_t>& label, uint32_t count,
+Result<ChartComplex> trace_with_middles(Surface& surface, std::vector<uint32_t>& label, HalvedClusters&& clusters,
                                         std::span<const uint32_t> given) {
     ChartMesh whole;
-    whole.twin = surface.twins();
-    const auto traced = trace_charts(surface, whole.twin, label, count, given);
-    if (!traced) return tl::unexpected(traced.error());
+    whole.twin = std::move(clusters.twins);
     whole.positions = std::move(surface.positions);
     whole.triangles = std::move(surface.triangles);
     whole.places = std::move(surface.places);
     whole.origin.resize(whole.positions.size());
     std::iota(whole.origin.begin(), whole.origin.end(), 0u);
-    insert_middles(whole, label, *traced);
+    insert_middles(whole, label, clusters.patches);
     surface.positions = std::move(whole.positions);
     surface.triangles = std::move(whole.triangles);
     surface.places = std::move(whole.places);
-    return trace_charts(surface, whole.twin, label, count, given);
+    return trace_charts(surface, whole.twin, label, clusters.count, given);
 }
 
 // Per arc: the vertex nearest to its middle.
@@ -203,11 +201,12 @@ std::vector<uint32_t> Quads::corners() const {
 Result<Quads> quadrangulate(Surface surface, const Clusters& clusters) {
     std::vector<uint32_t> label = clusters.label;
     const std::vector<uint32_t> given = clusters.ready_corners();
-    const auto halved = halve_clusters(surface, label, clusters.count, given);
+    auto halved = halve_clusters(surface, label, clusters.count, given);
     if (!halved) return tl::unexpected(halved.error());
-    const auto patches = trace_with_middles(surface, label, halved->count, given);
+    const std::vector<uint32_t> made_of = std::move(halved->made_of);
+    const auto patches = trace_with_middles(surface, label, std::move(*halved), given);
     if (!patches) return tl::unexpected(patches.error());
-    ClustersIntoQuads quads(std::move(surface), clusters.ready, halved->made_of, *patches, label);
+    ClustersIntoQuads quads(std::move(surface), clusters.ready, made_of, *patches, label);
     in_batches(
         quads.members(), [&](size_t c) { quads.cut(c); }, [&](size_t c) { quads.put(c); });
     return quads.take();

@@ -30,8 +30,8 @@ constexpr double hopeless = 10, added_then = 0.125;
 constexpr uint32_t most_full = 2;
 // Of clusters that are wanted where bad ones are cut finer about so many times fewer come about.
 constexpr double seldom_made = 2;
-// Cuts make a few triangles of each that is given, but hundreds of a needle. Rounds end when all of them have made so many
-// of each triangle of the source, and so many at all.
+// Cuts make a few triangles of each that is given, but hundreds of a needle. Rounds end when all of them have made so
+// many of each triangle of the source, and so many at all.
 constexpr size_t most_cut_of_each = 64, most_cut_of_any = 2000000;
 
 }  // namespace

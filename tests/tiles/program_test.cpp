@@ -95,6 +95,20 @@ TEST_F(TileProgramTest, ASceneIsEachAssetOnceAndPlacedAsOftenAsItStands) {
     EXPECT_EQ(verified["unmatched_edges"], 0);
 }
 
+// A transform scales the errors below it: those of a tileset that is placed an eighth as large are larger than the
+// root's.
+TEST_F(TileProgramTest, ErrorsFallWhateverTheScale) {
+    make_rock();
+    std::ofstream(folder_ / "small.json")
+        << R"({"lodestone": "scene", "version": 1, "assets": [{"name": "rock", "file": "rock.lode"}],
+        "instances": [{"asset": "rock", "scale": 0.125}, {"asset": "rock", "position": [0.5, 0, 0], "scale": 0.125}]})";
+    const Ended made = run("tile small.json -o small --tile-triangles 512");
+    ASSERT_EQ(made.code, 0) << made.err;
+    const json root = tileset("small")["root"];
+    EXPECT_GT(root["children"][0]["geometricError"], root["geometricError"]);
+    EXPECT_EQ(run("verify small --cuts 5").code, 0);
+}
+
 TEST_F(TileProgramTest, AHeightMapsRimIsLeftOpenAndNothingElse) {
     succeeds("generate terrain --triangles 3000 --seed 2 -o t.ply");
     succeeds("bake t.ply -o t.lode --backends vgi --clusters 8 --resolution 33");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
 #include "base/files/file.h"
@@ -82,6 +83,10 @@ private:
                 tile.transform[static_cast<int>(i / 4)][static_cast<int>(i % 4)] = numbers[i];
             }
         }
+        tile.scale = parent == ~0u ? 1 : set_.tiles[parent].scale;
+        double largest = 0;
+        for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, glm::length(glm::dvec3(tile.transform[axis])));
+        tile.scale *= largest;
         if (json.contains("extras")) {
             tile.level = json["extras"].value("level", 0u);
             tile.closing_triangles = json["extras"].value("closingTriangles", uint64_t{0});

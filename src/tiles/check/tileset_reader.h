@@ -15,7 +15,10 @@ namespace lodestone::tiles {
 struct ReadTile {
     uint32_t parent = ~0u;           // ~0 of the first
     std::vector<uint32_t> children;  // the root of a tileset that it refers to among them
-    double geometric_error = 0;
+    double geometric_error = 0;      // in its own frame
+    // From lengths in its frame to the root's: the largest factor of each transform on the way, as the specification
+    // has it for geometric errors.
+    double scale = 1;
     glm::dmat4 box{1};              // columns: half axes, and the centre; in the tile's own frame
     bool has_box = false;           // its volume is a box
     glm::dmat4 transform{1};        // from the tile's frame to its parent's

@@ -57,7 +57,6 @@ double reach(const glm::dmat4& box, const glm::dmat4& other) {
     return farthest;
 }
 constexpr double inside = 1 + 1e-6;
-constexpr double rounding = 1e-9;  // of an error that a transform has scaled, as a share
 
 // A tile's triangles by the numbers of their places.
 struct PlacedTile {
@@ -86,7 +85,7 @@ private:
     void check_errors() {
         points_.begin("geometric errors fall from parent to child, and are 0 of leaves");
         const auto error_of = [](const ReadTile& tile) { return tile.scale * tile.geometric_error; };
-        if (!set_.tiles.empty() && set_.geometric_error * (1 + rounding) < error_of(set_.tiles[0]))
+        if (!set_.tiles.empty() && set_.geometric_error < set_.tiles[0].geometric_error)
             points_.wrong("the tileset's is less than its root's");
         for (const ReadTile& tile : set_.tiles) {
             if (tile.children.empty() && tile.geometric_error != 0)
@@ -95,7 +94,7 @@ private:
             const ReadTile& parent = set_.tiles[tile.parent];
             // A tile that refers to a tileset is no tile of its own: the root there takes its place.
             const double error = error_of(tile), above = error_of(parent);
-            const bool good = parent.refers || tile.children.empty() ? error <= above * (1 + rounding) : error < above;
+            const bool good = parent.refers || tile.children.empty() ? error <= above : error < above;
             if (!good || (above <= 0 && !parent.refers))
                 points_.wrong(tile.place + ": " + std::to_string(error) + " below " + std::to_string(above));
         }

@@ -45,7 +45,7 @@ double longest_edge(const TriMesh& mesh, uint32_t clusters) {
 constexpr double close_samples = 0.25;
 constexpr size_t charts_at_once = 64;
 constexpr uint32_t rounds_of_faults = 5;  // after most_rounds, while charts cannot be made at all
-constexpr uint32_t fewest_samples = 32;  // of a chart's distance to the source
+constexpr uint32_t fewest_samples = 32;   // of a chart's distance to the source
 
 // A hash of everything that stages depend on besides the mesh: stages of other options have other names. A field that
 // is added to one of these structs does not compile until it is listed here.
@@ -350,10 +350,7 @@ private:
         for (uint32_t q = 0; q < count; ++q) {
             auto& sides = patches_.sides[q];
             if (sides.size() != 4) return fail(Fault::invariant, "quad " + std::to_string(q) + " has not four sides");
-            const auto begins = [&](const Side& side) {
-                const auto& v = patches_.arcs[side.arc].vertices;
-                return (side.reversed ? v.back() : v.front()) == quads_.quads[q].corners[0];
-            };
+            const auto begins = [&](const Side& side) { return patches_.begin_of(side) == quads_.quads[q].corners[0]; };
             std::rotate(sides.begin(), std::ranges::find_if(sides, begins), sides.end());
         }
         measure_features(twin);

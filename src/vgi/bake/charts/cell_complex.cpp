@@ -203,6 +203,8 @@ void CellComplex::close_boundary() {
             perimeter_[loop] += length_[g >> 1];
         }
     }
+    at_ends_.assign(first_.size(), 0);
+    touching_.assign(first_.size(), 0);
 }
 
 template <class Visit>
@@ -229,8 +231,6 @@ bool CellComplex::may_merge(uint32_t edge) {
         std::ranges::fill(touching_, 0u);
         query_ = 1;
     }
-    at_ends_.resize(first_.size(), 0);
-    touching_.resize(first_.size(), 0);
     if (!ends_allow_merge(edge)) return false;
     const uint32_t lost = 2u + (degree(origin_[h]) == 3) + (degree(origin_[g]) == 3);
     if (sides_[a] + sides_[b] < lost + 3) return false;

@@ -33,6 +33,12 @@ struct Side {
 struct ChartComplex {
     std::vector<Arc> arcs;                 // by number
     std::vector<std::vector<Side>> sides;  // per patch, counter-clockwise seen from outside
+
+    // The corner that a side begins at.
+    uint32_t begin_of(const Side& side) const {
+        const std::vector<uint32_t>& v = arcs[side.arc].vertices;
+        return side.reversed ? v.back() : v.front();
+    }
 };
 
 // Triangles of each patch, in rising order.

@@ -41,10 +41,7 @@ private:
             if (patches.sides[c].size() <= most_sides || std::ranges::binary_search(clusters_.left_larger, c)) continue;
             large_.push_back(c);
             auto& corners = corners_.emplace_back();
-            for (const Side& side : patches.sides[c]) {
-                const Arc& arc = patches.arcs[side.arc];
-                corners.push_back(side.reversed ? arc.vertices.back() : arc.vertices.front());
-            }
+            for (const Side& side : patches.sides[c]) corners.push_back(patches.begin_of(side));
         }
     }
 

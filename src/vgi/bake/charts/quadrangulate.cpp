@@ -129,8 +129,7 @@ public:
     void cut(size_t c) {
         if (ready_[c] != nullptr) return;
         for (const Side& side : patches_.sides[c]) {
-            const Arc& arc = patches_.arcs[side.arc];
-            corners_[c].push_back(side.reversed ? arc.vertices.back() : arc.vertices.front());
+            corners_[c].push_back(patches_.begin_of(side));
             middles_[c].push_back(middle_[side.arc]);
         }
         cuts_[c] = std::make_unique<ClusterCut>(result_.surface, members_[c]);
@@ -272,8 +271,7 @@ private:
         std::vector<std::array<uint32_t, 2>> first(patches->arcs.size(), {none, none});
         for (uint32_t q = 0; q < count_; ++q) {
             for (const Side& side : patches->sides[q]) {
-                const auto& v = patches->arcs[side.arc].vertices;
-                const uint32_t s = corner_of(q, side.reversed ? v.back() : v.front());
+                const uint32_t s = corner_of(q, patches->begin_of(side));
                 if (s == 4) return fail(Fault::invariant, "quad " + std::to_string(q) + " has lost a corner");
                 if (first[side.arc][0] == none) {
                     first[side.arc] = {q, s};

@@ -41,8 +41,7 @@ WedgesAround wedges_of(const ChartComplex& patches, const Atlas& atlas) {
         };
         for (size_t s = 0; s < sides.size(); ++s) {
             const Side &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()];
-            const auto& vertices = patches.arcs[side.arc].vertices;
-            wedges[side.reversed ? vertices.back() : vertices.front()].push_back(
+            wedges[patches.begin_of(side)].push_back(
                 {slot(side, ratio), slot(before, atlas.attribute_cells_of(q) - ratio)});
         }
     }

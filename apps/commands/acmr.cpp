@@ -12,13 +12,13 @@ namespace {
 
 using Json = nlohmann::json;
 
-struct Options {
+struct AcmrArguments {
     std::string asset, cache = "fifo16", order, spacing = "uniform";
     uint32_t levels = 60;
     bool compare = false, json = false;
 };
 
-Json to_json(const OrderCost& cost, const Options& o, const CacheModel& model, const std::string& order) {
+Json to_json(const OrderCost& cost, const AcmrArguments& o, const CacheModel& model, const std::string& order) {
     Json json = {{"cache", name_of(model)},
                  {"order", order},
                  {"spacing", o.spacing},
@@ -35,7 +35,7 @@ Json to_json(const OrderCost& cost, const Options& o, const CacheModel& model, c
     return json;
 }
 
-Result<int> acmr(const Options& o) {
+Result<int> acmr(const AcmrArguments& o) {
     const auto model = cache_model_named(o.cache);
     if (!model) return fail_at("--cache", model.error());
     auto asset = open_asset(o.asset);
@@ -87,7 +87,7 @@ Result<int> acmr(const Options& o) {
 }  // namespace
 
 void add_acmr(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<AcmrArguments>();
     CLI::App* command = app.add_subcommand("acmr", "Simulate the vertex cache over the levels of a progressive mesh");
     command->add_option("asset", o->asset, "Asset file, .lode")->required();
     command->add_option("--cache", o->cache, "Cache model: fifoN, lruN, nvidia, amd or intel")->capture_default_str();

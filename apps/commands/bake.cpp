@@ -16,7 +16,7 @@ namespace lodestone {
 
 namespace {
 
-struct Options {
+struct BakeArguments {
     std::string mesh, out, report, thumbnail;
     unsigned threads = 0;
     MemoryOption memory;  // its folder holds the work folder, too
@@ -65,7 +65,7 @@ Hash128 work_key(const Hash128& bake, const std::string& out) {
 }
 
 // Reads, bakes and writes; returns the report.
-Result<nlohmann::json> bake_file(const Options& given, const BakeOptions& options) {
+Result<nlohmann::json> bake_file(const BakeArguments& given, const BakeOptions& options) {
     const Progress progress = terminal_progress();
     auto input = read_bake_input(given.mesh, options, progress);
     if (!input) return tl::unexpected(input.error());
@@ -88,7 +88,7 @@ Result<nlohmann::json> bake_file(const Options& given, const BakeOptions& option
     return report;
 }
 
-Result<int> bake(const Options& given) {
+Result<int> bake(const BakeArguments& given) {
     const auto options = bake_options_of(given.words);
     if (!options) return tl::unexpected(options.error());
     set_thread_count(given.threads);
@@ -108,7 +108,7 @@ Result<int> bake(const Options& given) {
 }
 
 // Options by what they are about. Help lists them in the order in which they are added.
-void add_file_options(CLI::App& command, Options& o) {
+void add_file_options(CLI::App& command, BakeArguments& o) {
     command
         .add_option("mesh", o.mesh,
                     "Mesh (PLY, OBJ, STL, OFF, glTF, GLB) or height map (16-bit PNG, GeoTIFF); also .gz")
@@ -116,7 +116,7 @@ void add_file_options(CLI::App& command, Options& o) {
     command.add_option("-o,--out", o.out, "Asset to write, .lode")->required();
 }
 
-void add_machine_options(CLI::App& command, Options& o) {
+void add_machine_options(CLI::App& command, BakeArguments& o) {
     command.add_option("--threads", o.threads, "Threads to use; 0 takes one per core")->capture_default_str();
     add_memory_option(command, o.memory);
     command.add_flag(
@@ -132,7 +132,7 @@ void add_machine_options(CLI::App& command, Options& o) {
 }  // namespace
 
 void add_bake(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<BakeArguments>();
     CLI::App* command = app.add_subcommand(
         "bake", "Make an asset from a mesh: a progressive mesh, an atlas of geometry images, or both");
     add_file_options(*command, *o);

@@ -26,7 +26,7 @@ namespace lodestone {
 
 namespace {
 
-struct Options {
+struct BenchArguments {
     StageOptions stage;
     std::string backends = "full,discrete,lod,vgi", orders, rasters, pixel_errors = "1", out;
     std::string equal_error;  // a metric, or empty
@@ -74,7 +74,7 @@ std::vector<double> jolts(const std::vector<double>& ms) {
 
 class Bench {
 public:
-    Bench(const Options& options, ReadyScene& scene, Renderer& renderer, uint32_t width, uint32_t height,
+    Bench(const BenchArguments& options, ReadyScene& scene, Renderer& renderer, uint32_t width, uint32_t height,
           const Progress& progress)
         : options_(options), scene_(scene), renderer_(renderer), width_(width), height_(height), progress_(progress) {}
 
@@ -349,7 +349,7 @@ private:
         return {};
     }
 
-    const Options& options_;
+    const BenchArguments& options_;
     ReadyScene& scene_;
     Renderer& renderer_;
     uint32_t width_, height_;
@@ -381,7 +381,7 @@ Result<std::vector<double>> parse_pixel_errors(const std::string& text) {
     return pixel_errors;
 }
 
-Result<Compared> compared_of(const Options& o) {
+Result<Compared> compared_of(const BenchArguments& o) {
     Compared compared;
     auto backends = parse_list("--backends", o.backends);
     if (!backends) return tl::unexpected(backends.error());
@@ -463,7 +463,7 @@ Result<void> measure_equal_errors(Bench& bench, const Compared& compared) {
     return {};
 }
 
-Result<int> bench(const Options& o) {
+Result<int> bench(const BenchArguments& o) {
     const auto compared = compared_of(o);
     if (!compared) return tl::unexpected(compared.error());
     const Progress progress = terminal_progress();
@@ -506,7 +506,7 @@ Result<int> bench(const Options& o) {
 }  // namespace
 
 void add_bench(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<BenchArguments>();
     CLI::App* command = app.add_subcommand("bench", "Fly through a scene with every backend; figures side by side");
     add_stage_options(*command, o->stage);
     command->add_option("--backends", o->backends, "Backends to compare, separated by commas")->capture_default_str();

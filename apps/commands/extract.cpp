@@ -14,7 +14,7 @@ namespace lodestone {
 
 namespace {
 
-struct Options {
+struct ExtractArguments {
     std::string asset, backend = "lod", order, out, encoding = "plain";
     WriteOptions write;
     std::optional<uint64_t> triangles;
@@ -29,7 +29,7 @@ float error_of(const vgi::AtlasLevels& levels, uint32_t level) { return levels.e
 // The level that is asked for, of anything with numbered levels.
 // missing: levels finer than those there; the option counts them, what is returned does not.
 template <class Levels>
-Result<uint32_t> chosen_level(const Options& o, const Levels& levels, uint32_t missing = 0) {
+Result<uint32_t> chosen_level(const ExtractArguments& o, const Levels& levels, uint32_t missing = 0) {
     const uint32_t count = levels.levels();
     if (o.triangles) {
         const uint32_t level = levels.level_for_triangles(*o.triangles);
@@ -50,7 +50,7 @@ Result<uint32_t> chosen_level(const Options& o, const Levels& levels, uint32_t m
     return *o.level - missing;
 }
 
-Result<int> write_level(const Options& o, const TriMesh& mesh, uint32_t level, uint32_t levels, float error) {
+Result<int> write_level(const ExtractArguments& o, const TriMesh& mesh, uint32_t level, uint32_t levels, float error) {
     if (auto done = write_mesh(mesh, o.out, o.write); !done) return tl::unexpected(done.error());
     if (o.json) {
         const nlohmann::json json = {{"triangles", mesh.triangle_count()}, {"level", level}, {"error", error}};
@@ -62,7 +62,7 @@ Result<int> write_level(const Options& o, const TriMesh& mesh, uint32_t level, u
     return 0;
 }
 
-Result<int> extract_atlas(const Options& o, const Asset& asset) {
+Result<int> extract_atlas(const ExtractArguments& o, const Asset& asset) {
     if (!o.order.empty()) return fail(Fault::usage, "--order " + o.order + ": is for the lod backend");
     const auto atlas = asset.atlas();
     if (!atlas) return tl::unexpected(atlas.error());
@@ -74,7 +74,7 @@ Result<int> extract_atlas(const Options& o, const Asset& asset) {
                        levels.error_at(*level));
 }
 
-Result<int> extract(const Options& o) {
+Result<int> extract(const ExtractArguments& o) {
     if (o.backend != "lod" && o.backend != "vgi")
         return fail(Fault::usage,
                     "--backend " + o.backend + ": there is nothing to extract from it; choose lod or vgi");
@@ -100,7 +100,7 @@ Result<int> extract(const Options& o) {
 }  // namespace
 
 void add_extract(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<ExtractArguments>();
     CLI::App* command = app.add_subcommand("extract", "Write one level of an asset as a mesh, faces in drawing order");
     command->add_option("asset", o->asset, "Asset file, .lode")->required();
     command->add_option("--backend", o->backend, "lod (progressive mesh) or vgi (geometry images)")

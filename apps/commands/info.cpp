@@ -202,7 +202,7 @@ Result<int> verify(const std::string& path, bool json) {
     return good ? 0 : static_cast<int>(Fault::invariant);
 }
 
-struct Options {
+struct InfoArguments {
     std::string asset;
     bool json = false, prefix = false;
     TilesetVerification tiles;
@@ -211,7 +211,7 @@ struct Options {
 }  // namespace
 
 void add_info(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<InfoArguments>();
     CLI::App* command =
         app.add_subcommand("info",
                            "Print what an asset holds: levels, orders, charts, errors, bytes, hashes, options; or what "
@@ -239,7 +239,7 @@ void add_info(CLI::App& app, Run& run) {
 }
 
 void add_verify(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<InfoArguments>();
     CLI::App* command = app.add_subcommand(
         "verify",
         "Check every invariant of an asset, or of a tileset; exit with 1 where one fails, 3 where the file is damaged");

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-struct Options {
+struct LibraryArguments {
     std::vector<std::string> sources;
     std::string out, plan, shard_of, merge, tmp;
     std::vector<std::string> shard;  // folder and number
@@ -118,7 +118,7 @@ uint64_t available_memory() {
     return uint64_t{2} << 30;
 }
 
-Result<Crew> crew_of(const Options& given) {
+Result<Crew> crew_of(const LibraryArguments& given) {
     Crew crew;
     std::error_code error;
     crew.program = fs::read_symlink("/proc/self/exe", error);
@@ -131,7 +131,7 @@ Result<Crew> crew_of(const Options& given) {
     return crew;
 }
 
-void print_tally(const Options& given, const Tally& tally, const fs::path& page) {
+void print_tally(const LibraryArguments& given, const Tally& tally, const fs::path& page) {
     if (given.json) {
         print_line(Json({{"meshes", tally.meshes},
                          {"baked", tally.baked},
@@ -149,7 +149,7 @@ void print_tally(const Options& given, const Tally& tally, const fs::path& page)
     }
 }
 
-Result<int> ended(const Options& given, const Result<Tally>& tally, const fs::path& page) {
+Result<int> ended(const LibraryArguments& given, const Result<Tally>& tally, const fs::path& page) {
     if (!tally) return tl::unexpected(tally.error());
     end_progress();
     print_tally(given, *tally, page);
@@ -164,7 +164,7 @@ Result<int> check(const std::vector<Item>& items, const Recipes& recipes, const 
     return lines->empty() ? 0 : static_cast<int>(Fault::invariant);
 }
 
-Result<int> plan(const Options& given, std::vector<Item> items, const Recipes& recipes, const Shelf& shelf) {
+Result<int> plan(const LibraryArguments& given, std::vector<Item> items, const Recipes& recipes, const Shelf& shelf) {
     const auto made = make_plan(std::move(items), recipes, shelf, words_of(given_of(given.bake_options)), given.plan,
                                 given.planning, terminal_progress());
     if (!made) return tl::unexpected(made.error());
@@ -176,7 +176,7 @@ Result<int> plan(const Options& given, std::vector<Item> items, const Recipes& r
     return 0;
 }
 
-Result<int> shard(const Options& given) {
+Result<int> shard(const LibraryArguments& given) {
     uint64_t number = 0;
     if (!CLI::detail::lexical_cast(given.shard.at(1), number))
         return fail(Fault::usage, "--shard " + given.shard.at(1) + ": must be a number");
@@ -188,7 +188,7 @@ Result<int> shard(const Options& given) {
     return ended(given, bake_shard(*plan, number, std::ref(recipes), *crew, terminal_progress()), {});
 }
 
-Result<int> merge(const Options& given) {
+Result<int> merge(const LibraryArguments& given) {
     const auto plan = read_plan(given.merge);
     if (!plan) return tl::unexpected(plan.error());
     RecipeBook recipes(plan->words);
@@ -205,7 +205,7 @@ Result<int> merge(const Options& given) {
     return merged->tally.exit_code();
 }
 
-Result<int> library(const Options& given) {
+Result<int> library(const LibraryArguments& given) {
     if (!given.shard.empty()) return shard(given);
     if (!given.merge.empty()) return merge(given);
     if (given.sources.empty() || given.out.empty())
@@ -224,7 +224,7 @@ Result<int> library(const Options& given) {
                  shelf.page());
 }
 
-void add_library_options(CLI::App& command, Options& o) {
+void add_library_options(CLI::App& command, LibraryArguments& o) {
     command.add_option("sources", o.sources,
                        "Folders, globs, meshes, or manifests: .jsonl with an object a line, {\"path\": ..., \"name\": "
                        "..., \"options\": [...]}, the last two where wanted");
@@ -244,7 +244,7 @@ void add_library_options(CLI::App& command, Options& o) {
     command.add_flag("--json", o.json, "Print how many were baked, were there, are left, ... as JSON");
 }
 
-void add_plan_options(CLI::App& command, Options& o) {
+void add_plan_options(CLI::App& command, LibraryArguments& o) {
     command.add_option("--plan", o.plan, "Bake nothing; write a plan of shards for a scheduler to this folder");
     command.add_option("--shard", o.shard, "Bake a shard of the plan in a folder: FOLDER NUMBER, from 0")->expected(2);
     command.add_option("--merge", o.merge,
@@ -261,7 +261,7 @@ void add_plan_options(CLI::App& command, Options& o) {
 }  // namespace
 
 void add_library(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<LibraryArguments>();
     CLI::App* command = app.add_subcommand(
         "library", "Bake many meshes, each in a process of its own, over one machine or any scheduler");
     add_library_options(*command, *o);

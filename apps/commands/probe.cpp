@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-struct Options {
+struct ProbeArguments {
     std::string device;
     bool json = false, validation = false;
 };
@@ -24,7 +24,7 @@ struct Options {
 // Draws index patterns, the vertices all in one point, so that nothing but vertex shaders has work.
 class Counter {
 public:
-    static Result<Counter> open(const Options& o) {
+    static Result<Counter> open(const ProbeArguments& o) {
         RendererOptions options;
         options.device = o.device;
         options.width = options.height = 16;
@@ -81,7 +81,7 @@ private:
     uint32_t generation_ = 0;
 };
 
-Result<int> probe(const Options& o) {
+Result<int> probe(const ProbeArguments& o) {
     auto counter = Counter::open(o);
     if (!counter) return tl::unexpected(counter.error());
     const DeviceInfo device = counter->renderer().device();
@@ -121,7 +121,7 @@ Result<int> probe(const Options& o) {
 }  // namespace
 
 void add_probe(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<ProbeArguments>();
     CLI::App* command = app.add_subcommand(
         "probe", "Find the vertex-cache model closest to a device; bake --cache auto then aims at it");
     command->add_option("--device", o->device,

@@ -14,9 +14,9 @@ namespace lodestone {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-struct Options {
+struct RenderArguments {
     StageOptions stage;
     std::string backend = "lod", order, camera, out, stats, debug = "none", raster;
     double pixel_error = 1;
@@ -51,8 +51,8 @@ uint64_t invocations_of(const DrawnFrame& drawn) {
     return invocations;
 }
 
-Json stats_of(const DrawnFrame& drawn, const Options& o, const DrawStage& stage) {
-    Json stats;
+OrderedJson stats_of(const DrawnFrame& drawn, const RenderArguments& o, const DrawStage& stage) {
+    OrderedJson stats;
     stats["machine"] = json_of(stage.machine());
     stats["rows"] = {{{"backend", o.backend},
                       {"order", o.order},
@@ -73,7 +73,7 @@ Json stats_of(const DrawnFrame& drawn, const Options& o, const DrawStage& stage)
                                                      : 0},
                       {"instances_drawn", drawn.stats.instances_drawn},
                       {"asset_bytes", stage.scene.asset_bytes}}};
-    Json& row = stats["rows"][0];
+    OrderedJson& row = stats["rows"][0];
     for (int s = 0; s < stage_count; ++s) {
         const auto& pass = drawn.counters.pass[static_cast<size_t>(s)];
         row["stages"][name_of(static_cast<Stage>(s))] = {{"gpu_ms", pass.gpu_ms},
@@ -84,7 +84,7 @@ Json stats_of(const DrawnFrame& drawn, const Options& o, const DrawStage& stage)
     return stats;
 }
 
-Result<int> render(const Options& o) {
+Result<int> render(const RenderArguments& o) {
     const auto debug = debug_named("--debug", o.debug);
     if (!debug) return tl::unexpected(debug.error());
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
@@ -135,7 +135,7 @@ Result<int> render(const Options& o) {
 }  // namespace
 
 void add_render(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<RenderArguments>();
     CLI::App* command = app.add_subcommand("render", "Draw one picture of a scene, an asset or a mesh");
     add_stage_options(*command, o->stage);
     command->add_option("--backend", o->backend, "full, discrete, lod (progressive mesh) or vgi (geometry images)")

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct TileArguments {
     std::string input, out, encoding = "meshopt", up = "y", viewer;
     std::optional<double> longitude, latitude, height;
     uint32_t tile_triangles = 32768;
@@ -35,7 +35,7 @@ struct Options {
     ReadOptions heights;
 };
 
-Result<glm::dmat4> root_transform(const Options& o) {
+Result<glm::dmat4> root_transform(const TileArguments& o) {
     if (!o.longitude && !o.latitude) {
         if (o.height) return fail(Fault::usage, "--height: give --lon and --lat with it");
         return glm::dmat4(1);
@@ -49,7 +49,7 @@ bool is_of_a_tileset(const std::string& name) {
 }
 
 // An address, or a folder as it is seen from the page.
-std::string viewer_address(const Options& o) {
+std::string viewer_address(const TileArguments& o) {
     if (o.viewer.empty() || o.viewer.find("://") != std::string::npos) return o.viewer;
     std::error_code error;
     if (!fs::is_directory(o.viewer, error)) return o.viewer;
@@ -171,7 +171,7 @@ void print_summary(const std::string& out, const Made& made, double seconds) {
                 static_cast<unsigned long long>(r.json_bytes), seconds);
 }
 
-Result<int> tile(const Options& o) {
+Result<int> tile(const TileArguments& o) {
     const auto transform = root_transform(o);
     if (!transform) return tl::unexpected(transform.error());
     const auto encoding = tiles::encoding_named(o.encoding);
@@ -213,7 +213,7 @@ Result<int> tile(const Options& o) {
     return 0;
 }
 
-void add_place_options(CLI::App& command, Options& o) {
+void add_place_options(CLI::App& command, TileArguments& o) {
     command.add_option("--lon", o.longitude, "Degrees east (WGS 84) where the mesh's origin stands on the Earth")
         ->check(CLI::Range(-180.0, 180.0));
     command.add_option("--lat", o.latitude, "Degrees north where it stands")->check(CLI::Range(-90.0, 90.0));
@@ -225,7 +225,7 @@ void add_place_options(CLI::App& command, Options& o) {
         ->capture_default_str();
 }
 
-void add_machine_options(CLI::App& command, Options& o) {
+void add_machine_options(CLI::App& command, TileArguments& o) {
     command.add_option("--threads", o.threads, "Threads to use; 0 takes one per core")->capture_default_str();
     add_memory_option(command, o.memory);
     add_tmp_option(command, o.memory, "--memory; the system's for temporary files");
@@ -236,7 +236,7 @@ void add_machine_options(CLI::App& command, Options& o) {
 }  // namespace
 
 void add_tile(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<TileArguments>();
     CLI::App* command = app.add_subcommand(
         "tile",
         "Write 3D Tiles of a scene, a mesh or an asset, closed whichever of them are shown, for viewers of maps");

@@ -13,9 +13,9 @@ namespace lodestone {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-struct Options {
+struct TuneArguments {
     StageOptions stage;
     std::string backend = "lod", order, raster;
     double fps = 60;
@@ -78,8 +78,8 @@ struct Tuned {
     std::vector<double> ms, pixel_errors;  // of the flight that was steered, per frame
 };
 
-Json json_of(const Tuned& tuned, const Options& o, const DrawStage& stage) {
-    Json json;
+OrderedJson json_of(const Tuned& tuned, const TuneArguments& o, const DrawStage& stage) {
+    OrderedJson json;
     json["machine"] = json_of(stage.machine());
     json["backend"] = o.backend;
     json["order"] = o.order;
@@ -112,7 +112,7 @@ Json json_of(const Tuned& tuned, const Options& o, const DrawStage& stage) {
     return json;
 }
 
-void print_summary(const Tuned& tuned, const Options& o, const std::string& device) {
+void print_summary(const Tuned& tuned, const TuneArguments& o, const std::string& device) {
     char line[256];
     std::snprintf(line, sizeof line,
                   "%s: a pixel error of %.3g holds %g frames per second on %s: median %.2f ms (%.1f per second)",
@@ -124,7 +124,8 @@ void print_summary(const Tuned& tuned, const Options& o, const std::string& devi
     print_line(line);
 }
 
-Result<Tuned> tune(DrawStage& stage, const Options& o, const ErrorController::Range& range, const Progress& progress) {
+Result<Tuned> tune(DrawStage& stage, const TuneArguments& o, const ErrorController::Range& range,
+                   const Progress& progress) {
     auto session = DrawSession::open(stage.scene, *stage.renderer, {o.backend, o.order, o.raster}, false, progress);
     if (!session) return tl::unexpected(session.error());
     const double target_ms = 1000 / o.fps;
@@ -156,7 +157,7 @@ Result<Tuned> tune(DrawStage& stage, const Options& o, const ErrorController::Ra
     return tuned;
 }
 
-Result<int> tune(const Options& o) {
+Result<int> tune(const TuneArguments& o) {
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
     if (o.backend == "full")
         return fail(Fault::usage, "--backend full: has one level and no error to tune; choose discrete, lod or vgi");
@@ -188,7 +189,7 @@ Result<int> tune(const Options& o) {
 }  // namespace
 
 void add_tune(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<TuneArguments>();
     CLI::App* command = app.add_subcommand("tune", "Find the pixel error that holds a frame rate on this machine");
     add_stage_options(*command, o->stage);
     command->add_option("--fps", o->fps, "Frames per second to hold")

@@ -18,7 +18,7 @@ namespace lodestone {
 
 namespace {
 
-struct Options {
+struct UnwrapArguments {
     std::string mesh, out, report, format = "png", encoding = "plain";
     vgi::UnwrapOptions unwrap;
     uint32_t resolution = 4096;
@@ -50,7 +50,7 @@ nlohmann::json to_json(const vgi::UnwrapReport& r) {
 }
 
 // What becomes of textures is said where it may surprise.
-void tell_of_textures(const Options& o, const TriMesh& mesh) {
+void tell_of_textures(const UnwrapArguments& o, const TriMesh& mesh) {
     const Progress progress = terminal_progress();
     if (!o.bake && !mesh.images.empty())
         progress.warning(
@@ -68,7 +68,8 @@ struct Seconds {
     double read = 0, bake = 0, write = 0, all = 0;
 };
 
-Result<vgi::Unwrapped> unwrap_mesh(const Options& o, const TriMesh& mesh, vgi::UnwrapReport& report, Seconds& seconds) {
+Result<vgi::Unwrapped> unwrap_mesh(const UnwrapArguments& o, const TriMesh& mesh, vgi::UnwrapReport& report,
+                                   Seconds& seconds) {
     vgi::UnwrapOptions options = o.unwrap;
     options.gutter = o.gutter / o.resolution;
     auto made = vgi::unwrap(mesh, options, report, terminal_progress());
@@ -89,7 +90,7 @@ void print_summary(const vgi::UnwrapReport& r, const Seconds& seconds) {
                 100 * r.coverage, seconds.all);
 }
 
-Result<void> tell(const Options& o, const vgi::UnwrapReport& report, const Seconds& seconds) {
+Result<void> tell(const UnwrapArguments& o, const vgi::UnwrapReport& report, const Seconds& seconds) {
     nlohmann::json json = to_json(report);
     json["textures"] = o.unwrap.textures;
     json["resolution"] = o.resolution;
@@ -114,7 +115,7 @@ Result<void> tell(const Options& o, const vgi::UnwrapReport& report, const Secon
     return {};
 }
 
-Result<int> unwrap_file(const Options& o) {
+Result<int> unwrap_file(const UnwrapArguments& o) {
     set_thread_count(o.threads);
     const Progress progress = terminal_progress();
     const Stopwatch all;
@@ -146,7 +147,7 @@ Result<int> unwrap_file(const Options& o) {
     return 0;
 }
 
-void add_square_options(CLI::App& command, Options& o) {
+void add_square_options(CLI::App& command, UnwrapArguments& o) {
     command.add_option("--charts", o.unwrap.charts, "Charts wanted; 0 for as many as suit the mesh")
         ->check(CLI::Range(0, 1 << 20))
         ->capture_default_str();
@@ -166,7 +167,7 @@ void add_square_options(CLI::App& command, Options& o) {
         ->capture_default_str();
 }
 
-void add_bake_options_of_unwrap(CLI::App& command, Options& o) {
+void add_bake_options_of_unwrap(CLI::App& command, UnwrapArguments& o) {
     command.add_flag("--bake", o.bake, "Bring colours and textures of the materials over into the new squares");
     command.add_option("--texture-format", o.format, "Of baked textures: png or jpeg")
         ->check(CLI::IsMember({"png", "jpeg"}))
@@ -179,7 +180,7 @@ void add_bake_options_of_unwrap(CLI::App& command, Options& o) {
 }  // namespace
 
 void add_unwrap(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<UnwrapArguments>();
     CLI::App* command = app.add_subcommand(
         "unwrap", "Give a mesh new texture coordinates without overlaps, and bake its textures into them");
     command->add_option("mesh", o->mesh, "Mesh (PLY, OBJ, STL, OFF, glTF, GLB) or height map; also .gz")->required();

@@ -16,7 +16,7 @@ namespace lodestone {
 
 namespace {
 
-struct Options {
+struct ViewArguments {
     StageOptions stage;
     std::string backend = "lod", right = "full", keys, shaders = "shaders";
     double pixel_error = 1;
@@ -96,7 +96,7 @@ Result<void> act_on_keys(Viewer& viewer, Window& window) {
 // Shows a scene until the user ends it, with one device after the other where one is lost.
 class Show {
 public:
-    Show(const Options& options, DrawStage& stage, ScriptPlayer player, const Progress& progress)
+    Show(const ViewArguments& options, DrawStage& stage, ScriptPlayer player, const Progress& progress)
         : o_(options), stage_(stage), player_(std::move(player)), progress_(progress) {}
 
     Result<void> run() {
@@ -143,7 +143,7 @@ private:
         return {};
     }
 
-    const Options& o_;
+    const ViewArguments& o_;
     DrawStage& stage_;
     ScriptPlayer player_;
     const Progress& progress_;
@@ -151,7 +151,7 @@ private:
     uint64_t frames_ = 0;
 };
 
-Result<int> view(const Options& o) {
+Result<int> view(const ViewArguments& o) {
     for (const auto& [option, name] : {std::pair("--backend", o.backend), std::pair("--right", o.right)}) {
         if (auto known = check_backend(option, name); !known) return tl::unexpected(known.error());
     }
@@ -175,7 +175,7 @@ Result<int> view(const Options& o) {
 }  // namespace
 
 void add_view(CLI::App& app, Run& run) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<ViewArguments>();
     CLI::App* command = app.add_subcommand("view", "Fly around a scene and switch how it is drawn; F1 lists the keys");
     add_stage_options(*command, o->stage);
     command

@@ -18,20 +18,21 @@ constexpr uint32_t most_frames = 4096;  // until a cut is settled
 // Frames that only put pages in the place of others, after which it is taken that the budget never holds all.
 constexpr uint32_t most_swaps = 128;
 
-tl::unexpected<Error> wrong(const std::string& what) { return fail(Fault::usage, "view: " + what); }
+tl::unexpected<Error> wrong_view(const std::string& what) { return fail(Fault::usage, "view: " + what); }
 
 bool is_finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 Result<void> check_transform(const glm::mat4& m) {
     for (int c = 0; c < 4; ++c) {
         for (int r = 0; r < 4; ++r) {
-            if (!std::isfinite(m[c][r])) return wrong("object_to_world has a number that is not finite");
+            if (!std::isfinite(m[c][r])) return wrong_view("object_to_world has a number that is not finite");
         }
         if (m[c][3] != (c == 3 ? 1.0f : 0.0f))
-            return wrong("object_to_world is not affine: its last row must be 0 0 0 1");
+            return wrong_view("object_to_world is not affine: its last row must be 0 0 0 1");
     }
     const double volume = std::abs(glm::determinant(glm::dmat3(glm::mat3(m))));
-    if (!(volume > 1e-30 && volume < 1e30)) return wrong("object_to_world flattens the object, or is out of range");
+    if (!(volume > 1e-30 && volume < 1e30))
+        return wrong_view("object_to_world flattens the object, or is out of range");
     return {};
 }
 
@@ -76,16 +77,17 @@ Result<void> check_view(const CutView& view) {
     constexpr float far_away = 1e15f;
     for (const auto& [name, v] : {std::pair("eye", c.eye), std::pair("target", c.target), std::pair("up", c.up)}) {
         if (!is_finite(v) || glm::length(v) > far_away)
-            return wrong(std::string(name) + " is not finite, or farther away than 1e15");
+            return wrong_view(std::string(name) + " is not finite, or farther away than 1e15");
     }
-    if (!(glm::length(c.target - c.eye) > 0)) return wrong("eye and target are one point, so there is no direction");
-    if (!(glm::length(c.up) > 0)) return wrong("up has no length");
-    if (!(c.fov_y >= 0.001f && c.fov_y <= 3.14f)) return wrong("fov_y must be 0.001 .. 3.14 radians");
+    if (!(glm::length(c.target - c.eye) > 0))
+        return wrong_view("eye and target are one point, so there is no direction");
+    if (!(glm::length(c.up) > 0)) return wrong_view("up has no length");
+    if (!(c.fov_y >= 0.001f && c.fov_y <= 3.14f)) return wrong_view("fov_y must be 0.001 .. 3.14 radians");
     if (!(c.near_plane > 0 && c.far_plane > c.near_plane && c.far_plane <= far_away && c.near_plane >= 1e-15f))
-        return wrong("near_plane and far_plane must be 1e-15 <= near < far <= 1e15");
+        return wrong_view("near_plane and far_plane must be 1e-15 <= near < far <= 1e15");
     if (view.width < 1 || view.width > 16384 || view.height < 1 || view.height > 16384)
-        return wrong("width and height must be 1 .. 16384 pixels");
-    if (!(view.pixel_error >= 1e-6 && view.pixel_error <= 1e6)) return wrong("pixel_error must be 1e-6 .. 1e6");
+        return wrong_view("width and height must be 1 .. 16384 pixels");
+    if (!(view.pixel_error >= 1e-6 && view.pixel_error <= 1e6)) return wrong_view("pixel_error must be 1e-6 .. 1e6");
     return check_transform(view.object_to_world);
 }
 

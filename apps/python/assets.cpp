@@ -11,8 +11,6 @@ namespace lodestone::python {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) { throw Failure{{Fault::usage, what}}; }
-
 std::string path_of(const py::object& path) {
     return py::str(py::module_::import("os").attr("fspath")(path)).cast<std::string>();
 }

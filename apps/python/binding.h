@@ -22,6 +22,8 @@ namespace py = pybind11;
 struct Failure {
     Error error;
 };
+// Ends a call that was given what it cannot take.
+[[noreturn]] inline void refuse(const std::string& what) { throw Failure{{Fault::usage, what}}; }
 
 // The value, or its error thrown.
 template <class T>

@@ -13,8 +13,6 @@ namespace lodestone::python {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) { throw Failure{{Fault::usage, what}}; }
-
 // As it is where it has the type and lies as it must; else a copy.
 template <class Number>
 using Given = py::array_t<Number, py::array::c_style | py::array::forcecast>;

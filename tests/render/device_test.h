@@ -10,6 +10,9 @@
 
 namespace lodestone {
 
+// The materials of a mesh without any.
+inline MaterialSet plain() { return {{SurfaceMaterial{}}, 0, 0, {}}; }
+
 class DeviceTest : public testing::Test {
 protected:
     DeviceTest(uint32_t width, uint32_t height) : width_(width), height_(height) {}

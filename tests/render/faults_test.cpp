@@ -16,7 +16,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr uint32_t width = 96, height = 64;
+constexpr uint32_t small_width = 96, small_height = 64;
 
 std::unique_ptr<FrameSource> rock() {
     TriMesh mesh = generate(Shape::rock, 500, 1);
@@ -28,14 +28,12 @@ std::unique_ptr<FrameSource> rock() {
     return std::move(*source);
 }
 
-MaterialSet plain() { return {{SurfaceMaterial{}}, 0, 0, {}}; }
-
 FrameInput look(uint64_t frame) {
     Camera camera;
     camera.eye = {0, 0, 3};
     camera.near_plane = 0.05f;
     FrameInput input;
-    input.views = {view_of(camera, width, height)};
+    input.views = {view_of(camera, small_width, small_height)};
     input.instances = {Instance{}};
     input.frame = frame;
     return input;
@@ -43,7 +41,7 @@ FrameInput look(uint64_t frame) {
 
 class RendererFaults : public DeviceTest {
 protected:
-    RendererFaults() : DeviceTest(width, height) {}
+    RendererFaults() : DeviceTest(small_width, small_height) {}
     void TearDown() override {
         inject("", VK_SUCCESS, 0);
         pretend(nullptr, nullptr);
@@ -81,7 +79,7 @@ TEST_F(RendererFaults, ADeviceThatIsLostIsToldOfByEveryFunction) {
     inject("vkWaitForFences", VK_ERROR_DEVICE_LOST, 3);
     fails(renderer.wait(), "device was lost");
     EXPECT_FALSE(renderer.read_picture());
-    EXPECT_FALSE(renderer.resize(width, height));
+    EXPECT_FALSE(renderer.resize(small_width, small_height));
     inject("", VK_SUCCESS, 0);
     ASSERT_TRUE(renderer.wait());
     EXPECT_EQ(*renderer.completed_frame(), 1u);
@@ -91,8 +89,8 @@ TEST_F(RendererFaults, ADeviceThatIsLostIsToldOfByEveryFunction) {
 TEST_F(RendererFaults, MemoryThatCannotBeMappedIsGivenBack) {
     ASSERT_EQ(device_allocations(), 0);
     RendererOptions options;
-    options.width = width;
-    options.height = height;
+    options.width = small_width;
+    options.height = small_height;
     int tried = 0;
     for (;; ++tried) {
         inject("vkMapMemory", VK_ERROR_MEMORY_MAP_FAILED, 1, tried);
@@ -112,8 +110,8 @@ TEST_F(RendererFaults, MemoryThatCannotBeMappedIsGivenBack) {
 TEST_F(RendererFaults, EveryAllocationMayFail) {
     auto source = rock();
     RendererOptions options;
-    options.width = width;
-    options.height = height;
+    options.width = small_width;
+    options.height = small_height;
     for (int skipped = 0;; ++skipped) {
         auto made = Renderer::create(options);
         ASSERT_TRUE(made);
@@ -218,7 +216,7 @@ protected:
         Renderer& renderer = make(options);
         source_ = rock();
         ASSERT_TRUE(renderer.load(source_->recipe(), plain()));
-        auto window = Window::open(renderer, {"test", width, height});
+        auto window = Window::open(renderer, {"test", small_width, small_height});
         ASSERT_TRUE(window) << window.error().message;
         window_ = std::move(*window);
         ASSERT_TRUE(shown());

@@ -34,12 +34,12 @@
 namespace lodestone {
 namespace {
 
-constexpr uint32_t width = 320, height = 240;
+constexpr uint32_t picture_width = 320, picture_height = 240;
 
 class VgiRenderTest : public DeviceTest {
 protected:
     VgiRenderTest()
-        : DeviceTest(width, height),
+        : DeviceTest(picture_width, picture_height),
           path_(std::filesystem::temp_directory_path() /
                 ("lodestone-vgi-render-" + std::to_string(getpid()) + ".lode")) {}
     void TearDown() override {
@@ -114,11 +114,11 @@ protected:
         Camera camera;
         camera.eye = eye;
         camera.near_plane = 0.05f;
-        const uint32_t tall = height + 2 * around;
+        const uint32_t tall = picture_height + 2 * around;
         camera.fov_y =
-            2 * std::atan(std::tan(camera.fov_y / 2) * static_cast<float>(tall) / static_cast<float>(height));
+            2 * std::atan(std::tan(camera.fov_y / 2) * static_cast<float>(tall) / static_cast<float>(picture_height));
         FrameInput input;
-        input.views = {view_of(camera, width + 2 * around, tall),
+        input.views = {view_of(camera, picture_width + 2 * around, tall),
                        shadow_view(ShadingOptions{}.light_direction, {0, 0, 0}, 3, 512)};
         input.views[0].culls_back_faces = true;
         input.instances = {Instance{}};
@@ -145,8 +145,6 @@ struct FullMesh {
         source = std::move(*open_fixed_levels({full_level(vertices, indices)}, uint64_t{1} << 28));
     }
 };
-
-MaterialSet plain() { return {{SurfaceMaterial{}}, 0, 0, {}}; }
 
 TEST_F(VgiRenderTest, ShowsTheSurfaceThatFullShows) {
     Renderer& renderer = make();
@@ -250,7 +248,7 @@ TEST_F(VgiRenderTest, HasNoHoleFromAnyViewWithWhateverPages) {
     // Where triangles cross the picture's border rasterisers cut them, and two that share an edge may get ends of it
     // that differ by a 256th of a pixel: some pixels around the picture are drawn and not looked at.
     constexpr uint32_t around = 16;
-    ASSERT_TRUE(renderer.resize(width + 2 * around, height + 2 * around));
+    ASSERT_TRUE(renderer.resize(picture_width + 2 * around, picture_height + 2 * around));
     const std::array rasters{vgi::Raster::bintree, vgi::Raster::grid, vgi::Raster::tess, vgi::Raster::device};
     for (int pool = 0; pool < 12; ++pool) {
         const auto raster = rasters[static_cast<size_t>(pool) % rasters.size()];
@@ -265,7 +263,7 @@ TEST_F(VgiRenderTest, HasNoHoleFromAnyViewWithWhateverPages) {
             FrameInput input = look_from(eye, around);
             input.budget.pixel_error = i % 3 == 0 ? 0.5 : i % 3 == 1 ? 1 : 6;
             const Picture picture = middle_of(draw(**vgi, input, {}, 0.08 * (pool + 1), random), around);
-            ASSERT_EQ(picture.width, width);
+            ASSERT_EQ(picture.width, picture_width);
             EXPECT_EQ(enclosed_background(picture), 0u) << pool << " " << i;
             for (size_t k = 3; k < picture.colour.size(); k += 4) drawn += picture.colour[k] > 0;
         }

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <bit>
 
+#include "base/none.h"
 #include "lod/asset/split_coder.h"
 
 namespace lodestone {
 
 namespace {
 
-constexpr uint32_t none = SplitMesh::none;
 // Of a step: across the first or the second edge of the last face, 2 + n to the nth open face, or anywhere.
 constexpr uint32_t first_open = 2, most_open = 250, anywhere = 255;
 constexpr size_t contexts = 12;

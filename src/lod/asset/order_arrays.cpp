@@ -7,14 +7,13 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/none.h"
 #include "lod/asset/replay.h"
 #include "mesh/limits.h"
 
 namespace lodestone {
 
 namespace {
-
-constexpr uint32_t none = ~0u;
 
 // A keyframe reaches over this part of an interval, before it and behind it; at least 2.
 constexpr uint32_t reach_share = 8;

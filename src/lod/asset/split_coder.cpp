@@ -4,11 +4,12 @@
 #include <bit>
 #include <cmath>
 
+#include "base/none.h"
+
 namespace lodestone {
 
 namespace {
 
-constexpr uint32_t none = SplitMesh::none;
 constexpr uint32_t largest_coded_fan = 15;
 // Added to a difference of sizes so that it is a byte.
 constexpr uint32_t size_offset = 40;

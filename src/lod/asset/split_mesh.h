@@ -19,11 +19,13 @@
 #include <span>
 #include <vector>
 
+#include "base/none.h"
+
 namespace lodestone {
 
 class SplitMesh {
 public:
-    static constexpr uint32_t none = ~0u;
+    static constexpr uint32_t none = lodestone::none;
 
     // Corner k of a face, and its edge from vertex k to the next; face none for none.
     struct Corner {

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "base/check.h"
+#include "base/none.h"
 #include "lod/asset/face_walk.h"
 #include "lod/asset/split_coder.h"
 #include "mesh/limits.h"
@@ -17,7 +18,6 @@ namespace lodestone {
 namespace {
 
 using Json = nlohmann::json;
-constexpr uint32_t none = SplitMesh::none;
 
 // Splits of a block: at most; at least; and the share of the vertices that are a block, so that a prefix may end nearly
 // anywhere. A block also ends where a keyframe of the first order is, if it has half as many.

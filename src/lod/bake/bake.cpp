@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "base/check.h"
+#include "base/none.h"
 #include "lod/asset/replay.h"
 #include "lod/asset/stored_mesh.h"
 #include "lod/bake/orders/drawn_faces.h"
@@ -17,8 +18,6 @@
 namespace lodestone {
 
 namespace {
-
-constexpr uint32_t none = ~0u;
 
 // Asks an orderer for its orders, level after level.
 class OrderPlanner {

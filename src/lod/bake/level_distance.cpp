@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "base/check.h"
+#include "base/none.h"
 #include "lod/asset/cursor.h"
 #include "mesh/distance/closest_point.h"
 #include "mesh/distance/distance.h"
@@ -13,7 +14,6 @@ namespace lodestone {
 
 namespace {
 
-constexpr uint32_t none = ~0u;
 constexpr double near_largest = 0.85;      // of the largest distance: points farther than that are looked around
 constexpr double far_from_largest = 0.25;  // of it: a face that near to a point is kept without looking at others
 constexpr int climb_steps = 6;             // halvings of the grid around them

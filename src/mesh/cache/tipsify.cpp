@@ -3,12 +3,11 @@
 #include <numeric>
 
 #include "base/check.h"
+#include "base/none.h"
 
 namespace lodestone {
 
 namespace {
-
-constexpr uint32_t none = ~0u;
 
 // Triangles around each vertex: those of v are around[first[v]] .. around[first[v + 1] - 1].
 struct Fans {

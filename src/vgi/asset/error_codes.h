@@ -7,6 +7,8 @@
 
 namespace lodestone::vgi {
 
+inline constexpr double rounding = 1e-6;  // what float arithmetic may lose of an error or a radius, as a share
+
 // Eighths of an octave for errors, halves for radii; 0 is 0. The largest radius is as good as none: it holds all that
 // has a radius. A chart's corners, which are always there, have the largest of both.
 // extent: Atlas::extent(), object units.

@@ -38,7 +38,7 @@ ProgressiveMesh baked(const TriMesh& mesh, const std::vector<std::string>& order
 }
 
 // Closed and open, with seams, in pieces, with colours and materials.
-std::vector<Fixture> meshes() {
+std::vector<Fixture> all_meshes() {
     std::vector<Fixture> all = fixtures::manifold_meshes();
     for (const auto& [name, shape, seed] :
          {std::tuple("rock", Shape::rock, 5), {"terrain", Shape::terrain, 6}, {"torus with seams", Shape::torus, 1}})
@@ -84,7 +84,7 @@ protected:
 };
 
 TEST_F(StoredMeshTest, EveryOrderComesBackBitForBit) {
-    for (const Fixture& f : meshes()) {
+    for (const Fixture& f : all_meshes()) {
         SCOPED_TRACE(f.name);
         const ProgressiveMesh pm = baked(f.mesh, {"keyframe", "static", "classic", "greedy"});
         write(pm);
@@ -119,7 +119,7 @@ TEST_F(StoredMeshTest, EveryOrderComesBackBitForBit) {
 
 // The mesh that is baked is one that was unpacked; this is the source's, by another way.
 TEST_F(StoredMeshTest, FullDetailIsTheSource) {
-    for (const Fixture& f : meshes()) {
+    for (const Fixture& f : all_meshes()) {
         SCOPED_TRACE(f.name);
         write(baked(f.mesh, {"keyframe"}));
         const TriMesh level = *extract_level(*open(), 0);

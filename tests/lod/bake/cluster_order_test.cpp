@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/threads.h"
+#include "fixtures/faces.h"
 #include "fixtures/meshes.h"
 #include "lod/asset/cursor.h"
 #include "lod/bake/bake.h"
@@ -17,11 +18,7 @@
 namespace lodestone {
 namespace {
 
-std::vector<uint32_t> indices_of(const TriMesh& mesh) {
-    std::vector<uint32_t> indices;
-    for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
-    return indices;
-}
+using fixtures::indices_of;
 
 constexpr double whole[] = {1};
 

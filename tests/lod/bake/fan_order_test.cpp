@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "fixtures/faces.h"
 #include "fixtures/meshes.h"
 #include "lod/bake/bake.h"
 #include "lod/bake/orders/order_statistics.h"
@@ -16,11 +17,7 @@
 namespace lodestone {
 namespace {
 
-std::vector<uint32_t> indices_of(const TriMesh& mesh) {
-    std::vector<uint32_t> indices;
-    for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
-    return indices;
-}
+using fixtures::indices_of;
 
 std::vector<uint32_t> drawn(const std::vector<uint32_t>& indices, const std::vector<uint32_t>& order) {
     std::vector<uint32_t> out;

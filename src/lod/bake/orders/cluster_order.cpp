@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/check.h"
+#include "base/none.h"
 #include "base/random.h"
 #include "base/threads.h"
 #include "lod/bake/orders/draw_clusters.h"
@@ -16,7 +17,6 @@ namespace lodestone {
 
 namespace {
 
-constexpr uint32_t none = ~0u;
 constexpr double hot = 0.8, cold = 0.15;    // temperature, in vertices, from the first sweep to the last
 constexpr double loose = 0.2, tight = 0.5;  // penalty per square of faces too many or too few, likewise
 constexpr double crowding_penalty = 3;      // per vertex over batch_vertices - 1 at the first level

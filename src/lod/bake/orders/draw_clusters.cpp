@@ -7,12 +7,11 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/none.h"
 
 namespace lodestone {
 
 namespace {
-
-constexpr uint32_t none = ~0u;
 
 class ClusterDrawing {
 public:

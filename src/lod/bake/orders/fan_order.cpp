@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/none.h"
 
 namespace lodestone {
 
 namespace {
 
-constexpr uint32_t none = ~0u;
 constexpr uint32_t large_fan = 8;  // caches
 
 class FanOrder {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/none.h"
 #include "base/threads.h"
 #include "lod/bake/orders/cluster_order.h"
 #include "lod/bake/orders/fan_order.h"
@@ -12,8 +13,6 @@
 namespace lodestone {
 
 namespace {
-
-constexpr uint32_t none = ~0u;
 
 // Below this many faces an order is not worth a permutation.
 constexpr size_t least_faces = 12;

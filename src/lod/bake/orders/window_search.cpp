@@ -3,27 +3,27 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/none.h"
 #include "lod/bake/orders/fan_order.h"
 
 namespace lodestone {
 
 namespace {
 
-constexpr uint32_t none = ~0u;
 constexpr uint64_t slot_bytes = 12;  // three indices
 // A plan is judged at its level, and at the one where this share of the faces has died besides.
 constexpr double later_share = 0.15;
 
 // What is tried: caches a little smaller lose less when gaps open.
 constexpr FanWeights small_fans{1.21, 0.67, 0.92, 0.4, 1.27}, large_fans{1.53, 0.83, 0.81, 0.42, 1.23};
-struct Candidate {
+struct FanTrial {
     uint32_t cache_less;
     FanWeights weights;
 };
-constexpr Candidate candidates[] = {{0, small_fans}, {0, large_fans}, {1, small_fans}, {1, large_fans}};
+constexpr FanTrial fan_trials[] = {{0, small_fans}, {0, large_fans}, {1, small_fans}, {1, large_fans}};
 constexpr size_t quick_candidates = 2;
 
-Rollouts rollouts(uint32_t look_ahead) { return look_ahead == 0 ? Rollouts{} : Rollouts{4, look_ahead, 2}; }
+Rollouts rollouts_of(uint32_t look_ahead) { return look_ahead == 0 ? Rollouts{} : Rollouts{4, look_ahead, 2}; }
 
 // The first position of an order at which a wedge set is drawn whole.
 class Hosts {
@@ -64,8 +64,8 @@ std::vector<uint32_t> WindowSearch::first_order() {
     std::vector<uint32_t> best;
     double least = 0;
     const Fans fans(input_.indices, input_.wedges);
-    for (const Candidate& candidate : std::span(candidates).first(quick_candidates)) {
-        std::vector<uint32_t> order = fan_order(fans, cache_, candidate.weights, rollouts(options_.look_ahead));
+    for (const FanTrial& candidate : std::span(fan_trials).first(quick_candidates)) {
+        std::vector<uint32_t> order = fan_order(fans, cache_, candidate.weights, rollouts_of(options_.look_ahead));
         const double cost = transforms({}, input_.indices, order, {}, 0);
         if (best.empty() || cost < least) {
             least = cost;
@@ -230,11 +230,11 @@ WindowPlan WindowSearch::plan(uint32_t first, uint32_t last, uint32_t end, bool 
     const auto lead = static_cast<uint32_t>(faces.lead.size());
     const double before = transforms_now(faces);
     const bool whole = first == 0 && last == faces_->slots();  // then no dead slot is needed
-    const size_t tried = careful ? std::size(candidates) : quick_candidates;
+    const size_t tried = careful ? std::size(fan_trials) : quick_candidates;
     for (size_t c = 0; c < tried; ++c) {
-        const uint32_t cache = std::max(3u, cache_ - std::min(cache_, candidates[c].cache_less));
-        const Rollouts ahead = careful && c < quick_candidates ? rollouts(options_.look_ahead) : Rollouts{};
-        std::vector<uint32_t> order = fan_order(fans, cache, candidates[c].weights, ahead, lead);
+        const uint32_t cache = std::max(3u, cache_ - std::min(cache_, fan_trials[c].cache_less));
+        const Rollouts ahead = careful && c < quick_candidates ? rollouts_of(options_.look_ahead) : Rollouts{};
+        std::vector<uint32_t> order = fan_order(fans, cache, fan_trials[c].weights, ahead, lead);
         for (uint32_t& f : order) f -= lead;
         WindowPlan plan;
         plan.first = first, plan.last = last, plan.end = end, plan.taken = best.taken, plan.whole = whole;

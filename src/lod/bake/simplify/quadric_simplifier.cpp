@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/none.h"
 #include "base/random.h"
 #include "base/threads.h"
 #include "lod/bake/simplify/quadric.h"
@@ -21,7 +22,6 @@ namespace lodestone {
 
 namespace {
 
-constexpr uint32_t none = ~0u;
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr size_t grain = 4096;
 

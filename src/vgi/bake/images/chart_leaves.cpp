@@ -22,7 +22,6 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr int64_t side_length = int64_t{1} << 30;  // of a chart; places are integers up to it
-constexpr double rounding = 1e-6;                  // what float arithmetic may lose, as a share
 
 // An arc as a side of a chart: where its vertices lie along it, and where any place of it is on the surface. Whichever
 // chart asks, the answer is the same.

@@ -24,7 +24,6 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double rounding = 1e-6;  // what float arithmetic may lose, as a share
 // Collapses that turn a triangle over or pinch the surface come after all others.
 constexpr double turned_over = 1;  // extents
 

@@ -18,8 +18,6 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr double rounding = 1e-6;  // what float arithmetic may lose, as a share
-
 // Calls visit(triangle corners) for the triangles of the bintree that p splits.
 template <class Visit>
 void for_split_triangles(const Bintree& tree, GridPoint p, Visit&& visit) {

@@ -58,7 +58,7 @@ check:
 	cmake --build --preset check -j $(JOBS)
 	ctest --preset check -j $(JOBS)
 	FUZZ_SECONDS=4 scripts/fuzz.sh
-	scripts/tidy.sh build/check
+	scripts/tidy.sh
 
 bench: build
 	scripts/figures.py measure

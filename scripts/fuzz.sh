@@ -5,20 +5,33 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=${FUZZ_SECONDS:-60}
+jobs=${JOBS:-$(nproc)}
 cmake --preset check >/dev/null
-cmake --build --preset check -j "${JOBS:-$(nproc)}" --target fuzz_drivers
+cmake --build --preset check -j "$jobs" --target fuzz_drivers
 mkdir -p build/fuzz/found
 build/check/bin/make_seeds build/fuzz/seeds
-failed=0
-for driver in build/check/bin/fuzz_*; do
-  name=${driver##*/fuzz_}
-  if [ $# -gt 0 ] && [[ " $* " != *" $name "* ]]; then continue; fi
+
+# One driver, by its name.
+run_driver() {
+  local name=$1
   mkdir -p "build/fuzz/corpus/$name" "build/fuzz/seeds/$name"  # not all begin with some
-  echo "fuzz_$name: ${seconds} s"
-  ASAN_OPTIONS=allocator_may_return_null=0:detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
-    "$driver" -max_total_time="$seconds" -runs="${FUZZ_RUNS:--1}" -rss_limit_mb=2048 -timeout=20 -max_len=65536 -print_final_stats=1 \
-    -artifact_prefix="build/fuzz/found/$name-" "build/fuzz/corpus/$name" "build/fuzz/seeds/$name" \
-    >"build/fuzz/$name.log" 2>&1 || { failed=1; echo "fuzz_$name: FAILED"; tail -n 30 "build/fuzz/$name.log"; }
-  grep -h 'stat::number_of_executed_units' "build/fuzz/$name.log" || true
-done
-exit $failed
+  if ASAN_OPTIONS=allocator_may_return_null=0:detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
+    "build/check/bin/fuzz_$name" -max_total_time="$seconds" -runs="${FUZZ_RUNS:--1}" -rss_limit_mb=2048 -timeout=20 -max_len=65536 \
+    -print_final_stats=1 -artifact_prefix="build/fuzz/found/$name-" "build/fuzz/corpus/$name" "build/fuzz/seeds/$name" \
+    >"build/fuzz/$name.log" 2>&1; then
+    echo "fuzz_$name: ${seconds} s, $(sed -n 's/^stat::number_of_executed_units: *//p' "build/fuzz/$name.log") inputs"
+  else
+    echo "fuzz_$name: FAILED"
+    tail -n 30 "build/fuzz/$name.log"
+    return 1
+  fi
+}
+export -f run_driver
+export seconds
+
+names=("$@")
+if [ ${#names[@]} -eq 0 ]; then
+  for driver in build/check/bin/fuzz_*; do names+=("${driver##*/fuzz_}"); done
+fi
+# xargs ends with 123 where a driver failed, after all have run.
+printf "%s\n" "${names[@]}" | xargs -P "$jobs" -I{} bash -c 'run_driver {}' || exit 1

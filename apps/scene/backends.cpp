@@ -19,12 +19,17 @@ namespace {
 using Open = Result<std::unique_ptr<FrameSource>> (*)(const Technique& way, const ReadyScene& scene,
                                                       const Progress& progress);
 
-// How vgi makes triangles.
-constexpr std::pair<const char*, vgi::Raster> vgi_rasters[] = {{"bintree", vgi::Raster::bintree},
-                                                               {"grid", vgi::Raster::grid},
-                                                               {"grid-area", vgi::Raster::grid_area},
-                                                               {"tess", vgi::Raster::tess},
-                                                               {"device", vgi::Raster::device}};
+// How vgi makes triangles, and whether of leaves, too.
+struct VgiRaster {
+    const char* name;
+    vgi::Raster raster;
+    bool draws_leaves;
+};
+constexpr VgiRaster vgi_rasters[] = {{"bintree", vgi::Raster::bintree, true},
+                                     {"grid", vgi::Raster::grid, false},
+                                     {"grid-area", vgi::Raster::grid_area, false},
+                                     {"tess", vgi::Raster::tess, false},
+                                     {"device", vgi::Raster::device, false}};
 // And lod.
 constexpr const char* lod_geomorph = "geomorph";
 
@@ -66,10 +71,10 @@ Result<std::unique_ptr<FrameSource>> open_lod_scene(const Technique& way, const 
 Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Technique& way, const ReadyScene& scene, const Progress&) {
     std::vector<std::shared_ptr<const vgi::AtlasFile>> assets;
     for (const Asset& asset : scene.assets) assets.push_back(asset.atlas_file);
-    const auto* raster = std::ranges::find(vgi_rasters, way.raster, &std::pair<const char*, vgi::Raster>::first);
+    const auto* raster = std::ranges::find(vgi_rasters, way.raster, &VgiRaster::name);
     if (raster == std::end(vgi_rasters)) raster = vgi_rasters;
     return vgi::open_vgi(
-        assets, {scene.scene.budget.resident_bytes, static_cast<uint32_t>(scene.instances.size()), raster->second});
+        assets, {scene.scene.budget.resident_bytes, static_cast<uint32_t>(scene.instances.size()), raster->raster});
 }
 
 bool holds_chain(const Asset& asset) { return asset.holds_chain(); }
@@ -89,7 +94,7 @@ const Backend backends[] = {{"full", holds_mesh, open_full, {}, {""}},
                             {"lod", holds_progressive, open_lod_scene, {morphed_vertex, {}}, {"", lod_geomorph}},
                             {"vgi", holds_atlas, open_vgi_scene, {vgi::pulled_vertex, vgi::patch_indices}, [] {
                                  std::vector<std::string> names;
-                                 for (const auto& raster : vgi_rasters) names.emplace_back(raster.first);
+                                 for (const VgiRaster& raster : vgi_rasters) names.emplace_back(raster.name);
                                  return names;
                              }()}};
 
@@ -110,8 +115,8 @@ SceneNeeds needs_of(const std::vector<std::string>& names, Need rest) {
 }
 
 void note_rasters(const std::vector<std::string>& rasters, SceneNeeds& needs) {
-    for (const char* without_leaves : {"grid", "grid-area", "tess", "device"}) {
-        if (std::ranges::find(rasters, without_leaves) != rasters.end()) needs.leaves = false;
+    for (const VgiRaster& raster : vgi_rasters) {
+        if (!raster.draws_leaves && std::ranges::find(rasters, raster.name) != rasters.end()) needs.leaves = false;
     }
 }
 

@@ -366,6 +366,16 @@ AtlasFile::ByteRange AtlasFile::leaf_place(uint32_t part) const {
 }
 
 Result<uint64_t> AtlasFile::leaf_triangles() const {
+    const std::lock_guard lock(leaf_count_->mutex);
+    if (!leaf_count_->triangles) {
+        const Result<uint64_t> count = count_leaf_triangles();
+        if (!count) return count;
+        leaf_count_->triangles = *count;
+    }
+    return *leaf_count_->triangles;
+}
+
+Result<uint64_t> AtlasFile::count_leaf_triangles() const {
     uint64_t count = 0;
     for (uint32_t part = 0; part < about_.leaf_part_count(); ++part) {
         const ByteRange at = leaf_place(part);

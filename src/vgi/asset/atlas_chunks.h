@@ -1,6 +1,10 @@
 // An atlas in an asset file: a description, the gluing, and compressed pages.
 #pragma once
 
+#include <memory>
+#include <mutex>
+#include <optional>
+
 #include "base/files/chunk_file.h"
 #include "base/result.h"
 #include "mesh/limits.h"
@@ -53,7 +57,8 @@ public:
 
     // Where the bytes of a part of a leaf lie, of those that about() has.
     ByteRange leaf_place(uint32_t part) const;
-    Result<uint64_t> leaf_triangles() const;  // of all leaves; read from their beginnings
+    // Of all leaves; counted from their beginnings when it is first asked for. Fault::machine where reading fails.
+    Result<uint64_t> leaf_triangles() const;
     // The bytes of a part, and what is coded in them if their checksum is right. Errors name the part, not the file.
     Result<std::vector<std::byte>> read_leaf(uint32_t part) const;
     // As read_leaf, of bytes that were read.
@@ -63,6 +68,7 @@ private:
     explicit AtlasFile(const ChunkFile& file) : file_(file) {}
     Result<void> find_pages(Layer layer);
     Result<void> find_leaves(const Limits& limits);
+    Result<uint64_t> count_leaf_triangles() const;
 
     ChunkFile file_;
     Atlas about_;
@@ -70,6 +76,11 @@ private:
     std::array<std::span<const uint32_t>, 2> sums_;
     std::span<const uint64_t> leaf_ends_;  // per part
     std::span<const uint32_t> leaf_sums_;
+    struct LeafCount {
+        std::mutex mutex;
+        std::optional<uint64_t> triangles;  // once they are counted
+    };
+    std::unique_ptr<LeafCount> leaf_count_ = std::make_unique<LeafCount>();
 };
 
 // Decodes every page. Errors name file and chunk; Fault::format.

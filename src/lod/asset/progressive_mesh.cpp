@@ -339,8 +339,8 @@ Result<ProgressiveMesh> ProgressiveMesh::unpack(std::shared_ptr<const StoredMesh
     opened->mesh = std::move(*unpacked);
     const StoredMesh::Unpacked& mesh = opened->mesh;
     ProgressiveMesh pm;
-    PlayedMesh played{mesh.ecols,   mesh.parents,  mesh.wedge_vertex, static_cast<uint32_t>(mesh.vertices.size()),
-                      mesh.indices, mesh.witnesses};
+    PlayedMesh played{mesh.ecols,   mesh.parents,   mesh.wedge_vertex, static_cast<uint32_t>(mesh.vertices.size()),
+                      mesh.indices, mesh.witnesses, mesh.arcs,         mesh.arc_ends};
     // Side by side: what they play is theirs alone.
     std::vector<Result<OrderArrays>> unfolded(mesh.orders.size());
     parallel_for(unfolded.size(), 1, [&](size_t begin, size_t end) {

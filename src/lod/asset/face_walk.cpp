@@ -1,6 +1,7 @@
 #include "lod/asset/face_walk.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 #include "lod/asset/split_coder.h"
@@ -17,21 +18,77 @@ constexpr size_t contexts = 12;
 // Faces that can be gone on to are told by their edges towards the face they were seen from: codes of SplitMesh.
 constexpr uint32_t face_of(uint32_t edge) { return edge / 4; }
 
+// The numbers of a walk: the streams of its contexts, with what is read of them at hand.
+template <class Io>
+class WalkNumbers {
+public:
+    explicit WalkNumbers(Io& io) : io_(io) {
+        if constexpr (Io::reading) {
+            for (size_t c = 0; c < contexts; ++c) {
+                const auto rest = io_.rest(split_streams::walk + c);
+                next_[c] = begin_[c] = rest.data();
+                end_[c] = rest.data() + rest.size();
+            }
+        }
+    }
+    // Past the end it is 0, and the reader is broken.
+    uint32_t take(size_t context) {
+        if (next_[context] == end_[context]) return io_.byte(split_streams::walk + context);
+        return *next_[context]++;
+    }
+    void put(size_t context, uint32_t code) { io_.byte(split_streams::walk + context, static_cast<uint8_t>(code)); }
+    void finish() {
+        for (size_t c = 0; c < contexts; ++c)
+            io_.took(split_streams::walk + c, static_cast<size_t>(next_[c] - begin_[c]));
+    }
+
+private:
+    Io& io_;
+    std::array<const uint8_t*, contexts> next_{}, begin_{}, end_{};
+};
+
 template <class Io>
 class FaceWalk {
 public:
     FaceWalk(Io& io, const SplitMesh& mesh, std::vector<uint32_t>& order)
-        : io_(io), mesh_(mesh), order_(order), across_(mesh.across()), marks_(mesh.face_count(), Mark::open) {}
+        : io_(io), faces_(mesh.face_count()), order_(order), across_(mesh.across()), marks_(faces_ + 1, Mark::open) {
+        marks_[faces_] = Mark::taken;  // stands for what is behind a border
+        open_.resize(1024);
+    }
 
     bool run() {
-        const uint32_t faces = mesh_.face_count();
-        if constexpr (Io::reading) order_.resize(faces);
-        for (uint32_t i = 0; i < faces; ++i) {
-            const uint32_t next = step(Io::reading ? none : order_[i]), face = face_of(next);
-            if (face >= faces || marks_[face] != Mark::open) return false;
+        if constexpr (Io::reading) order_.resize(faces_);
+        WalkNumbers<Io> numbers(io_);
+        uint32_t before = 2;  // the kind of the last step
+        for (uint32_t i = 0; i < faces_; ++i) {
+            const uint32_t can = (is_open(ahead_[0]) ? 1 : 0) + (is_open(ahead_[1]) ? 2 : 0);
+            const uint32_t context = can * 3 + before;
+            uint32_t code = 0, next = none;
+            if constexpr (Io::reading) {
+                code = numbers.take(context);
+            } else {
+                code = code_of(order_[i], can, next);
+                numbers.put(context, code);
+            }
+            if (open_count_ + 3 > open_.size()) open_.resize(open_.size() * 2);
+            before = std::min(code, first_open);
+            if (code < first_open) {
+                next = ahead_[code];
+                // The side that is left aside, if it is not the same face.
+                const uint32_t other = ahead_[1 - code];
+                open_[open_count_] = other;
+                open_count_ += (can >> (1 - code) & 1) & (face_of(other) != face_of(next) ? 1 : 0);
+            } else if (!leap(code, can, next, Io::reading ? none : order_[i])) {
+                return false;
+            }
+            const uint32_t face = face_of(next);
+            if (face >= faces_ || marks_[face] != Mark::open) return false;
             if constexpr (Io::reading) order_[i] = face;
             enter(next);
+            // Of a face that was come to from nowhere the third neighbour is open, too.
+            if (code == anywhere && is_open(across_[next])) open_[open_count_++] = across_[next];
         }
+        if constexpr (Io::reading) numbers.finish();
         return true;
     }
 
@@ -39,38 +96,32 @@ private:
     // No type that may be any other's bytes: writing one is no reason to read everything else again.
     enum class Mark : uint8_t { open, taken };
 
-    bool is_open(uint32_t edge) const { return edge != none && marks_[face_of(edge)] == Mark::open; }
+    bool is_open(uint32_t edge) const { return marks_[std::min(face_of(edge), faces_)] == Mark::open; }
 
-    // The edge to go on to; its face given where it is written.
-    uint32_t step(uint32_t wanted) {
-        const uint32_t can = (is_open(ahead_[0]) ? 1 : 0) + (is_open(ahead_[1]) ? 2 : 0);
-        const size_t stream = split_streams::walk + can * 3 + before_;
-        uint32_t code = anywhere, next = none, rank = 0;
-        if constexpr (Io::reading) {
-            code = io_.byte(stream);
-            rank = code - first_open;
-            if (code >= first_open && code != anywhere && !find(rank, none, next)) return none;
-        } else {
-            if ((can & 1) != 0 && face_of(ahead_[0]) == wanted) {
-                code = 0;
-            } else if ((can & 2) != 0 && face_of(ahead_[1]) == wanted) {
-                code = 1;
-            } else if (find(rank, wanted, next)) {
-                code = first_open + rank;
-            }
-            io_.byte(stream, static_cast<uint8_t>(code));
+    // How a face that is written is gone on to, and where it is an open one, its edge.
+    uint32_t code_of(uint32_t wanted, uint32_t can, uint32_t& edge) {
+        if ((can & 1) != 0 && face_of(ahead_[0]) == wanted) return 0;
+        if ((can & 2) != 0 && face_of(ahead_[1]) == wanted) return 1;
+        uint32_t rank = 0;
+        return find(rank, wanted, edge) ? first_open + rank : anywhere;
+    }
+
+    // On to an open face, or to any. False where there is none of that rank.
+    bool leap(uint32_t code, uint32_t can, uint32_t& next, uint32_t wanted) {
+        if (code == anywhere) {
+            next = any(wanted) * 4;
+        } else if constexpr (Io::reading) {
+            uint32_t rank = code - first_open;
+            if (!find(rank, none, next)) return false;
         }
-        if (code < first_open) next = ahead_[code];
-        if (code == anywhere) next = any(wanted) * 4;
         for (const uint32_t side : {1u, 0u}) {
-            if ((can >> side & 1) != 0 && face_of(ahead_[side]) != face_of(next)) open_.push_back(ahead_[side]);
+            if ((can >> side & 1) != 0 && face_of(ahead_[side]) != face_of(next)) open_[open_count_++] = ahead_[side];
         }
-        before_ = std::min(code, first_open);
-        return next;
+        return true;
     }
 
     uint32_t any(uint32_t wanted) {
-        const auto width = static_cast<uint32_t>(std::bit_width(mesh_.face_count() - 1));
+        const auto width = static_cast<uint32_t>(std::bit_width(faces_ - 1));
         if constexpr (Io::reading) {
             return io_.bits(split_streams::order_bits, width);
         } else {
@@ -83,13 +134,16 @@ private:
     // Leaves out of the list what it passes and is no longer open.
     bool find(uint32_t& rank, uint32_t wanted, uint32_t& found) {
         // What is on top is what is mostly wanted.
-        while (!open_.empty() && !is_open(open_.back())) open_.pop_back();
-        if (!open_.empty() && (wanted == none ? rank == 0 : face_of(open_.back()) == wanted)) {
-            found = open_.back();
-            rank = 0;
-            return true;
+        while (open_count_ > 0 && !is_open(open_[open_count_ - 1])) --open_count_;
+        if (open_count_ > 0) {
+            const uint32_t top = open_[open_count_ - 1];
+            if (wanted == none ? rank == 0 : face_of(top) == wanted) {
+                found = top;
+                rank = 0;
+                return true;
+            }
         }
-        size_t kept = open_.size(), at = open_.size();  // those from `kept` on are open and passed
+        size_t kept = open_count_, at = open_count_;  // those from `kept` on are open and passed
         uint32_t passed = 0;
         bool is_found = false;
         while (at > 0 && passed < most_open && !is_found) {
@@ -104,9 +158,9 @@ private:
             ++passed;
         }
         if (kept != at) {
-            std::copy(open_.begin() + static_cast<ptrdiff_t>(kept), open_.end(),
+            std::copy(open_.begin() + static_cast<ptrdiff_t>(kept), open_.begin() + static_cast<ptrdiff_t>(open_count_),
                       open_.begin() + static_cast<ptrdiff_t>(at));
-            open_.resize(at + passed);
+            open_count_ = at + passed;
         }
         return is_found;
     }
@@ -120,18 +174,16 @@ private:
         for (const uint32_t seen : ahead_) {
             if (seen != none) __builtin_prefetch(across_ + seen);
         }
-        // Of a face that was come to from nowhere the third neighbour is open, too.
-        if (is_open(across[k])) open_.push_back(across[k]);
     }
 
     Io& io_;
-    const SplitMesh& mesh_;
+    const uint32_t faces_;
     std::vector<uint32_t>& order_;
     const uint32_t* across_;
     std::vector<Mark> marks_;
-    std::vector<uint32_t> open_;
+    std::vector<uint32_t> open_;  // the first so many are used
+    size_t open_count_ = 0;
     uint32_t ahead_[2] = {none, none};
-    uint32_t before_ = 2;  // the kind of the last step
 };
 
 }  // namespace

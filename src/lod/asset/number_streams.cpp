@@ -62,8 +62,10 @@ std::vector<std::byte> NumberWriter::packed() const {
 }
 
 std::optional<NumberReader> NumberReader::unpack(std::span<const std::byte> packed, size_t streams, size_t bit_streams,
-                                                 uint64_t most) {
+                                                 uint64_t most, std::vector<uint8_t> room) {
     NumberReader reader;
+    reader.numbers_ = std::move(room);
+    reader.numbers_.clear();
     reader.streams_.resize(streams);
     for (Stream& stream : reader.streams_) {
         const size_t before = packed.size();

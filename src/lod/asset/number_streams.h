@@ -43,9 +43,10 @@ class NumberReader {
 public:
     static constexpr bool reading = true;
     // most: numbers that a stream can have; a stream that states more is broken, and nothing is allocated for it.
-    // packed must outlive the reader.
+    // packed must outlive the reader. room: memory to use, of a reader before.
     static std::optional<NumberReader> unpack(std::span<const std::byte> packed, size_t streams, size_t bit_streams,
-                                              uint64_t most);
+                                              uint64_t most, std::vector<uint8_t> room = {});
+    std::vector<uint8_t> take_room() { return std::move(numbers_); }
 
     // Past the end everything is 0, and the reader is broken.
     uint8_t byte(size_t stream) {
@@ -53,6 +54,11 @@ public:
         if (s.next == s.end) return past_end();
         return numbers_[s.next++];
     }
+    // What is left of a stream, to be read elsewhere; took() says how much was.
+    std::span<const uint8_t> rest(size_t stream) const {
+        return std::span(numbers_).subspan(streams_[stream].next, streams_[stream].end - streams_[stream].next);
+    }
+    void took(size_t stream, size_t count) { streams_[stream].next += count; }
     uint32_t number(size_t stream) {
         const uint8_t first = byte(stream);
         return first < 255 ? first : long_number(stream);

@@ -183,11 +183,13 @@ private:
     // The collapse from a level to the next, and what of the other half is held there, in slots.
     void play(uint32_t level, uint32_t wedges, uint32_t faces) {
         const Ecol ecol = mesh_.ecols[level];
+        if (level == forgotten_at_ && level > 0) forget_dead(wedges, faces);
         next_held_ = level >= making_from_ ? made_.keyframes[drawn_].blocks_held(level) * keyframe_block_slots : 0;
         last_held_ =
             level < forgotten_at_ ? made_.keyframes[drawn_ - 1].blocks_held(level + 1) * keyframe_block_slots : 0;
         const uint32_t split = levels_ - 2 - level, begin = split == 0 ? 0 : mesh_.arc_ends[split - 1];
         const auto arc = mesh_.arcs.subspan(begin, mesh_.arc_ends[split] - begin);
+        if (!order_.drops_dead) fetch_dead(wedges);
         for (uint32_t w = wedges - 1; w + 1 > wedges - ecol.wedges; --w) {
             const uint32_t parent = mesh_.parents[mesh_.wedges - 1 - w];
             made_.first_corner.push_back(static_cast<uint32_t>(made_.corners.size()));
@@ -219,19 +221,37 @@ private:
         if (last_held_ > 0 && home(face) < last_held_) note(1 - half, last_slots_[face], k);
     }
 
+    // Leaves out of the lists what no order holds any more: most of what is dead.
+    void forget_dead(uint32_t wedges, uint32_t faces) {
+        std::fill_n(dead_first_.begin(), wedges, none);
+        for (uint32_t c = faces * 3; c < slots_.size() * 3; ++c) hold_dead(c, now_[c]);
+    }
+
     void hold_dead(uint32_t corner, uint32_t wedge) {
         dead_next_[corner] = dead_first_[wedge];
         dead_first_[wedge] = corner;
     }
 
-    // Corners of dead faces are numbered 3 * face + k. Those that no order holds any more are left out.
+    // Hints that the lists of wedges that go soon are read: the first of one, and the second of one that goes sooner.
+    void fetch_dead(uint32_t wedges) const {
+        constexpr uint32_t far = 16, near = 8;
+        if (wedges <= far) return;
+        if (const uint32_t first = dead_first_[wedges - far]; first != none) {
+            __builtin_prefetch(&dead_next_[first]);
+            __builtin_prefetch(&slots_[0] + first / 3);
+        }
+        if (const uint32_t first = dead_first_[wedges - near]; first != none) {
+            const uint32_t second = dead_next_[first];
+            if (second != none) __builtin_prefetch(&dead_next_[second]);
+        }
+    }
+
+    // Corners of dead faces are numbered 3 * face + k.
     void rewrite_dead(uint32_t wedge, uint32_t parent) {
         const uint32_t half = drawn_ & 1;
-        const size_t oldest = last_held_ > 0 ? last_slots_.size() : slots_.size();
         for (uint32_t corner = dead_first_[wedge], next = none; corner != none; corner = next) {
             next = dead_next_[corner];
             const uint32_t face = corner / 3, k = corner % 3;
-            if (face >= oldest) continue;
             if (face < slots_.size()) note(half, slots_[face], k);
             if (last_held_ > 0 && home(face) < last_held_) note(1 - half, last_slots_[face], k);
             now_[corner] = parent;

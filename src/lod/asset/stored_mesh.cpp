@@ -354,7 +354,7 @@ private:
         const uint64_t most = 1000 + uint64_t{splits} * 64 +
                               uint64_t{block.entry.faces} * (stored_.orders_.size() + 3) +
                               uint64_t{stored_.base_vertices_} * 8 + (block.entry.level == 0 ? swaps_most() : 0);
-        auto io = NumberReader::unpack(block.content, streams, split_streams::bit_count, most);
+        auto io = NumberReader::unpack(block.content, streams, split_streams::bit_count, most, std::move(room_));
         if (!io) return broken(place + " cannot be unpacked");
         Coder coder(*io, mesh_, made_.vertices, stored_.attributes_, grid_);
         if (b == 0) {
@@ -370,6 +370,7 @@ private:
         if (mesh_.wedge_count() != block.entry.wedges || mesh_.face_count() != block.entry.faces)
             return broken(place + " does not lead where it should");
         count_parts(*io);
+        room_ = io->take_room();
         return {};
     }
 
@@ -492,6 +493,7 @@ private:
     uint32_t next_order_ = none;  // the next level where an order is stored; not above level_ once one was read
     SplitMesh mesh_;
     SplitStep step_;
+    std::vector<uint8_t> room_;  // for numbers of blocks
     Unpacked made_;
 };
 

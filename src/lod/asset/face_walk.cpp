@@ -51,8 +51,8 @@ template <class Io>
 class FaceWalk {
 public:
     FaceWalk(Io& io, const SplitMesh& mesh, std::vector<uint32_t>& order)
-        : io_(io), faces_(mesh.face_count()), order_(order), across_(mesh.across()), marks_(faces_ + 1, Mark::open) {
-        marks_[faces_] = Mark::taken;  // stands for what is behind a border
+        : io_(io), faces_(mesh.face_count()), order_(order), across_(mesh.across()), taken_(faces_ / 64 + 1, 0) {
+        take(faces_);  // stands for what is behind a border
         open_.resize(1024);
     }
 
@@ -82,7 +82,7 @@ public:
                 return false;
             }
             const uint32_t face = face_of(next);
-            if (face >= faces_ || marks_[face] != Mark::open) return false;
+            if (face >= faces_ || !is_open(next)) return false;
             if constexpr (Io::reading) order_[i] = face;
             enter(next);
             // Of a face that was come to from nowhere the third neighbour is open, too.
@@ -93,10 +93,11 @@ public:
     }
 
 private:
-    // No type that may be any other's bytes: writing one is no reason to read everything else again.
-    enum class Mark : uint8_t { open, taken };
-
-    bool is_open(uint32_t edge) const { return marks_[std::min(face_of(edge), faces_)] == Mark::open; }
+    bool is_open(uint32_t edge) const {
+        const uint32_t face = std::min(face_of(edge), faces_);
+        return (taken_[face / 64] >> (face % 64) & 1) == 0;
+    }
+    void take(uint32_t face) { taken_[face / 64] |= uint64_t{1} << (face % 64); }
 
     // How a face that is written is gone on to, and where it is an open one, its edge.
     uint32_t code_of(uint32_t wanted, uint32_t can, uint32_t& edge) {
@@ -112,11 +113,30 @@ private:
             next = any(wanted) * 4;
         } else if constexpr (Io::reading) {
             uint32_t rank = code - first_open;
-            if (!find(rank, none, next)) return false;
+            if (!near(rank, next) && !find(rank, none, next)) return false;
         }
         for (const uint32_t side : {1u, 0u}) {
-            if ((can >> side & 1) != 0 && face_of(ahead_[side]) != face_of(next)) open_[open_count_++] = ahead_[side];
+            open_[open_count_] = ahead_[side];
+            open_count_ += (can >> side & 1) & (face_of(ahead_[side]) != face_of(next) ? 1 : 0);
         }
+        return true;
+    }
+
+    // The open face of this rank, if it is among the last few of the list, which are rid of what is open no more.
+    // Without branches, for nobody could guess them.
+    bool near(uint32_t rank, uint32_t& found) {
+        constexpr size_t few = 16;
+        if (open_count_ < few) return false;
+        uint32_t* last = open_.data() + (open_count_ - few);
+        size_t count = 0;
+        for (size_t i = 0; i < few; ++i) {
+            const uint32_t seen = last[i];
+            last[count] = seen;
+            count += is_open(seen) ? 1 : 0;
+        }
+        open_count_ -= few - count;
+        if (rank >= count) return false;
+        found = last[count - 1 - rank];
         return true;
     }
 
@@ -166,7 +186,7 @@ private:
     }
 
     void enter(uint32_t edge) {
-        marks_[face_of(edge)] = Mark::taken;
+        take(face_of(edge));
         const uint32_t k = edge % 4, *across = across_ + (edge - k);
         ahead_[0] = across[SplitMesh::next(k)];
         ahead_[1] = across[SplitMesh::previous(k)];
@@ -180,8 +200,8 @@ private:
     const uint32_t faces_;
     std::vector<uint32_t>& order_;
     const uint32_t* across_;
-    std::vector<Mark> marks_;
-    std::vector<uint32_t> open_;  // the first so many are used
+    std::vector<uint64_t> taken_;  // a bit per face
+    std::vector<uint32_t> open_;   // the first so many are used
     size_t open_count_ = 0;
     uint32_t ahead_[2] = {none, none};
 };

@@ -145,12 +145,12 @@ private:
         noted.slot = last_slots_[face];
         noted.literal = alive == none;
         const uint32_t* wedges = &now_[size_t{face} * 3];
-        for (size_t k = 0; k < 3 && !noted.literal; ++k) {
-            const uint32_t* beside = &now_[size_t{alive} * 3];
-            uint8_t corner = 0;
-            while (corner < 3 && beside[corner] != wedges[k]) ++corner;
-            noted.literal = corner == 3;  // at a seam
-            noted.corners[k] = corner;
+        const uint32_t* beside = &now_[size_t{noted.literal ? face : alive} * 3];
+        for (size_t k = 0; k < 3; ++k) {
+            const uint32_t differ = beside[0] != wedges[k] ? 1 : 0, differs = beside[1] != wedges[k] ? 1 : 0;
+            const uint32_t corner = differ * (1 + differs * (1 + (beside[2] != wedges[k] ? 1 : 0)));
+            noted.literal |= corner == 3;  // at a seam
+            noted.corners[k] = static_cast<uint8_t>(corner);
         }
         if (noted.literal) {
             noted.corners = {};

@@ -55,6 +55,8 @@ public:
         uint32_t opposite = none;          // x or y where no face tells it: no arc, and neither `before` nor `after`
     };
 
+    // Room for so many, so that what is added is not copied again and again.
+    void reserve(size_t vertices, size_t faces);
     // Adds a vertex of so many wedges, 1 .. 65536, without faces.
     uint32_t add_vertex(uint32_t wedges);
     // Adds a face of the base. Its neighbours are unknown until join_base().

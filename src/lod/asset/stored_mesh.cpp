@@ -324,12 +324,14 @@ public:
     }
 
     Result<Unpacked> run() {
+        make_room();
         for (size_t b = 0; b < stored_.blocks_.size(); ++b) {
             if (auto done = read_block(b); !done) return tl::unexpected(done.error());
         }
         made_.levels_missing = level_;
         made_.indices = mesh_.wedge_indices();
         made_.witnesses = mesh_.take_witnesses();
+        made_.wedge_vertex.reserve(mesh_.wedge_count());
         for (uint32_t v = 0; v < mesh_.vertices(); ++v)
             made_.wedge_vertex.insert(made_.wedge_vertex.end(), mesh_.wedges_of(v), v);
         std::ranges::reverse(made_.ecols);
@@ -340,6 +342,22 @@ public:
 
 private:
     using Coder = SplitCoder<NumberReader>;
+
+    // As much as the table says, if so much can be in so many bytes.
+    void make_room() {
+        if (stored_.blocks_.empty()) return;
+        const uint64_t most = stored_.stored_bytes();
+        const StoredBlock& last = stored_.blocks_.back().entry;
+        const auto wedges = static_cast<size_t>(std::min<uint64_t>(last.wedges, most));
+        const auto faces = static_cast<size_t>(std::min<uint64_t>(last.faces, most));
+        const auto splits = static_cast<size_t>(std::min<uint64_t>(stored_.levels_ - 1 - last.level, most));
+        mesh_.reserve(wedges, faces);
+        made_.vertices.reserve(wedges);
+        made_.ecols.reserve(splits);
+        made_.parents.reserve(wedges);
+        made_.arc_ends.reserve(splits);
+        made_.arcs.reserve(faces * 2);
+    }
 
     Result<void> read_block(size_t b) {
         const Block& block = stored_.blocks_[b];

@@ -61,7 +61,7 @@ public:
         WalkNumbers<Io> numbers(io_);
         uint32_t before = 2;  // the kind of the last step
         for (uint32_t i = 0; i < faces_; ++i) {
-            const uint32_t can = (is_open(ahead_[0]) ? 1 : 0) + (is_open(ahead_[1]) ? 2 : 0);
+            const uint32_t can = (is_open(first_) ? 1 : 0) + (is_open(second_) ? 2 : 0);
             const uint32_t context = can * 3 + before;
             uint32_t code = 0, next = none;
             if constexpr (Io::reading) {
@@ -73,9 +73,9 @@ public:
             if (open_count_ + 3 > open_.size()) open_.resize(open_.size() * 2);
             before = std::min(code, first_open);
             if (code < first_open) {
-                next = ahead_[code];
-                // The side that is left aside, if it is not the same face.
-                const uint32_t other = ahead_[1 - code];
+                // Chosen by bits, not by a branch. The side that is left aside is opened, if it is not the same face.
+                const uint32_t swap = (first_ ^ second_) & (0u - code), other = second_ ^ swap;
+                next = first_ ^ swap;
                 open_[open_count_] = other;
                 open_count_ += (can >> (1 - code) & 1) & (face_of(other) != face_of(next) ? 1 : 0);
             } else if (!leap(code, can, next, Io::reading ? none : order_[i])) {
@@ -101,8 +101,8 @@ private:
 
     // How a face that is written is gone on to, and where it is an open one, its edge.
     uint32_t code_of(uint32_t wanted, uint32_t can, uint32_t& edge) {
-        if ((can & 1) != 0 && face_of(ahead_[0]) == wanted) return 0;
-        if ((can & 2) != 0 && face_of(ahead_[1]) == wanted) return 1;
+        if ((can & 1) != 0 && face_of(first_) == wanted) return 0;
+        if ((can & 2) != 0 && face_of(second_) == wanted) return 1;
         uint32_t rank = 0;
         return find(rank, wanted, edge) ? first_open + rank : anywhere;
     }
@@ -115,10 +115,10 @@ private:
             uint32_t rank = code - first_open;
             if (!near(rank, next) && !find(rank, none, next)) return false;
         }
-        for (const uint32_t side : {1u, 0u}) {
-            open_[open_count_] = ahead_[side];
-            open_count_ += (can >> side & 1) & (face_of(ahead_[side]) != face_of(next) ? 1 : 0);
-        }
+        open_[open_count_] = second_;
+        open_count_ += can >> 1 & (face_of(second_) != face_of(next) ? 1 : 0);
+        open_[open_count_] = first_;
+        open_count_ += can & 1 & (face_of(first_) != face_of(next) ? 1 : 0);
         return true;
     }
 
@@ -188,12 +188,11 @@ private:
     void enter(uint32_t edge) {
         take(face_of(edge));
         const uint32_t k = edge % 4, *across = across_ + (edge - k);
-        ahead_[0] = across[SplitMesh::next(k)];
-        ahead_[1] = across[SplitMesh::previous(k)];
+        first_ = across[SplitMesh::next(k)];
+        second_ = across[SplitMesh::previous(k)];
         // Mostly the walk goes on to one of the two; both are fetched before it is known to which.
-        for (const uint32_t seen : ahead_) {
-            if (seen != none) __builtin_prefetch(across_ + seen);
-        }
+        __builtin_prefetch(across_ + (first_ == none ? 0 : first_));
+        __builtin_prefetch(across_ + (second_ == none ? 0 : second_));
     }
 
     Io& io_;
@@ -203,7 +202,7 @@ private:
     std::vector<uint64_t> taken_;  // a bit per face
     std::vector<uint32_t> open_;   // the first so many are used
     size_t open_count_ = 0;
-    uint32_t ahead_[2] = {none, none};
+    uint32_t first_ = none, second_ = none;  // edges to go on to
 };
 
 }  // namespace

@@ -33,7 +33,7 @@ public:
     }
     // Past the end it is 0, and the reader is broken.
     uint32_t take(size_t context) {
-        if (next_[context] == end_[context]) return io_.byte(split_streams::walk + context);
+        if (next_[context] == end_[context]) return io_.past_end();
         return *next_[context]++;
     }
     void put(size_t context, uint32_t code) { io_.byte(split_streams::walk + context, static_cast<uint8_t>(code)); }

@@ -54,6 +54,11 @@ public:
         if (s.next == s.end) return past_end();
         return numbers_[s.next++];
     }
+    // What a number past the end is.
+    uint8_t past_end() {
+        broken_ = true;
+        return 0;
+    }
     // What is left of a stream, to be read elsewhere; took() says how much was.
     std::span<const uint8_t> rest(size_t stream) const {
         return std::span(numbers_).subspan(streams_[stream].next, streams_[stream].end - streams_[stream].next);
@@ -96,10 +101,6 @@ private:
         uint64_t held = 0;
         uint32_t count = 0;
     };
-    uint8_t past_end() {
-        broken_ = true;
-        return 0;
-    }
     uint32_t long_number(size_t stream);
     void refill(Bits& b, uint32_t count);
 

@@ -53,7 +53,6 @@ public:
     FaceWalk(Io& io, const SplitMesh& mesh, std::vector<uint32_t>& order)
         : io_(io), faces_(mesh.face_count()), order_(order), across_(mesh.across()), taken_(faces_ / 64 + 1, 0) {
         take(faces_);  // stands for what is behind a border
-        open_.resize(1024);
     }
 
     bool run() {
@@ -70,7 +69,7 @@ public:
                 code = code_of(order_[i], can, next);
                 numbers.put(context, code);
             }
-            if (open_count_ + 3 > open_.size()) open_.resize(open_.size() * 2);
+            if (open_count_ + 3 > room_) open_.resize(room_ *= 2);
             before = std::min(code, first_open);
             if (code < first_open) {
                 // Chosen by bits, not by a branch. The side that is left aside is opened, if it is not the same face.
@@ -78,12 +77,11 @@ public:
                 next = first_ ^ swap;
                 open_[open_count_] = other;
                 open_count_ += (can >> (1 - code) & 1) & (face_of(other) != face_of(next) ? 1 : 0);
+                if ((can >> code & 1) == 0) return false;
             } else if (!leap(code, can, next, Io::reading ? none : order_[i])) {
                 return false;
             }
-            const uint32_t face = face_of(next);
-            if (face >= faces_ || !is_open(next)) return false;
-            if constexpr (Io::reading) order_[i] = face;
+            if constexpr (Io::reading) order_[i] = face_of(next);
             enter(next);
             // Of a face that was come to from nowhere the third neighbour is open, too.
             if (code == anywhere && is_open(across_[next])) open_[open_count_++] = across_[next];
@@ -107,10 +105,11 @@ private:
         return find(rank, wanted, edge) ? first_open + rank : anywhere;
     }
 
-    // On to an open face, or to any. False where there is none of that rank.
+    // On to an open face, or to any. False where there is none of that rank, or it is taken.
     bool leap(uint32_t code, uint32_t can, uint32_t& next, uint32_t wanted) {
         if (code == anywhere) {
             next = any(wanted) * 4;
+            if (!is_open(next)) return false;
         } else if constexpr (Io::reading) {
             uint32_t rank = code - first_open;
             if (!near(rank, next) && !find(rank, none, next)) return false;
@@ -125,7 +124,7 @@ private:
     // The open face of this rank, if it is among the last few of the list, which are rid of what is open no more.
     // Without branches, for nobody could guess them.
     bool near(uint32_t rank, uint32_t& found) {
-        constexpr size_t few = 16;
+        constexpr size_t few = 12;
         if (open_count_ < few) return false;
         uint32_t* last = open_.data() + (open_count_ - few);
         size_t count = 0;
@@ -200,7 +199,8 @@ private:
     std::vector<uint32_t>& order_;
     const uint32_t* across_;
     std::vector<uint64_t> taken_;  // a bit per face
-    std::vector<uint32_t> open_;   // the first so many are used
+    size_t room_ = 1024;
+    std::vector<uint32_t> open_ = std::vector<uint32_t>(room_);  // the first so many are used
     size_t open_count_ = 0;
     uint32_t first_ = none, second_ = none;  // edges to go on to
 };

@@ -103,14 +103,6 @@ uint32_t NumberReader::long_number(size_t stream) {
 }
 
 void NumberReader::refill(Bits& b, uint32_t count) {
-    if (b.rest.size() >= 4) {
-        uint32_t more = 0;
-        std::memcpy(&more, b.rest.data(), 4);
-        b.held |= uint64_t{more} << b.count;
-        b.count += 32;
-        b.rest = b.rest.subspan(4);
-        return;
-    }
     for (; b.count < count && !b.rest.empty(); b.count += 8, b.rest = b.rest.subspan(1))
         b.held |= std::to_integer<uint64_t>(b.rest.front()) << b.count;
     if (b.count >= count) return;

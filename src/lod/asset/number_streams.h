@@ -70,7 +70,17 @@ public:
     }
     uint32_t bits(size_t bit_stream, uint32_t count) {
         Bits& b = bits_[bit_stream];
-        if (b.count < count) refill(b, count);
+        if (b.rest.size() >= 8) {
+            // As much as fits, whether it is needed or not: nobody could guess. What does not fit as a whole byte is
+            // the same when it comes again.
+            uint64_t more = 0;
+            std::memcpy(&more, b.rest.data(), 8);
+            b.held |= more << b.count;
+            b.rest = b.rest.subspan((63 - b.count) / 8);
+            b.count |= 56;
+        } else if (b.count < count) {
+            refill(b, count);
+        }
         const auto value = static_cast<uint32_t>(b.held & ((uint64_t{1} << count) - 1));
         b.held >>= count;
         b.count -= count;
@@ -98,8 +108,8 @@ private:
     };
     struct Bits {
         std::span<const std::byte> rest;
-        uint64_t held = 0;
-        uint32_t count = 0;
+        uint64_t held = 0;   // bits to come; those behind the first `count` are in `rest`, too, or 0
+        uint32_t count = 0;  // 0 .. 63
     };
     uint32_t long_number(size_t stream);
     void refill(Bits& b, uint32_t count);

@@ -24,6 +24,8 @@ uint32_t magnitude(int32_t value) {
     return (static_cast<uint32_t>(value) ^ sign) - sign;
 }
 
+uint32_t bits_of(uint32_t value) { return static_cast<uint32_t>(std::bit_width(uint64_t{value} << 1 | 1)) - 1; }
+
 }  // namespace
 
 template <class Io>
@@ -88,8 +90,7 @@ void SplitCoder<Io>::difference(size_t stream, int32_t& value, uint32_t expected
 template <class Io>
 void SplitCoder<Io>::floating(size_t stream, float& value, float expected, float reference) {
     const uint32_t middle = ordered(expected);
-    const auto spread =
-        static_cast<uint32_t>(std::bit_width(magnitude(static_cast<int32_t>(middle - ordered(reference)))));
+    const uint32_t spread = bits_of(magnitude(static_cast<int32_t>(middle - ordered(reference))));
     auto apart = static_cast<int32_t>(ordered(value) - middle);
     difference(stream, apart, spread);
     value = unordered(middle + static_cast<uint32_t>(apart));
@@ -103,8 +104,8 @@ void SplitCoder<Io>::on_grid(size_t stream, float& value, float expected, float 
             std::clamp(std::nearbyint(static_cast<double>(of) * per_grid_), -2147483648.0, 2147483647.0));
     };
     const auto middle = static_cast<uint32_t>(multiple(expected));
-    const auto spread = static_cast<uint32_t>(
-        std::bit_width(magnitude(static_cast<int32_t>(middle - static_cast<uint32_t>(multiple(reference))))));
+    const uint32_t spread =
+        bits_of(magnitude(static_cast<int32_t>(middle - static_cast<uint32_t>(multiple(reference)))));
     int32_t apart = 0;
     if constexpr (!Io::reading) apart = static_cast<int32_t>(static_cast<uint32_t>(multiple(value)) - middle);
     difference(stream, apart, spread);

@@ -3,10 +3,12 @@
 // share of the file that the n coarsest of N triangles need, as a multiple of n / N: the largest at the ends of blocks
 // from 1% on (`prefix_at_ends`), and of any n from 1% on (`prefix`).
 //   asset_size [--json] [--keep FILE] [--rock TRIANGLES | part of a subject's name]
-//   asset_size --open FILE
-// --keep leaves the last asset in FILE; --open opens FILE once and does nothing else, for callgrind.
+//   asset_size --open FILE [--times N]
+// --keep leaves the last asset in FILE; --open opens FILE once and does nothing else, for callgrind. With --times it
+// opens FILE N times and prints the median and the least, to compare two builds side by side.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -78,19 +80,27 @@ void measure_prefixes(const ChunkFile& file, Size& size) {
     }
 }
 
-Size measure(const std::filesystem::path& path) {
-    Size size;
-    for (int n = 0; n < 7; ++n) {
+// Seconds of one core to open a file, each of so many times.
+std::vector<double> opening_times(const std::filesystem::path& path, uint64_t times, Size& size) {
+    std::vector<double> seconds;
+    for (uint64_t n = 0; n < times; ++n) {
         const auto file = ChunkFile::open(path);
         LODE_CHECK(file.has_value());
         const Stopwatch watch;
         const auto pm = ProgressiveMesh::open(*file);
-        size.seconds = std::min(size.seconds, watch.cpu());
+        seconds.push_back(watch.cpu());
         LODE_CHECK(pm.has_value());
         size.triangles = pm->full_triangles();
         size.parts = pm->parts;
         size.bytes = static_cast<double>(file->file_bytes());
     }
+    std::ranges::sort(seconds);
+    return seconds;
+}
+
+Size measure(const std::filesystem::path& path) {
+    Size size;
+    size.seconds = opening_times(path, 7, size).front();
     measure_prefixes(*ChunkFile::open(path), size);
     return size;
 }
@@ -118,17 +128,32 @@ void print(const std::string& name, const Size& size, bool json) {
     std::fflush(stdout);
 }
 
+int open_only(const std::string& path, uint64_t times) {
+    if (times == 0) {
+        const auto file = ChunkFile::open(path);
+        return file && ProgressiveMesh::open(*file) ? 0 : 1;
+    }
+    set_thread_count(1);
+    Size size;
+    const std::vector<double> seconds = opening_times(path, times, size);
+    std::printf("opens %.2f M triangles a second, at most %.2f\n", size.triangles / seconds[seconds.size() / 2] / 1e6,
+                size.triangles / seconds.front() / 1e6);
+    return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     bool json = false;
     std::string wanted, opened, kept;
-    uint64_t rock = 0;
+    uint64_t rock = 0, times = 0;
     for (int next = 1; next < argc; ++next) {
         if (std::strcmp(argv[next], "--json") == 0) {
             json = true;
         } else if (std::strcmp(argv[next], "--open") == 0 && next + 1 < argc) {
             opened = argv[++next];
+        } else if (std::strcmp(argv[next], "--times") == 0 && next + 1 < argc) {
+            times = std::strtoull(argv[++next], nullptr, 10);
         } else if (std::strcmp(argv[next], "--rock") == 0 && next + 1 < argc) {
             rock = std::strtoull(argv[++next], nullptr, 10);
         } else if (std::strcmp(argv[next], "--keep") == 0 && next + 1 < argc) {
@@ -137,10 +162,7 @@ int main(int argc, char** argv) {
             wanted = argv[next];
         }
     }
-    if (!opened.empty()) {
-        const auto file = ChunkFile::open(opened);
-        return file && ProgressiveMesh::open(*file) ? 0 : 1;
-    }
+    if (!opened.empty()) return open_only(opened, times);
     const std::filesystem::path path =
         !kept.empty() ? std::filesystem::path(kept)
                       : std::filesystem::temp_directory_path() / ("asset-size-" + std::to_string(getpid()) + ".lode");

@@ -13,6 +13,14 @@ using keyframe_bytes::literal_code;
 constexpr size_t number_bytes = 5, dead_bytes = 5 * number_bytes;
 
 inline void put(uint32_t value, uint8_t*& at) {
+    // One or two bytes, without a branch; the second is written over where there is but one.
+    if (value < 1u << 14) {
+        const uint32_t more = value >= 0x80 ? 1 : 0;
+        at[0] = static_cast<uint8_t>((value & 0x7f) | more << 7);
+        at[1] = static_cast<uint8_t>(value >> 7);
+        at += 1 + more;
+        return;
+    }
     for (; value >= 0x80; value >>= 7) *at++ = static_cast<uint8_t>(value | 0x80);
     *at++ = static_cast<uint8_t>(value);
 }

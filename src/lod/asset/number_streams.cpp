@@ -62,8 +62,10 @@ std::vector<std::byte> NumberWriter::packed() const {
 }
 
 std::optional<NumberReader> NumberReader::unpack(std::span<const std::byte> packed, size_t streams, size_t bit_streams,
-                                                 uint64_t most) {
+                                                 uint64_t most, std::vector<uint8_t> room) {
     NumberReader reader;
+    reader.numbers_ = std::move(room);
+    reader.numbers_.clear();
     reader.streams_.resize(streams);
     for (Stream& stream : reader.streams_) {
         const size_t before = packed.size();
@@ -101,14 +103,6 @@ uint32_t NumberReader::long_number(size_t stream) {
 }
 
 void NumberReader::refill(Bits& b, uint32_t count) {
-    if (b.rest.size() >= 4) {
-        uint32_t more = 0;
-        std::memcpy(&more, b.rest.data(), 4);
-        b.held |= uint64_t{more} << b.count;
-        b.count += 32;
-        b.rest = b.rest.subspan(4);
-        return;
-    }
     for (; b.count < count && !b.rest.empty(); b.count += 8, b.rest = b.rest.subspan(1))
         b.held |= std::to_integer<uint64_t>(b.rest.front()) << b.count;
     if (b.count >= count) return;

@@ -43,9 +43,10 @@ class NumberReader {
 public:
     static constexpr bool reading = true;
     // most: numbers that a stream can have; a stream that states more is broken, and nothing is allocated for it.
-    // packed must outlive the reader.
+    // packed must outlive the reader. room: memory to use, of a reader before.
     static std::optional<NumberReader> unpack(std::span<const std::byte> packed, size_t streams, size_t bit_streams,
-                                              uint64_t most);
+                                              uint64_t most, std::vector<uint8_t> room = {});
+    std::vector<uint8_t> take_room() { return std::move(numbers_); }
 
     // Past the end everything is 0, and the reader is broken.
     uint8_t byte(size_t stream) {
@@ -53,13 +54,33 @@ public:
         if (s.next == s.end) return past_end();
         return numbers_[s.next++];
     }
+    // What a number past the end is.
+    uint8_t past_end() {
+        broken_ = true;
+        return 0;
+    }
+    // What is left of a stream, to be read elsewhere; took() says how much was.
+    std::span<const uint8_t> rest(size_t stream) const {
+        return std::span(numbers_).subspan(streams_[stream].next, streams_[stream].end - streams_[stream].next);
+    }
+    void took(size_t stream, size_t count) { streams_[stream].next += count; }
     uint32_t number(size_t stream) {
         const uint8_t first = byte(stream);
         return first < 255 ? first : long_number(stream);
     }
     uint32_t bits(size_t bit_stream, uint32_t count) {
         Bits& b = bits_[bit_stream];
-        if (b.count < count) refill(b, count);
+        if (b.rest.size() >= 8) {
+            // As much as fits, whether it is needed or not: nobody could guess. What does not fit as a whole byte is
+            // the same when it comes again.
+            uint64_t more = 0;
+            std::memcpy(&more, b.rest.data(), 8);
+            b.held |= more << b.count;
+            b.rest = b.rest.subspan((63 - b.count) / 8);
+            b.count |= 56;
+        } else if (b.count < count) {
+            refill(b, count);
+        }
         const auto value = static_cast<uint32_t>(b.held & ((uint64_t{1} << count) - 1));
         b.held >>= count;
         b.count -= count;
@@ -87,13 +108,9 @@ private:
     };
     struct Bits {
         std::span<const std::byte> rest;
-        uint64_t held = 0;
-        uint32_t count = 0;
+        uint64_t held = 0;   // bits to come; those behind the first `count` are in `rest`, too, or 0
+        uint32_t count = 0;  // 0 .. 63
     };
-    uint8_t past_end() {
-        broken_ = true;
-        return 0;
-    }
     uint32_t long_number(size_t stream);
     void refill(Bits& b, uint32_t count);
 

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <bit>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -18,34 +19,29 @@ namespace {
 // A keyframe reaches over this part of an interval, before it and behind it; at least 2.
 constexpr uint32_t reach_share = 8;
 
+// Plays the collapses from fine to coarse. What lives and holds the removed vertex is the arc of its split; what is
+// dead is kept in lists, by the wedge that it holds.
 class Expansion {
 public:
     Expansion(const PlayedMesh& mesh, const PlannedOrder& order)
-        : mesh_(mesh), order_(order), levels_(static_cast<uint32_t>(mesh.ecols.size()) + 1) {
-        gone_at_.assign(mesh.wedges, levels_);
-        wedges_at_.reserve(levels_);
-        triangles_at_.reserve(levels_);
-        wedges_at_.push_back(mesh.wedges);
-        triangles_at_.push_back(static_cast<uint32_t>(mesh.indices.size() / 3));
-        for (uint32_t i = 0; i < mesh.ecols.size(); ++i) {
-            wedges_at_.push_back(wedges_at_.back() - mesh.ecols[i].wedges);
-            triangles_at_.push_back(triangles_at_.back() - mesh.ecols[i].faces);
-            std::fill(gone_at_.begin() + wedges_at_[i + 1], gone_at_.begin() + wedges_at_[i], i + 1);
-        }
-    }
+        : mesh_(mesh), order_(order), levels_(static_cast<uint32_t>(mesh.ecols.size()) + 1) {}
 
     Result<OrderArrays> run() {
         plan_reaches();
-        now_.assign(mesh_.indices.begin(), mesh_.indices.end());
-        made_.indices.resize(now_.size());
-        uint32_t* index = made_.indices.data();
-        for (const uint32_t face : order_.orders[0].faces) index = std::copy_n(&now_[size_t{face} * 3], 3, index);
-        counts_.assign(mesh_.parents.size() + 1, 0);
-        slots_ = slots_by_face(0);
-        const auto last = static_cast<uint32_t>(order_.orders.size()) - 1;
-        for (uint32_t k = 1; k <= last; ++k) enter_keyframe(k);
-        note_corners(last);
-        if (auto done = sort_corners(); !done) return tl::unexpected(done.error());
+        begin();
+        uint32_t wedges = mesh_.wedges, faces = static_cast<uint32_t>(mesh_.indices.size() / 3);
+        for (uint32_t level = 0; level < levels_; ++level) {
+            if (drawn_ < made_.keyframes.size() && made_.keyframes[drawn_].level == level) enter_keyframe();
+            if (level + 1 == levels_) break;
+            play(level, wedges, faces);
+            wedges -= mesh_.ecols[level].wedges;
+            faces -= mesh_.ecols[level].faces;
+            if (made_.corners.size() > Limits{}.lod_entries)
+                return fail(Fault::format,
+                            "order " + order_.name + " " +
+                                over_limit("corners rewritten", made_.corners.size(), Limits{}.lod_entries));
+        }
+        made_.first_corner.push_back(static_cast<uint32_t>(made_.corners.size()));
         if (made_.block_bytes.size() > Limits{}.lod_entries)
             return fail(Fault::format,
                         "order " + order_.name + " " +
@@ -72,191 +68,209 @@ private:
         }
     }
 
-    std::vector<uint32_t> slots_by_face(uint32_t k) const {
+    void begin() {
+        now_ = std::make_unique_for_overwrite<uint32_t[]>(mesh_.indices.size());
+        std::ranges::copy(mesh_.indices, now_.get());
+        made_.indices.reserve(mesh_.indices.size());
+        for (const uint32_t face : order_.orders[0].faces) {
+            const uint32_t* corners = &now_[size_t{face} * 3];
+            made_.indices.insert(made_.indices.end(), corners, corners + 3);
+        }
+        if (!order_.drops_dead) {
+            dead_first_.assign(mesh_.wedges, none);
+            dead_next_ = std::make_unique_for_overwrite<uint32_t[]>(mesh_.indices.size());
+        }
+        made_.first_corner.reserve(mesh_.parents.size() + 1);
+        made_.corners.reserve((mesh_.arcs.size() + mesh_.indices.size() / 3) * 3 / 2);
+        slots_by_face(0, slots_);
+        look_ahead();
+    }
+
+    void slots_by_face(uint32_t k, std::vector<uint32_t>& slots) const {
         const auto& faces = order_.orders[k].faces;
-        std::vector<uint32_t> slots(faces.size());
+        slots.resize(faces.size());
         for (uint32_t s = 0; s < faces.size(); ++s) slots[faces[s]] = s;
-        return slots;
     }
 
-    // What a wedge is at a level that has this many.
-    uint32_t wedge_at(uint32_t wedge, uint32_t wedges) const {
-        while (wedge >= wedges) wedge = mesh_.parents[mesh_.wedges - 1 - wedge];
-        return wedge;
+    // Once an order is drawn: where the next is made, and the last is forgotten.
+    void look_ahead() {
+        const bool more = drawn_ < made_.keyframes.size();
+        if (more) slots_by_face(drawn_ + 1, next_slots_);
+        making_from_ = more ? made_.keyframes[drawn_].level - made_.keyframes[drawn_].reach() : levels_;
+        forgotten_at_ = drawn_ > 0 ? made_.keyframes[drawn_ - 1].level + made_.keyframes[drawn_ - 1].reach() : 0;
     }
 
-    // A keyframe's blocks, and what was noted of the order before it.
-    void enter_keyframe(uint32_t k) {
-        const auto& before = order_.orders[k - 1].faces;
-        const Keyframe& key = made_.keyframes[k - 1];
-        const std::vector<uint32_t> slots_before = std::exchange(slots_, slots_by_face(k));
+    // A keyframe's blocks, and that it is drawn from now on.
+    void enter_keyframe() {
+        Keyframe& key = made_.keyframes[drawn_++];
+        std::swap(last_slots_, slots_);
+        std::swap(slots_, next_slots_);
         // The witness of a dead face that is alive now; found once, and in rising order of faces.
-        witnesses_.resize(before.size() - key.slots);
-        for (uint32_t f = key.slots; f < before.size(); ++f) {
+        const auto faces = static_cast<uint32_t>(last_slots_.size());
+        witnesses_.resize(key.dead);
+        for (uint32_t f = key.slots; f < faces; ++f) {
             const uint32_t older = mesh_.witnesses[f];
             witnesses_[f - key.slots] = older == none || older < key.slots ? older : witnesses_[older - key.slots];
         }
-        note_corners(k - 1);
-        collect_dead(k);
-        write_blocks(k, slots_before);
+        collect_dead(key);
+        write_blocks(key);
+        look_ahead();
     }
 
-    // The slot in the keyframe that is entered which tells of a face of the order before.
+    // The slot of the order drawn which tells of a face of the order before.
     uint32_t home(uint32_t face) const {
         const auto slots = static_cast<uint32_t>(slots_.size());
         const uint32_t alive = face < slots ? face : witnesses_[face - slots];
         return alive == none ? 0 : slots_[alive];
     }
 
-    // The dead of the order before by the slots that tell of them, and by their own.
-    void collect_dead(uint32_t k) {
-        const auto& before = order_.orders[k - 1].faces;
-        const Keyframe& key = made_.keyframes[k - 1];
-        dead_begin_.assign(size_t{key.slots} + 2, 0);
-        for (uint32_t f = key.slots; f < before.size(); ++f) ++dead_begin_[home(f) + 2];
-        std::partial_sum(dead_begin_.begin(), dead_begin_.end(), dead_begin_.begin());
-        dead_.resize(before.size() - key.slots);
-        for (uint32_t slot = 0; slot < before.size(); ++slot) {
-            const uint32_t face = before[slot];
-            if (face < key.slots) continue;
-            dead_[dead_begin_[home(face) + 1]++] = note_dead(face, slot, witnesses_[face - key.slots], key.level);
+    // The dead of the order before by the slots that tell of them.
+    void collect_dead(const Keyframe& key) {
+        told_.assign(key.blocks(), 0);
+        told_first_.resize(key.slots);
+        told_next_.resize(key.dead);
+        for (uint32_t dead = key.dead; dead-- > 0;) {
+            const uint32_t slot = home(key.slots + dead);
+            uint64_t& block = told_[slot / keyframe_block_slots];
+            const uint64_t bit = uint64_t{1} << (slot % keyframe_block_slots);
+            told_next_[dead] = (block & bit) != 0 ? told_first_[slot] : none;
+            told_first_[slot] = dead;
+            block |= bit;
         }
     }
 
-    DeadFace note_dead(uint32_t face, uint32_t slot, uint32_t alive, uint32_t level) const {
-        const uint32_t wedges = wedges_at_[level];
+    DeadFace note_dead(uint32_t face, uint32_t alive) const {
         DeadFace noted;
-        noted.slot = slot;
-        std::array<uint32_t, 3> beside{};
-        for (size_t k = 0; k < 3; ++k) {
-            noted.wedges[k] = wedge_at(now_[size_t{face} * 3 + k], wedges);
-            if (alive != none) beside[k] = wedge_at(now_[size_t{alive} * 3 + k], wedges);
-        }
+        noted.slot = last_slots_[face];
         noted.literal = alive == none;
-        for (size_t k = 0; k < 3 && !noted.literal; ++k) {
-            uint8_t corner = 0;
-            while (corner < 3 && beside[corner] != noted.wedges[k]) ++corner;
-            noted.literal = corner == 3;  // at a seam
-            noted.corners[k] = corner;
+        const uint32_t* wedges = &now_[size_t{face} * 3];
+        const uint32_t* beside = &now_[size_t{noted.literal ? face : alive} * 3];
+        for (size_t k = 0; k < 3; ++k) {
+            const uint32_t differ = beside[0] != wedges[k] ? 1 : 0, differs = beside[1] != wedges[k] ? 1 : 0;
+            const uint32_t corner = differ * (1 + differs * (1 + (beside[2] != wedges[k] ? 1 : 0)));
+            noted.literal |= corner == 3;  // at a seam
+            noted.corners[k] = static_cast<uint8_t>(corner);
         }
         if (noted.literal) {
             noted.corners = {};
-        } else {
-            noted.wedges = {};
+            std::copy_n(wedges, 3, noted.wedges.begin());
         }
         noted.neighbour = static_cast<uint8_t>((alive == none ? 0 : slots_[alive]) % keyframe_block_slots);
         return noted;
     }
 
-    void write_blocks(uint32_t k, const std::vector<uint32_t>& slots_before) {
-        Keyframe& key = made_.keyframes[k - 1];
+    void write_blocks(Keyframe& key) {
+        static_assert(keyframe_block_slots == 64, "told_ has a bit for each");
         key.first_block = static_cast<uint32_t>(made_.block_ends.size());
-        const auto& faces = order_.orders[k].faces;
+        const uint32_t* faces = order_.orders[drawn_].faces.data();
         std::array<uint32_t, keyframe_block_slots> sources{};
+        std::vector<DeadFace> dead;
         for (uint32_t b = 0; b < key.blocks(); ++b) {
             const uint32_t first = b * keyframe_block_slots, count = std::min(keyframe_block_slots, key.slots - first);
-            for (uint32_t s = 0; s < count; ++s) sources[s] = slots_before[faces[first + s]];
-            const uint32_t dead = dead_begin_[first], end = dead_begin_[first + count];
-            write_keyframe_block(std::span(sources).first(count), std::span(dead_).subspan(dead, end - dead),
-                                 made_.block_bytes);
+            for (uint32_t s = 0; s < count; ++s) sources[s] = last_slots_[faces[first + s]];
+            dead.clear();
+            for (uint64_t left = told_[b]; left != 0; left &= left - 1) {
+                const auto slot = first + static_cast<uint32_t>(std::countr_zero(left));
+                for (uint32_t d = told_first_[slot]; d != none; d = told_next_[d])
+                    dead.push_back(note_dead(key.slots + d, witnesses_[d]));
+            }
+            write_keyframe_block(std::span(sources).first(count), dead, made_.block_bytes);
             made_.block_ends.push_back(static_cast<uint32_t>(made_.block_bytes.size()));
         }
     }
 
-    // While an order is held: from the level where its first blocks are made to the one where its last are forgotten.
-    // Wedges go by falling number, so levels are told by them.
-    struct Stay {
-        const Keyframe* own = nullptr;   // null for full detail
-        const Keyframe* next = nullptr;  // null for the last
-        uint32_t half = 0;
-        uint32_t end_wedges = 0;     // that are not gone where the stay ends
-        uint32_t window_wedges = 0;  // nor where that of the next order begins
-        // All blocks of the order are held, and it is drawn, where wedges go that are in between.
-        uint32_t drawn_wedges = 0, change_wedges = 0;
-    };
-    Stay stay_of(uint32_t k) const {
-        Stay stay;
-        stay.own = k == 0 ? nullptr : &made_.keyframes[k - 1];
-        stay.next = k < made_.keyframes.size() ? &made_.keyframes[k] : nullptr;
-        stay.half = k & 1;
-        stay.end_wedges = wedges_at_.back();
-        if (stay.next != nullptr) {
-            stay.end_wedges = wedges_at_[std::min(levels_ - 1, stay.next->level + stay.next->reach())];
-            stay.window_wedges = wedges_at_[stay.next->level - stay.next->reach()];
-            stay.change_wedges = wedges_at_[stay.next->level];
+    // The collapse from a level to the next, and what of the other half is held there, in slots.
+    void play(uint32_t level, uint32_t wedges, uint32_t faces) {
+        const Ecol ecol = mesh_.ecols[level];
+        if (level == forgotten_at_ && level > 0) forget_dead(wedges, faces);
+        next_held_ = level >= making_from_ ? made_.keyframes[drawn_].blocks_held(level) * keyframe_block_slots : 0;
+        last_held_ =
+            level < forgotten_at_ ? made_.keyframes[drawn_ - 1].blocks_held(level + 1) * keyframe_block_slots : 0;
+        const uint32_t split = levels_ - 2 - level, begin = split == 0 ? 0 : mesh_.arc_ends[split - 1];
+        const auto arc = mesh_.arcs.subspan(begin, mesh_.arc_ends[split] - begin);
+        if (!order_.drops_dead) fetch_dead(wedges);
+        for (uint32_t w = wedges - 1; w + 1 > wedges - ecol.wedges; --w) {
+            const uint32_t parent = mesh_.parents[mesh_.wedges - 1 - w];
+            made_.first_corner.push_back(static_cast<uint32_t>(made_.corners.size()));
+            const auto rewrite = [&](uint32_t corner) {
+                uint32_t& now = now_[corner - corner / 4];
+                if (ecol.wedges > 1 && now != w) return;
+                now = parent;
+                note(corner);
+            };
+            for (const uint32_t corner : arc) rewrite(corner);
+            if (order_.drops_dead) continue;
+            for (uint32_t f = faces - ecol.faces; f < faces; ++f) rewrite(f * 4);
+            rewrite_dead(w, parent);
         }
-        // What drops the dead looks at every one.
-        stay.drawn_wedges = order_.drops_dead ? 0 : wedges_at_[level_of(k)];
-        return stay;
-    }
-
-    // Corners of order k; leaves its faces as they are where the stay of the next order begins.
-    void note_corners(uint32_t k) {
-        const Stay stay = stay_of(k);
-        const auto& faces = order_.orders[k].faces;
-        for (uint32_t s = 0; s < faces.size(); ++s) {
-            uint32_t* corners = &now_[size_t{faces[s]} * 3];
-            if (std::max({corners[0], corners[1], corners[2]}) < stay.end_wedges) continue;
-            for (uint32_t c = 0; c < 3; ++c) {
-                if (corners[c] >= stay.end_wedges) corners[c] = note_corner(stay, faces[s], s * 3 + c, corners[c]);
-            }
+        if (order_.drops_dead) return;
+        for (uint32_t f = faces - ecol.faces; f < faces; ++f) {
+            for (uint32_t c = f * 3; c < f * 3 + 3; ++c) hold_dead(c, now_[c]);
         }
     }
 
-    // Returns the wedge of the corner where the stay of the next order begins.
-    uint32_t note_corner(const Stay& stay, uint32_t face, uint32_t position, uint32_t wedge) {
-        uint32_t later = wedge;
-        for (uint32_t w = wedge; w >= stay.end_wedges;) {
-            const uint32_t removed = mesh_.wedges - 1 - w;
-            if ((w < stay.drawn_wedges && w >= stay.change_wedges) || held(stay, face, position / 3, w)) {
-                ++counts_[removed];
-                noted_[stay.half].push_back({removed, IndexSlot::of(stay.half, position)});
-            }
-            w = mesh_.parents[removed];
-            if (later >= stay.window_wedges) later = w;
-        }
-        return later;
+    void note(uint32_t half, uint32_t slot, uint32_t k) { made_.corners.push_back(IndexSlot::of(half, slot * 3 + k)); }
+
+    // A corner of a face that was alive so far.
+    void note(uint32_t corner) {
+        const uint32_t face = corner / 4, k = corner % 4, half = drawn_ & 1;
+        note(half, slots_[face], k);
+        if (next_held_ > 0 && face < next_slots_.size() && next_slots_[face] < next_held_)
+            note(1 - half, next_slots_[face], k);
+        if (last_held_ > 0 && home(face) < last_held_) note(1 - half, last_slots_[face], k);
     }
 
-    // Whether a slot of an order holds its face where a wedge goes.
-    bool held(const Stay& stay, uint32_t face, uint32_t slot, uint32_t wedge) const {
-        const uint32_t ecol = gone_at_[wedge] - 1;
-        if (order_.drops_dead) return face < triangles_at_[ecol + 1];
-        if (wedge >= stay.drawn_wedges) return slot / keyframe_block_slots < stay.own->blocks_held(ecol);
-        return home(face) / keyframe_block_slots < stay.next->blocks_held(ecol + 1);
+    // Leaves out of the lists what no order holds any more: most of what is dead.
+    void forget_dead(uint32_t wedges, uint32_t faces) {
+        std::fill_n(dead_first_.begin(), wedges, none);
+        for (uint32_t c = faces * 3; c < slots_.size() * 3; ++c) hold_dead(c, now_[c]);
     }
 
-    // By removed wedge, half and position: positions come in rising order as they are noted.
-    Result<void> sort_corners() {
-        const size_t all = noted_[0].size() + noted_[1].size();
-        if (all > Limits{}.lod_entries)
-            return fail(Fault::format,
-                        "order " + order_.name + " " + over_limit("corners rewritten", all, Limits{}.lod_entries));
-        std::exclusive_scan(counts_.begin(), counts_.end(), counts_.begin(), 0u);
-        made_.first_corner = counts_;
-        made_.corners.resize(all);
-        for (const auto& half : noted_) {
-            for (const Noted& noted : half) made_.corners[counts_[noted.removed]++] = noted.corner;
+    void hold_dead(uint32_t corner, uint32_t wedge) {
+        dead_next_[corner] = dead_first_[wedge];
+        dead_first_[wedge] = corner;
+    }
+
+    // Hints that the lists of wedges that go soon are read: the first of one, and the second of one that goes sooner.
+    void fetch_dead(uint32_t wedges) const {
+        constexpr uint32_t far = 16, near = 8;
+        if (wedges <= far) return;
+        if (const uint32_t first = dead_first_[wedges - far]; first != none) {
+            __builtin_prefetch(&dead_next_[first]);
+            __builtin_prefetch(&slots_[0] + first / 3);
         }
-        return {};
+        if (const uint32_t first = dead_first_[wedges - near]; first != none) {
+            const uint32_t second = dead_next_[first];
+            if (second != none) __builtin_prefetch(&dead_next_[second]);
+        }
+    }
+
+    // Corners of dead faces are numbered 3 * face + k.
+    void rewrite_dead(uint32_t wedge, uint32_t parent) {
+        const uint32_t half = drawn_ & 1;
+        for (uint32_t corner = dead_first_[wedge], next = none; corner != none; corner = next) {
+            next = dead_next_[corner];
+            const uint32_t face = corner / 3, k = corner % 3;
+            if (face < slots_.size()) note(half, slots_[face], k);
+            if (last_held_ > 0 && home(face) < last_held_) note(1 - half, last_slots_[face], k);
+            now_[corner] = parent;
+            hold_dead(corner, parent);
+        }
     }
 
     const PlayedMesh& mesh_;
     const PlannedOrder& order_;
     const uint32_t levels_;
-    std::vector<uint32_t> wedges_at_, triangles_at_;  // per level
-    std::vector<uint32_t> gone_at_;                   // per wedge: the level from which on it is gone
-    std::vector<uint32_t> now_;                       // per corner of a face: its wedge at some level before
-    std::vector<uint32_t> witnesses_;                 // per face that died: one that is alive
-    std::vector<DeadFace> dead_;                      // of a keyframe, by the slots that tell of them
-    std::vector<uint32_t> dead_begin_;                // per slot: the first of them
-    std::vector<uint32_t> slots_;                     // per face: its slot in the keyframe that is entered
-    std::vector<uint32_t> counts_;                    // per removed wedge: its corners
-    struct Noted {
-        uint32_t removed;  // the wedge
-        IndexSlot corner;
-    };
-    std::array<std::vector<Noted>, 2> noted_;  // by half
+    uint32_t drawn_ = 0;                                     // the order, 0 for full detail's
+    std::vector<uint32_t> slots_, last_slots_, next_slots_;  // per face: its slot in the order drawn, and beside it
+    uint32_t making_from_ = 0, forgotten_at_ = 0;            // levels where the next is, and the last is no more, held
+    uint32_t next_held_ = 0, last_held_ = 0;                 // slots that are, at the level that is played
+    std::unique_ptr<uint32_t[]> now_;                        // per corner of a face: its wedge at the level
+    std::vector<uint32_t> dead_first_;                       // per wedge: a corner of a dead face that holds it
+    std::unique_ptr<uint32_t[]> dead_next_;                  // per corner of a dead face: another
+    std::vector<uint32_t> witnesses_;               // per face that died before the keyframe: one that is alive
+    std::vector<uint64_t> told_;                    // per block: its slots that tell of dead faces
+    std::vector<uint32_t> told_first_, told_next_;  // of those that do: a dead face, and per dead face the next
     OrderArrays made_;
 };
 

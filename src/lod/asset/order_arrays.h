@@ -37,6 +37,9 @@ struct PlayedMesh {
     std::span<const uint32_t> indices;       // of full detail, three wedges per face
     // Per face: an older one that has all of its vertices once it is dead, ~0 for none.
     std::span<const uint32_t> witnesses;
+    // Per split from coarse to fine the corners that take its new vertex, without those of faces that are born; codes
+    // of SplitMesh. And where they end.
+    std::span<const uint32_t> arcs, arc_ends;
 };
 
 // What the spans of a FaceOrder refer to.

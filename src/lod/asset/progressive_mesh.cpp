@@ -339,8 +339,8 @@ Result<ProgressiveMesh> ProgressiveMesh::unpack(std::shared_ptr<const StoredMesh
     opened->mesh = std::move(*unpacked);
     const StoredMesh::Unpacked& mesh = opened->mesh;
     ProgressiveMesh pm;
-    PlayedMesh played{mesh.ecols,   mesh.parents,  mesh.wedge_vertex, static_cast<uint32_t>(mesh.vertices.size()),
-                      mesh.indices, mesh.witnesses};
+    PlayedMesh played{mesh.ecols,   mesh.parents,   mesh.wedge_vertex, static_cast<uint32_t>(mesh.vertices.size()),
+                      mesh.indices, mesh.witnesses, mesh.arcs,         mesh.arc_ends};
     // Side by side: what they play is theirs alone.
     std::vector<Result<OrderArrays>> unfolded(mesh.orders.size());
     parallel_for(unfolded.size(), 1, [&](size_t begin, size_t end) {
@@ -352,6 +352,10 @@ Result<ProgressiveMesh> ProgressiveMesh::unpack(std::shared_ptr<const StoredMesh
     }
     for (size_t o = 0; o < mesh.orders.size(); ++o)
         pm.orders.push_back(opened->orders[o].order(mesh.orders[o].name, mesh.orders[o].drops_dead));
+    // What they were made of is not needed any more.
+    for (auto* made_of : {&opened->mesh.indices, &opened->mesh.witnesses, &opened->mesh.arcs, &opened->mesh.arc_ends})
+        *made_of = {};
+    opened->mesh.orders = {};
     opened->errors.assign(mesh.ecols.size() + 1, 0.0f);
     pm.vertices = mesh.vertices;
     pm.wedge_vertex = mesh.wedge_vertex;

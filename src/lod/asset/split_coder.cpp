@@ -14,15 +14,18 @@ constexpr uint32_t largest_coded_fan = 15;
 // Added to a difference of sizes so that it is a byte.
 constexpr uint32_t size_offset = 40;
 
-// Floats as integers that rise as they do.
+// Floats as integers that rise as they do. Here and below nothing branches on signs, which nobody could guess.
 uint32_t ordered(float value) {
     const auto bits = std::bit_cast<uint32_t>(value);
-    return bits >> 31 != 0 ? ~bits : bits | 0x80000000u;
+    return bits ^ ((0u - (bits >> 31)) | 0x80000000u);
 }
-float unordered(uint32_t number) { return std::bit_cast<float>(number >> 31 != 0 ? number & 0x7fffffffu : ~number); }
+float unordered(uint32_t number) { return std::bit_cast<float>(number ^ (((number >> 31) - 1) | 0x80000000u)); }
 uint32_t magnitude(int32_t value) {
-    return value < 0 ? 0u - static_cast<uint32_t>(value) : static_cast<uint32_t>(value);
+    const auto sign = static_cast<uint32_t>(value >> 31);
+    return (static_cast<uint32_t>(value) ^ sign) - sign;
 }
+
+uint32_t bits_of(uint32_t value) { return static_cast<uint32_t>(std::bit_width(uint64_t{value} << 1 | 1)) - 1; }
 
 }  // namespace
 
@@ -78,18 +81,17 @@ void SplitCoder<Io>::difference(size_t stream, int32_t& value, uint32_t expected
         io_.bits(split_streams::vertex_bits, value < 0 ? 1 : 0, 1);
     } else {
         size = std::min<uint32_t>(32, uint32_t{io_.byte(stream)} + expected_bits - size_offset);
-        value = 0;
-        if (size == 0) return;
-        const uint32_t stored = io_.bits(split_streams::vertex_bits, size), top = uint32_t{1} << (size - 1);
-        value = static_cast<int32_t>((stored & top) != 0 ? 0u - stored : stored | top);
+        const uint32_t stored = io_.bits(split_streams::vertex_bits, size);
+        const auto top = static_cast<uint32_t>((uint64_t{1} << size) >> 1);
+        const uint32_t sign = (stored & top) != 0 ? ~0u : 0u;
+        value = static_cast<int32_t>(((stored | top) ^ sign) - sign);
     }
 }
 
 template <class Io>
 void SplitCoder<Io>::floating(size_t stream, float& value, float expected, float reference) {
     const uint32_t middle = ordered(expected);
-    const auto spread =
-        static_cast<uint32_t>(std::bit_width(magnitude(static_cast<int32_t>(middle - ordered(reference)))));
+    const uint32_t spread = bits_of(magnitude(static_cast<int32_t>(middle - ordered(reference))));
     auto apart = static_cast<int32_t>(ordered(value) - middle);
     difference(stream, apart, spread);
     value = unordered(middle + static_cast<uint32_t>(apart));
@@ -103,8 +105,8 @@ void SplitCoder<Io>::on_grid(size_t stream, float& value, float expected, float 
             std::clamp(std::nearbyint(static_cast<double>(of) * per_grid_), -2147483648.0, 2147483647.0));
     };
     const auto middle = static_cast<uint32_t>(multiple(expected));
-    const auto spread = static_cast<uint32_t>(
-        std::bit_width(magnitude(static_cast<int32_t>(middle - static_cast<uint32_t>(multiple(reference))))));
+    const uint32_t spread =
+        bits_of(magnitude(static_cast<int32_t>(middle - static_cast<uint32_t>(multiple(reference)))));
     int32_t apart = 0;
     if constexpr (!Io::reading) apart = static_cast<int32_t>(static_cast<uint32_t>(multiple(value)) - middle);
     difference(stream, apart, spread);

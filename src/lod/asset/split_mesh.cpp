@@ -6,6 +6,14 @@
 
 namespace lodestone {
 
+void SplitMesh::reserve(size_t vertices, size_t faces) {
+    across_.reserve(faces);
+    corners_.reserve(faces);
+    witnesses_.reserve(faces);
+    home_.reserve(vertices);
+    first_wedge_.reserve(vertices + 1);
+}
+
 uint32_t SplitMesh::add_vertex(uint32_t wedges) {
     home_.push_back(none);
     first_wedge_.push_back(first_wedge_.back() + wedges);

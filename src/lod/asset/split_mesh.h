@@ -36,8 +36,9 @@ public:
         uint32_t code() const { return face * 4 + k; }
         static Corner of(uint32_t code) { return code == none ? Corner{} : Corner{code / 4, code % 4}; }
     };
-    static constexpr uint32_t next(uint32_t k) { return k == 2 ? 0 : k + 1; }
-    static constexpr uint32_t previous(uint32_t k) { return k == 0 ? 2 : k - 1; }
+    // Of 0, 1 or 2, in two bits each: a third of them would be guessed wrong.
+    static constexpr uint32_t next(uint32_t k) { return 0b00'10'01u >> (2 * k) & 3; }
+    static constexpr uint32_t previous(uint32_t k) { return 0b01'00'10u >> (2 * k) & 3; }
     // The faces around a vertex, counter-clockwise; where the fan is open, from border to border.
     struct Fan {
         static constexpr uint32_t most = 32;
@@ -56,6 +57,8 @@ public:
         uint32_t opposite = none;          // x or y where no face tells it: no arc, and neither `before` nor `after`
     };
 
+    // Room for so many, so that what is added is not copied again and again.
+    void reserve(size_t vertices, size_t faces);
     // Adds a vertex of so many wedges, 1 .. 65536, without faces.
     uint32_t add_vertex(uint32_t wedges);
     // Adds a face of the base. Its neighbours are unknown until join_base().

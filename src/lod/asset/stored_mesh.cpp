@@ -324,12 +324,14 @@ public:
     }
 
     Result<Unpacked> run() {
+        make_room();
         for (size_t b = 0; b < stored_.blocks_.size(); ++b) {
             if (auto done = read_block(b); !done) return tl::unexpected(done.error());
         }
         made_.levels_missing = level_;
         made_.indices = mesh_.wedge_indices();
         made_.witnesses = mesh_.take_witnesses();
+        made_.wedge_vertex.reserve(mesh_.wedge_count());
         for (uint32_t v = 0; v < mesh_.vertices(); ++v)
             made_.wedge_vertex.insert(made_.wedge_vertex.end(), mesh_.wedges_of(v), v);
         std::ranges::reverse(made_.ecols);
@@ -340,6 +342,22 @@ public:
 
 private:
     using Coder = SplitCoder<NumberReader>;
+
+    // As much as the table says, if so much can be in so many bytes.
+    void make_room() {
+        if (stored_.blocks_.empty()) return;
+        const uint64_t most = stored_.stored_bytes();
+        const StoredBlock& last = stored_.blocks_.back().entry;
+        const auto wedges = static_cast<size_t>(std::min<uint64_t>(last.wedges, most));
+        const auto faces = static_cast<size_t>(std::min<uint64_t>(last.faces, most));
+        const auto splits = static_cast<size_t>(std::min<uint64_t>(stored_.levels_ - 1 - last.level, most));
+        mesh_.reserve(wedges, faces);
+        made_.vertices.reserve(wedges);
+        made_.ecols.reserve(splits);
+        made_.parents.reserve(wedges);
+        made_.arc_ends.reserve(splits);
+        made_.arcs.reserve(faces * 2);
+    }
 
     Result<void> read_block(size_t b) {
         const Block& block = stored_.blocks_[b];
@@ -354,7 +372,7 @@ private:
         const uint64_t most = 1000 + uint64_t{splits} * 64 +
                               uint64_t{block.entry.faces} * (stored_.orders_.size() + 3) +
                               uint64_t{stored_.base_vertices_} * 8 + (block.entry.level == 0 ? swaps_most() : 0);
-        auto io = NumberReader::unpack(block.content, streams, split_streams::bit_count, most);
+        auto io = NumberReader::unpack(block.content, streams, split_streams::bit_count, most, std::move(room_));
         if (!io) return broken(place + " cannot be unpacked");
         Coder coder(*io, mesh_, made_.vertices, stored_.attributes_, grid_);
         if (b == 0) {
@@ -370,6 +388,7 @@ private:
         if (mesh_.wedge_count() != block.entry.wedges || mesh_.face_count() != block.entry.faces)
             return broken(place + " does not lead where it should");
         count_parts(*io);
+        room_ = io->take_room();
         return {};
     }
 
@@ -398,6 +417,8 @@ private:
             {static_cast<uint16_t>(mesh_.wedge_count() - wedges), static_cast<uint16_t>(mesh_.face_count() - faces)});
         for (const uint32_t parent : step_.parents)
             made_.parents.push_back(mesh_.first_wedge(step_.split.parent) + parent);
+        for (const SplitMesh::Corner corner : step_.split.arc) made_.arcs.push_back(corner.code());
+        made_.arc_ends.push_back(static_cast<uint32_t>(made_.arcs.size()));
         return mesh_.wedge_count() <= Limits{}.vertices && mesh_.face_count() <= Limits{}.lod_triangles;
     }
 
@@ -490,6 +511,7 @@ private:
     uint32_t next_order_ = none;  // the next level where an order is stored; not above level_ once one was read
     SplitMesh mesh_;
     SplitStep step_;
+    std::vector<uint8_t> room_;  // for numbers of blocks
     Unpacked made_;
 };
 

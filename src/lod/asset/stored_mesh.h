@@ -62,8 +62,8 @@ public:
         std::vector<uint32_t> wedge_vertex, parents;
         std::vector<Ecol> ecols;
         std::vector<PlannedOrder> orders;
-        std::vector<uint32_t> indices, witnesses;  // as PlayedMesh
-        uint32_t levels_missing = 0;               // that are finer, and not there
+        std::vector<uint32_t> indices, witnesses, arcs, arc_ends;  // as PlayedMesh
+        uint32_t levels_missing = 0;                               // that are finer, and not there
         StoredParts parts;
     };
     Result<Unpacked> unpack() const;

@@ -282,5 +282,33 @@ TEST(NumberStreams, GiveBackWhatWasWritten) {
     EXPECT_FALSE(NumberReader::unpack(packed, 4, 2, 1 << 20));
 }
 
+// However few or many are asked for at once, and where the stream ends.
+TEST(NumberStreams, BitsOfAnyWidthComeBackAndNoMore) {
+    Random random(3);
+    for (uint32_t count = 0; count < 200; ++count) {
+        NumberWriter to(1, 1);
+        std::vector<std::pair<uint32_t, uint32_t>> written;  // width, bits
+        for (uint32_t i = 0; i < count; ++i) {
+            const auto width = static_cast<uint32_t>(random.below(33));
+            const auto bits = static_cast<uint32_t>(random.below(1u << 31) & ((uint64_t{1} << width) - 1));
+            to.bits(0, bits, width);
+            to.byte(0, static_cast<uint8_t>(i));
+            written.emplace_back(width, bits);
+        }
+        const auto packed = to.packed();
+        auto from = NumberReader::unpack(packed, 1, 1, 1 << 20, std::vector<uint8_t>(7, 5));
+        ASSERT_TRUE(from);
+        EXPECT_EQ(from->finished(), count == 0);
+        for (const auto& [width, bits] : written) ASSERT_EQ(from->bits(0, width), bits) << count;
+        const auto rest = from->rest(0);
+        ASSERT_EQ(rest.size(), count);
+        for (uint32_t i = 0; i < count; ++i) ASSERT_EQ(rest[i], static_cast<uint8_t>(i));
+        from->took(0, count);
+        EXPECT_TRUE(from->finished()) << count;
+        EXPECT_EQ(from->bits(0, 32), 0u);
+        EXPECT_TRUE(from->broken());
+    }
+}
+
 }  // namespace
 }  // namespace lodestone

@@ -8,6 +8,7 @@
 
 #include "fixtures/faces.h"
 #include "fixtures/meshes.h"
+#include "fixtures/real_data.h"
 #include "lod/bake/bake.h"
 #include "lod/bake/orders/order_statistics.h"
 #include "mesh/cache/tipsify.h"
@@ -71,8 +72,47 @@ TEST(KeyframeOrder, StaysNearAFreshOrderAtEveryLevelForTheMovesAllowed) {
         EXPECT_LE(keyframe.moved_per_ecol, 1.05 * moves);
         EXPECT_LT(keyframe.atvr_mean, fixed.atvr_mean);
         EXPECT_LT(keyframe.atvr_mean, moves > 4 ? 0.97 * fresh : 1.02 * fresh);
-        EXPECT_LT(keyframe.atvr_worst, 1.4);
+        EXPECT_LT(keyframe.atvr_worst, moves > 4 ? 1.25 : 1.4);
+        EXPECT_LT(keyframe.atvr_mean, moves > 4 ? 1.2 : 1.25);
     }
+}
+
+TEST(KeyframeOrder, CostsLittleOnAScan) {
+    const std::string scan = "scans/laurana.ply";
+    if (!fixtures::real_data(scan)) GTEST_SKIP() << fixtures::missing_data_note(scan);
+    const TriMesh mesh = *fixtures::repaired_real_mesh(scan);
+    const auto list = make_quadric_simplifier()->simplify(mesh, {});
+    ASSERT_TRUE(list);
+    const OrderOptions options;
+    const auto pm = bake_progressive_mesh(mesh, *list, {"keyframe"}, options);
+    ASSERT_TRUE(pm);
+    const OrderCost cost = cost_of_order(*pm, 0, options.cache, sample_levels(*pm, 60, LevelSpacing::uniform));
+    EXPECT_LT(cost.atvr_mean, 1.22);
+    EXPECT_LT(cost.atvr_worst, 1.25);
+    EXPECT_LE(cost.moved_per_ecol, options.moves_per_ecol);
+}
+
+TEST(FanOrder, LookingAheadAtALaterLevelCostsLessThere) {
+    TriMesh mesh = generate(Shape::rock, 8000, 1);
+    ASSERT_TRUE(repair(mesh));
+    const auto list = make_quadric_simplifier()->simplify(mesh, {});
+    ASSERT_TRUE(list);
+    // A fifth of the vertices on the way to their kept ones.
+    const auto indices = indices_of(mesh);
+    std::vector<uint32_t> into(mesh.wedge_count());
+    std::iota(into.begin(), into.end(), 0u);
+    for (size_t i = 0; i < list->collapses.size() / 5; ++i) into[list->collapses[i].removed] = list->collapses[i].kept;
+    std::vector<uint32_t> later;
+    for (uint32_t v : indices) {
+        while (into[v] != v) v = into[v];
+        later.push_back(v);
+    }
+    const Fans fans(indices, static_cast<uint32_t>(mesh.wedge_count()));
+    const CacheModel fifo16;
+    const auto cost = [&](std::span<const uint32_t> level) {
+        return count_transforms(fifo16, drawn(later, fan_order(fans, 16, {}, {4, 60, 2, level})), fans.vertices);
+    };
+    EXPECT_LT(cost(later), cost({}));
 }
 
 }  // namespace

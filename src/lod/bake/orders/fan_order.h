@@ -20,11 +20,14 @@ struct FanWeights {
     double miss = 1.21, face = 0.67, finished = 0.92, age = 0.4, evicted = 1.27;
 };
 
-// Instead of the cheapest fan, the one of several that leads to the fewest vertices brought in per face some way ahead.
+// Instead of the cheapest fan, the one of several that leads to the least cost some way ahead: vertices brought in, and
+// those pushed out that must be brought in again. Two ways that draw the same faces and end in the same cache are one.
 struct Rollouts {
     uint32_t candidates = 1;  // 1: none are tried out
     uint32_t faces = 100;     // how far ahead
     uint32_t fans = 3;        // emitted of the best before looking again
+    // The faces as they are at a later level, or none: what this level brings in counts as well.
+    std::span<const uint32_t> later = {};  // as Fans::indices
 };
 
 // The fans of an index list, for any number of orders of it.

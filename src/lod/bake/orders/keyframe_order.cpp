@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
+#include <optional>
 #include <utility>
 
 #include "base/check.h"
@@ -19,12 +21,16 @@ constexpr size_t least_faces = 12;
 // Levels of an interval at which its candidates are compared, the first and the last among them.
 constexpr size_t samples = 4;
 
-// How many of the best candidates are made again looking ahead, and how.
-constexpr size_t looked_ahead = 2;
-constexpr Rollouts rollouts{4, 60, 2};
+// The sample at which transforms count as well when looking ahead.
+constexpr size_t later_sample = 2;
+// How many candidates look ahead, and how.
+constexpr size_t looked_ahead = 1;
+constexpr Rollouts rollouts{6, 90, 3};
+// Keyframes are ordered side by side in groups of so many faces in all, of those of the first.
+constexpr size_t group_faces = 4;
 // Seconds per face of one keyframe on two cores, for all candidates and for looking ahead; to keep to
 // OrderOptions::seconds.
-constexpr double plain_seconds = 3e-6, look_ahead_seconds = 14e-6;
+constexpr double plain_seconds = 3e-6, look_ahead_seconds = 5e-6;
 
 // Clusters: annealing, and its seconds per face and sweep and those of drawing the clusters.
 constexpr double most_sweeps_in_all = 1800;  // over all keyframes, in units of the first
@@ -48,11 +54,11 @@ std::vector<Candidate> candidates_for(const CacheModel& model) {
             if (model.size >= less + 4) sizes.push_back(model.size - less);
         }
     }
-    constexpr FanWeights small{1.21, 0.67, 0.92, 0.4, 1.27}, large{1.53, 0.83, 0.81, 0.42, 1.23};
+    constexpr FanWeights large{1.53, 0.83, 0.81, 0.42, 1.23}, small{1.21, 0.67, 0.92, 0.4, 1.27};
     std::vector<Candidate> all;
     for (const uint32_t size : sizes) {
-        all.push_back({size, small});
         all.push_back({size, large});
+        all.push_back({size, small});
     }
     return all;
 }
@@ -89,8 +95,12 @@ public:
             later += dying;
         }
         std::vector<uint32_t> faces(input.death.size());
-        for (uint32_t f = 0; f < faces.size(); ++f) faces[f] = f;
-        order(0, input.indices, {}, faces);
+        std::iota(faces.begin(), faces.end(), 0u);
+        if (in_clusters(model_)) {
+            order_in_clusters(0, input.indices, {}, faces);
+        } else {
+            faces = order_in_fans(interval_from(0, std::move(faces), input.indices));
+        }
         return faces;
     }
 
@@ -100,7 +110,14 @@ public:
 
     void reorder(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,
                  std::vector<uint32_t>& alive_faces) override {
-        order(level, indices, slots, alive_faces);
+        if (in_clusters(model_)) {
+            order_in_clusters(level, indices, slots, alive_faces);
+            return;
+        }
+        if (coming_.empty()) order_group(level, indices, alive_faces);
+        LODE_CHECK(coming_.back().level == level, coming_.back().level, level);
+        alive_faces = std::move(coming_.back().faces);
+        coming_.pop_back();
     }
 
     bool searched_less() const override { return searched_less_; }
@@ -124,61 +141,113 @@ private:
         }
     }
 
-    // Sorts `faces` by the candidate that costs least from `level` to the next keyframe.
-    void order(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,
-               std::vector<uint32_t>& faces) {
-        if (faces.empty()) return;
-        uint32_t end = level;
-        while (end + 1 < input_.levels && alive_at_[end] > ratio_ * static_cast<double>(faces.size())) ++end;
-        const auto sample = [&](size_t s) {
-            return at_level(indices, faces, level + static_cast<uint32_t>((end - level) * s / (samples - 1)));
-        };
-        if (in_clusters(model_)) {
-            // By its first level and a later one: one alone ages twice as fast, more bring little.
-            order_in_clusters({sample(0), sample(2)}, slots, faces);
-            return;
+    // The levels that an order serves.
+    struct Interval {
+        uint32_t level, end;            // the first and the last
+        std::vector<uint32_t> faces;    // alive at the first
+        std::vector<uint32_t> indices;  // their wedges then, three per face
+    };
+    // The one that begins at a level. indices: three wedges per face of the mesh, not coarser than the level.
+    Interval interval_from(uint32_t level, std::vector<uint32_t> faces, std::span<const uint32_t> indices) const {
+        Interval interval{level, last_level(level, faces.size()), std::move(faces), {}};
+        interval.indices.reserve(interval.faces.size() * 3);
+        for (const uint32_t f : interval.faces) {
+            for (uint32_t k = 0; k < 3; ++k) interval.indices.push_back(ancestor(indices[size_t{f} * 3 + k], level));
         }
+        return interval;
+    }
+    uint32_t last_level(uint32_t level, size_t faces) const {
+        while (level + 1 < input_.levels && alive_at_[level] > ratio_ * static_cast<double>(faces)) ++level;
+        return level;
+    }
+    // The interval after one; none behind the last.
+    std::optional<Interval> interval_after(const Interval& before) const {
+        // Two levels running have no keyframes.
+        uint32_t level = before.level + 2;
+        while (level < input_.levels && alive_at_[level] > ratio_ * static_cast<double>(before.faces.size())) ++level;
+        if (level >= input_.levels || alive_at_[level] < least_faces) return std::nullopt;
+        Interval next{level, 0, {}, {}};
+        for (size_t i = 0; i < before.faces.size(); ++i) {
+            if (input_.death[before.faces[i]] <= level) continue;
+            next.faces.push_back(before.faces[i]);
+            for (size_t k = 0; k < 3; ++k) next.indices.push_back(ancestor(before.indices[i * 3 + k], level));
+        }
+        next.end = last_level(level, next.faces.size());
+        return next;
+    }
+
+    // The orders of the interval at `level` and of some after it, into coming_. Each is made from the faces alone and
+    // not from the order before, so that they are made side by side.
+    void order_group(uint32_t level, std::span<const uint32_t> indices, const std::vector<uint32_t>& faces) {
+        coming_.push_back(interval_from(level, faces, indices));
+        for (size_t sum = faces.size(); sum <= group_faces * faces.size();) {
+            auto next = interval_after(coming_.back());
+            if (!next) break;
+            sum += next->faces.size();
+            coming_.push_back(std::move(*next));
+        }
+        parallel_for(coming_.size(), 1, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i) {
+                coming_[i].faces = order_in_fans(coming_[i]);
+                coming_[i].indices = {};
+            }
+        });
+        std::ranges::reverse(coming_);
+    }
+
+    // The faces of an interval by the candidate that costs least over it.
+    std::vector<uint32_t> order_in_fans(const Interval& interval) const {
+        if (interval.faces.empty()) return {};
         Samples all;
-        all.number.assign(input_.wedges, none);
+        uint32_t wedges = 0;
+        for (const uint32_t w : interval.indices) wedges = std::max(wedges, w + 1);
+        all.number.assign(wedges, none);
         for (size_t s = 0; s < samples; ++s) {
-            all.at[s] = sample(s);
+            all.at[s] = sample(interval, s);
             all.distinct[s] = number_by_use(all.at[s], s, all);
         }
         const Fans fans(all.at[0], all.vertices);
-        // First all candidates without looking ahead, then the best of them with.
-        std::vector<Trial> trials(candidates_.size());
-        for (size_t c = 0; c < trials.size(); ++c) trials[c].candidate = candidates_[c];
-        make(trials, fans, all);
-        std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.cost < b.cost; });
-        const bool looks_ahead = static_cast<double>(faces.size()) <= look_ahead_below_;
-        std::vector<Trial> ahead(
-            trials.begin(),
-            trials.begin() + static_cast<ptrdiff_t>(looks_ahead ? std::min(looked_ahead, trials.size()) : 0));
-        for (Trial& t : ahead) t.rollouts = rollouts;
-        make(ahead, fans, all);
-        const Trial* chosen = &trials[0];
-        for (const Trial& t : ahead) {
-            if (t.cost < chosen->cost) chosen = &t;
+        const bool looks_ahead = static_cast<double>(interval.faces.size()) <= look_ahead_below_;
+        std::vector<Trial> trials;
+        for (const Candidate& c : candidates_) trials.push_back({c, {}, {}, 0});
+        // A FIFO's own size looks ahead best; which memory a batch has is tried out.
+        if (looks_ahead && model_.kind != CacheModel::Kind::batch) trials.resize(looked_ahead);
+        if (!looks_ahead || trials.size() > looked_ahead) make(trials, fans, all);
+        std::ranges::stable_sort(trials, {}, &Trial::cost);
+        if (looks_ahead) {
+            std::vector<Trial> ahead(trials.begin(),
+                                     trials.begin() + static_cast<ptrdiff_t>(std::min(looked_ahead, trials.size())));
+            for (Trial& t : ahead) {
+                t.rollouts = rollouts;
+                t.rollouts.later = all.at[later_sample];
+            }
+            make(ahead, fans, all);
+            for (Trial& t : ahead) {
+                if (trials[0].order.empty() || t.cost < trials[0].cost) std::swap(t, trials[0]);
+            }
         }
-        const std::vector<uint32_t>& best = chosen->order;
-        std::vector<uint32_t> sorted(faces.size());
-        for (size_t i = 0; i < best.size(); ++i) sorted[i] = faces[best[i]];
-        faces = std::move(sorted);
+        std::vector<uint32_t> sorted;
+        sorted.reserve(interval.faces.size());
+        for (const uint32_t i : trials[0].order) sorted.push_back(interval.faces[i]);
+        return sorted;
     }
 
-    void order_in_clusters(const std::array<std::vector<uint32_t>, 2>& levels, std::span<const uint32_t> slots,
-                           std::vector<uint32_t>& faces) {
+    void order_in_clusters(uint32_t level, std::span<const uint32_t> indices, std::span<const uint32_t> slots,
+                           std::vector<uint32_t>& faces) const {
+        if (faces.empty()) return;
+        // By its first level and a later one: one alone ages twice as fast, more bring little.
         constexpr std::array<double, 2> weights{0.5, 0.5};
+        const Interval interval = interval_from(level, std::move(faces), indices);
+        const std::array<std::vector<uint32_t>, 2> levels{sample(interval, 0), sample(interval, 2)};
         ClusterOrderOptions options;
         options.batch_faces = model_.batch_triangles;
         options.batch_vertices = model_.batch_vertices;
         options.sweeps = sweeps_;
         options.careful = careful_;
-        std::vector<uint32_t> sorted;
-        sorted.reserve(faces.size());
+        faces.clear();
+        faces.reserve(interval.faces.size());
         for (const uint32_t i : cluster_order(levels, weights, input_.wedges, options, slots))
-            sorted.push_back(faces[i]);
-        faces = std::move(sorted);
+            faces.push_back(interval.faces[i]);
     }
 
     // The faces at each sample by numbers of wedges below `vertices`, and how many different ones each has.
@@ -213,19 +282,18 @@ private:
         });
     }
 
-    // The faces as a later level draws them in the same slots: every wedge gone by then is its ancestor.
-    std::vector<uint32_t> at_level(std::span<const uint32_t> indices, const std::vector<uint32_t>& faces,
-                                   uint32_t level) const {
+    // The faces of an interval as one of its levels draws them in the same slots: every wedge gone by then is its
+    // ancestor.
+    std::vector<uint32_t> sample(const Interval& interval, size_t s) const {
+        const auto level = interval.level + static_cast<uint32_t>((interval.end - interval.level) * s / (samples - 1));
         std::vector<uint32_t> drawn;
-        drawn.reserve(faces.size() * 3);
-        for (const uint32_t f : faces) {
-            for (uint32_t k = 0; k < 3; ++k) {
-                uint32_t w = indices[size_t{f} * 3 + k];
-                while (input_.gone_at[w] <= level) w = input_.parent[w];
-                drawn.push_back(w);
-            }
-        }
+        drawn.reserve(interval.indices.size());
+        for (const uint32_t w : interval.indices) drawn.push_back(ancestor(w, level));
         return drawn;
+    }
+    uint32_t ancestor(uint32_t wedge, uint32_t level) const {
+        while (input_.gone_at[wedge] <= level) wedge = input_.parent[wedge];
+        return wedge;
     }
 
     // Gives the wedges of sample s numbers by their first use in any, so that what is drawn together lies together.
@@ -252,6 +320,7 @@ private:
     uint32_t sweeps_ = 0;
     bool careful_ = true, searched_less_ = false;
     std::vector<uint32_t> alive_at_;  // per level
+    std::vector<Interval> coming_;    // whose faces are in order, the next one last
 };
 
 }  // namespace

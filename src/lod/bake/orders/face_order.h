@@ -30,11 +30,11 @@ struct OrderInput {
 struct GreedyOptions {
     uint32_t group = 96;     // collapses to a group, whose tswaps come at its end; > 0
     uint32_t window = 768;   // slots a group rearranges at most, besides a third as many at the end; >= 32
-    uint32_t step = 72;      // slots written between two levels at most; the rest of a group's follow at the next ones
+    uint32_t step = 144;     // slots written between two levels at most; the rest of a group's follow at the next ones
     double in_place = 0.05;  // transforms that a slot written weighs, so that faces that may stay keep their slot
     double line = 0.05;      // transforms that a line weighs that the collapses of the group do not write anyway
     uint32_t line_bytes = 64;  // of a line of the CPU's cache; > 0
-    double waiting = 1.4;      // drawn slots to a living face; dead slots wait while there are fewer; > 1
+    double waiting = 1.35;     // drawn slots to a living face; dead slots wait while there are fewer; > 1
     uint32_t look_ahead = 60;  // faces looked ahead for each choice; 0: none
 };
 

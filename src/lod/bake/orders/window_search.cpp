@@ -23,7 +23,9 @@ struct FanTrial {
 constexpr FanTrial fan_trials[] = {{0, small_fans}, {0, large_fans}, {1, small_fans}, {1, large_fans}};
 constexpr size_t quick_candidates = 2;
 
-Rollouts rollouts_of(uint32_t look_ahead) { return look_ahead == 0 ? Rollouts{} : Rollouts{4, look_ahead, 2}; }
+Rollouts rollouts_of(uint32_t look_ahead, std::span<const uint32_t> later) {
+    return look_ahead == 0 ? Rollouts{} : Rollouts{6, look_ahead, 3, later};
+}
 
 // The first position of an order at which a wedge set is drawn whole.
 class Hosts {
@@ -64,8 +66,13 @@ std::vector<uint32_t> WindowSearch::first_order() {
     std::vector<uint32_t> best;
     double least = 0;
     const Fans fans(input_.indices, input_.wedges);
+    const uint32_t level = level_after(0, static_cast<uint32_t>(input_.death.size()));
+    std::vector<uint32_t> later;
+    later.reserve(input_.indices.size());
+    for (const uint32_t wedge : input_.indices) later.push_back(ancestor(wedge, level));
     for (const FanTrial& candidate : std::span(fan_trials).first(quick_candidates)) {
-        std::vector<uint32_t> order = fan_order(fans, cache_, candidate.weights, rollouts_of(options_.look_ahead));
+        std::vector<uint32_t> order =
+            fan_order(fans, cache_, candidate.weights, rollouts_of(options_.look_ahead, later));
         const double cost = transforms({}, input_.indices, order, {}, 0);
         if (best.empty() || cost < least) {
             least = cost;
@@ -78,7 +85,11 @@ std::vector<uint32_t> WindowSearch::first_order() {
 void WindowSearch::look_at(const DrawnFaces& faces, uint32_t level, uint32_t alive) {
     faces_ = &faces;
     level_ = level;
-    later_ = std::min(level + static_cast<uint32_t>(later_share * alive / 2), input_.levels - 1);
+    later_ = level_after(level, alive);
+}
+
+uint32_t WindowSearch::level_after(uint32_t level, uint32_t alive) const {
+    return std::min(level + static_cast<uint32_t>(later_share * alive / 2), input_.levels - 1);
 }
 
 void WindowSearch::line_is_written(uint32_t slot) {
@@ -124,19 +135,25 @@ WindowSearch::Faces WindowSearch::collect(uint32_t first, uint32_t last, uint32_
     return faces;
 }
 
-uint32_t WindowSearch::number_wedges(const Faces& faces, std::vector<uint32_t>& numbered) {
+uint32_t WindowSearch::number_wedges(const Faces& faces, std::vector<uint32_t> (&numbered)[2]) {
     std::vector<uint32_t> used;
     const auto number = [&](uint32_t wedge) {
         if (number_[wedge] == none) {
             number_[wedge] = static_cast<uint32_t>(used.size());
             used.push_back(wedge);
         }
-        numbered.push_back(number_[wedge]);
+        return number_[wedge];
     };
     for (const uint32_t slot : faces.lead) {
-        for (uint32_t k = 0; k < 3; ++k) number(faces_->wedges(slot)[k]);
+        for (uint32_t k = 0; k < 3; ++k) {
+            const uint32_t wedge = faces_->wedges(slot)[k];
+            numbered[0].push_back(number(wedge));
+            numbered[1].push_back(number(ancestor(wedge, later_)));
+        }
     }
-    for (const uint32_t wedge : faces.wedges[0]) number(wedge);
+    for (size_t i = 0; i < 2; ++i) {
+        for (const uint32_t wedge : faces.wedges[i]) numbered[i].push_back(number(wedge));
+    }
     for (const uint32_t wedge : used) number_[wedge] = none;
     return static_cast<uint32_t>(used.size());
 }
@@ -224,16 +241,17 @@ WindowPlan WindowSearch::plan(uint32_t first, uint32_t last, uint32_t end, bool 
     best.first = first, best.last = last, best.end = end;
     best.taken = static_cast<uint32_t>(faces.alive.size()) - faces.own;
     if (faces.alive.empty()) return best;
-    std::vector<uint32_t> numbered;
+    std::vector<uint32_t> numbered[2];
     const uint32_t vertices = number_wedges(faces, numbered);
-    const Fans fans(numbered, vertices);
+    const Fans fans(numbered[0], vertices);
     const auto lead = static_cast<uint32_t>(faces.lead.size());
     const double before = transforms_now(faces);
     const bool whole = first == 0 && last == faces_->slots();  // then no dead slot is needed
     const size_t tried = careful ? std::size(fan_trials) : quick_candidates;
     for (size_t c = 0; c < tried; ++c) {
         const uint32_t cache = std::max(3u, cache_ - std::min(cache_, fan_trials[c].cache_less));
-        const Rollouts ahead = careful && c < quick_candidates ? rollouts_of(options_.look_ahead) : Rollouts{};
+        const Rollouts ahead =
+            careful && c < quick_candidates ? rollouts_of(options_.look_ahead, numbered[1]) : Rollouts{};
         std::vector<uint32_t> order = fan_order(fans, cache, fan_trials[c].weights, ahead, lead);
         for (uint32_t& f : order) f -= lead;
         WindowPlan plan;

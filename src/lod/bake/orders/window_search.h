@@ -58,14 +58,16 @@ private:
     };
     Faces collect(uint32_t first, uint32_t last, uint32_t end) const;
     std::vector<uint32_t> slots_before(uint32_t slot) const;
-    // Numbers the wedges of the lead and the living faces from 0 on; returns how many there are.
-    uint32_t number_wedges(const Faces& faces, std::vector<uint32_t>& numbered);
+    // Numbers the wedges of the lead and the living faces from 0 on, now and later; returns how many there are.
+    uint32_t number_wedges(const Faces& faces, std::vector<uint32_t> (&numbered)[2]);
     double transforms(std::span<const uint32_t> lead, std::span<const uint32_t> wedges, std::span<const uint32_t> order,
                       std::span<const uint32_t> behind, uint32_t level);
     double transforms_now(const Faces& faces);
     std::vector<uint32_t> with_dead(const Faces& faces, std::span<const uint32_t> order, size_t slots) const;
     void count_writes(WindowPlan& plan, const Faces& faces);
     uint32_t ancestor(uint32_t wedge, uint32_t level) const;
+    // The later level at which plans are judged as well.
+    uint32_t level_after(uint32_t level, uint32_t alive) const;
     bool cached(uint32_t wedge) const { return now_ - stamp_[wedge] <= static_cast<int64_t>(cache_); }
 
     const OrderInput input_;

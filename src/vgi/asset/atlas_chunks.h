@@ -80,7 +80,7 @@ private:
         std::mutex mutex;
         std::optional<uint64_t> triangles;  // once they are counted
     };
-    std::unique_ptr<LeafCount> leaf_count_ = std::make_unique<LeafCount>();
+    std::shared_ptr<LeafCount> leaf_count_ = std::make_shared<LeafCount>();  // of copies, too: the file is one
 };
 
 // Decodes every page. Errors name file and chunk; Fault::format.

@@ -70,14 +70,15 @@ void add_behind(TriMesh& row, const TriMesh& mesh, float z) {
     for (const Triangle& t : mesh.triangles) row.triangles.push_back({t[0] + wedges, t[1] + wedges, t[2] + wedges});
 }
 
-// As many rocks in one mesh, in a row behind the camera but for the first. A pebble ends the row at the same place
-// however many there are: positions are rounded to a lattice over the whole mesh, and errors tell of it.
+// As many rocks in one mesh, in a row far behind the camera but for the first: farther than it may go before its region of
+// views is left (draw/cut/frame_cuts.h), or they would be cut for it, too. A pebble ends the row at the same place however
+// many there are: positions are rounded to a lattice over the whole mesh, and errors tell of it.
 TriMesh row_of_rocks(uint32_t rocks) {
     TriMesh row;
-    for (uint32_t k = 0; k < rocks; ++k) add_behind(row, rock(), 3.0f * static_cast<float>(k));
+    for (uint32_t k = 0; k < rocks; ++k) add_behind(row, rock(), k == 0 ? 0 : 30 + 3.0f * static_cast<float>(k));
     TriMesh pebble = fixtures::repaired(Shape::rock, 500);
     for (glm::vec3& p : pebble.positions) p *= 0.05f;
-    add_behind(row, pebble, 48);
+    add_behind(row, pebble, 80);
     return row;
 }
 

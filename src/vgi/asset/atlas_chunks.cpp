@@ -368,7 +368,7 @@ AtlasFile::ByteRange AtlasFile::leaf_place(uint32_t part) const {
 Result<uint64_t> AtlasFile::leaf_triangles() const {
     const std::lock_guard lock(leaf_count_->mutex);
     if (!leaf_count_->triangles) {
-        const Result<uint64_t> count = count_leaf_triangles();
+        Result<uint64_t> count = count_leaf_triangles();
         if (!count) return count;
         leaf_count_->triangles = *count;
     }

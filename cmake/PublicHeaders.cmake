@@ -5,6 +5,7 @@ set(LODESTONE_PUBLIC_HEADERS
   base/files/chunk_file.h
   base/files/file.h
   base/hash.h
+  base/none.h
   base/progress.h
   base/result.h
   base/threads.h

@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "apps/commands/commands.h"
+#include "apps/options/common_options.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
 #include "base/text.h"

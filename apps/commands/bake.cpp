@@ -2,9 +2,10 @@
 #include <filesystem>
 #include <optional>
 
-#include "apps/commands/bake_options.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/memory_option.h"
+#include "apps/options/bake_options.h"
+#include "apps/options/common_options.h"
+#include "apps/options/memory_option.h"
 #include "apps/scene/bake.h"
 #include "apps/terminal.h"
 #include "base/text.h"

@@ -11,6 +11,7 @@
 #include "apps/commands/commands.h"
 #include "apps/drawing/flight.h"
 #include "apps/drawing/stage.h"
+#include "apps/options/common_options.h"
 #include "apps/terminal.h"
 #include "base/files/file.h"
 #include "base/statistics.h"

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "apps/commands/commands.h"
+#include "apps/options/common_options.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
 #include "lod/asset/cursor.h"

@@ -1,5 +1,6 @@
 #include "mesh/generate.h"
 #include "apps/commands/commands.h"
+#include "apps/options/common_options.h"
 #include "apps/terminal.h"
 #include "base/threads.h"
 #include "mesh/io/write.h"

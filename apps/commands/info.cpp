@@ -2,6 +2,7 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/tileset_info.h"
+#include "apps/options/common_options.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
 #include "base/progress.h"

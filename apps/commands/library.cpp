@@ -7,10 +7,11 @@
 #include <map>
 #include <thread>
 
-#include "apps/commands/bake_options.h"
 #include "apps/commands/commands.h"
 #include "apps/library/library.h"
 #include "apps/library/plan.h"
+#include "apps/options/bake_options.h"
+#include "apps/options/common_options.h"
 #include "apps/terminal.h"
 
 namespace lodestone {

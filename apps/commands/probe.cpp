@@ -4,7 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
-#include "apps/commands/probed_cache.h"
+#include "apps/options/common_options.h"
+#include "apps/options/probed_cache.h"
 #include "apps/terminal.h"
 #include "frame/indexed_mesh.h"
 #include "mesh/cache/cache_probe.h"

@@ -6,6 +6,7 @@
 #include "apps/drawing/budget_use.h"
 #include "apps/drawing/session.h"
 #include "apps/drawing/stage.h"
+#include "apps/options/common_options.h"
 #include "apps/terminal.h"
 #include "mesh/io/image_file.h"
 #include "report/rows.h"

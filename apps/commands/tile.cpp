@@ -4,9 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "apps/commands/bake_options.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/memory_option.h"
+#include "apps/options/bake_options.h"
+#include "apps/options/common_options.h"
+#include "apps/options/memory_option.h"
 #include "apps/scene/scene.h"
 #include "apps/scene/workplace.h"
 #include "apps/terminal.h"

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "apps/commands/commands.h"
+#include "apps/options/common_options.h"
 #include "apps/terminal.h"
 #include "base/text.h"
 #include "tiles/check/check.h"

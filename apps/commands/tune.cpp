@@ -5,6 +5,7 @@
 #include "apps/commands/commands.h"
 #include "apps/drawing/flight.h"
 #include "apps/drawing/stage.h"
+#include "apps/options/common_options.h"
 #include "apps/terminal.h"
 #include "base/statistics.h"
 #include "report/error_search.h"

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
+#include "apps/options/common_options.h"
 #include "apps/terminal.h"
 #include "base/clock.h"
 #include "base/text.h"

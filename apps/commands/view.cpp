@@ -8,6 +8,7 @@
 
 #include "apps/commands/commands.h"
 #include "apps/drawing/stage.h"
+#include "apps/options/common_options.h"
 #include "apps/terminal.h"
 #include "apps/viewer/panel.h"
 #include "base/text.h"

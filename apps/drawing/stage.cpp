@@ -2,8 +2,8 @@
 
 #include <cstdio>
 
-#include "apps/commands/commands.h"
 #include "apps/machine.h"
+#include "apps/options/common_options.h"
 #include "base/text.h"
 #include "base/threads.h"
 

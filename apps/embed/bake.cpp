@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 
-#include "apps/commands/bake_options.h"
+#include "apps/options/bake_options.h"
 #include "mesh/packed_vertices.h"
 
 namespace lodestone {

@@ -9,8 +9,8 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
-#include "apps/commands/commands.h"
 #include "apps/drawing/budget_use.h"
+#include "apps/options/common_options.h"
 #include "apps/viewer/shader_reload.h"
 #include "mesh/io/image_file.h"
 

@@ -1,3 +1,4 @@
+// The index that stands for none.
 #pragma once
 
 #include <cstdint>

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/none.h"
 #include "lod/asset/number_streams.h"
 #include "lod/asset/split_mesh.h"
 #include "mesh/packed_vertices.h"
@@ -33,7 +34,6 @@ public:
     }
 
 private:
-    static constexpr uint32_t none = SplitMesh::none;
     static constexpr uint32_t ahead = 8;  // splits: about as many as a fan has faces
     struct Look {
         uint32_t parent = none;

@@ -25,8 +25,6 @@ namespace lodestone {
 
 class SplitMesh {
 public:
-    static constexpr uint32_t none = lodestone::none;
-
     // Corner k of a face, and its edge from vertex k to the next; face none for none.
     struct Corner {
         uint32_t face = none;

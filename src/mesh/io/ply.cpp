@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/none.h"
 #include "mesh/io/formats.h"
 #include "mesh/io/text_cursor.h"
 
@@ -659,7 +660,6 @@ private:
     std::vector<int64_t> corners_;
     std::vector<uint32_t> fan_;
     std::vector<Triangle> early_faces_;
-    static constexpr uint32_t none = ~0u;
     bool has_corner_uvs_ = false;
     std::vector<std::string> texture_names_;
     std::vector<float> face_uvs_;              // of the face being read

@@ -15,8 +15,6 @@ namespace lodestone {
 // Which face is in which slot. Swaps are noted, so that all since the last take_cycles() become cycles.
 class DrawnFaces {
 public:
-    static constexpr uint32_t none = lodestone::none;
-
     // face_at: face of each slot; slot_of: its inverse; replay: of the same faces. All are kept by reference.
     DrawnFaces(std::vector<uint32_t>& face_at, std::vector<uint32_t>& slot_of, Replay& replay)
         : replay_(replay),

@@ -24,6 +24,12 @@ struct OrderInput {
     std::span<const uint32_t> parent;   // per wedge: the wedge it becomes then; itself if it outlives all
     uint32_t wedges = 0;                // of full detail
     uint32_t levels = 0;                // of the progressive mesh
+
+    // What a wedge is at a level.
+    uint32_t ancestor(uint32_t wedge, uint32_t level) const {
+        while (gone_at[wedge] <= level) wedge = parent[wedge];
+        return wedge;
+    }
 };
 
 // What the order "greedy" weighs (greedy_order.h), in the terms of Kuzikowski et al. 2005.

@@ -19,6 +19,8 @@ namespace lodestone {
 struct FanWeights {
     double miss = 1.21, face = 0.67, finished = 0.92, age = 0.4, evicted = 1.27;
 };
+// Two sets that orders are tried with.
+inline constexpr FanWeights small_fans{}, large_fans{1.53, 0.83, 0.81, 0.42, 1.23};
 
 // Instead of the cheapest fan, the one of several that leads to the least cost some way ahead: vertices brought in, and
 // those pushed out that must be brought in again. Two ways that draw the same faces and end in the same cache are one.

@@ -23,8 +23,7 @@ constexpr size_t samples = 4;
 
 // The sample at which transforms count as well when looking ahead.
 constexpr size_t later_sample = 2;
-// How many candidates look ahead, and how.
-constexpr size_t looked_ahead = 1;
+// How the best candidate looks ahead.
 constexpr Rollouts rollouts{6, 90, 3};
 // Keyframes are ordered side by side in groups of so many faces in all, of those of the first.
 constexpr size_t group_faces = 4;
@@ -54,11 +53,10 @@ std::vector<Candidate> candidates_for(const CacheModel& model) {
             if (model.size >= less + 4) sizes.push_back(model.size - less);
         }
     }
-    constexpr FanWeights large{1.53, 0.83, 0.81, 0.42, 1.23}, small{1.21, 0.67, 0.92, 0.4, 1.27};
     std::vector<Candidate> all;
     for (const uint32_t size : sizes) {
-        all.push_back({size, large});
-        all.push_back({size, small});
+        all.push_back({size, large_fans});
+        all.push_back({size, small_fans});
     }
     return all;
 }
@@ -152,7 +150,8 @@ private:
         Interval interval{level, last_level(level, faces.size()), std::move(faces), {}};
         interval.indices.reserve(interval.faces.size() * 3);
         for (const uint32_t f : interval.faces) {
-            for (uint32_t k = 0; k < 3; ++k) interval.indices.push_back(ancestor(indices[size_t{f} * 3 + k], level));
+            for (uint32_t k = 0; k < 3; ++k)
+                interval.indices.push_back(input_.ancestor(indices[size_t{f} * 3 + k], level));
         }
         return interval;
     }
@@ -170,7 +169,7 @@ private:
         for (size_t i = 0; i < before.faces.size(); ++i) {
             if (input_.death[before.faces[i]] <= level) continue;
             next.faces.push_back(before.faces[i]);
-            for (size_t k = 0; k < 3; ++k) next.indices.push_back(ancestor(before.indices[i * 3 + k], level));
+            for (size_t k = 0; k < 3; ++k) next.indices.push_back(input_.ancestor(before.indices[i * 3 + k], level));
         }
         next.end = last_level(level, next.faces.size());
         return next;
@@ -211,24 +210,18 @@ private:
         std::vector<Trial> trials;
         for (const Candidate& c : candidates_) trials.push_back({c, {}, {}, 0});
         // A FIFO's own size looks ahead best; which memory a batch has is tried out.
-        if (looks_ahead && model_.kind != CacheModel::Kind::batch) trials.resize(looked_ahead);
-        if (!looks_ahead || trials.size() > looked_ahead) make(trials, fans, all);
-        std::ranges::stable_sort(trials, {}, &Trial::cost);
+        if (looks_ahead && model_.kind != CacheModel::Kind::batch) trials.resize(1);
+        if (!looks_ahead || trials.size() > 1) make(trials, fans, all);
+        Trial& best = *std::ranges::min_element(trials, {}, &Trial::cost);
         if (looks_ahead) {
-            std::vector<Trial> ahead(trials.begin(),
-                                     trials.begin() + static_cast<ptrdiff_t>(std::min(looked_ahead, trials.size())));
-            for (Trial& t : ahead) {
-                t.rollouts = rollouts;
-                t.rollouts.later = all.at[later_sample];
-            }
+            std::vector<Trial> ahead{{best.candidate, rollouts, {}, 0}};
+            ahead[0].rollouts.later = all.at[later_sample];
             make(ahead, fans, all);
-            for (Trial& t : ahead) {
-                if (trials[0].order.empty() || t.cost < trials[0].cost) std::swap(t, trials[0]);
-            }
+            if (best.order.empty() || ahead[0].cost < best.cost) best = std::move(ahead[0]);
         }
         std::vector<uint32_t> sorted;
         sorted.reserve(interval.faces.size());
-        for (const uint32_t i : trials[0].order) sorted.push_back(interval.faces[i]);
+        for (const uint32_t i : best.order) sorted.push_back(interval.faces[i]);
         return sorted;
     }
 
@@ -288,12 +281,8 @@ private:
         const auto level = interval.level + static_cast<uint32_t>((interval.end - interval.level) * s / (samples - 1));
         std::vector<uint32_t> drawn;
         drawn.reserve(interval.indices.size());
-        for (const uint32_t w : interval.indices) drawn.push_back(ancestor(w, level));
+        for (const uint32_t w : interval.indices) drawn.push_back(input_.ancestor(w, level));
         return drawn;
-    }
-    uint32_t ancestor(uint32_t wedge, uint32_t level) const {
-        while (input_.gone_at[wedge] <= level) wedge = input_.parent[wedge];
-        return wedge;
     }
 
     // Gives the wedges of sample s numbers by their first use in any, so that what is drawn together lies together.

@@ -15,7 +15,6 @@ constexpr uint64_t slot_bytes = 12;  // three indices
 constexpr double later_share = 0.15;
 
 // What is tried: caches a little smaller lose less when gaps open.
-constexpr FanWeights small_fans{1.21, 0.67, 0.92, 0.4, 1.27}, large_fans{1.53, 0.83, 0.81, 0.42, 1.23};
 struct FanTrial {
     uint32_t cache_less;
     FanWeights weights;
@@ -69,7 +68,7 @@ std::vector<uint32_t> WindowSearch::first_order() {
     const uint32_t level = level_after(0, static_cast<uint32_t>(input_.death.size()));
     std::vector<uint32_t> later;
     later.reserve(input_.indices.size());
-    for (const uint32_t wedge : input_.indices) later.push_back(ancestor(wedge, level));
+    for (const uint32_t wedge : input_.indices) later.push_back(input_.ancestor(wedge, level));
     for (const FanTrial& candidate : std::span(fan_trials).first(quick_candidates)) {
         std::vector<uint32_t> order =
             fan_order(fans, cache_, candidate.weights, rollouts_of(options_.look_ahead, later));
@@ -98,11 +97,6 @@ void WindowSearch::line_is_written(uint32_t slot) {
 }
 void WindowSearch::forget_lines() { ++group_; }
 
-uint32_t WindowSearch::ancestor(uint32_t wedge, uint32_t level) const {
-    while (input_.gone_at[wedge] <= level) wedge = input_.parent[wedge];
-    return wedge;
-}
-
 // The living faces before a slot that fill the cache, in drawing order.
 std::vector<uint32_t> WindowSearch::slots_before(uint32_t slot) const {
     std::vector<uint32_t> slots;
@@ -124,7 +118,7 @@ WindowSearch::Faces WindowSearch::collect(uint32_t first, uint32_t last, uint32_
         const uint32_t* wedges = faces_->wedges(faces_->slot_of(face));
         for (uint32_t k = 0; k < 3; ++k) {
             faces.wedges[0].push_back(wedges[k]);
-            faces.wedges[1].push_back(ancestor(wedges[k], later_));
+            faces.wedges[1].push_back(input_.ancestor(wedges[k], later_));
         }
     }
     faces.lead = slots_before(first);
@@ -148,7 +142,7 @@ uint32_t WindowSearch::number_wedges(const Faces& faces, std::vector<uint32_t> (
         for (uint32_t k = 0; k < 3; ++k) {
             const uint32_t wedge = faces_->wedges(slot)[k];
             numbered[0].push_back(number(wedge));
-            numbered[1].push_back(number(ancestor(wedge, later_)));
+            numbered[1].push_back(number(input_.ancestor(wedge, later_)));
         }
     }
     for (size_t i = 0; i < 2; ++i) {
@@ -167,7 +161,7 @@ double WindowSearch::transforms(std::span<const uint32_t> lead, std::span<const 
     };
     const auto draw_slots = [&](std::span<const uint32_t> slots) {
         for (const uint32_t slot : slots) {
-            for (uint32_t k = 0; k < 3; ++k) draw(ancestor(faces_->wedges(slot)[k], level));
+            for (uint32_t k = 0; k < 3; ++k) draw(input_.ancestor(faces_->wedges(slot)[k], level));
         }
     };
     draw_slots(lead);

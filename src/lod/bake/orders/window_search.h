@@ -65,7 +65,6 @@ private:
     double transforms_now(const Faces& faces);
     std::vector<uint32_t> with_dead(const Faces& faces, std::span<const uint32_t> order, size_t slots) const;
     void count_writes(WindowPlan& plan, const Faces& faces);
-    uint32_t ancestor(uint32_t wedge, uint32_t level) const;
     // The later level at which plans are judged as well.
     uint32_t level_after(uint32_t level, uint32_t alive) const;
     bool cached(uint32_t wedge) const { return now_ - stamp_[wedge] <= static_cast<int64_t>(cache_); }

@@ -9,13 +9,12 @@
 #include <span>
 #include <vector>
 
+#include "base/none.h"
 #include "base/result.h"
 #include "mesh/topology.h"
 #include "mesh/tri_mesh.h"
 
 namespace lodestone::vgi {
-
-inline constexpr uint32_t none = no_neighbour;  // in place of a number where there is none
 
 // A triangle, and where it comes from.
 struct SurfaceTriangle {

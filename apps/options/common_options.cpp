@@ -1,4 +1,4 @@
-#include "apps/commands/commands.h"
+#include "apps/options/common_options.h"
 
 #include <charconv>
 #include <cstdio>

@@ -1,10 +1,10 @@
-#include "apps/commands/probed_cache.h"
+#include "apps/options/probed_cache.h"
 
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "apps/commands/commands.h"
+#include "apps/options/common_options.h"
 #include "apps/scene/workplace.h"
 
 namespace lodestone {

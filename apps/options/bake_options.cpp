@@ -1,9 +1,9 @@
-#include "apps/commands/bake_options.h"
+#include "apps/options/bake_options.h"
 
 #include <algorithm>
 
-#include "apps/commands/commands.h"
-#include "apps/commands/probed_cache.h"
+#include "apps/options/common_options.h"
+#include "apps/options/probed_cache.h"
 #include "lod/bake/orders/face_order.h"
 #include "lod/bake/simplify/simplifier.h"
 

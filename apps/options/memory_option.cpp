@@ -1,4 +1,4 @@
-#include "apps/commands/memory_option.h"
+#include "apps/options/memory_option.h"
 
 #include "base/spill.h"
 

@@ -121,7 +121,7 @@ std::optional<RefinementChange> RefinementChange::between(const RefinementTest& 
 Change RefinementChange::of(const GeometryTexel& t) const {
     const glm::vec3 was = before_->place_of(t), is = now_->place_of(t);
     const float radius = now_->radii_[t.radius], away = glm::length(was);
-    const float rounding = rounding_ + 1e-5f * (away + radius);
+    const float slack = rounding_ + 1e-5f * (away + radius);
     // How far within the cone of the picture's corners, or outside it, if the same cone is meant by both.
     const auto aside = [](const glm::vec3& p, float sine, float cosine) {
         return p.z * sine - std::sqrt(p.x * p.x + p.y * p.y) * cosine;
@@ -130,9 +130,9 @@ Change RefinementChange::of(const GeometryTexel& t) const {
     float more = 0;
     const float moved = seen_.of(away + radius), least = away - radius - moved;
     if (std::min(aside(was, picture_sine_, picture_cosine_), aside(is, picture_sine_, picture_cosine_)) >
-        radius + rounding) {
+        radius + slack) {
         more = radius * in_picture_;
-    } else if (std::max(aside(was, sine_, cosine_), aside(is, sine_, cosine_)) < -(radius + rounding) &&
+    } else if (std::max(aside(was, sine_, cosine_), aside(is, sine_, cosine_)) < -(radius + slack) &&
                least > 0.1f * away) {
         // There slopes change by no more than twice the way over the distance.
         more = radius * (turned_ + 2 * moved / least);
@@ -141,7 +141,7 @@ Change RefinementChange::of(const GeometryTexel& t) const {
         return {most, most};
     }
     const float farther = now_->counted(is) - before_->counted(was) - (now_->margin_ - before_->margin_);
-    return {more - farther + rounding, more + farther + rounding};
+    return {more - farther + slack, more + farther + slack};
 }
 
 }  // namespace lodestone::vgi

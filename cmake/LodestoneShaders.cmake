@@ -23,5 +23,6 @@ function(lodestone_shaders target folder function)
   add_custom_command(OUTPUT "${source}"
     COMMAND "${CMAKE_COMMAND}" "-DOUT=${source}" "-DSHADERS=${shaders}" "-DFUNCTION=${function}" -P "${PROJECT_SOURCE_DIR}/cmake/EmbedShaders.cmake"
     DEPENDS ${compiled} "${PROJECT_SOURCE_DIR}/cmake/EmbedShaders.cmake" VERBATIM)
+  set_source_files_properties("${source}" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)  # made by a build: units are of what is written
   target_sources(${target} PRIVATE "${source}")
 endfunction()

@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "apps/commands/commands.h"
+#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
@@ -10,8 +11,6 @@
 namespace lodestone {
 
 namespace {
-
-using Json = nlohmann::json;
 
 struct AcmrArguments {
     std::string asset, cache = "fifo16", order, spacing = "uniform";

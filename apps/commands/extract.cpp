@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/commands/commands.h"
+#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"

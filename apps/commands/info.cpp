@@ -2,6 +2,7 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/tileset_info.h"
+#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
@@ -14,8 +15,6 @@
 namespace lodestone {
 
 namespace {
-
-using Json = nlohmann::json;
 
 void describe_lod(const ProgressiveMesh& pm, Json& lod) {
     lod["vertices"] = pm.vertices.size();

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "apps/commands/commands.h"
+#include "apps/json.h"
 #include "apps/library/library.h"
 #include "apps/library/plan.h"
 #include "apps/options/bake_options.h"
@@ -19,7 +20,6 @@ namespace lodestone {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 struct LibraryArguments {
     std::vector<std::string> sources;

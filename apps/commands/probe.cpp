@@ -1,9 +1,9 @@
 // lodestone probe: the vertex-cache model closest to a device.
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
+#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/options/probed_cache.h"
 #include "apps/terminal.h"
@@ -14,8 +14,6 @@
 namespace lodestone {
 
 namespace {
-
-using Json = nlohmann::json;
 
 struct ProbeArguments {
     std::string device;

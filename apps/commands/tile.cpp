@@ -1,10 +1,10 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/commands/commands.h"
+#include "apps/json.h"
 #include "apps/options/bake_options.h"
 #include "apps/options/common_options.h"
 #include "apps/options/memory_option.h"

@@ -2,8 +2,8 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
+#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/terminal.h"
 #include "base/text.h"
@@ -13,7 +13,6 @@ namespace lodestone {
 
 namespace {
 
-using Json = nlohmann::json;
 using Number = unsigned long long;
 
 Json json_of(const tiles::TilesetFacts& facts) {

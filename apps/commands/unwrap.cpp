@@ -1,8 +1,8 @@
 #include "vgi/unwrap/unwrap.h"
+#include "apps/json.h"
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
 #include "apps/options/common_options.h"

@@ -3,10 +3,10 @@
 
 #include <deque>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
+#include "apps/json.h"
 #include "apps/scene/backends.h"
 #include "apps/scene/page_reader.h"
 #include "apps/scene/workplace.h"

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/json.h"
 #include "apps/scene/asset.h"
 #include "apps/scene/bake.h"
 #include "base/progress.h"

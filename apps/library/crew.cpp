@@ -6,12 +6,12 @@
 #include <list>
 #include <optional>
 
+#include "apps/json.h"
 #include "apps/library/child.h"
 
 namespace lodestone {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 namespace {
 

@@ -8,12 +8,12 @@
 #include <fstream>
 #include <map>
 
+#include "apps/json.h"
 #include "base/text.h"
 
 namespace lodestone {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 namespace {
 

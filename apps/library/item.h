@@ -3,11 +3,11 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "apps/json.h"
 #include "base/hash.h"
 #include "base/result.h"
 #include "mesh/io/read.h"

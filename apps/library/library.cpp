@@ -10,13 +10,13 @@
 #include <set>
 #include <utility>
 
+#include "apps/json.h"
 #include "base/files/file.h"
 #include "report/page.h"
 
 namespace lodestone {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 namespace {
 

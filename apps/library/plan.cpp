@@ -4,12 +4,12 @@
 #include <fstream>
 #include <set>
 
+#include "apps/json.h"
 #include "base/files/file.h"
 
 namespace lodestone {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 namespace {
 

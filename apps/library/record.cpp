@@ -11,13 +11,13 @@
 #include <string_view>
 #include <utility>
 
+#include "apps/json.h"
 #include "apps/library/item.h"
 #include "base/files/file.h"
 
 namespace lodestone {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 namespace {
 

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "apps/json.h"
 #include "base/result.h"
 
 namespace lodestone {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/json.h"
 #include "base/files/chunk_file.h"
 #include "base/files/file.h"
 #include "base/text.h"
@@ -9,7 +10,6 @@
 namespace lodestone {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 namespace {
 

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/scene/workplace.h"
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/json.h"
 #include "vgi/asset/atlas_chunks.h"
 
 namespace lodestone {
@@ -13,7 +14,6 @@ constexpr int most_nested = 32;  // brackets of `about` in one another: JSON is 
 
 // A chunk that tells something in words.
 Result<nlohmann::json> read_words(const ChunkFile& file, const std::string& chunk) {
-    using Json = nlohmann::json;
     auto text = file.text(chunk);
     if (!text) return tl::unexpected(text.error());
     bool too_deep = false;
@@ -33,7 +33,6 @@ Result<nlohmann::json> read_words(const ChunkFile& file, const std::string& chun
 
 // What the file tells of itself, its backends included.
 Result<nlohmann::json> read_about(const ChunkFile& file) {
-    using Json = nlohmann::json;
     auto words = read_words(file, "about");
     if (!words) return words;
     Json about = std::move(*words);

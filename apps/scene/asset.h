@@ -3,9 +3,9 @@
 
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/json.h"
 #include "base/files/chunk_file.h"
 #include "baseline/discrete.h"
 #include "frame/screen_error.h"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/json.h"
 #include "apps/scene/bake_atlas.h"
 #include "apps/terminal.h"
 #include "base/clock.h"
@@ -21,8 +22,6 @@
 namespace lodestone {
 
 namespace {
-
-using Json = nlohmann::json;
 
 bool wants(const BakeOptions& options, const std::string& backend) {
     return std::find(options.backends.begin(), options.backends.end(), backend) != options.backends.end();

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "apps/json.h"
 #include "base/files/checkpoint_folder.h"
 #include "base/hash.h"
 #include "base/progress.h"

@@ -1,8 +1,7 @@
 // The vgi part of a bake.
 #pragma once
 
-#include <nlohmann/json.hpp>
-
+#include "apps/json.h"
 #include "apps/scene/bake.h"
 #include "vgi/asset/atlas.h"
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
+#include "apps/json.h"
 #include "apps/scene/scene_node.h"
 #include "apps/scene/scene_volumes.h"
 #include "base/files/file.h"

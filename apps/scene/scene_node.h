@@ -4,15 +4,13 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
+#include "apps/json.h"
 #include "base/result.h"
 
 namespace lodestone {
-
-using Json = nlohmann::json;
 
 // A place in a JSON document that knows its name, so that every error can say where it is.
 struct Node {

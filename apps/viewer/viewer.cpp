@@ -7,9 +7,9 @@
 #include <exception>
 #include <glm/geometric.hpp>
 #include <new>
-#include <nlohmann/json.hpp>
 
 #include "apps/drawing/budget_use.h"
+#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/viewer/shader_reload.h"
 #include "mesh/io/image_file.h"

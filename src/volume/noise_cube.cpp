@@ -38,7 +38,7 @@ double fractal(const glm::dvec3& direction, uint64_t seed) {
     return std::clamp(0.5 + sum, 0.0, 1.0);
 }
 
-constexpr uint32_t side = NoiseCube::cells + 1;
+constexpr uint32_t face_side = NoiseCube::cells + 1;
 
 }  // namespace
 
@@ -55,7 +55,7 @@ float NoiseCube::at(const glm::vec3& direction) const {
     const auto x = std::min(static_cast<uint32_t>(u), cells - 1), y = std::min(static_cast<uint32_t>(v), cells - 1);
     const float fx = u - static_cast<float>(x), fy = v - static_cast<float>(y);
     const auto value = [&](uint32_t cx, uint32_t cy) {
-        return static_cast<float>(values[(face * side + cy) * side + cx]) / 255;
+        return static_cast<float>(values[(face * face_side + cy) * face_side + cx]) / 255;
     };
     return std::lerp(std::lerp(value(x, y), value(x + 1, y), fx), std::lerp(value(x, y + 1), value(x + 1, y + 1), fx),
                      fy);
@@ -68,7 +68,7 @@ std::vector<uint32_t> NoiseCube::words() const {
             for (uint32_t x = 0; x < cells; ++x) {
                 uint32_t word = 0;
                 for (uint32_t k = 0; k < 4; ++k)
-                    word |= uint32_t{values[(face * side + y + (k >> 1)) * side + x + (k & 1)]} << 8 * k;
+                    word |= uint32_t{values[(face * face_side + y + (k >> 1)) * face_side + x + (k & 1)]} << 8 * k;
                 words.push_back(word);
             }
         }
@@ -80,8 +80,8 @@ NoiseCube make_noise_cube(uint64_t seed) {
     NoiseCube cube;
     for (int face = 0; face < 6; ++face) {
         const int axis = face / 2;
-        for (uint32_t y = 0; y < side; ++y) {
-            for (uint32_t x = 0; x < side; ++x) {
+        for (uint32_t y = 0; y < face_side; ++y) {
+            for (uint32_t x = 0; x < face_side; ++x) {
                 glm::dvec3 d;
                 d[axis] = face % 2 == 0 ? 1 : -1;
                 d[(axis + 1) % 3] = 2.0 * x / NoiseCube::cells - 1;

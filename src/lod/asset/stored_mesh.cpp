@@ -28,7 +28,7 @@ namespace swap_streams {
 enum : size_t { levels, after, cycles, lengths, slots, count };
 }
 constexpr size_t streams = size_t{split_streams::count} + swap_streams::count;
-constexpr size_t swaps = size_t{split_streams::count};  // the first of them
+constexpr size_t first_swaps = size_t{split_streams::count};  // the first of them
 
 tl::unexpected<Error> broken(const std::string& what) {
     return fail(Fault::format, "lod/blocks: " + what + "; bake the asset again");
@@ -261,21 +261,21 @@ private:
     }
 
     void add_swaps(const PlannedOrder& order) {
-        io_.number(swaps + swap_streams::levels, static_cast<uint32_t>(order.tswaps.size()));
+        io_.number(first_swaps + swap_streams::levels, static_cast<uint32_t>(order.tswaps.size()));
         uint32_t level = 0, last_slot = 0;
         size_t slot = 0;
         for (size_t s = 0; s < order.tswaps.size(); ++s) {
             const TswapStep& step = order.tswaps[s];
             const size_t end =
                 s + 1 < order.tswaps.size() ? order.tswaps[s + 1].first_cycle : order.cycle_lengths.size();
-            io_.number(swaps + swap_streams::levels, step.level - level);
-            io_.number(swaps + swap_streams::after, step.slots_before - step.slots_after);
-            io_.number(swaps + swap_streams::cycles, static_cast<uint32_t>(end - step.first_cycle));
+            io_.number(first_swaps + swap_streams::levels, step.level - level);
+            io_.number(first_swaps + swap_streams::after, step.slots_before - step.slots_after);
+            io_.number(first_swaps + swap_streams::cycles, static_cast<uint32_t>(end - step.first_cycle));
             level = step.level;
             for (size_t c = step.first_cycle; c < end; ++c) {
-                io_.number(swaps + swap_streams::lengths, order.cycle_lengths[c] - 2);
+                io_.number(first_swaps + swap_streams::lengths, order.cycle_lengths[c] - 2);
                 for (uint32_t i = 0; i < order.cycle_lengths[c]; ++i, ++slot) {
-                    io_.number(swaps + swap_streams::slots, zigzag(order.cycle_slots[slot] - last_slot));
+                    io_.number(first_swaps + swap_streams::slots, zigzag(order.cycle_slots[slot] - last_slot));
                     last_slot = order.cycle_slots[slot];
                 }
             }
@@ -448,19 +448,20 @@ private:
 
     bool read_swaps(NumberReader& io, PlannedOrder& order) const {
         uint32_t level = 0, slots = mesh_.face_count(), last_slot = 0;
-        for (uint32_t left = io.number(swaps + swap_streams::levels); left > 0 && !io.broken(); --left) {
+        for (uint32_t left = io.number(first_swaps + swap_streams::levels); left > 0 && !io.broken(); --left) {
             TswapStep step;
-            step.level = level += io.number(swaps + swap_streams::levels);
+            step.level = level += io.number(first_swaps + swap_streams::levels);
             step.slots_before = slots;
-            step.slots_after = slots -= std::min(slots, io.number(swaps + swap_streams::after));
+            step.slots_after = slots -= std::min(slots, io.number(first_swaps + swap_streams::after));
             step.first_cycle = static_cast<uint32_t>(order.cycle_lengths.size());
             step.first_slot = static_cast<uint32_t>(order.cycle_slots.size());
             order.tswaps.push_back(step);
-            for (uint32_t cycles = io.number(swaps + swap_streams::cycles); cycles > 0 && !io.broken(); --cycles) {
-                const uint32_t more = io.number(swaps + swap_streams::lengths);
+            for (uint32_t cycles = io.number(first_swaps + swap_streams::cycles); cycles > 0 && !io.broken();
+                 --cycles) {
+                const uint32_t more = io.number(first_swaps + swap_streams::lengths);
                 order.cycle_lengths.push_back(more + 2);
                 for (uint64_t i = 0; i < uint64_t{more} + 2 && !io.broken(); ++i)
-                    order.cycle_slots.push_back(last_slot += unzigzag(io.number(swaps + swap_streams::slots)));
+                    order.cycle_slots.push_back(last_slot += unzigzag(io.number(first_swaps + swap_streams::slots)));
             }
         }
         return !io.broken();

@@ -56,7 +56,7 @@ double reach(const glm::dmat4& box, const glm::dmat4& other) {
     }
     return farthest;
 }
-constexpr double inside = 1 + 1e-6;
+constexpr double farthest_inside = 1 + 1e-6;
 
 // A tile's triangles by the numbers of their places.
 struct PlacedTile {
@@ -106,7 +106,8 @@ private:
             if (!tile.has_box) points_.wrong(tile.place + ": has no box, and other volumes are not checked");
             if (tile.parent == ~0u || !tile.has_box || !set_.tiles[tile.parent].has_box) continue;
             const double r = reach(set_.tiles[tile.parent].box, tile.transform * tile.box);
-            if (r > inside) points_.wrong(tile.place + ": stands out of its parent's, " + std::to_string(r) + " times");
+            if (r > farthest_inside)
+                points_.wrong(tile.place + ": stands out of its parent's, " + std::to_string(r) + " times");
         }
     }
 
@@ -144,7 +145,7 @@ private:
         std::string fault;
         for (const auto& p : content->positions) {
             const double r = tile.has_box ? reach(tile.box, glm::dvec3(to_tile * glm::dvec4(p[0], p[1], p[2], 1))) : 0;
-            if (r > inside)
+            if (r > farthest_inside)
                 fault = tile.place + ": a vertex is outside the tile's box, " + std::to_string(r) + " times";
         }
         contents_[i] = std::move(*content);

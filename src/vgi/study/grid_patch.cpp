@@ -31,8 +31,8 @@ GridPatch GridPatch::of_words(std::span<const uint32_t> words) {
     return patch;
 }
 
-void GridPatch::append_indices(uint32_t chart_cells, uint32_t page_cells, std::vector<uint32_t>& to) const {
-    const auto page_shift = static_cast<uint32_t>(std::countr_zero(page_cells));
+void GridPatch::append_indices(uint32_t chart_cells, uint32_t cells_per_page, std::vector<uint32_t>& to) const {
+    const auto page_shift = static_cast<uint32_t>(std::countr_zero(cells_per_page));
     const uint32_t base = static_cast<uint32_t>(std::countr_zero(chart_cells)) - page_shift,
                    first = std::min(level, base);
     // From the page of the sample's own level, as everybody reads it: it moves alike for all.
@@ -43,7 +43,7 @@ void GridPatch::append_indices(uint32_t chart_cells, uint32_t page_cells, std::v
         const uint32_t page_level = std::clamp(own, first, base), down = page_level + page_shift;
         const uint32_t in_x = (at_x >> page_level) - (x >> down << page_shift),
                        in_y = (at_y >> page_level) - (y >> down << page_shift);
-        return slots[page_level - first] * LODE_VGI_PAGE_TEXELS + in_y * (page_cells + 1) + in_x;
+        return slots[page_level - first] * LODE_VGI_PAGE_TEXELS + in_y * (cells_per_page + 1) + in_x;
     };
     const auto n = static_cast<int32_t>(cells());
     std::array<uint32_t, 81> vertex;

@@ -25,8 +25,9 @@ struct GridPatch {
     // LODE_VGI_PATCH_WORDS of them.
     void append_words(std::vector<uint32_t>& to) const;
     static GridPatch of_words(std::span<const uint32_t> words);
-    // chart_cells, page_cells: of the atlas. What shaders/vgi/patch.tese makes of the patch, without flat triangles.
-    void append_indices(uint32_t chart_cells, uint32_t page_cells, std::vector<uint32_t>& to) const;
+    // chart_cells, cells_per_page: of the atlas. What shaders/vgi/patch.tese makes of the patch, without flat
+    // triangles.
+    void append_indices(uint32_t chart_cells, uint32_t cells_per_page, std::vector<uint32_t>& to) const;
 };
 
 }  // namespace lodestone::vgi

@@ -24,7 +24,7 @@ constexpr double whole_windows = 1.25, whole_alive = 0.7;
 // Faces taken from the end of the range at once, and the dead slots a window must have to take any; of a window.
 constexpr double taken_share = 0.33, room_share = 0.11;
 // Windows tried for each group, and the changed corners a slot must have seen before its window is.
-constexpr size_t tried = 3;
+constexpr size_t windows_tried = 3;
 constexpr double worn = 0.5;
 // A group ends sooner when it has so many collapses for each living face.
 constexpr double soonest = 0.04;
@@ -203,7 +203,7 @@ private:
                 return std::max(other.first, spot.first) - std::min(other.first, spot.first) < (span_ + 3) / 4;
             });
             if (!close) apart.push_back(spot);
-            if (apart.size() == tried) break;
+            if (apart.size() == windows_tried) break;
         }
         return apart;
     }
@@ -221,7 +221,7 @@ private:
             if (static_cast<double>(wear) >= worn * window_) spots.push_back({first, 0, wear});
         }
         std::ranges::stable_sort(spots, std::greater<>{}, &Spot::rank);
-        if (spots.size() > tried) spots.resize(tried);
+        if (spots.size() > windows_tried) spots.resize(windows_tried);
         std::optional<WindowPlan> best;
         for (const Spot& spot : spots) {
             WindowPlan plan = search_->plan(spot.first * block, spot.first * block + window_, faces.slots(), false);

@@ -55,7 +55,7 @@ test-viewers: program
 check:
 	@scripts/install-deps.sh --checks
 	cmake --preset check
-	cmake --build --preset check -j $(JOBS)
+	cmake --build --preset check -j $(JOBS) --target fast_tests fuzz_drivers
 	ctest --preset check -j $(JOBS)
 	FUZZ_SECONDS=4 scripts/fuzz.sh
 	scripts/tidy.sh

@@ -1,10 +1,10 @@
 #include <cstdio>
 
 #include "apps/commands/commands.h"
-#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "lod/bake/orders/order_statistics.h"
 

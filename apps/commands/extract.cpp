@@ -3,10 +3,10 @@
 #include <optional>
 
 #include "apps/commands/commands.h"
-#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
+#include "base/json.h"
 #include "lod/asset/cursor.h"
 #include "mesh/io/write.h"
 #include "vgi/asset/atlas_levels.h"

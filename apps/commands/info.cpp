@@ -2,10 +2,10 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/tileset_info.h"
-#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/scene/asset.h"
 #include "apps/terminal.h"
+#include "base/json.h"
 #include "base/progress.h"
 #include "base/text.h"
 #include "lod/asset/level_steps.h"

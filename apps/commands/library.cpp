@@ -8,12 +8,12 @@
 #include <thread>
 
 #include "apps/commands/commands.h"
-#include "apps/json.h"
 #include "apps/library/library.h"
 #include "apps/library/plan.h"
 #include "apps/options/bake_options.h"
 #include "apps/options/common_options.h"
 #include "apps/terminal.h"
+#include "base/json.h"
 
 namespace lodestone {
 

@@ -3,10 +3,10 @@
 #include <cstdio>
 
 #include "apps/commands/commands.h"
-#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/options/probed_cache.h"
 #include "apps/terminal.h"
+#include "base/json.h"
 #include "frame/indexed_mesh.h"
 #include "mesh/cache/cache_probe.h"
 #include "render/renderer.h"

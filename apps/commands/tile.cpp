@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "apps/commands/commands.h"
-#include "apps/json.h"
 #include "apps/options/bake_options.h"
 #include "apps/options/common_options.h"
 #include "apps/options/memory_option.h"
@@ -15,6 +14,7 @@
 #include "base/clock.h"
 #include "base/files/file.h"
 #include "base/files/output_folder.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "base/threads.h"
 #include "tiles/tileset.h"

@@ -3,9 +3,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/terminal.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "tiles/check/check.h"
 

@@ -1,5 +1,5 @@
 #include "vgi/unwrap/unwrap.h"
-#include "apps/json.h"
+#include "base/json.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -6,11 +6,11 @@
 #include <optional>
 #include <vector>
 
-#include "apps/json.h"
 #include "apps/scene/backends.h"
 #include "apps/scene/page_reader.h"
 #include "apps/scene/workplace.h"
 #include "base/cpu_meter.h"
+#include "base/json.h"
 #include "frame/plan_mirror.h"
 #include "mesh/tri_mesh.h"
 #include "render/renderer.h"

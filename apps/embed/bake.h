@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/json.h"
 #include "apps/scene/asset.h"
 #include "apps/scene/bake.h"
+#include "base/json.h"
 #include "base/progress.h"
 #include "base/result.h"
 

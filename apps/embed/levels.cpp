@@ -97,15 +97,7 @@ Result<CacheStatistics> simulated_cost(std::span<const uint32_t> indices, const 
     const auto model = cache_model_named(cache);
     if (!model) return tl::unexpected(model.error());
     if (indices.size() % 3 != 0) return fail(Fault::usage, "indices are no whole number of triangles");
-    if (indices.empty() || std::ranges::max(indices) < 4 * indices.size()) return simulate(*model, indices);
-    // The simulator has room for every number up to the largest; what they are makes no difference.
-    std::vector<uint32_t> used(indices.begin(), indices.end()), numbers;
-    std::ranges::sort(used);
-    used.erase(std::unique(used.begin(), used.end()), used.end());
-    numbers.reserve(indices.size());
-    for (const uint32_t index : indices)
-        numbers.push_back(static_cast<uint32_t>(std::ranges::lower_bound(used, index) - used.begin()));
-    return simulate(*model, numbers);
+    return simulate(*model, indices);
 }
 
 }  // namespace lodestone

@@ -6,8 +6,8 @@
 #include <list>
 #include <optional>
 
-#include "apps/json.h"
 #include "apps/library/child.h"
+#include "base/json.h"
 
 namespace lodestone {
 

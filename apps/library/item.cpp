@@ -8,7 +8,7 @@
 #include <fstream>
 #include <map>
 
-#include "apps/json.h"
+#include "base/json.h"
 #include "base/text.h"
 
 namespace lodestone {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/json.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/result.h"
 #include "mesh/io/read.h"
 

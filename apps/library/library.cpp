@@ -10,8 +10,8 @@
 #include <set>
 #include <utility>
 
-#include "apps/json.h"
 #include "base/files/file.h"
+#include "base/json.h"
 #include "report/page.h"
 
 namespace lodestone {

@@ -4,8 +4,8 @@
 #include <fstream>
 #include <set>
 
-#include "apps/json.h"
 #include "base/files/file.h"
+#include "base/json.h"
 
 namespace lodestone {
 

@@ -11,9 +11,9 @@
 #include <string_view>
 #include <utility>
 
-#include "apps/json.h"
 #include "apps/library/item.h"
 #include "base/files/file.h"
+#include "base/json.h"
 
 namespace lodestone {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/json.h"
+#include "base/json.h"
 #include "base/result.h"
 
 namespace lodestone {

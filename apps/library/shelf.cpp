@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "apps/json.h"
 #include "base/files/chunk_file.h"
 #include "base/files/file.h"
+#include "base/json.h"
 #include "base/text.h"
 
 namespace lodestone {

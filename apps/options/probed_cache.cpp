@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/scene/workplace.h"
+#include "base/json.h"
 
 namespace lodestone {
 

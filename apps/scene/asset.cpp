@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/json.h"
+#include "base/json.h"
 #include "vgi/asset/atlas_chunks.h"
 
 namespace lodestone {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <optional>
 
-#include "apps/json.h"
 #include "base/files/chunk_file.h"
+#include "base/json.h"
 #include "baseline/discrete.h"
 #include "frame/screen_error.h"
 #include "lod/asset/progressive_mesh.h"

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "apps/json.h"
 #include "apps/scene/bake_atlas.h"
 #include "apps/terminal.h"
 #include "base/clock.h"
 #include "base/files/chunk_file.h"
 #include "base/files/file.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "baseline/discrete.h"
 #include "frame/screen_error.h"

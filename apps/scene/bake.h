@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/json.h"
 #include "base/files/checkpoint_folder.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/progress.h"
 #include "base/result.h"
 #include "lod/bake/orders/face_order.h"

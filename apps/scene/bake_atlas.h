@@ -1,8 +1,8 @@
 // The vgi part of a bake.
 #pragma once
 
-#include "apps/json.h"
 #include "apps/scene/bake.h"
+#include "base/json.h"
 #include "vgi/asset/atlas.h"
 
 namespace lodestone {

@@ -7,10 +7,10 @@
 #include <optional>
 #include <set>
 
-#include "apps/json.h"
 #include "apps/scene/scene_node.h"
 #include "apps/scene/scene_volumes.h"
 #include "base/files/file.h"
+#include "base/json.h"
 #include "base/random.h"
 #include "base/text.h"
 #include "mesh/io/read.h"

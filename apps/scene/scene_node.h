@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-#include "apps/json.h"
+#include "base/json.h"
 #include "base/result.h"
 
 namespace lodestone {

@@ -9,9 +9,9 @@
 #include <new>
 
 #include "apps/drawing/budget_use.h"
-#include "apps/json.h"
 #include "apps/options/common_options.h"
 #include "apps/viewer/shader_reload.h"
+#include "base/json.h"
 #include "mesh/io/image_file.h"
 
 namespace lodestone {

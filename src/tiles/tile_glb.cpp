@@ -8,10 +8,10 @@
 #include <cmath>
 #include <cstring>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <span>
 
 #include "base/check.h"
+#include "base/json.h"
 #include "base/srgb.h"
 
 namespace lodestone::tiles {
@@ -25,7 +25,6 @@ std::optional<Encoding> encoding_named(const std::string& name) {
 
 namespace {
 
-using Json = nlohmann::json;
 using vgi::Atlas;
 
 static_assert(std::endian::native == std::endian::little);

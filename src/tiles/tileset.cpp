@@ -8,11 +8,11 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 
 #include "base/check.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "base/threads.h"
 #include "mesh/io/image_file.h"
@@ -24,7 +24,6 @@ namespace lodestone::tiles {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 using vgi::Atlas;
 
 Result<void> write_file(const fs::path& path, std::span<const std::byte> bytes) {

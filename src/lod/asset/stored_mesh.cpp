@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <string_view>
 
 #include "base/check.h"
+#include "base/json.h"
 #include "base/none.h"
 #include "lod/asset/face_walk.h"
 #include "lod/asset/split_coder.h"
@@ -16,8 +16,6 @@
 namespace lodestone {
 
 namespace {
-
-using Json = nlohmann::json;
 
 // Splits of a block: at most; at least; and the share of the vertices that are a block, so that a prefix may end nearly
 // anywhere. A block also ends where a keyframe of the first order is, if it has half as many.

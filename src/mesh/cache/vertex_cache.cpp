@@ -9,8 +9,15 @@ namespace lodestone {
 
 namespace {
 
-uint32_t largest_index(std::span<const uint32_t> indices) {
-    return indices.empty() ? 0 : *std::max_element(indices.begin(), indices.end());
+// The same vertices by their rank among those used.
+std::vector<uint32_t> ranked(std::span<const uint32_t> indices) {
+    std::vector<uint32_t> used(indices.begin(), indices.end()), ranks;
+    std::ranges::sort(used);
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    ranks.reserve(indices.size());
+    for (const uint32_t index : indices)
+        ranks.push_back(static_cast<uint32_t>(std::ranges::lower_bound(used, index) - used.begin()));
+    return ranks;
 }
 
 bool degenerate(const uint32_t* t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
@@ -150,7 +157,10 @@ CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indi
     CacheStatistics statistics;
     if (misses != nullptr) misses->assign(indices.size() / 3, 0);
     if (indices.empty()) return statistics;
-    const uint32_t vertices = largest_index(indices) + 1;
+    // A cache has room for every number up to the largest; what the numbers are makes no difference.
+    const uint32_t largest = std::ranges::max(indices);
+    if (largest / 4 >= indices.size()) return simulate(model, ranked(indices), misses);
+    const uint32_t vertices = largest + 1;
     statistics.transforms = run_model(model, indices, vertices, misses);
     std::vector<bool> used(vertices, false);
     for (size_t i = 0; i < indices.size(); i += 3) {

@@ -47,8 +47,9 @@ struct CacheStatistics {
     double atvr() const { return vertices ? static_cast<double>(transforms) / static_cast<double>(vertices) : 0; }
 };
 // Draws the triangles through an empty cache.
-// indices: three per triangle, in drawing order. Degenerate triangles cost what their vertices cost, but are not
-// counted. misses, if given: per triangle, how many of its corners missed (0 .. 3); resized to fit.
+// indices: three per triangle, in drawing order, of any size: memory follows how many there are. Degenerate triangles
+// cost what their vertices cost, but are not counted. misses, if given: per triangle, how many of its corners missed (0
+// .. 3); resized to fit.
 CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indices,
                          std::vector<uint8_t>* misses = nullptr);
 

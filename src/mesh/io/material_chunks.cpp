@@ -1,14 +1,11 @@
 #include "mesh/io/material_chunks.h"
 
-#include <nlohmann/json.hpp>
-
+#include "base/json.h"
 #include "mesh/io/image_file.h"
 
 namespace lodestone {
 
 namespace {
-
-using Json = nlohmann::json;
 
 Json to_json(const Material& m) {
     return {{"name", m.name},

@@ -4,11 +4,11 @@
 
 #include <cmath>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 
 #include "base/files/file.h"
+#include "base/json.h"
 #include "mesh/limits.h"
 
 namespace lodestone::tiles {
@@ -29,8 +29,6 @@ glm::dvec3 TileContent::point(uint32_t vertex) const {
 }
 
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr uint64_t most_count = uint64_t{1} << 26;  // vertices or indices of a tile
 

@@ -4,16 +4,15 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <nlohmann/json.hpp>
 
 #include "base/files/file.h"
+#include "base/json.h"
 
 namespace lodestone::tiles {
 
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 constexpr size_t most_tiles = size_t{1} << 24;
 constexpr int most_depth = 256;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/check.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/threads.h"
 #include "mesh/io/material_chunks.h"
 #include "vgi/asset/corners.h"
@@ -17,7 +17,6 @@
 namespace lodestone::vgi {
 
 namespace {
-using Json = nlohmann::json;
 
 struct LayerName {
     Layer layer;

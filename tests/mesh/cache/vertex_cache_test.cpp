@@ -86,6 +86,22 @@ TEST(VertexCache, DegenerateTrianglesCostButDoNotCount) {
     EXPECT_EQ(misses, (std::vector<uint8_t>{3, 2}));
 }
 
+// Plans name vertices by numbers with marks in their highest bits.
+TEST(VertexCache, CostsWhatTheCountOfIndicesAsksFor) {
+    std::vector<uint32_t> indices, marked;
+    for (uint32_t i = 0; i < 50; ++i) indices.insert(indices.end(), {i, i + 1, (7 * i) % 50});
+    for (const uint32_t i : indices) marked.push_back(i % 2 == 0 ? i : ~uint32_t{0} - i);
+    for (const char* name : {"fifo16", "lru16", "nvidia"}) {
+        std::vector<uint8_t> misses, marked_misses;
+        const auto a = simulate(*cache_model_named(name), indices, &misses);
+        const auto b = simulate(*cache_model_named(name), marked, &marked_misses);
+        EXPECT_EQ(a.transforms, b.transforms) << name;
+        EXPECT_EQ(a.vertices, b.vertices) << name;
+        EXPECT_EQ(a.triangles, b.triangles) << name;
+        EXPECT_EQ(misses, marked_misses) << name;
+    }
+}
+
 TEST(VertexCache, NamesAndModelsAreTheSameThing) {
     for (const char* name : {"fifo16", "fifo24", "lru32", "nvidia", "amd", "intel"})
         EXPECT_EQ(name_of(*cache_model_named(name)), name);

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "base/json.h"
 #include "mesh/io/compressed/draco.h"
 #include "mesh/io/compressed/meshopt.h"
 #include "mesh/io/gltf_values.h"
@@ -152,8 +152,6 @@ private:
 }  // namespace
 
 namespace {
-
-using Json = nlohmann::json;
 
 // A member, or null where there is none or the value is no object.
 const Json* member(const Json& of, const char* key) {

@@ -1,4 +1,4 @@
-// The one name of JSON in the program.
+// JSON, by the one name it has here. Who includes it links nlohmann_json.
 #pragma once
 
 #include <nlohmann/json.hpp>

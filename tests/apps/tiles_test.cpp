@@ -1,5 +1,4 @@
 // `tile`, and `info` and `verify` of tilesets, as scripts see them.
-#ifdef LODESTONE_PROGRAM
 #include "apps/program.h"
 
 #include "fixtures/real_data.h"
@@ -132,4 +131,3 @@ TEST_F(TileProgramTest, TexturesAreHalvedForCoarserTiles) {
 
 }  // namespace
 }  // namespace lodestone
-#endif

@@ -89,8 +89,8 @@ PulledSample pull_leaf(uint index, mat4 to_world) {
     return s;
 }
 
-// p: in the page, which must be of the sample's own level, or the coarsest.
-PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
+// p: in the page, which must be of the sample's own level, or the coarsest. corners: whether it may be a corner of the page.
+PulledSample pull_sample(uint slot, ivec2 p, bool corners, mat4 to_world) {
     VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
     int row = int(asset.page_cells) + 1;
     uvec2 header = slot_at(slot);
@@ -100,7 +100,7 @@ PulledSample pull_sample(uint slot, ivec2 p, mat4 to_world) {
     vec3 origin = vec3(asset.origin_x, asset.origin_y, asset.origin_z);
 
     float magnification = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]);
-    bool corner = (p.x % int(asset.page_cells)) == 0 && (p.y % int(asset.page_cells)) == 0;
+    bool corner = corners && ((p.x | p.y) & (int(asset.page_cells) - 1)) == 0;
     uint chart = header.x & 0x0fffffffu;
     vec2 place = vec2((uvec2(header.y & 0xffffu, header.y >> 16) * asset.page_cells + uvec2(p)) << level) /
                  float(asset.cells);

@@ -3,22 +3,27 @@
 // Samples of virtual geometry images by index (shared/vgi_texels.h).
 #include "shared/vgi_vertex.glsl"
 
-// Whether any asset of the scene has leaves. Software rasterisers run every branch.
-layout(constant_id = 0) const uint leaves = 1u;
+// LODE_VGI_KIND_..., of the vertices there may be. Software rasterisers run every branch.
+layout(constant_id = 0) const uint kinds = 7u;
 
 void main() {
     uint id = instance_id_at(gl_InstanceIndex);
-    if ((uint(gl_VertexIndex) & LODE_VGI_CORNER) != 0u) {
+    if (kinds == LODE_VGI_KIND_LEAVES) {
+        pass_on(pull_leaf(uint(gl_VertexIndex) & ~LODE_VGI_LEAF, instance_at(id).object_to_world), id);
+        return;
+    }
+    if ((kinds & LODE_VGI_KIND_CORNERS) != 0u && (uint(gl_VertexIndex) & LODE_VGI_CORNER) != 0u) {
         pass_on(pull_corner(uint(gl_VertexIndex) & ~LODE_VGI_CORNER, instance_at(id).object_to_world), id);
         return;
     }
-    if (leaves != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u) {
+    if ((kinds & LODE_VGI_KIND_LEAVES) != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u) {
         pass_on(pull_leaf(uint(gl_VertexIndex) & ~LODE_VGI_LEAF, instance_at(id).object_to_world), id);
         return;
     }
     uint place = uint(gl_VertexIndex) % LODE_VGI_PAGE_TEXELS;
     uint row = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]).page_cells + 1u;
-    pass_on(pull_sample(uint(gl_VertexIndex) / LODE_VGI_PAGE_TEXELS, ivec2(int(place % row), int(place / row)),
-                        instance_at(id).object_to_world),
+    uint y = uint((float(place) + 0.5) / float(row));  // place / row, which software rasterisers divide one by one
+    pass_on(pull_sample(uint(gl_VertexIndex) / LODE_VGI_PAGE_TEXELS, ivec2(int(place - y * row), int(y)),
+                        (kinds & LODE_VGI_KIND_CORNERS) != 0u, instance_at(id).object_to_world),
             id);
 }

@@ -9,7 +9,14 @@
 
 namespace lodestone::vgi {
 
-enum Pipelines : uint32_t { visibility_pipeline, lighting_pipeline, first_pass };  // first_pass: of DeviceCut
+// Either passes of DeviceCut, from first_pass on, or triangles of one kind alone (vgi/draw/cut/vertex_kinds.h).
+enum Pipelines : uint32_t {
+    visibility_pipeline,
+    lighting_pipeline,
+    first_pass,
+    samples_pipeline = first_pass,
+    leaves_pipeline
+};
 enum Buffers : uint32_t {
     geometry_pool,
     slot_table,

@@ -15,6 +15,7 @@
 #include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/refinement_test.h"
+#include "vgi/draw/cut/vertex_kinds.h"
 #include "vgi/draw/mip_tail.h"
 #include "vgi/draw/page_cache.h"
 #include "vgi/draw/recipe_layout.h"
@@ -332,6 +333,7 @@ private:
                     if ((part->views >> v & 1) == 0) continue;
                     Draw draw = whole;
                     draw.view = v;
+                    draw.pipeline = pipeline_of(part->kinds);
                     draw_list(draw, input.views[v].kind, first, part->words, plan);
                     drawn = drawn || v == 0;
                 }
@@ -342,6 +344,10 @@ private:
         plan.stats.instances_culled = static_cast<uint32_t>(input.instances.size()) - plan.stats.instances_drawn;
     }
 
+    static uint32_t pipeline_of(uint32_t kinds) {
+        if (kinds == LODE_VGI_KIND_SAMPLES) return samples_pipeline;
+        return kinds == LODE_VGI_KIND_LEAVES ? leaves_pipeline : visibility_pipeline;
+    }
     // The triangles or patches of `words` words of the lists, from `first` on.
     void draw_list(Draw draw, View::Kind kind, uint64_t first, uint32_t words, Plan& plan) const {
         if (raster_ != Raster::tess) {
@@ -579,9 +585,13 @@ std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, s
          static_cast<uint32_t>(leaf_slot_bytes), std::max<uint64_t>(shares.pools[2].most_slots, 1) * leaf_slot_bytes}};
 }
 
-PipelineSpec drawing_pipeline(bool tess, bool leaves) {
+// kinds: LODE_VGI_KIND_..., of vertices of triangles.
+PipelineSpec drawing_pipeline(bool tess, uint32_t kinds) {
     PipelineSpec pipeline;
-    pipeline.name = tess ? "patches" : "samples";
+    pipeline.name = tess                             ? "patches"
+                    : kinds == LODE_VGI_KIND_LEAVES  ? "leaves"
+                    : kinds == LODE_VGI_KIND_SAMPLES ? "samples"
+                                                     : "samples and corners";
     pipeline.vertex = tess ? "vgi/patch.vert" : "vgi/sample.vert";
     if (tess) {
         pipeline.tessellation_control = "vgi/patch.tesc";
@@ -596,7 +606,7 @@ PipelineSpec drawing_pipeline(bool tess, bool leaves) {
                         StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1),
                         StorageBinding::texels(LODE_VGI_CORNERS, corners_of_charts, 4),
                         StorageBinding::pool(LODE_VGI_LEAVES, leaf_pool, 4)};
-    if (!tess) pipeline.constants = {leaves ? 1u : 0u};
+    if (!tess) pipeline.constants = {kinds};
     if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read});
     return pipeline;
 }
@@ -632,8 +642,12 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     }
     Recipe recipe;
     recipe.buffers = buffers_of(totals, *shares, atlases.size());
-    recipe.pipelines = {drawing_pipeline(shares->tess, shares->pools[2].most_slots > 0),
-                        lighting_pipeline_of(atlases, totals.texel_words)};
+    const uint32_t kinds = shares->pools[2].most_slots > 0 ? every_kind : every_kind & ~LODE_VGI_KIND_LEAVES;
+    recipe.pipelines = {drawing_pipeline(shares->tess, kinds), lighting_pipeline_of(atlases, totals.texel_words)};
+    if (!shares->tess) {
+        recipe.pipelines.push_back(drawing_pipeline(false, LODE_VGI_KIND_SAMPLES));
+        recipe.pipelines.push_back(drawing_pipeline(false, LODE_VGI_KIND_LEAVES));
+    }
     if (options.raster == Raster::device) DeviceCut(atlases).add_to(recipe, std::max(1u, options.instances));
     auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, shares->pools,
                                               totals.texel_words, shares->list_budget,

@@ -37,6 +37,7 @@ Cut cut_grid(const Residency& residency, const CutRequest& request, PageDemand& 
 class GridCutter final : public Cutter {
 public:
     GridCutter(GridOutput output, GridRule rule) : output_(output), rule_(rule) {}
+    bool makes_triangles() const override { return output_ == GridOutput::indices; }
     // All charts are looked at.
     Cut cut(const Residency& residency, const CutRequest& request, std::span<const uint32_t>, PageDemand& demand,
             IncrementalCut&) const override {

@@ -89,6 +89,8 @@ public:
     virtual ~Cutter() = default;
     // Whether charts whose corners are not all wanted are drawn without their samples (corner_front.h).
     virtual bool moves_corners() const { return false; }
+    // Whether cuts are lists of triangles; if not, of patches.
+    virtual bool makes_triangles() const { return true; }
     // charts: those that some view sees, rising. demand: takes the pages that are used and missed. kept: what the cut
     // before left for this one, and this one leaves for the next; a technique that needs nothing of it leaves it alone.
     virtual Cut cut(const Residency& residency, const CutRequest& request, std::span<const uint32_t> charts,

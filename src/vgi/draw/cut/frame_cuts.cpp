@@ -12,6 +12,7 @@
 #include "vgi/draw/cut/corner_front.h"
 #include "vgi/draw/cut/prefetch.h"
 #include "vgi/draw/cut/refinement_test.h"
+#include "vgi/draw/cut/vertex_kinds.h"
 #include "vgi/draw/cut/visibility.h"
 
 namespace lodestone::vgi {
@@ -333,10 +334,18 @@ private:
             for (const auto& part : cut.parts) total += part.second.size();
         }
         lists->reserve(total);
+        TrianglesByKind by_kind;
         for (size_t i = 0; i < cuts_.size(); ++i) {
+            const CutInstance& of = input_.seen[i];
             for (const auto& [mask, words] : cuts_[i].parts) {
-                result_.parts.push_back({input_.seen[i].number, mask, static_cast<uint32_t>(words.size())});
-                lists->insert(lists->end(), words.begin(), words.end());
+                if (!cutter_->makes_triangles()) {
+                    result_.parts.push_back({of.number, mask, every_kind, static_cast<uint32_t>(words.size())});
+                    lists->insert(lists->end(), words.begin(), words.end());
+                    continue;
+                }
+                const uint32_t page_cells = atlas_of(of).pages->geometry.tree().cells_per_page();
+                for (const auto& run : by_kind.append(words, page_cells, *lists))
+                    result_.parts.push_back({of.number, mask, run.kinds, run.words});
             }
         }
         result_.words = std::move(lists);

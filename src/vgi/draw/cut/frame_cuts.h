@@ -71,9 +71,10 @@ struct FrameCuts {
     CutRegion region;
     struct Part {
         uint32_t instance, views;  // views: bit v for views[v]
+        uint32_t kinds;            // LODE_VGI_KIND_... that vertices of triangles may be of
         uint32_t words;
     };
-    std::vector<Part> parts;                             // one after another in `words`, instances rising
+    std::vector<Part> parts;  // one after another in `words`, instances rising, and for each its views
     std::shared_ptr<const std::vector<uint32_t>> words;  // as Cut::parts has them
     double pixel_error = 1;  // that cuts were made with, at most: what had to be raised to stay within the budget
     double raised = 1;       // by how much

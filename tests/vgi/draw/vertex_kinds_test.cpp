@@ -5,8 +5,6 @@
 namespace lodestone::vgi {
 namespace {
 
-using testing::ElementsAre;
-
 TEST(VertexKinds, ACornerOfAPageMayBeOneOfCharts) {
     for (const uint32_t page_cells : {4u, 32u}) {
         const uint32_t row = page_cells + 1, page = 7 * LODE_VGI_PAGE_TEXELS;
@@ -22,20 +20,35 @@ TEST(VertexKinds, ACornerOfAPageMayBeOneOfCharts) {
     EXPECT_EQ(kind_of(LODE_VGI_CORNER | LODE_VGI_LEAF | 5, 32), LODE_VGI_KIND_CORNERS) << "any bits may follow";
 }
 
-TEST(VertexKinds, TrianglesOfOneKindFollowEachOtherInTheirOrder) {
-    constexpr uint32_t leaf = LODE_VGI_LEAF, corner = LODE_VGI_CORNER;
+std::vector<uint32_t> triangles_of(uint32_t first, size_t count) {
+    std::vector<uint32_t> all;
+    for (uint32_t i = first; i < first + 3 * count; ++i) all.push_back(i);
+    return all;
+}
+std::vector<uint32_t> all_of(std::initializer_list<std::vector<uint32_t>> lists) {
+    std::vector<uint32_t> all;
+    for (const auto& list : lists) all.insert(all.end(), list.begin(), list.end());
+    return all;
+}
+
+TEST(VertexKinds, LongRunsOfOneKindFollowEachOtherInTheirOrder) {
+    const std::vector<uint32_t> samples = triangles_of(40, 20), more_samples = triangles_of(140, 16),
+                                few_samples = triangles_of(240, 15);
+    const std::vector<uint32_t> leaves = triangles_of(LODE_VGI_LEAF, 30),
+                                few_leaves = triangles_of(LODE_VGI_LEAF | 256, 2);
+    const std::vector<uint32_t> corner = {LODE_VGI_CORNER | 1, 2, 3}, mixed = {5, LODE_VGI_LEAF | 4, 6};
     std::vector<uint32_t> list = {9};
     TrianglesByKind by_kind;
-    const std::vector<uint32_t> triangles = {1, 2, 3, leaf | 4, leaf | 5, leaf | 6, 5,        leaf | 4, 6, corner | 1,
-                                             2, 3, 3, 2,        4,        leaf | 1, leaf | 2, leaf | 3};
-    const auto runs = by_kind.append(triangles, 32, list);
+    const auto runs =
+        by_kind.append(all_of({samples, leaves, few_samples, corner, more_samples, mixed, few_leaves}), 32, list);
     ASSERT_EQ(runs.size(), 3u);
     EXPECT_EQ(runs[0].kinds, LODE_VGI_KIND_SAMPLES);
+    EXPECT_EQ(runs[0].words, 3u * 36);
     EXPECT_EQ(runs[1].kinds, LODE_VGI_KIND_LEAVES);
+    EXPECT_EQ(runs[1].words, 3u * 30);
     EXPECT_EQ(runs[2].kinds, every_kind);
-    for (const auto& run : runs) EXPECT_EQ(run.words, 6u);
-    EXPECT_THAT(list, ElementsAre(9, 1, 2, 3, 3, 2, 4, leaf | 4, leaf | 5, leaf | 6, leaf | 1, leaf | 2, leaf | 3, 5,
-                                  leaf | 4, 6, corner | 1, 2, 3));
+    EXPECT_EQ(runs[2].words, 3u * 19);
+    EXPECT_EQ(list, all_of({{9}, samples, more_samples, leaves, few_samples, corner, mixed, few_leaves}));
     list.clear();
     EXPECT_THAT(by_kind.append({}, 32, list), testing::IsEmpty());
 }

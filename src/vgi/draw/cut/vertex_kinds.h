@@ -21,7 +21,7 @@ inline uint32_t kind_of(uint32_t index, uint32_t page_cells) {
     return corner ? LODE_VGI_KIND_CORNERS : LODE_VGI_KIND_SAMPLES;
 }
 
-// The same triangles: those of samples alone, of leaves alone, and all others, each in the order they had.
+// The same triangles: long runs of samples alone, those of leaves alone, and all others, each in the order they had.
 class TrianglesByKind {
 public:
     struct Run {

@@ -633,7 +633,7 @@ TEST_F(ProgramTest, CompilesShadersAnewAndKeepsWhatItHasWhereTheyAreBroken) {
     EXPECT_NE(words_of("mesh/mesh.frag"), before);
     changed->undo();
     EXPECT_EQ(words_of("mesh/mesh.frag"), before);
-    change("vgi/sample.vert", "place % row", "nowhere % row");
+    change("vgi/sample.vert", "y * row", "y * nowhere");
     const auto broken = compile_shaders(shaders);
     ASSERT_FALSE(broken);
     EXPECT_THAT(broken.error().message, HasSubstr("sample.vert:"));

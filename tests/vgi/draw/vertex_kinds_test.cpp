@@ -6,15 +6,15 @@ namespace lodestone::vgi {
 namespace {
 
 TEST(VertexKinds, ACornerOfAPageMayBeOneOfCharts) {
-    for (const uint32_t page_cells : {4u, 32u}) {
-        const uint32_t row = page_cells + 1, page = 7 * LODE_VGI_PAGE_TEXELS;
+    for (const uint32_t cells : {4u, 32u}) {
+        const uint32_t row = cells + 1, page = 7 * LODE_VGI_PAGE_TEXELS;
         uint32_t corners = 0;
         for (uint32_t place = 0; place < row * row; ++place)
-            corners += kind_of(page + place, page_cells) == LODE_VGI_KIND_CORNERS;
+            corners += kind_of(page + place, cells) == LODE_VGI_KIND_CORNERS;
         EXPECT_EQ(corners, 4u);
-        for (const uint32_t place : {0u, page_cells, row * page_cells, row * row - 1})
-            EXPECT_EQ(kind_of(page + place, page_cells), LODE_VGI_KIND_CORNERS) << place;
-        EXPECT_EQ(kind_of(page + 1, page_cells), LODE_VGI_KIND_SAMPLES);
+        for (const uint32_t place : {0u, cells, row * cells, row * row - 1})
+            EXPECT_EQ(kind_of(page + place, cells), LODE_VGI_KIND_CORNERS) << place;
+        EXPECT_EQ(kind_of(page + 1, cells), LODE_VGI_KIND_SAMPLES);
     }
     EXPECT_EQ(kind_of(LODE_VGI_LEAF | 5, 32), LODE_VGI_KIND_LEAVES);
     EXPECT_EQ(kind_of(LODE_VGI_CORNER | LODE_VGI_LEAF | 5, 32), LODE_VGI_KIND_CORNERS) << "any bits may follow";

@@ -343,8 +343,8 @@ private:
                     lists->insert(lists->end(), words.begin(), words.end());
                     continue;
                 }
-                const uint32_t page_cells = atlas_of(of).pages->geometry.tree().cells_per_page();
-                for (const auto& run : by_kind.append(words, page_cells, *lists))
+                const uint32_t cells = atlas_of(of).pages->geometry.tree().cells_per_page();
+                for (const auto& run : by_kind.append(words, cells, *lists))
                     result_.parts.push_back({of.number, mask, run.kinds, run.words});
             }
         }

@@ -8,23 +8,23 @@ namespace {
 // between which they were.
 constexpr size_t shortest_run = 16;
 
-uint32_t kinds_of(std::span<const uint32_t> triangles, size_t first, uint32_t page_cells) {
+uint32_t kinds_of(std::span<const uint32_t> triangles, size_t first, uint32_t cells) {
     uint32_t kinds = 0;
-    for (size_t k = first; k < first + 3; ++k) kinds |= kind_of(triangles[k], page_cells);
+    for (size_t k = first; k < first + 3; ++k) kinds |= kind_of(triangles[k], cells);
     return kinds;
 }
 
 }  // namespace
 
-std::span<const TrianglesByKind::Run> TrianglesByKind::append(std::span<const uint32_t> triangles, uint32_t page_cells,
+std::span<const TrianglesByKind::Run> TrianglesByKind::append(std::span<const uint32_t> triangles, uint32_t cells,
                                                               std::vector<uint32_t>& list) {
     leaves_.clear();
     others_.clear();
     runs_.clear();
     const size_t before = list.size();
     for (size_t begin = 0, end = 0; begin < triangles.size(); begin = end) {
-        const uint32_t kinds = kinds_of(triangles, begin, page_cells);
-        for (end = begin + 3; end < triangles.size() && kinds_of(triangles, end, page_cells) == kinds;) end += 3;
+        const uint32_t kinds = kinds_of(triangles, begin, cells);
+        for (end = begin + 3; end < triangles.size() && kinds_of(triangles, end, cells) == kinds;) end += 3;
         const bool alone = end - begin >= 3 * shortest_run;
         std::vector<uint32_t>& to = alone && kinds == LODE_VGI_KIND_SAMPLES  ? list
                                     : alone && kinds == LODE_VGI_KIND_LEAVES ? leaves_

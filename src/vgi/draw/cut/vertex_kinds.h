@@ -12,12 +12,12 @@ namespace lodestone::vgi {
 
 inline constexpr uint32_t every_kind = LODE_VGI_KIND_SAMPLES | LODE_VGI_KIND_CORNERS | LODE_VGI_KIND_LEAVES;
 
-// LODE_VGI_KIND_... of a vertex. index: as Cut::parts has it. page_cells: along a side of a page of positions.
-inline uint32_t kind_of(uint32_t index, uint32_t page_cells) {
+// LODE_VGI_KIND_... of a vertex. index: as Cut::parts has it. cells: along a side of a page of positions.
+inline uint32_t kind_of(uint32_t index, uint32_t cells) {
     if ((index & LODE_VGI_CORNER) != 0) return LODE_VGI_KIND_CORNERS;
     if ((index & LODE_VGI_LEAF) != 0) return LODE_VGI_KIND_LEAVES;
-    const uint32_t place = index % LODE_VGI_PAGE_TEXELS, row = page_cells + 1;
-    const bool corner = place == 0 || place == page_cells || place == page_cells * row || place == row * row - 1;
+    const uint32_t place = index % LODE_VGI_PAGE_TEXELS, row = cells + 1;
+    const bool corner = place == 0 || place == cells || place == cells * row || place == row * row - 1;
     return corner ? LODE_VGI_KIND_CORNERS : LODE_VGI_KIND_SAMPLES;
 }
 
@@ -28,7 +28,7 @@ public:
         uint32_t kinds, words;  // LODE_VGI_KIND_... there may be; indices
     };
     // Appends them to a list. Valid until the next call.
-    std::span<const Run> append(std::span<const uint32_t> triangles, uint32_t page_cells, std::vector<uint32_t>& list);
+    std::span<const Run> append(std::span<const uint32_t> triangles, uint32_t cells, std::vector<uint32_t>& list);
 
 private:
     std::vector<uint32_t> leaves_, others_;

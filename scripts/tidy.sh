@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# clang-tidy over every source file of src and apps, in the units a build compiles, which costs a fifth of one file at a time; or over the
+# clang-tidy over every source file of src and apps, in the units a build compiles, which costs a third of one file at a time; or over the
 # files given, each by itself: scripts/tidy.sh [FILE...]. Prints each finding once; ends with 1 if there is one.
 set -euo pipefail
 cd "$(dirname "$0")/.."

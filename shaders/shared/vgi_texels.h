@@ -30,8 +30,8 @@
 #define LODE_VGI_LEAF_PLACES 8192u    // in a chart, along a side
 #define LODE_VGI_LEAF_LEVEL 14u       // that triangles of leaves have in the visibility buffer
 
-// Kinds of vertices that indices name: LODE_VGI_LEAF; samples; and what may be a corner of charts, LODE_VGI_CORNER or a sample in the corner
-// of a page. Draws are of triangles of one kind alone or of any, so that each costs what it needs.
+// Kinds of vertices that indices name: LODE_VGI_LEAF; samples; and what may be a corner of charts, LODE_VGI_CORNER or a
+// sample in the corner of a page. Draws are of triangles of one kind alone or of any, so that each costs what it needs.
 #define LODE_VGI_KIND_SAMPLES 1u
 #define LODE_VGI_KIND_CORNERS 2u
 #define LODE_VGI_KIND_LEAVES 4u

@@ -8,15 +8,12 @@ layout(constant_id = 0) const uint kinds = 7u;
 
 void main() {
     uint id = instance_id_at(gl_InstanceIndex);
-    if (kinds == LODE_VGI_KIND_LEAVES) {
-        pass_on(pull_leaf(uint(gl_VertexIndex) & ~LODE_VGI_LEAF, instance_at(id).object_to_world), id);
-        return;
-    }
     if ((kinds & LODE_VGI_KIND_CORNERS) != 0u && (uint(gl_VertexIndex) & LODE_VGI_CORNER) != 0u) {
         pass_on(pull_corner(uint(gl_VertexIndex) & ~LODE_VGI_CORNER, instance_at(id).object_to_world), id);
         return;
     }
-    if ((kinds & LODE_VGI_KIND_LEAVES) != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u) {
+    if (kinds == LODE_VGI_KIND_LEAVES ||
+        ((kinds & LODE_VGI_KIND_LEAVES) != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u)) {
         pass_on(pull_leaf(uint(gl_VertexIndex) & ~LODE_VGI_LEAF, instance_at(id).object_to_world), id);
         return;
     }

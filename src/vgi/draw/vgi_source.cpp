@@ -645,8 +645,9 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     const uint32_t kinds = shares->pools[2].most_slots > 0 ? every_kind : every_kind & ~LODE_VGI_KIND_LEAVES;
     recipe.pipelines = {drawing_pipeline(shares->tess, kinds), lighting_pipeline_of(atlases, totals.texel_words)};
     if (!shares->tess) {
-        recipe.pipelines.push_back(drawing_pipeline(false, LODE_VGI_KIND_SAMPLES));
-        recipe.pipelines.push_back(drawing_pipeline(false, LODE_VGI_KIND_LEAVES));
+        for (const uint32_t alone : {LODE_VGI_KIND_SAMPLES, LODE_VGI_KIND_LEAVES}) {
+            if ((kinds & alone) != 0) recipe.pipelines.push_back(drawing_pipeline(false, alone));
+        }
     }
     if (options.raster == Raster::device) DeviceCut(atlases).add_to(recipe, std::max(1u, options.instances));
     auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, shares->pools,

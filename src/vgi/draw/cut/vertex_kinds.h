@@ -1,7 +1,6 @@
 // Triangles of a cut by what their vertices are, so that each is drawn by shaders that know no more than they need.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>

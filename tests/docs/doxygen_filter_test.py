@@ -1,14 +1,11 @@
-"""The rule of scripts/doxygen-filter.py: which comment documents which names."""
-import importlib.util
+"""The rule of scripts/doxygen_filter.py: which comment documents which names."""
 import pathlib
 import sys
 import unittest
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts" / "doxygen-filter.py"
 sys.dont_write_bytecode = True
-spec = importlib.util.spec_from_file_location("doxygen_filter", SCRIPT)
-doxygen_filter = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(doxygen_filter)
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+import doxygen_filter  # noqa: E402
 
 
 def filtered(text):

@@ -1,5 +1,4 @@
-#!/usr/bin/env python3
-"""Shows doxygen the plain // comments of a header as documentation: scripts/doxygen-filter.py HEADER
+"""Shows doxygen the plain // comments of a header as documentation: filtered(lines). scripts/reference.py calls it.
 
 The rule, for whoever writes a header:
 - A comment directly above a declaration documents it: that one alone, with all its names where it has several (int a, b;).
@@ -15,7 +14,6 @@ forward declarations, and in C of a typedef that gives a struct its own name.
 Lines keep their numbers, so doxygen's warnings point at the source.
 """
 import re
-import sys
 
 # What is said of members that need no comment; the first that fits the declaration.
 PLAIN_MEMBERS = [
@@ -240,8 +238,3 @@ def filtered(lines):
         out[:on_top] = [f"/// {row}" for row in rows_of(text[:on_top])]
         out[on_top] = "/// @file"
     return out
-
-
-if __name__ == "__main__":
-    with open(sys.argv[1], encoding="utf-8") as header:
-        print("\n".join(filtered(header.read().split("\n"))))

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "apps/program.h"
+#include "base/sanitized.h"
 
 namespace lodestone {
 namespace {
@@ -128,7 +129,7 @@ TEST_F(FaultTest, AFullDiskIsOneLineAndLeavesNothing) {
     }
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which take terabytes of addresses
+#if !LODE_SANITIZED  // which take terabytes of addresses
 TEST_F(FaultTest, MemoryThatEndsAnywhereIsOneLineAndLeavesNothing) {
     succeeds("generate rock --triangles 20000 -o rock.ply");
     const auto known = files();

@@ -89,13 +89,14 @@ function(lodestone_reader target)
   endif()
 endfunction()
 
-# lodestone_test(NAME [DRAWS] [FOLDERS folder...] [UNCHECKED pattern...] LIBRARIES lib...)
+# lodestone_test(NAME [DRAWS] [FOLDERS folder...] [UNCHECKED pattern...] [TOGETHER suite...] LIBRARIES lib...)
 #   Builds every .cpp of the current folder and of FOLDERS below it into the GoogleTest program test_NAME. Its tests have the label
 #   `fast`, which `make check` runs with sanitizers, but for these: `draws` where it DRAWS (needs a Vulkan driver); `unchecked` where a
 #   pattern names them, because they take minutes with sanitizers and others run the same code; `long` in suites whose name ends
-#   with Long, which `make test` leaves out. The target fast_tests builds the programs that have tests labelled `fast`.
+#   with Long, which `make test` leaves out. Suites named by TOGETHER are one test each: what all of a suite's tests share, and takes
+#   long to make, is made once (but for those that are UNCHECKED). The target fast_tests builds the programs that have tests labelled `fast`.
 function(lodestone_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "DRAWS" "" "FOLDERS;UNCHECKED;LIBRARIES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "DRAWS" "" "FOLDERS;UNCHECKED;TOGETHER;LIBRARIES")
   lodestone_sources(sources ${arg_FOLDERS})
   add_executable(test_${name} ${sources})
   target_link_libraries(test_${name} PRIVATE lodestone_flags ${arg_LIBRARIES} GTest::gmock GTest::gtest_main)
@@ -113,6 +114,11 @@ function(lodestone_test name)
   endif()
   list(JOIN arg_UNCHECKED ":" unchecked)
   set(filter_${label} "-*Long.*:${unchecked}")
+  foreach(suite IN LISTS arg_TOGETHER)
+    string(APPEND filter_${label} ":${suite}.*")
+    add_test(NAME ${name}.${suite} COMMAND test_${name} "--gtest_filter=${suite}.*-${unchecked}")
+    set_tests_properties(${name}.${suite} PROPERTIES ${properties} LABELS ${label})
+  endforeach()
   set(filter_unchecked "${unchecked}")
   set(filter_long "*Long.*")
   foreach(each ${label} unchecked long)

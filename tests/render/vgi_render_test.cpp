@@ -89,7 +89,6 @@ protected:
         EXPECT_TRUE(picture) << picture.error().message;
         return std::move(*picture);
     }
-    void expect_no_hole(int views, int others);
     // What is read back of it.
     std::vector<ReadbackResult> submit(const Plan& plan, const FrameInput& input, const ShadingOptions& look) {
         const auto submitted = renderer_->submit(plan, input, look);
@@ -240,13 +239,12 @@ size_t enclosed_background(const Picture& picture) {
     return enclosed;
 }
 
-// views: for each of twelve pools; others: where the raster is not the one that is drawn by default.
-void VgiRenderTest::expect_no_hole(int views, int others) {
+TEST_F(VgiRenderTest, HasNoHoleFromAnyViewWithWhateverPages) {
     const TriMesh mesh = mesh_of(Shape::rock, 20000);
     Renderer& renderer = make();
     Random random(2);
     const auto atlas = atlas_of(mesh);
-    size_t drawn = 0, looked_at = 0;
+    size_t drawn = 0;
     // Where triangles cross the picture's border rasterisers cut them, and two that share an edge may get ends of it
     // that differ by a 256th of a pixel: some pixels around the picture are drawn and not looked at.
     constexpr uint32_t around = 16;
@@ -258,7 +256,7 @@ void VgiRenderTest::expect_no_hole(int views, int others) {
         ASSERT_TRUE(vgi) << vgi.error().message;
         ASSERT_TRUE(renderer.load((*vgi)->recipe(), plain()));
         frame_ = 0;
-        for (int i = 0; i < (raster == vgi::Raster::bintree ? views : others); ++i, ++looked_at) {
+        for (int i = 0; i < 20; ++i) {
             const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
             const glm::vec3 eye = glm::normalize(glm::vec3(unit(), unit(), unit()) + glm::vec3(0.01f)) *
                                   (1.8f + 2 * static_cast<float>(random.unit()));
@@ -270,13 +268,8 @@ void VgiRenderTest::expect_no_hole(int views, int others) {
             for (size_t k = 3; k < picture.colour.size(); k += 4) drawn += picture.colour[k] > 0;
         }
     }
-    EXPECT_GT(drawn, looked_at * 5000u);
+    EXPECT_GT(drawn, 240u * 5000u);
 }
-
-TEST_F(VgiRenderTest, HasNoHoleFromAnyViewWithWhateverPages) { expect_no_hole(20, 6); }
-
-using VgiRenderLong = VgiRenderTest;
-TEST_F(VgiRenderLong, HasNoHoleFromAnyViewWithWhateverPages) { expect_no_hole(60, 20); }
 
 TEST_F(VgiRenderTest, DrawsTheSameFromPoolsInPieces) {
     const TriMesh mesh = mesh_of(Shape::rock, 20000);

@@ -94,7 +94,8 @@ endfunction()
 #   `fast`, which `make check` runs with sanitizers, but for these: `draws` where it DRAWS (needs a Vulkan driver); `unchecked` where a
 #   pattern names them, because they take minutes with sanitizers and others run the same code; `long` in suites whose name ends
 #   with Long, which `make test` leaves out. Suites named by TOGETHER are one test each: what all of a suite's tests share, and takes
-#   long to make, is made once (but for those that are UNCHECKED). The target fast_tests builds the programs that have tests labelled `fast`.
+#   long to make, is made once (but for those that are UNCHECKED). The target fast_tests builds the programs that have tests labelled
+#   `fast`.
 function(lodestone_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "DRAWS" "" "FOLDERS;UNCHECKED;TOGETHER;LIBRARIES")
   lodestone_sources(sources ${arg_FOLDERS})

@@ -1,8 +1,7 @@
 # lodestone_texts(TARGET HEADER NAMESPACE name=file...)
-#   Embeds each file in TARGET as the std::string_view NAMESPACE::name, which HEADER declares.
+#   Embeds each file in TARGET as the std::string_view NAMESPACE::name, which HEADER declares; once for a target.
 function(lodestone_texts target header namespace)
-  cmake_path(GET header STEM stem)
-  set(source "${CMAKE_CURRENT_BINARY_DIR}/${stem}_texts.cpp")
+  set(source "${CMAKE_CURRENT_BINARY_DIR}/${target}_texts.cpp")
   list(TRANSFORM ARGN REPLACE "^[a-z_]+=" "" OUTPUT_VARIABLE files)
   add_custom_command(OUTPUT "${source}"
     COMMAND "${CMAKE_COMMAND}" "-DOUT=${source}" "-DHEADER=${header}" "-DNAMESPACE=${namespace}" "-DTEXTS=${ARGN}"

@@ -10,11 +10,12 @@ export XDG_CACHE_HOME="${XDG_CACHE_HOME:-$PWD/build/cache}"
 
 # Flights first: what they bake is what the pictures are drawn from. At any of these errors the cliff is drawn whole by all but vgi, so one
 # tells as much as three.
-options=(--backends full,discrete,lod,vgi --frames 16 --quality-frames 3)
+backends=(--backends full,discrete,lod,vgi)
+options=("${backends[@]}" --frames 16 --quality-frames 3)
 "$program" bench assets/cliff.scene.json "${options[@]}" --pixel-error 2 -o "$out/cliff"
 "$program" bench assets/rock.scene.json "${options[@]}" --orders keyframe,greedy --pixel-error 1,2,4 -o "$out"
-# Rays through smoke take most of a frame here, whatever draws the scene: few frames.
-"$program" bench assets/smoke.scene.json --backends full,discrete,lod,vgi --frames 8 --quality-frames 2 --pixel-error 1 -o "$out/smoke"
+# Smoke takes most of a frame here, whatever draws the scene: few frames.
+"$program" bench assets/smoke.scene.json "${backends[@]}" --frames 8 --quality-frames 2 --pixel-error 1 -o "$out/smoke"
 for backend in full discrete lod vgi; do
   "$program" -q render assets/rock.scene.json --backend "$backend" --camera assets/rock.path.json@0.35 -o "$out/rock-$backend.png"
 done

@@ -11,7 +11,8 @@ import subprocess
 import sys
 import xml.etree.ElementTree
 
-import doxygen_filter
+sys.dont_write_bytecode = True
+import doxygen_filter  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
@@ -21,8 +22,7 @@ def setting(doxyfile, name):
 
 
 def copy_headers(doxyfile, headers):
-    """All at once: a filter that doxygen starts for each of them takes forty times as long."""
-    shutil.rmtree(headers, ignore_errors=True)
+    """Makes the copies that the Doxyfile names, with comments as doxygen reads them. A filter that doxygen starts for each header is slow."""
     for name in re.findall(rf'"{re.escape(str(headers))}/(.*\.h)"', doxyfile.read_text()):
         copy = headers / name
         copy.parent.mkdir(parents=True, exist_ok=True)
@@ -47,9 +47,9 @@ def undocumented_enumerators(xml_folder):
 def main():
     doxyfile = pathlib.Path(sys.argv[1])
     folder = pathlib.Path(setting(doxyfile, "OUTPUT_DIRECTORY"))
-    for made in ("html", "xml"):  # pages of names that are gone would stay
-        shutil.rmtree(folder / made, ignore_errors=True)
     headers = folder / "headers"
+    for made in (folder / "html", folder / "xml", headers):  # what is gone would stay
+        shutil.rmtree(made, ignore_errors=True)
     copy_headers(doxyfile, headers)
     run = subprocess.run(["doxygen", doxyfile.name], cwd=doxyfile.parent, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     faults = sorted(set(line.replace(str(headers), str(ROOT)) for line in run.stdout.splitlines() if line.strip()))

@@ -59,36 +59,90 @@ void add_corner(uint index, float weight, inout float density, inout vec3 radian
     radiance += share * radiance_codes(word);
 }
 
+// What is seen at a place of a brick: density, times the square of the largest code, and radiance.
+struct Sampled {
+    float density;
+    vec3 radiance;
+};
+
+// slot: of the brick that the place is in. local: from the brick's corner, in voxels.
+Sampled sample_of(uint slot, vec3 local) {
+    float density = 0.0;
+    vec3 codes = vec3(0.0);
+    uint side = samples_across();
+    uvec3 low = min(uvec3(local), uvec3(volume.metavoxels.w - 1u));
+    vec3 f = local - vec3(low), g = 1.0 - f;
+    uint index = ((slot * side + low.z) * side + low.y) * side + low.x;
+    add_corner(index, g.x * g.y * g.z, density, codes);
+    add_corner(index + 1u, f.x * g.y * g.z, density, codes);
+    add_corner(index + side, g.x * f.y * g.z, density, codes);
+    add_corner(index + side + 1u, f.x * f.y * g.z, density, codes);
+    index += side * side;
+    add_corner(index, g.x * g.y * f.z, density, codes);
+    add_corner(index + 1u, f.x * g.y * f.z, density, codes);
+    add_corner(index + side, g.x * f.y * f.z, density, codes);
+    add_corner(index + side + 1u, f.x * f.y * f.z, density, codes);
+    codes /= max(density, 1e-20) * 127.0;
+    float scale = uintBitsToFloat(scales_at(LODE_VOLUME_SCALE_RADIANCE + volume.shown_half));
+    return Sampled(density, scale * codes * codes);
+}
+
+// What shines through so much of a ray, from view depth to view depth, all of it as dense as the sample.
+float shining_through(Sampled s, ViewRay ray, float from, float to) {
+    float depth = s.density * (volume.most_density / (2047.0 * 2047.0)) * (to - from) * ray.stretch;
+    return volume.absorption == LODE_ABSORPTION_EXP ? exp(-depth) : 1.0 / (1.0 + depth);
+}
+
+// The part of a ray that goes through the lattice and before the scene.
+struct Part {
+    vec3 along, inverse, size;       // of the ray, without zeros; of the lattice, voxels
+    float enters, leaves, box_end;   // view depths; box_end: as leaves, if there were no scene
+    int first, last;                 // steps, the nearest and the farthest. Step k ends at far_plane - k * step_length
+};
+
+Part part_of(ViewRay ray) {
+    Part p;
+    p.size = vec3(volume.metavoxels.xyz) * float(volume.metavoxels.w);
+    p.along = mix(ray.along, vec3(1e-12), lessThan(abs(ray.along), vec3(1e-12)));
+    p.inverse = 1.0 / p.along;
+    vec3 a = -ray.origin * p.inverse, b = (p.size - ray.origin) * p.inverse;
+    vec3 near3 = min(a, b), far3 = max(a, b);
+    p.enters = max(max(near3.x, near3.y), max(near3.z, volume.near_plane));
+    p.box_end = min(far3.x, min(far3.y, far3.z));
+    p.leaves = min(p.box_end, ray.scene);
+    p.first = int(ceil((volume.far_plane - p.enters) / volume.step_length)) - 1;
+    p.last = int(floor((volume.far_plane - p.leaves) / volume.step_length));
+    return p;
+}
+
+// Where a step begins and ends, in the part.
+vec2 step_of(Part p, int k) {
+    return vec2(max(volume.far_plane - float(k + 1) * volume.step_length, p.enters),
+                min(volume.far_plane - float(k) * volume.step_length, p.leaves));
+}
+
+// The place that stands for a step, lattice space, in the lattice.
+vec3 place_of(Part p, ViewRay ray, vec2 of_step) {
+    return clamp(ray.origin + p.along * (0.5 * (of_step.x + of_step.y)), vec3(0.0), p.size - 0.001);
+}
+
 Marched march(ViewRay ray) {
     Marched m = Marched(vec3(0.0), 1.0, 0.0, false, 0u, 0u);
     float across = float(volume.metavoxels.w);
-    vec3 size = vec3(volume.metavoxels.xyz) * across;
-    vec3 along = mix(ray.along, vec3(1e-12), lessThan(abs(ray.along), vec3(1e-12))), inverse = 1.0 / along;
-    vec3 a = -ray.origin * inverse, b = (size - ray.origin) * inverse;
-    vec3 near3 = min(a, b), far3 = max(a, b);
-    float enters = max(max(near3.x, near3.y), max(near3.z, volume.near_plane));
-    float box_end = min(far3.x, min(far3.y, far3.z)), leaves = min(box_end, ray.scene);
-    m.cut = enters < box_end && ray.scene < box_end;
-    if (!(enters < leaves)) return m;
-
-    float step_length = volume.step_length, scale = uintBitsToFloat(scales_at(LODE_VOLUME_SCALE_RADIANCE));
-    float density_scale = volume.most_density / (2047.0 * 2047.0);
-    uint side = samples_across();
-    // Step k ends at far_plane - k * step_length.
-    int k = int(ceil((volume.far_plane - enters) / step_length)) - 1;
-    int last = int(floor((volume.far_plane - leaves) / step_length));
+    Part p = part_of(ray);
+    m.cut = p.enters < p.box_end && ray.scene < p.box_end;
+    if (!(p.enters < p.leaves)) return m;
+    int k = p.first, last = p.last;
     while (k >= last && m.through > nothing_left) {
         vec3 place = vec3(0.0);
         uint slot = LODE_NO_BRICK;
         uvec3 at = uvec3(0u);
-        float from = 0.0, to = 0.0;
+        vec2 of_step = vec2(0.0);
         while (k >= last) {
-            from = max(volume.far_plane - float(k + 1) * step_length, enters);
-            to = min(volume.far_plane - float(k) * step_length, leaves);
-            float middle = 0.5 * (from + to);
-            place = clamp(ray.origin + along * middle, vec3(0.0), size - 0.001);
+            of_step = step_of(p, k);
+            place = place_of(p, ray, of_step);
             at = uvec3(place / across);
-            slot = table_at((at.z * volume.metavoxels.y + at.y) * volume.metavoxels.x + at.x);
+            slot = table_at(table_place(at, volume.shown_half));
             vec3 corner = vec3(at) * across, extent = vec3(across);
             bool empty = slot == LODE_NO_BRICK;
             if (!empty) {
@@ -101,35 +155,18 @@ Marched march(ViewRay ray) {
             }
             if (!empty || volume.skips == 0u) break;
             // On to the first sample past the empty box. Those before lie in it.
-            vec3 ends = max((corner - ray.origin) * inverse, (corner + extent - ray.origin) * inverse);
+            vec3 ends = max((corner - ray.origin) * p.inverse, (corner + extent - ray.origin) * p.inverse);
             float end = min(ends.x, min(ends.y, ends.z));
-            k = min(k - 1, int(floor((volume.far_plane - end) / step_length - 0.5)));
+            k = min(k - 1, int(floor((volume.far_plane - end) / volume.step_length - 0.5)));
             ++m.jumps;
         }
         if (k < last) break;
-        float density = 0.0;
-        vec3 radiance = vec3(0.0);
-        if (slot != LODE_NO_BRICK) {
-            vec3 local = place - vec3(at) * across;
-            uvec3 low = min(uvec3(local), uvec3(volume.metavoxels.w - 1u));
-            vec3 f = local - vec3(low), g = 1.0 - f;
-            uint index = ((slot * side + low.z) * side + low.y) * side + low.x;
-            add_corner(index, g.x * g.y * g.z, density, radiance);
-            add_corner(index + 1u, f.x * g.y * g.z, density, radiance);
-            add_corner(index + side, g.x * f.y * g.z, density, radiance);
-            add_corner(index + side + 1u, f.x * f.y * g.z, density, radiance);
-            index += side * side;
-            add_corner(index, g.x * g.y * f.z, density, radiance);
-            add_corner(index + 1u, f.x * g.y * f.z, density, radiance);
-            add_corner(index + side, g.x * f.y * f.z, density, radiance);
-            add_corner(index + side + 1u, f.x * f.y * f.z, density, radiance);
-        }
-        radiance /= max(density, 1e-20) * 127.0;
-        float depth = density * density_scale * (to - from) * ray.stretch;
-        float blend = volume.absorption == LODE_ABSORPTION_EXP ? exp(-depth) : 1.0 / (1.0 + depth);
-        m.light += m.through * (1.0 - blend) * scale * radiance * radiance;
+        Sampled sampled = Sampled(0.0, vec3(0.0));
+        if (slot != LODE_NO_BRICK) sampled = sample_of(slot, place - vec3(at) * across);
+        float blend = shining_through(sampled, ray, of_step.x, of_step.y);
+        m.light += m.through * (1.0 - blend) * sampled.radiance;
         m.through *= blend;
-        if (density > 0.0) m.last = to;
+        if (sampled.density > 0.0) m.last = of_step.y;
         ++m.steps;
         --k;
     }

@@ -1,12 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One layer of metavoxels, as the light meets them: density and colour of every voxel from the particles that may reach
+// Bricks of one layer of metavoxels, as the light meets them: density and colour of every voxel from the particles that may reach
 // its block, and the light that reaches it. A thread is a column of voxels along the light. What has been taken out of
 // the light on the way is handed from layer to layer in `front`.
 //
 //   "Sparse procedural volumetric rendering" (Intel, in GPU Pro 6): light propagated column by column, one sample of the
 //   shadow map for each. Here visibility is the mean of four samples, so that it does not matter how fine the map is.
-// words: [0] the layer's first brick.
+// Bricks that are marched one by one fill their halo themselves: a column of it is filled as the next brick fills its own,
+// with what came through to that. So nothing but numbers is asked of neighbours, which need not be there.
+// words: [0] the first brick; where bricks fill their halo, its place in the order. [1] 1: nothing was filled before this
+// frame of what is being filled. [2] the place in the order that has the first slot.
 #include "shared/frame.glsl"
 #include "shared/light_grid.h"
 #include "shared/texels.glsl"
@@ -15,13 +18,16 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const bool has_tables = false;
+layout(constant_id = 1) const bool fills_halo = false;
 
+LODE_TEXELS(LODE_VOLUME_TABLE, table, uint)
 LODE_TEXELS(LODE_VOLUME_BRICKS, bricks, uvec4)
 LODE_TEXELS(LODE_VOLUME_BLOCKS, blocks, uvec2)
 LODE_TEXELS(LODE_VOLUME_LIST, list, uint)
 LODE_TEXELS(LODE_VOLUME_PARTICLES, particles, uvec4)
 LODE_TEXELS(LODE_VOLUME_LOOKS, looks, uvec4)
 LODE_TEXELS(LODE_VOLUME_NOISE, noise, uint)
+LODE_TEXELS(LODE_VOLUME_ORDER, order, uint)
 LODE_STORED_POOL(LODE_VOLUME_VOXELS, voxels)
 layout(set = 1, binding = LODE_VOLUME_FRONT, std430) buffer FrontBlock { float front[]; };
 layout(set = 1, binding = LODE_VOLUME_LIGHT, std430) buffer LightBlock { uint light[]; };
@@ -105,30 +111,79 @@ void put_lights(uvec2 column, uint begin, uint end, vec3 shining) {
         put_light(uvec3(column / volume.light_places.w, z), shining);
 }
 
+// A column of voxels to fill.
+struct Column {
+    uint slot;    // where it goes
+    uvec2 local;  // and which of the slot's
+    uint brick;   // whose voxels it has: the slot's, or in the halo the next one's; or LODE_NO_BRICK
+    uvec2 owned;  // which of that brick's
+    bool own;     // the brick is the slot's
+};
+
+Column column_of(uvec2 group, uvec2 in_group) {
+    uint across = volume.metavoxels.w, columns = across + (fills_halo ? 1u : 0u), tiles = (columns + 7u) / 8u;
+    uint number = draw_constants.words[0] + group.y;
+    Column c;
+    c.slot = number;
+    c.brick = number;
+    if (fills_halo) {
+        c.slot = number - draw_constants.words[2];
+        c.brick = order_at(number) & ~LODE_ORDERED_UNDER;
+    }
+    c.local = uvec2(group.x % tiles, group.x / tiles) * 8u + in_group;
+    uvec2 next = uvec2(equal(c.local, uvec2(across)));
+    c.owned = c.local * (1u - next);
+    c.own = next == uvec2(0u);
+    if (!c.own) {
+        uint word = bricks_at(c.brick).x;
+        uvec3 other = (uvec3(word, word >> 10, word >> 20) & 1023u) + uvec3(next, 0u);
+        c.brick = LODE_NO_BRICK;
+        if (all(lessThan(other, volume.metavoxels.xyz))) c.brick = table_at(table_place(other, volume.filled_half));
+    }
+    return c;
+}
+
+void put_voxel(Column c, uint z, uint word) {
+    uint side = samples_across();
+    voxels_put(((c.slot * side + z) * side + c.local.y) * side + c.local.x, word);
+}
+
 void main() {
-    uint across = volume.metavoxels.w, tiles = (across + 7u) / 8u, side = samples_across();
-    uint slot = draw_constants.words[0] + gl_WorkGroupID.y, tile = gl_WorkGroupID.x;
-    uvec2 local = uvec2(tile % tiles, tile / tiles) * 8u + gl_LocalInvocationID.xy;
-    if (local.x >= across || local.y >= across) return;
-    uvec4 brick = bricks_at(slot);
+    uint across = volume.metavoxels.w, tiles = (across + 7u) / 8u;
+    Column c = column_of(gl_WorkGroupID.xy, gl_LocalInvocationID.xy);
+    if (any(greaterThanEqual(c.local, uvec2(across + (fills_halo ? 1u : 0u))))) return;
+    if (c.brick == LODE_NO_BRICK) {
+        for (uint z = 0u; z <= across; ++z) put_voxel(c, z, 0u);
+        return;
+    }
+    uvec4 brick = bricks_at(c.brick);
     uvec3 at = uvec3(brick.x, brick.x >> 10, brick.x >> 20) & 1023u, origin = at * across;
-    uint gap_before = brick.y & 0xffffu, gap_after = brick.y >> 16;
-    bool first = (brick.x >> 30 & 1u) != 0u;
-    uvec2 column = origin.xy + local;
-    uint front_at = 3u * (column.y * volume.metavoxels.x * across + column.x);
-    vec3 taken = first ? vec3(0.0) : vec3(front[front_at], front[front_at + 1u], front[front_at + 2u]);
-    if (first) put_lights(column, 0u, origin.z, vec3(1.0));
+    uint gap_after = brick.y >> 16, tile = c.owned.y / 8u * tiles + c.owned.x / 8u;
+    bool first = (brick.x >> 30 & 1u) != 0u, odd = brick.x >> 31 != 0u;
+    uvec2 column = origin.xy + c.owned, columns = volume.metavoxels.xy * across;
+    // From what the brick before has left to what this one leaves. They lie apart where a brick beside may read the
+    // first after this one wrote the other.
+    uint from = 3u * (column.y * columns.x + column.x), to = from;
+    if (fills_halo) {
+        from += odd ? 0u : 3u * columns.x * columns.y;
+        to += odd ? 3u * columns.x * columns.y : 0u;
+    }
+    vec3 taken = first ? vec3(0.0) : vec3(front[from], front[from + 1u], front[from + 2u]);
+    if (first && c.own) put_lights(column, 0u, origin.z, vec3(1.0));
 
     vec3 arriving = frame.light_colour.rgb / (4.0 * 3.14159265);  // scattered alike in all directions
     vec3 around = 0.5 * (frame.sky_colour.rgb + frame.ground_colour.rgb);
     vec3 largest = (1.0 - volume.forward) * arriving + around;
     float most = max(largest.r, max(largest.g, largest.b)) + volume.emission;
-    if (gl_WorkGroupID == uvec3(0u) && gl_LocalInvocationIndex == 0u) scales[LODE_VOLUME_SCALE_RADIANCE] = most;
+    // Once for all frames in which it is filled.
+    uint scale_at = LODE_VOLUME_SCALE_RADIANCE + volume.filled_half;
+    if (draw_constants.words[1] == 0u) most = scales[scale_at];
+    else if (gl_WorkGroupID == uvec3(0u) && gl_LocalInvocationIndex == 0u) scales[scale_at] = most;
     vec4 begins = shadow_begins(vec2(column));
 
     vec3 before = vec3(0.0);  // what the voxel before takes out, per world unit
     for (uint block = 0u; block <= across / 8u; ++block) {
-        uvec2 those = blocks_at((slot * tiles * tiles + tile) * (across / 8u + 1u) + block);
+        uvec2 those = blocks_at((c.brick * tiles * tiles + tile) * (across / 8u + 1u) + block);
         for (int k = 0; k < 8; ++k) {
             density[k] = 0.0;
             scattered[k] = sent_out[k] = vec3(0.0);
@@ -144,14 +199,16 @@ void main() {
             before = takes;
             vec3 shining = exp(-taken);
             uvec3 whole = uvec3(column, origin.z + z);
-            if (whole.z % volume.light_step == 0u && z < across) put_lights(column, whole.z, whole.z + 1u, shining);
+            if (c.own && whole.z % volume.light_step == 0u && z < across)
+                put_lights(column, whole.z, whole.z + 1u, shining);
             float seen = dot(clamp(begins - float(whole.z) + 0.5, 0.0, 1.0), vec4(0.25));
             vec3 radiance = scattered[k] * ((1.0 - volume.forward) * seen * arriving * shining + around) + sent_out[k];
             float d = density[k];
-            uint word = voxel_word(d / volume.most_density, radiance / (max(d, 1e-20) * most), whole);
-            voxels_put(((slot * side + z) * side + local.y) * side + local.x, word);
+            vec3 share = radiance / (max(d, 1e-20) * most);
+            put_voxel(c, z, voxel_word(d / volume.filled_most_density, share, whole));
         }
     }
-    for (int k = 0; k < 3; ++k) front[front_at + k] = taken[k];
+    if (!c.own) return;
+    for (int k = 0; k < 3; ++k) front[to + k] = taken[k];
     put_lights(column, origin.z + across, origin.z + (1u + gap_after) * across, exp(-taken));
 }

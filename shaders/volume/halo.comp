@@ -24,7 +24,7 @@ void main() {
         uvec3 other = at + uvec3(next, 0u);
         uint from = LODE_NO_BRICK;
         if (all(lessThan(other.xy, volume.metavoxels.xy)))
-            from = table_at((other.z * volume.metavoxels.y + other.y) * volume.metavoxels.x + other.x);
+            from = table_at(table_place(other, volume.filled_half));
         uvec2 there = here * (1u - next);
         uint word = 0u;
         if (from != LODE_NO_BRICK) word = voxels_at(((from * side + z) * side + there.y) * side + there.x);

@@ -26,8 +26,7 @@ void main() {
     uvec2 metavoxel = place * volume.light_places.w / volume.metavoxels.w;
     bool empty = true;
     for (uint z = 0u; z < volume.metavoxels.z; ++z) {
-        empty = empty && table_at((z * volume.metavoxels.y + metavoxel.y) * volume.metavoxels.x + metavoxel.x) ==
-                             LODE_NO_BRICK;
+        empty = empty && table_at(table_place(uvec3(metavoxel, z), volume.filled_half)) == LODE_NO_BRICK;
     }
     if (!empty) return;
     for (uint z = 0u; z < volume.light_places.z; ++z)

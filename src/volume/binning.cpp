@@ -82,6 +82,7 @@ void find_gaps(const Lattice& lattice, std::vector<Brick>& bricks) {
         } else {
             Brick& above = bricks[static_cast<size_t>(before)];
             above.gap_after = bricks[b].at.z - above.at.z - 1;
+            bricks[b].odd = !above.odd;
         }
         before = static_cast<int64_t>(b);
     }

@@ -27,6 +27,7 @@ struct Brick {
     uint32_t gap_before = 0;  // empty metavoxels towards the light, where it is the first of its column; else 0
     uint32_t gap_after = 0;   // empty metavoxels behind it until the next of the column, or its end
     bool first = false;       // of its column
+    bool odd = false;         // the second, fourth and so on of its column
     uint64_t occupied = 0;    // bit (z * 4 + y) * 4 + x: something may be in that block
     bool operator==(const Brick&) const = default;
 };

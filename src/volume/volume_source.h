@@ -11,6 +11,7 @@
 #include "volume/binning.h"
 #include "volume/lattice.h"
 #include "volume/particles.h"
+#include "volume/volume_recipe.h"
 
 namespace lodestone::volume {
 
@@ -24,10 +25,16 @@ enum class Absorption : uint8_t {
 struct Quality {
     float steps = 1;       // samples a voxel, in the middle of the picture; 0.125 .. 4
     uint32_t divisor = 1;  // pixels of the picture, a side, that one of the target stands for; 1 .. 4
-    uint32_t refresh = 1;  // voxels are filled every so many frames; 0: once
-    float density = 1;     // factor of all densities, 0 .. 100
+    // Voxels are filled anew in rounds of so many frames, a share of them in each; what is seen changes at the end of a
+    // round, to what then is. 1: all of them in every frame; 0: once.
+    uint32_t refresh = 1;
+    float density = 1;  // factor of all densities, 0 .. 100
     Absorption absorption = Absorption::exponential;
     bool skips_empty = true;  // false: samples are taken of empty places, too; for measurements
+    // The source's own way: metavoxels are filled and marched by turns, every frame, and each is laid over or under
+    // what is there. The pool need not hold all of them. Neither divisor nor refresh nor skips_empty counts.
+    bool by_metavoxel = false;
+    uint32_t cache = 0;  // metavoxels that are filled before they are marched, by_metavoxel; 0: what the pool holds
     bool operator==(const Quality&) const = default;
 };
 
@@ -48,48 +55,72 @@ public:
     // emitters: at least one.
     static Result<std::unique_ptr<VolumeSource>> open(std::vector<Emitter> emitters, const VolumeOptions& options);
 
-    const Recipe& recipe() const override { return recipe_; }
+    const Recipe& recipe() const override { return buffers_.recipe(); }
     // Without commands where there is nothing to be seen and nothing to shadow. Of the statistics: resident_bytes,
     // uploaded_bytes; of the others `bricks`, `metavoxels` (of the lattice), `brick_bytes`, `across` (metavoxels along
-    // its longest side, fewer than asked for where the pool is too small) and `filled` (1 where this frame fills
-    // bricks).
+    // its longest side, fewer than asked for where the pool is too small) and `filled` (bricks that this frame fills).
     Plan plan(const FrameInput& input) override;
     Result<void> validate() const override;
 
     Quality quality;  // of the frames to come
 
     const Lattice& lattice() const { return lattice_; }  // of the last plan
-    const Bins& bins() const { return bins_; }           // of the last that filled
+    const Bins& bins() const { return shown_.bins; }     // of what is seen
     // Where Recipe::buffers has the result: two words a pixel, half floats of red, green, blue and what shines through.
     uint32_t result_buffer() const;
 
 private:
+    // Metavoxels at a time, and where the pool has them.
+    struct Bricks {
+        Bins bins;
+        uint32_t first_slot = 0;  // of the first brick; the others follow
+        uint32_t half = 0;        // of the table and of the scales
+        float most_density = 1;   // that a voxel can hold, per world unit
+        uint32_t filled = 0;      // bricks whose voxels are there
+        uint32_t halos = 0;       // bricks whose halo is there
+        uint32_t end() const { return first_slot + static_cast<uint32_t>(bins.bricks.size()); }
+    };
+
     VolumeSource(std::vector<Emitter> emitters, const VolumeOptions& options);
 
-    bool renew_lattice(const glm::vec3& light);
-    void fill(Plan& plan, const FrameInput& input);
-    void upload_bins(Plan& plan, const std::vector<Particle>& particles);
-    void dispatch_fill(Plan& plan, bool columns_emptied);
-    void march(Plan& plan, const View& view);
-    void upload_constants(Plan& plan, const View& view);
-    void make_room(Plan& plan, uint32_t buffer, uint64_t bytes);
-    void upload(Plan& plan, uint32_t buffer, std::vector<uint32_t> words);
-    void coarsen(Plan& plan, const std::vector<Particle>& particles);
+    void renew_lattice(const glm::vec3& light);
+    uint32_t slots() const;
     std::vector<Particle> seen_particles(double time) const;
+    Bricks bricks_at(Plan& plan, double time, std::vector<Particle>& particles);
+    void coarsen(Plan& plan, const std::vector<Particle>& particles);
+    void upload_bricks(Plan& plan, const Bricks& bricks, const std::vector<Particle>& particles);
+
+    void fill(Plan& plan, const FrameInput& input);
+    void fill_all(Plan& plan, double time);
+    void begin_round(Plan& plan, const FrameInput& input);
+    void continue_round(Plan& plan);
+    void dispatch_fill(Plan& plan, Bricks& bricks, uint32_t end, bool begins);
+    void clear_columns(Plan& plan, const Bins& bins);
+
+    void march(Plan& plan, const View& view);
+    void march_by_metavoxel(Plan& plan, const View& view, bool seen);
+    void upload_constants(Plan& plan, const View& view);
 
     std::vector<Emitter> emitters_;
     VolumeOptions options_;
-    Recipe recipe_;
+    VolumeBuffers buffers_;
     uint32_t across_ = 0;  // metavoxels, now
-    glm::vec3 light_{0};   // that the lattice was made for
+    // What the lattice was made for; 0: there is none yet.
+    glm::vec3 light_{0};
+    uint32_t lattice_across_ = 0;
     Lattice lattice_;
     glm::uvec3 light_places_{0};
     uint32_t light_spacing_ = 1, light_step_ = 8;  // voxels
-    Bins bins_;
     std::vector<uint8_t> columns_;  // of metavoxels, y by y: what the light grid has of them is not all of the light
-    bool filled_ = false, statics_sent_ = false, warned_size_ = false, warned_crowd_ = false;
-    uint64_t filled_frame_ = 0;
-    float filled_density_ = 1;  // Quality::density of what the bricks hold
+    Bricks shown_, next_;           // next_: of the round under way
+    bool filled_ = false, by_metavoxel_ = false;
+    uint32_t since_filled_ = 0;  // frames
+    std::vector<uint32_t>
+        shares_;  // bricks that are filled when each frame of the round under way is done; none: there is no round
+    size_t round_ = 0;         // frames of it that are done
+    double time_ = 0;          // of the frame before
+    uint32_t filled_now_ = 0;  // bricks that this frame fills
+    bool statics_sent_ = false, warned_size_ = false, warned_crowd_ = false, warned_room_ = false;
 };
 
 }  // namespace lodestone::volume

@@ -9,6 +9,7 @@
 #include "base/random.h"
 #include "base/threads.h"
 #include "frame/plan_mirror.h"
+#include "volume/eye_order.h"
 #include "volume/noise_cube.h"
 #include "volume/volume_source.h"
 
@@ -249,14 +250,65 @@ TEST(VolumeSource, FillsWhenItIsDue) {
     for (const uint32_t refresh : {0u, 1u, 3u}) {
         auto source = opened({plume()}, {.metavoxels = 6, .voxels = 8});
         source->quality.refresh = refresh;
-        std::vector<double> filled;
-        for (uint64_t f = 0; f < 7; ++f)
-            filled.push_back(figure(source->plan(input_at(0.1 * static_cast<double>(f), f)), "filled"));
-        const std::vector<double> wanted = refresh == 0   ? std::vector<double>{1, 0, 0, 0, 0, 0, 0}
-                                           : refresh == 1 ? std::vector<double>{1, 1, 1, 1, 1, 1, 1}
-                                                          : std::vector<double>{1, 0, 0, 1, 0, 0, 1};
-        EXPECT_EQ(filled, wanted);
+        double in_round = 0;
+        for (uint64_t f = 0; f < 10; ++f) {
+            const Plan plan = source->plan(input_at(0.1 * static_cast<double>(f), f));
+            const double filled = figure(plan, "filled"), bricks = figure(plan, "bricks");
+            if (f == 0 || refresh == 1) {
+                EXPECT_EQ(filled, bricks) << f;
+            } else if (refresh == 0) {
+                EXPECT_EQ(filled, 0) << f;
+            } else {
+                // About a third of the work in each, whose bricks are seen with the last.
+                in_round += filled;
+                EXPECT_GT(filled, 0.1 * bricks) << f;
+                EXPECT_LT(filled, 0.6 * bricks) << f;
+                if (f % refresh == 0) {
+                    EXPECT_EQ(in_round, bricks) << f;
+                    in_round = 0;
+                }
+            }
+        }
     }
+}
+
+// Bricks that a ray meets come out near to far, however they are laid over and under each other.
+TEST(EyeOrder, LaysWhatIsNearerBefore) {
+    Random random(13);
+    const Lattice lattice = lattice_around({plume()}, {0.3f, -1, 0.2f}, 8, 8);
+    const Bins bins = bin_particles(lattice, particles_at({plume()}, 1.5));
+    const glm::vec3 size(lattice.metavoxels * lattice.voxels);
+    const auto anywhere = [&](double margin) {
+        glm::vec3 p;
+        for (int k = 0; k < 3; ++k) p[k] = static_cast<float>(random.uniform(-margin, double(size[k]) + margin));
+        return p;
+    };
+    size_t long_rays = 0;
+    for (int i = 0; i < 300; ++i) {
+        const glm::vec3 eye = anywhere(i % 2 == 0 ? 0 : 60);
+        const auto order = eye_order(lattice, bins, eye);
+        ASSERT_EQ(order.size(), bins.bricks.size());
+        for (size_t k = 0; k + 1 < order.size(); ++k)
+            ASSERT_LE(bins.bricks[order[k].brick].at.z, bins.bricks[order[k + 1].brick].at.z)
+                << "light comes by layers";
+        for (int ray = 0; ray < 20; ++ray) {
+            const glm::vec3 along = glm::normalize(anywhere(0) - eye);
+            // Where the ray enters each brick that it meets, in the order in which they then lie.
+            std::vector<float> lying;
+            for (const EyeOrdered& o : order) {
+                const glm::vec3 low = glm::vec3(bins.bricks[o.brick].at * lattice.voxels);
+                const glm::vec3 a = (low - eye) / along, b = (low + float(lattice.voxels) - eye) / along;
+                const glm::vec3 near3 = glm::min(a, b), far3 = glm::max(a, b);
+                const float enters = std::max({near3.x, near3.y, near3.z, 0.0f});
+                const float leaves = std::min({far3.x, far3.y, far3.z});
+                if (!(leaves - enters > 0.01f)) continue;
+                lying.insert(o.under ? lying.end() : lying.begin(), enters);
+            }
+            ASSERT_TRUE(std::ranges::is_sorted(lying)) << i;
+            long_rays += lying.size() > 2 ? 1 : 0;
+        }
+    }
+    EXPECT_GT(long_rays, 500u);
 }
 
 TEST(VolumeSource, IsNotMarchedWhereTheEyeDoesNotSeeItButShadowsStill) {

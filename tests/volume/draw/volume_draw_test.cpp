@@ -24,7 +24,7 @@
 #include "render/device_test.h"
 #include "shaders/shared/light_grid.h"
 #include "shaders/shared/volume.h"
-#include "volume/draw/analytic.h"
+#include "volume/draw/volume_draw.h"
 
 namespace lodestone {
 namespace {
@@ -33,159 +33,6 @@ using volume::ColourBy;
 using volume::Emitter;
 using volume::VolumeOptions;
 using volume::VolumeSource;
-
-constexpr uint32_t width = 96, height = 54;
-
-// A few particles that stand still, in a ball of radius 0.5 around the origin.
-Emitter puff() {
-    Emitter e;
-    e.velocity = glm::vec3(0);
-    e.velocity_spread = 0;
-    e.turning = 0;
-    e.spread = 0.3f;
-    e.particles = 4;
-    e.radius_from = e.radius_to = 0.4f;
-    e.fade = 0;
-    e.look.density_from = 5;
-    e.look.density_to = 0;
-    e.look.colour_from = {0.9f, 0.7f, 0.5f};
-    e.look.colour_to = {0.4f, 0.6f, 0.8f};
-    return e;
-}
-
-// One ball without displacement, of one density.
-Emitter ball(float density, float radius = 0.4f) {
-    Emitter e = puff();
-    e.spread = 0;
-    e.particles = 1;
-    e.displacement = 0;
-    e.radius_from = e.radius_to = radius;
-    e.look.density_from = e.look.density_to = density;
-    e.look.colour_to = e.look.colour_from;
-    return e;
-}
-
-FrameInput look_from(const glm::vec3& eye, const glm::vec3& target = glm::vec3(0)) {
-    Camera camera;
-    camera.eye = eye;
-    camera.target = target;
-    camera.near_plane = 0.05f;
-    camera.far_plane = 20;
-    FrameInput input;
-    input.views = {view_of(camera, width, height), shadow_view(ShadingOptions{}.light_direction, {0, 0, 0}, 3, 512)};
-    input.light_direction = ShadingOptions{}.light_direction;
-    return input;
-}
-
-struct Pixel {
-    glm::vec3 light{0};
-    float through = 1;
-};
-
-class VolumeDrawTest : public DeviceTest {
-protected:
-    VolumeDrawTest() : DeviceTest(width, height) {}
-
-    // The scene is the mesh, or nothing.
-    void load(std::vector<Emitter> emitters, const VolumeOptions& options = {}, const TriMesh* mesh = nullptr) {
-        if (renderer_ == nullptr) make();
-        auto opened = VolumeSource::open(std::move(emitters), options);
-        ASSERT_TRUE(opened) << opened.error().message;
-        volumes_ = std::move(*opened);
-        scene_.reset();
-        if (mesh != nullptr) {
-            std::vector<uint32_t> indices;
-            for (const Triangle& t : mesh->triangles) indices.insert(indices.end(), t.begin(), t.end());
-            auto source = open_fixed_levels({full_level(pack_vertices(*mesh), indices)}, uint64_t{1} << 30);
-            ASSERT_TRUE(source);
-            scene_ = std::move(*source);
-        }
-        mirror_.emplace(volumes_->recipe());
-        frame_ = 0;
-        const MaterialSet materials{{SurfaceMaterial{}}, 0, 0, {}};
-        const auto loaded = renderer_->load(scene_ ? scene_->recipe() : Recipe{}, materials, 0, &volumes_->recipe());
-        ASSERT_TRUE(loaded) << loaded.error().message;
-    }
-
-    // Draws a frame; what the volumes' rays found is then in `pixels`, what was drawn in `picture`.
-    void draw(FrameInput input, const ShadingOptions& look = {}) {
-        input.frame = frame_++;
-        if (scene_) input.instances = std::vector<Instance>{Instance{}};
-        Plan plan = volumes_->plan(input);
-        const auto good = volumes_->validate();
-        EXPECT_TRUE(good) << good.error().message;
-        stats_ = plan.stats;
-        warnings_ = plan.warnings;
-        const auto mirrored = mirror_->execute(plan, input);
-        EXPECT_TRUE(mirrored) << mirrored.error().message;
-        const bool marched =
-            std::ranges::any_of(plan.commands, [](const Command& c) { return c.stage == Stage::composite; });
-        if (marched)
-            plan.commands.push_back(
-                {Stage::composite, Readback{volumes_->result_buffer(), 0, uint64_t{8} * width * height, 7}});
-        const Plan scene = scene_ ? scene_->plan(input) : Plan{};
-        const auto submitted = renderer_->submit(scene, input, look, 0, &plan);
-        ASSERT_TRUE(submitted) << submitted.error().message;
-        auto read = renderer_->read_picture();
-        ASSERT_TRUE(read) << read.error().message;
-        picture_ = std::move(*read);
-        for (const FrameCounters& counters : renderer_->take_counters()) counters_ = counters;
-        pixels_.assign(size_t{width} * height, Pixel{});
-        for (const ReadbackResult& r : renderer_->take_effect_readbacks()) {
-            for (size_t i = 0; i < pixels_.size(); ++i) {
-                uint32_t words[2];
-                std::memcpy(words, r.blob.data() + 8 * i, sizeof words);
-                const glm::vec2 a = glm::unpackHalf2x16(words[0]), b = glm::unpackHalf2x16(words[1]);
-                pixels_[i] = {{a.x, a.y, b.x}, b.y};
-            }
-        }
-    }
-
-    void expect_to_be_whole(int cameras);
-
-    // Decibels by which the rays differ from the reference, of pixels in which that has something. Light and what
-    // shines through count alike.
-    double psnr_to(const AnalyticVolume& reference, const View& view) const {
-        double sum = 0;
-        size_t count = 0;
-        for (uint32_t y = 0; y < height; ++y) {
-            for (uint32_t x = 0; x < width; ++x) {
-                const double depth = depth_at(view, x, y);
-                const AnalyticVolume::Ray ray = reference.march(view, x, y, depth);
-                if (ray.through >= 0.999) continue;
-                const Pixel& p = pixels_[size_t{y} * width + x];
-                const glm::dvec3 d = glm::dvec3(p.light) - ray.light;
-                sum += glm::dot(d, d) + (double(p.through) - ray.through) * (double(p.through) - ray.through);
-                count += 4;
-            }
-        }
-        return 10 * std::log10(static_cast<double>(count) / sum);
-    }
-    double depth_at(const View& view, uint32_t x, uint32_t y) const {
-        const double d = picture_.depth[size_t{y} * width + x], n = view.near_plane, r = view.far_plane;
-        return n * r / (d * (r - n) + n);
-    }
-    const Pixel& centre() const { return pixels_[size_t{height / 2} * width + width / 2]; }
-
-    void save(const char* name) const {
-        const char* folder = std::getenv("LODESTONE_TEST_PICTURES");
-        if (folder == nullptr) return;
-        Image image{picture_.width, picture_.height, {}};
-        for (size_t i = 0; i < picture_.colour.size(); i += 4)
-            image.texels.emplace_back(picture_.colour[i], picture_.colour[i + 1], picture_.colour[i + 2], 255);
-        ASSERT_TRUE(write_png(image, std::string(folder) + "/" + name + ".png"));
-    }
-
-    std::unique_ptr<VolumeSource> volumes_;
-    std::unique_ptr<FrameSource> scene_;
-    std::optional<PlanMirror> mirror_;
-    std::vector<Pixel> pixels_;
-    Picture picture_;
-    PlanStats stats_;
-    std::vector<std::string> warnings_;
-    FrameCounters counters_;
-    uint64_t frame_ = 0;
-};
 
 TEST_F(VolumeDrawTest, APuffIsWhatTheReferenceSaysItIs) {
     double before = 0;
@@ -214,17 +61,6 @@ double through_ball(const View& view, double x, double y, double density, double
     const double begin = std::max(middle - std::sqrt(half / squared), 0.0);
     const double end = std::min(middle + std::sqrt(half / squared), depth);
     return std::exp(-density * std::max(0.0, end - begin) * std::sqrt(squared));
-}
-
-// A square of two triangles, as wide as it is said, in any plane.
-TriMesh plate(const glm::vec3& centre, const glm::vec3& right, const glm::vec3& up) {
-    TriMesh mesh;
-    for (const auto& [x, y] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)})
-        mesh.positions.push_back(centre + static_cast<float>(x) * right + static_cast<float>(y) * up);
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-    mesh.set_identity_wedges();
-    compute_normals(mesh);
-    return mesh;
 }
 
 TEST_F(VolumeDrawTest, ABallLetsThroughWhatItsChordsSay) {
@@ -569,7 +405,12 @@ TEST_F(VolumeDrawTest, WhereThereIsNothingOfItPicturesAreAsWithoutIt) {
     EXPECT_EQ(without.depth, picture_.depth);
 }
 
-void VolumeDrawTest::expect_to_be_whole(int cameras) {
+class VolumeWholeTest : public VolumeDrawTest {
+protected:
+    void expect_to_be_whole(int cameras);
+};
+
+void VolumeWholeTest::expect_to_be_whole(int cameras) {
     Emitter moving = puff();
     moving.velocity = {0.05f, 0.1f, 0};
     moving.fade = 0.2f;
@@ -592,9 +433,9 @@ void VolumeDrawTest::expect_to_be_whole(int cameras) {
     }
 }
 
-TEST_F(VolumeDrawTest, FromAnyPlaceAtAnyTimeItIsWhole) { expect_to_be_whole(200); }
+TEST_F(VolumeWholeTest, FromAnyPlaceAtAnyTimeItIsWhole) { expect_to_be_whole(200); }
 
-using VolumeDrawLong = VolumeDrawTest;
+using VolumeDrawLong = VolumeWholeTest;
 TEST_F(VolumeDrawLong, FromAnyPlaceAtAnyTimeItIsWhole) { expect_to_be_whole(1000); }
 
 TEST_F(VolumeDrawTest, EqualFramesGiveEqualPictures) {
@@ -608,85 +449,6 @@ TEST_F(VolumeDrawTest, EqualFramesGiveEqualPictures) {
     for (size_t i = 0; i < first.size(); ++i) {
         ASSERT_EQ(first[i].through, pixels_[i].through);
         ASSERT_EQ(first[i].light, pixels_[i].light);
-    }
-}
-
-// Figures of docs/volumes.md. Times are printed and never asserted: CPU of the process, which on a software rasteriser
-// is what drawing takes.
-class VolumeFiguresLong : public VolumeDrawTest {
-protected:
-    VolumeFiguresLong() {
-        width_ = 640;
-        height_ = 360;
-    }
-    // Milliseconds of CPU of a frame, the least of a few.
-    double cpu_of_frame(const FrameInput& frame, bool filled_before = false) {
-        double least = 1e9;
-        for (int round = 0; round < 4; ++round) {
-            FrameInput input = frame;
-            input.frame = frame_++;
-            if (filled_before && round == 0) volumes_->quality.refresh = 0;
-            const Plan plan = volumes_->plan(input);
-            bricks_ = plan.stats.more.empty() ? 0 : plan.stats.more[0].second;
-            bytes_ = static_cast<double>(plan.stats.resident_bytes);
-            const auto start = std::clock();
-            EXPECT_TRUE(renderer_->submit(Plan{}, input, {}, 0, &plan));
-            EXPECT_TRUE(renderer_->wait());
-            const double ms = 1000.0 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-            if (!filled_before || round > 0) least = std::min(least, ms);
-        }
-        volumes_->quality.refresh = 1;
-        return least;
-    }
-    FrameInput seen_from(const glm::vec3& eye, const glm::vec3& target) const {
-        FrameInput input = look_from(eye, target);
-        Camera camera;
-        camera.eye = eye;
-        camera.target = target;
-        camera.near_plane = 0.05f;
-        camera.far_plane = 20;
-        input.views[0] = view_of(camera, width_, height_);
-        return input;
-    }
-    void make_quietly() {
-        RendererOptions options;
-        options.width = width_;
-        options.height = height_;
-        options.shadow_size = 512;
-        auto made = Renderer::create(options);
-        ASSERT_TRUE(made);
-        renderer_ = std::move(*made);
-    }
-    double bricks_ = 0, bytes_ = 0;
-};
-
-TEST_F(VolumeFiguresLong, WhatItTakes) {
-    make_quietly();
-    Emitter plume;
-    plume.velocity = {0.15f, 0.5f, 0.1f};
-    plume.particles = 32;
-    plume.radius_from = 0.08f;
-    plume.radius_to = 0.25f;
-    plume.look.density_from = 6;
-    plume.look.density_to = 0;
-    const FrameInput view = seen_from({1.5f, 1.4f, 3}, {0.3f, 1, 0.2f});
-    double per_brick = 0;
-    for (const uint32_t across : {8u, 34u}) {
-        load({plume}, {.metavoxels = across, .voxels = 30, .pool_bytes = uint64_t{400} << 20});
-        const double whole = cpu_of_frame(view), march = cpu_of_frame(view, true);
-        const double share = 100 * bricks_ / volumes_->lattice().metavoxel_count();
-        const double fill = (whole - march) / bricks_;
-        std::printf("%u x 30 across: %g bricks (%.1f%%), %.0f MiB; frame %.0f ms, march %.0f ms, fill a brick %.3f ms",
-                    across, bricks_, share, bytes_ / (1 << 20), whole, march, fill);
-        if (per_brick > 0) std::printf(", %.2f of the other's", fill / per_brick);
-        per_brick = fill;
-        volumes_->quality.skips_empty = false;
-        std::printf("; without skipping march %.0f ms", cpu_of_frame(view, true));
-        volumes_->quality.skips_empty = true;
-        volumes_->quality.divisor = 2;
-        std::printf("; half-size %.0f ms\n", cpu_of_frame(view, true));
-        std::fflush(stdout);
-        volumes_->quality.divisor = 1;
     }
 }
 

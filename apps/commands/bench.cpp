@@ -362,7 +362,7 @@ private:
 
 // What is compared, as asked for.
 struct Compared {
-    std::vector<std::string> backends, orders, rasters;
+    std::vector<std::string> backends, orders, rasters, volumes;
     std::vector<double> pixel_errors;
     const ErrorMetric* metric = nullptr;  // of --equal-error; null for none
 };
@@ -409,6 +409,15 @@ Result<Compared> compared_of(const BenchArguments& o) {
     for (const std::string& raster : compared.rasters) {
         if (auto known = check_raster("--rasters", raster, ""); !known) return tl::unexpected(known.error());
     }
+    auto volumes = parse_list("--volumes", o.stage.volumes);
+    if (!volumes) return tl::unexpected(volumes.error());
+    for (const std::string& way : *volumes) {
+        volume::Quality none;
+        if (way == "off") continue;
+        if (auto known = choose_volumes("--volumes", way, none); !known) return tl::unexpected(known.error());
+    }
+    // One holds for reference pictures, too.
+    if (volumes->size() > 1) compared.volumes = std::move(*volumes);
     return compared;
 }
 
@@ -428,10 +437,16 @@ Result<std::vector<Technique>> chosen_techniques(const std::string& backend, con
                                                           : technique.*what == techniques.front().*what;
     };
     std::vector<Technique> chosen;
-    std::ranges::copy_if(techniques, std::back_inserter(chosen), [&](const Technique& technique) {
-        return is_chosen(compared.orders, &Technique::order, technique) &&
-               is_chosen(compared.rasters, &Technique::raster, technique);
-    });
+    for (Technique& technique : techniques) {
+        if (!is_chosen(compared.orders, &Technique::order, technique) ||
+            !is_chosen(compared.rasters, &Technique::raster, technique))
+            continue;
+        if (compared.volumes.empty()) chosen.push_back(technique);
+        for (const std::string& volumes : compared.volumes) {
+            chosen.push_back(technique);
+            chosen.back().volumes = volumes;
+        }
+    }
     return chosen;
 }
 
@@ -472,8 +487,12 @@ Result<int> bench(const BenchArguments& o) {
     note_rasters(compared->rasters, needs);
     needs.full = Need::must;                            // pictures are compared with it
     if (compared->metric) needs.discrete = Need::must;  // and so is what looks alike
-    auto stage = set_stage(o.stage, needs, progress);
+    StageOptions of_stage = o.stage;
+    if (!compared->volumes.empty()) of_stage.volumes = "on";
+    auto stage = set_stage(of_stage, needs, progress);
     if (!stage) return tl::unexpected(stage.error());
+    if (!compared->volumes.empty() && stage->scene.scene.volumes.emitters.empty())
+        return fail(Fault::usage, "--volumes " + o.stage.volumes + ": the scene has no smoke or fire to compare");
     std::error_code error;
     std::filesystem::create_directories(o.out, error);
     if (error) return fail(Fault::machine, o.out + ": cannot be made: " + error.message());

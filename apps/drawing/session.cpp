@@ -94,9 +94,9 @@ void take_counters(const FrameCounters& counters, DrawnFrame& drawn) {
     if (!drawn.volume) return;
     VolumeFigures& v = *drawn.volume;
     const std::pair<const char*, double*> figures[] = {
-        {"volume fill", &v.fill_ms},          {"volume halo", &v.fill_ms},      {"volume no_light", &v.light_ms},
-        {"volume march", &v.march_ms},        {"volume upsample", &v.march_ms}, {"volume misfits", &v.march_ms},
-        {"volume composite", &v.composite_ms}};
+        {"volume fill", &v.fill_ms},       {"volume halo", &v.fill_ms},          {"volume no_light", &v.light_ms},
+        {"volume fill alone", &v.fill_ms}, {"volume by_metavoxel", &v.march_ms}, {"volume march", &v.march_ms},
+        {"volume upsample", &v.march_ms},  {"volume misfits", &v.march_ms},      {"volume composite", &v.composite_ms}};
     for (const auto& [name, ms] : counters.effect_ms) {
         for (const auto& [pipeline, figure] : figures) {
             if (name == pipeline) *figure += ms;
@@ -153,6 +153,11 @@ Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, 
         if (!opened) return tl::unexpected(opened.error());
         session->volumes_ = std::move(*opened);
         session->volumes_->quality = volumes.quality;
+        session->shows_volumes = way.volumes != "off";
+        if (!way.volumes.empty() && session->shows_volumes) {
+            if (auto done = choose_volumes("--volumes", way.volumes, session->volumes_->quality); !done)
+                return tl::unexpected(done.error());
+        }
         if (mirrored) session->volume_mirror_.emplace(session->volumes_->recipe());
     }
     const Recipe* effect = session->volumes_ != nullptr ? &session->volumes_->recipe() : nullptr;
@@ -212,7 +217,11 @@ Result<Plan> DrawSession::plan_volumes(const FrameInput& input, DrawnFrame& draw
     if (volumes_ == nullptr || !shows_volumes) return Plan{};
     const auto entered = std::chrono::steady_clock::now();
     const double cpu_start = thread_cpu_ms();
+    // What debug views colour is the march through all.
+    const volume::Quality quality = volumes_->quality;
+    if (look.debug >= DebugView::volume_bricks) volumes_->quality.by_metavoxel = false;
     Plan plan = volumes_->plan(input);
+    volumes_->quality = quality;
     VolumeFigures figures;
     figures.bin_ms = thread_cpu_ms() - cpu_start;
     const double ms = ms_since(entered);

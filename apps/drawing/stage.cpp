@@ -31,9 +31,9 @@ void add_stage_options(CLI::App& command, StageOptions& options) {
         ->check(CLI::Range(uint64_t{1}, most_triangles));
     command
         .add_option("--volumes", options.volumes,
-                    "off leaves out the smoke and fire of a scene. (reference, which would draw them metavoxel by "
-                    "metavoxel, is not there yet)")
-        ->check(CLI::IsMember({"on", "off"}))
+                    "How smoke and fire are drawn: on, as the scene says; off, not at all; reference, metavoxel by "
+                    "metavoxel as their source does, which needs no room for all of them; or a quality, from 1, the "
+                    "cheapest, to 8. bench takes several, separated by commas, and has rows for each")
         ->capture_default_str();
     command
         .add_option(
@@ -62,7 +62,11 @@ Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs
     if (!scene) return tl::unexpected(scene.error());
     apply_budget(options, scene->budget);
     if (options.prefix) scene->extent = Extent::prefix;
-    if (options.volumes == "off") scene->volumes.emitters.clear();
+    if (options.volumes == "off") {
+        scene->volumes.emitters.clear();
+    } else if (auto done = choose_volumes("--volumes", options.volumes, scene->volumes.quality); !done) {
+        return tl::unexpected(done.error());
+    }
     if (!options.absorption.empty())
         scene->volumes.quality.absorption =
             options.absorption == "exp" ? volume::Absorption::exponential : volume::Absorption::rational;

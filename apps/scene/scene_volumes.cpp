@@ -1,6 +1,7 @@
 #include "apps/scene/scene_volumes.h"
 
 #include <algorithm>
+#include <charconv>
 
 #include "base/random.h"
 
@@ -140,12 +141,12 @@ Result<void> place(const Node& node, const volume::Emitter& emitter, std::vector
 
 Result<void> read_options(const Node& node, SceneVolumes& into) {
     uint64_t metavoxels = into.options.metavoxels, voxels = into.options.voxels, pool_mib = 256;
-    uint64_t divisor = into.quality.divisor, refresh = into.quality.refresh;
+    uint64_t divisor = into.quality.divisor, refresh = into.quality.refresh, cache = into.quality.cache;
     std::string absorption = "exp";
     auto done = all(
         [&] {
-            return only_members(
-                node, {"metavoxels", "voxels", "pool_mib", "forward", "steps", "divisor", "refresh", "absorption"});
+            return only_members(node, {"metavoxels", "voxels", "pool_mib", "forward", "steps", "divisor", "refresh",
+                                       "absorption", "cache"});
         },
         [&] { return whole(node, "metavoxels", metavoxels, 1, volume::most_metavoxels); },
         [&] { return whole(node, "voxels", voxels, 8, 32); },
@@ -153,7 +154,7 @@ Result<void> read_options(const Node& node, SceneVolumes& into) {
         [&] { return number(node, "forward", into.options.forward, 0, 0.95f); },
         [&] { return number(node, "steps", into.quality.steps, 0.125f, 4); },
         [&] { return whole(node, "divisor", divisor, 1, 4); }, [&] { return whole(node, "refresh", refresh, 0, 1000); },
-        [&] { return text(node, "absorption", absorption); });
+        [&] { return whole(node, "cache", cache, 0, 1000000); }, [&] { return text(node, "absorption", absorption); });
     if (!done) return done;
     if (absorption != "exp" && absorption != "rational")
         return node.wrong("absorption '" + absorption + "' is not known; take exp or rational");
@@ -162,6 +163,7 @@ Result<void> read_options(const Node& node, SceneVolumes& into) {
     into.options.pool_bytes = pool_mib << 20;
     into.quality.divisor = static_cast<uint32_t>(divisor);
     into.quality.refresh = static_cast<uint32_t>(refresh);
+    into.quality.cache = static_cast<uint32_t>(cache);
     if (absorption == "rational") into.quality.absorption = volume::Absorption::rational;
     return {};
 }
@@ -193,6 +195,19 @@ Result<void> read_volumes(const Node& root, SceneVolumes& into) {
     }
     if (options == root.json.end()) return {};
     return read_options({*options, root.place + ": volume_options"}, into);
+}
+
+Result<void> choose_volumes(const std::string& option, const std::string& word, volume::Quality& quality) {
+    quality.by_metavoxel = word == "reference";
+    if (quality.by_metavoxel || word == "on") return {};
+    uint32_t level = 0;
+    const auto read = std::from_chars(word.data(), word.data() + word.size(), level);
+    if (read.ptr != word.data() + word.size() || level < volume::lowest_level || level > volume::highest_level)
+        return fail(Fault::usage, option + " " + word + ": choose on, off, reference, or a quality from " +
+                                      std::to_string(volume::lowest_level) + " to " +
+                                      std::to_string(volume::highest_level));
+    quality = volume::at_level(quality, level);
+    return {};
 }
 
 }  // namespace lodestone

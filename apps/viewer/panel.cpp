@@ -214,6 +214,13 @@ void choose_volumes(Viewer& v) {
     ImGui::Checkbox("smoke and fire", &v.shows_volumes);
     ImGui::SameLine();
     ImGui::Checkbox("moving", &v.volumes_move);
+    ImGui::Checkbox("metavoxel by metavoxel", &quality.by_metavoxel);
+    auto level = static_cast<int>(v.volume_level);
+    if (ImGui::SliderInt("quality", &level, volume::lowest_level, volume::highest_level)) {
+        v.volume_level =
+            std::clamp(static_cast<uint32_t>(std::max(level, 0)), volume::lowest_level, volume::highest_level);
+        quality = volume::at_level(quality, v.volume_level);
+    }
     ImGui::SliderFloat("density", &quality.density, 0.05f, 8, "%.2f", ImGuiSliderFlags_Logarithmic);
     ImGui::SliderFloat("steps a voxel", &quality.steps, 0.125f, 4, "%.2f", ImGuiSliderFlags_Logarithmic);
     quality.density = std::clamp(quality.density, 0.0f, 100.0f);

@@ -91,7 +91,9 @@ public:
     // Smoke and fire of the scene: how they are drawn, whether at all, and whether their time goes on.
     SceneVolumes& volumes() { return scene_->scene.volumes; }
     bool shows_volumes = true, volumes_move = true;
-    double volume_time = 0;  // seconds
+    uint32_t volume_level =
+        volume::highest_level;  // of quality, as last set; sliders may have changed parts of it since
+    double volume_time = 0;     // seconds
     // Gives all volumes a look in place of their own.
     Result<void> dress_volumes(const volume::Look& dress);
 

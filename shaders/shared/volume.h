@@ -50,6 +50,7 @@ struct VolumeConstants {
     uvec4 metavoxels;     // in x, y, z; w: voxels across one
     uvec4 light_places;   // of the light grid in x, y, z; w: voxels from one to the next across the light
     uvec4 picture;        // width, height; of the target: width, height
+    uvec4 marched;        // the picture's pixels in which there may be something: first in x and y, past the last
     float voxel;          // world units
     float step_length;    // of view depth, world units
     float far_plane;      // world units: where steps are counted from
@@ -68,12 +69,17 @@ struct VolumeConstants {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(VolumeConstants) == 128 + 3 * 16 + 64);
+static_assert(sizeof(VolumeConstants) == 128 + 4 * 16 + 64);
 }  // namespace gpu
 }  // namespace lodestone
 #else
 layout(set = 1, binding = LODE_VOLUME_CONSTANTS, std430) readonly buffer VolumeBlock { VolumeConstants volume; };
 uint samples_across() { return volume.metavoxels.w + 1u; }
+// The same pixels, of the target.
+uvec4 marched_taps() {
+    uint d = volume.divisor;
+    return uvec4(volume.marched.xy / d, (volume.marched.zw + d - 1u) / d);
+}
 // Where a metavoxel's word lies in a half of the table.
 uint table_place(uvec3 at, uint of_half) {
     uvec3 n = volume.metavoxels.xyz;

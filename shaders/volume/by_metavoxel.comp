@@ -40,8 +40,8 @@ vec4 marched_alone(ViewRay ray, Part p, uvec3 at, uint slot) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, ivec2(volume.picture.xy)))) return;
+    ivec2 pixel = ivec2(volume.marched.xy + gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(volume.marched.zw)))) return;
     uint number = uint(pixel.y) * volume.picture.x + uint(pixel.x);
     uvec2 target = uvec2(packHalf2x16(vec2(0.0)), packHalf2x16(vec2(0.0, 1.0)));
     if (draw_constants.words[2] == 0u) target = result[number];

@@ -17,8 +17,11 @@ ivec2 pixel_of_tap(ivec2 tap) {
 }
 
 void main() {
-    ivec2 tap = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(tap, ivec2(volume.picture.zw)))) return;
+    // Neighbours in a register stand four by two, not eight in a row: their rays meet more of the same.
+    uint lane = gl_LocalInvocationIndex;
+    uvec4 those = marched_taps();
+    ivec2 tap = ivec2(those.xy + 8u * gl_WorkGroupID.xy + uvec2((lane & 3u) + (lane >> 3 & 1u) * 4u, (lane >> 2 & 1u) + (lane >> 4) * 2u));
+    if (any(greaterThanEqual(tap, ivec2(those.zw)))) return;
     ivec2 pixel = pixel_of_tap(tap);
     ViewRay ray = ray_of(pixel);
     Marched m = march(ray);

@@ -10,41 +10,52 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-const float most_spread = 0.06;  // by which taps may differ, of light or of what shines through
+const float no_limit = 3.4e38;                 // of a tap that the scene did not cut off
+const uvec2 nothing = uvec2(0u, 0x3c000000u);  // no light, and all shines through: half floats
+const float most_spread = 0.15;  // by which taps may differ, of light or of what shines through
 
 LODE_TEXELS(LODE_VOLUME_TAPS, taps, uvec4)
 layout(set = 1, binding = LODE_VOLUME_RESULT, std430) writeonly buffer ResultBlock { uvec2 result[]; };
 layout(set = 1, binding = LODE_VOLUME_MISFITS, std430) buffer MisfitBlock { uint misfits[]; };
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, ivec2(volume.picture.xy)))) return;
-    float n = volume.near_plane, r = volume.far_plane;
-    float scene = n * r / (texelFetch(scene_depth, pixel, 0).r * (r - n) + n);
-    float tolerance = 2.0 * volume.voxel;
-
+    ivec2 pixel = ivec2(volume.marched.xy + gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(volume.marched.zw)))) return;
+    ivec4 those = ivec4(marched_taps());  // the outermost have nothing, like those past them
     vec2 place = (vec2(pixel) - float(volume.divisor / 2u)) / float(volume.divisor);
     ivec2 low = ivec2(floor(place));
     vec2 f = place - vec2(low);
+    uint number = uint(pixel.y) * volume.picture.x + uint(pixel.x);
+    uvec4 words[4];
+    bool empty = true;
+    for (int k = 0; k < 4; ++k) {
+        ivec2 tap = clamp(low + ivec2(k & 1, k >> 1), those.xy, those.zw - 1);
+        words[k] = taps_at(uint(tap.y) * volume.picture.z + uint(tap.x));
+        empty = empty && words[k].xy == nothing && uintBitsToFloat(words[k].w) == no_limit;
+    }
+    if (empty) {
+        result[number] = nothing;
+        return;
+    }
+    float n = volume.near_plane, r = volume.far_plane;
+    float scene = n * r / (texelFetch(scene_depth, pixel, 0).r * (r - n) + n);
+    float tolerance = 2.0 * volume.voxel;
     vec4 sum = vec4(0.0);
     float weights = 0.0;
     vec4 least = vec4(3.4e38), most = vec4(-3.4e38);
     for (int k = 0; k < 4; ++k) {
-        ivec2 tap = clamp(low + ivec2(k & 1, k >> 1), ivec2(0), ivec2(volume.picture.zw) - 1);
         float weight = ((k & 1) == 1 ? f.x : 1.0 - f.x) * (k >> 1 == 1 ? f.y : 1.0 - f.y);
-        uvec4 word = taps_at(uint(tap.y) * volume.picture.z + uint(tap.x));
-        float last = uintBitsToFloat(word.z), limit = uintBitsToFloat(word.w);
+        float last = uintBitsToFloat(words[k].z), limit = uintBitsToFloat(words[k].w);
         bool fits = scene >= last - tolerance && scene <= limit + tolerance;
         if (!fits) weight = 0.0;
         weights += weight;
-        vec4 tapped = vec4(unpackHalf2x16(word.x), unpackHalf2x16(word.y));
+        vec4 tapped = vec4(unpackHalf2x16(words[k].x), unpackHalf2x16(words[k].y));
         sum += weight * tapped;
         if (weight > 0.0) {
             least = min(least, tapped);
             most = max(most, tapped);
         }
     }
-    uint number = uint(pixel.y) * volume.picture.x + uint(pixel.x);
     // Where a tap does not fit, those that do stand on one side; and taps may not be at one.
     vec4 spread = most - least;
     bool at_one = max(max(spread.r, spread.g), max(spread.b, spread.a)) < most_spread;

@@ -57,4 +57,21 @@ Result<FrameTimeFound> error_that_holds(const FrameTimeSearch& search,
     return FrameTimeFound{static_cast<size_t>(best - tried.begin()), best->ratio <= 1};
 }
 
+Result<LevelFound> level_that_holds(uint32_t lowest, uint32_t highest, double target_ms,
+                                    const std::function<Result<double>(uint32_t)>& median_ms_at) {
+    LODE_CHECK(lowest <= highest && target_ms > 0, lowest, highest, target_ms);
+    // Those below `low` hold it, those from `high` on do not. The highest is tried first: often nothing is given up.
+    uint32_t low = lowest, high = highest + 1;
+    for (uint32_t level = highest; low < high; level = low + (high - low) / 2) {
+        const auto ms = median_ms_at(level);
+        if (!ms) return tl::unexpected(ms.error());
+        if (*ms <= target_ms) {
+            low = level + 1;
+        } else {
+            high = level;
+        }
+    }
+    return low > lowest ? LevelFound{low - 1, true} : LevelFound{lowest, false};
+}
+
 }  // namespace lodestone

@@ -39,4 +39,15 @@ struct FrameTimeFound {
 Result<FrameTimeFound> error_that_holds(const FrameTimeSearch& search,
                                         const std::function<Result<double>(double)>& median_ms_at);
 
+// The highest level that holds the time; the lowest, where none does.
+struct LevelFound {
+    uint32_t level;  // that was found
+    bool holds;      // the target
+};
+// Looks for the highest of a few levels, each slower than the one below it, that holds a frame time.
+// median_ms_at: what a frame takes at a level, lowest .. highest, ms, > 0; measured, so it may fail. A level is tried
+// once at most.
+Result<LevelFound> level_that_holds(uint32_t lowest, uint32_t highest, double target_ms,
+                                    const std::function<Result<double>(uint32_t)>& median_ms_at);
+
 }  // namespace lodestone

@@ -21,6 +21,7 @@ Json json_of(const Row& r) {
     Json json = {{"backend", r.backend},
                  {"order", r.order},
                  {"raster", r.raster},
+                 {"volumes", r.volumes},
                  {"pixel_error", r.pixel_error},
                  {"frames", r.frames},
                  {"ms_median", r.ms_median},
@@ -81,6 +82,7 @@ Json json_of(const Report& report) {
                                        {"backend", e.backend},
                                        {"order", e.order},
                                        {"raster", e.raster},
+                                       {"volumes", e.volumes},
                                        {"pixel_error", e.pixel_error},
                                        {"ms", e.ms},
                                        {"ratio", e.ratio},
@@ -91,6 +93,7 @@ Json json_of(const Report& report) {
         json["steered"].push_back({{"backend", s.backend},
                                    {"order", s.order},
                                    {"raster", s.raster},
+                                   {"volumes", s.volumes},
                                    {"target_ms", s.target_ms},
                                    {"ms", s.ms},
                                    {"pixel_error", s.pixel_error}});
@@ -105,8 +108,14 @@ Json json_of(const Report& report) {
 }
 
 std::string choices_of(const Technique& way, char between) {
-    const bool both = !way.order.empty() && !way.raster.empty();
-    return way.order + (both ? std::string(1, between) : "") + way.raster;
+    std::string choices = way.order;
+    const auto add = [&](const std::string& choice) {
+        if (!choices.empty() && !choice.empty()) choices += between;
+        choices += choice;
+    };
+    add(way.raster);
+    if (!way.volumes.empty()) add(std::string("volumes") + between + way.volumes);
+    return choices;
 }
 
 std::string name_of(const Technique& way, char between) {

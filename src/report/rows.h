@@ -18,11 +18,12 @@ struct Machine {
 // An object with the members as fields.
 nlohmann::ordered_json json_of(const Machine& machine);
 
-// One way to draw a scene: a backend, and what of it is chosen.
+// One way to draw a scene: a backend, what of it is chosen, and what beside it.
 struct Technique {
-    std::string backend;  // full, discrete, lod or vgi
-    std::string order;    // lod: of faces
-    std::string raster;   // vgi, lod: how triangles are made and moved
+    std::string backend;       // full, discrete, lod or vgi
+    std::string order;         // lod: of faces
+    std::string raster;        // vgi, lod: how triangles are made and moved
+    std::string volumes = {};  // smoke and fire: off, on, reference or a quality; empty: as the scene has them
     auto operator<=>(const Technique&) const = default;
 };
 // What is chosen, without the backend; empty where nothing is.

@@ -305,6 +305,7 @@ void VolumeSource::upload_constants(Plan& plan, const View& view) {
     c.metavoxels = glm::uvec4(lattice_.metavoxels, lattice_.voxels);
     c.light_places = glm::uvec4(light_places_, light_spacing_);
     const uint32_t d = quality.divisor;
+    c.marched = marched_;
     c.picture = {view.width, view.height, (view.width + d - 1) / d, (view.height + d - 1) / d};
     c.voxel = lattice_.voxel;
     c.step_length = lattice_.voxel / quality.steps;
@@ -326,17 +327,54 @@ void VolumeSource::upload_constants(Plan& plan, const View& view) {
     buffers_.upload(plan, LODE_VOLUME_CONSTANTS, std::move(words));
 }
 
+// Pixels in which bricks that are seen may show, with a pixel of the target more around them.
+glm::uvec4 VolumeSource::pixels_of_bricks(const View& view) const {
+    glm::uvec3 low(~0U), high(0);
+    for (const Brick& brick : shown_.bins.bricks) {
+        low = glm::min(low, brick.at);
+        high = glm::max(high, brick.at + 1U);
+    }
+    const glm::vec3 middle(lattice_.lattice_to_world() *
+                           glm::vec4(0.5f * glm::vec3((low + high) * lattice_.voxels), 1));
+    const float radius = 0.5f * lattice_.voxel * glm::length(glm::vec3((high - low) * lattice_.voxels));
+    if (!frustum_of(view).touches(middle, radius)) return glm::uvec4(0);
+    const glm::mat4 to_clip = view.world_to_clip() * lattice_.lattice_to_world();
+    glm::vec2 least(1e9f), most(-1e9f);
+    int behind = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::uvec3 at((corner & 1) != 0 ? high.x : low.x, (corner & 2) != 0 ? high.y : low.y,
+                            (corner & 4) != 0 ? high.z : low.z);
+        const glm::vec4 clip = to_clip * glm::vec4(glm::vec3(at * lattice_.voxels), 1);
+        behind += clip.w < view.near_plane ? 1 : 0;
+        const glm::vec2 place = glm::vec2(clip) / std::max(clip.w, 1e-9f);
+        least = glm::min(least, place);
+        most = glm::max(most, place);
+    }
+    if (behind == 8) return glm::uvec4(0);
+    const glm::uvec2 size(view.width, view.height);
+    if (behind > 0) return glm::uvec4(0, 0, size);
+    const auto d = static_cast<float>(quality.divisor);
+    const auto pixels = [&](const glm::vec2& place) {
+        return glm::clamp((0.5f * place + 0.5f) * glm::vec2(size), glm::vec2(-1e6f), glm::vec2(1e6f));
+    };
+    const glm::vec2 first = (glm::floor(pixels(least) / d) - 1.0f) * d, past = (glm::ceil(pixels(most) / d) + 1.0f) * d;
+    const glm::uvec2 from(glm::clamp(first, glm::vec2(0), glm::vec2(size)));
+    const glm::uvec2 to(glm::clamp(past, glm::vec2(0), glm::vec2(size)));
+    return {from / quality.divisor * quality.divisor, to};
+}
+
 void VolumeSource::march(Plan& plan, const View& view) {
     const uint32_t d = quality.divisor, width = (view.width + d - 1) / d, height = (view.height + d - 1) / d;
     const uint64_t pixels = uint64_t{view.width} * view.height;
+    const glm::uvec2 across = glm::uvec2(marched_.z, marched_.w) - glm::uvec2(marched_);
     if (d > 1) {
         buffers_.make_room(plan, LODE_VOLUME_TAPS, uint64_t{16} * width * height);
         buffers_.make_room(plan, LODE_VOLUME_MISFITS, 4 * (LODE_MISFITS_HEAD + pixels));
         buffers_.upload(plan, LODE_VOLUME_MISFITS, {0, 1, 1, 0});
     }
-    dispatch(plan, march_pipeline, {groups_of(width), groups_of(height), 1});
+    dispatch(plan, march_pipeline, {groups_of((across.x + d - 1) / d), groups_of((across.y + d - 1) / d), 1});
     if (d > 1) {
-        dispatch(plan, upsample_pipeline, {groups_of(view.width), groups_of(view.height), 1});
+        dispatch(plan, upsample_pipeline, {groups_of(across.x), groups_of(across.y), 1});
         Dispatch listed;
         listed.pipeline = misfits_pipeline;
         listed.arguments = LODE_VOLUME_MISFITS;
@@ -345,7 +383,7 @@ void VolumeSource::march(Plan& plan, const View& view) {
 }
 
 // By turns: as many bricks as the cache takes are filled, in their layers, and then marched in the order of the eye.
-void VolumeSource::march_by_metavoxel(Plan& plan, const View& view, bool seen) {
+void VolumeSource::march_by_metavoxel(Plan& plan, const View& view) {
     const glm::vec3 eye(lattice_.world_to_lattice() * glm::vec4(glm::vec3(view.eye), 1));
     const std::vector<EyeOrdered> order = eye_order(lattice_, shown_.bins, eye);
     std::vector<uint32_t> words;
@@ -357,14 +395,15 @@ void VolumeSource::march_by_metavoxel(Plan& plan, const View& view, bool seen) {
     if (quality.cache > 0) cache = std::min(cache, quality.cache);
     buffers_.make_room(plan, LODE_VOLUME_VOXELS, uint64_t{cache} * lattice_.brick_words() * 4);
     const uint32_t tiles = groups_of(lattice_.voxels + 1);
+    const glm::uvec2 across = glm::uvec2(marched_.z, marched_.w) - glm::uvec2(marched_);
     for (uint32_t first = 0; first < count; first += cache) {
         const uint32_t past = std::min(first + cache, count);
         // The order has the bricks of a layer together, as the bins have them.
         for_each_layer(shown_.bins, first, past, [&](uint32_t from, uint32_t to) {
             dispatch_bricks(plan, fill_alone_pipeline, tiles * tiles, from, to - from, {0, 1, first});
         });
-        if (seen)
-            dispatch(plan, by_metavoxel_pipeline, {groups_of(view.width), groups_of(view.height), 1},
+        if (across.x > 0 && across.y > 0)
+            dispatch(plan, by_metavoxel_pipeline, {groups_of(across.x), groups_of(across.y), 1},
                      {first, past - first, first == 0 ? 1U : 0U});
     }
     filled_now_ = count;
@@ -394,14 +433,12 @@ Plan VolumeSource::plan(const FrameInput& input) {
         columns_.clear();
         return none;
     }
+    marched_ = pixels_of_bricks(view);
     upload_constants(plan, view);
-    const glm::vec3 middle(lattice_.lattice_to_world() *
-                           glm::vec4(0.5f * glm::vec3(lattice_.metavoxels * lattice_.voxels), 1));
-    const float radius = 0.5f * lattice_.voxel * glm::length(glm::vec3(lattice_.metavoxels * lattice_.voxels));
-    const bool seen = frustum_of(view).touches(middle, radius);
+    const bool seen = marched_.x < marched_.z && marched_.y < marched_.w;
     if (seen) buffers_.make_room(plan, LODE_VOLUME_RESULT, uint64_t{8} * view.width * view.height);
     if (by_metavoxel_) {
-        march_by_metavoxel(plan, view, seen);
+        march_by_metavoxel(plan, view);
     } else if (seen) {
         march(plan, view);
     }

@@ -11,32 +11,10 @@
 #include "volume/binning.h"
 #include "volume/lattice.h"
 #include "volume/particles.h"
+#include "volume/quality.h"
 #include "volume/volume_recipe.h"
 
 namespace lodestone::volume {
-
-// How voxels take light away.
-enum class Absorption : uint8_t {
-    exponential,  // e^-(density * length), whatever the steps are
-    rational,     // 1 / (1 + density * length) a step, as in the source: depends on how many steps there are
-};
-
-// What can change from frame to frame.
-struct Quality {
-    float steps = 1;       // samples a voxel, in the middle of the picture; 0.125 .. 4
-    uint32_t divisor = 1;  // pixels of the picture, a side, that one of the target stands for; 1 .. 4
-    // Voxels are filled anew in rounds of so many frames, a share of them in each; what is seen changes at the end of a
-    // round, to what then is. 1: all of them in every frame; 0: once.
-    uint32_t refresh = 1;
-    float density = 1;  // factor of all densities, 0 .. 100
-    Absorption absorption = Absorption::exponential;
-    bool skips_empty = true;  // false: samples are taken of empty places, too; for measurements
-    // The source's own way: metavoxels are filled and marched by turns, every frame, and each is laid over or under
-    // what is there. The pool need not hold all of them. Neither divisor nor refresh nor skips_empty counts.
-    bool by_metavoxel = false;
-    uint32_t cache = 0;  // metavoxels that are filled before they are marched, by_metavoxel; 0: what the pool holds
-    bool operator==(const Quality&) const = default;
-};
 
 // What is fixed.
 struct VolumeOptions {
@@ -68,6 +46,9 @@ public:
     const Bins& bins() const { return shown_.bins; }     // of what is seen
     // Where Recipe::buffers has the result: two words a pixel, half floats of red, green, blue and what shines through.
     uint32_t result_buffer() const;
+    // The pixels of which it does, in the last plan: the first in x and y, and past the last; the others have nothing.
+    // No pixels where rays are not marched.
+    const glm::uvec4& marched() const { return marched_; }
 
 private:
     // Metavoxels at a time, and where the pool has them.
@@ -97,8 +78,9 @@ private:
     void dispatch_fill(Plan& plan, Bricks& bricks, uint32_t end, bool begins);
     void clear_columns(Plan& plan, const Bins& bins);
 
+    glm::uvec4 pixels_of_bricks(const View& view) const;
     void march(Plan& plan, const View& view);
-    void march_by_metavoxel(Plan& plan, const View& view, bool seen);
+    void march_by_metavoxel(Plan& plan, const View& view);
     void upload_constants(Plan& plan, const View& view);
 
     std::vector<Emitter> emitters_;
@@ -117,8 +99,9 @@ private:
     uint32_t since_filled_ = 0;  // frames
     std::vector<uint32_t>
         shares_;  // bricks that are filled when each frame of the round under way is done; none: there is no round
-    size_t round_ = 0;         // frames of it that are done
-    double time_ = 0;          // of the frame before
+    size_t round_ = 0;  // frames of it that are done
+    double time_ = 0;   // of the frame before
+    glm::uvec4 marched_{0};
     uint32_t filled_now_ = 0;  // bricks that this frame fills
     bool statics_sent_ = false, warned_size_ = false, warned_crowd_ = false, warned_room_ = false;
 };

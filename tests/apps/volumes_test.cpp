@@ -31,7 +31,7 @@ protected:
 TEST_F(SceneVolumesTest, AreReadAsTheyStand) {
     const auto scene = read(R"("volumes": [{"look": "fire", "position": [1, 2, 3], "density": [7, 2], "radius": 0.5},
         {"scatter": {"count": 5, "area": [4, 4]}, "colour": [0.1, 0.2, 0.3], "particles": 3}],
-        "volume_options": {"metavoxels": 12, "voxels": 20, "pool_mib": 64, "divisor": 2, "refresh": 3, "absorption": "rational"})");
+        "volume_options": {"metavoxels": 12, "voxels": 20, "pool_mib": 64, "divisor": 2, "refresh": 3, "cache": 9, "absorption": "rational"})");
     ASSERT_TRUE(scene) << scene.error().message;
     const SceneVolumes& volumes = scene->volumes;
     ASSERT_EQ(volumes.emitters.size(), 6u);
@@ -47,6 +47,7 @@ TEST_F(SceneVolumesTest, AreReadAsTheyStand) {
     EXPECT_EQ(volumes.options.pool_bytes, uint64_t{64} << 20);
     EXPECT_EQ(volumes.quality.divisor, 2u);
     EXPECT_EQ(volumes.quality.refresh, 3u);
+    EXPECT_EQ(volumes.quality.cache, 9u);
     EXPECT_EQ(volumes.quality.absorption, volume::Absorption::rational);
 }
 
@@ -75,6 +76,7 @@ TEST_F(SceneVolumesTest, BadOnesAreRefusedByTheNameOfTheMember) {
         {R"("volume_options": {})", "volume_options need volumes"},
         {R"("volumes": [{}], "volume_options": {"metavoxels": 65})", "volume_options: metavoxels must be"},
         {R"("volumes": [{}], "volume_options": {"voxels": 33})", "volume_options: voxels must be"},
+        {R"("volumes": [{}], "volume_options": {"cache": -1})", "volume_options: cache must be"},
         {R"("volumes": [{}], "volume_options": {"absorption": "linear"})", "volume_options: absorption 'linear'"},
         {R"("volumes": [{}], "volume_options": {"quality": 1})", "volume_options: has no member 'quality'"}};
     for (const auto& [members, message] : bad) {

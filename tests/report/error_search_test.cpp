@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -62,6 +63,24 @@ TEST(ErrorSearch, FindsTheErrorThatHoldsAFrameTime) {
         EXPECT_TRUE(holds) << at_one;
         EXPECT_NEAR(curve(error), 10, 0.31) << at_one;
     }
+}
+
+TEST(ErrorSearch, FindsTheHighestLevelThatHoldsAFrameTime) {
+    for (uint32_t slow_from = 1; slow_from <= 9; ++slow_from) {
+        std::vector<uint32_t> tried;
+        const auto found = level_that_holds(1, 8, 10, [&](uint32_t level) -> Result<double> {
+            tried.push_back(level);
+            return level < slow_from ? 9 : 11;
+        });
+        ASSERT_TRUE(found);
+        EXPECT_EQ(found->holds, slow_from > 1);
+        EXPECT_EQ(found->level, std::max(slow_from - 1, 1u));
+        EXPECT_NE(std::ranges::find(tried, found->level), tried.end()) << "it was measured";
+        EXPECT_LE(tried.size(), 4u);
+        std::ranges::sort(tried);
+        EXPECT_EQ(std::ranges::adjacent_find(tried), tried.end()) << "once at most";
+    }
+    EXPECT_FALSE(level_that_holds(1, 8, 10, [](uint32_t) -> Result<double> { return fail(Fault::machine, "lost"); }));
 }
 
 TEST(ErrorSearch, TakesTheFasterSideOfAStep) {

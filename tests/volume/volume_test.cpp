@@ -311,6 +311,21 @@ TEST(EyeOrder, LaysWhatIsNearerBefore) {
     EXPECT_GT(long_rays, 500u);
 }
 
+TEST(Quality, CostsLessFromLevelToLevelAndIsWholeAtTheHighest) {
+    Quality of_scene;
+    of_scene.density = 3;
+    of_scene.absorption = Absorption::rational;
+    of_scene.divisor = 4;
+    const auto cost = [](const Quality& q) { return q.steps / static_cast<float>(q.divisor * q.divisor * q.refresh); };
+    for (uint32_t level = lowest_level; level <= highest_level; ++level) {
+        const Quality quality = at_level(of_scene, level);
+        EXPECT_EQ(quality.density, 3);
+        EXPECT_EQ(quality.absorption, Absorption::rational);
+        if (level > lowest_level) { EXPECT_GT(cost(quality), cost(at_level(of_scene, level - 1))) << level; }
+    }
+    EXPECT_EQ(cost(at_level(of_scene, highest_level)), 1);
+}
+
 TEST(VolumeSource, IsNotMarchedWhereTheEyeDoesNotSeeItButShadowsStill) {
     auto source = opened({plume()}, {.metavoxels = 6, .voxels = 8});
     FrameInput away = input_at(0, 0, {0, 1, 30});

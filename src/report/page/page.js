@@ -3,7 +3,8 @@ const { report, images } = JSON.parse(document.getElementById('data').textConten
 const { rows, machine } = report;
 const at = id => document.getElementById(id);
 const px = error => `${+error.toPrecision(3)} px`;
-const curveName = r => r.backend + (r.order ? ` ${r.order}` : '') + (r.raster ? ` ${r.raster}` : '');
+const curveName = r => r.backend + (r.order ? ` ${r.order}` : '') + (r.raster ? ` ${r.raster}` : '') +
+    (r.volumes ? ` volumes ${r.volumes}` : '');
 const rowName = r => curveName(r) + (r.backend === 'full' ? '' : `, ${px(r.pixel_error)}`);
 const curves = [...new Set(rows.map(curveName))];
 const palette = { full: '#6b7280', discrete: '#c2410c', lod: '#1d4ed8', vgi: '#15803d' };

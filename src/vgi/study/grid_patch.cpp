@@ -1,6 +1,7 @@
 #include "vgi/study/grid_patch.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 namespace lodestone::vgi {
@@ -51,9 +52,13 @@ void GridPatch::append_indices(uint32_t chart_cells, uint32_t cells_per_page, st
         for (p.x = 0; p.x <= n; ++p.x) vertex[static_cast<size_t>(p.y * (n + 1) + p.x)] = index(p);
     }
     const auto at = [&](GridPoint p) { return vertex[static_cast<size_t>(p.y * (n + 1) + p.x)]; };
+    // All at once: a list that grows by three words each time takes a sixth of a cut.
+    std::array<uint32_t, size_t{6} * 8 * 8> indices;
+    size_t count = 0;
     for_node_triangles(n, coarser, [&](GridPoint a, GridPoint b, GridPoint c) {
-        to.insert(to.end(), {at(a), at(b), at(c)});
+        for (const GridPoint p : {a, b, c}) indices[count++] = at(p);
     });
+    to.insert(to.end(), indices.begin(), indices.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
 }  // namespace lodestone::vgi

@@ -112,7 +112,10 @@ void VolumeDrawTest::draw(FrameInput input, const ShadingOptions& look) {
     for (const FrameCounters& counters : renderer_->take_counters()) counters_ = counters;
     pixels_.assign(size_t{width} * height, Pixel{});
     for (const ReadbackResult& r : renderer_->take_effect_readbacks()) {
+        const glm::uvec4 those = volumes_->marched();
         for (size_t i = 0; i < pixels_.size(); ++i) {
+            const size_t x = i % width, y = i / width;
+            if (x < those.x || y < those.y || x >= those.z || y >= those.w) continue;
             uint32_t words[2];
             std::memcpy(words, r.blob.data() + 8 * i, sizeof words);
             const glm::vec2 a = glm::unpackHalf2x16(words[0]), b = glm::unpackHalf2x16(words[1]);

@@ -22,6 +22,9 @@
 #define LODE_VOLUME_RESULT 13    // two words a pixel of the picture: half floats of light, and what shines through
 #define LODE_VOLUME_MISFITS 14   // arguments of a dispatch, how many pixels, and their numbers
 #define LODE_VOLUME_ORDER 15     // bricks one by one: their numbers, in the order in which they are marched
+#define LODE_VOLUME_GRIDS 16     // density grids where they stand: LODE_GRID_TEXELS texels of four words each
+#define LODE_VOLUME_GRID_INDEX 17  // of each grid a word a block of its box: the block's number, or LODE_NO_BRICK
+#define LODE_VOLUME_GRID_VALUES 18 // of each block 8^3 values, two a word: 65535 times the share of the grid's largest
 
 #define LODE_NO_BRICK 0xffffffffu
 #define LODE_VOLUME_BLOCK 8u
@@ -29,6 +32,10 @@
 #define LODE_VOLUME_SCALE_RADIANCE 0  // and the next, for either half of the table: the largest that a voxel can hold
 #define LODE_MISFITS_HEAD 4           // words before the pixels' numbers
 #define LODE_MISFITS_GROUP 64u        // pixels a work group marches
+
+// Three rows of the map from lattice space to the grid's voxels; then blocks of its box in x, y and z, and the largest
+// value, float bits; then where its index begins.
+#define LODE_GRID_TEXELS 5
 
 #define LODE_ABSORPTION_EXP 0u
 #define LODE_ABSORPTION_RATIONAL 1u

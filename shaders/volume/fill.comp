@@ -15,10 +15,12 @@
 #include "shared/texels.glsl"
 #include "shared/volume.h"
 #include "shared/volume_voxel.glsl"
+#include "volume/grid.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const bool has_tables = false;
 layout(constant_id = 1) const bool fills_halo = false;
+layout(constant_id = 2) const bool has_grids = false;
 
 LODE_TEXELS(LODE_VOLUME_TABLE, table, uint)
 LODE_TEXELS(LODE_VOLUME_BRICKS, bricks, uvec4)
@@ -55,7 +57,9 @@ void add_particle(uint number, vec3 first) {
     float most_away = uintBitsToFloat(more.x), age = uintBitsToFloat(more.y), fade = uintBitsToFloat(more.z);
     vec4 from = uintBitsToFloat(looks_at(4u * more.w)), to = uintBitsToFloat(looks_at(4u * more.w + 1u));
     vec4 kind = uintBitsToFloat(looks_at(4u * more.w + 2u));  // scatter, emission, what colours go by
-    uvec2 table = looks_at(4u * more.w + 3u).xy;              // its first texel, its entries
+    uvec3 table = looks_at(4u * more.w + 3u).xyz;             // its first texel, its entries; 1 + number of its grid
+    DensityGrid grid;
+    if (has_grids && table.z > 0u) grid = grid_of(table.z - 1u);
     for (int k = 0; k < 8; ++k) {
         vec3 v = first + vec3(0.0, 0.0, float(k)) - place.xyz;
         float squared = dot(v, v);
@@ -63,6 +67,12 @@ void add_particle(uint number, vec3 first) {
         float pushed = noise_towards(v + turn.w * across + cross(turn.xyz, across));
         float radius = place.w * (1.0 - most_away * pushed);
         float share = sqrt(squared) / radius;
+        float value = 1.0;
+        if (has_grids && table.z > 0u) {
+            float of_largest = grid_share(grid, first + vec3(0.0, 0.0, float(k)));
+            share = 1.0 - of_largest;
+            value = of_largest * grid.most;
+        }
         float by = kind.z == 0.0 ? share : kind.z == 1.0 ? pushed : 1.0 - max(1.0 - share, 0.0) * (1.0 - age);
         vec4 look = vec4(mix(from.rgb, to.rgb, by), mix(from.w, to.w, share));
         if (has_tables) {
@@ -73,7 +83,8 @@ void add_particle(uint number, vec3 first) {
             vec4 found = mix(a, b, entry - float(low));
             if (table.y > 0u) look = vec4(found.rgb, look.w * found.w);
         }
-        float d = squared < radius * radius ? max(look.w, 0.0) * fade : 0.0;
+        bool inside = squared < radius * radius || (has_grids && table.z > 0u);
+        float d = inside ? max(look.w, 0.0) * value * fade : 0.0;
         density[k] += d;
         scattered[k] += d * kind.x * look.rgb;
         sent_out[k] += d * kind.y * look.rgb;

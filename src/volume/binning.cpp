@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <memory>
 #include <string>
 
 #include "base/threads.h"
+#include "volume/placed_grid.h"
 
 namespace lodestone::volume {
 
@@ -14,9 +16,10 @@ namespace {
 struct Ball {
     glm::vec3 centre{0};  // lattice space
     float radius = 0;
+    std::shared_ptr<const GridReach> grid;  // that lies in it; none for most
     bool reaches(const glm::vec3& low, const glm::vec3& high) const {
         const glm::vec3 away = centre - glm::clamp(centre, low, high);
-        return glm::dot(away, away) <= radius * radius;
+        return glm::dot(away, away) <= radius * radius && (!grid || grid->meets(low, high));
     }
 };
 
@@ -24,8 +27,11 @@ std::vector<Ball> balls_of(const Lattice& lattice, std::span<const Particle> par
     std::vector<Ball> balls;
     const glm::mat4 to_lattice = lattice.world_to_lattice();
     // A little more than they are, for what rounding does.
-    for (const Particle& p : particles)
-        balls.push_back({glm::vec3(to_lattice * glm::vec4(p.centre, 1)), p.radius / lattice.voxel * 1.0001f + 0.001f});
+    for (const Particle& p : particles) {
+        balls.push_back(
+            {glm::vec3(to_lattice * glm::vec4(p.centre, 1)), p.radius / lattice.voxel * 1.0001f + 0.001f, nullptr});
+        if (p.grid) balls.back().grid = std::make_shared<const GridReach>(*p.grid, lattice);
+    }
     return balls;
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/random.h"
+#include "volume/placed_grid.h"
 
 namespace lodestone::volume {
 
@@ -50,14 +51,38 @@ Particle particle_of(const Emitter& e, uint32_t number, double time) {
     return p;
 }
 
+// Corner k of the box, in voxel space, beyond which the grid is 0.
+glm::vec3 corner_of(const DensityGrid& grid, int k) {
+    const glm::vec3 low = glm::vec3(grid.first) - 1.0f, high = glm::vec3(grid.last) + 1.0f;
+    return {(k & 1) != 0 ? high.x : low.x, (k & 2) != 0 ? high.y : low.y, (k & 4) != 0 ? high.z : low.z};
+}
+
+// A ball around the grid's box.
+Particle particle_of_grid(const Emitter& e) {
+    Particle p;
+    p.grid = std::make_shared<const PlacedGrid>(PlacedGrid{e.grid, voxel_to_world(e)});
+    const auto place = [&](int k) { return glm::vec3(p.grid->voxel_to_world * glm::vec4(corner_of(*e.grid, k), 1)); };
+    p.centre = 0.5f * (place(0) + place(7));
+    for (int k = 0; k < 8; ++k) p.radius = std::max(p.radius, glm::distance(place(k), p.centre));
+    return p;
+}
+
 }  // namespace
+
+glm::mat4 voxel_to_world(const Emitter& e) {
+    LODE_CHECK(e.grid != nullptr && e.grid_scale > 0, e.grid_scale);
+    glm::mat4 placed = glm::mat4_cast(e.grid_turn) * e.grid_scale;
+    placed[3] = glm::vec4(e.position, 1);
+    return placed * e.grid->voxel_to_object;
+}
 
 std::vector<Particle> particles_at(const std::vector<Emitter>& emitters, double time) {
     std::vector<Particle> all;
     for (uint32_t e = 0; e < emitters.size(); ++e) {
         LODE_CHECK(emitters[e].particles > 0 && emitters[e].lifetime > 0, emitters[e].particles, emitters[e].lifetime);
-        for (uint32_t i = 0; i < emitters[e].particles; ++i) {
-            all.push_back(particle_of(emitters[e], i, time));
+        const uint32_t count = emitters[e].grid ? 1 : emitters[e].particles;
+        for (uint32_t i = 0; i < count; ++i) {
+            all.push_back(emitters[e].grid ? particle_of_grid(emitters[e]) : particle_of(emitters[e], i, time));
             all.back().emitter = e;
         }
     }
@@ -67,6 +92,15 @@ std::vector<Particle> particles_at(const std::vector<Emitter>& emitters, double 
 Bounds bounds_of(const Emitter& e, const glm::mat3& turned) {
     constexpr int pieces = 64;  // of a life
     Bounds bounds{glm::vec3(INFINITY), glm::vec3(-INFINITY)};
+    if (e.grid) {
+        const glm::mat4 to_box = glm::mat4(turned) * voxel_to_world(e);
+        for (int k = 0; k < 8; ++k) {
+            const glm::vec3 corner(to_box * glm::vec4(corner_of(*e.grid, k), 1));
+            bounds.low = glm::min(bounds.low, corner);
+            bounds.high = glm::max(bounds.high, corner);
+        }
+        return bounds;
+    }
     for (int i = 0; i < pieces; ++i) {
         // Within a piece the path stays as near to its chord as a parabola does.
         const double from = e.lifetime * static_cast<double>(i) / pieces, to = e.lifetime * (i + 1.0) / pieces;

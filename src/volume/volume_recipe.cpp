@@ -41,7 +41,7 @@ PipelineSpec compute(const char* name, std::vector<StorageBinding> storage, std:
     return spec;
 }
 
-std::vector<PipelineSpec> pipelines_of(bool has_tables) {
+std::vector<PipelineSpec> pipelines_of(bool has_tables, bool has_grids) {
     const auto pool = [](Access access) {
         return StorageBinding::stored_pool(LODE_VOLUME_VOXELS, LODE_VOLUME_VOXELS, access);
     };
@@ -63,8 +63,9 @@ std::vector<PipelineSpec> pipelines_of(bool has_tables) {
                         texels(LODE_VOLUME_LIST, 1), texels(LODE_VOLUME_PARTICLES, 4), texels(LODE_VOLUME_LOOKS, 4),
                         texels(LODE_VOLUME_NOISE, 1), texels(LODE_VOLUME_ORDER, 1), pool(Access::read_write),
                         plain(LODE_VOLUME_FRONT, Access::read_write), plain(LODE_VOLUME_LIGHT, Access::read_write),
-                        plain(LODE_VOLUME_SCALES, Access::read_write)},
-                       {has_tables ? 1U : 0U, alone ? 1U : 0U});
+                        plain(LODE_VOLUME_SCALES, Access::read_write), texels(LODE_VOLUME_GRIDS, 4),
+                        texels(LODE_VOLUME_GRID_INDEX, 1), texels(LODE_VOLUME_GRID_VALUES, 1)},
+                       {has_tables ? 1U : 0U, alone ? 1U : 0U, has_grids ? 1U : 0U});
         if (alone) fill.name = "volume fill alone";
     }
     all[halo_pipeline] =
@@ -90,7 +91,7 @@ std::vector<PipelineSpec> pipelines_of(bool has_tables) {
 
 uint64_t brick_bytes(uint32_t voxels) { return uint64_t{4} * (voxels + 1) * (voxels + 1) * (voxels + 1); }
 
-Recipe recipe_of(const VolumeSizes& sizes, const std::vector<Emitter>& emitters) {
+Recipe recipe_of(const VolumeSizes& sizes, const std::vector<Emitter>& emitters, const GridWords& grids) {
     const uint64_t across = sizes.across, side = across * sizes.voxels, cells = across * across * across;
     const uint64_t brick = brick_bytes(sizes.voxels), slots = sizes.slots;
     const uint64_t blocks =
@@ -99,7 +100,7 @@ Recipe recipe_of(const VolumeSizes& sizes, const std::vector<Emitter>& emitters)
     for (const Emitter& e : emitters) particles += e.particles;
     Recipe recipe;
     recipe.generation = 1;
-    recipe.buffers.resize(LODE_VOLUME_ORDER + 1);
+    recipe.buffers.resize(LODE_VOLUME_GRID_VALUES + 1);
     const auto add = [&](uint32_t number, BufferSpec spec) { recipe.buffers[number] = std::move(spec); };
     add(LODE_VOLUME_CONSTANTS, buffer_spec("volume constants", sizeof(gpu::VolumeConstants)));
     add(LODE_VOLUME_TABLE, buffer_spec("volume table", 2 * 4 * cells));
@@ -117,8 +118,11 @@ Recipe recipe_of(const VolumeSizes& sizes, const std::vector<Emitter>& emitters)
     add(LODE_VOLUME_RESULT, buffer_spec("volume result", 8, 8, most_block_bytes));
     add(LODE_VOLUME_MISFITS, buffer_spec("volume misfits", 4 * LODE_MISFITS_HEAD, 4, most_block_bytes, use_indirect));
     add(LODE_VOLUME_ORDER, buffer_spec("volume order", 4, 4, 4 * cells));
-    recipe.pipelines =
-        pipelines_of(std::ranges::any_of(emitters, [](const Emitter& e) { return !e.look.table.empty(); }));
+    add(LODE_VOLUME_GRIDS, buffer_spec("volume grids", 4 * grids.placed_count(), 16));
+    add(LODE_VOLUME_GRID_INDEX, buffer_spec("volume grid index", 4 * grids.index_count()));
+    add(LODE_VOLUME_GRID_VALUES, buffer_spec("volume grid values", 4 * grids.value_count()));
+    const bool tables = std::ranges::any_of(emitters, [](const Emitter& e) { return !e.look.table.empty(); });
+    recipe.pipelines = pipelines_of(tables, !grids.empty());
     recipe.light_grid = LODE_VOLUME_LIGHT;
     return recipe;
 }
@@ -152,11 +156,13 @@ void VolumeBuffers::upload(Plan& plan, uint32_t buffer, std::vector<uint32_t> wo
 std::vector<uint32_t> words_of_looks(const std::vector<Emitter>& emitters) {
     std::vector<uint32_t> words, tables;
     const auto first_table = static_cast<uint32_t>(4 * emitters.size());
+    uint32_t grids = 0;  // so far
     for (const Emitter& e : emitters) {
         const Look& look = e.look;
-        const float by = look.colour_by == ColourBy::radius         ? 0.0f
-                         : look.colour_by == ColourBy::displacement ? 1.0f
-                                                                    : 2.0f;
+        // Of a grid, it goes by how thick it is, which is in the place of the radius.
+        const float by = look.colour_by == ColourBy::radius || e.grid ? 0.0f
+                         : look.colour_by == ColourBy::displacement   ? 1.0f
+                                                                      : 2.0f;
         for (const auto& [colour, density] :
              {std::pair(look.colour_from, look.density_from), std::pair(look.colour_to, look.density_to)}) {
             for (int c = 0; c < 3; ++c) words.push_back(word_of(colour[c]));
@@ -164,7 +170,7 @@ std::vector<uint32_t> words_of_looks(const std::vector<Emitter>& emitters) {
         }
         for (const float value : {look.scatter, look.emission, by, 0.0f}) words.push_back(word_of(value));
         const uint32_t table[] = {first_table + static_cast<uint32_t>(tables.size() / 4),
-                                  static_cast<uint32_t>(look.table.size()), 0, 0};
+                                  static_cast<uint32_t>(look.table.size()), e.grid ? ++grids : 0, 0};
         words.insert(words.end(), std::begin(table), std::end(table));
         for (const glm::vec4& entry : look.table) {
             for (int c = 0; c < 4; ++c) tables.push_back(word_of(entry[c]));
@@ -189,18 +195,19 @@ std::vector<uint32_t> words_of_particles(const std::vector<Particle>& particles,
     return words;
 }
 
-float most_density_of(const Look& look) {
+float most_density_of(const Emitter& e) {
+    const Look& look = e.look;
     float factor = 1;
     if (!look.table.empty()) {
         factor = 0;
         for (const glm::vec4& entry : look.table) factor = std::max(factor, entry.w);
     }
-    return factor * std::max(look.density_from, look.density_to);
+    return factor * std::max(look.density_from, look.density_to) * (e.grid ? e.grid->most : 1);
 }
 
 float most_density_of(const std::vector<Emitter>& emitters) {
     float most = 1e-6f;
-    for (const Emitter& e : emitters) most = std::max(most, most_density_of(e.look));
+    for (const Emitter& e : emitters) most = std::max(most, most_density_of(e));
     return 8 * most;
 }
 

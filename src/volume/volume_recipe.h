@@ -8,6 +8,7 @@
 
 #include "frame/plan.h"
 #include "frame/recipe.h"
+#include "volume/grid_words.h"
 #include "volume/lattice.h"
 #include "volume/particles.h"
 
@@ -35,7 +36,8 @@ struct VolumeSizes {
 };
 // Bytes of a metavoxel's voxels with their halo.
 uint64_t brick_bytes(uint32_t voxels);
-Recipe recipe_of(const VolumeSizes& sizes, const std::vector<Emitter>& emitters);
+// grids: those of the emitters.
+Recipe recipe_of(const VolumeSizes& sizes, const std::vector<Emitter>& emitters, const GridWords& grids);
 
 // A recipe whose buffers grow, and the commands of a plan that this takes.
 class VolumeBuffers {
@@ -60,7 +62,7 @@ std::vector<uint32_t> words_of_looks(const std::vector<Emitter>& emitters);
 // Three texels of four words each, in lattice space.
 std::vector<uint32_t> words_of_particles(const std::vector<Particle>& particles, const Lattice& lattice);
 // The most that a particle's density may be, per world unit; 0: it has none.
-float most_density_of(const Look& look);
+float most_density_of(const Emitter& emitter);
 // The most that a voxel can hold: eight times the densest particle's. Where more overlap than that, nothing is seen
 // through a voxel anyway.
 float most_density_of(const std::vector<Emitter>& emitters);

@@ -103,13 +103,14 @@ Result<std::unique_ptr<VolumeSource>> VolumeSource::open(std::vector<Emitter> em
     std::unique_ptr<VolumeSource> source(new VolumeSource(std::move(emitters), options));
     const uint64_t least = fewest_bricks * brick_bytes(options.voxels);
     if (options.pool_bytes < least) return over_budget("bricks of volumes", least, options.pool_bytes);
+    if (auto fits = source->grids_.fit(most_block_bytes); !fits) return tl::unexpected(fits.error());
     return source;
 }
 
 VolumeSource::VolumeSource(std::vector<Emitter> emitters, const VolumeOptions& options)
-    : emitters_(std::move(emitters)), options_(options), across_(options.metavoxels) {
+    : emitters_(std::move(emitters)), grids_(emitters_), options_(options), across_(options.metavoxels) {
     LODE_CHECK(options.metavoxels >= 1 && options.metavoxels <= most_metavoxels, options.metavoxels);
-    buffers_ = VolumeBuffers(recipe_of(sizes_of(options), emitters_));
+    buffers_ = VolumeBuffers(recipe_of(sizes_of(options), emitters_, grids_));
 }
 
 uint32_t VolumeSource::result_buffer() const { return LODE_VOLUME_RESULT; }
@@ -141,7 +142,7 @@ std::vector<Particle> VolumeSource::seen_particles(double time) const {
     std::vector<Particle> particles = particles_at(emitters_, time);
     std::erase_if(particles, [&](Particle& p) {
         p.density *= quality.density;
-        return !(p.density * most_density_of(emitters_[p.emitter].look) > 0);
+        return !(p.density * most_density_of(emitters_[p.emitter]) > 0);
     });
     return particles;
 }
@@ -193,6 +194,8 @@ void VolumeSource::upload_bricks(Plan& plan, const Bricks& bricks, const std::ve
     if (!std::exchange(statics_sent_, true)) {
         buffers_.upload(plan, LODE_VOLUME_LOOKS, words_of_looks(emitters_));
         buffers_.upload(plan, LODE_VOLUME_NOISE, make_noise_cube(1).words());
+        if (!grids_.empty()) buffers_.upload(plan, LODE_VOLUME_GRID_INDEX, grids_.index());
+        if (!grids_.empty()) buffers_.upload(plan, LODE_VOLUME_GRID_VALUES, grids_.values());
     }
     const uint64_t block_bytes = 4 * blocks.size() / bins.bricks.size();
     buffers_.upload(plan, LODE_VOLUME_TABLE, std::move(table), uint64_t{4} * bricks.half * lattice_.metavoxel_count());
@@ -200,6 +203,7 @@ void VolumeSource::upload_bricks(Plan& plan, const Bricks& bricks, const std::ve
     buffers_.upload(plan, LODE_VOLUME_BLOCKS, std::move(blocks), block_bytes * bricks.first_slot);
     buffers_.upload(plan, LODE_VOLUME_LIST, bins.particles);
     buffers_.upload(plan, LODE_VOLUME_PARTICLES, words_of_particles(particles, lattice_));
+    if (!grids_.empty()) buffers_.upload(plan, LODE_VOLUME_GRIDS, grids_.placed(lattice_));
     const glm::uvec3 side = lattice_.metavoxels * lattice_.voxels;
     buffers_.make_room(plan, LODE_VOLUME_FRONT, uint64_t{12} * side.x * side.y * (by_metavoxel_ ? 2 : 1));
 }

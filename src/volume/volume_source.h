@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "frame/frame_source.h"
 #include "volume/binning.h"
+#include "volume/grid_words.h"
 #include "volume/lattice.h"
 #include "volume/particles.h"
 #include "volume/quality.h"
@@ -29,7 +30,7 @@ struct VolumeOptions {
 // The effect. One lattice holds everything that all emitters send out, so volumes may overlap and shadow each other.
 class VolumeSource final : public FrameSource {
 public:
-    // Fault::machine where the pool cannot hold a few bricks.
+    // Fault::machine where the pool cannot hold a few bricks, Fault::format where grids are too large together.
     // emitters: at least one.
     static Result<std::unique_ptr<VolumeSource>> open(std::vector<Emitter> emitters, const VolumeOptions& options);
 
@@ -84,6 +85,7 @@ private:
     void upload_constants(Plan& plan, const View& view);
 
     std::vector<Emitter> emitters_;
+    GridWords grids_;  // of the emitters
     VolumeOptions options_;
     VolumeBuffers buffers_;
     uint32_t across_ = 0;  // metavoxels, now

@@ -12,6 +12,7 @@ packages=(
   libjs-chart.js
   libdraco-dev libwebp-dev
   libpng-dev libjpeg-dev libtiff-dev zlib1g-dev libzstd-dev
+  libopenvdb-dev
   libvulkan-dev glslang-dev glslang-tools libglfw3-dev libimgui-dev
   # to test and measure
   libgtest-dev libgmock-dev libbenchmark-dev python3

@@ -149,6 +149,7 @@ Result<std::unique_ptr<DrawSession>> DrawSession::open(const ReadyScene& scene, 
     if (!source) return tl::unexpected(source.error());
     session->source_ = std::move(*source);
     if (const SceneVolumes& volumes = scene.scene.volumes; !volumes.emitters.empty()) {
+        LODE_CHECK(volumes.grids.empty(), volumes.grids.size());
         auto opened = volume::VolumeSource::open(volumes.emitters, volumes.options);
         if (!opened) return tl::unexpected(opened.error());
         session->volumes_ = std::move(*opened);

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "apps/drawing/grids.h"
 #include "apps/machine.h"
 #include "apps/options/common_options.h"
 #include "base/text.h"
@@ -63,10 +64,11 @@ Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs
     apply_budget(options, scene->budget);
     if (options.prefix) scene->extent = Extent::prefix;
     if (options.volumes == "off") {
-        scene->volumes.emitters.clear();
+        scene->volumes = {};
     } else if (auto done = choose_volumes("--volumes", options.volumes, scene->volumes.quality); !done) {
         return tl::unexpected(done.error());
     }
+    if (auto grids = read_grids(scene->volumes); !grids) return tl::unexpected(grids.error());
     if (!options.absorption.empty())
         scene->volumes.quality.absorption =
             options.absorption == "exp" ? volume::Absorption::exponential : volume::Absorption::rational;

@@ -74,12 +74,6 @@ Result<CameraPath> camera_from(const Node& node) {
     return path;
 }
 
-// Where a scene's files are looked for.
-struct Beside {
-    fs::path scene;
-    bool allow_outside = false;
-};
-
 Result<SceneAsset> asset_from(const Node& node, const Beside& beside) {
     if (auto done = only_members(node, {"name", "file", "generate"}); !done) return tl::unexpected(done.error());
     SceneAsset asset;
@@ -270,7 +264,7 @@ Result<Scene> scene_from(const Node& root, const fs::path& path, bool allow_outs
     if (const auto light = root.json.find("light"); light != root.json.end()) {
         if (auto done = read_light({*light, root.place + ": light"}, scene); !done) return tl::unexpected(done.error());
     }
-    if (auto done = read_volumes(root, scene.volumes); !done) return tl::unexpected(done.error());
+    if (auto done = read_volumes(root, beside, scene.volumes); !done) return tl::unexpected(done.error());
     if (const auto camera = root.json.find("camera"); camera != root.json.end()) {
         auto read = camera->is_string() ? read_named_path(beside, camera->get<std::string>())
                                         : camera_from({*camera, root.place + ": camera"});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <set>
@@ -18,6 +19,12 @@ struct Node {
     std::string place;
 
     tl::unexpected<Error> wrong(const std::string& what) const { return fail(Fault::format, place + ": " + what); }
+};
+
+// Where a scene's files are looked for.
+struct Beside {
+    std::filesystem::path scene;
+    bool allow_outside = false;
 };
 
 // Fault::format unless it is an object with members of these alone.

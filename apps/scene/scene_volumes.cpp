@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 
+#include "base/files/file.h"
 #include "base/random.h"
 
 namespace lodestone {
@@ -109,6 +112,62 @@ Result<volume::Emitter> emitter_from(const Node& node) {
     return e;
 }
 
+const std::set<std::string> members_of_all = {"comment",  "look",  "colour",   "density", "scatter_share",
+                                              "emission", "table", "position", "scatter"};
+const std::set<std::string> members_of_particles = {"colour_by",    "spread",    "velocity", "velocity_spread",
+                                                    "acceleration", "particles", "lifetime", "radius",
+                                                    "displacement", "turning",   "fade",     "seed"};
+const std::set<std::string> members_of_grids = {"grid", "scale", "axis", "angle_degrees"};
+
+// Those that are known, of particles or of a grid.
+Result<void> known_members(const Node& node) {
+    std::set<std::string> known = members_of_all;
+    const bool has_grid = node.json.is_object() && node.json.contains("grid");
+    const auto& own = has_grid ? members_of_grids : members_of_particles;
+    const auto& others = has_grid ? members_of_particles : members_of_grids;
+    for (const std::string& name : others) {
+        if (node.json.is_object() && node.json.contains(name))
+            return node.wrong(has_grid ? name + " is of particles; a volume with a grid has none"
+                                       : name + " is of grids; the volume has none");
+    }
+    known.insert(own.begin(), own.end());
+    return only_members(node, known);
+}
+
+// A volume that is a grid: which one, and how it stands there.
+Result<volume::Emitter> grid_from(const Node& node, const Beside& beside, SceneGrid& grid) {
+    volume::Emitter e;
+    e.particles = 1;
+    const Json& given = node.json["grid"];
+    std::string file;
+    const Json named = given.is_string() ? Json{{"file", given}} : given;
+    const Node of{named, node.place + ".grid"};
+    if (!named.is_object()) return of.wrong("must be the name of a file, or an object with its file and name");
+    glm::vec3 axis(0, 1, 0);
+    float angle = 0;
+    auto done = all(
+        [&] {
+            return only_members(of, {"file", "name"});
+        },
+        [&] { return text(of, "file", file); }, [&] { return text(of, "name", grid.name); },
+        [&] { return vector(node, "position", e.position); },
+        [&] { return number(node, "scale", e.grid_scale, 1e-6f, 1e6f); }, [&] { return vector(node, "axis", axis); },
+        [&] { return number(node, "angle_degrees", angle, -36000, 36000); });
+    if (!done) return tl::unexpected(done.error());
+    if (file.empty()) return of.wrong("file is missing");
+    if (glm::length(axis) == 0) return node.wrong("axis must not be zero");
+    auto path = path_named_by(beside.scene, file, beside.allow_outside);
+    if (!path) return tl::unexpected(path.error());
+    grid.file = *path;
+    e.grid_turn = glm::angleAxis(glm::radians(angle), glm::normalize(axis));
+    auto look = look_from(node);
+    if (!look) return tl::unexpected(look.error());
+    // Other than a particle, a grid is thinner outside by itself.
+    if (!node.json.contains("density")) look->density_to = look->density_from;
+    e.look = std::move(*look);
+    return e;
+}
+
 // The volume itself, or many of it.
 Result<void> place(const Node& node, const volume::Emitter& emitter, std::vector<volume::Emitter>& into) {
     const auto found = node.json.find("scatter");
@@ -170,7 +229,7 @@ Result<void> read_options(const Node& node, SceneVolumes& into) {
 
 }  // namespace
 
-Result<void> read_volumes(const Node& root, SceneVolumes& into) {
+Result<void> read_volumes(const Node& root, const Beside& beside, SceneVolumes& into) {
     const auto volumes = root.json.find("volumes"), options = root.json.find("volume_options");
     if (volumes == root.json.end() && options != root.json.end()) return root.wrong("volume_options need volumes");
     if (volumes == root.json.end()) return {};
@@ -178,15 +237,15 @@ Result<void> read_volumes(const Node& root, SceneVolumes& into) {
     uint64_t particles = 0;
     for (size_t i = 0; i < volumes->size(); ++i) {
         const Node node{(*volumes)[i], root.place + ": volumes[" + std::to_string(i) + "]"};
-        auto known =
-            only_members(node, {"comment",      "look",      "colour_by", "colour", "density",      "scatter_share",
-                                "emission",     "table",     "position",  "spread", "velocity",     "velocity_spread",
-                                "acceleration", "particles", "lifetime",  "radius", "displacement", "turning",
-                                "fade",         "seed",      "scatter"});
-        if (!known) return known;
-        const auto emitter = emitter_from(node);
+        if (auto known = known_members(node); !known) return known;
+        SceneGrid grid;
+        const bool has_grid = node.json.contains("grid");
+        const auto emitter = has_grid ? grid_from(node, beside, grid) : emitter_from(node);
         if (!emitter) return tl::unexpected(emitter.error());
+        grid.first = into.emitters.size();
         if (auto placed = place(node, *emitter, into.emitters); !placed) return placed;
+        grid.count = into.emitters.size() - grid.first;
+        if (has_grid) into.grids.push_back(std::move(grid));
         particles = 0;
         for (const volume::Emitter& e : into.emitters) particles += e.particles;
         if (particles > most_particles)

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <fstream>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 
 #include "apps/scene/scene.h"
 
@@ -51,6 +53,24 @@ TEST_F(SceneVolumesTest, AreReadAsTheyStand) {
     EXPECT_EQ(volumes.quality.absorption, volume::Absorption::rational);
 }
 
+// Grids are named, not read: a scene is also read to be baked.
+TEST_F(SceneVolumesTest, GridsAreNamedBesideTheScene) {
+    const auto scene = read(R"("volumes": [{},
+        {"grid": {"file": "sub/a.vdb", "name": "soot"}, "scatter": {"count": 3, "area": [4, 4]}, "scale": 0.5, "density": 7},
+        {"grid": "b.vdb", "axis": [1, 0, 0], "angle_degrees": 90, "density": [3, 1], "position": [1, 2, 3]}])");
+    ASSERT_TRUE(scene) << scene.error().message;
+    const SceneVolumes& volumes = scene->volumes;
+    ASSERT_EQ(volumes.emitters.size(), 5u);
+    const fs::path folder = path_.parent_path();
+    EXPECT_THAT(volumes.grids, testing::ElementsAre(SceneGrid{folder / "sub/a.vdb", "soot", 1, 3},
+                                                    SceneGrid{folder / "b.vdb", "", 4, 1}));
+    EXPECT_EQ(volumes.emitters[1].grid_scale, 0.5f);
+    EXPECT_EQ(volumes.emitters[1].look.density_to, 7);
+    EXPECT_EQ(volumes.emitters[4].look.density_to, 1);
+    EXPECT_EQ(volumes.emitters[4].position, glm::vec3(1, 2, 3));
+    EXPECT_NEAR(glm::distance(volumes.emitters[4].grid_turn * glm::vec3(0, 1, 0), {0, 0, 1}), 0, 1e-6f);
+}
+
 TEST_F(SceneVolumesTest, BadOnesAreRefusedByTheNameOfTheMember) {
     const std::pair<const char*, const char*> bad[] = {
         {R"("volumes": [])", "volumes must be an array"},
@@ -73,6 +93,18 @@ TEST_F(SceneVolumesTest, BadOnesAreRefusedByTheNameOfTheMember) {
         {R"("volumes": [{"scatter": {"count": 4}}])", "volumes[0].scatter: area is missing"},
         {R"("volumes": [{"particles": 4096, "scatter": {"count": 17, "area": [1, 1]}}])",
          "volumes[0]: with it there are"},
+        {R"("volumes": [{"grid": 3}])", "volumes[0].grid: must be the name of a file"},
+        {R"("volumes": [{"grid": ""}])", "volumes[0].grid: file is missing"},
+        {R"("volumes": [{"grid": {"name": "density"}}])", "volumes[0].grid: file is missing"},
+        {R"("volumes": [{"grid": {"file": "a.vdb", "grid": "b"}}])", "volumes[0].grid: has no member 'grid'"},
+        {R"("volumes": [{"grid": "../a.vdb"}])", "--allow-outside"},
+        {R"("volumes": [{"grid": "/tmp/a.vdb"}])", "--allow-outside"},
+        {R"("volumes": [{"grid": "a.vdb", "velocity": [0, 1, 0]}])", "volumes[0]: velocity is of particles"},
+        {R"("volumes": [{"grid": "a.vdb", "particles": 3}])", "volumes[0]: particles is of particles"},
+        {R"("volumes": [{"grid": "a.vdb", "colour_by": "heat"}])", "volumes[0]: colour_by is of particles"},
+        {R"("volumes": [{"grid": "a.vdb", "scale": 0}])", "volumes[0]: scale must be"},
+        {R"("volumes": [{"grid": "a.vdb", "axis": [0, 0, 0]}])", "volumes[0]: axis must not be zero"},
+        {R"("volumes": [{"scale": 2}])", "volumes[0]: scale is of grids"},
         {R"("volume_options": {})", "volume_options need volumes"},
         {R"("volumes": [{}], "volume_options": {"metavoxels": 65})", "volume_options: metavoxels must be"},
         {R"("volumes": [{}], "volume_options": {"voxels": 33})", "volume_options: voxels must be"},

@@ -282,7 +282,8 @@ int damage(const std::string& whole, int count, const std::function<Result<Densi
         for (int k = 0; k < changes; ++k) {
             // Half of them in the head, where sizes and names are.
             const double reach = random.unit() < 0.5 ? std::min(1000.0, double(bytes.size())) : double(bytes.size());
-            bytes[static_cast<size_t>(random.unit() * reach * 0.999)] = static_cast<char>(random.uniform(0, 256));
+            bytes[static_cast<size_t>(random.unit() * reach * 0.999)] =
+                static_cast<char>(static_cast<uint8_t>(random.uniform(0, 256)));
         }
         const auto grid = read(bytes);
         if (grid) {

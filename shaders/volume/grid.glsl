@@ -1,4 +1,4 @@
-// Density grids (src/volume/density_grid.h) as shaders sample them.
+// Density grids (src/volume/grids/density_grid.h) as shaders sample them.
 #ifndef LODESTONE_VOLUME_GRID_GLSL
 #define LODESTONE_VOLUME_GRID_GLSL
 

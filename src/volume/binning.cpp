@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/threads.h"
-#include "volume/placed_grid.h"
+#include "volume/grids/placed_grid.h"
 
 namespace lodestone::volume {
 

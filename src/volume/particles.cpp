@@ -7,7 +7,7 @@
 
 #include "base/check.h"
 #include "base/random.h"
-#include "volume/placed_grid.h"
+#include "volume/grids/placed_grid.h"
 
 namespace lodestone::volume {
 

@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "volume/density_grid.h"
+#include "volume/grids/density_grid.h"
 #include "volume/look.h"
 
 namespace lodestone::volume {

@@ -8,7 +8,7 @@
 
 #include "frame/plan.h"
 #include "frame/recipe.h"
-#include "volume/grid_words.h"
+#include "volume/grids/grid_words.h"
 #include "volume/lattice.h"
 #include "volume/particles.h"
 

@@ -9,7 +9,7 @@
 #include "base/result.h"
 #include "frame/frame_source.h"
 #include "volume/binning.h"
-#include "volume/grid_words.h"
+#include "volume/grids/grid_words.h"
 #include "volume/lattice.h"
 #include "volume/particles.h"
 #include "volume/quality.h"

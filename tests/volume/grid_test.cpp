@@ -9,7 +9,7 @@
 #include "frame/plan_mirror.h"
 #include "shaders/shared/volume.h"
 #include "volume/grids.h"
-#include "volume/placed_grid.h"
+#include "volume/grids/placed_grid.h"
 #include "volume/volume_source.h"
 
 namespace lodestone::volume {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "volume/density_grid.h"
+#include "volume/grids/density_grid.h"
 
 namespace lodestone::volume {
 

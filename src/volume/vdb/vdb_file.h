@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "volume/density_grid.h"
+#include "volume/grids/density_grid.h"
 
 namespace lodestone::volume {
 

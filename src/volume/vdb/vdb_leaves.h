@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "volume/density_grid.h"
+#include "volume/grids/density_grid.h"
 
 namespace lodestone::volume {
 

@@ -1,4 +1,4 @@
-#include "volume/placed_grid.h"
+#include "volume/grids/placed_grid.h"
 
 #include <glm/common.hpp>
 #include <glm/mat3x3.hpp>

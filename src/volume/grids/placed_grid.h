@@ -5,7 +5,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 
-#include "volume/density_grid.h"
+#include "volume/grids/density_grid.h"
 #include "volume/lattice.h"
 
 namespace lodestone::volume {

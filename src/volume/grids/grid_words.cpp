@@ -1,4 +1,4 @@
-#include "volume/grid_words.h"
+#include "volume/grids/grid_words.h"
 
 #include <algorithm>
 #include <bit>

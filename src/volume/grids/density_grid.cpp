@@ -1,4 +1,4 @@
-#include "volume/density_grid.h"
+#include "volume/grids/density_grid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -13,6 +13,20 @@ namespace {
 
 using volume::Emitter;
 
+using VolumeReferenceLong = VolumeDrawTest;
+TEST_F(VolumeReferenceLong, APuffIsWhatTheReferenceSaysItIs) {
+    const AnalyticVolume reference({puff()}, 0, {}, 0.004);
+    for (const auto& [across, least] : {std::pair(4u, 58), std::pair(8u, 68), std::pair(16u, 75)}) {
+        load({puff()}, {.metavoxels = across, .voxels = 30});
+        const FrameInput input = look_from({0.4f, 0.5f, 2});
+        draw(input);
+        const double psnr = psnr_to(reference, input.views[0]);
+        std::printf("%u^3: %.1f dB\n", across * 30, psnr);
+        EXPECT_GT(psnr, least);
+        std::fflush(stdout);
+    }
+}
+
 // Times are printed and never asserted: CPU of the process, which on a software rasteriser
 // is what drawing takes.
 class VolumeFiguresLong : public VolumeDrawTest {
@@ -127,6 +141,24 @@ TEST_F(VolumeFiguresLong, OfASmallerTarget) {
             }
             whole = divisor == 1 ? march : whole;
             std::printf(", in all %.1f ms, %.2f of full size\n", march, march / whole);
+            std::fflush(stdout);
+        }
+    }
+}
+
+TEST_F(VolumeFiguresLong, OfSparserOnes) {
+    make_quietly();
+    const FrameInput view = seen_from({1.5f, 1.4f, 3}, {0.3f, 1, 0.2f});
+    for (const float radius : {0.25f, 0.18f, 0.12f}) {
+        Emitter e = tall_plume();
+        e.radius_to = radius;
+        for (const uint32_t across : {8u, 34u}) {
+            load({e}, {.metavoxels = across, .voxels = 30, .pool_bytes = uint64_t{400} << 20});
+            const double whole = cpu_of_frame(view, true);
+            volumes_->quality.skips_empty = false;
+            const double all = cpu_of_frame(view, true);
+            std::printf("%u x 30 across, %.1f%% occupied, %.0f MiB: march 1/%.2f of that without skipping\n", across,
+                        100 * bricks_ / volumes_->lattice().metavoxel_count(), bytes_ / (1 << 20), all / whole);
             std::fflush(stdout);
         }
     }

@@ -69,8 +69,11 @@ public:
                        orderer_.wants_order(level, alive_, static_cast<uint32_t>(face_at_.size()))) {
                 keyframe(level);
                 last = level;
+                if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
             }
         }
+        // What was told to stop came in any order.
+        if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
         return std::move(order_);
     }
 
@@ -331,8 +334,10 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
     if (!planned) return tl::unexpected(planned.error());
     const auto& [indices, deaths] = *planned;
     std::vector<bool> searched_less;
+    OrderOptions stoppable = order_options;
+    if (stoppable.stop == nullptr) stoppable.stop = progress.stop;
     for (const std::string& name : orders) {
-        auto orderer = face_orderer_named(name, order_options);
+        auto orderer = face_orderer_named(name, stoppable);
         if (!orderer) return tl::unexpected(orderer.error());
         auto order = OrderPlanner(plan, indices, deaths.level, **orderer).run(progress);
         if (!order) return tl::unexpected(order.error());

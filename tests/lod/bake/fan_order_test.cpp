@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 
 #include "fixtures/faces.h"
@@ -38,6 +39,35 @@ TEST(FanOrder, IsAPermutationWithAndWithoutLookingAhead) {
             std::sort(order.begin(), order.end());
             for (uint32_t i = 0; i < order.size(); ++i) ASSERT_EQ(order[i], i);
         }
+    }
+}
+
+TEST(FanOrder, EndsSoonWhereItIsStopped) {
+    TriMesh mesh = generate(Shape::rock, 2000, 1);
+    ASSERT_TRUE(repair(mesh));
+    const auto indices = indices_of(mesh);
+    std::atomic<bool> stop = true;
+    Fans fans(indices, static_cast<uint32_t>(mesh.wedge_count()));
+    fans.stop = &stop;
+    std::vector<uint32_t> as_they_lie(indices.size() / 3);
+    std::iota(as_they_lie.begin(), as_they_lie.end(), 0u);
+    EXPECT_EQ(fan_order(fans, 16, {}, {4, 60, 2}), as_they_lie);
+    stop = false;
+    EXPECT_NE(fan_order(fans, 16, {}, {4, 60, 2}), as_they_lie);
+}
+
+TEST(KeyframeOrder, StoppedWorkIsNoOrder) {
+    TriMesh mesh = generate(Shape::rock, 2000, 1);
+    ASSERT_TRUE(repair(mesh));
+    const auto list = make_quadric_simplifier()->simplify(mesh, {});
+    ASSERT_TRUE(list);
+    std::atomic<bool> stop = true;
+    Progress progress;
+    progress.stop = &stop;
+    for (const char* order : {"keyframe", "greedy", "static"}) {
+        const auto pm = bake_progressive_mesh(mesh, *list, {order}, {}, progress);
+        ASSERT_FALSE(pm) << order;
+        EXPECT_EQ(pm.error().fault, Fault::interrupted);
     }
 }
 

@@ -305,6 +305,7 @@ private:
                     if (members[r].empty()) continue;
                     Random random(mix64(round * 1000003ull + r * 2 + swaps));
                     for (uint32_t sweep = 0; sweep < sweeps_per_round; ++sweep) {
+                        if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed)) return;
                         const double t = (round * sweeps_per_round + sweep + 0.5) / (rounds * sweeps_per_round);
                         if (swaps) {
                             swap_sweep(members[r], cold * (1 - t), random);

@@ -4,6 +4,7 @@
 // Review Letters 1992). What batches are: Kerbl et al., "Revisiting the vertex cache", HPG 2018.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -16,6 +17,7 @@ struct ClusterOrderOptions {
     uint32_t sweeps = 60;          // looks at every face, at falling temperature; 0: the first, greedy clusters stay
     bool careful = true;           // whether several orders are tried within each cluster
     uint32_t cache = 16;           // FIFO entries that the order of clusters, and of faces within them, has in mind
+    const std::atomic<bool>* stop = nullptr;  // once it is set, sweeps end soon
 };
 
 // Faces (positions in at[0] / 3) in drawing order. at: the faces at several levels, three vertices each, all below

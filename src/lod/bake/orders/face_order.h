@@ -2,6 +2,7 @@
 // is stored (progressive_mesh.h) and played (cursor.h).
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -50,6 +51,8 @@ struct OrderOptions {
     double moves_per_ecol = 8;  // slots written by tswaps per collapse, about; > 0
     GreedyOptions greedy;       // "greedy" only
     double seconds = 60;  // an order takes about so long on two cores at most; large keyframes are then searched less
+    // Once it is set, what is left comes in any order, soon; none: it is never set.
+    const std::atomic<bool>* stop = nullptr;
 };
 
 // Decides on an order; it is asked level after level from full detail on, once.

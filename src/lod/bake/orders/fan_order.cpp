@@ -45,6 +45,12 @@ public:
     std::vector<uint32_t> run(uint32_t lead) {
         for (uint32_t face = 0; face < lead; ++face) emit(face);
         while (order_.size() < emitted_.size()) {
+            if (fans_.stop != nullptr && fans_.stop->load(std::memory_order_relaxed)) {
+                for (uint32_t face = 0; face < emitted_.size(); ++face) {
+                    if (!emitted_[face]) order_.push_back(face);
+                }
+                break;
+            }
             if (rollouts_.candidates > 1) {
                 look_ahead();
             } else {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -51,6 +52,7 @@ public:
     std::vector<std::array<uint32_t, 6>>
         ends;                  // per face: the spokes of its sides, both ways; of one without length the last
     uint32_t most_spokes = 0;  // of a vertex
+    const std::atomic<bool>* stop = nullptr;  // once it is set, orders end soon: what is left comes as it lies
 };
 
 // Faces (positions in indices / 3) in drawing order, made for a FIFO of `cache` entries, 3 .. 1024. Degenerate faces

@@ -85,7 +85,7 @@ std::vector<Move> moves_of(const WindowPlan& plan, const DrawnFaces& faces) {
 class GreedyOrderer final : public FaceOrderer {
 public:
     explicit GreedyOrderer(const OrderOptions& options)
-        : cache_(options.cache.size), moves_(options.moves_per_ecol), options_(options.greedy) {}
+        : cache_(options.cache.size), moves_(options.moves_per_ecol), options_(options.greedy), stop_(options.stop) {}
 
     std::string name() const override { return "greedy"; }
     bool in_place() const override { return true; }
@@ -95,7 +95,7 @@ public:
         wear_.assign(input.death.size() / block + 1, 0);
         set_window(static_cast<uint32_t>(input.death.size()));
         near_.assign(wear_.size(), 0);
-        return spread_runs(search_->first_order());
+        return spread_runs(search_->first_order(stop_));
     }
     bool wants_order(uint32_t, uint32_t, uint32_t) override { return false; }
     void reorder(uint32_t, std::span<const uint32_t>, std::span<const uint32_t>, std::vector<uint32_t>&) override {}
@@ -235,6 +235,7 @@ private:
     const uint32_t cache_;
     const double moves_;
     const GreedyOptions options_;
+    const std::atomic<bool>* const stop_;
     std::optional<WindowSearch> search_;
     uint32_t span_ = 0, window_ = 0;        // of a window now: in blocks, in slots
     std::vector<Move> moves_left_;          // of the last plan, the next one last

@@ -76,6 +76,7 @@ public:
         : model_(options.cache),
           ratio_(ratio_for(0.98 * options.moves_per_ecol)),  // what small intervals add
           seconds_(options.seconds),
+          stop_(options.stop),
           candidates_(candidates_for(options.cache)) {}
 
     std::string name() const override { return "keyframe"; }
@@ -205,7 +206,8 @@ private:
             all.at[s] = sample(interval, s);
             all.distinct[s] = number_by_use(all.at[s], s, all);
         }
-        const Fans fans(all.at[0], all.vertices);
+        Fans fans(all.at[0], all.vertices);
+        fans.stop = stop_;
         const bool looks_ahead = static_cast<double>(interval.faces.size()) <= look_ahead_below_;
         std::vector<Trial> trials;
         for (const Candidate& c : candidates_) trials.push_back({c, {}, {}, 0});
@@ -237,6 +239,7 @@ private:
         options.batch_vertices = model_.batch_vertices;
         options.sweeps = sweeps_;
         options.careful = careful_;
+        options.stop = stop_;
         faces.clear();
         faces.reserve(interval.faces.size());
         for (const uint32_t i : cluster_order(levels, weights, input_.wedges, options, slots))
@@ -303,6 +306,7 @@ private:
 
     const CacheModel model_;
     const double ratio_, seconds_;
+    const std::atomic<bool>* const stop_;
     const std::vector<Candidate> candidates_;
     OrderInput input_;
     double look_ahead_below_ = 0;  // faces

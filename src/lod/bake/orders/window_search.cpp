@@ -61,10 +61,11 @@ WindowSearch::WindowSearch(const OrderInput& input, uint32_t cache, const Greedy
       stamp_(input.wedges, -1'000'000'000),
       line_stamp_(input.indices.size() * sizeof(uint32_t) / options.line_bytes + 1, 0) {}
 
-std::vector<uint32_t> WindowSearch::first_order() {
+std::vector<uint32_t> WindowSearch::first_order(const std::atomic<bool>* stop) {
     std::vector<uint32_t> best;
     double least = 0;
-    const Fans fans(input_.indices, input_.wedges);
+    Fans fans(input_.indices, input_.wedges);
+    fans.stop = stop;
     const uint32_t level = level_after(0, static_cast<uint32_t>(input_.death.size()));
     std::vector<uint32_t> later;
     later.reserve(input_.indices.size());

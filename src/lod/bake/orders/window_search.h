@@ -30,7 +30,7 @@ public:
     WindowSearch(const OrderInput& input, uint32_t cache, const GreedyOptions& options);
 
     // The order of all faces before the first collapse, by the same search. Positions in input.indices / 3.
-    std::vector<uint32_t> first_order();
+    std::vector<uint32_t> first_order(const std::atomic<bool>* stop);
 
     // Where the faces are, and the level they are at, from here on.
     void look_at(const DrawnFaces& faces, uint32_t level, uint32_t alive);

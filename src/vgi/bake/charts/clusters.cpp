@@ -70,9 +70,15 @@ Buckets cut_into_buckets(const Surface& surface, uint32_t wanted) {
 
 class Merging {
 public:
-    // kept: per cell, the cluster that stays of which it is, none of others; empty where none stays.
-    Merging(CellComplex& complex, const ClusterOptions& options, double area, std::vector<uint32_t> kept)
-        : complex_(complex), weights_(options.weights), wanted_(area / options.clusters), kept_(std::move(kept)) {
+    // kept: per cell, the cluster that stays of which it is, none of others; empty where none stays. progress: once it
+    // says stop, run() ends soon, with more cells left than it should.
+    Merging(CellComplex& complex, const ClusterOptions& options, double area, std::vector<uint32_t> kept,
+            const Progress& progress)
+        : complex_(complex),
+          progress_(progress),
+          weights_(options.weights),
+          wanted_(area / options.clusters),
+          kept_(std::move(kept)) {
         version_.assign(complex.edge_slots(), 0);
     }
 
@@ -122,6 +128,7 @@ public:
                 if (complex_.edge_alive(e)) push(e);
             }
             while (cells > target && !heap.empty()) {
+                if (progress_.stopped()) return cells;
                 const Entry top = heap.pop();
                 const uint32_t edge = top.edge();
                 if (!complex_.edge_alive(edge) || version_[edge] != top.version) continue;
@@ -188,6 +195,7 @@ private:
     }
 
     CellComplex& complex_;
+    const Progress& progress_;
     const ClusterWeights weights_;
     const double wanted_;  // area
     const std::vector<uint32_t> kept_;
@@ -218,7 +226,7 @@ constexpr size_t paired_per_cell = 128;
 // Clusters inside a bucket, down to several times those it will have: the last merges are better made with sight of
 // all. A triangle at the bucket's border, or the surface's, stays as it is, so that parts fit together.
 CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangles, const ClusterOptions& options,
-                       const Whole& whole, std::vector<uint32_t>& cell_of) {
+                       const Whole& whole, const Progress& progress, std::vector<uint32_t>& cell_of) {
     ChartMesh patch = take_chart_mesh(surface, triangles);
     Surface own;
     own.positions = std::move(patch.positions);
@@ -251,7 +259,7 @@ CellPart merged_bucket(const Surface& surface, std::span<const uint32_t> triangl
     for (const uint32_t t : triangles) {
         if (!options.kept.empty()) kept.push_back(options.kept[t]);
     }
-    Merging merging(complex, options, whole.area, std::move(kept));
+    Merging merging(complex, options, whole.area, std::move(kept), progress);
     free_cells = merging.pair_up(edges, free_cells, paired_per_cell * target, frozen);
     merging.run(edges, free_cells, target, frozen);
     return complex.part(own, patch.origin, cell_of);
@@ -382,7 +390,7 @@ std::optional<CellComplex> merge_in_buckets(const Surface& surface, const Cluste
     parallel_for(buckets.count(), 1, [&](size_t begin, size_t end) {
         for (size_t b = begin; b < end && !progress.stopped(); ++b) {
             std::vector<uint32_t> cell_of;
-            parts[b] = merged_bucket(surface, buckets.of(b), options, whole, cell_of);
+            parts[b] = merged_bucket(surface, buckets.of(b), options, whole, progress, cell_of);
             for (size_t i = 0; i < cell_of.size(); ++i) label[buckets.of(b)[i]] = cell_of[i];
         }
     });
@@ -398,7 +406,7 @@ std::optional<CellComplex> merge_in_buckets(const Surface& surface, const Cluste
 // Merges clusters everywhere, those of small components apart from the others. label: per triangle, its cell before;
 // empty where every triangle is a cell.
 void merge_everywhere(CellComplex& complex, const ClusterOptions& options, const Whole& whole,
-                      const Components& components, std::span<const uint32_t> label) {
+                      const Components& components, const Progress& progress, std::span<const uint32_t> label) {
     std::vector<uint32_t> kept_cells = options.kept;
     if (!options.kept.empty() && !label.empty()) {
         kept_cells.resize(complex.triangle_cells());
@@ -412,7 +420,7 @@ void merge_everywhere(CellComplex& complex, const ClusterOptions& options, const
         others += !components.of(complex.origin(complex.first_half_edge(c))).is_small();
     double wanted = 0;
     for (const Components::One& one : components.all) wanted += one.is_small() ? 0 : one.wanted;
-    Merging merging(complex, options, whole.area, std::move(kept_cells));
+    Merging merging(complex, options, whole.area, std::move(kept_cells), progress);
     merging.run(in_others, others, static_cast<size_t>(std::lround(wanted)), {});
     merging.run(in_small, complex.triangle_cells() - others, 0, {});
 }
@@ -450,7 +458,8 @@ Result<Clusters> make_clusters(const Surface& surface, const ClusterOptions& opt
     const Stopwatch merge_watch;
     progress.at("clusters", 0);
     const Components components(surface, *complex, options, whole);
-    merge_everywhere(*complex, options, whole, components, result.label);
+    merge_everywhere(*complex, options, whole, components, progress, result.label);
+    if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
     const std::vector<uint32_t> cell = complex->labels();
     if (result.label.empty()) {
         result.label = cell;

@@ -9,6 +9,7 @@
 #include <new>
 
 #include "apps/drawing/budget_use.h"
+#include "apps/drawing/grids.h"
 #include "apps/options/common_options.h"
 #include "apps/viewer/shader_reload.h"
 #include "base/json.h"
@@ -297,6 +298,7 @@ void Viewer::bake(const std::string& name, bool is_better, const std::function<R
         try {
             auto scene = read();
             if (!scene) return tl::unexpected(scene.error());
+            if (auto grids = read_grids(scene->volumes); !grids) return tl::unexpected(grids.error());
             return ready_scene(std::move(*scene), needs, progress);
         } catch (const std::bad_alloc&) {
             return fail(Fault::machine, name + ": out of memory");

@@ -11,7 +11,7 @@ packages=(
   libtinygltf-dev nlohmann-json3-dev libcli11-dev libexpected-dev libxxhash-dev
   libjs-chart.js
   libdraco-dev libwebp-dev
-  libpng-dev libjpeg-dev libtiff-dev zlib1g-dev libzstd-dev
+  libpng-dev libjpeg-dev libtiff-dev zlib1g-dev libzstd-dev libproj-dev
   libopenvdb-dev
   libvulkan-dev glslang-dev glslang-tools libglfw3-dev libimgui-dev
   # to test and measure

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <fstream>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <map>
 #include <set>
 #include <span>
@@ -72,6 +71,15 @@ Image halved(const Image& image) {
         }
     }
     return half;
+}
+
+// In axes of tiles, with half a step of the lattice around.
+TileBox box_in_tile_axes(const LatticeBox& box, const Atlas& atlas, UpAxis up) {
+    const glm::dvec3 low(box.low[0], box.low[1], box.low[2]), high(box.high[0], box.high[1], box.high[2]);
+    const glm::dvec3 centre = atlas.origin + atlas.step * 0.5 * (low + high);
+    const glm::dvec3 half = atlas.step * 0.5 * (high - low + 1.0);
+    if (up == UpAxis::z) return {centre, half};
+    return {{centre.x, -centre.z, centre.y}, {half.x, half.z, half.y}};
 }
 
 std::string image_name(size_t image, uint32_t level) {
@@ -156,21 +164,14 @@ private:
         return {};
     }
 
-    // In axes of tiles, with half a step of the lattice around.
-    TileBox box_of(uint32_t id) const {
-        const LatticeBox& box = measures_[id].box;
-        const glm::dvec3 low(box.low[0], box.low[1], box.low[2]), high(box.high[0], box.high[1], box.high[2]);
-        const glm::dvec3 centre = atlas_.origin + atlas_.step * 0.5 * (low + high);
-        const glm::dvec3 half = atlas_.step * 0.5 * (high - low + 1.0);
-        if (options_.up == UpAxis::z) return {centre, half};
-        return {{centre.x, -centre.z, centre.y}, {half.x, half.z, half.y}};
-    }
+    TileBox box_of_tile(uint32_t id) const { return box_in_tile_axes(measures_[id].box, atlas_, options_.up); }
 
     // to_folder: from the tileset file to the folder.
     Json tile(uint32_t id, const std::string& to_folder) const {
         const TileNode& node = tree_.nodes[id];
         const bool leaf = node.children.empty();
-        Json json = {{"boundingVolume", json_of(box_of(id))}, {"geometricError", leaf ? 0.0 : measures_[id].error}};
+        Json json = {{"boundingVolume", json_of(box_of_tile(id))},
+                     {"geometricError", leaf ? 0.0 : measures_[id].error}};
         json["content"] = {{"uri", to_folder + "t/" + std::to_string(id) + ".glb"}};
         json["extras"] = {
             {"level", node.level}, {"triangles", written_[id].triangles}, {"sourceError", measures_[id].source_error}};
@@ -178,7 +179,7 @@ private:
         for (const uint32_t child : node.children) {
             if (external_[child]) {
                 json["children"].push_back(
-                    {{"boundingVolume", json_of(box_of(child))},
+                    {{"boundingVolume", json_of(box_of_tile(child))},
                      {"geometricError", tree_.nodes[child].children.empty() ? 0.0 : measures_[child].error},
                      {"content", {{"uri", to_folder + "s/" + std::to_string(child) + ".json"}}}});
             } else {
@@ -227,7 +228,7 @@ private:
         json_bytes_ += *bytes;
         return {};
     }
-    double geometric_error() const { return std::max(diagonal(box_of(0)), 1.001 * measures_[0].error); }
+    double geometric_error() const { return std::max(diagonal(box_of_tile(0)), 1.001 * measures_[0].error); }
 
     TilesetReport report() const {
         TilesetReport report;
@@ -249,7 +250,7 @@ private:
         report.root_bytes = written_[0].bytes;
         report.root_error = tree_.nodes[0].children.empty() ? 0 : measures_[0].error;
         report.geometric_error = geometric_error();
-        report.box = box_of(0);
+        report.box = box_of_tile(0);
         return report;
     }
 
@@ -266,13 +267,6 @@ private:
     uint64_t json_bytes_ = 0, image_bytes_ = 0;
 };
 
-// The box along the axes around a box that was moved.
-TileBox moved(const TileBox& box, const glm::dmat4& by) {
-    glm::dvec3 half(0);
-    for (int axis = 0; axis < 3; ++axis) half += glm::abs(glm::dvec3(by[axis])) * box.half[axis];
-    return {glm::dvec3(by * glm::dvec4(box.centre, 1)), half};
-}
-
 }  // namespace
 
 Result<TilesetReport> write_tileset(const Atlas& atlas, const fs::path& folder, const TilesetOptions& options,
@@ -280,16 +274,25 @@ Result<TilesetReport> write_tileset(const Atlas& atlas, const fs::path& folder, 
     return TilesetWriter(atlas, folder, options, progress).run();
 }
 
+TileBox box_of(const Atlas& atlas, UpAxis up) {
+    LatticeBox box;
+    for (const auto& p : atlas.positions) box.add(p);
+    return box_in_tile_axes(box, atlas, up);
+}
+
+TileBox box_of(const std::vector<PlacedTileset>& parts) {
+    LODE_CHECK(!parts.empty());
+    TileBox box = moved(parts[0].box, parts[0].transform);
+    for (const PlacedTileset& part : parts) box = around(box, moved(part.box, part.transform));
+    return box;
+}
+
 Result<uint64_t> write_joint_tileset(const std::vector<PlacedTileset>& parts, const glm::dmat4& transform,
                                      const fs::path& folder) {
     LODE_CHECK(!parts.empty());
-    glm::dvec3 low(std::numeric_limits<double>::max()), high(-low);
     Json children = Json::array();
     double largest = 0;
     for (const PlacedTileset& part : parts) {
-        const TileBox box = moved(part.box, part.transform);
-        low = glm::min(low, box.centre - box.half);
-        high = glm::max(high, box.centre + box.half);
         const double scale =
             std::max({glm::length(glm::dvec3(part.transform[0])), glm::length(glm::dvec3(part.transform[1])),
                       glm::length(glm::dvec3(part.transform[2]))});
@@ -300,7 +303,8 @@ Result<uint64_t> write_joint_tileset(const std::vector<PlacedTileset>& parts, co
         if (!is_identity(part.transform)) child["transform"] = transform_of(part.transform);
         children.push_back(std::move(child));
     }
-    const TileBox box{(low + high) * 0.5, (high - low) * 0.5 * (1 + 1e-9)};
+    TileBox box = box_of(parts);
+    box.half *= 1 + 1e-9;
     const double error = std::max(diagonal(box), largest) * 1.001;
     Json json = {{"asset", {{"version", "1.1"}, {"generator", "lodestone"}}}, {"geometricError", error}};
     json["root"] = {

@@ -27,11 +27,6 @@ struct TilesetOptions {
     std::string name;                   // of the source, for people
 };
 
-// A box along the axes of tiles: x east, y north, z up; metres.
-struct TileBox {
-    glm::dvec3 centre{0}, half{0};
-};
-
 struct TilesetReport {
     uint32_t tiles = 0, leaves = 0, depth = 0, tilesets = 1;            // depth: of the tree, the root alone is 1
     uint64_t leaf_triangles = 0, triangles = 0, closing_triangles = 0;  // of leaves; of all tiles; of these, closing
@@ -41,6 +36,9 @@ struct TilesetReport {
     double geometric_error = 0;  // of the whole tileset: the diagonal
     TileBox box;                 // around everything, before the root's transform
 };
+
+// Around the finest samples, with half a step of the lattice around: the report's box.
+TileBox box_of(const vgi::Atlas& atlas, UpAxis up);
 
 // Fills a folder that is there and empty. The bytes are the same for any number of threads. Fault::machine where the
 // disk cannot take them; Fault::interrupted.
@@ -54,6 +52,8 @@ struct PlacedTileset {
     double geometric_error = 0;
     TileBox box;
 };
+// Around all of them. parts: at least one.
+TileBox box_of(const std::vector<PlacedTileset>& parts);
 // Writes a tileset.json of tilesets. transform: of the root. Returns its bytes.
 Result<uint64_t> write_joint_tileset(const std::vector<PlacedTileset>& parts, const glm::dmat4& transform,
                                      const std::filesystem::path& folder);

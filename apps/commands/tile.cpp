@@ -1,9 +1,9 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/tile_place.h"
 #include "apps/options/bake_options.h"
 #include "apps/options/common_options.h"
 #include "apps/options/memory_option.h"
@@ -27,23 +27,14 @@ namespace {
 namespace fs = std::filesystem;
 
 struct TileArguments {
-    std::string input, out, encoding = "meshopt", up = "y", viewer;
-    std::optional<double> longitude, latitude, height;
+    std::string input, out, encoding = "meshopt", viewer;
+    PlaceOptions place;
     uint32_t tile_triangles = 32768;
     unsigned threads = 0;
     MemoryOption memory;
     bool allow_outside = false, json = false;
     ReadOptions heights;
 };
-
-Result<glm::dmat4> root_transform(const TileArguments& o) {
-    if (!o.longitude && !o.latitude) {
-        if (o.height) return fail(Fault::usage, "--height: give --lon and --lat with it");
-        return glm::dmat4(1);
-    }
-    if (!o.longitude || !o.latitude) return fail(Fault::usage, "tile: give both of --lon and --lat, or neither");
-    return tiles::east_north_up(*o.longitude, *o.latitude, o.height.value_or(0));
-}
 
 bool is_of_a_tileset(const std::string& name) {
     return name == "tileset.json" || name == "view.html" || name == "t" || name == "s" || name == "i" || name == "a";
@@ -80,16 +71,14 @@ void add(tiles::TilesetReport& sum, const tiles::TilesetReport& part) {
 
 class SceneTiler {
 public:
-    SceneTiler(const ReadyScene& scene, const tiles::TilesetOptions& options, const fs::path& folder,
+    SceneTiler(const ReadyScene& scene, const tiles::TilesetOptions& options, TilePlace& place, const fs::path& folder,
                const Progress& progress)
-        : scene_(scene), options_(options), folder_(folder), progress_(progress) {}
+        : scene_(scene), options_(options), place_(place), folder_(folder), progress_(progress) {}
 
     // A scene of one instance is one tileset; of others each asset is one, and one more places them.
     Result<Made> run() {
         if (scene_.instances.size() == 1) {
-            tiles::TilesetOptions options = options_;
-            options.transform = options.transform * in_tile_axes(scene_.instances[0].object_to_world);
-            auto report = write(scene_.instances[0].asset, folder_, options);
+            const auto report = write_alone(scene_.instances[0]);
             if (!report) return tl::unexpected(report.error());
             return Made{*report, 1};
         }
@@ -101,10 +90,25 @@ private:
         const glm::dmat4 axes = tiles::to_tile_axes(options_.up);
         return axes * glm::dmat4(object_to_world) * glm::transpose(axes);
     }
-    Result<tiles::TilesetReport> write(uint32_t asset, const fs::path& folder, const tiles::TilesetOptions& options) {
+    Result<vgi::Atlas> atlas_of(uint32_t asset) const {
         progress_.at("pages of the atlas", 0);
-        const auto atlas = scene_.assets[asset].atlas();
+        return scene_.assets[asset].atlas();
+    }
+    Result<tiles::TilesetReport> write_alone(const Instance& instance) {
+        const auto atlas = atlas_of(instance.asset);
         if (!atlas) return tl::unexpected(atlas.error());
+        const glm::dmat4 stands = in_tile_axes(instance.object_to_world);
+        const auto placed = place_.transform(tiles::moved(tiles::box_of(*atlas, options_.up), stands), progress_);
+        if (!placed) return tl::unexpected(placed.error());
+        tiles::TilesetOptions options = options_;
+        options.transform = *placed * stands;
+        return tiles::write_tileset(*atlas, folder_, options, progress_);
+    }
+    Result<tiles::TilesetReport> write_part(uint32_t asset, const fs::path& folder) {
+        const auto atlas = atlas_of(asset);
+        if (!atlas) return tl::unexpected(atlas.error());
+        tiles::TilesetOptions options = options_;
+        options.name = scene_.scene.assets[asset].name;
         return tiles::write_tileset(*atlas, folder, options, progress_);
     }
     Result<Made> joint() {
@@ -117,10 +121,7 @@ private:
             std::error_code error;
             fs::create_directories(folder_ / name, error);
             if (error) return fail(Fault::machine, (folder_ / name).string() + ": cannot be made: " + error.message());
-            tiles::TilesetOptions options = options_;
-            options.transform = glm::dmat4(1);
-            options.name = scene_.scene.assets[a].name;
-            const auto report = write(a, folder_ / name, options);
+            const auto report = write_part(a, folder_ / name);
             if (!report) return tl::unexpected(report.error());
             add(made.report, *report);
             of_assets.push_back({name + "/tileset.json", glm::dmat4(1), report->geometric_error, report->box});
@@ -130,7 +131,9 @@ private:
             placed.push_back(of_assets[instance.asset]);
             placed.back().transform = in_tile_axes(instance.object_to_world);
         }
-        const auto bytes = tiles::write_joint_tileset(placed, options_.transform, folder_);
+        const auto transform = place_.transform(tiles::box_of(placed), progress_);
+        if (!transform) return tl::unexpected(transform.error());
+        const auto bytes = tiles::write_joint_tileset(placed, *transform, folder_);
         if (!bytes) return tl::unexpected(bytes.error());
         made.report.json_bytes += *bytes;
         return made;
@@ -138,28 +141,32 @@ private:
 
     const ReadyScene& scene_;
     const tiles::TilesetOptions& options_;
+    TilePlace& place_;
     const fs::path& folder_;
     const Progress& progress_;
 };
 
-nlohmann::json json_of(const Made& made, double seconds, double bake_seconds) {
+nlohmann::json json_of(const Made& made, const TilePlace& place, double seconds, double bake_seconds) {
     const tiles::TilesetReport& r = made.report;
-    return {{"assets", made.parts},
-            {"tiles", r.tiles},
-            {"leaves", r.leaves},
-            {"depth", r.depth},
-            {"tilesets", r.tilesets},
-            {"triangles", r.triangles},
-            {"leaf_triangles", r.leaf_triangles},
-            {"closing_triangles", r.closing_triangles},
-            {"bytes",
-             {{"tiles", r.glb_bytes}, {"tilesets", r.json_bytes}, {"images", r.image_bytes}, {"root", r.root_bytes}}},
-            {"root_error", r.root_error},
-            {"bake_seconds", bake_seconds},
-            {"seconds", seconds}};
+    nlohmann::json json = {
+        {"assets", made.parts},
+        {"tiles", r.tiles},
+        {"leaves", r.leaves},
+        {"depth", r.depth},
+        {"tilesets", r.tilesets},
+        {"triangles", r.triangles},
+        {"leaf_triangles", r.leaf_triangles},
+        {"closing_triangles", r.closing_triangles},
+        {"bytes",
+         {{"tiles", r.glb_bytes}, {"tilesets", r.json_bytes}, {"images", r.image_bytes}, {"root", r.root_bytes}}},
+        {"root_error", r.root_error},
+        {"bake_seconds", bake_seconds},
+        {"seconds", seconds}};
+    if (auto stands = place.json()) json["place"] = std::move(*stands);
+    return json;
 }
 
-void print_summary(const std::string& out, const Made& made, double seconds) {
+void print_summary(const std::string& out, const Made& made, const TilePlace& place, double seconds) {
     const tiles::TilesetReport& r = made.report;
     std::printf(
         "%s: %u tiles in %u levels of tiles, %llu triangles in %u leaves; %llu triangles in all, %.1f%% of them close "
@@ -170,11 +177,12 @@ void print_summary(const std::string& out, const Made& made, double seconds) {
     std::printf("  %llu bytes of tiles, %llu of textures, %llu of tilesets, in %.2f s\n",
                 static_cast<unsigned long long>(r.glb_bytes), static_cast<unsigned long long>(r.image_bytes),
                 static_cast<unsigned long long>(r.json_bytes), seconds);
+    if (const std::string stands = place.summary(); !stands.empty()) std::printf("  %s\n", stands.c_str());
 }
 
 Result<int> tile(const TileArguments& o) {
-    const auto transform = root_transform(o);
-    if (!transform) return tl::unexpected(transform.error());
+    auto place = TilePlace::of(o.place, o.input);
+    if (!place) return tl::unexpected(place.error());
     const auto encoding = tiles::encoding_named(o.encoding);
     LODE_CHECK(encoding.has_value(), o.encoding);
     set_thread_count(o.threads);
@@ -193,11 +201,10 @@ Result<int> tile(const TileArguments& o) {
     const Stopwatch watch;
     tiles::TilesetOptions options;
     options.encoding = *encoding;
-    options.up = o.up == "z" ? tiles::UpAxis::z : tiles::UpAxis::y;
+    options.up = place->up();
     options.tile_triangles = o.tile_triangles;
-    options.transform = *transform;
     options.name = name;
-    const auto made = SceneTiler(*ready, options, folder->path(), progress).run();
+    const auto made = SceneTiler(*ready, options, *place, folder->path(), progress).run();
     if (!made) return tl::unexpected(made.error());
     auto page = OutputFile::create(folder->path() / "view.html");
     if (!page) return tl::unexpected(page.error());
@@ -207,23 +214,11 @@ Result<int> tile(const TileArguments& o) {
     end_progress();
     const double seconds = watch.wall();
     if (o.json) {
-        print_line(json_of(*made, seconds, ready->bake_seconds).dump(2));
+        print_line(json_of(*made, *place, seconds, ready->bake_seconds).dump(2));
     } else if (verbosity() != Verbosity::quiet) {
-        print_summary(o.out, *made, seconds);
+        print_summary(o.out, *made, *place, seconds);
     }
     return 0;
-}
-
-void add_place_options(CLI::App& command, TileArguments& o) {
-    command.add_option("--lon", o.longitude, "Degrees east (WGS 84) where the mesh's origin stands on the Earth")
-        ->check(CLI::Range(-180.0, 180.0));
-    command.add_option("--lat", o.latitude, "Degrees north where it stands")->check(CLI::Range(-90.0, 90.0));
-    command.add_option("--height", o.height, "Metres above the ellipsoid where it stands; 0 unless given")
-        ->check(CLI::Range(-1e7, 1e9));
-    command
-        .add_option("--up", o.up, "Axis of the mesh that points up: y (x is east, z south) or z (x is east, y north)")
-        ->check(CLI::IsMember({"y", "z"}))
-        ->capture_default_str();
 }
 
 void add_machine_options(CLI::App& command, TileArguments& o) {
@@ -254,7 +249,7 @@ void add_tile(CLI::App& app, Run& run) {
                      "Triangles of a tile at most, without those that close borders")
         ->check(CLI::Range(tiles::least_tile_triangles, tiles::most_tile_triangles))
         ->capture_default_str();
-    add_place_options(*command, *o);
+    add_place_options(*command, o->place);
     add_height_options(*command, o->heights);
     command->add_option("--viewer", o->viewer,
                         "For view.html: folder or address where viewers lie as npm lays them out (cesium, or three and "
@@ -263,6 +258,7 @@ void add_tile(CLI::App& app, Run& run) {
     command->footer(
         examples("lodestone tile scan.ply -o tiles\n"
                  "lodestone tile rock.lode -o rock --up z --lon 8.5 --lat 47.4 --height 500\n"
+                 "lodestone tile survey.ply -o survey --epsg 2056 --epsg-origin 2600000,1200000\n"
                  "lodestone tile dem.tif -o terrain --fill-voids --viewer node_modules"));
     command->callback([o, &run] { run = [o] { return tile(*o); }; });
 }

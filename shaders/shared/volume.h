@@ -7,7 +7,8 @@
 #define LODE_VOLUME_TABLE 1      // twice (what is seen, what is being filled) a word a metavoxel: its brick's number, the
                                  // slot unless bricks are marched one by one; or LODE_NO_BRICK
 #define LODE_VOLUME_BRICKS 2     // four words a brick: metavoxel in x, y and z, 10 bits each, bit 30 where it is the first of
-                                 // its column, bit 31 for the second, fourth and so on; gap before | gap after << 16; a bit a block that is not empty, two words
+                                 // its column, bit 31 for the second, fourth and so on; gap before | gap after << 16; a bit
+                                 // a block that is not empty, two words
 #define LODE_VOLUME_BLOCKS 3     // two words a block: its first particle in the list, how many
 #define LODE_VOLUME_LIST 4       // numbers of particles
 #define LODE_VOLUME_PARTICLES 5  // three texels of four words each
@@ -82,7 +83,9 @@ static_assert(sizeof(VolumeConstants) == 128 + 4 * 16 + 64);
 #else
 layout(set = 1, binding = LODE_VOLUME_CONSTANTS, std430) readonly buffer VolumeBlock { VolumeConstants volume; };
 uint samples_across() { return volume.metavoxels.w + 1u; }
-// The same pixels, of the target.
+const float no_limit = 3.4e38;                 // of a tap that the scene did not cut off
+const uvec2 nothing = uvec2(0u, 0x3c000000u);  // of the result: no light, and all shines through
+// volume.marched in pixels of the target.
 uvec4 marched_taps() {
     uint d = volume.divisor;
     return uvec4(volume.marched.xy / d, (volume.marched.zw + d - 1u) / d);

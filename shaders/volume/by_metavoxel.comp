@@ -43,7 +43,7 @@ void main() {
     ivec2 pixel = ivec2(volume.marched.xy + gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(volume.marched.zw)))) return;
     uint number = uint(pixel.y) * volume.picture.x + uint(pixel.x);
-    uvec2 target = uvec2(packHalf2x16(vec2(0.0)), packHalf2x16(vec2(0.0, 1.0)));
+    uvec2 target = nothing;
     if (draw_constants.words[2] == 0u) target = result[number];
     ViewRay ray = ray_of(pixel);
     Part p = part_of(ray);

@@ -20,7 +20,8 @@ void main() {
     // Neighbours in a register stand four by two, not eight in a row: their rays meet more of the same.
     uint lane = gl_LocalInvocationIndex;
     uvec4 those = marched_taps();
-    ivec2 tap = ivec2(those.xy + 8u * gl_WorkGroupID.xy + uvec2((lane & 3u) + (lane >> 3 & 1u) * 4u, (lane >> 2 & 1u) + (lane >> 4) * 2u));
+    uvec2 in_group = uvec2((lane & 3u) + (lane >> 3 & 1u) * 4u, (lane >> 2 & 1u) + (lane >> 4) * 2u);
+    ivec2 tap = ivec2(those.xy + 8u * gl_WorkGroupID.xy + in_group);
     if (any(greaterThanEqual(tap, ivec2(those.zw)))) return;
     ivec2 pixel = pixel_of_tap(tap);
     ViewRay ray = ray_of(pixel);
@@ -30,7 +31,7 @@ void main() {
         result[uint(pixel.y) * volume.picture.x + uint(pixel.x)] = packed_result(m);
     } else {
         // Where the scene cut it off, behind which more may be; else none.
-        float limit = m.cut ? ray.scene : 3.4e38;
+        float limit = m.cut ? ray.scene : no_limit;
         taps[uint(tap.y) * volume.picture.z + uint(tap.x)] =
             uvec4(packed_result(m), floatBitsToUint(m.last), floatBitsToUint(limit));
     }

@@ -10,8 +10,6 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-const float no_limit = 3.4e38;                 // of a tap that the scene did not cut off
-const uvec2 nothing = uvec2(0u, 0x3c000000u);  // no light, and all shines through: half floats
 const float most_spread = 0.15;  // by which taps may differ, of light or of what shines through
 
 LODE_TEXELS(LODE_VOLUME_TAPS, taps, uvec4)

@@ -419,6 +419,7 @@ Plan VolumeSource::plan(const FrameInput& input) {
     const View& view = input.views[0];
     Plan plan;
     plan.generation = recipe().generation;
+    marched_ = glm::uvec4(0);
     if (uint64_t{8} * view.width * view.height > most_block_bytes) {
         if (!std::exchange(warned_size_, true))
             plan.warnings.push_back("volumes: a picture of " + std::to_string(view.width) + "x" +

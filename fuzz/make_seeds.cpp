@@ -61,7 +61,7 @@ TriMesh painted(TriMesh mesh) {
     mesh.materials.resize(mesh.wedge_count(), 0);
     Material material;
     material.name = "paint";
-    material.base_colour_image = 0;
+    material.base_colour_texture.image = 0;
     mesh.material_table = {material};
     mesh.images = {Image{2, 2, std::vector<glm::u8vec4>(4, {9, 8, 7, 255})}};
     return mesh;

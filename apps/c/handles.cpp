@@ -72,7 +72,7 @@ void describe_looks(const std::vector<Material>& table, const std::vector<Image>
     for (const Material& m : table) {
         c_table.push_back({m.name.c_str(),
                            {m.base_colour.r, m.base_colour.g, m.base_colour.b, m.base_colour.a},
-                           m.base_colour_image,
+                           m.base_colour_texture.image,
                            m.double_sided ? 1u : 0u});
     }
     for (const Image& image : images)

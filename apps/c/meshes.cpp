@@ -53,7 +53,7 @@ MeshArrays arrays_of(const lodestone_arrays& a) {
         Material material;
         if (m.name != nullptr) material.name = m.name;
         material.base_colour = {m.base_colour[0], m.base_colour[1], m.base_colour[2], m.base_colour[3]};
-        material.base_colour_image = m.image;
+        material.base_colour_texture.image = m.image;
         material.double_sided = m.double_sided != 0;
         arrays.material_table.push_back(std::move(material));
     }

@@ -83,9 +83,10 @@ Result<void> check_looks(const MeshArrays& arrays) {
                 return wrong("material_table: the base colour of material " + std::to_string(m) +
                              " is not within 0 .. 1");
         }
-        if (material.base_colour_image < -1 || material.base_colour_image >= static_cast<int64_t>(arrays.images.size()))
+        if (material.base_colour_texture.image < -1 ||
+            material.base_colour_texture.image >= static_cast<int64_t>(arrays.images.size()))
             return wrong("material_table: material " + std::to_string(m) + " refers to image " +
-                         std::to_string(material.base_colour_image) + ", and there are " +
+                         std::to_string(material.base_colour_texture.image) + ", and there are " +
                          std::to_string(arrays.images.size()));
     }
     uint64_t texels = 0;

@@ -48,7 +48,7 @@ Hash128 source_of(const TriMesh& mesh) {
         const std::array<float, 4> colour{material.base_colour.r, material.base_colour.g, material.base_colour.b,
                                           material.base_colour.a};
         add(colour);
-        const std::array<int32_t, 2> rest{material.base_colour_image, material.double_sided ? 1 : 0};
+        const std::array<int32_t, 2> rest{material.base_colour_texture.image, material.double_sided ? 1 : 0};
         add(rest);
     }
     for (const Image& image : mesh.images) {

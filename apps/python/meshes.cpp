@@ -157,7 +157,8 @@ py::list materials_of(const std::vector<Material>& table) {
         py::dict material;
         material["name"] = m.name;
         material["base_colour"] = py::make_tuple(m.base_colour.r, m.base_colour.g, m.base_colour.b, m.base_colour.a);
-        material["image"] = m.base_colour_image < 0 ? py::object(py::none()) : py::int_(m.base_colour_image);
+        material["image"] =
+            m.base_colour_texture.image < 0 ? py::object(py::none()) : py::int_(m.base_colour_texture.image);
         material["double_sided"] = m.double_sided;
         materials.append(material);
     }

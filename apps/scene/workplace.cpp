@@ -292,7 +292,8 @@ MaterialSet gather_materials(const std::vector<Asset>& assets, std::vector<uint3
         const auto first_image = static_cast<int32_t>(images.size());
         for (const Image& image : asset.images()) images.push_back(&image);
         for (const Material& m : asset.material_table()) {
-            set.materials.push_back({m.base_colour, m.base_colour_image < 0 ? -1 : first_image + m.base_colour_image});
+            set.materials.push_back(
+                {m.base_colour, m.base_colour_texture.image < 0 ? -1 : first_image + m.base_colour_texture.image});
         }
     }
     for (const Image* image : images) {

@@ -318,7 +318,7 @@ TriMesh make_vase(uint64_t triangles, uint64_t seed) {
     mesh.images.push_back(glaze(seed));
     Material material;
     material.name = "glaze";
-    material.base_colour_image = 0;
+    material.base_colour_texture.image = 0;
     mesh.material_table.push_back(material);
     mesh.materials.assign(mesh.wedge_count(), 0);
     return mesh;

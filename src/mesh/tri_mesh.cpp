@@ -38,8 +38,9 @@ Result<void> TriMesh::validate() const {
         if (m >= material_table.size()) return wrong("material " + std::to_string(m) + " is out of range");
     }
     for (const Material& m : material_table) {
-        if (m.base_colour_image >= static_cast<int32_t>(images.size())) {
-            return wrong("material '" + m.name + "' refers to an image out of range");
+        for (const Texture* texture : m.textures()) {
+            if (texture->image >= static_cast<int32_t>(images.size()))
+                return wrong("material '" + m.name + "' refers to an image out of range");
         }
     }
     for (const Image& image : images) {

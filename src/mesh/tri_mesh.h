@@ -16,25 +16,11 @@
 #include <vector>
 
 #include "base/result.h"
+#include "mesh/material.h"
 
 namespace lodestone {
 
 using Triangle = std::array<uint32_t, 3>;  // wedge indices, counter-clockwise seen from outside
-
-// 8-bit sRGB texels, rows top to bottom, no padding.
-struct Image {
-    uint32_t width = 0, height = 0;   // texels
-    std::vector<glm::u8vec4> texels;  // width * height
-};
-
-// How a part of the surface looks.
-struct Material {
-    std::string name;                   // as in the file, UTF-8; may be empty
-    glm::vec4 base_colour{1, 1, 1, 1};  // linear RGB and alpha, 0 .. 1, multiplies texture and vertex colour
-    int32_t base_colour_image = -1;     // into TriMesh::images, -1 for none
-    bool double_sided = false;          // kept for what is written; drawing is told by ShadingOptions::double_sided
-    bool operator==(const Material&) const = default;
-};
 
 // Vertices, wedges, triangles, and what they look like. A value; copies are deep.
 struct TriMesh {

@@ -267,7 +267,8 @@ private:
         for (const Material& m : table) {
             const glm::vec4& c = m.base_colour;
             Json pbr = {{"baseColorFactor", {c.x, c.y, c.z, c.w}}, {"metallicFactor", 0}, {"roughnessFactor", 1}};
-            if (m.base_colour_image >= 0 && textured()) pbr["baseColorTexture"] = texture(m.base_colour_image);
+            if (m.base_colour_texture.image >= 0 && textured())
+                pbr["baseColorTexture"] = texture(m.base_colour_texture.image);
             Json material = {{"pbrMetallicRoughness", pbr}, {"doubleSided", m.double_sided}};
             if (!m.name.empty()) material["name"] = m.name;
             json_["materials"].push_back(std::move(material));

@@ -74,7 +74,7 @@ TEST(Generate, AVaseIsOneClosedSurfaceWithATextureAndACliffHangsOver) {
     EXPECT_EQ(topology.boundary_loops, 0u);
     EXPECT_EQ(topology.genus, 1);
     ASSERT_EQ(vase.images.size(), 1u);
-    EXPECT_EQ(vase.material_table[0].base_colour_image, 0);
+    EXPECT_EQ(vase.material_table[0].base_colour_texture.image, 0);
     const TriMesh cliff = generate(Shape::cliff, 50000);
     const auto hangs = [&](const glm::vec3& normal) { return normal.y < -0.05f; };
     EXPECT_GT(std::count_if(cliff.normals.begin(), cliff.normals.end(), hangs), 100);

@@ -238,7 +238,7 @@ private:
             for (size_t k = 0; k < 4 && k < pbr.baseColorFactor.size(); ++k)
                 material.base_colour[static_cast<int>(k)] = static_cast<float>(pbr.baseColorFactor[k]);
             if (pbr.baseColorTexture.index >= 0 && options_.load_images)
-                material.base_colour_image = texture(pbr.baseColorTexture.index);
+                material.base_colour_texture.image = texture(pbr.baseColorTexture.index);
             mesh_.material_table.push_back(material);
             placements_.push_back(placement_of(pbr.baseColorTexture));
         }
@@ -573,7 +573,7 @@ private:
         std::vector<int32_t> number(mesh_.images.size(), -1);
         std::vector<Image> images;
         for (size_t m = 0; m < used.size(); ++m) {
-            int32_t& image = mesh_.material_table[m].base_colour_image;
+            int32_t& image = mesh_.material_table[m].base_colour_texture.image;
             if (image < 0) continue;
             int32_t& becomes = number[static_cast<size_t>(image)];
             if (used[m] && becomes < 0) {

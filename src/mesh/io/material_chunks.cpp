@@ -10,7 +10,7 @@ namespace {
 Json to_json(const Material& m) {
     return {{"name", m.name},
             {"base_colour", {m.base_colour.x, m.base_colour.y, m.base_colour.z, m.base_colour.w}},
-            {"image", m.base_colour_image},
+            {"image", m.base_colour_texture.image},
             {"double_sided", m.double_sided}};
 }
 
@@ -18,7 +18,7 @@ Material material_from(const Json& json) {
     Material m;
     m.name = json.at("name").get<std::string>();
     for (int k = 0; k < 4; ++k) m.base_colour[k] = json.at("base_colour").at(static_cast<size_t>(k)).get<float>();
-    m.base_colour_image = json.at("image").get<int32_t>();
+    m.base_colour_texture.image = json.at("image").get<int32_t>();
     m.double_sided = json.at("double_sided").get<bool>();
     return m;
 }
@@ -55,7 +55,7 @@ Result<MaterialChunks> read_materials(const ChunkFile& file) {
         return fail_at(path, {Fault::format, std::string("mesh/materials: ") + e.what() + "; bake the asset again"});
     }
     for (const Material& m : result.table) {
-        if (m.base_colour_image >= static_cast<int64_t>(image_count)) {
+        if (m.base_colour_texture.image >= static_cast<int64_t>(image_count)) {
             return fail_at(path, {Fault::format,
                                   "mesh/materials: material '" + m.name + "' has no such image; bake the asset again"});
         }

@@ -231,7 +231,7 @@ private:
                     texture.erase(0, texture.rfind(' ') + 1);  // options come before the name
                 const auto [found, fresh] = textures_.try_emplace(texture, -1);
                 if (fresh) found->second = load_texture(file_, texture, mesh_, report_);
-                material->base_colour_image = found->second;
+                material->base_colour_texture.image = found->second;
                 // A map takes the colour's place.
                 if (found->second >= 0) material->base_colour = {1, 1, 1, material->base_colour.w};
             }

@@ -235,7 +235,8 @@ public:
         TriMesh holder;
         for (size_t i = 0; i < texture_names_.size(); ++i) {
             materials_[i].name = texture_names_[i];
-            if (decode) materials_[i].base_colour_image = load_texture(file_, texture_names_[i], holder, report_);
+            if (decode)
+                materials_[i].base_colour_texture.image = load_texture(file_, texture_names_[i], holder, report_);
         }
         images_ = std::move(holder.images);
     }

@@ -109,8 +109,8 @@ Result<void> write_material_library(const TriMesh& mesh, const fs::path& path, c
         mtl += "\nd";
         add_number(mtl, material.base_colour.w);
         mtl += '\n';
-        if (material.base_colour_image >= 0) {
-            const auto number = static_cast<size_t>(material.base_colour_image);
+        if (material.base_colour_texture.image >= 0) {
+            const auto number = static_cast<size_t>(material.base_colour_texture.image);
             const std::string image = path.stem().string() + "-" + std::to_string(number) + extension;
             if (!written[number]) {
                 if (auto done = write_image(mesh.images[number], path.parent_path() / image, options); !done)

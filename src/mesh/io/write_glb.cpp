@@ -221,7 +221,7 @@ private:
             nlohmann::json pbr = {
                 {"baseColorFactor", {m.base_colour.x, m.base_colour.y, m.base_colour.z, m.base_colour.w}},
                 {"metallicFactor", 0}};
-            if (m.base_colour_image >= 0) pbr["baseColorTexture"] = {{"index", m.base_colour_image}};
+            if (m.base_colour_texture.image >= 0) pbr["baseColorTexture"] = {{"index", m.base_colour_texture.image}};
             json_["materials"].push_back(
                 {{"name", m.name}, {"pbrMetallicRoughness", pbr}, {"doubleSided", m.double_sided}});
         }

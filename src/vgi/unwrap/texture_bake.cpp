@@ -134,8 +134,8 @@ private:
         if (source_.material_table.empty()) return made;
         const Material& material = source_.material_table[source_.materials.empty() ? 0 : source_.materials[old[0]]];
         made.factor = material.base_colour;
-        if (material.base_colour_image >= 0 && !source_.uvs.empty())
-            made.image = &source_.images[static_cast<size_t>(material.base_colour_image)];
+        if (material.base_colour_texture.image >= 0 && !source_.uvs.empty())
+            made.image = &source_.images[static_cast<size_t>(material.base_colour_texture.image)];
         return made;
     }
 
@@ -311,7 +311,7 @@ void use_textures(TriMesh& mesh, const std::vector<Image>& images, size_t materi
                 becomes = static_cast<int>(table.size());
                 Material material;
                 material.name = "texture" + std::to_string(s) + (both ? "-double-sided" : "");
-                material.base_colour_image = static_cast<int32_t>(s);
+                material.base_colour_texture.image = static_cast<int32_t>(s);
                 material.double_sided = both;
                 table.push_back(material);
             }

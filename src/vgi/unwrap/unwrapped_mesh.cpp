@@ -106,7 +106,7 @@ private:
         for (uint32_t s = 0; s < squares_; ++s) {
             for (size_t m = 0; m < materials_; ++m) {
                 Material material = source_.material_table.empty() ? Material{} : source_.material_table[m];
-                material.base_colour_image = -1;
+                material.base_colour_texture.image = -1;
                 if (squares_ > 1) material.name += (material.name.empty() ? "texture" : "-") + std::to_string(s);
                 made_.mesh.material_table.push_back(material);
             }

@@ -140,7 +140,7 @@ TEST_F(ReadTest, ObjWithEverything) {
     EXPECT_EQ(mesh.vertex_count(), 5u);
     ASSERT_EQ(mesh.material_table.size(), 2u);
     EXPECT_EQ(mesh.material_table[1].base_colour, glm::vec4(0, 0, 1, 0.5f));
-    EXPECT_EQ(mesh.material_table[0].base_colour_image, -1);
+    EXPECT_EQ(mesh.material_table[0].base_colour_texture.image, -1);
     EXPECT_EQ(mesh.materials[mesh.triangles[2][0]], 1);
     EXPECT_EQ(mesh.uvs[mesh.triangles[0][2]], glm::vec2(1, 0));  // top left is the origin
     EXPECT_THAT(report.warnings, testing::ElementsAre(HasSubstr("missing.png")));

@@ -39,7 +39,7 @@ TriMesh rich_mesh() {
         for (const uint32_t w : mesh.triangles[t]) mesh.materials[w] = 1;
     }
     mesh.material_table.resize(2);
-    mesh.material_table[1].base_colour_image = 0;
+    mesh.material_table[1].base_colour_texture.image = 0;
     mesh.material_table[1].double_sided = true;
     Image image{4, 4, {}};
     image.texels.assign(16, {9, 99, 199, 255});

@@ -230,7 +230,7 @@ TriMesh painted(TriMesh mesh, uint32_t cell) {
         made.triangles.push_back({t * 3, t * 3 + 1, t * 3 + 2});
     }
     Material material;
-    material.base_colour_image = 0;
+    material.base_colour_texture.image = 0;
     made.material_table = {material};
     made.materials.assign(made.wedge_count(), 0);
     made.images.push_back(std::move(image));
@@ -286,7 +286,7 @@ TEST(TextureBake, ColoursAreMeansOfLight) {
         image.texels.emplace_back((i + i / 64) % 2 == 0 ? glm::u8vec4(255) : glm::u8vec4(0, 0, 0, 255));
     source.images.push_back(image);
     Material material;
-    material.base_colour_image = 0;
+    material.base_colour_texture.image = 0;
     source.material_table = {material};
     source.materials.assign(source.wedge_count(), 0);
     const Unwrapped made = unwrapped(source).result;

@@ -220,7 +220,8 @@ Result<Plan> DrawSession::plan_volumes(const FrameInput& input, DrawnFrame& draw
     const double cpu_start = thread_cpu_ms();
     // What debug views colour is the march through all.
     const volume::Quality quality = volumes_->quality;
-    if (look.debug >= DebugView::volume_bricks) volumes_->quality.by_metavoxel = false;
+    if (look.debug >= DebugView::volume_bricks && look.debug <= DebugView::volume_steps)
+        volumes_->quality.by_metavoxel = false;
     Plan plan = volumes_->plan(input);
     volumes_->quality = quality;
     VolumeFigures figures;

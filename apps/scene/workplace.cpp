@@ -1,7 +1,6 @@
 #include "apps/scene/workplace.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -9,6 +8,7 @@
 #include <string_view>
 
 #include "apps/scene/bake.h"
+#include "apps/scene/scene_materials.h"
 #include "apps/terminal.h"
 #include "base/check.h"
 #include "base/clock.h"
@@ -39,36 +39,6 @@ BakeOptions cache_options(const char* part, const SceneNeeds& needs, bool quickl
         options.error_samples = 20000;
     }
     return options;
-}
-
-// Bilinear resampling of `image` to size x size texels.
-std::vector<glm::u8vec4> resampled(const Image& image, uint32_t size) {
-    if (image.width == size && image.height == size) return image.texels;
-    std::vector<glm::u8vec4> texels;
-    texels.reserve(size_t{size} * size);
-    const auto place = [&](uint32_t i, uint32_t extent, uint32_t& low, uint32_t& high) {
-        const float x =
-            std::clamp((static_cast<float>(i) + 0.5f) * static_cast<float>(extent) / static_cast<float>(size) - 0.5f,
-                       0.0f, static_cast<float>(extent - 1));
-        low = static_cast<uint32_t>(x);
-        high = std::min(low + 1, extent - 1);
-        return x - static_cast<float>(low);
-    };
-    for (uint32_t y = 0; y < size; ++y) {
-        uint32_t y0 = 0, y1 = 0;
-        const float fy = place(y, image.height, y0, y1);
-        for (uint32_t x = 0; x < size; ++x) {
-            uint32_t x0 = 0, x1 = 0;
-            const float fx = place(x, image.width, x0, x1);
-            const auto at = [&](uint32_t tx, uint32_t ty) {
-                return glm::vec4(image.texels[size_t{ty} * image.width + tx]);
-            };
-            const glm::vec4 top = at(x0, y0) * (1 - fx) + at(x1, y0) * fx,
-                            bottom = at(x0, y1) * (1 - fx) + at(x1, y1) * fx;
-            texels.emplace_back(top * (1 - fy) + bottom * fy + 0.5f);
-        }
-    }
-    return texels;
 }
 
 // Where an asset comes from that is baked on first use.
@@ -277,35 +247,6 @@ fs::path cache_folder() {
         return fs::path(cache) / "lodestone";
     const char* home = std::getenv("HOME");
     return (home != nullptr ? fs::path(home) / ".cache" : fs::temp_directory_path()) / "lodestone";
-}
-
-MaterialSet gather_materials(const std::vector<Asset>& assets, std::vector<uint32_t>* first_material) {
-    MaterialSet set;
-    first_material->clear();
-    std::vector<const Image*> images;
-    for (const Asset& asset : assets) {
-        first_material->push_back(static_cast<uint32_t>(set.materials.size()));
-        if (asset.material_table().empty()) {
-            set.materials.emplace_back();
-            continue;
-        }
-        const auto first_image = static_cast<int32_t>(images.size());
-        for (const Image& image : asset.images()) images.push_back(&image);
-        for (const Material& m : asset.material_table()) {
-            set.materials.push_back(
-                {m.base_colour, m.base_colour_texture.image < 0 ? -1 : first_image + m.base_colour_texture.image});
-        }
-    }
-    for (const Image* image : images) {
-        set.texture_size = std::max({set.texture_size, std::bit_ceil(image->width), std::bit_ceil(image->height)});
-    }
-    set.texture_size = std::min(set.texture_size, 2048u);
-    set.layers = static_cast<uint32_t>(images.size());
-    for (const Image* image : images) {
-        const auto texels = resampled(*image, set.texture_size);
-        set.texels.insert(set.texels.end(), texels.begin(), texels.end());
-    }
-    return set;
 }
 
 Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progress& progress) {

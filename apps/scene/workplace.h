@@ -46,8 +46,4 @@ Camera usual_camera(const ReadyScene& scene);
 // $XDG_CACHE_HOME/lodestone or ~/.cache/lodestone.
 std::filesystem::path cache_folder();
 
-// One table and one texture array for all assets; first_material[a] is where asset a's materials begin. Textures of all
-// sizes are brought to the largest power of two among them, at most 2048 texels a side.
-MaterialSet gather_materials(const std::vector<Asset>& assets, std::vector<uint32_t>* first_material);
-
 }  // namespace lodestone

@@ -1,32 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shared/lighting.glsl"
-
-// As in shared/mesh_outputs.glsl.
-layout(location = 0) in vec4 in_position_and_u;
-layout(location = 1) in vec4 in_normal_and_v;
-layout(location = 2) in vec4 in_colour;
-layout(location = 3) flat in uint in_material;
+#include "shared/mesh_inputs.glsl"
 
 layout(location = 0) out vec4 out_colour;
 
-void main() {
-    Surface s;
-    s.leaf = 0u;
-    s.position = in_position_and_u.xyz;
-    s.normal = normalize(in_normal_and_v.xyz);
-    s.uv = vec2(in_position_and_u.w, in_normal_and_v.w);
-    s.uv_dx = dFdx(s.uv);
-    s.uv_dy = dFdy(s.uv);
-    s.colour = in_colour;
-    s.material = in_material;
-    s.level = float(draw_constants.words[0]) / max(float(draw_constants.words[1]) - 1.0, 1.0);
-    s.chart = 0u;
-    s.page = 0u;
-    s.missing = 0.0;
-    s.error = uintBitsToFloat(draw_constants.words[2]) / distance(s.position, frame.views[draw_constants.view].eye.xyz);
-    s.stretch = -1.0;
-    s.triangle = uint(gl_PrimitiveID);
-    s.mark = LODE_MARK_OF_PRIMITIVE;
-    out_colour = vec4(lit(s), 1.0);  // alpha marks coverage
-}
+void main() { out_colour = shown(mesh_surface()); }

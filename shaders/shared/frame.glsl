@@ -21,7 +21,6 @@ uint debug_view() { return shows_debug_views ? frame.debug_view : LODE_DEBUG_NON
 layout(set = 0, binding = LODE_INSTANCES) uniform usamplerBuffer instance_texels;
 layout(set = 0, binding = LODE_INSTANCE_IDS) uniform usamplerBuffer instance_id_texels;
 layout(set = 0, binding = LODE_MATERIALS) uniform usamplerBuffer material_texels;
-layout(set = 0, binding = LODE_TEXTURES) uniform sampler2DArray textures;
 layout(set = 0, binding = LODE_SHADOW_DEPTH) uniform sampler2D shadow_depth;
 // See shared/light_grid.glsl.
 layout(set = 0, binding = LODE_LIGHT_GRID) uniform usamplerBuffer light_grid_texels;
@@ -41,10 +40,6 @@ InstanceConstants instance_at(uint id) {
     mat4 maps[2];
     for (int k = 0; k < 8; ++k) maps[k / 4][k % 4] = uintBitsToFloat(texels[k]);
     return InstanceConstants(maps[0], maps[1], texels[8].x, texels[8].y, uintBitsToFloat(texels[8].z), 0u);
-}
-MaterialConstants material_at(uint number) {
-    vec4 base_colour = uintBitsToFloat(texelFetch(material_texels, 2 * int(number)));
-    return MaterialConstants(base_colour, int(texelFetch(material_texels, 2 * int(number) + 1).x), 0, 0, 0);
 }
 
 #endif

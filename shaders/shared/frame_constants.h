@@ -45,6 +45,13 @@
 #define LODE_DEBUG_VOLUME_LIGHT 14
 #define LODE_DEBUG_VOLUME_STEPS 15
 #define LODE_DEBUG_LEAF 16  // of vgi
+// Of materials.
+#define LODE_DEBUG_BASE_COLOUR 17
+#define LODE_DEBUG_ALPHA 18
+#define LODE_DEBUG_METALLIC 19
+#define LODE_DEBUG_ROUGHNESS 20
+#define LODE_DEBUG_OCCLUSION 21
+#define LODE_DEBUG_EMISSION 22
 
 #ifdef __cplusplus
 #include <cstdint>
@@ -63,7 +70,8 @@ struct ViewConstants {
     vec4 eye;           // world space; w: 1 for a camera, 0 for a shadow view
     vec4 forward;       // unit vector, world space; w: cosine of the angle to the picture's corners
     float pixel_angle;  // length that a pixel spans in the centre at distance 1; 0 where all are as far away
-    float padding0, padding1, padding2;
+    float target_width, target_height;  // pixels that it is drawn to
+    float padding;
 };
 
 struct FrameConstants {
@@ -87,17 +95,10 @@ struct InstanceConstants {
     uint padding;
 };
 
-struct MaterialConstants {
-    vec4 base_colour;  // linear
-    int layer;         // of the textures, -1 for none
-    int padding0, padding1, padding2;
-};
-
 #ifdef __cplusplus
 static_assert(sizeof(ViewConstants) == 176);
 static_assert(sizeof(FrameConstants) == 176 * LODE_MOST_VIEWS + 80);
 static_assert(sizeof(InstanceConstants) == 144);
-static_assert(sizeof(MaterialConstants) == 32);
 }  // namespace gpu
 }  // namespace lodestone
 #endif

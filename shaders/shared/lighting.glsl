@@ -1,14 +1,15 @@
 // The one shader that lights a Surface: a hemisphere of sky and ground and one light with a shadow map.
+//
+//   Walter, Marschner, Li, Torrance, "Microfacet models for refraction through rough surfaces", EGSR 2007 (GGX)
+//   Heitz, "Understanding the masking-shadowing function in microfacet-based BRDFs", JCGT 2014 (the joint function)
+//   Schlick, "An inexpensive BRDF model for physically-based rendering", Computer Graphics Forum 1994
+//   Karis, "Physically based shading on mobile", 2014 (reflections of all that is around: the fit of their share)
 #ifndef LODESTONE_LIGHTING_GLSL
 #define LODESTONE_LIGHTING_GLSL
 
 #include "shared/frame.glsl"
 #include "shared/light_grid.glsl"
-#include "shared/surface.glsl"
-
-vec3 linear_from_srgb(vec3 c) {
-    return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
-}
+#include "shared/materials.glsl"
 
 // A colour for a number; near numbers get unlike colours.
 vec3 colour_of_number(uint n) {
@@ -45,19 +46,67 @@ float light_reaching(vec3 position, vec3 normal) {
     return lit / 9.0;
 }
 
-// Linear colour of the surface as seen from the view being drawn.
-vec3 lit(Surface s) {
-    vec3 to_eye = normalize(frame.views[draw_constants.view].eye.xyz - s.position);
-    vec3 normal = s.normal;
-    if (frame.double_sided != 0u && dot(normal, to_eye) < 0.0) normal = -normal;
+// What a material of metal and dielectric does with light (glTF 2.0, appendix B).
+struct Reflectance {
+    vec3 diffuse, specular;  // specular: seen straight on
+    float alpha;             // of GGX, the square of the roughness
+};
 
-    MaterialConstants material = material_at(s.material);
-    vec3 albedo = linear_from_srgb(s.colour.rgb) * material.base_colour.rgb;
-    if (material.layer >= 0) albedo *= textureGrad(textures, vec3(s.uv, float(material.layer)), s.uv_dx, s.uv_dy).rgb;
-    // Bare geometry, white all over (interpolation may leave it a hair below): light stone, so that shading shows.
-    bool bare = material.layer < 0 && all(greaterThan(min(s.colour, material.base_colour), vec4(0.999)));
-    if (bare) albedo = vec3(0.5);
+Reflectance reflectance_of(vec3 base, float metallic, float roughness) {
+    const float dielectric = 0.04, smoothest = 0.045;
+    float alpha = max(roughness, smoothest);
+    return Reflectance(base * (1.0 - metallic), mix(vec3(dielectric), base, metallic), alpha * alpha);
+}
 
+// Of the light from one direction: times its irradiance, what goes to the eye. cosine: between normal and light, above 0.
+vec3 reflected_light(Reflectance r, vec3 normal, vec3 to_eye, vec3 to_light, float cosine) {
+    vec3 halfway = normalize(to_eye + to_light);
+    float a2 = r.alpha * r.alpha, nh = clamp(dot(normal, halfway), 0.0, 1.0), nv = max(dot(normal, to_eye), 1e-4);
+    float d = nh * nh * (a2 - 1.0) + 1.0;
+    float shadowed = cosine * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(cosine * cosine * (1.0 - a2) + a2);
+    float lobe = a2 / (3.14159265 * d * d) * 0.5 / shadowed;
+    vec3 fresnel = r.specular + (1.0 - r.specular) * pow(1.0 - clamp(dot(to_eye, halfway), 0.0, 1.0), 5.0);
+    return (1.0 - fresnel) * r.diffuse / 3.14159265 + fresnel * lobe;
+}
+
+// The light of sky and ground: as bright all over each, so a matte surface gets a mean by the height of its normal.
+vec3 hemisphere(float height) { return mix(frame.ground_colour.rgb, frame.sky_colour.rgb, height * 0.5 + 0.5); }
+
+// Of sky and ground. The rougher, the wider the horizon.
+vec3 reflected_hemisphere(Reflectance r, vec3 normal, vec3 to_eye) {
+    float roughness = sqrt(r.alpha), nv = clamp(dot(normal, to_eye), 0.0, 1.0);
+    vec4 fit = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float steep = min(fit.x * fit.x, exp2(-9.28 * nv)) * fit.x + fit.y;
+    vec2 share = vec2(-1.04, 1.04) * steep + fit.zw;
+    vec3 seen = reflect(-to_eye, normal);
+    float height = clamp(mix(seen.y / max(r.alpha, 0.02), normal.y, r.alpha), -1.0, 1.0);
+    return r.diffuse * (1.0 - r.specular) * hemisphere(normal.y) + (r.specular * share.x + share.y) * hemisphere(height);
+}
+
+// Metal, roughness, and what is left of the light from all around.
+vec3 metallic_roughness_occlusion(Surface s, Look look) {
+    int texel = LODE_MATERIAL_TEXELS * int(s.material);
+    vec2 factors = uintBitsToFloat(texelFetch(material_texels, texel + 2).xy);
+    float occlusion = 1.0;
+    if (scene_has(1u << LODE_TEXTURE_METALLIC_ROUGHNESS) && (look.textures & (1u << LODE_TEXTURE_METALLIC_ROUGHNESS)) != 0u)
+        factors *= texture_at(s.material, LODE_TEXTURE_METALLIC_ROUGHNESS, s).bg;
+    if (scene_has(1u << LODE_TEXTURE_OCCLUSION) && (look.textures & (1u << LODE_TEXTURE_OCCLUSION)) != 0u) {
+        float strength = uintBitsToFloat(texelFetch(material_texels, texel + 1).w);
+        occlusion = 1.0 + strength * (texture_at(s.material, LODE_TEXTURE_OCCLUSION, s).r - 1.0);
+    }
+    return vec3(factors, occlusion);
+}
+
+vec3 emission_of(Surface s, Look look) {
+    if (!scene_has(LODE_LOOKS_EMISSION)) return vec3(0.0);
+    vec3 emission = uintBitsToFloat(texelFetch(material_texels, LODE_MATERIAL_TEXELS * int(s.material) + 1).rgb);
+    if (scene_has(1u << LODE_TEXTURE_EMISSION) && (look.textures & (1u << LODE_TEXTURE_EMISSION)) != 0u)
+        emission *= texture_at(s.material, LODE_TEXTURE_EMISSION, s).rgb;
+    return emission;
+}
+
+// What a debug view shows in place of the surface's colour.
+vec3 debug_colour(Surface s, vec3 albedo) {
     if (debug_view() == LODE_DEBUG_LEVEL) albedo = colour_of_share(s.level);
     if (debug_view() == LODE_DEBUG_TRIANGLE) albedo = colour_of_number(s.triangle);
     if (debug_view() == LODE_DEBUG_UV) {
@@ -81,15 +130,60 @@ vec3 lit(Surface s) {
                      ? vec3(0.35)
                      : colour_of_share(float(triangle_marks[s.mark >> 2] >> (8u * (s.mark & 3u)) & 255u) / 3.0);
     }
+    return albedo;
+}
+
+// What a debug view shows without any light: numbers of the material, as they are. x below 0: none of these.
+vec3 debug_channel(Surface s, Look look, vec3 normal) {
     if (debug_view() == LODE_DEBUG_NORMAL) return normal * 0.5 + 0.5;
+    if (debug_view() == LODE_DEBUG_BASE_COLOUR) return look.base;
+    if (debug_view() == LODE_DEBUG_ALPHA) return vec3(look.alpha_mode == LODE_ALPHA_OPAQUE ? 1.0 : look.alpha);
+    if (debug_view() == LODE_DEBUG_METALLIC) return metallic_roughness_occlusion(s, look).xxx;
+    if (debug_view() == LODE_DEBUG_ROUGHNESS) return metallic_roughness_occlusion(s, look).yyy;
+    if (debug_view() == LODE_DEBUG_OCCLUSION) return metallic_roughness_occlusion(s, look).zzz;
+    if (debug_view() == LODE_DEBUG_EMISSION) return emission_of(s, look);
+    return vec3(-1.0);
+}
+
+// Linear colour of the surface as seen from the view being drawn.
+vec3 lit(Surface s, Look look) {
+    vec3 to_eye = normalize(frame.views[draw_constants.view].eye.xyz - s.position);
+    vec3 normal = s.normal;
+    if (frame.double_sided != 0u && dot(normal, to_eye) < 0.0) normal = -normal;
+    vec3 of_shape = normal;
+    if (scene_has(1u << LODE_TEXTURE_NORMAL) && (look.textures & (1u << LODE_TEXTURE_NORMAL)) != 0u)
+        normal = mapped_normal(s, normal);
+
+    vec3 albedo = look.base;
+    // Bare geometry: light stone, so that shading shows.
+    if (look.bare) albedo = vec3(0.5);
+    albedo = debug_colour(s, albedo);
+    vec3 channel = debug_channel(s, look, normal);
+    if (channel.x >= 0.0) return channel;
+    if (scene_has(LODE_LOOKS_UNLIT) && look.shading == LODE_SHADING_UNLIT) return albedo;
 
     float towards_light = max(dot(normal, frame.to_light.xyz), 0.0);
-    vec3 direct = vec3(towards_light > 0.0 ? towards_light * light_reaching(s.position, normal) : 0.0);
+    vec3 direct = vec3(towards_light > 0.0 ? towards_light * light_reaching(s.position, of_shape) : 0.0);
     if (beside_effect) direct *= light_shining_through(s.position);
-    vec3 ambient = mix(frame.ground_colour.rgb, frame.sky_colour.rgb, normal.y * 0.5 + 0.5);
+    if (scene_has(LODE_LOOKS_METALLIC_ROUGHNESS) && look.shading == LODE_SHADING_METALLIC_ROUGHNESS) {
+        vec3 own = metallic_roughness_occlusion(s, look);
+        Reflectance r = reflectance_of(albedo, own.x, own.y);
+        vec3 sum = own.z * reflected_hemisphere(r, normal, to_eye) + emission_of(s, look);
+        if (towards_light <= 0.0) return sum;
+        return sum + reflected_light(r, normal, to_eye, frame.to_light.xyz, towards_light) * direct * frame.light_colour.rgb;
+    }
+    vec3 ambient = hemisphere(normal.y);
     vec3 halfway = normalize(to_eye + frame.to_light.xyz);
     float gloss = 0.04 * pow(max(dot(normal, halfway), 0.0), 24.0);
     return albedo * (ambient + direct * frame.light_colour.rgb / 3.14159265) + gloss * direct * frame.light_colour.rgb;
+}
+
+// What the colour stage writes for a point of the surface; nothing where the pass does not draw it. alpha marks coverage.
+vec4 shown(Surface s) {
+    Look look = look_of(s);
+    // What is masked is not there any more: no depth is left of it to be equal to.
+    if (scene_has(LODE_LOOKS_BLEND) && !is_drawn(look)) discard;
+    return vec4(lit(s, look), blending ? clamp(look.alpha, 0.0, 1.0) : 1.0);
 }
 
 #endif

@@ -9,6 +9,9 @@ struct Surface {
     vec3 normal;    // world space, unit length
     vec2 uv;
     vec2 uv_dx, uv_dy;  // how it changes from pixel to pixel
+    // World space, of any length: which way uv.x and uv.y grow along the surface. Where the scene has maps of normals;
+    // 0 where it is not known.
+    vec3 along_u, along_v;
     vec4 colour;    // sRGB as stored with the vertex, and alpha
     uint material;  // into the scene's materials
     float level;    // 0 full detail .. 1 coarsest
@@ -21,6 +24,14 @@ struct Surface {
     uint triangle;  // its number in the draw
     uint mark;      // its place in triangle_marks, LODE_NO_MARKS where it has none
 };
+
+// Surface::along_u and along_v from two ways along a surface, and what the texture coordinates change on them.
+void set_along(inout Surface s, vec3 first, vec3 second, vec2 uv_first, vec2 uv_second) {
+    float turned = uv_first.x * uv_second.y - uv_second.x * uv_first.y;
+    float side = turned < 0.0 ? -1.0 : turned > 0.0 ? 1.0 : 0.0;
+    s.along_u = side * (first * uv_second.y - second * uv_first.y);
+    s.along_v = side * (second * uv_first.x - first * uv_second.x);
+}
 
 vec3 unpack_normal(vec2 packed_normal) { return normalize(unfolded(packed_normal)); }
 

@@ -14,7 +14,8 @@ PipelineSpec indexed_mesh_pipeline() {
     PipelineSpec spec;
     spec.name = "indexed mesh";
     spec.vertex = "mesh/mesh.vert";
-    spec.fragment = "mesh/mesh.frag";
+    spec.fragment = spec.blended = "mesh/mesh.frag";
+    spec.cutout = "mesh/cutout.frag";
     spec.layout.stride = sizeof(MeshVertex);
     spec.layout.attributes = {
         {LODE_MESH_POSITION, VertexFormat::f32x3, offsetof(MeshVertex, position)},

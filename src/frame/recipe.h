@@ -99,7 +99,9 @@ enum class PipelineKind : uint8_t {
 
 // Shaders are named "folder/file.stage" as in shaders/, e.g. "mesh/mesh.vert". A draw pipeline serves every stage it is
 // drawn in: the shadow stage runs its vertex part alone, the depth stage `visibility` too, where there is one, and the
-// colour stage `fragment`.
+// colour stage `fragment`. Where materials of the scene are masked or blended, the shadow stage runs `cutout`, too, and
+// so does the depth stage where there is no `visibility`; it discards what is not there. Where some are blended, what
+// the depth stage draws is drawn once more at the end of the colour stage, by `blended`, over what is there.
 //
 // A backend can light its triangles while it draws them, in depth and colour stage by one pipeline with `fragment`. Or
 // it draws them in the depth stage alone, by one whose `visibility` writes four words about what is seen to the target
@@ -108,6 +110,7 @@ struct PipelineSpec {
     std::string name;                                           // for messages and the debugger
     PipelineKind kind = PipelineKind::draw;                     // which of the members below count
     std::string vertex, fragment, visibility;                   // draw
+    std::string cutout, blended;                                // draw; empty where nothing of the scene is to be
     std::string tessellation_control, tessellation_evaluation;  // draw, both or neither
     std::string compute;                                        // compute
     VertexLayout layout;                                        // draw
@@ -117,7 +120,7 @@ struct PipelineSpec {
     // in the composite stage alone, everywhere.
     bool whole_view = false;
     Blend blend = Blend::none;        // draw: other than none of an effect's whole_view alone
-    std::vector<uint32_t> constants;  // specialisation constants 0, 1, ... of all its shaders; fewer than 14
+    std::vector<uint32_t> constants;  // specialisation constants 0, 1, ... of all its shaders; fewer than 10
     bool operator==(const PipelineSpec&) const = default;
 };
 

@@ -326,6 +326,11 @@ void FrameRecorder::use_draw_buffers(const Draw& draw, const DrawIndirect* indir
                         {VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false});
 }
 
+Variant FrameRecorder::variant_drawn(const Command& command, const PipelineSpec& spec) const {
+    const DrawnAs as{look_.debug != DebugView::none, wire_, effect_ != nullptr};
+    return blending_ ? blended_variant_of(as) : variant_of(spec, command.stage, as);
+}
+
 void FrameRecorder::draw(const Command& command) {
     const Stage stage = command.stage;
     const DrawIndirect* indirect = indirect_draw(command);
@@ -333,8 +338,7 @@ void FrameRecorder::draw(const Command& command) {
     LODE_CHECK(d.view < input_.views.size(), d.view);
     LODE_CHECK(stage == Stage::shadow ? input_.views[d.view].kind == View::Kind::shadow : d.view == 0, d.view);
     if (indirect == nullptr && (d.count == 0 || d.instances == 0)) return;
-    const Variant variant = variant_of(p_->recipe.pipelines[d.pipeline], stage,
-                                       {look_.debug != DebugView::none, wire_, effect_ != nullptr});
+    const Variant variant = variant_drawn(command, p_->recipe.pipelines[d.pipeline]);
     const VkPipeline built = p_->built.pipelines[d.pipeline].draw[static_cast<int>(variant)].get();
     LODE_CHECK(built != VK_NULL_HANDLE, p_->recipe.pipelines[d.pipeline].name, name_of(stage));
     bind(d.pipeline, built, d.view, d.words, first_mark_of(command));
@@ -516,6 +520,22 @@ void FrameRecorder::record_commands(Stage stage, const RecordedPlan& recorded) {
     }
 }
 
+// What is blended: draws of the depth stage once more, over the colours that are there. Lines show everything as it is.
+void FrameRecorder::record_blended() {
+    if (!c_.looks.blends() || wire_) return;
+    p_ = &backend_;
+    std::vector<const Command*> commands;
+    for (const Command& c : p_->plan.commands) {
+        if (c.stage == Stage::depth && draws(c)) commands.push_back(&c);
+    }
+    if (commands.empty()) return;
+    bound_pipeline_ = VK_NULL_HANDLE;
+    bound_vertices_ = bound_indices_ = VK_NULL_HANDLE;
+    blending_ = true;
+    draw_all(Stage::colour, commands, false);
+    blending_ = false;
+}
+
 void FrameRecorder::record_stage(Stage stage) {
     use_images(stage);
     if (effect_ != nullptr && stage == Stage::colour && effect_->recipe.light_grid != no_light_grid) {
@@ -530,6 +550,7 @@ void FrameRecorder::record_stage(Stage stage) {
     };
     if (counts && stage != Stage::update) begin_counting();
     record_commands(stage, backend_);
+    if (stage == Stage::colour) record_blended();
     if (effect_ != nullptr) record_commands(stage, *effect_);
     if (effect_ != nullptr && stage == Stage::composite) resolve();
     if (counts && stage == Stage::update) begin_counting();

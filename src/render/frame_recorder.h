@@ -27,6 +27,7 @@ struct FrameContext {
     FrameSlot& slot;
     const InstanceTable& instances;  // of the frame
     const BuiltPipeline& resolve;    // Variant::resolve
+    const SceneLooks& looks;         // of the scene's materials
 };
 // A plan, and what its numbers refer to.
 struct RecordedPlan {
@@ -62,6 +63,7 @@ private:
     void record_stage(Stage stage);
     void use_images(Stage stage);
     void record_commands(Stage stage, const RecordedPlan& plan);
+    void record_blended();
     void resolve();
     void time_effect(const Command* next);
     void record_other(Stage stage, const Command& command);
@@ -70,6 +72,7 @@ private:
     void set_view(const VkExtent2D& extent) const;
     void use_draw_buffers(const Draw& draw, const DrawIndirect* indirect);
     void draw(const Command& command);
+    Variant variant_drawn(const Command& command, const PipelineSpec& spec) const;
     void use_storage(const PipelineSpec& spec, VkPipelineStageFlags2 stages);
     void bind(uint32_t number, VkPipeline variant, uint32_t view, const Words& words,
               uint32_t first_mark = LODE_NO_MARKS);
@@ -86,6 +89,7 @@ private:
     bool cull_back_ = true;
     bool wire_ = false;
     bool has_visibility_ = false;
+    bool blending_ = false;  // draws of the depth stage are being drawn once more, to be blended
 
     struct PendingUpload {
         uint32_t buffer;

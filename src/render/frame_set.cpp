@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "frame/screen_error.h"
+#include "shaders/shared/materials.h"
 
 namespace lodestone {
 
@@ -33,7 +34,7 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
         {LODE_INSTANCES, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, all, nullptr},
         {LODE_INSTANCE_IDS, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, all, nullptr},
         {LODE_MATERIALS, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, all, nullptr},
-        {LODE_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+        {LODE_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, LODE_MOST_TEXTURE_ARRAYS, all, nullptr},
         {LODE_SHADOW_DEPTH, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_LIGHT_GRID, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, all, nullptr},
         {LODE_TRIANGLE_MARKS, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
@@ -49,10 +50,11 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
     LODE_VK(vkCreateDescriptorSetLayout(device.handle(), &layout_info, nullptr, &layout));
     layout_ = OwnedSetLayout(device.handle(), layout);
 
-    const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, slots},
-                                          {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, slots},
-                                          {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 4 * slots},
-                                          {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 5 * slots}};
+    const VkDescriptorPoolSize sizes[] = {
+        {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, slots},
+        {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, slots},
+        {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 4 * slots},
+        {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, (LODE_MOST_TEXTURE_ARRAYS + 4) * slots}};
     VkDescriptorPoolCreateInfo pool_info{};
     pool_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
     pool_info.maxSets = slots;
@@ -87,7 +89,6 @@ void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, co
                                                         {LODE_MATERIALS, materials.table.view.get()},
                                                         {LODE_LIGHT_GRID, light_grid}};
     const std::pair<uint32_t, VkDescriptorImageInfo> images[] = {
-        {LODE_TEXTURES, {texture_sampler_.get(), materials.textures.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
         {LODE_SHADOW_DEPTH,
          {texel_sampler_.get(), targets.shadow_depth.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
         {LODE_SCENE_DEPTH, {texel_sampler_.get(), targets.depth.view(), as_depth_read.layout}},
@@ -103,6 +104,14 @@ void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, co
         w.descriptorType = type;
         return w;
     };
+    std::vector<VkDescriptorImageInfo> textures;
+    for (size_t i = 0; i < LODE_MOST_TEXTURE_ARRAYS; ++i) {
+        const TargetImage& array = materials.arrays[i < materials.arrays.size() ? i : 0];
+        textures.push_back({texture_sampler_.get(), array.view(), as_sampled.layout});
+    }
+    VkWriteDescriptorSet& arrays = write(LODE_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER);
+    arrays.descriptorCount = LODE_MOST_TEXTURE_ARRAYS;
+    arrays.pImageInfo = textures.data();
     for (const auto& [binding, buffer] : buffers) {
         const bool constants = binding == LODE_FRAME_CONSTANTS;
         write(binding, constants ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER).pBufferInfo =
@@ -128,6 +137,8 @@ gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOption
         c.views[v].eye = glm::vec4(view.eye, camera ? 1.0f : 0.0f);
         c.views[v].forward = glm::vec4(view.forward(), view.corner_cosine());
         c.views[v].pixel_angle = view.focal_px > 0 ? 1 / view.focal_px : 0.0f;
+        c.views[v].target_width = static_cast<float>(camera ? view.width : shadow_size);
+        c.views[v].target_height = static_cast<float>(camera ? view.height : shadow_size);
         if (camera || shadow_size == 0) continue;
         c.shadow_view = v;
         const glm::mat3 rows = glm::transpose(glm::mat3(c.views[v].world_to_clip));

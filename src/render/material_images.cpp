@@ -2,136 +2,248 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstring>
+#include <map>
+#include <tuple>
 
 #include "base/check.h"
-#include "base/srgb.h"
 #include "render/targets.h"
-#include "shaders/shared/frame_constants.h"
+#include "shaders/shared/materials.h"
 
 namespace lodestone {
 
 namespace {
 
-const std::array<float, 256>& linear_of_byte() {
-    static const auto table = [] {
-        std::array<float, 256> t{};
-        for (size_t i = 0; i < 256; ++i) t[i] = static_cast<float>(linear_from_srgb(static_cast<double>(i) / 255));
-        return t;
-    }();
-    return table;
+static_assert(static_cast<int>(SurfaceShading::metallic_roughness) == LODE_SHADING_METALLIC_ROUGHNESS);
+static_assert(static_cast<int>(SurfaceShading::unlit) == LODE_SHADING_UNLIT);
+static_assert(static_cast<int>(SurfaceAlpha::mask) == LODE_ALPHA_MASK);
+static_assert(static_cast<int>(SurfaceAlpha::blend) == LODE_ALPHA_BLEND);
+static_assert(static_cast<int>(SurfaceWrap::clamp) == LODE_WRAP_CLAMP);
+static_assert(static_cast<int>(SurfaceWrap::mirror) == LODE_WRAP_MIRROR);
+static_assert(texture_emission == LODE_TEXTURE_EMISSION && texture_roles == LODE_MATERIAL_TEXTURES);
+
+bool is_moved(const SurfaceTexture& texture) { return texture.place != SurfaceTexture{}.place; }
+
+uint32_t looks_of(const MaterialSet& set) {
+    uint32_t looks = 0;
+    for (const SurfaceMaterial& m : set.materials) {
+        for (uint32_t t = 0; t < texture_roles; ++t) {
+            const SurfaceTexture& texture = m.textures[t];
+            if (texture.image < 0) continue;
+            looks |= 1u << t;
+            if (is_moved(texture)) looks |= LODE_LOOKS_PLACES;
+            if (texture.wrap != SurfaceTexture{}.wrap) looks |= LODE_LOOKS_WRAPS;
+        }
+        if (m.shading == SurfaceShading::metallic_roughness) looks |= LODE_LOOKS_METALLIC_ROUGHNESS;
+        if (m.shading == SurfaceShading::unlit) looks |= LODE_LOOKS_UNLIT;
+        if (m.emission != glm::vec3(0)) looks |= LODE_LOOKS_EMISSION;
+        if (m.alpha_mode == SurfaceAlpha::mask) looks |= LODE_LOOKS_MASK;
+        if (m.alpha_mode == SurfaceAlpha::blend) looks |= LODE_LOOKS_BLEND;
+    }
+    return looks;
 }
 
-// The next mip level of a square layer: means of 2x2 texels.
-std::vector<glm::u8vec4> halved(const std::vector<glm::u8vec4>& texels, uint32_t size) {
-    const uint32_t half = size / 2;
-    const auto& linear = linear_of_byte();
-    std::vector<glm::u8vec4> out(size_t{half} * half);
-    for (uint32_t y = 0; y < half; ++y) {
-        for (uint32_t x = 0; x < half; ++x) {
-            double sum[4] = {};
-            for (uint32_t k = 0; k < 4; ++k) {
-                const glm::u8vec4 t = texels[size_t{2 * y + k / 2} * size + 2 * x + k % 2];
-                for (int c = 0; c < 3; ++c) sum[c] += static_cast<double>(linear[t[c]]);
-                sum[3] += t[3];
-            }
-            glm::u8vec4& o = out[size_t{y} * half + x];
-            for (int c = 0; c < 3; ++c) o[c] = static_cast<uint8_t>(std::lround(255 * srgb_from_linear(sum[c] / 4)));
-            o[3] = static_cast<uint8_t>(std::lround(sum[3] / 4));
-        }
-    }
-    return out;
+// Images that share an array.
+struct ArrayPlan {
+    uint32_t width = 1, height = 1;
+    bool srgb = true;
+    std::vector<uint32_t> images;  // of the set, by layer
+    uint64_t texels() const { return uint64_t{width} * height; }
+};
+
+// The smallest of a kind that has several go together, until there are few enough.
+void join_smallest(std::vector<ArrayPlan>& arrays) {
+    std::ranges::stable_sort(arrays, {}, &ArrayPlan::texels);
+    const auto first = std::ranges::find_if(
+        arrays, [&](const ArrayPlan& a) { return std::ranges::count(arrays, a.srgb, &ArrayPlan::srgb) > 1; });
+    const auto second =
+        std::find_if(first + 1, arrays.end(), [&](const ArrayPlan& a) { return a.srgb == first->srgb; });
+    second->width = std::max(first->width, second->width);
+    second->height = std::max(first->height, second->height);
+    second->images.insert(second->images.end(), first->images.begin(), first->images.end());
+    arrays.erase(first);
 }
 
-// The texels of all levels: levels one after the other, all layers of a level together.
-struct MipLevels {
-    uint32_t size = 1, layers = 1, mips = 1;
-    std::vector<glm::u8vec4> texels;
-    std::vector<VkBufferImageCopy> regions;  // one per level
-
-    // White where there are no textures.
-    explicit MipLevels(const MaterialSet& set) {
-        const bool textured = set.layers > 0 && set.texture_size > 0;
-        if (textured) {
-            size = set.texture_size;
-            layers = set.layers;
-        }
-        LODE_CHECK(std::has_single_bit(size), size);
-        mips = static_cast<uint32_t>(std::countr_zero(size)) + 1;
-        std::vector<std::vector<glm::u8vec4>> level(layers);
-        for (uint32_t l = 0; l < layers; ++l) {
-            const size_t count = size_t{size} * size;
-            if (textured) {
-                level[l].assign(set.texels.begin() + static_cast<ptrdiff_t>(l * count),
-                                set.texels.begin() + static_cast<ptrdiff_t>((l + 1) * count));
-            } else {
-                level[l].assign(count, glm::u8vec4(255));
-            }
-        }
-        for (uint32_t mip = 0; mip < mips; ++mip) add(mip, level);
+std::vector<ArrayPlan> plan_arrays(const MaterialSet& set) {
+    std::map<std::tuple<uint32_t, uint32_t, bool>, ArrayPlan> alike;
+    for (uint32_t i = 0; i < set.images.size(); ++i) {
+        const SurfaceImage& image = set.images[i];
+        LODE_CHECK(image.texels.size() == size_t{image.width} * image.height && !image.texels.empty(), i);
+        ArrayPlan& array = alike[{image.width, image.height, image.srgb}];
+        array.width = image.width;
+        array.height = image.height;
+        array.srgb = image.srgb;
+        array.images.push_back(i);
     }
+    std::vector<ArrayPlan> arrays;
+    for (auto& [key, array] : alike) arrays.push_back(std::move(array));
+    while (arrays.size() > LODE_MOST_TEXTURE_ARRAYS) join_smallest(arrays);
+    return arrays;
+}
 
-private:
-    void add(uint32_t mip, std::vector<std::vector<glm::u8vec4>>& level) {
-        VkBufferImageCopy region{};
-        region.bufferOffset = texels.size() * sizeof(glm::u8vec4);
-        region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, mip, 0, layers};
-        region.imageExtent = {size >> mip, size >> mip, 1};
-        regions.push_back(region);
-        for (auto& layer : level) {
-            texels.insert(texels.end(), layer.begin(), layer.end());
-            if (mip + 1 < mips) layer = halved(layer, size >> mip);
-        }
+void check_limits(const VkPhysicalDeviceLimits& limits, const ArrayPlan& array) {
+    if (array.images.size() > limits.maxImageArrayLayers ||
+        std::max(array.width, array.height) > limits.maxImageDimension2D) {
+        throw VulkanFailure("the scene has " + std::to_string(array.images.size()) + " textures of " +
+                            std::to_string(array.width) + " x " + std::to_string(array.height) +
+                            " texels; the device takes " + std::to_string(limits.maxImageArrayLayers) + " of " +
+                            std::to_string(limits.maxImageDimension2D) + " a side");
+    }
+}
+
+// Levels are copied to, then the next is made of them.
+constexpr ImageUse as_landing = {VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+                                 VK_ACCESS_2_TRANSFER_WRITE_BIT};
+constexpr ImageUse as_blitted = {VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+                                 VK_ACCESS_2_TRANSFER_READ_BIT};
+
+VkFormat format_of(bool srgb) { return srgb ? VK_FORMAT_R8G8B8A8_SRGB : VK_FORMAT_R8G8B8A8_UNORM; }
+
+// A level of a layer of an image.
+struct Level {
+    const TargetImage& image;
+    uint32_t layer, mip;
+    VkImageSubresourceLayers resource() const { return {VK_IMAGE_ASPECT_COLOR_BIT, mip, layer, 1}; }
+    ImageLevels range() const { return {mip, 1, layer, 1}; }
+    VkOffset3D end() const {
+        const auto side = [&](uint32_t whole) { return static_cast<int32_t>(std::max(whole >> mip, 1u)); };
+        return {side(image.spec().width), side(image.spec().height), 1};
     }
 };
 
-void check_limits(const VkPhysicalDeviceLimits& limits, const MaterialSet& set) {
-    if (set.layers == 0 || set.texture_size == 0) return;
-    if (set.layers > limits.maxImageArrayLayers || set.texture_size > limits.maxImageDimension2D) {
-        throw VulkanFailure("the scene has " + std::to_string(set.layers) + " textures of " +
-                            std::to_string(set.texture_size) + " texels a side; the device takes " +
-                            std::to_string(limits.maxImageArrayLayers) + " of " +
-                            std::to_string(limits.maxImageDimension2D));
+// Filtered, in linear light where the format is sRGB. `from` was as_landing and becomes as_blitted.
+void blit(VkCommandBuffer commands, const Level& from, const Level& to) {
+    change_use(commands, from.image, as_landing, as_blitted, from.range());
+    VkImageBlit region{};
+    region.srcSubresource = from.resource();
+    region.srcOffsets[1] = from.end();
+    region.dstSubresource = to.resource();
+    region.dstOffsets[1] = to.end();
+    vkCmdBlitImage(commands, from.image.get(), as_blitted.layout, to.image.get(), as_landing.layout, 1, &region,
+                   VK_FILTER_LINEAR);
+}
+
+class Uploader {
+public:
+    Uploader(BlockAllocator& allocator, const CommandPool& pool) : allocator_(allocator), pool_(pool) {}
+
+    TargetImage array_of(const ArrayPlan& plan, const MaterialSet& set) {
+        check_limits(allocator_.device().limits(), plan);
+        TargetImage array = image_of(plan.width, plan.height, static_cast<uint32_t>(plan.images.size()), plan.srgb);
+        pool_.run([&](VkCommandBuffer commands) { change_use(commands, array, {}, as_landing); });
+        for (uint32_t layer = 0; layer < plan.images.size(); ++layer) put(set.images[plan.images[layer]], array, layer);
+        return array;
     }
+
+    TexelBuffer table_of(const std::vector<gpu::MaterialConstants>& table) {
+        const VkDeviceSize bytes = table.size() * sizeof table[0];
+        TexelBuffer made;
+        made.buffer =
+            Buffer(allocator_, bytes, VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                   MemoryKind::device_local, "materials");
+        made.view = make_texel_view(allocator_.device(), made.buffer.get(), 4);
+        const Buffer staged = stage(table.data(), bytes);
+        pool_.run([&](VkCommandBuffer commands) {
+            const VkBufferCopy copy{0, 0, bytes};
+            vkCmdCopyBuffer(commands, staged.get(), made.buffer.get(), 1, &copy);
+            memory_barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                           VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+        });
+        return made;
+    }
+
+private:
+    TargetImage image_of(uint32_t width, uint32_t height, uint32_t layers, bool srgb) {
+        const auto mips = static_cast<uint32_t>(std::bit_width(std::max(width, height)));
+        return {allocator_,
+                {format_of(srgb), width, height, layers, mips,
+                 VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, true},
+                "textures"};
+    }
+
+    Buffer stage(const void* data, VkDeviceSize bytes) {
+        Buffer staged(allocator_, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging, "staged materials");
+        std::memcpy(staged.mapped(), data, bytes);
+        return staged;
+    }
+
+    // The image, enlarged to the size of the array, and its mip levels.
+    void put(const SurfaceImage& image, const TargetImage& array, uint32_t layer) {
+        const Buffer staged = stage(image.texels.data(), image.texels.size() * sizeof image.texels[0]);
+        TargetImage own;
+        const bool fits = image.width == array.spec().width && image.height == array.spec().height;
+        if (!fits) own = image_of(image.width, image.height, 1, image.srgb);
+        pool_.run([&](VkCommandBuffer commands) {
+            const TargetImage& landing = fits ? array : own;
+            if (!fits) change_use(commands, own, {}, as_landing);
+            VkBufferImageCopy region{};
+            region.imageSubresource = Level{landing, fits ? layer : 0, 0}.resource();
+            region.imageExtent = {image.width, image.height, 1};
+            vkCmdCopyBufferToImage(commands, staged.get(), landing.get(), as_landing.layout, 1, &region);
+            if (!fits) blit(commands, {own, 0, 0}, {array, layer, 0});
+            for (uint32_t mip = 1; mip < array.spec().mips; ++mip)
+                blit(commands, {array, layer, mip - 1}, {array, layer, mip});
+            const uint32_t last = array.spec().mips - 1;
+            if (last > 0) change_use(commands, array, as_blitted, as_sampled, {0, last, layer, 1});
+            change_use(commands, array, as_landing, as_sampled, {last, 1, layer, 1});
+        });
+    }
+
+    BlockAllocator& allocator_;
+    const CommandPool& pool_;
+};
+
+gpu::TextureConstants constants_of(const SurfaceTexture& texture, const std::vector<uint32_t>& places) {
+    gpu::TextureConstants c{};
+    c.turn = glm::vec4(texture.place[0], texture.place[1]);
+    c.move_x = texture.place[2].x;
+    c.move_y = texture.place[2].y;
+    LODE_CHECK(texture.image < static_cast<int64_t>(places.size()), texture.image);
+    c.array_and_layer = texture.image < 0 ? LODE_NO_TEXTURE : places[static_cast<size_t>(texture.image)];
+    c.wrap = static_cast<uint32_t>(texture.wrap[0]) | static_cast<uint32_t>(texture.wrap[1]) << 8 |
+             (is_moved(texture) ? 1u << 16 : 0);
+    return c;
+}
+
+gpu::MaterialConstants constants_of(const SurfaceMaterial& m, const std::vector<uint32_t>& places) {
+    gpu::MaterialConstants c{};
+    c.base_colour = m.base_colour;
+    c.emission = m.emission;
+    c.occlusion_strength = m.occlusion_strength;
+    c.metallic = m.metallic;
+    c.roughness = m.roughness;
+    c.normal_scale = m.normal_scale;
+    c.alpha_cutoff = m.alpha_cutoff;
+    c.shading = static_cast<uint32_t>(m.shading);
+    c.alpha_mode = static_cast<uint32_t>(m.alpha_mode);
+    for (uint32_t t = 0; t < texture_roles; ++t) {
+        c.texture[t] = constants_of(m.textures[t], places);
+        if (m.textures[t].image >= 0) c.textures |= 1u << t;
+    }
+    c.base_array_and_layer = c.texture[texture_base_colour].array_and_layer;
+    return c;
 }
 
 }  // namespace
 
 MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool& pool, const MaterialSet& set) {
     LODE_CHECK(!set.materials.empty());
-    std::vector<gpu::MaterialConstants> table;
-    for (const SurfaceMaterial& m : set.materials) table.push_back({m.base_colour, m.layer, 0, 0, 0});
-    check_limits(allocator.device().limits(), set);
-    const MipLevels levels(set);
-
+    Uploader uploader(allocator, pool);
     MaterialImages made;
-    const VkDeviceSize table_bytes = table.size() * sizeof table[0],
-                       texel_bytes = levels.texels.size() * sizeof levels.texels[0];
-    made.table.buffer =
-        Buffer(allocator, table_bytes, VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-               MemoryKind::device_local, "materials");
-    made.table.view = make_texel_view(allocator.device(), made.table.buffer.get(), 4);
-    made.textures = TargetImage(allocator,
-                                {VK_FORMAT_R8G8B8A8_SRGB, levels.size, levels.size, levels.layers, levels.mips,
-                                 VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT, true},
-                                "textures");
-    const Buffer staged_table(allocator, table_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging,
-                              "staged materials");
-    const Buffer staged_texels(allocator, texel_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::staging,
-                               "staged textures");
-    std::memcpy(staged_table.mapped(), table.data(), table_bytes);
-    std::memcpy(staged_texels.mapped(), levels.texels.data(), texel_bytes);
-    pool.run([&](VkCommandBuffer commands) {
-        const VkBufferCopy copy{0, 0, table_bytes};
-        vkCmdCopyBuffer(commands, staged_table.get(), made.table.buffer.get(), 1, &copy);
-        memory_barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
-                       VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
-        change_use(commands, made.textures, {}, as_copy_destination);
-        vkCmdCopyBufferToImage(commands, staged_texels.get(), made.textures.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                               static_cast<uint32_t>(levels.regions.size()), levels.regions.data());
-        change_use(commands, made.textures, as_copy_destination, as_sampled);
-    });
+    std::vector<uint32_t> places(set.images.size(), LODE_NO_TEXTURE);
+    for (const ArrayPlan& plan : plan_arrays(set)) {
+        for (uint32_t layer = 0; layer < plan.images.size(); ++layer)
+            places[plan.images[layer]] = static_cast<uint32_t>(made.arrays.size()) << 24 | layer;
+        made.arrays.push_back(uploader.array_of(plan, set));
+    }
+    if (made.arrays.empty()) {
+        const MaterialSet white{{}, {{1, 1, true, {glm::u8vec4(255)}}}};
+        made.arrays.push_back(uploader.array_of({1, 1, true, {0}}, white));
+    }
+    std::vector<gpu::MaterialConstants> table;
+    for (const SurfaceMaterial& m : set.materials) table.push_back(constants_of(m, places));
+    made.table = uploader.table_of(table);
+    made.looks = {looks_of(set), static_cast<uint32_t>(made.arrays.size())};
     return made;
 }
 

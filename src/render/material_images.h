@@ -1,18 +1,23 @@
-// The scene's materials on the device: the table, and the texture array with its mip levels.
+// The scene's materials on the device: the table, and its images with their mip levels.
 #pragma once
 
 #include "frame/materials.h"
+#include "render/recipe_build.h"
 #include "render/vulkan/commands.h"
 #include "render/vulkan/memory.h"
 
 namespace lodestone {
 
 struct MaterialImages {
-    TexelBuffer table;     // gpu::MaterialConstants, in texels of four words
-    TargetImage textures;  // sRGB array, one white texel where the scene has none; left as_sampled
+    TexelBuffer table;  // gpu::MaterialConstants, in texels of four words
+    // At least one, at most LODE_MOST_TEXTURE_ARRAYS. Each has images of one size and kind; one white texel where the
+    // scene has none. Left as_sampled.
+    std::vector<TargetImage> arrays;
+    SceneLooks looks;
 };
 
-// Uploads and waits. Mip levels are averaged in linear light.
+// Uploads and waits. Mip levels are averaged in linear light. Images keep their sizes; only where they are of more
+// sizes and kinds than there are arrays, small ones are enlarged.
 MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool& commands,
                                     const MaterialSet& materials);
 

@@ -10,6 +10,7 @@
 #include "render/targets.h"
 #include "shaders/shared/draw_constants.h"
 #include "shaders/shared/frame_constants.h"
+#include "shaders/shared/materials.h"
 
 namespace lodestone {
 
@@ -35,7 +36,51 @@ Variant variant_of(const PipelineSpec& spec, Stage stage, const DrawnAs& as) {
     return lines ? Variant::depth_lines : as.debug && !spec.visibility.empty() ? Variant::depth_debug : Variant::depth;
 }
 
+Variant blended_variant_of(const DrawnAs& as) {
+    if (as.beside_effect) return as.debug ? Variant::blended_radiance_debug : Variant::blended_radiance;
+    return as.debug ? Variant::blended_debug : Variant::blended;
+}
+
+bool SceneLooks::cuts() const { return (looks & (LODE_LOOKS_MASK | LODE_LOOKS_BLEND)) != 0; }
+bool SceneLooks::blends() const { return (looks & LODE_LOOKS_BLEND) != 0; }
+
 namespace {
+
+bool in_colour_stage(Variant variant) { return variant >= Variant::colour && variant < Variant::composite; }
+bool in_depth_stage(Variant variant) { return variant > Variant::shadow && variant < Variant::colour; }
+// Without depths to test against.
+bool over_all(Variant variant) { return variant >= Variant::composite; }
+bool is_blended(Variant variant) { return variant >= Variant::blended && variant < Variant::composite; }
+bool beside_effect(Variant variant) {
+    return (variant >= Variant::radiance && variant < Variant::blended) || variant == Variant::blended_radiance ||
+           variant == Variant::blended_radiance_debug;
+}
+bool as_lines(Variant variant) {
+    return variant == Variant::depth_lines || variant == Variant::colour_lines || variant == Variant::radiance_lines;
+}
+bool shows_debug_views(Variant variant) {
+    return as_lines(variant) || variant == Variant::depth_debug || variant == Variant::colour_debug ||
+           variant == Variant::radiance_debug || variant == Variant::blended_debug ||
+           variant == Variant::blended_radiance_debug;
+}
+const VkFormat& format_drawn_to(Variant variant) {
+    if (in_depth_stage(variant)) return visibility_format;
+    return beside_effect(variant) || variant == Variant::composite ? radiance_format : colour_format;
+}
+// Lines show all triangles, whatever their materials.
+SceneLooks looks_in(const SceneLooks& scene, Variant variant) {
+    SceneLooks looks = scene;
+    if (as_lines(variant)) looks.looks &= ~uint32_t{LODE_LOOKS_MASK | LODE_LOOKS_BLEND};
+    return looks;
+}
+// looks: of the scene.
+const std::string& fragment_of(const PipelineSpec& spec, Variant variant, const SceneLooks& looks) {
+    static const std::string none;
+    if (is_blended(variant)) return spec.blended;
+    if (in_colour_stage(variant) || over_all(variant)) return spec.fragment;
+    if (in_depth_stage(variant) && !spec.visibility.empty()) return spec.visibility;
+    return looks_in(looks, variant).cuts() ? spec.cutout : none;
+}
 
 // Of so many bytes, in segments of which all but the last have segment_bytes.
 std::vector<Buffer> make_segments(BlockAllocator& allocator, const BufferSpec& spec, uint64_t bytes,
@@ -118,19 +163,25 @@ VkFormat format_of(VertexFormat format) {
 // (shaders/shared/texels.glsl).
 class ShaderConstants {
 public:
-    ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers, bool fragments, bool debug_views,
-                    bool beside_effect) {
+    // Of what runs on no surface.
+    ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers)
+        : ShaderConstants(spec, buffers, Variant::resolve, {}) {}
+    ShaderConstants(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers, Variant variant,
+                    const SceneLooks& scene) {
         constexpr uint32_t first_words = 16,
                            first_count = 48;  // LODE_FIRST_SEGMENT_CONSTANT, LODE_FIRST_COUNT_CONSTANT
         const auto add = [&](uint32_t id, uint64_t value) {
             entries_.push_back({id, static_cast<uint32_t>(words_.size() * sizeof(uint32_t)), sizeof(uint32_t)});
             words_.push_back(static_cast<uint32_t>(value));
         };
-        LODE_CHECK(spec.constants.size() <= LODE_EFFECT_CONSTANT, spec.name);
+        LODE_CHECK(spec.constants.size() <= LODE_BLENDING_CONSTANT, spec.name);
         for (uint32_t id = 0; id < spec.constants.size(); ++id) add(id, spec.constants[id]);
-        add(LODE_EFFECT_CONSTANT, beside_effect ? 1 : 0);
-        add(LODE_FRAGMENTS_CONSTANT, fragments ? 1 : 0);
-        add(LODE_DEBUG_CONSTANT, debug_views ? 1 : 0);
+        add(LODE_BLENDING_CONSTANT, is_blended(variant) ? 1 : 0);
+        add(LODE_TEXTURE_ARRAYS_CONSTANT, scene.texture_arrays);
+        add(LODE_LOOKS_CONSTANT, looks_in(scene, variant).looks);
+        add(LODE_EFFECT_CONSTANT, beside_effect(variant) ? 1 : 0);
+        add(LODE_FRAGMENTS_CONSTANT, fragment_of(spec, variant, scene).empty() ? 0 : 1);
+        add(LODE_DEBUG_CONSTANT, shows_debug_views(variant) ? 1 : 0);
         for (const StorageBinding& s : spec.storage) {
             add(first_words + s.binding, buffers[s.buffer].segment_bytes / sizeof(uint32_t));
             add(first_count + s.binding, buffers[s.buffer].most_segments);
@@ -165,33 +216,11 @@ struct ShaderStages {
     }
 };
 
-bool in_colour_stage(Variant variant) { return variant >= Variant::colour && variant < Variant::composite; }
-bool in_depth_stage(Variant variant) { return variant > Variant::shadow && variant < Variant::colour; }
-// Without depths to test against.
-bool over_all(Variant variant) { return variant >= Variant::composite; }
-bool beside_effect(Variant variant) { return variant >= Variant::radiance && variant < Variant::composite; }
-bool as_lines(Variant variant) {
-    return variant == Variant::depth_lines || variant == Variant::colour_lines || variant == Variant::radiance_lines;
-}
-bool shows_debug_views(Variant variant) {
-    return as_lines(variant) || variant == Variant::depth_debug || variant == Variant::colour_debug ||
-           variant == Variant::radiance_debug;
-}
-const VkFormat& format_drawn_to(Variant variant) {
-    if (in_depth_stage(variant)) return visibility_format;
-    return beside_effect(variant) || variant == Variant::composite ? radiance_format : colour_format;
-}
-const std::string& fragment_of(const PipelineSpec& spec, Variant variant) {
-    static const std::string none;
-    return in_colour_stage(variant) || over_all(variant) ? spec.fragment
-           : in_depth_stage(variant)                     ? spec.visibility
-                                                         : none;
-}
-
 // Whether some stage of some ShadingOptions runs it.
-bool is_used(const PipelineSpec& spec, Variant variant, bool draws_lines, bool with_effect) {
+bool is_used(const PipelineSpec& spec, Variant variant, const SceneLooks& looks, bool draws_lines, bool with_effect) {
     if (spec.blend != Blend::none) return variant == Variant::composite;
     if (over_all(variant) || (beside_effect(variant) && !with_effect)) return false;
+    if (is_blended(variant)) return looks.blends() && !spec.blended.empty();
     for (const Stage stage : {Stage::shadow, Stage::depth, Stage::colour}) {
         if (spec.whole_view && stage != Stage::colour) continue;
         if (!spec.visibility.empty() && stage == Stage::colour) continue;
@@ -214,6 +243,7 @@ public:
         set_raster(variant);
         set_depth(spec, variant);
         set_targets(spec, variant, has_visibility);
+        set_blend(spec, variant);
     }
     DrawState(const DrawState&) = delete;
     DrawState& operator=(const DrawState&) = delete;
@@ -272,21 +302,14 @@ private:
         depth_.depthTestEnable = over_all(variant) ? VK_FALSE : VK_TRUE;
         depth_.depthWriteEnable = !coloured && !over_all(variant);
         // Reversed depth; what the depth stage left is drawn once. What covers the view lies behind it all.
-        depth_.depthCompareOp = spec.whole_view ? VK_COMPARE_OP_LESS
-                                : coloured      ? VK_COMPARE_OP_EQUAL
-                                                : VK_COMPARE_OP_GREATER_OR_EQUAL;
+        depth_.depthCompareOp = spec.whole_view                    ? VK_COMPARE_OP_LESS
+                                : coloured && !is_blended(variant) ? VK_COMPARE_OP_EQUAL
+                                                                   : VK_COMPARE_OP_GREATER_OR_EQUAL;
     }
     void set_targets(const PipelineSpec& spec, Variant variant, bool has_visibility) {
         const bool coloured = in_colour_stage(variant) || over_all(variant);
         const uint32_t images = coloured || (in_depth_stage(variant) && has_visibility) ? 1 : 0;
-        blend_attachment_.colorWriteMask = fragment_of(spec, variant).empty() ? 0 : 0xf;
-        if (spec.blend == Blend::over) {
-            blend_attachment_.blendEnable = VK_TRUE;
-            blend_attachment_.srcColorBlendFactor = VK_BLEND_FACTOR_ONE;
-            blend_attachment_.dstColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
-            blend_attachment_.srcAlphaBlendFactor = VK_BLEND_FACTOR_ZERO;
-            blend_attachment_.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
-        }
+        blend_attachment_.colorWriteMask = coloured || !spec.visibility.empty() ? 0xf : 0;
         blend_.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
         blend_.attachmentCount = images;
         blend_.pAttachments = &blend_attachment_;
@@ -294,6 +317,22 @@ private:
         rendering_.colorAttachmentCount = images;
         rendering_.pColorAttachmentFormats = &format_drawn_to(variant);
         rendering_.depthAttachmentFormat = over_all(variant) ? VK_FORMAT_UNDEFINED : depth_format;
+    }
+
+    void set_blend(const PipelineSpec& spec, Variant variant) {
+        if (spec.blend == Blend::none && !is_blended(variant)) return;
+        blend_attachment_.blendEnable = VK_TRUE;
+        if (spec.blend == Blend::over) {
+            blend_attachment_.srcColorBlendFactor = VK_BLEND_FACTOR_ONE;
+            blend_attachment_.dstColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
+            blend_attachment_.srcAlphaBlendFactor = VK_BLEND_FACTOR_ZERO;
+            blend_attachment_.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+        } else {
+            blend_attachment_.srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
+            blend_attachment_.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+            blend_attachment_.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+            blend_attachment_.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+        }
     }
 
     static constexpr std::array<VkDynamicState, 3> dynamic_states = {
@@ -314,14 +353,15 @@ private:
     VkPipelineRenderingCreateInfo rendering_{};
 };
 
-// has_visibility: of the recipe.
+// fragment: its shader, or empty. has_visibility: of the recipe.
 OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout,
-                                 const VkSpecializationInfo* constants, Variant variant, bool has_visibility) {
+                                 const VkSpecializationInfo* constants, Variant variant, const std::string& fragment,
+                                 bool has_visibility) {
     ShaderStages stages{constants, {}, {}};
     stages.add(device, VK_SHADER_STAGE_VERTEX_BIT, spec.vertex);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, spec.tessellation_control);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, spec.tessellation_evaluation);
-    stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, fragment_of(spec, variant));
+    stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, fragment);
     const DrawState state(spec, variant, has_visibility);
     const VkGraphicsPipelineCreateInfo info = state.info(stages, layout);
     VkPipeline pipeline = VK_NULL_HANDLE;
@@ -384,7 +424,8 @@ OwnedPipelineLayout make_pipeline_layout(const Device& device, VkDescriptorSetLa
 }
 
 BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers,
-                            VkDescriptorSetLayout frame_layout, bool has_visibility, bool with_effect) {
+                            VkDescriptorSetLayout frame_layout, const SceneLooks& looks, bool has_visibility,
+                            bool with_effect) {
     check_bindings(spec, buffers);
     BuiltPipeline built;
     const bool compute = spec.kind == PipelineKind::compute;
@@ -396,15 +437,15 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
     built.layout = make_pipeline_layout(device, frame_layout, built.storage_layout.get(), built.stages);
     const VkPipelineLayout layout = built.layout.get();
     if (compute) {
-        const ShaderConstants constants(spec, buffers, false, false, false);
+        const ShaderConstants constants(spec, buffers);
         built.compute = make_compute_pipeline(device, spec, layout, constants.get());
     } else {
         for (int v = 0; v < variant_count; ++v) {
             const auto variant = static_cast<Variant>(v);
-            if (!is_used(spec, variant, device.draws_lines(), with_effect)) continue;
-            const ShaderConstants constants(spec, buffers, !fragment_of(spec, variant).empty(),
-                                            shows_debug_views(variant), beside_effect(variant));
-            built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), variant, has_visibility);
+            if (!is_used(spec, variant, looks, device.draws_lines(), with_effect)) continue;
+            const ShaderConstants constants(spec, buffers, variant, looks);
+            built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), variant,
+                                               fragment_of(spec, variant, looks), has_visibility);
         }
     }
     return built;
@@ -478,14 +519,14 @@ OwnedShader make_shader(const Device& device, const std::string& name) {
 }
 
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
-                         uint64_t segment_limit, bool beside_effect) {
+                         uint64_t segment_limit, const SceneLooks& looks, bool beside_effect) {
     BuiltRecipe built;
     for (uint32_t b = 0; b < recipe.buffers.size(); ++b) {
         built.buffers.push_back(
             make_buffer(allocator, recipe.buffers[b], segment_limit_of(allocator.device(), recipe, b, segment_limit)));
     }
     for (const PipelineSpec& spec : recipe.pipelines)
-        built.pipelines.push_back(make_pipeline(allocator.device(), spec, built.buffers, frame_layout,
+        built.pipelines.push_back(make_pipeline(allocator.device(), spec, built.buffers, frame_layout, looks,
                                                 recipe.has_visibility(), beside_effect));
     built.sets = make_storage_sets(allocator.device(), recipe, built);
     return built;
@@ -501,9 +542,9 @@ BuiltPipeline build_resolve(const Device& device, VkDescriptorSetLayout frame_la
     built.stages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
     built.storage_layout = make_storage_layout(device, spec, built.stages);
     built.layout = make_pipeline_layout(device, frame_layout, built.storage_layout.get(), built.stages);
-    const ShaderConstants constants(spec, {}, true, false, false);
+    const ShaderConstants constants(spec, {});
     built.draw[static_cast<int>(Variant::resolve)] =
-        make_draw_pipeline(device, spec, built.layout.get(), constants.get(), Variant::resolve, false);
+        make_draw_pipeline(device, spec, built.layout.get(), constants.get(), Variant::resolve, spec.fragment, false);
     return built;
 }
 

@@ -27,8 +27,8 @@ struct SplitBuffer {
 };
 
 // Where a draw pipeline is used decides what of it runs.
-// debug: for a debug view; lines: that of wireframes; radiance: beside an effect; composite: of an effect; resolve: of
-// the renderer itself.
+// debug: for a debug view; lines: that of wireframes; radiance: beside an effect; blended: what is blended, drawn by
+// itself; composite: of an effect; resolve: of the renderer itself.
 enum class Variant {
     shadow,
     depth,
@@ -40,10 +40,14 @@ enum class Variant {
     radiance,
     radiance_debug,
     radiance_lines,
+    blended,
+    blended_debug,
+    blended_radiance,
+    blended_radiance_debug,
     composite,
     resolve,
 };
-inline constexpr int variant_count = 12;
+inline constexpr int variant_count = 16;
 
 struct BuiltPipeline {
     OwnedPipelineLayout layout;
@@ -60,6 +64,8 @@ struct DrawnAs {
 };
 // What a pipeline runs in a stage that draws.
 Variant variant_of(const PipelineSpec& spec, Stage stage, const DrawnAs& as);
+// What it runs to draw what is blended. as: without lines, which show all triangles alike.
+Variant blended_variant_of(const DrawnAs& as);
 
 // What shaders see buffers by, which goes with the buffers it was made of.
 struct StorageSets {
@@ -88,11 +94,19 @@ OwnedShader make_shader(const Device& device, const std::string& name);
 Replaced resize_buffer(BlockAllocator& allocator, const Recipe& recipe, uint32_t number, uint64_t bytes,
                        BuiltRecipe& built);
 
+// What the materials of a scene ask of pipelines.
+struct SceneLooks {
+    uint32_t looks = 0;           // LODE_LOOKS_... bits
+    uint32_t texture_arrays = 1;  // that are looked up in
+    bool cuts() const;            // whether something of a surface is not there, or is blended
+    bool blends() const;          // whether something is blended
+};
+
 // frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split, or fewer
 // where the device says so. beside_effect: frames may be drawn with an effect, too.
 // Throws VulkanFailure; a shader that is not in the library is named.
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
-                         uint64_t segment_limit, bool beside_effect);
+                         uint64_t segment_limit, const SceneLooks& looks, bool beside_effect);
 
 // The renderer's own pipeline, Variant::resolve: from Targets::radiance to Targets::colour.
 BuiltPipeline build_resolve(const Device& device, VkDescriptorSetLayout frame_layout);

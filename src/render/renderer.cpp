@@ -226,11 +226,11 @@ private:
         }
     }
 
-    Loaded::Part part_of(const Recipe& recipe, bool beside_effect) {
+    Loaded::Part part_of(const Recipe& recipe, const SceneLooks& looks, bool beside_effect) {
         const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit : ~uint64_t{0};
         Loaded::Part part;
         part.recipe = recipe;
-        part.built = build_recipe(allocator_, recipe, sets_.layout(), limit, beside_effect);
+        part.built = build_recipe(allocator_, recipe, sets_.layout(), limit, looks, beside_effect);
         part.hazards.reset(recipe.buffers.size());
         return part;
     }
@@ -238,14 +238,14 @@ private:
     // All is made before anything that was there goes.
     void bring(const Recipe& recipe, const MaterialSet& materials, uint32_t place, const Recipe* effect) {
         Loaded made;
-        made.backend = part_of(recipe, effect != nullptr);
-        if (effect != nullptr) made.effect = part_of(*effect, false);
+        made.materials = make_material_images(allocator_, pool_, materials);
+        made.backend = part_of(recipe, made.materials.looks, effect != nullptr);
+        if (effect != nullptr) made.effect = part_of(*effect, {}, false);
         if (effect != nullptr && effect->light_grid != no_light_grid) {
             const SplitBuffer& grid = made.effect->built.buffers[effect->light_grid];
             LODE_CHECK(grid.most_segments == 1, effect->buffers[effect->light_grid].name);
             made.light_grid = make_texel_view(device_, grid.whole(), 1);
         }
-        made.materials = make_material_images(allocator_, pool_, materials);
         made.number = ++loads_;
         const auto other = [&](auto&& asks) {
             for (uint32_t p = 0; p < most_places; ++p) {
@@ -267,8 +267,9 @@ private:
         const RecordedPlan backend = recorded(plans.backend, loaded.backend, slot.readbacks);
         std::optional<RecordedPlan> effect;
         if (plans.effect != nullptr) effect.emplace(recorded(*plans.effect, *loaded.effect, slot.effect_readbacks));
-        FrameRecorder({device_, pool_, allocator_, targets_, options_.shadow_size, slot, instances_, resolve_}, backend,
-                      effect ? &*effect : nullptr, input, look)
+        FrameRecorder({device_, pool_, allocator_, targets_, options_.shadow_size, slot, instances_, resolve_,
+                       loaded.materials.looks},
+                      backend, effect ? &*effect : nullptr, input, look)
             .record();
         const VkFence fence = slot.fence.get();
         LODE_VK(vkResetFences(device_.handle(), 1, &fence));

@@ -60,7 +60,13 @@ enum class DebugView : uint32_t {
     volume_occupancy,  // how many of a ray's steps found something
     volume_light,      // what comes towards the eye, without how dense it is
     volume_steps,      // samples along a ray, up to 256
-    leaf               // `vgi`: where the source's own triangles are drawn
+    leaf,              // `vgi`: where the source's own triangles are drawn
+    base_colour,       // of the material, times texture and vertex colour
+    alpha,             // of it; 1 where it is opaque
+    metallic,          // of the material
+    roughness,         // of the material
+    occlusion,         // how much of the light from all around reaches the surface, by the material's texture
+    emission           // what shines by itself
 };
 
 // A number for every triangle of some of a plan's draws, for DebugView::misses: 0 blue .. 3 red.

@@ -37,7 +37,8 @@ TargetImage make_radiance(BlockAllocator& allocator, uint32_t width, uint32_t he
             "radiance"};
 }
 
-void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageUse& from, const ImageUse& to) {
+void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageUse& from, const ImageUse& to,
+                const ImageLevels& levels) {
     VkImageMemoryBarrier2 barrier{};
     barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
     barrier.srcStageMask = from.stages;
@@ -48,7 +49,7 @@ void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageU
     barrier.newLayout = to.layout;
     barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
     barrier.image = image.get();
-    barrier.subresourceRange = {image.aspect(), 0, VK_REMAINING_MIP_LEVELS, 0, VK_REMAINING_ARRAY_LAYERS};
+    barrier.subresourceRange = {image.aspect(), levels.mip, levels.mips, levels.layer, levels.layers};
     VkDependencyInfo dependency{};
     dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
     dependency.imageMemoryBarrierCount = 1;

@@ -21,13 +21,19 @@ Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height,
 TargetImage make_visibility(BlockAllocator& allocator, uint32_t width, uint32_t height);
 TargetImage make_radiance(BlockAllocator& allocator, uint32_t width, uint32_t height);
 
-// A whole image from one use to another. `from` layout UNDEFINED drops what it held.
+// Levels of an image, all of them unless told otherwise.
+struct ImageLevels {
+    uint32_t mip = 0, mips = VK_REMAINING_MIP_LEVELS, layer = 0, layers = VK_REMAINING_ARRAY_LAYERS;
+};
+
+// An image from one use to another. `from` layout UNDEFINED drops what it held.
 struct ImageUse {
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
     VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_NONE;
     VkAccessFlags2 access = VK_ACCESS_2_NONE;
 };
-void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageUse& from, const ImageUse& to);
+void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageUse& from, const ImageUse& to,
+                const ImageLevels& levels = {});
 
 // The uses images are put to.
 inline constexpr ImageUse as_depth_target = {

@@ -11,7 +11,7 @@
 namespace lodestone {
 
 // The materials of a mesh without any.
-inline MaterialSet plain() { return {{SurfaceMaterial{}}, 0, 0, {}}; }
+inline MaterialSet plain() { return {{SurfaceMaterial{}}, {}}; }
 
 class DeviceTest : public testing::Test {
 protected:

@@ -585,8 +585,13 @@ std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, s
          static_cast<uint32_t>(leaf_slot_bytes), std::max<uint64_t>(shares.pools[2].most_slots, 1) * leaf_slot_bytes}};
 }
 
+// What shaders/shared/vgi_surface.glsl is told of attributes.
+struct AttributeConstants {
+    uint32_t ever, words;
+};
+
 // kinds: LODE_VGI_KIND_..., of vertices of triangles.
-PipelineSpec drawing_pipeline(bool tess, uint32_t kinds) {
+PipelineSpec drawing_pipeline(bool tess, uint32_t kinds, const AttributeConstants& attributes) {
     PipelineSpec pipeline;
     pipeline.name = tess                             ? "patches"
                     : kinds == LODE_VGI_KIND_LEAVES  ? "leaves"
@@ -599,6 +604,8 @@ PipelineSpec drawing_pipeline(bool tess, uint32_t kinds) {
         pipeline.patch_vertices = 1;
     }
     pipeline.visibility = "vgi/visible.frag";
+    pipeline.cutout = "vgi/cutout.frag";
+    pipeline.blended = "vgi/blended.frag";
     pipeline.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
                         StorageBinding::texels(LODE_VGI_SLOTS, slot_table, 2),
                         StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
@@ -606,18 +613,20 @@ PipelineSpec drawing_pipeline(bool tess, uint32_t kinds) {
                         StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1),
                         StorageBinding::texels(LODE_VGI_CORNERS, corners_of_charts, 4),
                         StorageBinding::pool(LODE_VGI_LEAVES, leaf_pool, 4)};
-    if (!tess) pipeline.constants = {kinds};
+    pipeline.storage.insert(pipeline.storage.end(), {StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
+                                                     StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1)});
+    pipeline.constants = {kinds, 0, attributes.ever, attributes.words};
     if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read});
     return pipeline;
 }
 
-PipelineSpec lighting_pipeline_of(std::span<const OpenAtlas> atlases, uint32_t texel_words) {
+PipelineSpec lighting_pipeline_of(const AttributeConstants& attributes) {
     PipelineSpec lighting;
     lighting.name = "lighting";
     lighting.vertex = "frame/whole_view.vert";
     lighting.fragment = "vgi/atlas.frag";
     lighting.whole_view = true;
-    lighting.constants = {attributes_ever(atlases), texel_words};
+    lighting.constants = {0, 0, attributes.ever, attributes.words};
     lighting.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
                         StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
                         StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1),
@@ -643,10 +652,11 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     Recipe recipe;
     recipe.buffers = buffers_of(totals, *shares, atlases.size());
     const uint32_t kinds = shares->pools[2].most_slots > 0 ? every_kind : every_kind & ~LODE_VGI_KIND_LEAVES;
-    recipe.pipelines = {drawing_pipeline(shares->tess, kinds), lighting_pipeline_of(atlases, totals.texel_words)};
+    const AttributeConstants attributes{attributes_ever(atlases), totals.texel_words};
+    recipe.pipelines = {drawing_pipeline(shares->tess, kinds, attributes), lighting_pipeline_of(attributes)};
     if (!shares->tess) {
         for (const uint32_t alone : {LODE_VGI_KIND_SAMPLES, LODE_VGI_KIND_LEAVES}) {
-            if ((kinds & alone) != 0) recipe.pipelines.push_back(drawing_pipeline(false, alone));
+            if ((kinds & alone) != 0) recipe.pipelines.push_back(drawing_pipeline(false, alone, attributes));
         }
     }
     if (options.raster == Raster::device) DeviceCut(atlases).add_to(recipe, std::max(1u, options.instances));

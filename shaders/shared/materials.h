@@ -1,0 +1,75 @@
+// The table of materials, declared once for C++ and GLSL: texels of four words (shaders/shared/materials.glsl).
+#ifndef LODESTONE_MATERIALS_H
+#define LODESTONE_MATERIALS_H
+
+// By what a surface is lit.
+#define LODE_SHADING_PLAIN 0
+#define LODE_SHADING_METALLIC_ROUGHNESS 1
+#define LODE_SHADING_UNLIT 2
+
+// What alpha does.
+#define LODE_ALPHA_OPAQUE 0
+#define LODE_ALPHA_MASK 1
+#define LODE_ALPHA_BLEND 2
+
+// The textures of a material.
+#define LODE_TEXTURE_BASE_COLOUR 0
+#define LODE_TEXTURE_METALLIC_ROUGHNESS 1
+#define LODE_TEXTURE_NORMAL 2
+#define LODE_TEXTURE_OCCLUSION 3
+#define LODE_TEXTURE_EMISSION 4
+#define LODE_MATERIAL_TEXTURES 5
+
+#define LODE_WRAP_REPEAT 0
+#define LODE_WRAP_CLAMP 1
+#define LODE_WRAP_MIRROR 2
+
+// Specialisation constants of every pipeline: what the scene's materials ask for, for software rasterisers run every
+// branch of a shader; how many texture arrays there are.
+#define LODE_LOOKS_CONSTANT 12
+#define LODE_TEXTURE_ARRAYS_CONSTANT 11
+// 1 where what is blended is drawn, and nothing else.
+#define LODE_BLENDING_CONSTANT 10
+
+// Bit k: some material has texture k.
+#define LODE_LOOKS_TEXTURES 31
+#define LODE_LOOKS_METALLIC_ROUGHNESS 32
+#define LODE_LOOKS_UNLIT 64
+#define LODE_LOOKS_EMISSION 128
+#define LODE_LOOKS_MASK 256
+#define LODE_LOOKS_BLEND 512
+#define LODE_LOOKS_PLACES 1024  // a texture is looked up elsewhere than at the texture coordinates
+#define LODE_LOOKS_WRAPS 2048   // one does not repeat
+
+// Images of one size and kind are the layers of an array.
+#define LODE_MOST_TEXTURE_ARRAYS 8
+#define LODE_NO_TEXTURE 0xffffffffu
+
+#define LODE_MATERIAL_TEXELS 14
+
+#ifdef __cplusplus
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+namespace lodestone::gpu {
+
+struct TextureConstants {
+    glm::vec4 turn;            // the first two columns of the matrix that texture coordinates are multiplied by
+    float move_x, move_y;      // the third
+    uint32_t array_and_layer;  // array << 24 | layer, LODE_NO_TEXTURE where there is none
+    uint32_t wrap;             // across | down << 8 | 1 << 16 where the matrix is not 1
+};
+struct MaterialConstants {
+    glm::vec4 base_colour;  // linear
+    glm::vec3 emission;     // linear
+    float occlusion_strength;
+    float metallic, roughness, normal_scale, alpha_cutoff;
+    uint32_t shading, alpha_mode, base_array_and_layer, textures;  // textures: bit k where texture k is there
+    TextureConstants texture[LODE_MATERIAL_TEXTURES];
+};
+static_assert(sizeof(MaterialConstants) == 16 * LODE_MATERIAL_TEXELS);
+
+}  // namespace lodestone::gpu
+#endif
+
+#endif

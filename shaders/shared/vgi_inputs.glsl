@@ -1,0 +1,31 @@
+// What fragments of virtual geometry images know, from what shared/vgi_vertex.glsl passes on.
+#ifndef LODESTONE_VGI_INPUTS_GLSL
+#define LODESTONE_VGI_INPUTS_GLSL
+
+#include "shared/vgi_surface.glsl"
+
+layout(location = 0) in vec3 in_place_and_measure;
+layout(location = 1) flat in uvec3 in_numbers;
+layout(location = 2) in vec3 in_normal;
+
+// Place in the chart, 16 bits each way; chart | level << 28; instance; what the debug view asks for, or
+// the normal of triangles of LODE_VGI_CORNER_LEVEL and LODE_VGI_LEAF_LEVEL.
+uvec4 visible_here() {
+    uint more = in_numbers.y >= LODE_VGI_LEAF_LEVEL ? packSnorm2x16(folded(in_normal)) : 0u;
+    if (debug_view() == LODE_DEBUG_ERROR || debug_view() == LODE_DEBUG_STRETCH)
+        more = floatBitsToUint(in_place_and_measure.z);
+    if (debug_view() == LODE_DEBUG_TRIANGLE) more = uint(gl_PrimitiveID);
+    if (debug_view() == LODE_DEBUG_MISSES) more = LODE_MARK_OF_PRIMITIVE;
+    return uvec4(packUnorm2x16(in_place_and_measure.xy), in_numbers.x | in_numbers.y << 28, in_numbers.z, more);
+}
+
+// What is seen here as a surface.
+Surface surface_here(uvec4 visible) {
+    InstanceConstants instance = instance_at(visible.z);
+    ViewConstants view = frame.views[draw_constants.view];
+    vec2 size = vec2(view.target_width, view.target_height);
+    vec4 world = view.clip_to_world * vec4(gl_FragCoord.xy / size * 2.0 - 1.0, gl_FragCoord.z, 1.0);
+    return atlas_surface(visible, world / world.w, instance, asset_at(instance.asset));
+}
+
+#endif

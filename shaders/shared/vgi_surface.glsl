@@ -1,0 +1,125 @@
+// The surface at a place of an atlas: normals, texture coordinates, colours and materials from the images of attributes, at
+// their own level: as fine as pixels are, or as what is there.
+#ifndef LODESTONE_VGI_SURFACE_GLSL
+#define LODESTONE_VGI_SURFACE_GLSL
+
+#include "shared/materials.glsl"
+#include "shared/octahedral.glsl"
+#include "shared/vgi_place.glsl"
+
+// LODE_VGI_HAS_...: what any asset of the scene has that is drawn with. Software rasterisers run every branch.
+layout(constant_id = 2) const uint ever = 7u;
+layout(constant_id = 3) const uint attribute_words = 1u;  // of a sample of the attributes
+
+// Not of unit length: it is a mean of several that is wanted.
+vec3 direction_of(uint word) {
+    return unfolded(vec2(bitfieldExtract(int(word), 0, 8), bitfieldExtract(int(word), 8, 8)) / 127.0);
+}
+
+// Whether the visibility buffer holds a normal: of triangles that stand for many charts, and of the source's own.
+bool has_normal(uvec4 visible) {
+    return visible.y >> 28 >= LODE_VGI_LEAF_LEVEL && debug_view() != LODE_DEBUG_ERROR &&
+           debug_view() != LODE_DEBUG_STRETCH && debug_view() != LODE_DEBUG_TRIANGLE && debug_view() != LODE_DEBUG_MISSES;
+}
+
+// The cell of positions around a place of a chart, near the level of the attributes that are read.
+SurfaceCell cell_of_positions(vec2 place, uint chart, uint fit, VgiAsset asset) {
+    uint shift = uint(findMSB(asset.page_cells)), base = uint(findMSB(asset.cells)) - shift;
+    int level = int(fit) - int(asset.attribute_cells) + findMSB(asset.cells);
+    FoundPage found = find_page(asset.first_page + chart * asset.pages, place, base, uint(clamp(level, 0, int(base))));
+    uint stride = uint(clamp(level - int(found.level), 0, int(shift)));
+    return surface_cell(found.slot * LODE_VGI_PAGE_TEXELS, asset.page_cells, found.place * float(asset.page_cells), stride);
+}
+
+// visible: as shaders/vgi/visible.frag writes it. world: where that is.
+Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, VgiAsset asset) {
+    uint chart = visible.y & 0x0fffffffu;
+    // Not from derivatives: beyond the next pixel there may be another chart, or another object.
+    float lod = log2(pixel_at(world.xyz, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
+    uint attribute_cells = 1u << asset.attribute_cells, has = asset.has & ever;
+    vec2 place = unpackUnorm2x16(visible.x);
+    if (visible.y >> 28 < LODE_VGI_LEAF_LEVEL) place = surface_place(place, chart, world.xyz, lod, instance, asset);
+    uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
+    uint base = uint(findMSB(attribute_cells) - findMSB(cells));
+    int fit = max(0, int(floor(lod)));
+    uint wanted = min(uint(fit), base);
+    FoundPage found = find_page(asset.first_attribute_page + chart * asset.attribute_pages, place, base, wanted);
+    // Coarser than the coarsest page: a small level.
+    uint small = uint(clamp(fit - int(base), 0, findMSB(cells))), read_cells = cells >> small;
+    uint first = small == 0u ? found.slot * LODE_VGI_PAGE_TEXELS
+                             : asset.first_mip_tail + chart * asset.mip_tail_samples +
+                                   LODE_VGI_SMALL_FIRST(cells, small);
+    vec2 local = found.place * float(read_cells);
+    ivec2 low = min(ivec2(local), ivec2(int(read_cells) - 1));
+    vec2 f = local - vec2(low);
+
+    uint row = read_cells + 1u;
+    uvec4 texel = attribute_words * (first + uint(low.y) * row + uint(low.x) + uvec4(0u, 1u, row, row + 1u));
+    vec4 weight = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    int nearest = (f.x < 0.5 ? 0 : 1) + (f.y < 0.5 ? 0 : 2);
+
+    uint word0[4];
+    vec3 normal = vec3(0.0);
+    for (int k = 0; k < 4; ++k) {
+        word0[k] = attributes_at(texel[k]);
+        normal += weight[k] * direction_of(word0[k]);
+    }
+    if (has_normal(visible)) {
+        // Of a leaf up close; where pixels are coarser than samples, the means of these.
+        float own = visible.y >> 28 == LODE_VGI_LEAF_LEVEL ? clamp(-lod, 0.0, 1.0) : 1.0;
+        normal = mix(normalize(normal), unfolded(unpackSnorm2x16(visible.w)), own);
+    }
+    Surface s;
+    s.position = world.xyz;
+    s.normal = normalize(mat3(instance.normal_to_world) * normal);
+    s.colour = vec4(1.0);
+    if ((ever & LODE_VGI_HAS_COLOURS) != 0u && (has & LODE_VGI_HAS_COLOURS) != 0u) {
+        s.colour = vec4(0.0);
+        for (int k = 0; k < 4; ++k)
+            s.colour += weight[k] * unpackUnorm4x8(attributes_at(texel[k] + 1u + (asset.has & LODE_VGI_HAS_UVS)));
+    }
+    s.material = instance.first_material;
+    if ((ever & LODE_VGI_HAS_MATERIALS) != 0u && (has & LODE_VGI_HAS_MATERIALS) != 0u)
+        s.material += word0[nearest] >> 16;
+    s.uv = vec2(0.0);
+    s.along_u = s.along_v = vec3(0.0);
+    float uv_span = 0.0;
+    if ((ever & LODE_VGI_HAS_UVS) != 0u && (has & LODE_VGI_HAS_UVS) != 0u) {
+        vec2 uvs[4];
+        for (int k = 0; k < 4; ++k) {
+            uint word = attributes_at(texel[k] + 1u);
+            uvs[k] = vec2(float(word & 0xffffu), float(word >> 16));
+        }
+        // Along the cell's edges. Across a seam they are of quite unlike length, and there is nothing in between.
+        vec4 edge = vec4(distance(uvs[0], uvs[1]), distance(uvs[2], uvs[3]), distance(uvs[0], uvs[2]), distance(uvs[1], uvs[3]));
+        float shortest = min(min(edge.x, edge.y), min(edge.z, edge.w)), longest = max(max(edge.x, edge.y), max(edge.z, edge.w));
+        bool torn = longest > 8.0 * shortest + 64.0;
+        vec2 uv = torn
+                      ? uvs[nearest]
+                      : weight.x * uvs[0] + weight.y * uvs[1] + weight.z * uvs[2] + weight.w * uvs[3];
+        // A pixel spans so much of a cell.
+        uv_span = shortest * exp2(lod - float(found.level + small));
+        vec2 uv_step = vec2(asset.uv_step_x, asset.uv_step_y);
+        s.uv = vec2(asset.uv_low_x, asset.uv_low_y) + uv_step * uv;
+        uv_span *= min(uv_step.x, uv_step.y);
+        if (scene_has(1u << LODE_TEXTURE_NORMAL) && !torn) {
+            SurfaceCell cell = cell_of_positions(place, chart, uint(max(fit, 0)), asset);
+            mat3 to_world = mat3(instance.object_to_world);
+            set_along(s, to_world * cell.along_x, to_world * cell.along_y, uv_step * mix(uvs[1] - uvs[0], uvs[3] - uvs[2], f.y),
+                      uv_step * mix(uvs[2] - uvs[0], uvs[3] - uvs[1], f.x));
+        }
+    }
+    s.uv_dx = vec2(uv_span, 0.0);
+    s.uv_dy = vec2(0.0, uv_span);
+    bool is_leaf = visible.y >> 28 == LODE_VGI_LEAF_LEVEL;
+    s.level = is_leaf ? 0.0 : float(visible.y >> 28) / max(float(asset.attribute_cells), 1.0);
+    s.leaf = is_leaf ? 1u : 0u;
+    s.chart = chart + 1u;
+    s.page = found.slot + 1u;
+    s.missing = float(found.level - wanted);
+    s.error = s.stretch = uintBitsToFloat(visible.w);
+    s.triangle = s.mark = visible.w;
+    return s;
+}
+
+#endif

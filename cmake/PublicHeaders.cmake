@@ -43,6 +43,7 @@ set(LODESTONE_PUBLIC_HEADERS
   mesh/io/read.h
   mesh/io/write.h
   mesh/limits.h
+  mesh/material.h
   mesh/mesh_stream.h
   mesh/packed_vertices.h
   mesh/position_index.h

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/files/file.h"
-#include "mesh/io/write_glb.h"
+#include "mesh/io/gltf/write_glb.h"
 
 namespace lodestone {
 

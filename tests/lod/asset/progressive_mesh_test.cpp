@@ -237,7 +237,11 @@ protected:
 
 TEST_F(AssetFile, GivesBackTheSameProgressiveMesh) {
     TriMesh mesh = fixtures::cube_with_seams();
-    mesh.material_table = {{"stone", {0.5f, 0.25f, 0.125f, 1}, 0, true}};
+    mesh.material_table.resize(1);
+    mesh.material_table[0].name = "stone";
+    mesh.material_table[0].base_colour = {0.5f, 0.25f, 0.125f, 1};
+    mesh.material_table[0].base_colour_texture.image = 0;
+    mesh.material_table[0].double_sided = true;
     mesh.materials.assign(mesh.wedge_count(), 0);
     mesh.images = {{2, 1, {{1, 2, 3, 4}, {5, 6, 7, 8}}}};
     const ProgressiveMesh pm = bake_in_memory(mesh);

@@ -217,7 +217,12 @@ TEST_F(ReadTest, WhatWritersWriteReadsBack) {
 
 TEST_F(ReadTest, MaterialsTexturesAndColoursSurviveGlbAndObj) {
     TriMesh mesh = fixtures::cube_with_seams();
-    mesh.material_table = {{"stone", {0.5f, 0.25f, 1, 1}, -1, false}, {"painted", {1, 1, 1, 1}, 0, true}};
+    mesh.material_table.resize(2);
+    mesh.material_table[0].name = "stone";
+    mesh.material_table[0].base_colour = {0.5f, 0.25f, 1, 1};
+    mesh.material_table[1].name = "painted";
+    mesh.material_table[1].base_colour_texture.image = 0;
+    mesh.material_table[1].double_sided = true;
     mesh.images = {{2, 1, {{255, 0, 0, 255}, {0, 255, 0, 255}}}};
     for (uint32_t w = 0; w < mesh.wedge_count(); ++w) {
         mesh.materials.push_back(w < 12 ? 0 : 1);

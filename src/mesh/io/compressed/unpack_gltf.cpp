@@ -9,7 +9,7 @@
 #include "base/json.h"
 #include "mesh/io/compressed/draco.h"
 #include "mesh/io/compressed/meshopt.h"
-#include "mesh/io/gltf_values.h"
+#include "mesh/io/gltf/values.h"
 
 namespace lodestone {
 

@@ -1,4 +1,4 @@
-#include "mesh/io/write_glb.h"
+#include "mesh/io/gltf/write_glb.h"
 
 #include <meshoptimizer.h>
 
@@ -23,7 +23,7 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr int vertex_target = 34962, index_target = 34963;
 constexpr int signed_short = 5122, unsigned_short = 5123, unsigned_int = 5125, real = 5126;
-constexpr const char* meshopt_name = "EXT_meshopt_compression";
+constexpr const char* compression_name = "EXT_meshopt_compression";
 using Encoding = WriteOptions::Encoding;
 
 class GlbWriter {
@@ -51,9 +51,9 @@ private:
         std::vector<std::string> extensions;
         if (options_.encoding != Encoding::plain) extensions.emplace_back("KHR_mesh_quantization");
         if (options_.encoding == Encoding::meshopt) {
-            extensions.emplace_back(meshopt_name);
+            extensions.emplace_back(compression_name);
             json_["buffers"].push_back(
-                {{"byteLength", unpacked_bytes_}, {"extensions", {{meshopt_name, {{"fallback", true}}}}}});
+                {{"byteLength", unpacked_bytes_}, {"extensions", {{compression_name, {{"fallback", true}}}}}});
         }
         if (extensions.empty()) return;
         json_["extensionsUsed"] = extensions;
@@ -117,7 +117,7 @@ private:
         view["buffer"] = 1;
         view["byteOffset"] = unpacked_bytes_;
         unpacked_bytes_ += count * stride;
-        view["extensions"][meshopt_name] = {
+        view["extensions"][compression_name] = {
             {"buffer", 0},          {"byteOffset", append(packed.data(), packed.size())}, {"byteLength", packed.size()},
             {"byteStride", stride}, {"mode", indices ? "TRIANGLES" : "ATTRIBUTES"},       {"count", count}};
     }

@@ -14,7 +14,7 @@
 #include "base/srgb.h"
 #include "mesh/io/compressed/unpack_gltf.h"
 #include "mesh/io/formats.h"
-#include "mesh/io/gltf_values.h"
+#include "mesh/io/gltf/values.h"
 #include "mesh/io/image_file.h"
 
 namespace lodestone {

@@ -1,4 +1,4 @@
-#include "mesh/io/gltf_values.h"
+#include "mesh/io/gltf/values.h"
 
 #include <algorithm>
 #include <cstring>

@@ -79,4 +79,16 @@ struct Material {
     }
 };
 
+// What Material::textures() are, for people.
+inline constexpr std::array<const char*, 5> texture_names = {"base colour", "metallic-roughness", "normals",
+                                                             "occlusion", "emission"};
+
+// Takes off a material one of its textures that cannot be had. Emission and metal go with theirs: what the texture
+// would not have let through is not known.
+inline void leave_out(Material& material, Texture& texture) {
+    if (&texture == &material.metallic_roughness_texture) material.metallic = 0;
+    if (&texture == &material.emission_texture) material.emission = glm::vec3(0);
+    texture = {};
+}
+
 }  // namespace lodestone

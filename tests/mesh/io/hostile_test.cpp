@@ -150,6 +150,10 @@ TEST_F(HostileTest, GltfExtensionsThatChangeShapesAreRefusedByNameOthersAreNoted
     document.head = "\"extensionsUsed\":[\"KHR_materials_specular\"],";
     report = {};
     ASSERT_TRUE(read_mesh(put("d.gltf", document.json()), {}, &report));
+    EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("KHR_materials_specular")));
+    document.head = "\"extensionsUsed\":[\"KHR_lights_punctual\"],";
+    report = {};
+    ASSERT_TRUE(read_mesh(put("e.gltf", document.json()), {}, &report));
     EXPECT_THAT(report.warnings, IsEmpty());
 }
 

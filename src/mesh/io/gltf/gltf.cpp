@@ -1,5 +1,6 @@
-// glTF 2.0 and GLB, parsed by tinygltf: nodes and their transforms, primitives, normals, texture coordinates, colours,
-// materials. Quantised attributes are decoded, compressed ones unpacked (compressed/unpack_gltf.h).
+// glTF 2.0 and GLB, parsed by tinygltf: nodes and their transforms, primitives, normals, texture coordinates, colours.
+// Materials are read by materials.h. Quantised attributes are decoded, compressed ones unpacked
+// (compressed/unpack_gltf.h).
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -14,8 +15,8 @@
 #include "base/srgb.h"
 #include "mesh/io/compressed/unpack_gltf.h"
 #include "mesh/io/formats.h"
+#include "mesh/io/gltf/materials.h"
 #include "mesh/io/gltf/values.h"
-#include "mesh/io/image_file.h"
 
 namespace lodestone {
 
@@ -29,7 +30,7 @@ public:
     TriMesh read() {
         parse();
         check_extensions();
-        read_materials();
+        texcoords_ = read_gltf_materials(file_, options_, model_, not_read_, mesh_, report_);
         check_size();
         unpack();
         for_wanted([&](int mesh, const glm::dmat4& world) { add_mesh(mesh, world); });
@@ -206,117 +207,24 @@ private:
     // they are is done without.
     void check_extensions() {
         for (const std::string& name : model_.extensionsRequired) {
-            static constexpr std::array known = {"KHR_mesh_quantization", "KHR_texture_transform",
-                                                 "KHR_draco_mesh_compression", "EXT_meshopt_compression",
-                                                 "EXT_texture_webp"};
+            static constexpr std::array known = {"KHR_mesh_quantization",          "KHR_draco_mesh_compression",
+                                                 "EXT_meshopt_compression",        "EXT_texture_webp",
+                                                 "KHR_texture_transform",          "KHR_materials_unlit",
+                                                 "KHR_materials_emissive_strength"};
             if (std::ranges::find(known, name) != known.end()) continue;
             const bool same_shape = begins_with_one_of(
                 name, {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_",
                        "KHR_xmp", "KHR_animation_", "EXT_mesh_features", "EXT_structural_metadata"});
             if (!same_shape)
                 throw GltfFault{"", "requires the extension " + name + ", which is not read; export without it"};
-            if (name != "KHR_materials_unlit") warn("requires the extension " + name + "; it is left out");
+            warn("requires the extension " + name + "; it is left out");
         }
         // What may be left out by the file's word, and is missed.
         for (const std::string& name : model_.extensionsUsed) {
             if (begins_with_one_of(name, {"EXT_mesh_gpu_instancing", "KHR_node_visibility", "MSFT_lod"}))
                 warn("uses the extension " + name + ", which is left out");
         }
-    }
-
-    void read_materials() {
-        Material plain;
-        plain.name = "default";
-        mesh_.material_table.push_back(plain);  // of primitives without one
-        if (model_.materials.size() + 1 > file_.limits.materials)
-            throw GltfFault{"", over_limit("materials", model_.materials.size() + 1, file_.limits.materials)};
-        for (const tinygltf::Material& from : model_.materials) {
-            Material material;
-            material.name = from.name;
-            material.double_sided = from.doubleSided;
-            const auto& pbr = from.pbrMetallicRoughness;
-            for (size_t k = 0; k < 4 && k < pbr.baseColorFactor.size(); ++k)
-                material.base_colour[static_cast<int>(k)] = static_cast<float>(pbr.baseColorFactor[k]);
-            if (pbr.baseColorTexture.index >= 0 && options_.load_images)
-                material.base_colour_texture.image = texture(pbr.baseColorTexture.index);
-            mesh_.material_table.push_back(material);
-            placements_.push_back(placement_of(pbr.baseColorTexture));
-        }
-    }
-
-    // Which texture coordinates a material's texture is looked up by, and where they are moved before
-    // (KHR_texture_transform): scaled, turned by `angle`, moved.
-    struct Placement {
-        int set = 0;  // TEXCOORD_set
-        double cosine = 1, sine = 0;
-        glm::dvec2 scale{1}, offset{0};
-        glm::dvec2 operator()(glm::dvec2 uv) const {
-            uv *= scale;
-            return glm::dvec2(cosine * uv.x + sine * uv.y, cosine * uv.y - sine * uv.x) + offset;
-        }
-    };
-
-    static Placement placement_of(const tinygltf::TextureInfo& texture) {
-        Placement placement;
-        placement.set = texture.texCoord;
-        const auto extension = texture.extensions.find("KHR_texture_transform");
-        if (extension == texture.extensions.end()) return placement;
-        const tinygltf::Value& transform = extension->second;
-        const auto pair = [&](const char* key, glm::dvec2& into) {
-            if (!transform.Has(key) || transform.Get(key).ArrayLen() != 2) return;
-            into = {transform.Get(key).Get(0).GetNumberAsDouble(), transform.Get(key).Get(1).GetNumberAsDouble()};
-        };
-        pair("offset", placement.offset);
-        pair("scale", placement.scale);
-        if (transform.Has("rotation")) {
-            const double angle = transform.Get("rotation").GetNumberAsDouble();
-            placement.cosine = std::cos(angle);
-            placement.sine = std::sin(angle);
-        }
-        if (transform.Has("texCoord")) placement.set = transform.Get("texCoord").GetNumberAsInt();
-        return placement;
-    }
-
-    Result<Image> decoded_image(const tinygltf::Image& image, const std::string& name) const {
-        if (const auto not_read = not_read_.find(image.uri); not_read != not_read_.end())
-            return fail(Fault::format, not_read->second);
-        try {
-            const std::span<const unsigned char> bytes =
-                image.bufferView < 0 ? std::span(image.image) : bytes_of_view(model_, image.bufferView, name);
-            return decode_image(std::as_bytes(bytes), name, file_.limits.image_side);
-        } catch (const GltfFault& fault) { return fail(Fault::format, fault.what); }
-    }
-
-    // The image of a texture, or -1: one that an extension names, if it is read, before the one beside it.
-    int source_of(const tinygltf::Texture& texture) {
-        const auto named = [&](const char* extension) {
-            const auto found = texture.extensions.find(extension);
-            const bool there = found != texture.extensions.end() && found->second.Has("source");
-            return there ? found->second.Get("source").GetNumberAsInt() : -1;
-        };
-        if (const int webp = named("EXT_texture_webp"); webp >= 0) return webp;
-        if (texture.source < 0 && named("KHR_texture_basisu") >= 0)
-            warn("has textures of KHR_texture_basisu, which are not read; their materials keep their plain colours");
-        return texture.source;
-    }
-
-    int32_t texture(int number) {
-        if (static_cast<size_t>(number) >= model_.textures.size()) return -1;
-        const int source = source_of(model_.textures[static_cast<size_t>(number)]);
-        if (source < 0 || static_cast<size_t>(source) >= model_.images.size()) return -1;
-        const auto [found, fresh] = images_.try_emplace(source, -1);
-        if (!fresh) return found->second;
-        const tinygltf::Image& image = model_.images[static_cast<size_t>(source)];
-        const std::string name = !image.uri.empty()    ? image.uri
-                                 : !image.name.empty() ? image.name
-                                                       : "image " + std::to_string(source);
-        const auto added = file_.add_image(decoded_image(image, name.substr(0, 80)), mesh_);
-        if (!added) {
-            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded (" + added.error().message +
-                 "); its material keeps its plain colour");
-            return -1;
-        }
-        return found->second = *added;
+        warn_of_material_extensions(file_, model_, report_);
     }
 
     static int mode_of(const tinygltf::Primitive& primitive) {
@@ -483,12 +391,12 @@ private:
     }
 
     void add_uvs(const tinygltf::Primitive& primitive, const std::string& name, size_t count) {
-        const bool placed = primitive.material >= 0 && static_cast<size_t>(primitive.material) < placements_.size();
-        const Placement place = placed ? placements_[static_cast<size_t>(primitive.material)] : Placement{};
-        const std::string key = "TEXCOORD_" + std::to_string(place.set);
+        const bool known = primitive.material >= 0 && static_cast<size_t>(primitive.material) < texcoords_.size();
+        const GltfTexcoords from = known ? texcoords_[static_cast<size_t>(primitive.material)] : GltfTexcoords{};
+        const std::string key = "TEXCOORD_" + std::to_string(from.set);
         const auto attribute = primitive.attributes.find(key);
         if (attribute == primitive.attributes.end()) {
-            if (place.set != 0) warn("some primitives have no " + key + ", which their material's texture needs");
+            if (from.set != 0) warn("some primitives have no " + key + ", which their material's texture needs");
             mesh_.uvs.resize(mesh_.uvs.size() + count, glm::vec2(0));
             return;
         }
@@ -496,7 +404,7 @@ private:
         const GltfValues uvs = values_of(attribute->second, name + " " + key, 2);
         if (uvs.size() != count) throw GltfFault{name, "has another number of texture coordinates than of positions"};
         for (size_t i = 0; i < count; ++i) {
-            const glm::vec2 uv(place(glm::dvec2(uvs(i, 0), uvs(i, 1))));
+            const glm::vec2 uv(from.place * glm::dvec3(uvs(i, 0), uvs(i, 1), 1));
             mesh_.uvs.push_back(std::isfinite(uv.x) && std::isfinite(uv.y) ? uv : glm::vec2(0));
         }
     }
@@ -562,27 +470,8 @@ private:
             mesh_.materials.clear();
             mesh_.material_table.clear();
         }
-        if (options_.gltf_mesh >= 0) drop_unused_images();
+        if (options_.gltf_mesh >= 0) drop_unused_images(mesh_);
         mesh_.set_identity_wedges();
-    }
-
-    // Of materials that the mesh has nothing of.
-    void drop_unused_images() {
-        std::vector<bool> used(mesh_.material_table.size(), false);
-        for (const uint16_t material : mesh_.materials) used[material] = true;
-        std::vector<int32_t> number(mesh_.images.size(), -1);
-        std::vector<Image> images;
-        for (size_t m = 0; m < used.size(); ++m) {
-            int32_t& image = mesh_.material_table[m].base_colour_texture.image;
-            if (image < 0) continue;
-            int32_t& becomes = number[static_cast<size_t>(image)];
-            if (used[m] && becomes < 0) {
-                becomes = static_cast<int32_t>(images.size());
-                images.push_back(std::move(mesh_.images[static_cast<size_t>(image)]));
-            }
-            image = used[m] ? becomes : -1;
-        }
-        mesh_.images = std::move(images);
     }
 
     const SourceFile& file_;
@@ -590,9 +479,8 @@ private:
     ReadReport& report_;
     tinygltf::Model model_;
     TriMesh mesh_;
-    std::map<int, int32_t> images_;
-    std::map<std::string, std::string> not_read_;  // files named, and why they could not be read
-    std::vector<Placement> placements_;            // of materials' textures
+    GltfNotRead not_read_;
+    std::vector<GltfTexcoords> texcoords_;  // per material of the file
     bool without_normals_ = false, has_uvs_ = false, has_colours_ = false, skipped_points_ = false;
 };
 

@@ -1,0 +1,272 @@
+#include "mesh/io/gltf/materials.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <optional>
+
+#include "base/text.h"
+#include "mesh/io/gltf/values.h"
+#include "mesh/io/image_file.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr float largest = 65504;  // of what has no bound: pictures are half floats
+
+// A factor of a file, which may be any number.
+float within(double value, float low, float high, float otherwise) {
+    return std::isfinite(value) ? static_cast<float>(std::clamp<double>(value, low, high)) : otherwise;
+}
+
+// What a material says of one of its textures.
+struct TextureUse {
+    int number = -1;  // -1: it has none
+    GltfTexcoords texcoords;
+};
+
+void set_pair(const tinygltf::Value& transform, const char* key, glm::dvec2& into) {
+    if (!transform.Has(key) || transform.Get(key).ArrayLen() != 2) return;
+    into = {transform.Get(key).Get(0).GetNumberAsDouble(), transform.Get(key).Get(1).GetNumberAsDouble()};
+}
+
+// Scaled, turned, moved.
+void apply_transform(const tinygltf::Value& transform, GltfTexcoords& texcoords) {
+    glm::dvec2 offset(0), scale(1);
+    double angle = 0;
+    set_pair(transform, "offset", offset);
+    set_pair(transform, "scale", scale);
+    if (transform.Has("rotation")) angle = transform.Get("rotation").GetNumberAsDouble();
+    const double c = std::cos(angle), s = std::sin(angle);
+    texcoords.place = {{c * scale.x, -s * scale.x}, {s * scale.y, c * scale.y}, offset};
+    if (!transform.Has("texCoord")) return;
+    const double set = transform.Get("texCoord").GetNumberAsDouble();
+    if (set >= 0 && set < 1e6) texcoords.set = static_cast<int>(set);
+}
+
+template <class Info>
+TextureUse use_of(const Info& info) {
+    TextureUse use{info.index, {info.texCoord, glm::dmat3x2{{1, 0}, {0, 1}, {0, 0}}}};
+    const auto extension = info.extensions.find("KHR_texture_transform");
+    if (extension != info.extensions.end()) apply_transform(extension->second, use.texcoords);
+    return use;
+}
+
+// What makes of coordinates moved by `base` those moved by `place`; nothing where there is no such thing.
+std::optional<glm::mat3x2> place_after(const glm::dmat3x2& base, const glm::dmat3x2& place) {
+    if (place == base) return Texture{}.place;
+    const auto whole = [](const glm::dmat3x2& m) {
+        return glm::dmat3(glm::dvec3(m[0], 0), glm::dvec3(m[1], 0), glm::dvec3(m[2], 1));
+    };
+    const double area = base[0].x * base[1].y - base[0].y * base[1].x;
+    if (!std::isfinite(area) || area == 0) return std::nullopt;
+    const glm::mat3x2 after(place * glm::inverse(whole(base)));
+    for (int k = 0; k < 3; ++k) {
+        if (!(std::abs(after[k].x) <= 1e6f && std::abs(after[k].y) <= 1e6f)) return std::nullopt;
+    }
+    return after;
+}
+
+class MaterialReader {
+public:
+    MaterialReader(const SourceFile& file, const ReadOptions& options, const tinygltf::Model& model,
+                   const GltfNotRead& not_read, TriMesh& mesh, ReadReport& report)
+        : file_(file), options_(options), model_(model), not_read_(not_read), mesh_(mesh), report_(report) {}
+
+    std::vector<GltfTexcoords> read() {
+        Material plain;
+        plain.name = "default";
+        mesh_.material_table.push_back(plain);
+        if (model_.materials.size() + 1 > file_.limits.materials)
+            throw GltfFault{"", over_limit("materials", model_.materials.size() + 1, file_.limits.materials)};
+        std::vector<GltfTexcoords> texcoords;
+        for (const tinygltf::Material& from : model_.materials) {
+            Material material = factors_of(from);
+            texcoords.push_back(add_textures(from, material));
+            mesh_.material_table.push_back(material);
+        }
+        return texcoords;
+    }
+
+private:
+    void warn(const std::string& line) { file_.warn(report_, line); }
+
+    // All but textures.
+    Material factors_of(const tinygltf::Material& from) {
+        Material material;
+        material.name = from.name;
+        material.double_sided = from.doubleSided;
+        material.shading =
+            from.extensions.contains("KHR_materials_unlit") ? Shading::unlit : Shading::metallic_roughness;
+        const auto& pbr = from.pbrMetallicRoughness;
+        for (size_t k = 0; k < 4 && k < pbr.baseColorFactor.size(); ++k)
+            material.base_colour[static_cast<int>(k)] = within(pbr.baseColorFactor[k], 0, 1, 1);
+        material.metallic = within(pbr.metallicFactor, 0, 1, 1);
+        material.roughness = within(pbr.roughnessFactor, 0, 1, 1);
+        material.normal_scale = within(from.normalTexture.scale, -largest, largest, 1);
+        material.occlusion_strength = within(from.occlusionTexture.strength, 0, 1, 1);
+        const double strength = emissive_strength(from);
+        for (size_t k = 0; k < 3 && k < from.emissiveFactor.size(); ++k)
+            material.emission[static_cast<int>(k)] = within(from.emissiveFactor[k] * strength, 0, largest, 0);
+        if (from.alphaMode == "MASK") {
+            material.alpha_mode = AlphaMode::mask;
+            material.alpha_cutoff = within(from.alphaCutoff, 0, largest, 0.5f);
+        } else if (from.alphaMode == "BLEND") {
+            material.alpha_mode = AlphaMode::blend;
+        } else if (from.alphaMode != "OPAQUE") {
+            warn(called(material) + " has an alphaMode that glTF does not know; it is opaque");
+        }
+        return material;
+    }
+
+    static double emissive_strength(const tinygltf::Material& from) {
+        const auto extension = from.extensions.find("KHR_materials_emissive_strength");
+        const bool there = extension != from.extensions.end() && extension->second.Has("emissiveStrength");
+        return there ? extension->second.Get("emissiveStrength").GetNumberAsDouble() : 1;
+    }
+
+    static std::string called(const Material& material) {
+        return "material '" + printable(material.name.substr(0, 80)) + "'";
+    }
+
+    GltfTexcoords add_textures(const tinygltf::Material& from, Material& material) {
+        const std::array<TextureUse, 5> uses = {use_of(from.pbrMetallicRoughness.baseColorTexture),
+                                                use_of(from.pbrMetallicRoughness.metallicRoughnessTexture),
+                                                use_of(from.normalTexture), use_of(from.occlusionTexture),
+                                                use_of(from.emissiveTexture)};
+        const auto* first = std::ranges::find_if(uses, [](const TextureUse& use) { return use.number >= 0; });
+        if (first == uses.end()) return {};
+        for (size_t k = 0; k < uses.size(); ++k) {
+            if (uses[k].number < 0) continue;
+            Texture& texture = *material.textures()[k];
+            const auto left_out = [&](const std::string& why) {
+                warn(called(material) + ": its texture of " + texture_names[k] + " is left out: " + why);
+                leave_out(material, texture);
+            };
+            const std::string first_name = texture_names[static_cast<size_t>(first - uses.begin())];
+            if (uses[k].texcoords.set != first->texcoords.set) {
+                left_out("it lies on TEXCOORD_" + std::to_string(uses[k].texcoords.set) + ", that of " + first_name +
+                         " on TEXCOORD_" + std::to_string(first->texcoords.set) + "; one set is read");
+            } else if (const auto place = place_after(first->texcoords.place, uses[k].texcoords.place); !place) {
+                left_out("the transform of " + first_name + " cannot be undone");
+            } else if (!options_.load_images || !look_up(uses[k].number, texture)) {
+                leave_out(material, texture);
+            } else {
+                texture.place = *place;
+            }
+        }
+        return first->texcoords;
+    }
+
+    // Whether there is such a texture, and its image could be had.
+    bool look_up(int number, Texture& texture) {
+        if (static_cast<size_t>(number) >= model_.textures.size()) return false;
+        const tinygltf::Texture& from = model_.textures[static_cast<size_t>(number)];
+        texture.image = image(source_of(from));
+        if (from.sampler >= 0 && static_cast<size_t>(from.sampler) < model_.samplers.size()) {
+            const tinygltf::Sampler& sampler = model_.samplers[static_cast<size_t>(from.sampler)];
+            texture.wrap = {wrap_of(sampler.wrapS), wrap_of(sampler.wrapT)};
+        }
+        return texture.there();
+    }
+    static Wrap wrap_of(int word) {
+        return word == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE     ? Wrap::clamp
+               : word == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? Wrap::mirror
+                                                               : Wrap::repeat;
+    }
+
+    // The image of a texture, or -1: one that an extension names, if it is read, before the one beside it.
+    int source_of(const tinygltf::Texture& texture) {
+        const auto named = [&](const char* extension) {
+            const auto found = texture.extensions.find(extension);
+            const bool there = found != texture.extensions.end() && found->second.Has("source");
+            return there ? found->second.Get("source").GetNumberAsInt() : -1;
+        };
+        if (const int webp = named("EXT_texture_webp"); webp >= 0) return webp;
+        if (texture.source < 0 && named("KHR_texture_basisu") >= 0)
+            warn("has textures of KHR_texture_basisu, which are not read; their materials keep their plain colours");
+        return texture.source;
+    }
+
+    // Into the mesh's, or -1.
+    int32_t image(int source) {
+        if (source < 0 || static_cast<size_t>(source) >= model_.images.size()) return -1;
+        const auto [found, fresh] = images_.try_emplace(source, -1);
+        if (!fresh) return found->second;
+        const tinygltf::Image& image = model_.images[static_cast<size_t>(source)];
+        const std::string name = !image.uri.empty()    ? image.uri
+                                 : !image.name.empty() ? image.name
+                                                       : "image " + std::to_string(source);
+        const auto added = file_.add_image(decoded(image, name.substr(0, 80)), mesh_);
+        if (!added) {
+            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded (" + added.error().message +
+                 "); its material keeps its plain colour");
+            return -1;
+        }
+        return found->second = *added;
+    }
+
+    Result<Image> decoded(const tinygltf::Image& image, const std::string& name) const {
+        if (const auto not_read = not_read_.find(image.uri); not_read != not_read_.end())
+            return fail(Fault::format, not_read->second);
+        try {
+            const std::span<const unsigned char> bytes =
+                image.bufferView < 0 ? std::span(image.image) : bytes_of_view(model_, image.bufferView, name);
+            return decode_image(std::as_bytes(bytes), name, file_.limits.image_side);
+        } catch (const GltfFault& fault) { return fail(Fault::format, fault.what); }
+    }
+
+    const SourceFile& file_;
+    const ReadOptions& options_;
+    const tinygltf::Model& model_;
+    const GltfNotRead& not_read_;
+    TriMesh& mesh_;
+    ReadReport& report_;
+    std::map<int, int32_t> images_;  // of the file, and their numbers in the mesh
+};
+
+}  // namespace
+
+std::vector<GltfTexcoords> read_gltf_materials(const SourceFile& file, const ReadOptions& options,
+                                               const tinygltf::Model& model, const GltfNotRead& not_read, TriMesh& mesh,
+                                               ReadReport& report) {
+    return MaterialReader(file, options, model, not_read, mesh, report).read();
+}
+
+void warn_of_material_extensions(const SourceFile& file, const tinygltf::Model& model, ReadReport& report) {
+    for (const std::string& name : model.extensionsUsed) {
+        const bool of_materials = name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
+        if (!of_materials || name == "KHR_materials_unlit" || name == "KHR_materials_emissive_strength") continue;
+        if (std::ranges::count(model.extensionsRequired, name) > 0) continue;  // which is told already
+        file.warn(report, "uses the extension " + printable(name.substr(0, 80)) +
+                              ", which is left out; materials look otherwise than they should");
+    }
+}
+
+void drop_unused_images(TriMesh& mesh) {
+    std::vector<bool> used(mesh.material_table.size(), false);
+    for (const uint16_t material : mesh.materials) used[material] = true;
+    std::vector<int32_t> number(mesh.images.size(), -1);
+    std::vector<Image> images;
+    for (size_t m = 0; m < used.size(); ++m) {
+        for (Texture* texture : mesh.material_table[m].textures()) {
+            if (!texture->there()) continue;
+            if (!used[m]) {
+                texture->image = -1;
+                continue;
+            }
+            int32_t& becomes = number[static_cast<size_t>(texture->image)];
+            if (becomes < 0) {
+                becomes = static_cast<int32_t>(images.size());
+                images.push_back(std::move(mesh.images[static_cast<size_t>(texture->image)]));
+            }
+            texture->image = becomes;
+        }
+    }
+    mesh.images = std::move(images);
+}
+
+}  // namespace lodestone

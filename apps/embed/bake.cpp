@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <bit>
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 
@@ -22,6 +23,23 @@ Result<BakeOptions> parsed(Parse&& parse) {
         parse(command);
     } catch (const CLI::ParseError& e) { return fail(Fault::usage, std::string("options: ") + e.what()); }
     return bake_options_of(words);
+}
+
+// All of a material but its name.
+std::vector<uint32_t> words_of(const Material& m) {
+    std::vector<uint32_t> words{static_cast<uint32_t>(m.shading), static_cast<uint32_t>(m.alpha_mode),
+                                m.double_sided ? 1u : 0u};
+    const auto add = [&](float number) { words.push_back(std::bit_cast<uint32_t>(number)); };
+    for (const float number :
+         {m.base_colour.x, m.base_colour.y, m.base_colour.z, m.base_colour.w, m.alpha_cutoff, m.metallic, m.roughness,
+          m.normal_scale, m.occlusion_strength, m.emission.x, m.emission.y, m.emission.z})
+        add(number);
+    for (const Texture* texture : m.textures()) {
+        words.push_back(static_cast<uint32_t>(texture->image));
+        for (const Wrap wrap : texture->wrap) words.push_back(static_cast<uint32_t>(wrap));
+        for (int k = 0; k < 3; ++k) add(texture->place[k].x), add(texture->place[k].y);
+    }
+    return words;
 }
 
 // Of all that an asset's bytes depend on.
@@ -45,11 +63,8 @@ Hash128 source_of(const TriMesh& mesh) {
     add(mesh.materials);
     for (const Material& material : mesh.material_table) {
         add(material.name);
-        const std::array<float, 4> colour{material.base_colour.r, material.base_colour.g, material.base_colour.b,
-                                          material.base_colour.a};
-        add(colour);
-        const std::array<int32_t, 2> rest{material.base_colour_texture.image, material.double_sided ? 1 : 0};
-        add(rest);
+        const auto words = words_of(material);
+        add(words);
     }
     for (const Image& image : mesh.images) {
         const std::array<uint32_t, 2> size{image.width, image.height};

@@ -1,25 +1,92 @@
 #include "mesh/io/material_chunks.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
 #include "base/json.h"
+#include "base/text.h"
 #include "mesh/io/image_file.h"
 
 namespace lodestone {
 
 namespace {
 
-Json to_json(const Material& m) {
-    return {{"name", m.name},
-            {"base_colour", {m.base_colour.x, m.base_colour.y, m.base_colour.z, m.base_colour.w}},
-            {"image", m.base_colour_texture.image},
-            {"double_sided", m.double_sided}};
+// Names of an enumeration's values, in their order.
+constexpr std::array<const char*, 3> wrap_names = {"repeat", "clamp", "mirror"};
+constexpr std::array<const char*, 3> shading_names = {"plain", "metallic_roughness", "unlit"};
+constexpr std::array<const char*, 3> alpha_names = {"opaque", "mask", "blend"};
+
+template <class Enum>
+Enum named(const std::array<const char*, 3>& names, const Json& json) {
+    const auto name = json.get<std::string>();
+    const auto* found = std::ranges::find(names, name);
+    if (found == names.end()) throw std::out_of_range("has the unknown word '" + name.substr(0, 40) + "'");
+    return static_cast<Enum>(found - names.begin());
 }
 
-Material material_from(const Json& json) {
+float number(const Json& json) {
+    const auto value = json.get<float>();
+    if (!std::isfinite(value)) throw std::out_of_range("has a number that is not finite");
+    return value;
+}
+
+Json to_json(const Texture& t) {
+    if (!t.there()) return nullptr;
+    return {{"image", t.image},
+            {"wrap", {wrap_names[static_cast<size_t>(t.wrap[0])], wrap_names[static_cast<size_t>(t.wrap[1])]}},
+            {"place", {t.place[0].x, t.place[0].y, t.place[1].x, t.place[1].y, t.place[2].x, t.place[2].y}}};
+}
+
+Json to_json(const Material& m) {
+    Json textures = Json::array();
+    for (const Texture* texture : m.textures()) textures.push_back(to_json(*texture));
+    return {{"name", m.name},
+            {"base_colour", {m.base_colour.x, m.base_colour.y, m.base_colour.z, m.base_colour.w}},
+            {"shading", shading_names[static_cast<size_t>(m.shading)]},
+            {"alpha", alpha_names[static_cast<size_t>(m.alpha_mode)]},
+            {"alpha_cutoff", m.alpha_cutoff},
+            {"double_sided", m.double_sided},
+            {"metallic", m.metallic},
+            {"roughness", m.roughness},
+            {"normal_scale", m.normal_scale},
+            {"occlusion_strength", m.occlusion_strength},
+            {"emission", {m.emission.x, m.emission.y, m.emission.z}},
+            {"textures", textures}};
+}
+
+Texture texture_from(const Json& json, size_t images) {
+    Texture t;
+    if (json.is_null()) return t;
+    const auto image = json.at("image").get<int64_t>();
+    if (image < 0 || image >= static_cast<int64_t>(images)) throw std::out_of_range("has no such image");
+    t.image = static_cast<int32_t>(image);
+    for (size_t k = 0; k < 2; ++k) t.wrap[k] = named<Wrap>(wrap_names, json.at("wrap").at(k));
+    for (size_t k = 0; k < 6; ++k)
+        t.place[static_cast<int>(k / 2)][static_cast<int>(k % 2)] = number(json.at("place").at(k));
+    return t;
+}
+
+Material material_from(const Json& json, size_t images) {
     Material m;
     m.name = json.at("name").get<std::string>();
-    for (int k = 0; k < 4; ++k) m.base_colour[k] = json.at("base_colour").at(static_cast<size_t>(k)).get<float>();
-    m.base_colour_texture.image = json.at("image").get<int32_t>();
-    m.double_sided = json.at("double_sided").get<bool>();
+    try {
+        for (int k = 0; k < 4; ++k) m.base_colour[k] = number(json.at("base_colour").at(static_cast<size_t>(k)));
+        m.shading = named<Shading>(shading_names, json.at("shading"));
+        m.alpha_mode = named<AlphaMode>(alpha_names, json.at("alpha"));
+        m.alpha_cutoff = number(json.at("alpha_cutoff"));
+        m.double_sided = json.at("double_sided").get<bool>();
+        m.metallic = number(json.at("metallic"));
+        m.roughness = number(json.at("roughness"));
+        m.normal_scale = number(json.at("normal_scale"));
+        m.occlusion_strength = number(json.at("occlusion_strength"));
+        for (int k = 0; k < 3; ++k) m.emission[k] = number(json.at("emission").at(static_cast<size_t>(k)));
+        const auto textures = m.textures();
+        for (size_t k = 0; k < textures.size(); ++k) *textures[k] = texture_from(json.at("textures").at(k), images);
+    } catch (const std::out_of_range& e) {
+        throw std::out_of_range("material '" + printable(m.name.substr(0, 80)) + "' " + e.what());
+    }
     return m;
 }
 
@@ -47,18 +114,15 @@ Result<MaterialChunks> read_materials(const ChunkFile& file) {
     if (!text) return tl::unexpected(text.error());
     MaterialChunks result;
     size_t image_count = 0;
+    const auto wrong = [&](const std::string& what) {
+        return fail_at(path, {Fault::format, "mesh/materials: " + what + "; bake the asset again"});
+    };
     try {
         const Json json = Json::parse(*text);
-        for (const Json& m : json.at("materials")) result.table.push_back(material_from(m));
         image_count = json.at("images").get<size_t>();
-    } catch (const Json::exception& e) {
-        return fail_at(path, {Fault::format, std::string("mesh/materials: ") + e.what() + "; bake the asset again"});
-    }
-    for (const Material& m : result.table) {
-        if (m.base_colour_texture.image >= static_cast<int64_t>(image_count)) {
-            return fail_at(path, {Fault::format,
-                                  "mesh/materials: material '" + m.name + "' has no such image; bake the asset again"});
-        }
+        for (const Json& m : json.at("materials")) result.table.push_back(material_from(m, image_count));
+    } catch (const Json::exception& e) { return wrong(e.what()); } catch (const std::out_of_range& e) {
+        return wrong(e.what());
     }
     for (size_t i = 0; i < image_count; ++i) {
         auto png = file.bytes(image_chunk(i));

@@ -49,7 +49,7 @@ TriangleMarks cache_misses(const PlanMirror& mirror, size_t commands) {
 std::vector<View> views_of(const ReadyScene& scene, const ShadingOptions& look, const Camera& camera, uint32_t width,
                            uint32_t height) {
     std::vector<View> views = {view_of(camera, width, height)};
-    views[0].culls_back_faces = !look.double_sided;
+    views[0].culls_back_faces = !look.double_sided && !scene.materials.any_double_sided();
     if (scene.scene.shadows) {
         views.push_back(shadow_view(look.light_direction, scene.bounds.centre, std::max(scene.bounds.radius, 1e-6f),
                                     shadow_texels));

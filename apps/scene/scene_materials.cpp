@@ -20,6 +20,7 @@ SurfaceMaterial surface_material(const Material& m) {
     made.base_colour = m.base_colour;
     made.shading = static_cast<SurfaceShading>(m.shading);
     made.alpha_mode = static_cast<SurfaceAlpha>(m.alpha_mode);
+    made.double_sided = m.double_sided;
     made.alpha_cutoff = m.alpha_cutoff;
     made.metallic = m.metallic;
     made.roughness = m.roughness;

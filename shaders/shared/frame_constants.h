@@ -84,6 +84,8 @@ struct FrameConstants {
     uint debug_view;
     uint double_sided;   // 1: normals turn towards the eye
     float shadow_texel;  // world units a texel of the shadow map spans
+    uint shows_backs;    // 1: of materials with one side, too
+    uint padding0, padding1, padding2;
 };
 
 struct InstanceConstants {
@@ -97,7 +99,7 @@ struct InstanceConstants {
 
 #ifdef __cplusplus
 static_assert(sizeof(ViewConstants) == 176);
-static_assert(sizeof(FrameConstants) == 176 * LODE_MOST_VIEWS + 80);
+static_assert(sizeof(FrameConstants) == 176 * LODE_MOST_VIEWS + 96);
 static_assert(sizeof(InstanceConstants) == 144);
 }  // namespace gpu
 }  // namespace lodestone

@@ -149,7 +149,8 @@ vec3 debug_channel(Surface s, Look look, vec3 normal) {
 vec3 lit(Surface s, Look look) {
     vec3 to_eye = normalize(frame.views[draw_constants.view].eye.xyz - s.position);
     vec3 normal = s.normal;
-    if (frame.double_sided != 0u && dot(normal, to_eye) < 0.0) normal = -normal;
+    if ((frame.double_sided != 0u || (scene_has(LODE_LOOKS_TWO_SIDED) && look.two_sided)) && dot(normal, to_eye) < 0.0)
+        normal = -normal;
     vec3 of_shape = normal;
     if (scene_has(1u << LODE_TEXTURE_NORMAL) && (look.textures & (1u << LODE_TEXTURE_NORMAL)) != 0u)
         normal = mapped_normal(s, normal);

@@ -92,6 +92,7 @@ struct Look {
     float alpha_cutoff;
     uint shading, alpha_mode, textures;
     bool bare;  // white all over, without a texture
+    bool two_sided, front;
 };
 
 Look look_of(Surface s) {
@@ -100,7 +101,9 @@ Look look_of(Surface s) {
     uvec4 kinds = texelFetch(material_texels, texel + 3);
     Look look;
     look.shading = kinds.x;
-    look.alpha_mode = kinds.y;
+    look.alpha_mode = kinds.y & (LODE_TWO_SIDED - 1u);
+    look.two_sided = (kinds.y & LODE_TWO_SIDED) != 0u;
+    look.front = s.front;
     look.textures = kinds.w;
     look.base = linear_from_srgb(s.colour.rgb) * colour.rgb;
     look.alpha = s.colour.a * colour.a;
@@ -120,9 +123,12 @@ Look look_of(Surface s) {
 
 // Whether a pass draws the point. What is blended leaves neither depth nor, where less than half is there, a shadow.
 bool is_drawn(Look look) {
+    bool shadow = frame.views[draw_constants.view].eye.w == 0.0;
+    if (scene_has(LODE_LOOKS_TWO_SIDED) && scene_has(LODE_LOOKS_ONE_SIDED) && !look.two_sided && !look.front &&
+        frame.shows_backs == 0u && !shadow)
+        return false;
     if (look.alpha_mode == LODE_ALPHA_MASK) return !blending && look.alpha >= look.alpha_cutoff;
     if (look.alpha_mode != LODE_ALPHA_BLEND) return !blending;
-    bool shadow = frame.views[draw_constants.view].eye.w == 0.0;
     return shadow ? look.alpha >= 0.5 : blending;
 }
 

@@ -12,6 +12,9 @@
 #define LODE_ALPHA_MASK 1
 #define LODE_ALPHA_BLEND 2
 
+// Beside it: the surface is shown from behind, too.
+#define LODE_TWO_SIDED 256
+
 // The textures of a material.
 #define LODE_TEXTURE_BASE_COLOUR 0
 #define LODE_TEXTURE_METALLIC_ROUGHNESS 1
@@ -40,6 +43,8 @@
 #define LODE_LOOKS_BLEND 512
 #define LODE_LOOKS_PLACES 1024  // a texture is looked up elsewhere than at the texture coordinates
 #define LODE_LOOKS_WRAPS 2048   // one does not repeat
+#define LODE_LOOKS_TWO_SIDED 4096
+#define LODE_LOOKS_ONE_SIDED 8192
 
 // Images of one size and kind are the layers of an array.
 #define LODE_MOST_TEXTURE_ARRAYS 8
@@ -64,7 +69,10 @@ struct MaterialConstants {
     glm::vec3 emission;     // linear
     float occlusion_strength;
     float metallic, roughness, normal_scale, alpha_cutoff;
-    uint32_t shading, alpha_mode, base_array_and_layer, textures;  // textures: bit k where texture k is there
+    uint32_t shading;
+    uint32_t alpha_mode;  // | LODE_TWO_SIDED
+    uint32_t base_array_and_layer;
+    uint32_t textures;  // bit k where texture k is there
     TextureConstants texture[LODE_MATERIAL_TEXTURES];
 };
 static_assert(sizeof(MaterialConstants) == 16 * LODE_MATERIAL_TEXELS);

@@ -11,6 +11,7 @@ layout(location = 3) flat in uint in_material;
 
 Surface mesh_surface() {
     Surface s;
+    s.front = gl_FrontFacing;
     s.leaf = 0u;
     s.position = in_position_and_u.xyz;
     s.normal = normalize(in_normal_and_v.xyz);

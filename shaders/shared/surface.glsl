@@ -20,6 +20,7 @@ struct Surface {
     float missing;  // levels coarser than wanted, because the page is not there
     float error;    // pixels: of a level, what it is off by; of samples, what leaving them out would cost; below 0: not known
     float stretch;  // times as far apart as the mean, that samples are; below 0 where there are none
+    bool front;     // whether the front of the triangle is seen
     uint leaf;      // 1 where triangles are the source's own, of a leaf
     uint triangle;  // its number in the draw
     uint mark;      // its place in triangle_marks, LODE_NO_MARKS where it has none

@@ -25,7 +25,9 @@ Surface surface_here(uvec4 visible) {
     ViewConstants view = frame.views[draw_constants.view];
     vec2 size = vec2(view.target_width, view.target_height);
     vec4 world = view.clip_to_world * vec4(gl_FragCoord.xy / size * 2.0 - 1.0, gl_FragCoord.z, 1.0);
-    return atlas_surface(visible, world / world.w, instance, asset_at(instance.asset));
+    Surface s = atlas_surface(visible, world / world.w, instance, asset_at(instance.asset));
+    s.front = gl_FrontFacing;
+    return s;
 }
 
 #endif

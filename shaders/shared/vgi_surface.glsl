@@ -70,6 +70,7 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
         normal = mix(normalize(normal), unfolded(unpackSnorm2x16(visible.w)), own);
     }
     Surface s;
+    s.front = true;
     s.position = world.xyz;
     s.normal = normalize(mat3(instance.normal_to_world) * normal);
     s.colour = vec4(1.0);

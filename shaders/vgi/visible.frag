@@ -11,6 +11,7 @@ layout(location = 0) out uvec4 out_visible;
 
 void main() {
     out_visible = visible_here();
-    if (scene_has(LODE_LOOKS_MASK | LODE_LOOKS_BLEND) && !is_drawn(look_of(surface_here(out_visible))))
+    bool sided = scene_has(LODE_LOOKS_TWO_SIDED) && scene_has(LODE_LOOKS_ONE_SIDED);
+    if ((sided || scene_has(LODE_LOOKS_MASK | LODE_LOOKS_BLEND)) && !is_drawn(look_of(surface_here(out_visible))))
         discard;
 }

@@ -2,6 +2,7 @@
 // images it looks up.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <glm/mat3x2.hpp>
@@ -55,6 +56,7 @@ struct SurfaceMaterial {
     glm::vec4 base_colour{1};                            // linear RGB, alpha
     SurfaceShading shading = SurfaceShading::plain;      // by what it is lit
     SurfaceAlpha alpha_mode = SurfaceAlpha::opaque;      // what alpha does
+    bool double_sided = false;                           // shown from behind, too
     float alpha_cutoff = 0.5f;                           // of SurfaceAlpha::mask
     float metallic = 0, roughness = 1;                   // 0 .. 1
     float normal_scale = 1, occlusion_strength = 1;      // of textures
@@ -75,6 +77,11 @@ struct SurfaceImage {
 struct MaterialSet {
     std::vector<SurfaceMaterial> materials;  // at least one
     std::vector<SurfaceImage> images;        // of any size
+
+    // Whether a surface is shown from behind, so that views are not to leave out what faces away.
+    bool any_double_sided() const {
+        return std::ranges::any_of(materials, [](const SurfaceMaterial& m) { return m.double_sided; });
+    }
 };
 
 }  // namespace lodestone

@@ -56,7 +56,7 @@ struct Material {
     Shading shading = Shading::plain;          // by what it is lit
     AlphaMode alpha_mode = AlphaMode::opaque;  // what alpha does
     float alpha_cutoff = 0.5f;                 // of AlphaMode::mask
-    bool double_sided = false;  // kept for what is written; drawing is told by ShadingOptions::double_sided
+    bool double_sided = false;                 // shown from behind, too
 
     float metallic = 0, roughness = 1;   // 0 .. 1
     Texture metallic_roughness_texture;  // green roughness, blue metallic

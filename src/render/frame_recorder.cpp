@@ -50,7 +50,7 @@ FrameRecorder::FrameRecorder(const FrameContext& context, const RecordedPlan& ba
                                                     [](const View& v) { return v.kind == View::Kind::shadow; });
     wire_ = look.wireframe && context.device.draws_lines();
     has_visibility_ = backend_.recipe.has_visibility();
-    cull_back_ = !look.double_sided && !c_.instances.any_mirrored();
+    cull_back_ = !look.double_sided && !c_.looks.two_sided() && !c_.instances.any_mirrored();
 }
 
 void FrameRecorder::record() {
@@ -96,7 +96,7 @@ void FrameRecorder::stage_bytes(const std::byte* data, uint64_t bytes, Target&& 
 }
 
 void FrameRecorder::upload_frame_data() {
-    const gpu::FrameConstants constants = frame_constants(input_, look_, c_.shadow_size);
+    const gpu::FrameConstants constants = frame_constants(input_, look_, c_.shadow_size, c_.instances.any_mirrored());
     const auto put = [&](const Buffer& buffer, const void* data, uint64_t bytes, uint64_t offset = 0) {
         stage_bytes(static_cast<const std::byte*>(data), bytes,
                     [&](VkDeviceSize staged, uint64_t done, uint64_t length) {

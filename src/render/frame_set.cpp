@@ -124,7 +124,8 @@ void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, co
     vkUpdateDescriptorSets(device_.handle(), static_cast<uint32_t>(writes.size()), writes.data(), 0, nullptr);
 }
 
-gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOptions& look, uint32_t shadow_size) {
+gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOptions& look, uint32_t shadow_size,
+                                    bool any_mirrored) {
     LODE_CHECK(input.views.size() <= LODE_MOST_VIEWS, input.views.size());
     gpu::FrameConstants c{};
     c.shadow_view = LODE_MOST_VIEWS;
@@ -150,6 +151,7 @@ gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOption
     c.ground_colour = glm::vec4(look.ground_colour, 0);
     c.debug_view = static_cast<uint32_t>(look.debug);
     c.double_sided = look.double_sided ? 1 : 0;
+    c.shows_backs = look.double_sided || any_mirrored ? 1 : 0;
     return c;
 }
 

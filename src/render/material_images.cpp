@@ -37,6 +37,7 @@ uint32_t looks_of(const MaterialSet& set) {
         if (m.shading == SurfaceShading::metallic_roughness) looks |= LODE_LOOKS_METALLIC_ROUGHNESS;
         if (m.shading == SurfaceShading::unlit) looks |= LODE_LOOKS_UNLIT;
         if (m.emission != glm::vec3(0)) looks |= LODE_LOOKS_EMISSION;
+        looks |= m.double_sided ? LODE_LOOKS_TWO_SIDED : LODE_LOOKS_ONE_SIDED;
         if (m.alpha_mode == SurfaceAlpha::mask) looks |= LODE_LOOKS_MASK;
         if (m.alpha_mode == SurfaceAlpha::blend) looks |= LODE_LOOKS_BLEND;
     }
@@ -215,7 +216,7 @@ gpu::MaterialConstants constants_of(const SurfaceMaterial& m, const std::vector<
     c.normal_scale = m.normal_scale;
     c.alpha_cutoff = m.alpha_cutoff;
     c.shading = static_cast<uint32_t>(m.shading);
-    c.alpha_mode = static_cast<uint32_t>(m.alpha_mode);
+    c.alpha_mode = static_cast<uint32_t>(m.alpha_mode) | (m.double_sided ? LODE_TWO_SIDED : 0u);
     for (uint32_t t = 0; t < texture_roles; ++t) {
         c.texture[t] = constants_of(m.textures[t], places);
         if (m.textures[t].image >= 0) c.textures |= 1u << t;

@@ -41,7 +41,11 @@ Variant blended_variant_of(const DrawnAs& as) {
     return as.debug ? Variant::blended_debug : Variant::blended;
 }
 
-bool SceneLooks::cuts() const { return (looks & (LODE_LOOKS_MASK | LODE_LOOKS_BLEND)) != 0; }
+bool SceneLooks::cuts() const {
+    constexpr uint32_t sides = LODE_LOOKS_TWO_SIDED | LODE_LOOKS_ONE_SIDED;
+    return (looks & (LODE_LOOKS_MASK | LODE_LOOKS_BLEND)) != 0 || (looks & sides) == sides;
+}
+bool SceneLooks::two_sided() const { return (looks & LODE_LOOKS_TWO_SIDED) != 0; }
 bool SceneLooks::blends() const { return (looks & LODE_LOOKS_BLEND) != 0; }
 
 namespace {
@@ -70,7 +74,7 @@ const VkFormat& format_drawn_to(Variant variant) {
 // Lines show all triangles, whatever their materials.
 SceneLooks looks_in(const SceneLooks& scene, Variant variant) {
     SceneLooks looks = scene;
-    if (as_lines(variant)) looks.looks &= ~uint32_t{LODE_LOOKS_MASK | LODE_LOOKS_BLEND};
+    if (as_lines(variant)) looks.looks &= ~uint32_t{LODE_LOOKS_MASK | LODE_LOOKS_BLEND | LODE_LOOKS_ONE_SIDED};
     return looks;
 }
 // looks: of the scene.

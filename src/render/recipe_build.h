@@ -100,6 +100,7 @@ struct SceneLooks {
     uint32_t texture_arrays = 1;  // that are looked up in
     bool cuts() const;            // whether something of a surface is not there, or is blended
     bool blends() const;          // whether something is blended
+    bool two_sided() const;       // whether something is shown from behind
 };
 
 // frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split, or fewer

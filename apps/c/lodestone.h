@@ -88,7 +88,8 @@ struct lodestone_image {
 };
 typedef struct lodestone_image lodestone_image;
 
-// How a part of a surface looks.
+// How a part of a surface looks, as far as this interface knows: its base colour. A mesh that was read from a file
+// keeps all of its materials, and so does what is baked from it or written; its images are those of all their textures.
 struct lodestone_material {
     const char* name;       // UTF-8; NULL stands for ""
     float base_colour[4];   // linear RGB and alpha, 0 .. 1; multiplies texture and vertex colour

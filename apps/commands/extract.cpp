@@ -52,6 +52,7 @@ Result<uint32_t> chosen_level(const ExtractArguments& o, const Levels& levels, u
 }
 
 Result<int> write_level(const ExtractArguments& o, const TriMesh& mesh, uint32_t level, uint32_t levels, float error) {
+    for (const std::string& line : lost_in_writing(mesh, o.out)) terminal_progress().warning(line);
     if (auto done = write_mesh(mesh, o.out, o.write); !done) return tl::unexpected(done.error());
     if (o.json) {
         const nlohmann::json json = {{"triangles", mesh.triangle_count()}, {"level", level}, {"error", error}};

@@ -140,6 +140,7 @@ Result<int> unwrap_file(const UnwrapArguments& o) {
     if (!made) return tl::unexpected(made.error());
     const Stopwatch write_watch;
     progress.at("write", 0);
+    for (const std::string& line : lost_in_writing(made->mesh, o.out)) progress.warning(line);
     if (auto done = write_mesh(made->mesh, o.out, *write); !done) return tl::unexpected(done.error());
     seconds.write = write_watch.wall();
     seconds.all = all.wall();

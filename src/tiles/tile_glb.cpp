@@ -8,11 +8,14 @@
 #include <cmath>
 #include <cstring>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <span>
 
 #include "base/check.h"
 #include "base/json.h"
 #include "base/srgb.h"
+#include "mesh/io/gltf/material_json.h"
 
 namespace lodestone::tiles {
 
@@ -264,46 +267,34 @@ private:
             if (atlas_.colours.empty()) table[0].base_colour = {0.6f, 0.6f, 0.6f, 1};
         }
         if (lists_.size() < table.size()) table.resize(lists_.size());
-        for (const Material& m : table) {
-            const glm::vec4& c = m.base_colour;
-            Json pbr = {{"baseColorFactor", {c.x, c.y, c.z, c.w}}, {"metallicFactor", 0}, {"roughnessFactor", 1}};
-            if (m.base_colour_texture.image >= 0 && textured())
-                pbr["baseColorTexture"] = texture(m.base_colour_texture.image);
-            Json material = {{"pbrMetallicRoughness", pbr}, {"doubleSided", m.double_sided}};
-            if (!m.name.empty()) material["name"] = m.name;
-            json_["materials"].push_back(std::move(material));
-        }
+        MaterialJson made = material_json(table, texcoords());
+        used_ = made.extensions;
+        add_to_document(json_, std::move(made));
         if (!textured()) return;
-        for (const std::string& uri : options_.image_uris) {
-            json_["textures"].push_back({{"source", json_["images"].size()}});
-            json_["images"].push_back({{"uri", uri}});
-        }
+        for (const std::string& uri : options_.image_uris) json_["images"].push_back({{"uri", uri}});
     }
-    Json texture(int32_t image) {
-        Json texture = {{"index", image}};
-        if (integers()) {
-            texture["extensions"]["KHR_texture_transform"] = {
-                {"offset", {atlas_.uv_low.x, atlas_.uv_low.y}},
-                {"scale",
-                 {65535.0 * static_cast<double>(atlas_.uv_step.x), 65535.0 * static_cast<double>(atlas_.uv_step.y)}}};
-            transforms_textures_ = true;
-        }
-        return texture;
+    // From those stored to the mesh's.
+    std::optional<glm::dmat3x2> texcoords() const {
+        if (!textured()) return std::nullopt;
+        if (!integers()) return glm::dmat3x2{{1, 0}, {0, 1}, {0, 0}};
+        const glm::dvec2 step = 65535.0 * glm::dvec2(atlas_.uv_step);
+        return glm::dmat3x2{{step.x, 0}, {0, step.y}, glm::dvec2(atlas_.uv_low)};
     }
 
     void add_buffers() {
         json_["buffers"] = {{{"byteLength", bin_.size()}}};
-        Json extensions = Json::array(), used;
+        std::set<std::string> required;
         if (compressed()) {
             json_["buffers"].push_back(
                 {{"byteLength", unpacked_bytes_}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
-            extensions.push_back("EXT_meshopt_compression");
+            required.insert("EXT_meshopt_compression");
         }
-        if (integers()) extensions.push_back("KHR_mesh_quantization");
-        if (transforms_textures_) extensions.push_back("KHR_texture_transform");
-        if (extensions.empty()) return;
-        json_["extensionsUsed"] = extensions;
-        json_["extensionsRequired"] = extensions;
+        if (integers()) required.insert("KHR_mesh_quantization");
+        // Where textures lie, integers do not say without it.
+        if (integers() && used_.contains("KHR_texture_transform")) required.insert("KHR_texture_transform");
+        if (!required.empty()) json_["extensionsRequired"] = required;
+        used_.merge(required);
+        if (!used_.empty()) json_["extensionsUsed"] = used_;
     }
 
     std::vector<std::byte> whole() const {
@@ -332,7 +323,7 @@ private:
     Json json_, attributes_;
     std::vector<std::byte> bin_;
     size_t unpacked_bytes_ = 0;
-    bool transforms_textures_ = false;
+    std::set<std::string> used_;  // extensions
 };
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "base/threads.h"
+#include "mesh/io/gltf/material_json.h"
 #include "mesh/io/image_file.h"
 #include "tiles/tile_errors.h"
 #include "tiles/tile_tree.h"
@@ -98,6 +99,7 @@ public:
         : atlas_(atlas), folder_(folder), options_(options), progress_(progress) {}
 
     Result<TilesetReport> run() {
+        for (const std::string& line : unwritable_textures(atlas_.material_table)) progress_.warning(line);
         tree_ = make_tile_tree(atlas_, options_.tile_triangles);
         if (auto good = tree_.validate(atlas_); !good) return tl::unexpected(good.error());
         auto measures = measure_tiles(atlas_, tree_, progress_);

@@ -21,8 +21,11 @@
 #include <thread>
 #include <vector>
 
+#include "base/files/chunk_file.h"
+#include "fixtures/materials.h"
 #include "lodestone.h"
 #include "mesh/generate.h"
+#include "mesh/io/write.h"
 
 namespace {
 
@@ -499,6 +502,48 @@ TEST(Bakes, AreCancelledByTheirCallerAndByOtherThreads) {
     target.triangles = 100;
     lodestone_mesh* simplified = nullptr;
     EXPECT_EQ(lodestone_simplify(mesh.get(), &target, &progress, &simplified), LODESTONE_INTERRUPTED);
+}
+
+// What the header of an asset says that it was made from.
+std::string source_of(const lodestone::TriMesh& mesh) {
+    const fs::path folder = fs::temp_directory_path() / ("lodestone_c_key_" + std::to_string(getpid()));
+    fs::create_directories(folder);
+    EXPECT_TRUE(lodestone::write_mesh(mesh, folder / "a.glb"));
+    lodestone_mesh* read = nullptr;
+    EXPECT_EQ(lodestone_mesh_read((folder / "a.glb").c_str(), nullptr, &read), LODESTONE_OK) << lodestone_error();
+    const Mesh made(read);
+    const std::string asset = folder / "a.lode";
+    EXPECT_EQ(lodestone_bake(made.get(), "--backends full", nullptr, asset.c_str(), nullptr), LODESTONE_OK)
+        << lodestone_error();
+    const auto file = lodestone::ChunkFile::open(asset);
+    EXPECT_TRUE(file);
+    fs::remove_all(folder);
+    return file ? file->provenance().source.hex() : "";
+}
+
+TEST(Bakes, AreKeyedByAllOfAMaterial) {
+    const lodestone::TriMesh mesh = lodestone::fixtures::mesh_of_every_material();
+    std::set<std::string> sources{source_of(mesh)};
+    EXPECT_EQ(sources, std::set{source_of(mesh)});
+    const std::vector<std::function<void(lodestone::Material&)>> changes = {
+        [](auto& m) { m.base_colour.z = 0; },
+        [](auto& m) { m.shading = lodestone::Shading::unlit; },
+        [](auto& m) { m.alpha_mode = lodestone::AlphaMode::blend; },
+        [](auto& m) { m.alpha_cutoff = 0.75f; },
+        [](auto& m) { m.metallic = 0; },
+        [](auto& m) { m.roughness = 0; },
+        [](auto& m) { m.normal_scale = 0; },
+        [](auto& m) { m.occlusion_strength = 0; },
+        [](auto& m) { m.emission.x = 1; },
+        [](auto& m) { m.emission_texture.image = 0; },
+        [](auto& m) { m.normal_texture.wrap[1] = lodestone::Wrap::mirror; },
+        [](auto& m) { m.occlusion_texture.place[2].y = 9; }};
+    for (const auto& change : changes) {
+        lodestone::TriMesh other = mesh;
+        change(other.material_table[1]);
+        sources.insert(source_of(other));
+    }
+    EXPECT_EQ(sources.size(), changes.size() + 1);
 }
 
 TEST(Bakes, GiveTheSameAssetToAFileAndToMemory) {

@@ -4,13 +4,18 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/threads.h"
+#include "fixtures/materials.h"
 #include "fixtures/meshes.h"
 #include "mesh/distance/distance.h"
+#include "mesh/io/image_file.h"
+#include "mesh/io/read.h"
 #include "tiles/check/check.h"
 #include "tiles/check/tile_content.h"
 #include "tiles/cut_surface.h"
@@ -98,6 +103,48 @@ TEST_F(TilesetTest, PassesItsChecksInEveryEncoding) {
         EXPECT_EQ(facts->closing_triangles, report_.closing_triangles);
         EXPECT_EQ(facts->tile_bytes, report_.glb_bytes);
         EXPECT_EQ(facts->depth, report_.depth);
+    }
+}
+
+TEST_F(TilesetTest, MaterialsAreWrittenWhole) {
+    vgi::Atlas atlas = vgi::small_atlas(fixtures::repaired(Shape::vase, 2000), 32);
+    ASSERT_FALSE(atlas.uvs.empty());
+    const Material all = fixtures::every_material()[1];
+    atlas.material_table = {all};
+    atlas.images = fixtures::role_images();
+    const TileTree tree = make_tile_tree(atlas, 256);
+    fs::create_directories(folder_);
+    GlbOptions options;
+    for (size_t i = 0; i < atlas.images.size(); ++i) {
+        options.image_uris.push_back(std::to_string(i) + ".png");
+        ASSERT_TRUE(write_png(atlas.images[i], folder_ / options.image_uris.back()));
+    }
+    for (const Encoding encoding : {Encoding::meshopt, Encoding::quantised, Encoding::plain}) {
+        options.encoding = encoding;
+        const TileMesh tile = make_tile_mesh(atlas, tree, 0);
+        const auto bytes = encode_glb(atlas, tile, options);
+        std::ofstream(folder_ / "tile.glb", std::ios::binary)
+            .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        ReadReport told;
+        const auto read = read_mesh(folder_ / "tile.glb", {}, &told);
+        ASSERT_TRUE(read) << read.error().message;
+        EXPECT_THAT(told.warnings, testing::IsEmpty());
+        ASSERT_EQ(read->material_table.size(), 2u);
+        const Material& found = read->material_table[1];
+        EXPECT_EQ(found.emission, all.emission);
+        EXPECT_EQ(found.alpha_mode, all.alpha_mode);
+        for (size_t k = 0; k < texture_names.size(); ++k) {
+            const Texture &a = *all.textures()[k], &b = *found.textures()[k];
+            ASSERT_TRUE(b.there()) << texture_names[k];
+            EXPECT_EQ(a.wrap, b.wrap) << texture_names[k];
+            for (int c = 0; c < 3; ++c) EXPECT_LT(glm::length(a.place[c] - b.place[c]), 1e-4f) << texture_names[k];
+        }
+        // Coordinates are those of the mesh again.
+        const glm::vec2 high = atlas.uv_low + atlas.uv_step * 65535.0f;
+        for (const glm::vec2& uv : read->uvs) {
+            EXPECT_TRUE(glm::all(glm::greaterThanEqual(uv, atlas.uv_low - 1e-4f)));
+            EXPECT_TRUE(glm::all(glm::lessThanEqual(uv, high + 1e-4f)));
+        }
     }
 }
 

@@ -1,8 +1,11 @@
 // Wavefront OBJ and its MTL: vertices (with colours), texture coordinates, normals, polygons, materials; the rest is
 // stepped over.
 #include <algorithm>
+#include <array>
+#include <glm/common.hpp>
 #include <map>
 #include <set>
+#include <span>
 #include <unordered_map>
 
 #include "mesh/io/formats.h"
@@ -217,27 +220,79 @@ private:
                 material = &mesh_.material_table[material_];
             } else if (material == nullptr) {
                 continue;
-            } else if (key == "Kd") {
-                float c[3] = {1, 1, 1};
-                bool good = true;
-                for (float& channel : c) good = good && line.number(channel) && std::isfinite(channel);
-                if (good) material->base_colour = {c[0], c[1], c[2], material->base_colour.w};
-            } else if (key == "d") {
-                float d = 1;
-                if (line.number(d) && std::isfinite(d)) material->base_colour.w = d;
-            } else if (key == "map_Kd" && options_.load_images) {
-                std::string texture(line.rest());
-                if (!texture.empty() && texture[0] == '-')
-                    texture.erase(0, texture.rfind(' ') + 1);  // options come before the name
-                const auto [found, fresh] = textures_.try_emplace(texture, -1);
-                if (fresh) found->second = load_texture(file_, texture, mesh_, report_);
-                material->base_colour_texture.image = found->second;
-                // A map takes the colour's place.
-                if (found->second >= 0) material->base_colour = {1, 1, 1, material->base_colour.w};
+            } else {
+                read_member(key, line, *material);
             }
         }
         material_ = before;
         used_material_ = used_before;
+    }
+
+    // A line of a material.
+    void read_member(std::string_view key, TextCursor& line, Material& material) {
+        const auto read = [&](std::span<float> into) {
+            std::array<float, 3> numbers{};
+            for (size_t k = 0; k < into.size(); ++k) {
+                if (!line.number(numbers[k]) || !std::isfinite(numbers[k])) return;
+            }
+            std::copy_n(numbers.begin(), into.size(), into.begin());
+        };
+        if (key == "Kd") {
+            read(std::span(&material.base_colour.x, 3));
+        } else if (key == "d") {
+            float& alpha = material.base_colour.w;
+            read(std::span(&alpha, 1));
+            if (alpha > 0 && alpha < 1 && material.alpha_mode == AlphaMode::opaque)
+                material.alpha_mode = AlphaMode::blend;
+        } else if (key == "Pm" || key == "Pr") {
+            float& into = key == "Pm" ? material.metallic : material.roughness;
+            read(std::span(&into, 1));
+            into = std::clamp(into, 0.0f, 1.0f);
+            material.shading = Shading::metallic_roughness;
+        } else if (key == "Ke") {
+            read(std::span(&material.emission.x, 3));
+            material.emission = glm::clamp(material.emission, 0.0f, 65504.0f);
+        } else if (key.starts_with("map_") || key == "norm") {
+            read_map(key, std::string(line.rest()), material);
+        }
+    }
+
+    void read_map(std::string_view key, std::string name, Material& material) {
+        if (!options_.load_images) return;
+        if (key == "norm") read_scale(name, material.normal_scale);
+        if (!name.empty() && name[0] == '-') name.erase(0, name.rfind(' ') + 1);  // options come before the name
+        if (key == "map_d") {
+            // Alpha of the colour's own image; others are not read.
+            const auto found = textures_.find(name);
+            if (found != textures_.end() && found->second >= 0 && found->second == material.base_colour_texture.image)
+                material.alpha_mode = AlphaMode::mask;
+            return;
+        }
+        Texture* texture = key == "map_Kd"   ? &material.base_colour_texture
+                           : key == "map_Ke" ? &material.emission_texture
+                           : key == "norm"   ? &material.normal_texture
+                                             : nullptr;
+        if (texture == nullptr) return;
+        const auto [found, fresh] = textures_.try_emplace(name, -1);
+        if (fresh) found->second = load_texture(file_, name, mesh_, report_);
+        texture->image = found->second;
+        // A map takes the colour's place.
+        if (found->second >= 0 && texture == &material.base_colour_texture)
+            material.base_colour = {1, 1, 1, material.base_colour.w};
+        if (texture != &material.emission_texture) return;
+        if (found->second < 0)
+            leave_out(material, *texture);
+        else if (material.emission == glm::vec3(0))
+            material.emission = glm::vec3(1);
+    }
+
+    // "-bm 0.5 image": how strong a normal map is.
+    static void read_scale(const std::string& options, float& scale) {
+        const size_t at = options.find("-bm ");
+        if (at == options.npos) return;
+        TextCursor cursor(std::string_view(options).substr(at + 4), '#');
+        float number = 1;
+        if (cursor.number(number) && std::isfinite(number)) scale = std::clamp(number, -65504.0f, 65504.0f);
     }
 
     void add_attributes() {

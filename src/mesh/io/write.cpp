@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/files/file.h"
+#include "mesh/io/gltf/material_json.h"
 #include "mesh/io/gltf/write_glb.h"
 
 namespace lodestone {
@@ -96,32 +97,76 @@ Result<void> write_image(const Image& image, const fs::path& path, const WriteOp
     return file->commit();
 }
 
-// The materials of an OBJ, with their images beside it. path: of the OBJ.
-Result<void> write_material_library(const TriMesh& mesh, const fs::path& path, const fs::path& library,
-                                    const WriteOptions& options) {
-    const std::string extension = options.jpeg_quality > 0 ? ".jpg" : ".png";
-    std::vector<bool> written(mesh.images.size(), false);
-    std::string mtl;
-    for (size_t m = 0; m < mesh.material_table.size(); ++m) {
-        const Material& material = mesh.material_table[m];
-        mtl += "newmtl " + material_name(mesh, m) + "\nKd";
-        for (int k = 0; k < 3; ++k) add_number(mtl, material.base_colour[k]);
-        mtl += "\nd";
-        add_number(mtl, material.base_colour.w);
-        mtl += '\n';
-        if (material.base_colour_texture.image >= 0) {
-            const auto number = static_cast<size_t>(material.base_colour_texture.image);
-            const std::string image = path.stem().string() + "-" + std::to_string(number) + extension;
-            if (!written[number]) {
-                if (auto done = write_image(mesh.images[number], path.parent_path() / image, options); !done)
-                    return done;
-                written[number] = true;
-            }
-            mtl += "map_Kd " + image + "\n";
-        }
-    }
-    return write_text(library, mtl);
+// Whether MTL has a word for a texture of a material.
+bool fits_mtl(const Material& m, const Texture& texture) {
+    const bool known =
+        &texture == &m.base_colour_texture || &texture == &m.normal_texture || &texture == &m.emission_texture;
+    return known && texture.place == Texture{}.place;
 }
+
+// The materials of an OBJ, with their images beside it.
+class MaterialLibrary {
+public:
+    // path: of the OBJ.
+    MaterialLibrary(const TriMesh& mesh, const fs::path& path, const WriteOptions& options)
+        : mesh_(mesh), path_(path), options_(options), written_(mesh.images.size(), false) {}
+
+    Result<void> write(const fs::path& library) {
+        for (size_t m = 0; m < mesh_.material_table.size(); ++m) {
+            mtl_ += "newmtl " + material_name(mesh_, m) + "\n";
+            if (auto done = add(mesh_.material_table[m]); !done) return done;
+        }
+        return write_text(library, mtl_);
+    }
+
+private:
+    Result<void> add(Material m) {
+        for (Texture* texture : m.textures()) {
+            if (!fits_mtl(m, *texture)) leave_out(m, *texture);
+        }
+        line("Kd", {m.base_colour.x, m.base_colour.y, m.base_colour.z});
+        line("d", {m.alpha_mode == AlphaMode::opaque ? 1 : m.base_colour.w});
+        if (m.shading == Shading::metallic_roughness) {
+            line("Pm", {m.metallic});
+            line("Pr", {m.roughness});
+        }
+        if (m.emission != glm::vec3(0)) line("Ke", {m.emission.x, m.emission.y, m.emission.z});
+        std::string normals = "norm";
+        if (m.normal_scale != 1) {
+            normals += " -bm";
+            add_number(normals, m.normal_scale);
+        }
+        for (const auto& [word, texture] : {std::pair{std::string("map_Kd"), &m.base_colour_texture},
+                                            {"map_Ke", &m.emission_texture},
+                                            {normals, &m.normal_texture}}) {
+            if (auto done = add_map(word, *texture); !done) return done;
+        }
+        return m.alpha_mode == AlphaMode::mask ? add_map("map_d", m.base_colour_texture) : Result<void>{};
+    }
+
+    void line(const char* word, std::initializer_list<float> numbers) {
+        mtl_ += word;
+        for (const float number : numbers) add_number(mtl_, number);
+        mtl_ += '\n';
+    }
+
+    Result<void> add_map(const std::string& word, const Texture& texture) {
+        if (!texture.there()) return {};
+        const auto number = static_cast<size_t>(texture.image);
+        const std::string image =
+            path_.stem().string() + "-" + std::to_string(number) + (options_.jpeg_quality > 0 ? ".jpg" : ".png");
+        mtl_ += word + " " + image + "\n";
+        if (written_[number]) return {};
+        written_[number] = true;
+        return write_image(mesh_.images[number], path_.parent_path() / image, options_);
+    }
+
+    const TriMesh& mesh_;
+    const fs::path& path_;
+    const WriteOptions& options_;
+    std::vector<bool> written_;  // per image
+    std::string mtl_;
+};
 
 // Positions, with the colours of their first wedges; texture coordinates; normals.
 void add_obj_vertices(std::string& text, const TriMesh& mesh) {
@@ -173,7 +218,7 @@ Result<void> write_obj(const TriMesh& mesh, const fs::path& path, const WriteOpt
     if (!mesh.materials.empty()) {
         fs::path library = path;
         library.replace_extension(".mtl");
-        if (auto done = write_material_library(mesh, path, library, options); !done) return done;
+        if (auto done = MaterialLibrary(mesh, path, options).write(library); !done) return done;
         text += "mtllib " + library.filename().string() + "\n";
     }
     add_obj_vertices(text, mesh);
@@ -187,6 +232,23 @@ Result<void> check_write(const fs::path& path) {
     const std::string extension = path.extension().string();
     if (extension == ".ply" || extension == ".obj" || extension == ".glb") return {};
     return fail(Fault::usage, path.string() + ": the name must end in .ply, .obj or .glb");
+}
+
+std::vector<std::string> lost_in_writing(const TriMesh& mesh, const fs::path& path) {
+    const std::string extension = path.extension().string();
+    if (extension == ".glb") return unwritable_textures(mesh.material_table);
+    std::vector<std::string> lines;
+    if (extension != ".obj") return lines;
+    for (size_t k = 0; k < texture_names.size(); ++k) {
+        const auto lost = std::ranges::count_if(mesh.material_table, [&](const Material& m) {
+            const Texture& texture = *m.textures()[k];
+            return texture.there() && !fits_mtl(m, texture);
+        });
+        if (lost > 0)
+            lines.push_back("OBJ does not hold the textures of " + std::string(texture_names[k]) + " of " +
+                            std::to_string(lost) + " materials; GLB does");
+    }
+    return lines;
 }
 
 Result<void> write_mesh(const TriMesh& mesh, const fs::path& path, const WriteOptions& options) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "mesh/tri_mesh.h"
@@ -23,6 +25,9 @@ struct WriteOptions {
 
 // Fault::usage where the name's extension is none that is written.
 Result<void> check_write(const std::filesystem::path& path);
+
+// What of the mesh's materials a file of that name will not hold, a line each. Nothing for PLY, which holds none.
+std::vector<std::string> lost_in_writing(const TriMesh& mesh, const std::filesystem::path& path);
 
 // Chooses the format by extension: .ply, .obj, .glb; anything else is Fault::usage. Triangles and vertices keep their
 // order. PLY writes one vertex per wedge (seams become duplicated positions, bit for bit equal); OBJ keeps positions

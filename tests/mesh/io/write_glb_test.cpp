@@ -10,6 +10,7 @@
 #include <fstream>
 #include <glm/geometric.hpp>
 
+#include "fixtures/materials.h"
 #include "fixtures/meshes.h"
 #include "mesh/io/read.h"
 #include "mesh/io/write.h"
@@ -47,7 +48,10 @@ TriMesh rich_mesh() {
     return mesh;
 }
 
-std::vector<TriMesh> meshes() { return {rich_mesh(), fixtures::torus(20, 12), fixtures::repaired(Shape::vase, 2000)}; }
+std::vector<TriMesh> meshes() {
+    return {rich_mesh(), fixtures::mesh_of_every_material(), fixtures::torus(20, 12),
+            fixtures::repaired(Shape::vase, 2000)};
+}
 
 TEST_F(WriteGlbTest, EveryEncodingReadsBackWithinQuantisation) {
     for (const TriMesh& mesh : meshes()) {
@@ -75,6 +79,93 @@ TEST_F(WriteGlbTest, EveryEncodingReadsBackWithinQuantisation) {
             EXPECT_EQ(read->images.size(), mesh.images.size());
         }
     }
+}
+
+// Textures where they were, within rounding.
+void expect_same_place(const Texture& a, const Texture& b) {
+    EXPECT_EQ(a.wrap, b.wrap);
+    for (int k = 0; k < 3; ++k) {
+        EXPECT_NEAR(a.place[k].x, b.place[k].x, 1e-5f);
+        EXPECT_NEAR(a.place[k].y, b.place[k].y, 1e-5f);
+    }
+}
+
+TEST_F(WriteGlbTest, MaterialsComeBackWhole) {
+    const TriMesh mesh = fixtures::mesh_of_every_material();
+    EXPECT_TRUE(lost_in_writing(mesh, folder_ / "a.glb").empty());
+    ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb"));
+    const auto read = read_mesh(folder_ / "a.glb");
+    ASSERT_TRUE(read) << read.error().message;
+    ASSERT_EQ(read->material_table.size(), mesh.material_table.size() + 1);
+    const auto texels_of = [](const TriMesh& of, const Texture& texture) {
+        return texture.there() ? of.images.at(static_cast<size_t>(texture.image)).texels : std::vector<glm::u8vec4>();
+    };
+    for (size_t m = 0; m < mesh.material_table.size(); ++m) {
+        Material expected = mesh.material_table[m], found = read->material_table[m + 1];
+        SCOPED_TRACE(expected.name);
+        for (size_t k = 0; k < texture_names.size(); ++k) {
+            Texture &a = *expected.textures()[k], &b = *found.textures()[k];
+            EXPECT_EQ(texels_of(mesh, a), texels_of(*read, b));
+            expect_same_place(a, b);
+            a = b = {};
+        }
+        if (expected.shading == Shading::plain) expected.shading = Shading::metallic_roughness;
+        EXPECT_EQ(expected, found);
+    }
+}
+
+TEST_F(WriteGlbTest, TexturesThatNoTransformPlacesAreLeftOutAndNamed) {
+    TriMesh mesh = fixtures::mesh_of_every_material();
+    mesh.material_table[1].emission_texture.place = {{1, 0}, {0.5f, 1}, {0, 0}};  // sheared
+    EXPECT_THAT(lost_in_writing(mesh, folder_ / "a.glb"),
+                testing::ElementsAre(testing::HasSubstr("material 'all': its texture of emission is left out")));
+    ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb"));
+    const auto read = read_mesh(folder_ / "a.glb");
+    ASSERT_TRUE(read);
+    EXPECT_FALSE(read->material_table[2].emission_texture.there());
+    EXPECT_EQ(read->material_table[2].emission, glm::vec3(0));
+    EXPECT_TRUE(read->material_table[2].normal_texture.there());
+    // Nor are there any without texture coordinates.
+    mesh.uvs.clear();
+    ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb"));
+    const auto bare = read_mesh(folder_ / "a.glb");
+    ASSERT_TRUE(bare);
+    EXPECT_TRUE(bare->images.empty());
+}
+
+TEST_F(WriteGlbTest, ObjHoldsWhatMtlHasWordsFor) {
+    const TriMesh mesh = fixtures::mesh_of_every_material();
+    EXPECT_THAT(lost_in_writing(mesh, folder_ / "a.obj"),
+                testing::ElementsAre(testing::HasSubstr("metallic-roughness of 1 materials"),
+                                     testing::HasSubstr("normals of 1"), testing::HasSubstr("occlusion of 1"),
+                                     testing::HasSubstr("emission of 1")));
+    TriMesh fits = mesh;
+    for (Texture* texture : fits.material_table[1].textures()) texture->place = Texture{}.place;
+    fits.material_table[1].base_colour = {1, 1, 1, 0.75f};  // of maps
+    ASSERT_TRUE(write_mesh(fits, folder_ / "a.obj"));
+    ReadReport told;
+    const auto read = read_mesh(folder_ / "a.obj", {}, &told);
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_TRUE(told.warnings.empty());
+    ASSERT_EQ(read->material_table.size(), 4u);
+    const Material &all = read->material_table[1], &glass = read->material_table[3];
+    EXPECT_EQ(read->material_table[0].shading, Shading::plain);
+    EXPECT_EQ(all.shading, Shading::metallic_roughness);
+    EXPECT_EQ(all.base_colour, glm::vec4(1, 1, 1, 0.75f));
+    EXPECT_EQ(all.metallic, 0) << "without its texture";
+    EXPECT_EQ(all.roughness, 0.375f);
+    EXPECT_EQ(all.emission, glm::vec3(4, 2, 1));
+    EXPECT_EQ(all.normal_scale, 0.625f);
+    EXPECT_EQ(all.alpha_mode, AlphaMode::mask);
+    const auto texels_of = [&](const Texture& texture) {
+        return read->images.at(static_cast<size_t>(texture.image)).texels;
+    };
+    EXPECT_EQ(texels_of(all.base_colour_texture), mesh.images[0].texels);
+    EXPECT_EQ(texels_of(all.normal_texture), mesh.images[2].texels);
+    EXPECT_EQ(texels_of(all.emission_texture), mesh.images[3].texels);
+    EXPECT_EQ(glass.alpha_mode, AlphaMode::blend);
+    EXPECT_EQ(glass.base_colour.w, 0.5f);
+    EXPECT_EQ(glass.emission, glm::vec3(0.5f, 0, 0));
 }
 
 TEST_F(WriteGlbTest, CompressedIsSmaller) {
@@ -129,7 +220,7 @@ TEST_F(WriteGlbTest, KhronosValidatorFindsNoErrors) {
         GTEST_SKIP() << "gltf-validator of npm is not there: npm install -g gltf-validator, or name its folder by "
                         "NODE_PATH";
     EXPECT_EQ(code, 0) << found;
-    EXPECT_THAT(found, testing::HasSubstr("18 files"));
+    EXPECT_THAT(found, testing::HasSubstr("24 files"));
     // It does find something where there is something.
     std::fstream file(folder_ / "0.glb", std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(8);

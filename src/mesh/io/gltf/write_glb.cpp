@@ -8,9 +8,12 @@
 #include <cstring>
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
 
 #include "base/files/file.h"
 #include "base/srgb.h"
+#include "mesh/io/gltf/material_json.h"
 #include "mesh/io/image_file.h"
 
 namespace lodestone {
@@ -48,16 +51,16 @@ public:
 private:
     void add_buffers() {
         json_["buffers"] = {{{"byteLength", bin_.size()}}};
-        std::vector<std::string> extensions;
-        if (options_.encoding != Encoding::plain) extensions.emplace_back("KHR_mesh_quantization");
+        std::set<std::string> required;
+        if (options_.encoding != Encoding::plain) required.insert("KHR_mesh_quantization");
         if (options_.encoding == Encoding::meshopt) {
-            extensions.emplace_back(compression_name);
+            required.insert(compression_name);
             json_["buffers"].push_back(
                 {{"byteLength", unpacked_bytes_}, {"extensions", {{compression_name, {{"fallback", true}}}}}});
         }
-        if (extensions.empty()) return;
-        json_["extensionsUsed"] = extensions;
-        json_["extensionsRequired"] = extensions;
+        if (!required.empty()) json_["extensionsRequired"] = required;
+        used_.merge(required);
+        if (!used_.empty()) json_["extensionsUsed"] = used_;
     }
 
     Result<void> write_file(const fs::path& path) {
@@ -215,17 +218,15 @@ private:
             if (!bytes) return tl::unexpected(bytes.error());
             json_["images"].push_back({{"bufferView", add_view(bytes->data(), bytes->size(), 1, 0)},
                                        {"mimeType", options_.jpeg_quality > 0 ? "image/jpeg" : "image/png"}});
-            json_["textures"].push_back({{"source", json_["images"].size() - 1}});
         }
-        for (const Material& m : mesh_.material_table) {
-            nlohmann::json pbr = {
-                {"baseColorFactor", {m.base_colour.x, m.base_colour.y, m.base_colour.z, m.base_colour.w}},
-                {"metallicFactor", 0}};
-            if (m.base_colour_texture.image >= 0) pbr["baseColorTexture"] = {{"index", m.base_colour_texture.image}};
-            json_["materials"].push_back(
-                {{"name", m.name}, {"pbrMetallicRoughness", pbr}, {"doubleSided", m.double_sided}});
-        }
+        MaterialJson made = material_json(mesh_.material_table, texcoords());
+        used_.insert(made.extensions.begin(), made.extensions.end());
+        add_to_document(json_, std::move(made));
         return {};
+    }
+    std::optional<glm::dmat3x2> texcoords() const {
+        if (mesh_.uvs.empty()) return std::nullopt;
+        return glm::dmat3x2{{1, 0}, {0, 1}, {0, 0}};
     }
 
     void add_primitives() {
@@ -250,7 +251,8 @@ private:
     const WriteOptions options_;
     nlohmann::json json_, attributes_;
     std::vector<std::byte> bin_;
-    size_t unpacked_bytes_ = 0;  // of what is compressed
+    size_t unpacked_bytes_ = 0;   // of what is compressed
+    std::set<std::string> used_;  // extensions
 };
 
 }  // namespace

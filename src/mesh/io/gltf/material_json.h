@@ -1,0 +1,34 @@
+// Materials as glTF has them, for all that write it.
+#pragma once
+
+#include <glm/mat3x2.hpp>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/json.h"
+#include "mesh/material.h"
+
+namespace lodestone {
+
+// What a document gets for its materials. Images are its own to add, in the order of the mesh.
+struct MaterialJson {
+    Json materials = Json::array();    // one per material
+    Json textures = Json::array();     // one per image and wrap; may be empty, which a document must not have
+    Json samplers = Json::array();     // likewise
+    std::set<std::string> extensions;  // used; a reader may do without
+};
+
+// texcoords: times (u, v, 1) of a coordinate of the document it is that of the mesh; nothing where the document has
+// none: materials have no textures then. Textures that unwritable_textures() names are left out.
+MaterialJson material_json(std::span<const Material> table, const std::optional<glm::dmat3x2>& texcoords);
+
+// A line for each texture whose place is not a scale, a turn and an offset: glTF cannot say it.
+std::vector<std::string> unwritable_textures(std::span<const Material> table);
+
+// Adds the textures, the samplers and the materials to a document.
+void add_to_document(Json& document, MaterialJson made);
+
+}  // namespace lodestone

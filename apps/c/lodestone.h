@@ -1,5 +1,6 @@
-// The C interface of Lodestone: meshes from arrays and files, baking, levels, simplification, and cuts for a view as
-// streams of vertices and indices for a renderer of one's own. docs/embedding.md tells how to use it.
+// The C interface of Lodestone: meshes from arrays and files, baking, levels, simplification, new texture coordinates,
+// and cuts for a view as streams of vertices and indices for a renderer of one's own. docs/embedding.md tells how to
+// use it.
 //
 // Errors. A function that can fail returns a lodestone_status. Where that is not LODESTONE_OK, lodestone_error() tells
 // why, and nothing was written through the pointers given but NULL to handles. No C++ exception leaves a function.
@@ -145,6 +146,28 @@ typedef struct lodestone_target lodestone_target;
 // progress: NULL for none. simplified: a new mesh.
 lodestone_status lodestone_simplify(const lodestone_mesh* mesh, const lodestone_target* target,
                                     const lodestone_progress* progress, lodestone_mesh** simplified);
+
+// What new texture coordinates are like.
+struct lodestone_unwrap_report {
+    size_t struct_size;         // sizeof(lodestone_unwrap_report)
+    uint64_t charts;            // islands
+    uint64_t source_triangles;  // of the repaired mesh
+    uint64_t triangles;         // at least as many: some are cut
+    uint64_t seam_edges;        // inner edges whose two triangles lie in different charts
+    double seam_length;         // of these, object units
+    double stretch_rms;         // L2, over all squares together; 1 where texels are spread evenly
+    double stretch_worst;       // L2, of a chart
+    double coverage;            // share of the squares that triangles cover, 0 .. 1
+};
+typedef struct lodestone_unwrap_report lodestone_unwrap_report;
+
+// A mesh with new texture coordinates: charts that do not overlap, packed into squares of 0 .. 1, each with a material
+// of its own. The mesh is repaired first.
+// options: those of `lodestone unwrap` that say what becomes of the mesh (docs/cli.md), as there, for instance
+// "--bake --resolution 2048", which brings its textures over into new ones; NULL for none. progress, report: NULL for
+// none. unwrapped: a new mesh.
+lodestone_status lodestone_unwrap(const lodestone_mesh* mesh, const char* options, const lodestone_progress* progress,
+                                  lodestone_mesh** unwrapped, lodestone_unwrap_report* report);
 
 // What an index order costs a vertex cache.
 struct lodestone_cache_cost {

@@ -1,10 +1,11 @@
-// Meshes of the C interface: from arrays, from files, simplified; and the simulated cache.
+// Meshes of the C interface: from arrays, from files, simplified, unwrapped; and the simulated cache.
 #include <span>
 
 #include "apps/c/handles.h"
 #include "apps/embed/arrays.h"
 #include "apps/embed/levels.h"
 #include "apps/embed/simplify.h"
+#include "apps/embed/unwrap.h"
 #include "base/text.h"
 #include "mesh/cache/vertex_cache.h"
 #include "mesh/io/read.h"
@@ -123,6 +124,28 @@ lodestone_status lodestone_simplify(const lodestone_mesh* mesh, const lodestone_
                      progress_of(progress, stop));
         if (!made) return tl::unexpected(made.error());
         *simplified = handle_of(NamedMesh{std::move(*made), mesh->named.name});
+        return {};
+    });
+}
+
+lodestone_status lodestone_unwrap(const lodestone_mesh* mesh, const char* options, const lodestone_progress* progress,
+                                  lodestone_mesh** unwrapped, lodestone_unwrap_report* report) {
+    if (unwrapped == nullptr) return refused(__func__, "unwrapped is NULL");
+    *unwrapped = nullptr;
+    if (mesh == nullptr) return refused(__func__, "mesh is NULL");
+    if (report != nullptr && !is_sized(report)) return refused(__func__, "struct_size of report is not its size");
+    if (const char* fault = c::fault_of(progress)) return refused(__func__, fault);
+    return status_of([&]() -> Result<void> {
+        const auto choices = unwrap_choices_of_text(options == nullptr ? "" : options);
+        if (!choices) return tl::unexpected(choices.error());
+        std::atomic<bool> stop = false;
+        auto made = unwrap(mesh->named.mesh, *choices, progress_of(progress, stop));
+        if (!made) return tl::unexpected(made.error());
+        const vgi::UnwrapReport& r = made->report;
+        *unwrapped = handle_of(NamedMesh{std::move(made->unwrapped.mesh), mesh->named.name});
+        if (report != nullptr)
+            fill(report, {0, r.charts, r.source_triangles, r.triangles, r.seam_edges, r.seam_length, r.l2_stretch_rms,
+                          r.l2_stretch_worst, r.coverage});
         return {};
     });
 }

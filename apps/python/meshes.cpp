@@ -1,7 +1,8 @@
-// Meshes for Python: from arrays, files and shapes; simplified, compared; and the simulated cache.
+// Meshes for Python: from arrays, files and shapes; simplified, unwrapped, compared; and the simulated cache.
 #include "apps/embed/arrays.h"
 #include "apps/embed/levels.h"
 #include "apps/embed/simplify.h"
+#include "apps/embed/unwrap.h"
 #include "apps/python/binding.h"
 #include "base/text.h"
 #include "mesh/distance/distance.h"
@@ -111,6 +112,14 @@ std::shared_ptr<Mesh> simplified(const Mesh& mesh, const py::object& triangles, 
     target.simplifier = simplifier;
     TriMesh made = run_long(progress, [&](const Progress& p) { return simplify(mesh.named->mesh, target, p); });
     return mesh_object({std::move(made), mesh.named->name});
+}
+
+// The new mesh, and what `unwrap --json` tells of it, as text.
+py::tuple unwrapped(const Mesh& mesh, const py::object& progress, const py::kwargs& options) {
+    const UnwrapChoices choices = value_of(unwrap_choices_of(words_of(options)));
+    UnwrapDone made = run_long(progress, [&](const Progress& p) { return unwrap(mesh.named->mesh, choices, p); });
+    const std::string report = unwrap_report(made.report, choices).dump();
+    return py::make_tuple(mesh_object({std::move(made.unwrapped.mesh), mesh.named->name}), report);
 }
 
 py::tuple cache_cost(const py::object& triangles, const std::string& cache) {
@@ -235,6 +244,7 @@ void bind_meshes(py::module_& module) {
     module.def("simplify", simplified, py::arg("mesh"), py::kw_only(), py::arg("triangles") = py::none(),
                py::arg("error") = py::none(), py::arg("simplifier") = "quadric", py::arg("progress") = py::none(),
                simplify_text);
+    module.def("unwrap", unwrapped, py::arg("mesh"), py::arg("progress"));
     module.def("cache_cost", cache_cost, py::arg("triangles"), py::arg("cache"));
     module.def("distance", distance, py::arg("a"), py::arg("b"), py::arg("samples"));
 }

@@ -178,7 +178,7 @@ TEST(SharedLibrary, ShowsTheFunctionsOfItsHeaderAndNothingElse) {
     for (const std::string& name : shown)
         EXPECT_TRUE(std::regex_search(header, std::regex("//[^\\n]*\\n[^/\\n]*\\b" + name + "\\(")))
             << name << " has no comment";
-    EXPECT_GE(shown.size(), 29u);
+    EXPECT_GE(shown.size(), 30u);
 }
 
 TEST(SharedLibrary, HasASonameAndNeedsNothingThatDraws) {
@@ -352,7 +352,7 @@ TEST(Arguments, ThatAreNullAreRefused) {
     target.triangles = 10;
     uint32_t level = 0;
     float numbers[3];
-    const std::array<lodestone_status, 33> refused = {
+    const std::array<lodestone_status, 35> refused = {
         lodestone_mesh_create(nullptr, &mesh),
         lodestone_mesh_create(&arrays, nullptr),
         lodestone_mesh_read(nullptr, nullptr, &mesh),
@@ -364,6 +364,8 @@ TEST(Arguments, ThatAreNullAreRefused) {
         lodestone_simplify(nullptr, &target, nullptr, &mesh),
         lodestone_simplify(sphere_mesh.get(), nullptr, nullptr, &mesh),
         lodestone_simplify(sphere_mesh.get(), &target, nullptr, nullptr),
+        lodestone_unwrap(nullptr, nullptr, nullptr, &mesh, nullptr),
+        lodestone_unwrap(sphere_mesh.get(), nullptr, nullptr, nullptr, nullptr),
         lodestone_simulate_cache(nullptr, 3, nullptr, nullptr),
         lodestone_simulate_cache(nullptr, 0, nullptr, nullptr),
         lodestone_bake(nullptr, nullptr, nullptr, nullptr, &asset),
@@ -425,6 +427,13 @@ TEST(Arguments, ThatMakeNoSenseAreRefusedByName) {
     const lodestone_progress unsized{};
     target.error = 1;
     refused(lodestone_simplify(mesh.get(), &target, &unsized, &made), "struct_size");
+    refused(lodestone_unwrap(mesh.get(), "--resolution 5", nullptr, &made, nullptr), "resolution");
+    refused(lodestone_unwrap(mesh.get(), "--out a.glb", nullptr, &made, nullptr), "--out");
+    refused(lodestone_unwrap(mesh.get(), "--resolution 16 --gutter 16", nullptr, &made, nullptr), "leave no room");
+    lodestone_unwrap_report unwrap_report{};
+    refused(lodestone_unwrap(mesh.get(), nullptr, nullptr, &made, &unwrap_report), "struct_size");
+    refused(lodestone_unwrap(mesh.get(), nullptr, &unsized, &made, nullptr), "struct_size");
+    EXPECT_EQ(made, nullptr);
     lodestone_cache_cost cost{};
     cost.struct_size = sizeof cost;
     const uint32_t three[] = {0, 1, 2};
@@ -502,6 +511,7 @@ TEST(Bakes, AreCancelledByTheirCallerAndByOtherThreads) {
     target.triangles = 100;
     lodestone_mesh* simplified = nullptr;
     EXPECT_EQ(lodestone_simplify(mesh.get(), &target, &progress, &simplified), LODESTONE_INTERRUPTED);
+    EXPECT_EQ(lodestone_unwrap(mesh.get(), nullptr, &progress, &simplified, nullptr), LODESTONE_INTERRUPTED);
 }
 
 // What the header of an asset says that it was made from.
@@ -636,6 +646,100 @@ TEST(Simplify, ComesUnderTheTriangleCountAndTheError) {
             EXPECT_GT(glm::length(middle), 1 - 0.025f);
         }
     }
+}
+
+// The sum of what triangles cover of their squares; each is turned the same way.
+double covered(const lodestone_arrays& arrays) {
+    double twice = 0;
+    for (uint64_t t = 0; t < arrays.triangle_count; ++t) {
+        std::array<std::array<double, 2>, 3> at{};
+        for (size_t k = 0; k < 3; ++k) {
+            for (size_t i = 0; i < 2; ++i) {
+                at[k][i] = double{arrays.uvs[2 * uint64_t{arrays.triangles[3 * t + k]} + i]};
+                EXPECT_TRUE(at[k][i] >= 0 && at[k][i] <= 1) << at[k][i];
+            }
+        }
+        const double turn =
+            (at[1][0] - at[0][0]) * (at[2][1] - at[0][1]) - (at[1][1] - at[0][1]) * (at[2][0] - at[0][0]);
+        // Images have their origin at the top, so that what is seen from outside runs clockwise in their numbers.
+        EXPECT_LT(turn, 0) << t;
+        twice -= turn;
+    }
+    return twice / 2;
+}
+
+TEST(Unwrap, LaysTheSurfaceIntoASquare) {
+    const Mesh mesh = mesh_of(small_sphere());
+    lodestone_unwrap_report report{};
+    report.struct_size = sizeof report;
+    lodestone_mesh* made = nullptr;
+    ASSERT_EQ(lodestone_unwrap(mesh.get(), "--resolution 512 --charts 12", nullptr, &made, &report), LODESTONE_OK)
+        << lodestone_error();
+    const Mesh unwrapped(made);
+    const lodestone_arrays arrays = arrays_of(made);
+    EXPECT_GE(report.charts, 6u);
+    EXPECT_LE(report.charts, 40u);
+    EXPECT_EQ(report.source_triangles, small_sphere().triangles.size() / 3);
+    EXPECT_EQ(report.triangles, arrays.triangle_count);
+    EXPECT_GT(report.seam_edges, 0u);
+    EXPECT_GT(report.seam_length, 0);
+    EXPECT_GE(report.stretch_rms, 1);
+    EXPECT_GE(report.stretch_worst, report.stretch_rms * 0.9);
+    EXPECT_GT(report.coverage, 0.6);
+    ASSERT_NE(arrays.uvs, nullptr);
+    ASSERT_NE(arrays.colours, nullptr) << "colours of vertices stay";
+    EXPECT_NEAR(covered(arrays), report.coverage, 1e-4);
+    EXPECT_EQ(arrays.image_count, 0u);
+}
+
+TEST(Unwrap, BringsTexturesOver) {
+    Arrays given = small_sphere();
+    for (size_t v = 0; v < given.positions.size(); v += 3) {
+        given.uvs.push_back(given.positions[v] / 4 + 0.5f);
+        given.uvs.push_back(given.positions[v + 1] / 4 + 0.5f);
+    }
+    given.colours.clear();
+    // Left is red, right is blue.
+    const std::array<uint8_t, 8> texels{255, 0, 0, 255, 0, 0, 255, 255};
+    const lodestone_image image{2, 1, texels.data()};
+    const lodestone_material material{"old", {1, 1, 1, 1}, 0, 0};
+    lodestone_arrays c = given.c();
+    c.material_table = &material;
+    c.images = &image;
+    c.material_count = c.image_count = 1;
+    lodestone_mesh* made = nullptr;
+    ASSERT_EQ(lodestone_mesh_create(&c, &made), LODESTONE_OK) << lodestone_error();
+    const Mesh mesh(made);
+    ASSERT_EQ(lodestone_unwrap(mesh.get(), "--bake --resolution 256", nullptr, &made, nullptr), LODESTONE_OK)
+        << lodestone_error();
+    const Mesh unwrapped(made);
+    const lodestone_arrays arrays = arrays_of(made);
+    ASSERT_EQ(arrays.image_count, 1u);
+    EXPECT_EQ(arrays.images[0].width, 256u);
+    EXPECT_EQ(arrays.images[0].height, 256u);
+    size_t seen = 0;
+    for (uint64_t v = 0; v < arrays.vertex_count; ++v) {
+        const float x = arrays.positions[3 * v];
+        if (std::abs(x) < 0.8f) continue;  // elsewhere the two colours run into each other
+        const auto texel = [](float at) { return std::min<uint64_t>(static_cast<uint64_t>(at * 256), 255); };
+        const uint8_t* colour =
+            arrays.images[0].rgba + 4 * (texel(arrays.uvs[2 * v + 1]) * 256 + texel(arrays.uvs[2 * v]));
+        EXPECT_GT(colour[x < 0 ? 0 : 2], colour[x < 0 ? 2 : 0] + 60) << x;
+        ++seen;
+    }
+    EXPECT_GT(seen, 100u);
+    // Without --bake the old textures would be wrong, and the caller is told so.
+    std::vector<std::string> warnings;
+    lodestone_progress progress{};
+    progress.struct_size = sizeof progress;
+    progress.user = &warnings;
+    progress.warn = [](void* user, const char* line) {
+        static_cast<std::vector<std::string>*>(user)->emplace_back(line);
+    };
+    ASSERT_EQ(lodestone_unwrap(mesh.get(), nullptr, &progress, &made, nullptr), LODESTONE_OK) << lodestone_error();
+    const Mesh bare(made);
+    EXPECT_EQ(arrays_of(made).image_count, 0u);
+    EXPECT_THAT(warnings, testing::ElementsAre(HasSubstr("left out")));
 }
 
 TEST(Cache, CostsWhatTheOrderCosts) {

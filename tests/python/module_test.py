@@ -121,6 +121,45 @@ class Simplification(unittest.TestCase):
             lodestone.bake(sphere(), progress=progress)
 
 
+class Unwrapping(unittest.TestCase):
+    def test_lays_the_surface_into_a_square(self):
+        mesh = sphere()
+        stages = []
+        made, report = lodestone.unwrap(mesh, resolution=512, charts=12, progress=lambda stage, fraction: stages.append(stage))
+        self.assertIsInstance(made, lodestone.Mesh)
+        self.assertEqual(made.uvs.shape, (len(made.positions), 2))
+        self.assertTrue((made.uvs >= 0).all() and (made.uvs <= 1).all())
+        corners = made.uvs[made.triangles].astype(float)
+        a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        areas = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+        self.assertAlmostEqual(areas.sum(), report["coverage"], delta=1e-4)
+        self.assertGreater(report["coverage"], 0.6)
+        self.assertEqual((report["flipped_triangles"], report["overlapping_pairs"], report["resolution"]), (0, 0, 512))
+        self.assertEqual(report["triangles"], len(made.triangles))
+        self.assertLess(lodestone.distance(mesh, made).max, 1e-6)
+        self.assertIsNotNone(made.colours)
+        self.assertIn("check", stages)
+
+    def test_bakes_textures(self):
+        vase = lodestone.generate("vase", 3000)
+        made, report = lodestone.unwrap(vase, bake=True, resolution=128, textures=2)
+        self.assertEqual([image.shape for image in made.images], [(128, 128, 4)] * 2)
+        self.assertTrue(report["baked"])
+        self.assertEqual({material["image"] for material in made.material_table} - {None}, {0, 1})
+
+    def test_refuses_options_by_name_and_is_stopped_by_what_progress_raises(self):
+        with self.assertRaisesRegex(lodestone.UsageError, "no-such"):
+            lodestone.unwrap(sphere(), no_such=1)
+        with self.assertRaisesRegex(lodestone.UsageError, "leave no room"):
+            lodestone.unwrap(sphere(), resolution=16, gutter=16)
+
+        def progress(stage, fraction):
+            raise KeyboardInterrupt
+
+        with self.assertRaises(KeyboardInterrupt):
+            lodestone.unwrap(sphere(), progress=progress)
+
+
 class Assets(unittest.TestCase):
     def test_open_from_files_and_bytes(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -25,8 +25,8 @@ __version__ = _lodestone.version
 __commit__ = _lodestone.commit
 
 __all__ = ["Asset", "Atlas", "CacheCost", "Cut", "Cutter", "Distance", "Error", "FormatError", "Interrupted", "InvariantError", "Levels",
-           "MachineError", "Mesh", "UsageError", "acmr", "bake", "cache_cost", "distance", "generate", "open", "read", "set_threads",
-           "simplify"]
+           "MachineError", "Mesh", "Unwrapped", "UsageError", "acmr", "bake", "cache_cost", "distance", "generate", "open", "read",
+           "set_threads", "simplify", "unwrap"]
 
 
 class CacheCost(_NamedTuple):
@@ -44,6 +44,13 @@ class Distance(_NamedTuple):
 
     rms: float  # over points spread by area
     max: float  # at a point or a vertex
+
+
+class Unwrapped(_NamedTuple):
+    """A mesh with new texture coordinates, and what they are like."""
+
+    mesh: "Mesh"  # uvs of 0 .. 1; of several squares, each has a material of its own
+    report: dict  # charts, triangles, seam_length, l2_stretch_rms, coverage ... (docs/cli.md, `unwrap --json`), without times
 
 
 class Levels(_NamedTuple):
@@ -177,6 +184,16 @@ def cache_cost(triangles, cache="fifo16"):
 def distance(a, b, *, samples=200000):
     """How far two meshes are from each other, as Distance. samples: points on each surface."""
     return Distance(*_distance(a, b, samples))
+
+
+def unwrap(mesh, *, progress=None, **options):
+    """New texture coordinates for a Mesh, without overlaps, as Unwrapped; the mesh is repaired first.
+
+    options: those of `lodestone unwrap` that say what becomes of the mesh, dashes as underscores: charts, worst_stretch, textures (squares),
+    resolution (texels along a side), gutter (texels), bake=True to bring its textures over into new images. progress: as of bake().
+    """
+    made, report = _lodestone.unwrap(mesh, progress, **options)
+    return Unwrapped(made, _json.loads(report))
 
 
 def set_threads(threads):

@@ -1,0 +1,176 @@
+#include "render/material_reference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "base/srgb.h"
+
+namespace lodestone {
+
+namespace {
+
+using glm::dvec2;
+using glm::dvec3;
+using glm::dvec4;
+
+// Where a texel number lies that is beyond the image.
+int64_t wrapped(int64_t at, int64_t size, SurfaceWrap wrap) {
+    if (wrap == SurfaceWrap::clamp) return std::clamp<int64_t>(at, 0, size - 1);
+    const int64_t period = wrap == SurfaceWrap::mirror ? 2 * size : size;
+    const int64_t in = ((at % period) + period) % period;
+    return in < size ? in : period - 1 - in;
+}
+
+dvec4 texel(const SurfaceImage& image, const SurfaceTexture& texture, int64_t x, int64_t y) {
+    const auto column = static_cast<size_t>(wrapped(x, image.width, texture.wrap[0]));
+    const auto row = static_cast<size_t>(wrapped(y, image.height, texture.wrap[1]));
+    const glm::u8vec4 bytes = image.texels[row * image.width + column];
+    dvec4 value = dvec4(bytes) / 255.0;
+    for (int k = 0; image.srgb && k < 3; ++k) value[k] = linear_from_srgb(value[k]);
+    return value;
+}
+
+dvec2 moved(const SurfaceTexture& texture, const dvec2& uv) {
+    return dvec2(texture.place[0]) * uv.x + dvec2(texture.place[1]) * uv.y + dvec2(texture.place[2]);
+}
+
+// Bilinear, of the finest level. White where there is no texture.
+dvec4 looked_up(const MaterialSet& set, const SurfaceTexture& texture, const dvec2& uv) {
+    if (texture.image < 0) return dvec4(1);
+    const SurfaceImage& image = set.images[static_cast<size_t>(texture.image)];
+    const dvec2 at = moved(texture, uv) * dvec2(image.width, image.height) - 0.5;
+    const dvec2 low = glm::floor(at), f = at - low;
+    const auto x = static_cast<int64_t>(low.x), y = static_cast<int64_t>(low.y);
+    const auto row = [&](int64_t down) {
+        return glm::mix(texel(image, texture, x, down), texel(image, texture, x + 1, down), f.x);
+    };
+    return glm::mix(row(y), row(y + 1), f.y);
+}
+
+struct Light {
+    dvec3 to_light, colour, sky, ground;
+    dvec3 hemisphere(double height) const { return glm::mix(ground, sky, height * 0.5 + 0.5); }
+};
+
+// Cook and Torrance's microfacets, of the distribution of Trowbridge and Reitz, Smith's shadowing with both directions
+// correlated, Schlick's Fresnel term; for light of irradiance 1 straight on.
+dvec3 reflected(const dvec3& base, double metallic, double roughness, const dvec3& n, const dvec3& v, const dvec3& l) {
+    const double pi = std::acos(-1.0), a = roughness * roughness, a2 = a * a;
+    const dvec3 h = glm::normalize(v + l), f0 = glm::mix(dvec3(0.04), base, metallic);
+    const double nl = glm::dot(n, l), nv = glm::dot(n, v), nh = glm::dot(n, h), vh = glm::dot(v, h);
+    if (nl <= 0) return dvec3(0);
+    const double d = a2 / (pi * std::pow(nh * nh * (a2 - 1) + 1, 2));
+    const double lambda_l = (std::sqrt(1 + a2 * (1 / (nl * nl) - 1)) - 1) / 2;
+    const double lambda_v = (std::sqrt(1 + a2 * (1 / (nv * nv) - 1)) - 1) / 2;
+    const double g = 1 / (1 + lambda_l + lambda_v);
+    const dvec3 fresnel = f0 + (1.0 - f0) * std::pow(1 - vh, 5);
+    return ((1.0 - fresnel) * base * (1 - metallic) / pi + fresnel * d * g / (4 * nl * nv)) * nl;
+}
+
+// Of a sky and a ground of one colour each: what the specular lobe sends on is a fit by Karis (2014); its horizon is as
+// wide as the lobe.
+dvec3 reflected_around(const dvec3& base, double metallic, double roughness, const dvec3& n, const dvec3& v,
+                       const Light& light) {
+    const dvec3 f0 = glm::mix(dvec3(0.04), base, metallic);
+    const double nv = std::clamp(glm::dot(n, v), 0.0, 1.0), a = roughness * roughness;
+    const dvec4 r = roughness * dvec4(-1, -0.0275, -0.572, 0.022) + dvec4(1, 0.0425, 1.04, -0.04);
+    const double a004 = std::min(r.x * r.x, std::exp2(-9.28 * nv)) * r.x + r.y;
+    const dvec3 mirrored = 2 * glm::dot(n, v) * n - v;
+    const double height = std::clamp(glm::mix(mirrored.y / std::max(a, 0.02), n.y, a), -1.0, 1.0);
+    return base * (1 - metallic) * (1.0 - f0) * light.hemisphere(n.y) +
+           (f0 * (-1.04 * a004 + r.z) + 1.04 * a004 + r.w) * light.hemisphere(height);
+}
+
+dvec3 mapped(const MaterialSet& set, const SurfaceMaterial& m, const dvec2& uv, const dvec3& n, const dvec3& along_u,
+             const dvec3& along_v) {
+    const SurfaceTexture& texture = m.textures[texture_normal];
+    if (texture.image < 0) return n;
+    dvec3 map = dvec3(looked_up(set, texture, uv)) * 2.0 - 1.0;
+    map.x *= static_cast<double>(m.normal_scale);
+    map.y *= static_cast<double>(m.normal_scale);
+    // The way along which the texture's own first coordinate grows, and its second does not.
+    const dvec2 a = texture.place[0], b = texture.place[1];
+    const double det = a.x * b.y - b.x * a.y;
+    const dvec3 t = (b.y * along_u - a.y * along_v) / det, down = (a.x * along_v - b.x * along_u) / det;
+    const dvec3 tangent = glm::normalize(t - n * glm::dot(n, t));
+    dvec3 up = glm::cross(n, tangent);
+    if (glm::dot(up, down) > 0) up = -up;
+    return glm::normalize(tangent * map.x + up * map.y + n * map.z);
+}
+
+struct Shaded {
+    dvec3 colour;
+    double alpha;
+};
+
+Shaded shaded(const MaterialSet& set, const LookedAtSquare& square, const dvec3& p, const dvec3& eye,
+              const Light& light) {
+    const SurfaceMaterial& m = set.materials[square.material];
+    const double across = (square.turned ? -p.x : p.x) * 0.5 + 0.5, down = 0.5 - p.y * 0.5;
+    const dvec2 span = dvec2(square.uv_high) - dvec2(square.uv_low);
+    const dvec2 uv = dvec2(square.uv_low) + span * dvec2(across, down);
+    const dvec3 v = glm::normalize(eye - p);
+    dvec3 n(0, 0, square.turned ? -1 : 1);
+    if (glm::dot(n, v) < 0) n = -n;
+    n = mapped(set, m, uv, n, dvec3(square.turned ? -1 : 1, 0, 0) / span.x, dvec3(0, -1, 0) / span.y);
+    const dvec4 texture = looked_up(set, m.textures[texture_base_colour], uv);
+    const dvec3 base = dvec3(m.base_colour) * dvec3(texture);
+    Shaded s{base, static_cast<double>(m.base_colour.w) * texture.w};
+    if (m.shading == SurfaceShading::unlit) return s;
+    const dvec4 factors = looked_up(set, m.textures[texture_metallic_roughness], uv);
+    const double metallic = static_cast<double>(m.metallic) * factors.z;
+    const double roughness = std::max(static_cast<double>(m.roughness) * factors.y, 0.045);
+    const double occlusion = looked_up(set, m.textures[texture_occlusion], uv).x;
+    s.colour = (1 + static_cast<double>(m.occlusion_strength) * (occlusion - 1)) *
+                   reflected_around(base, metallic, roughness, n, v, light) +
+               reflected(base, metallic, roughness, n, v, light.to_light) * light.colour +
+               dvec3(m.emission) * dvec3(looked_up(set, m.textures[texture_emission], uv));
+    return s;
+}
+
+}  // namespace
+
+Picture reference_picture(const std::vector<LookedAtSquare>& squares, const MaterialSet& set, const Camera& camera,
+                          uint32_t width, uint32_t height, const ShadingOptions& look) {
+    Picture picture;
+    picture.width = width;
+    picture.height = height;
+    const Light light{glm::normalize(-dvec3(look.light_direction)), look.light_colour, look.sky_colour,
+                      look.ground_colour};
+    const dvec3 eye = camera.eye, forward = glm::normalize(dvec3(camera.target) - eye);
+    const dvec3 right = glm::normalize(glm::cross(forward, dvec3(camera.up))), up = glm::cross(right, forward);
+    const double half = std::tan(static_cast<double>(camera.fov_y) / 2);
+    // From back to front: blended ones lie over what is behind.
+    std::vector<LookedAtSquare> sorted = squares;
+    std::ranges::stable_sort(sorted, {}, [&](const LookedAtSquare& s) { return -std::abs(camera.eye.z - s.height); });
+    for (uint32_t y = 0; y < height; ++y) {
+        for (uint32_t x = 0; x < width; ++x) {
+            const double sx = (2 * (x + 0.5) / width - 1) * half * width / height,
+                         sy = (1 - 2 * (y + 0.5) / height) * half;
+            const dvec3 ray = forward + sx * right + sy * up;
+            dvec3 colour = look.background;
+            bool covered = false;
+            for (const LookedAtSquare& square : sorted) {
+                const SurfaceMaterial& m = set.materials[square.material];
+                const double t = (static_cast<double>(square.height) - eye.z) / ray.z;
+                const dvec3 p = eye + t * ray;
+                const bool from_behind = (eye.z > static_cast<double>(square.height)) == square.turned;
+                if (t <= 0 || std::abs(p.x) > 1 || std::abs(p.y) > 1 || (from_behind && !m.double_sided)) continue;
+                const Shaded s = shaded(set, square, p, eye, light);
+                if (m.alpha_mode == SurfaceAlpha::mask && s.alpha < static_cast<double>(m.alpha_cutoff)) continue;
+                colour = m.alpha_mode == SurfaceAlpha::blend ? glm::mix(colour, s.colour, s.alpha) : s.colour;
+                covered = true;
+            }
+            for (int k = 0; k < 3; ++k) {
+                picture.colour.push_back(
+                    static_cast<uint8_t>(std::lround(255 * srgb_from_linear(std::clamp(colour[k], 0.0, 1.0)))));
+            }
+            picture.colour.push_back(covered ? 255 : 0);
+        }
+    }
+    return picture;
+}
+
+}  // namespace lodestone

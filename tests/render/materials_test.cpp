@@ -1,0 +1,231 @@
+// Every feature of materials as the device draws it, against what the CPU computes by itself (material_reference.h).
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/random.h"
+#include "baseline/fixed_levels.h"
+#include "baseline/full.h"
+#include "mesh/packed_vertices.h"
+#include "mesh/tri_mesh.h"
+#include "render/device_test.h"
+#include "render/material_reference.h"
+#include "report/image_metrics.h"
+
+namespace lodestone {
+namespace {
+
+constexpr uint32_t shown_width = 240, shown_height = 180;
+
+// Squares as a mesh, of 8 x 8 quads each.
+TriMesh mesh_of(const std::vector<LookedAtSquare>& squares, size_t materials) {
+    TriMesh mesh;
+    mesh.material_table.resize(materials);
+    constexpr uint32_t side = 8;
+    for (const LookedAtSquare& square : squares) {
+        const auto first = static_cast<uint32_t>(mesh.positions.size());
+        for (uint32_t i = 0; i < (side + 1) * (side + 1); ++i) {
+            const glm::vec2 at = glm::vec2(i % (side + 1), i / (side + 1)) / static_cast<float>(side);
+            mesh.positions.emplace_back((square.turned ? 1 - 2 * at.x : 2 * at.x - 1), 1 - 2 * at.y, square.height);
+            mesh.normals.emplace_back(0, 0, square.turned ? -1 : 1);
+            mesh.uvs.push_back(square.uv_low + (square.uv_high - square.uv_low) * at);
+            mesh.materials.push_back(static_cast<uint16_t>(square.material));
+        }
+        for (uint32_t q = 0; q < side * side; ++q) {
+            const uint32_t a = first + q / side * (side + 1) + q % side, b = a + 1, c = a + side + 1, d = c + 1;
+            mesh.triangles.push_back({a, c, b});
+            mesh.triangles.push_back({b, c, d});
+        }
+    }
+    mesh.set_identity_wedges();
+    return mesh;
+}
+
+SurfaceImage image_of(uint32_t columns, uint32_t rows, bool srgb, uint64_t seed) {
+    SurfaceImage image{columns, rows, srgb, {}};
+    Random random(seed);
+    for (uint32_t i = 0; i < columns * rows; ++i) {
+        const auto byte = [&] { return static_cast<uint8_t>(random.below(256)); };
+        image.texels.emplace_back(byte(), byte(), byte(), byte());
+    }
+    return image;
+}
+
+// Directions around straight up, as maps of normals hold them.
+SurfaceImage normals_of(uint32_t columns, uint32_t rows, uint64_t seed) {
+    SurfaceImage image = image_of(columns, rows, false, seed);
+    for (glm::u8vec4& t : image.texels) {
+        const glm::vec3 n = glm::normalize(glm::vec3(glm::vec2(t) / 255.0f - 0.5f, 0.7f));
+        t = glm::u8vec4(glm::round((n * 0.5f + 0.5f) * 255.0f), 255);
+    }
+    return image;
+}
+
+class MaterialsTest : public DeviceTest {
+protected:
+    MaterialsTest() : DeviceTest(shown_width, shown_height) {
+        camera_.eye = {0.4f, 0.3f, 2.6f};
+        camera_.target = {0.05f, -0.05f, 0};
+        look_.light_direction = {-0.25f, -0.35f, -1};
+        set_.materials.resize(1);
+        first().shading = SurfaceShading::metallic_roughness;
+        first().base_colour = {0.8f, 0.5f, 0.3f, 1};
+        first().roughness = 0.45f;
+    }
+    SurfaceMaterial& first() { return set_.materials[0]; }
+    void add_texture(SurfaceTextureRole role, SurfaceImage image) {
+        first().textures[role].image = static_cast<int32_t>(set_.images.size());
+        set_.images.push_back(std::move(image));
+    }
+
+    Picture drawn(const std::vector<LookedAtSquare>& squares) {
+        const TriMesh mesh = mesh_of(squares, set_.materials.size());
+        std::vector<uint32_t> indices;
+        for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
+        auto source = open_fixed_levels({full_level(pack_vertices(mesh), indices)}, uint64_t{1} << 26);
+        EXPECT_TRUE(source);
+        if (renderer_ == nullptr) make();
+        EXPECT_TRUE(renderer_->load((*source)->recipe(), set_));
+        FrameInput input;
+        input.views = {view_of(camera_, shown_width, shown_height)};
+        input.instances = {Instance{}};
+        EXPECT_TRUE(renderer_->submit((*source)->plan(input), input, look_));
+        auto picture = renderer_->read_picture();
+        EXPECT_TRUE(picture);
+        return std::move(*picture);
+    }
+    double against_reference(const std::vector<LookedAtSquare>& squares) {
+        const Picture picture = drawn(squares),
+                      reference = reference_picture(squares, set_, camera_, shown_width, shown_height, look_);
+        const auto mask = covered_union(picture, reference);
+        EXPECT_GT(std::count(mask.begin(), mask.end(), 1), 5000);
+        const double psnr = psnr_db(picture, reference, mask);
+        RecordProperty("psnr_db", std::to_string(psnr));
+        return psnr;
+    }
+
+    MaterialSet set_;
+    Camera camera_;
+    ShadingOptions look_;
+};
+
+TEST_F(MaterialsTest, MetalAndRoughness) {
+    for (const float roughness : {0.2f, 0.5f, 1.0f}) {
+        for (const float metallic : {0.0f, 1.0f}) {
+            first().metallic = metallic;
+            first().roughness = roughness;
+            EXPECT_GT(against_reference({{}}), 50) << metallic << ", " << roughness;
+        }
+    }
+}
+
+TEST_F(MaterialsTest, MapsOfMetalAndRoughness) {
+    add_texture(texture_metallic_roughness, image_of(24, 10, false, 1));
+    first().metallic = 0.9f;
+    first().roughness = 0.8f;
+    EXPECT_GT(against_reference({{}}), 50);
+}
+
+TEST_F(MaterialsTest, MapsOfNormals) {
+    add_texture(texture_normal, normals_of(20, 20, 2));
+    first().normal_scale = 0.7f;
+    EXPECT_GT(against_reference({{}}), 50);
+    // Its green points up whichever way texture coordinates run.
+    EXPECT_GT(against_reference({{.uv_low = {1, 0}, .uv_high = {0, 1}}}), 50);
+    EXPECT_GT(against_reference({{.uv_low = {0.1f, 0.9f}, .uv_high = {0.8f, 0.2f}}}), 50);
+}
+
+TEST_F(MaterialsTest, OcclusionLeavesTheLightAlone) {
+    add_texture(texture_occlusion, image_of(16, 16, false, 3));
+    first().occlusion_strength = 0.8f;
+    EXPECT_GT(against_reference({{}}), 50);
+}
+
+TEST_F(MaterialsTest, Emission) {
+    add_texture(texture_emission, image_of(16, 12, true, 4));
+    first().emission = {0.5f, 0.2f, 0.9f};
+    EXPECT_GT(against_reference({{}}), 50);
+}
+
+TEST_F(MaterialsTest, Unlit) {
+    add_texture(texture_base_colour, image_of(16, 12, true, 5));
+    first().shading = SurfaceShading::unlit;
+    EXPECT_GT(against_reference({{}}), 50);
+}
+
+TEST_F(MaterialsTest, TexturesMovedAndTurned) {
+    add_texture(texture_base_colour, image_of(12, 12, true, 6));
+    add_texture(texture_normal, normals_of(12, 12, 7));
+    const float turn = 0.6f;
+    first().textures[texture_base_colour].place = {{0.7f, 0.1f}, {-0.2f, 0.5f}, {0.3f, 0.4f}};
+    first().textures[texture_normal].place = {
+        {0.8f * std::cos(turn), -0.8f * std::sin(turn)}, {0.8f * std::sin(turn), 0.8f * std::cos(turn)}, {0.1f, 0.6f}};
+    EXPECT_GT(against_reference({{}}), 50);
+}
+
+TEST_F(MaterialsTest, TexturesBeyondTheirEdges) {
+    add_texture(texture_base_colour, image_of(10, 6, true, 8));
+    const LookedAtSquare square{.uv_low = {-0.6f, -0.7f}, .uv_high = {1.8f, 1.5f}};
+    for (const SurfaceWrap across : {SurfaceWrap::repeat, SurfaceWrap::clamp, SurfaceWrap::mirror}) {
+        for (const SurfaceWrap down : {SurfaceWrap::repeat, SurfaceWrap::clamp, SurfaceWrap::mirror}) {
+            first().textures[texture_base_colour].wrap = {across, down};
+            EXPECT_GT(against_reference({square}), 50) << static_cast<int>(across) << ", " << static_cast<int>(down);
+        }
+    }
+}
+
+TEST_F(MaterialsTest, MasksHaveHoles) {
+    add_texture(texture_base_colour, image_of(14, 14, true, 9));
+    first().alpha_mode = SurfaceAlpha::mask;
+    first().alpha_cutoff = 0.4f;
+    set_.materials.emplace_back();
+    set_.materials[1].shading = SurfaceShading::unlit;
+    set_.materials[1].base_colour = {0.1f, 0.6f, 0.2f, 1};
+    // At the rims of holes a pixel may fall either way.
+    EXPECT_GT(against_reference({{}, {.height = -0.5f, .material = 1}}), 45);
+}
+
+TEST_F(MaterialsTest, BlendsOverWhatLiesBehind) {
+    add_texture(texture_base_colour, image_of(14, 14, true, 10));
+    first().alpha_mode = SurfaceAlpha::blend;
+    first().base_colour.w = 0.8f;
+    set_.materials.emplace_back();
+    set_.materials[1].shading = SurfaceShading::unlit;
+    set_.materials[1].base_colour = {0.1f, 0.6f, 0.2f, 1};
+    EXPECT_GT(against_reference({{}, {.height = -0.5f, .material = 1}}), 50);
+    // What is behind something opaque is not seen.
+    EXPECT_GT(against_reference({{}, {.height = 0.2f, .material = 1}}), 50);
+}
+
+TEST_F(MaterialsTest, TwoSidesOrOne) {
+    set_.materials.push_back(first());
+    set_.materials[1].base_colour = {0.2f, 0.4f, 0.9f, 1};
+    for (const bool first_two : {false, true}) {
+        for (const bool second_two : {false, true}) {
+            set_.materials[0].double_sided = first_two;
+            set_.materials[1].double_sided = second_two;
+            EXPECT_GT(against_reference({{.turned = true}, {.height = -0.5f, .material = 1}}), 50);
+            if (!second_two) continue;
+            EXPECT_GT(against_reference({{}, {.height = 0.5f, .turned = true, .material = 1}}), 50);
+        }
+    }
+}
+
+// More sizes and kinds than there are arrays of textures.
+TEST_F(MaterialsTest, TexturesOfManySizes) {
+    std::vector<LookedAtSquare> squares;
+    for (uint32_t i = 0; i < 12; ++i) {
+        SurfaceMaterial material = first();
+        material.shading = i % 3 == 0 ? SurfaceShading::metallic_roughness : SurfaceShading::unlit;
+        material.textures[i % 3 == 0 ? texture_occlusion : texture_base_colour].image = static_cast<int32_t>(i);
+        set_.images.push_back(image_of(8 + i, 20 - i, i % 3 != 0, 20 + i));
+        set_.materials.push_back(material);
+    }
+    for (uint32_t i = 1; i <= 12; ++i) {
+        // Those that are enlarged are filtered twice, so they are blurred.
+        EXPECT_GT(against_reference({{.material = i}}), 22) << i;
+    }
+}
+
+}  // namespace
+}  // namespace lodestone

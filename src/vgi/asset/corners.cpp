@@ -5,6 +5,7 @@
 
 #include "base/structures/disjoint_sets.h"
 #include "vgi/asset/error_codes.h"
+#include "vgi/asset/leaf_demands.h"
 #include "vgi/asset/saturation.h"
 
 namespace lodestone::vgi {
@@ -98,7 +99,10 @@ Result<void> validate_corner_errors(const Atlas& atlas) {
             !covers(atlas.corners[corner.parent], corner.error, corner.radius, point(corner)))
             return wrong(i, "is not saturated into its parent");
     }
+    LeafDemands leaves;
+    if (!atlas.leaves.empty()) leaves = LeafDemands(atlas, LeafNeighbours(atlas));
     for (uint32_t c = 0; c < atlas.chart_corners.size(); ++c) {
+        const Leaf asked = atlas.leaves.empty() ? Leaf{} : leaves.of_chart(atlas, c);
         const auto middle = static_cast<int32_t>(atlas.cells_of(c) / 2);
         const size_t centre = texel_of(atlas, c, {middle, middle});
         for (uint32_t k = 0; k < 4; ++k) {
@@ -108,6 +112,9 @@ Result<void> validate_corner_errors(const Atlas& atlas) {
             if (!is_root(i) &&
                 !covers(atlas.corners[i], atlas.sample_errors[centre], atlas.sample_radii[centre], atlas.point(centre)))
                 return wrong(i, "is not saturated by its charts");
+            if (!is_root(i) &&
+                !covers(atlas.corners[i], asked.error, asked.radius, atlas.lattice_point(asked.position)))
+                return wrong(i, "is not saturated by leaves");
         }
     }
     return {};

@@ -26,7 +26,6 @@ public:
 
     std::string run() {
         check_samples();
-        check_leaves();
         for (uint32_t page = 0; page < pages_.pages(); ++page) check_page(page);
         for (uint32_t page = pages_.pages(); page < of_atlas_.pages(); ++page) {
             PageBounds wanted = bounds_[of_atlas_.parent(page)];
@@ -54,42 +53,16 @@ private:
         }
     }
     bool is_saturated(GridPoint p, GridPoint child) const {
-        const size_t its = texel_of(atlas_, chart_, child);
-        return holds(texel_of(atlas_, chart_, p), atlas_.sample_errors[its], atlas_.sample_radii[its],
-                     atlas_.point(its));
-    }
-    // Whether sample m is wanted wherever something with these codes is.
-    bool holds(size_t m, uint8_t its_error_code, uint8_t its_radius_code, const glm::dvec3& its_point) const {
+        const size_t m = texel_of(atlas_, chart_, p), its = texel_of(atlas_, chart_, child);
         const auto error = static_cast<double>(codes_.error(atlas_.sample_errors[m])),
                    radius = static_cast<double>(codes_.radius(atlas_.sample_radii[m])),
-                   its_error = static_cast<double>(codes_.error(its_error_code));
+                   its_error = static_cast<double>(codes_.error(atlas_.sample_errors[its]));
         if (its_error == 0) return true;
         const double reach = (its_error - error) * least_magnification +
-                             static_cast<double>(codes_.radius(its_radius_code)) +
-                             glm::length(its_point - atlas_.point(m));
+                             static_cast<double>(codes_.radius(atlas_.sample_radii[its])) +
+                             glm::length(atlas_.point(its) - atlas_.point(m));
         const bool is_everywhere = atlas_.sample_radii[m] == ErrorCodes::everywhere;
         return !(its_error > error || (reach > radius && !is_everywhere));
-    }
-
-    // Wherever a leaf is wanted, so are its corners and the samples on its sides.
-    void check_leaves() {
-        if (atlas_.leaves.empty()) return;
-        const uint32_t per_side = atlas_.leaves_per_side(chart_), n = pages_.cells_per_page();
-        for (uint32_t i = 0; i < per_side * per_side; ++i) {
-            const Leaf& leaf = atlas_.leaves[atlas_.first_leaf[chart_] + i];
-            const uint32_t left = i % per_side * n, top = i / per_side * n;
-            for (uint32_t side = 0; side < 4; ++side) {
-                for (uint32_t k = 0; k <= n; ++k) {
-                    const auto [x, y] = on_side(side, k, n);
-                    const size_t m = atlas_.texel(chart_, left + x, top + y);
-                    const bool corner =
-                        (left + x) % atlas_.cells_of(chart_) == 0 && (top + y) % atlas_.cells_of(chart_) == 0;
-                    if (!corner && !holds(m, leaf.error, leaf.radius, atlas_.lattice_point(leaf.position)))
-                        fault_ = "chart " + std::to_string(chart_) + ", leaf " + std::to_string(i) +
-                                 ": a sample on its sides is not saturated";
-                }
-            }
-        }
     }
 
     void check_page(uint32_t page) {

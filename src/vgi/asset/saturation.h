@@ -5,6 +5,7 @@
 // saturated: wherever a sample is wanted, so are its parents in the bintree, for every eye and every Q of at least
 // least_magnification. A cut is therefore conforming with no look at neighbours, and samples glued together carry the
 // same numbers, so it is across charts too.
+// What leaves ask of samples is told apart from that: leaf_demands.h.
 #pragma once
 
 #include "base/result.h"

@@ -34,17 +34,21 @@ Page unpacked_geometry(const GeometryPage& page) {
     return plain;
 }
 
+namespace {
+
+void raise(SampleCodes& codes, SampleCodes to) {
+    codes = {std::max(codes.error, to.error), std::max(codes.radius, to.radius)};
+}
+
+}  // namespace
+
 PageTopology::PageTopology(const Atlas& about, bool leaves) : about_(&about), tree_{about.cells}, corners_(about) {
     const uint32_t per_chart = tree_.pages();
     neighbours_.resize(size_t{about.charts()} * per_chart);
     below_.resize(neighbours_.size());
     for (uint32_t i = static_cast<uint32_t>(below_.size()); i-- > 0;) {
-        const PageBounds& bounds = about.bounds[i];
-        const auto raise = [](SampleCodes& codes, uint8_t error, uint8_t radius) {
-            codes = {std::max(codes.error, error), std::max(codes.radius, radius)};
-        };
-        raise(below_[i], bounds.sample_error, bounds.sample_radius);
-        if (i % per_chart > 0) raise(below_[parent(i)], below_[i].error, below_[i].radius);
+        raise(below_[i], {about.bounds[i].sample_error, about.bounds[i].sample_radius});
+        if (i % per_chart > 0) raise(below_[parent(i)], below_[i]);
     }
     for (uint32_t chart = 0; chart < about.charts(); ++chart) {
         for (uint32_t page = 0; page < per_chart; ++page) {
@@ -61,9 +65,9 @@ PageTopology::PageTopology(const Atlas& about, bool leaves) : about_(&about), tr
 }
 
 void PageTopology::place_leaves() {
-    leaf_.assign(neighbours_.size(), ~0u);
+    square_.assign(neighbours_.size(), ~0u);
+    leaves_below_.resize(neighbours_.size());
     page_of_leaf_.assign(about_->leaves.size(), ~0u);
-    corner_ = leaf_corners(*about_);
     for (uint32_t chart = 0; chart < about_->charts(); ++chart) {
         const PageTree own = tree_of(*about_, Layer::geometry, chart);
         const uint32_t per_side = own.pages_per_side(0);
@@ -71,17 +75,18 @@ void PageTopology::place_leaves() {
             const uint32_t leaf = about_->first_leaf[chart] + i,
                            number = chart * tree_.pages() + own.page(0, i % per_side, i / per_side);
             page_of_leaf_[leaf] = number;
-            if (!about_->has_leaf(leaf)) continue;
-            leaf_[number] = leaf;
-            leaf_of_part_.insert(leaf_of_part_.end(), about_->leaves[leaf].parts_end - about_->first_part(leaf), leaf);
+            square_[number] = leaf;
+            const Leaf& of = about_->leaves[leaf];
+            leaves_below_[number] = {of.error, of.radius};
+            leaf_of_part_.insert(leaf_of_part_.end(), of.parts_end - about_->first_part(leaf), leaf);
         }
     }
-    first_around_.assign(corner_.size() + 1, 0);
-    for (const uint32_t corner : corner_) ++first_around_[corner + 1];
-    for (size_t i = 1; i < first_around_.size(); ++i) first_around_[i] += first_around_[i - 1];
-    around_.resize(corner_.size());
-    std::vector<uint32_t> next(first_around_.begin(), first_around_.end() - 1);
-    for (uint32_t i = 0; i < corner_.size(); ++i) around_[next[corner_[i]]++] = page_of_leaf_[i / 4];
+    for (uint32_t i = static_cast<uint32_t>(leaves_below_.size()); i-- > 0;) {
+        if (i % tree_.pages() > 0) raise(leaves_below_[parent(i)], leaves_below_[i]);
+    }
+    leaf_neighbours_ = LeafNeighbours(*about_);
+    leaf_demands_ = LeafDemands(*about_, leaf_neighbours_);
+    beside_leaves_ = samples_beside_leaves(tree_.cells_per_page());
 }
 
 DrawnLeafPart packed_leaf(LeafPart part, uint32_t chart) {
@@ -252,7 +257,8 @@ void Residency::mark_changed(uint32_t number) {
     const uint32_t leaf = topology_->leaf(number);
     if (leaf == ~0u) return;
     for (uint32_t k = 0; k < 4; ++k) {
-        for (const uint32_t page : topology_->around_corner(leaf, k)) mark_up(page);
+        for (const uint32_t other : topology_->leaf_neighbours().around(leaf, k))
+            mark_up(topology_->page_of_leaf(other));
     }
 }
 

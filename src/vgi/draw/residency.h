@@ -13,6 +13,7 @@
 
 #include "vgi/asset/atlas.h"
 #include "vgi/asset/bintree.h"
+#include "vgi/asset/leaf_demands.h"
 #include "vgi/asset/leaves.h"
 #include "vgi/asset/pages.h"
 #include "vgi/draw/corner_tree.h"
@@ -68,16 +69,25 @@ public:
         return number - page + tree_.parent(page);
     }
 
-    // The leaf in the square of a page, into Atlas::leaves; ~0 where there is none.
-    uint32_t leaf(uint32_t number) const { return leaf_.empty() ? ~0u : leaf_[number]; }
+    // The square of leaves that a page has, into Atlas::leaves; ~0 of pages that are not a chart's finest.
+    uint32_t square(uint32_t number) const { return square_.empty() ? ~0u : square_[number]; }
+    // The same where there is a leaf in it; else ~0.
+    uint32_t leaf(uint32_t number) const {
+        const uint32_t its = square(number);
+        return its != ~0u && about_->has_leaf(its) ? its : ~0u;
+    }
     uint32_t leaf_parts() const { return static_cast<uint32_t>(leaf_of_part_.size()); }  // of all leaves
     // The page in whose square a leaf is, and a part's leaf.
     uint32_t page_of_leaf(uint32_t leaf) const { return page_of_leaf_[leaf]; }
     uint32_t leaf_of_part(uint32_t part) const { return leaf_of_part_[part]; }
-    // The pages whose squares meet in corner k of a leaf's square, itself included.
-    std::span<const uint32_t> around_corner(uint32_t leaf, uint32_t k) const {
-        const uint32_t corner = corner_[4 * leaf + k];
-        return std::span(around_).subspan(first_around_[corner], first_around_[corner + 1] - first_around_[corner]);
+    // What there is where leaves are known here.
+    const LeafNeighbours& leaf_neighbours() const { return leaf_neighbours_; }
+    const LeafDemands& leaf_demands() const { return leaf_demands_; }
+    // As samples_beside_leaves() of a page, at a place of it.
+    uint8_t beside_leaves(uint32_t x, uint32_t y) const { return beside_leaves_[y * tree_.samples_per_side() + x]; }
+    // Of all leaves in a page's part of the chart.
+    SampleCodes leaves_below(uint32_t number) const {
+        return leaves_below_.empty() ? SampleCodes{} : leaves_below_[number];
     }
 
 private:
@@ -88,10 +98,12 @@ private:
     CornerTree corners_;
     std::vector<std::array<uint32_t, 4>> neighbours_;
     std::vector<SampleCodes> below_;
-    std::vector<uint32_t> leaf_;  // per page; empty where there are no leaves
+    std::vector<uint32_t> square_;  // per page; empty where there are no leaves, as are all below
+    std::vector<SampleCodes> leaves_below_;
     std::vector<uint32_t> page_of_leaf_, leaf_of_part_;
-    std::vector<uint32_t> corner_;                 // 4 leaf + k: a number that corners which are one share
-    std::vector<uint32_t> around_, first_around_;  // pages by corner; per corner, and the end
+    LeafNeighbours leaf_neighbours_;
+    LeafDemands leaf_demands_;
+    std::vector<uint8_t> beside_leaves_;
 };
 
 // A part of a leaf as it is drawn: its vertices as shaders read them (LODE_VGI_LEAVES).

@@ -12,6 +12,9 @@
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "mesh/topology.h"
+#include "vgi/asset/bintree.h"
+#include "vgi/asset/error_codes.h"
+#include "vgi/asset/leaf_demands.h"
 #include "vgi/asset/pages.h"
 #include "vgi/small_atlas.h"
 
@@ -122,6 +125,70 @@ TEST(Leaves, FitSamplesWhereOthersAreMissing) {
 }
 
 // A control: with one point moved leaves do not fit.
+// What leaves ask for is closed: in a square, and on a side as both squares have it.
+TEST(Leaves, AskForSamplesWithAllAboveThem) {
+    for (const uint32_t cells : {2u, 4u, 8u, 32u}) {
+        SCOPED_TRACE(cells);
+        const std::vector<uint8_t> bits = samples_beside_leaves(cells);
+        const auto at = [&](GridPoint p) -> uint32_t {
+            return bits[static_cast<size_t>(p.y) * (cells + 1) + static_cast<size_t>(p.x)];
+        };
+        const auto n = static_cast<int32_t>(cells);
+        const Bintree tree{n};
+        for (uint32_t depth = 0; depth + 1 < tree.depths(); ++depth) {
+            tree.for_depth(depth, [&](GridPoint p) {
+                tree.for_parents(p, [&](GridPoint q) { EXPECT_EQ(at(p) & ~at(q), 0u) << p.x << ", " << p.y; });
+            });
+        }
+        for (int32_t k = 1; k < n; ++k) {
+            for (uint32_t side = 0; side < 4; ++side) {
+                const auto [x, y] = on_side(side, k, n);
+                const uint32_t its = at({x, y}), next = (side + 1) % 4;
+                EXPECT_NE(its >> side & 1, 0u);
+                const auto [u, v] = on_side(next, n - k, n);
+                EXPECT_EQ(its >> (4 + side) & 1, at({u, v}) >> (4 + (next + 1) % 4) & 1) << "the other way round";
+                // What another side asks for here its corner does, too.
+                EXPECT_LE(its >> next & 1, its >> (4 + next) & 1) << k;
+                EXPECT_LE(its >> (side + 3) % 4 & 1, its >> (4 + side) & 1) << k;
+                EXPECT_EQ(its >> (side + 2) % 4 & 1, 0u) << k;
+            }
+        }
+    }
+}
+
+// A corner of squares is wanted wherever a leaf next to one of its squares is, however large the picture.
+TEST(Leaves, AskForCornersFromAllAroundThem) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 128, 8, true);
+    const LeafNeighbours neighbours(atlas);
+    const LeafDemands demands(atlas, neighbours);
+    const ErrorCodes codes(atlas.extent());
+    const auto holds = [&](const Leaf& demand, const Leaf& leaf) {
+        const double away = glm::distance(atlas.lattice_point(demand.position), atlas.lattice_point(leaf.position));
+        return leaf.error == 0 || demand.radius == ErrorCodes::everywhere ||
+               (demand.error >= leaf.error && static_cast<double>(codes.radius(demand.radius)) >=
+                                                  static_cast<double>(codes.radius(leaf.radius)) + away);
+    };
+    size_t looked = 0;
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const uint32_t n = atlas.leaves_per_side(c);
+        ASSERT_EQ(n, 4u);
+        for (uint32_t i = 0; i < n * n; ++i) {
+            for (uint32_t k = 0; k < 4; ++k) {
+                const auto [dx, dy] = on_side(k, 0u, 1u);
+                const uint32_t x = i % n + dx, y = i / n + dy;
+                for (const uint32_t next : neighbours.around(atlas.leaf(c, i % n, i / n), k)) {
+                    ASSERT_TRUE(holds(demands.of_square(atlas.leaf(c, i % n, i / n)), atlas.leaves[next]));
+                    ASSERT_TRUE(holds(demands.of_chart(atlas, c), atlas.leaves[next]));
+                    if (x % n == 0 && y % n == 0) continue;
+                    ASSERT_TRUE(holds(demands.of_corner(c, x, y), atlas.leaves[next])) << c << ": " << x << ", " << y;
+                    ++looked;
+                }
+            }
+        }
+    }
+    EXPECT_GT(looked, 1000u);
+}
+
 TEST(Leaves, AreNotSaidToFitWhereOneIsWrong) {
     Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64, 8, true);
     LeafPart part = *decode_leaf(atlas.leaf_parts[1], atlas.attributes);

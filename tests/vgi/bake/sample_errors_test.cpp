@@ -89,6 +89,21 @@ TEST(SampleErrors, AreSaturatedAndSharedOnAnyMesh) {
     }
 }
 
+TEST(SampleErrors, AreTheSameWithLeaves) {
+    const TriMesh rock = fixtures::repaired(Shape::rock, 6000);
+    for (const uint32_t cells : {16u, 64u}) {
+        const Atlas with = small_atlas(rock, cells, 8, true), without = small_atlas(rock, cells, 8, false);
+        EXPECT_EQ(with.sample_errors, without.sample_errors) << cells;
+        EXPECT_EQ(with.sample_radii, without.sample_radii) << cells;
+        Atlas broken = with;
+        EXPECT_TRUE(validate_errors(broken));
+        for (Leaf& leaf : broken.leaves) leaf.error = static_cast<uint8_t>(std::min(255, leaf.error + 60));
+        const auto wrong = validate_errors(broken);
+        ASSERT_FALSE(wrong);
+        EXPECT_THAT(wrong.error().message, testing::HasSubstr("is not saturated by leaves"));
+    }
+}
+
 TEST(SampleErrors, HoldFromTheTrianglesToTheSurfaceToo) {
     // What a cut draws in place of a sample is no farther from the surface than the sample's error says, wherever on
     // the triangle one looks: between the places the errors were measured at, a tenth is allowed.

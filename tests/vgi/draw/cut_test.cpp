@@ -353,7 +353,7 @@ TEST(Cuts, FitTogetherWithAnyLeaves) {
 TEST(Cuts, FallApartWhereRulesOfLeavesAreBroken) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64, 8, true);
     EXPECT_EQ(count_bad(Raster::bintree, atlas, atlas, 16, 5, nullptr, true), 0u);
-    // Leaves that are wanted where samples on their sides are not.
+    // Leaves that are wanted where corners of charts beside them are not.
     Atlas broken = atlas;
     for (Leaf& leaf : broken.leaves) leaf.error = static_cast<uint8_t>(std::min(255, leaf.error + 40));
     EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5, nullptr, true), 0u);
@@ -385,6 +385,26 @@ Cut cut_from_afar(const Atlas& atlas, const Residency& residency, float away, fl
     request.cull_back_faces = false;
     PageDemand demand(residency.units());
     return from_scratch(residency, request, demand);
+}
+
+// Where no leaf is wanted nothing is drawn for the sake of one.
+TEST(Cuts, TakeNothingForLeavesThatAreFarAway) {
+    const TriMesh rock = fixtures::repaired(Shape::rock, 60000);
+    for (const uint32_t cells : {16u, 64u}) {
+        const Atlas with = small_atlas(rock, cells, 24, true), without = small_atlas(rock, cells, 24);
+        const Residency all = partly_resident(with, 1, 1, 1), samples = partly_resident(without, 1, 1);
+        uint32_t without_leaves = 0;
+        for (float away = 1; away < 100; away *= 1.3f) {
+            const Cut cut = cut_from_afar(with, all, away);
+            const auto is_leaf = [](uint32_t i) { return (i & LODE_VGI_CORNER) == 0 && (i & LODE_VGI_LEAF) != 0; };
+            bool leaves = false;
+            for (const auto& part : cut.parts) leaves = leaves || std::ranges::any_of(part.second, is_leaf);
+            if (leaves) continue;
+            ++without_leaves;
+            EXPECT_EQ(cut.triangles, cut_from_afar(without, samples, away).triangles) << cells << ", " << away;
+        }
+        EXPECT_GT(without_leaves, 5u) << cells;
+    }
 }
 
 // From afar there is less and less of an atlas, and in the end nothing.

@@ -12,7 +12,7 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr int farthest = 3;  // lattice steps a sample may give way, each way
-constexpr uint32_t fewest_cells = 4;
+constexpr uint32_t fewest_straight_cells = 4;
 
 // A sample next to an end of an arc: it is the first of the chart on the arc's one side, the last of that on the other.
 struct Slot {
@@ -34,7 +34,7 @@ WedgesAround wedges_of(const ChartComplex& patches, const Atlas& atlas) {
     WedgesAround wedges;
     for (uint32_t q = 0; q < patches.sides.size(); ++q) {
         const auto& sides = patches.sides[q];
-        if (atlas.cells_of(q) < fewest_cells) continue;
+        if (atlas.cells_of(q) < fewest_straight_cells) continue;
         // The sample so many texels from where a side begins, for this chart.
         const auto slot = [&](const Side& side, uint32_t texels) {
             return Slot{side.arc, side.reversed ? atlas.attribute_cells_of(q) - texels : texels};

@@ -16,6 +16,7 @@
 #include "mesh/distance/closest_point.h"
 #include "vgi/asset/corners.h"
 #include "vgi/asset/error_codes.h"
+#include "vgi/asset/leaf_demands.h"
 #include "vgi/asset/saturation.h"
 #include "vgi/bake/charts/surface.h"
 
@@ -320,13 +321,18 @@ class Saturation {
 public:
     Saturation(const Atlas& atlas, const CornerMesh& mesh)
         : mesh_(mesh), codes_(atlas.extent()), error_(mesh.positions.size(), 0), below_(error_.size()) {
+        LeafDemands leaves;
+        if (!atlas.leaves.empty()) leaves = LeafDemands(atlas, LeafNeighbours(atlas));
         for (uint32_t c = 0; c < atlas.charts(); ++c) {
             const auto middle = static_cast<int32_t>(atlas.cells_of(c) / 2);
             const size_t centre = texel_of(atlas, c, {middle, middle});
-            // A centre moves to its place from where its corners are in theirs (saturation.h).
-            for (uint32_t k = 0; k < 4; ++k)
+            const Leaf asked = atlas.leaves.empty() ? Leaf{} : leaves.of_chart(atlas, c);
+            for (uint32_t k = 0; k < 4; ++k) {
+                // A centre moves to its place from where its corners are in theirs (saturation.h).
                 add(mesh.of[4 * c + k], atlas.sample_errors[centre], error_ratio, atlas.sample_radii[centre],
                     atlas.point(centre));
+                add(mesh.of[4 * c + k], asked.error, 1, asked.radius, atlas.lattice_point(asked.position));
+            }
         }
     }
 

@@ -433,20 +433,6 @@ ChartErrors measure_samples(Atlas& atlas, uint32_t chart, const Chart& source) {
 
 namespace {
 
-// Calls visit(leaf) for those on whose sides, corners included, a sample lies.
-template <class Visit>
-void for_leaves_at(const Atlas& atlas, uint32_t chart, GridPoint p, Visit&& visit) {
-    if (atlas.leaves.empty()) return;
-    const uint32_t per_side = atlas.leaves_per_side(chart);
-    const auto n = static_cast<int32_t>(atlas.cells_of(chart) / per_side), last = static_cast<int32_t>(per_side) - 1;
-    if (p.x % n != 0 && p.y % n != 0) return;
-    const auto first = [&](int32_t at) { return at % n == 0 && at > 0 ? at / n - 1 : at / n; };
-    for (int32_t y = first(p.y); y <= std::min(p.y / n, last); ++y) {
-        for (int32_t x = first(p.x); x <= std::min(p.x / n, last); ++x)
-            visit(atlas.leaves[atlas.leaf(chart, static_cast<uint32_t>(x), static_cast<uint32_t>(y))]);
-    }
-}
-
 // visit(chart, its tree, sample) for the samples of a depth.
 template <class Visit>
 void for_samples_of_depth(const Atlas& atlas, uint32_t depth, const Visit& visit) {
@@ -458,7 +444,7 @@ void for_samples_of_depth(const Atlas& atlas, uint32_t depth, const Visit& visit
     });
 }
 
-// Errors of a depth rise above those of its children and leaves.
+// Errors of a depth rise above those of its children.
 void saturate_errors(Atlas& atlas, const ErrorCodes& codes, uint32_t depth) {
     for_samples_of_depth(atlas, depth, [&](uint32_t c, const Bintree& tree, GridPoint p) {
         uint8_t& code = atlas.sample_errors[texel_of(atlas, c, p)];
@@ -466,14 +452,13 @@ void saturate_errors(Atlas& atlas, const ErrorCodes& codes, uint32_t depth) {
         tree.for_children(p, [&](GridPoint q) {
             child = std::max<double>(child, codes.error(atlas.sample_errors[texel_of(atlas, c, q)]));
         });
-        for_leaves_at(atlas, c, p, [&](const Leaf& leaf) { child = std::max<double>(child, codes.error(leaf.error)); });
         if (child > 0) code = std::max(code, codes.of_error(std::min(child * error_ratio, atlas.extent())));
         code = round_up(code, depth / 2);
     });
     share(atlas, depth, atlas.sample_errors);
 }
 
-// Radii of a depth hold its hypotenuse and parents, and what its children and leaves ask for.
+// Radii of a depth hold its hypotenuse and parents, and what its children ask for.
 void saturate_radii(Atlas& atlas, const ErrorCodes& codes, uint32_t depth) {
     for_samples_of_depth(atlas, depth, [&](uint32_t c, const Bintree& tree, GridPoint p) {
         const size_t texel = texel_of(atlas, c, p);
@@ -491,11 +476,6 @@ void saturate_radii(Atlas& atlas, const ErrorCodes& codes, uint32_t depth) {
         tree.for_children(p, [&](GridPoint q) {
             const size_t child = texel_of(atlas, c, q);
             radius = std::max(radius, reach(atlas.sample_errors[child], atlas.sample_radii[child], away(q)));
-        });
-        for_leaves_at(atlas, c, p, [&](const Leaf& leaf) {
-            if (leaf.error == 0) return;
-            const double distance = glm::length(atlas.lattice_point(leaf.position) - here);
-            radius = std::max(radius, reach(leaf.error, leaf.radius, distance));
         });
         // A sample that costs nothing is never wanted; neither are its children.
         atlas.sample_radii[texel] = error > 0 ? codes.of_radius(radius * (1 + rounding)) : 0;

@@ -60,6 +60,7 @@ public:
         kept_.first.resize(place + 1, static_cast<uint32_t>(kept_.squares.size()));
         Kept old;
         if (before_ != nullptr) old = {before_->charts.first[place], before_->charts.first[place + 1]};
+        chart_ = chart;
         first_page_ = residency_.number(chart, 0);
         leaf_level_ = page_shift_ + residency_.about().trimmed_levels[chart];
         const uint32_t mask = visibility_.seen(visibility_.all(), first_page_);
@@ -177,6 +178,7 @@ private:
     }
     bool is_as_it_was(const CachedSquare& was, const Square& square, const Centres& centres, uint32_t looked_at) const {
         return was.slack.allowed_motion > 0 && was.looked_at == looked_at && was.corners == square.corners &&
+               was.beside_leaves == beside_leaves_in(square) &&
                residency_.changed_at(centres.number) <= before_->updates &&
                was.slack.holds_after(before_->motion, before_->counted.of(was.centre));
     }
@@ -224,9 +226,9 @@ private:
         Whole part;
         part.mask = seen(square.level, square.x, square.y, whole.mask, part.slack);
         Samples in;
-        if (part.mask != 0 && square.level == leaf_level_ && draw_leaf(square, whole, part)) {
+        if (part.mask != 0 && square.level == leaf_level_ && draw_page_square(square, whole, part)) {
             // No sample inside is drawn.
-        } else if (part.mask != 0 && square.level > 0 && find(centres, centres.of(square), part.mask, in, part.slack)) {
+        } else if (part.mask != 0 && square.level > 0 && find(square, centres, part.mask, in, part.slack)) {
             if (was != nullptr) {
                 part.old.first = static_cast<uint32_t>(was - before_->charts.squares.data()) + 1;
                 part.old.end = part.old.first + was->squares;
@@ -245,9 +247,19 @@ private:
         if (part.mask != 0 && part.mask != whole.mask) whole.slack.add_none();
     }
 
-    // Draws the leaf in a page's square, where it is wanted and all it needs is there.
-    bool draw_leaf(const Square& square, Whole& whole, Whole& part) {
+    // Of a finest page: draws the leaf, or finds out what leaves ask for in it.
+    bool draw_page_square(const Square& square, Whole& whole, Whole& part) {
         const uint32_t number = first_page_ + tree_.page(leaf_level_ - page_shift_, square.x, square.y);
+        if (draw_leaf(number, square, whole, part)) return true;
+        beside_leaves_ = leaves_.beside_wanted(number, part.slack);
+        return false;
+    }
+    // What is known of it inside such a square.
+    uint16_t beside_leaves_in(const Square& square) const {
+        return square.level < leaf_level_ ? static_cast<uint16_t>(beside_leaves_) : uint16_t{0};
+    }
+    // Draws the leaf where it is wanted and all it needs is there.
+    bool draw_leaf(uint32_t number, const Square& square, Whole& whole, Whole& part) {
         if (!leaves_.wants(number, part.slack)) return false;
         const Entry& entry = residency_.entry(number);
         if (!entry.leaf_usable()) {
@@ -367,6 +379,7 @@ private:
         kept.level = static_cast<uint16_t>(square.level);
         kept.x = static_cast<uint16_t>(square.x);
         kept.y = static_cast<uint16_t>(square.y);
+        kept.beside_leaves = beside_leaves_in(square);
         kept.looked_at = looked_at;
         kept.drawn_for = part.mask;
         kept.centre = *in.texel;
@@ -378,18 +391,41 @@ private:
         kept.squares = static_cast<uint32_t>(squares);
     }
 
-    // Whether a square's centre is in the cut; then also which of the middles are. at: the centre in its page.
-    bool find(const Centres& centres, const glm::uvec2& at, uint32_t mask, Samples& in, Slack& slack) {
+    // A sample of a square, in steps of half its width from where its side 0 begins: the centre at (1, 1), or the
+    // middle of a side.
+    struct InSquare {
+        const Square& square;
+        uint32_t x, y;
+    };
+    // Whether leaves ask for it.
+    bool is_asked_for(const InSquare& sample, Slack& slack) const {
+        const auto& [square, x, y] = sample;
+        // In halves of the square, or in cells of the finest page that it is in.
+        if (square.level > leaf_level_) {
+            const uint32_t half = square.level - 1 - leaf_level_;
+            return leaves_.ask_for_corner(chart_, (2 * square.x + x) << half, (2 * square.y + y) << half, slack);
+        }
+        const uint32_t finest = leaf_level_ - page_shift_;
+        if (beside_leaves_ == 0 || square.level <= finest) return false;
+        const uint32_t half = square.level - 1 - finest, deep = leaf_level_ - square.level;
+        const uint32_t left = square.x & ((1u << deep) - 1), top = square.y & ((1u << deep) - 1);
+        return (residency_.topology().beside_leaves((2 * left + x) << half, (2 * top + y) << half) & beside_leaves_) !=
+               0;
+    }
+
+    // Whether a square's centre is in the cut; then also which of the middles are.
+    bool find(const Square& square, const Centres& centres, uint32_t mask, Samples& in, Slack& slack) {
         const auto& [level, number, entry_at, step, left, top] = centres;
+        const glm::uvec2 at = centres.of(square);
         const uint32_t lx = at.x, ly = at.y;
         const Entry& entry = *entry_at;
         if (entry.first == nullptr) {
-            guess(number, level, mask, slack);
+            guess(number, {square, 1, 1}, mask, slack);
             return false;
         }
         const uint32_t row = n_ + 1;
         const GeometryTexel* const centre = entry.first + ly * row + lx;
-        if (!is_wanted(*centre, level, slack)) return false;
+        if (!is_wanted(*centre, {square, 1, 1}, slack)) return false;
         touch(number);
         if ((entry.usable & 1) == 0) {
             need(number, mask, slack);
@@ -398,55 +434,56 @@ private:
         in.texel = centre;
         in.centre = index(entry, lx, ly);
         if (ly > step) {
-            if (is_wanted(centre[-static_cast<ptrdiff_t>(step * row)], level, slack))
+            if (is_wanted(centre[-static_cast<ptrdiff_t>(step * row)], {square, 1, 0}, slack))
                 in.middle[0] = in.centre - step * row;
         } else {
-            in.middle[0] = take_on_border({left + lx, top + ly - step}, level, mask, slack);
+            in.middle[0] = take_on_border({left + lx, top + ly - step}, {square, 1, 0}, mask, slack);
         }
         if (lx + step < n_) {
-            if (is_wanted(centre[step], level, slack)) in.middle[1] = in.centre + step;
+            if (is_wanted(centre[step], {square, 2, 1}, slack)) in.middle[1] = in.centre + step;
         } else {
-            in.middle[1] = take_on_border({left + lx + step, top + ly}, level, mask, slack);
+            in.middle[1] = take_on_border({left + lx + step, top + ly}, {square, 2, 1}, mask, slack);
         }
         if (ly + step < n_) {
-            if (is_wanted(centre[step * row], level, slack)) in.middle[2] = in.centre + step * row;
+            if (is_wanted(centre[step * row], {square, 1, 2}, slack)) in.middle[2] = in.centre + step * row;
         } else {
-            in.middle[2] = take_on_border({left + lx, top + ly + step}, level, mask, slack);
+            in.middle[2] = take_on_border({left + lx, top + ly + step}, {square, 1, 2}, mask, slack);
         }
         if (lx > step) {
-            if (is_wanted(centre[-static_cast<ptrdiff_t>(step)], level, slack)) in.middle[3] = in.centre - step;
+            if (is_wanted(centre[-static_cast<ptrdiff_t>(step)], {square, 0, 1}, slack))
+                in.middle[3] = in.centre - step;
         } else {
-            in.middle[3] = take_on_border({left + lx - step, top + ly}, level, mask, slack);
+            in.middle[3] = take_on_border({left + lx - step, top + ly}, {square, 0, 1}, mask, slack);
         }
         return true;
     }
-    bool is_wanted(const GeometryTexel& texel, uint32_t level, Slack& slack) const {
-        if (forced_level_ >= 0) return static_cast<int64_t>(level) >= forced_level_;
+    bool is_wanted(const GeometryTexel& texel, const InSquare& sample, Slack& slack) const {
+        if (forced_level_ >= 0) return static_cast<int64_t>(sample.square.level) - 1 >= forced_level_;
         const float left = wanted_.left_of_reach(texel);
         if (left > 0) {
             slack.farther = std::min(slack.farther, left);
             return true;
         }
         slack.nearer = std::min(slack.nearer, -left);
-        return false;
+        return is_asked_for(sample, slack);
     }
 
     // The index of a sample on a page's border, which needs the page across as well, or nothing. at: in steps of its
     // page's level. Whichever side it is met from, it is the same index.
-    uint32_t take_on_border(glm::uvec2 at, uint32_t level, uint32_t mask, Slack& slack) {
-        const uint32_t page_level = std::min(level, base_), side_shift = base_ - page_level,
-                       last = (1u << side_shift) - 1, px = std::min(at.x >> page_shift_, last),
-                       py = std::min(at.y >> page_shift_, last), lx = at.x - (px << page_shift_),
-                       ly = at.y - (py << page_shift_);
+    uint32_t take_on_border(glm::uvec2 at, const InSquare& sample, uint32_t mask, Slack& slack) {
+        const uint32_t level = sample.square.level - 1, page_level = std::min(level, base_),
+                       side_shift = base_ - page_level, last = (1u << side_shift) - 1,
+                       px = std::min(at.x >> page_shift_, last), py = std::min(at.y >> page_shift_, last),
+                       lx = at.x - (px << page_shift_), ly = at.y - (py << page_shift_);
         const uint32_t number = first_page_ + PageTree::page_of(side_shift, px, py);
         const Entry& entry = residency_.entry(number);
         const uint32_t needed =
             1u | (ly == 0 ? 2u : 0u) | (lx == n_ ? 4u : 0u) | (ly == n_ ? 8u : 0u) | (lx == 0 ? 16u : 0u);
         if (entry.first == nullptr) {
-            guess(number, level, mask, slack);
+            guess(number, sample, mask, slack);
             return nothing;
         }
-        if (!is_wanted(entry.first[ly * (n_ + 1) + lx], level, slack)) return nothing;
+        if (!is_wanted(entry.first[ly * (n_ + 1) + lx], sample, slack)) return nothing;
         touch(number);
         if ((entry.usable & needed) != needed) {
             for (uint32_t side = 0; side < 4; ++side) {
@@ -459,14 +496,15 @@ private:
     }
 
     // What a page that is not there holds is not known, but what its parent leaves out is.
-    void guess(uint32_t number, uint32_t level, uint32_t mask, Slack& slack) {
+    void guess(uint32_t number, const InSquare& sample, uint32_t mask, Slack& slack) {
         const uint32_t parent = first_page_ + tree_.parent(number - first_page_);
         if (residency_.entry(parent).texels == nullptr) {  // its turn comes first
             slack.add_none();
             return;
         }
         const PageBounds& bounds = residency_.about().bounds[number];
-        if (!(forced_level_ >= 0 ? static_cast<int64_t>(level) >= forced_level_ : wanted_.may_be(bounds, slack)))
+        if (!(forced_level_ >= 0 ? static_cast<int64_t>(sample.square.level) - 1 >= forced_level_
+                                 : wanted_.may_be(bounds, slack) || is_asked_for(sample, slack)))
             return;
         ask(number, wanted_.excess(bounds), mask);
         slack.add_none();  // pages are asked for anew by every cut
@@ -505,7 +543,8 @@ private:
     const PageTree tree_;
     const uint32_t n_;
     const uint32_t page_shift_, base_;
-    uint32_t first_page_ = 0, leaf_level_ = 0;  // of the chart
+    uint32_t chart_ = 0, first_page_ = 0, leaf_level_ = 0;  // at hand
+    uint32_t beside_leaves_ = 0;                            // in the finest page's square that is at hand
 };
 
 // Where the charts of each group begin, and the end. Charts of a group are cut together; only groups with a chart that

@@ -19,6 +19,7 @@ namespace lodestone::vgi {
 struct CachedSquare {
     std::array<uint32_t, 4> corners;  // indices
     uint16_t level, x, y;
+    uint16_t beside_leaves;  // inside a finest page's square: LeafFront::beside_wanted
     // The views it was looked at for, and those that its triangles are for.
     uint32_t looked_at, drawn_for;
     GeometryTexel centre;

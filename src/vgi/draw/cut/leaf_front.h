@@ -26,10 +26,20 @@ public:
     bool draws(uint32_t page, Slack& slack) const { return residency_.entry(page).leaf_usable() && wants(page, slack); }
     // What a leaf that is drawn has around it.
     LeafBorder border(uint32_t page, Slack& slack) const;
+    // Which sides and corners of a finest page's square a leaf that is wanted touches, as bits of
+    // PageTopology::beside_leaves.
+    uint32_t beside_wanted(uint32_t page, Slack& slack) const;
+    // Whether leaves ask for the sample in corner (x, y) of a chart's squares.
+    bool ask_for_corner(uint32_t chart, uint32_t x, uint32_t y, Slack& slack) const;
     // As RefinementTest::excess. leaf: into Atlas::leaves.
     float excess(uint32_t leaf) const { return wanted_.excess(texel_of(residency_.about().leaves[leaf])); }
 
 private:
+    // leaf: into Atlas::leaves, whether there is one or not; or what counts as one.
+    bool is_wanted(const Leaf& leaf, Slack& slack) const {
+        return leaf.error > 0 && wanted_.is_wanted(texel_of(leaf), slack);
+    }
+
     const Residency& residency_;
     const RefinementTest& wanted_;
     const bool forced_, all_;

@@ -32,6 +32,12 @@ void prefetch(const Residency& residency, const CutRequest& request, std::span<c
     const Visibility visibility(request, residency.about());
     const RefinementTest wanted(request, residency.about());
     const PageTree& tree = residency.tree();
+    const auto leaf_may_be = [&](uint32_t number) {
+        return wanted.may_be(residency.about().bounds[number], residency.topology().leaves_below(number));
+    };
+    const auto may_be_below = [&](uint32_t number) {
+        return wanted.may_be(residency.about().bounds[number], residency.below(number)) || leaf_may_be(number);
+    };
     std::vector<uint32_t> open;
     for (const uint32_t chart : charts) {
         open.assign(1, 0);
@@ -43,9 +49,9 @@ void prefetch(const Residency& residency, const CutRequest& request, std::span<c
             if (visibility.seen(1, number) == 0) continue;
             if (residency.holds(number)) {
                 prefetch_leaf(residency, wanted, number, wanted_now, prefetched);
-                if (tree.level(page) == 0 || !wanted.may_be(bounds, residency.below(number))) continue;
+                if (tree.level(page) == 0 || !may_be_below(number)) continue;
                 for (uint32_t k = 0; k < 4; ++k) open.push_back(tree.member(page + 1, k));
-            } else if (wanted_now.wish(number) == 0 && wanted.may_be(bounds)) {
+            } else if (wanted_now.wish(number) == 0 && (wanted.may_be(bounds) || leaf_may_be(number))) {
                 prefetched.ask(number, std::min(wanted.excess(bounds) * 1e-3f, 1e-2f));
             }
         }

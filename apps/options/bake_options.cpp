@@ -139,6 +139,9 @@ void add_cluster_weights(CLI::App& command, BakeWords& o) {
 }
 
 void add_sampling_options(CLI::App& command, BakeWords& o) {
+    command.add_flag("--bake-textures", o.bake.atlas.bake_textures,
+                     "vgi: keep what textures hold by chart and place, as fine as their texels, in place of texture "
+                     "coordinates: base colours, metal and roughness, occlusion, emission and normals");
     command.add_flag("--no-leaves", o.no_leaves,
                      "vgi: leave out leaves, the source's own triangles below the finest samples: then nothing is "
                      "finer than --resolution");

@@ -159,6 +159,7 @@ void add_atlas_options(Json& json, const vgi::AtlasOptions& atlas) {
     json["atlas_error_samples"] = atlas.error_samples;
     json["leaves"] = atlas.leaves;
     json["samples_per_triangle"] = atlas.samples_per_triangle;
+    json["bake_textures"] = atlas.bake_textures;
     json["curvature_importance"] = atlas.parameterise.curvature_importance;
     json["most_solves"] = atlas.parameterise.most_solves;
     json["least_gain"] = atlas.parameterise.least_gain;
@@ -289,6 +290,7 @@ private:
     Result<void> add_vgi(ChunkWriter& writer) {
         auto atlas = bake_atlas(input_.mesh, options_, report["vgi"], progress_, work_);
         if (!atlas) return fail_at(input_.name, atlas.error());
+        if (atlas->attributes.baked && options_.backends.size() == 1) leave_out_textures(*atlas);
         Json words;
         for (const char* figure :
              {"clusters", "charts", "resolution", "l2_stretch_rms", "l2_stretch_worst", "rms_error", "max_error"})
@@ -296,6 +298,14 @@ private:
         progress_.at("pages", 0);
         auto done = writer.add_text("vgi/about", words.dump());
         return done ? vgi::write_chunks(*atlas, writer) : done;
+    }
+
+    // What is baked is in the atlas; other backends would need the textures.
+    static void leave_out_textures(vgi::Atlas& atlas) {
+        for (Material& material : atlas.material_table) {
+            for (Texture* texture : material.textures()) *texture = {};
+        }
+        atlas.images.clear();
     }
 
     Result<void> add_discrete(ChunkWriter& writer) {

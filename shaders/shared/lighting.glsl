@@ -88,6 +88,10 @@ vec3 metallic_roughness_occlusion(Surface s, Look look) {
     int texel = LODE_MATERIAL_TEXELS * int(s.material);
     vec2 factors = uintBitsToFloat(texelFetch(material_texels, texel + 2).xy);
     float occlusion = 1.0;
+    if (s.baked) {
+        float strength = uintBitsToFloat(texelFetch(material_texels, texel + 1).w);
+        return vec3(factors * s.baked_surface.zy, 1.0 + strength * (s.baked_surface.x - 1.0));
+    }
     if (scene_has(1u << LODE_TEXTURE_METALLIC_ROUGHNESS) && (look.textures & (1u << LODE_TEXTURE_METALLIC_ROUGHNESS)) != 0u)
         factors *= texture_at(s.material, LODE_TEXTURE_METALLIC_ROUGHNESS, s).bg;
     if (scene_has(1u << LODE_TEXTURE_OCCLUSION) && (look.textures & (1u << LODE_TEXTURE_OCCLUSION)) != 0u) {
@@ -100,6 +104,7 @@ vec3 metallic_roughness_occlusion(Surface s, Look look) {
 vec3 emission_of(Surface s, Look look) {
     if (!scene_has(LODE_LOOKS_EMISSION)) return vec3(0.0);
     vec3 emission = uintBitsToFloat(texelFetch(material_texels, LODE_MATERIAL_TEXELS * int(s.material) + 1).rgb);
+    if (s.baked) return emission * s.baked_emission;
     if (scene_has(1u << LODE_TEXTURE_EMISSION) && (look.textures & (1u << LODE_TEXTURE_EMISSION)) != 0u)
         emission *= texture_at(s.material, LODE_TEXTURE_EMISSION, s).rgb;
     return emission;
@@ -152,7 +157,7 @@ vec3 lit(Surface s, Look look) {
     if ((frame.double_sided != 0u || (scene_has(LODE_LOOKS_TWO_SIDED) && look.two_sided)) && dot(normal, to_eye) < 0.0)
         normal = -normal;
     vec3 of_shape = normal;
-    if (scene_has(1u << LODE_TEXTURE_NORMAL) && (look.textures & (1u << LODE_TEXTURE_NORMAL)) != 0u)
+    if (scene_has(1u << LODE_TEXTURE_NORMAL) && !s.baked && (look.textures & (1u << LODE_TEXTURE_NORMAL)) != 0u)
         normal = mapped_normal(s, normal);
 
     vec3 albedo = look.base;

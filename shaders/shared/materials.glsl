@@ -105,11 +105,11 @@ Look look_of(Surface s) {
     look.two_sided = (kinds.y & LODE_TWO_SIDED) != 0u;
     look.front = s.front;
     look.textures = kinds.w;
-    look.base = linear_from_srgb(s.colour.rgb) * colour.rgb;
+    look.base = (s.baked ? s.colour.rgb : linear_from_srgb(s.colour.rgb)) * colour.rgb;
     look.alpha = s.colour.a * colour.a;
     look.alpha_cutoff = 0.5;
     bool textured = scene_has(1u << LODE_TEXTURE_BASE_COLOUR) && kinds.z != LODE_NO_TEXTURE;
-    if (textured) {
+    if (textured && !s.baked) {
         vec4 texel_colour = texture_at(s.material, LODE_TEXTURE_BASE_COLOUR, kinds.z, s);
         look.base *= texel_colour.rgb;
         look.alpha *= texel_colour.a;
@@ -117,7 +117,7 @@ Look look_of(Surface s) {
     if (scene_has(LODE_LOOKS_MASK) && look.alpha_mode == LODE_ALPHA_MASK)
         look.alpha_cutoff = uintBitsToFloat(texelFetch(material_texels, texel + 2).w);
     // Interpolation may leave white a hair below.
-    look.bare = look.shading == LODE_SHADING_PLAIN && !textured && all(greaterThan(min(s.colour, colour), vec4(0.999)));
+    look.bare = look.shading == LODE_SHADING_PLAIN && !textured && !s.baked && all(greaterThan(min(s.colour, colour), vec4(0.999)));
     return look;
 }
 

@@ -22,6 +22,8 @@ Surface mesh_surface() {
     if (scene_has(1u << LODE_TEXTURE_NORMAL)) set_along(s, dFdx(s.position), dFdy(s.position), s.uv_dx, s.uv_dy);
     s.colour = in_colour;
     s.material = in_material;
+    s.baked = false;
+    s.baked_surface = s.baked_emission = vec3(1.0);
     s.level = float(draw_constants.words[0]) / max(float(draw_constants.words[1]) - 1.0, 1.0);
     s.chart = 0u;
     s.page = 0u;

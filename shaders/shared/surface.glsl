@@ -12,8 +12,12 @@ struct Surface {
     // World space, of any length: which way uv.x and uv.y grow along the surface. Where the scene has maps of normals;
     // 0 where it is not known.
     vec3 along_u, along_v;
-    vec4 colour;    // sRGB as stored with the vertex, and alpha
+    vec4 colour;    // sRGB as stored with the vertex, linear where `baked`; and alpha
     uint material;  // into the scene's materials
+    // What textures say is in `colour` and `normal`, and in these: occlusion, roughness, metal; linear emission. Else
+    // it is looked up at `uv`.
+    bool baked;
+    vec3 baked_surface, baked_emission;
     float level;    // 0 full detail .. 1 coarsest
     uint chart;     // a number that differs between neighbouring charts, 0 where there are none
     uint page;      // a number that differs between neighbouring pages, 0 where there are none

@@ -8,8 +8,8 @@
 #include "shared/vgi_place.glsl"
 
 // LODE_VGI_HAS_...: what any asset of the scene has that is drawn with. Software rasterisers run every branch.
-layout(constant_id = 2) const uint ever = 7u;
-layout(constant_id = 3) const uint attribute_words = 1u;  // of a sample of the attributes
+layout(constant_id = LODE_VGI_EVER_CONSTANT) const uint ever = 7u;
+layout(constant_id = LODE_VGI_WORDS_CONSTANT) const uint attribute_words = 1u;  // of a sample of the attributes
 
 // Not of unit length: it is a mean of several that is wanted.
 vec3 direction_of(uint word) {
@@ -65,19 +65,37 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
         normal += weight[k] * direction_of(word0[k]);
     }
     if (has_normal(visible)) {
-        // Of a leaf up close; where pixels are coarser than samples, the means of these.
+        // Of a leaf up close; where pixels are coarser than samples, or maps of normals are in these, their means.
         float own = visible.y >> 28 == LODE_VGI_LEAF_LEVEL ? clamp(-lod, 0.0, 1.0) : 1.0;
+        if ((ever & has & LODE_VGI_MAPPED_NORMALS) != 0u) own = 0.0;
         normal = mix(normalize(normal), unfolded(unpackSnorm2x16(visible.w)), own);
     }
     Surface s;
     s.front = true;
     s.position = world.xyz;
     s.normal = normalize(mat3(instance.normal_to_world) * normal);
+    s.baked = (ever & LODE_VGI_BAKED) != 0u && (has & LODE_VGI_BAKED) != 0u;
     s.colour = vec4(1.0);
     if ((ever & LODE_VGI_HAS_COLOURS) != 0u && (has & LODE_VGI_HAS_COLOURS) != 0u) {
         s.colour = vec4(0.0);
+        for (int k = 0; k < 4; ++k) {
+            vec4 colour = unpackUnorm4x8(attributes_at(texel[k] + 1u + (asset.has & LODE_VGI_HAS_UVS)));
+            if (s.baked) colour.rgb = linear_from_srgb(colour.rgb);
+            s.colour += weight[k] * colour;
+        }
+    }
+    s.baked_surface = s.baked_emission = vec3(1.0);
+    uint next = 1u + (asset.has & LODE_VGI_HAS_UVS) + ((asset.has & LODE_VGI_HAS_COLOURS) != 0u ? 1u : 0u);
+    if ((ever & LODE_VGI_HAS_SURFACES) != 0u && (has & LODE_VGI_HAS_SURFACES) != 0u) {
+        s.baked_surface = vec3(0.0);
         for (int k = 0; k < 4; ++k)
-            s.colour += weight[k] * unpackUnorm4x8(attributes_at(texel[k] + 1u + (asset.has & LODE_VGI_HAS_UVS)));
+            s.baked_surface += weight[k] * unpackUnorm4x8(attributes_at(texel[k] + next)).rgb;
+        ++next;
+    }
+    if ((ever & LODE_VGI_HAS_EMISSIONS) != 0u && (has & LODE_VGI_HAS_EMISSIONS) != 0u) {
+        s.baked_emission = vec3(0.0);
+        for (int k = 0; k < 4; ++k)
+            s.baked_emission += weight[k] * linear_from_srgb(unpackUnorm4x8(attributes_at(texel[k] + next)).rgb);
     }
     s.material = instance.first_material;
     if ((ever & LODE_VGI_HAS_MATERIALS) != 0u && (has & LODE_VGI_HAS_MATERIALS) != 0u)

@@ -69,6 +69,14 @@
 #define LODE_VGI_HAS_UVS 1
 #define LODE_VGI_HAS_COLOURS 2
 #define LODE_VGI_HAS_MATERIALS 4
+#define LODE_VGI_HAS_SURFACES 8
+#define LODE_VGI_HAS_EMISSIONS 16
+#define LODE_VGI_BAKED 32           // textures of the source are in it
+#define LODE_VGI_MAPPED_NORMALS 64  // and maps of normals are in the normals
+
+// Specialisation constants of shaders that look attributes up.
+#define LODE_VGI_EVER_CONSTANT 2   // LODE_VGI_HAS_... of any asset of the scene that is drawn with
+#define LODE_VGI_WORDS_CONSTANT 3  // of a sample of attributes
 
 #ifdef __cplusplus
 #include <cstdint>

@@ -52,6 +52,8 @@ void Atlas::make_room() {
     normals.resize(attribute_texels());
     if (attributes.uvs) uvs.resize(attribute_texels());
     if (attributes.colours) colours.resize(attribute_texels());
+    if (attributes.surfaces) surfaces.resize(attribute_texels());
+    if (attributes.emissions) emissions.resize(attribute_texels());
     if (attributes.materials) materials.resize(attribute_texels());
 }
 
@@ -225,6 +227,8 @@ Result<void> Atlas::validate() const {
         sample_radii.size() != texels() || normals.size() != attribute_texels() ||
         (!uvs.empty() && uvs.size() != attribute_texels()) ||
         (!colours.empty() && colours.size() != attribute_texels()) ||
+        (!surfaces.empty() && surfaces.size() != attribute_texels()) ||
+        (!emissions.empty() && emissions.size() != attribute_texels()) ||
         (!materials.empty() && materials.size() != attribute_texels()))
         return wrong("an image has the wrong size");
     if (!errors.empty() && (errors.size() != levels() || !std::is_sorted(errors.begin(), errors.end())))

@@ -59,6 +59,16 @@ struct GluedSide {
     bool operator==(const GluedSide&) const = default;
 };
 
+// What samples of attributes have.
+struct AtlasAttributes : PresentAttributes {
+    bool surfaces = false, emissions = false;  // of baked textures: see Atlas
+    // Textures of the source are in the atlas: base colours, times those of vertices, are its colours. Materials keep
+    // their factors, which go on multiplying. There are no texture coordinates.
+    bool baked = false;
+    bool mapped_normals = false;  // maps of normals are in the normals
+    bool operator==(const AtlasAttributes&) const = default;
+};
+
 // What is known of a page of positions (pages.h), all levels finer than its own included; object units.
 struct PageBounds {
     glm::vec3 centre{0};  // of the sphere around the samples
@@ -101,7 +111,7 @@ struct Atlas {
     glm::dvec3 origin{0};                 // positions are origin + step * lattice point, one lattice for all charts
     double step = 1;                      // object units, > 0
     glm::vec2 uv_low{0}, uv_step{0};      // texture coordinates are uv_low + uv_step * texel of `uvs`
-    PresentAttributes attributes;         // of the source; normals are always there
+    AtlasAttributes attributes;           // normals are always there
     std::vector<GluedSide> sides;         // four per chart
     std::vector<uint32_t> cluster;        // per chart: the cluster it is part of
     std::vector<size_t> first_texel{0}, first_attribute_texel{0};  // per chart, and the end; lay_out() sets them
@@ -121,10 +131,12 @@ struct Atlas {
     std::vector<uint8_t> sample_errors;              // codes of sample_errors.h; zeros until measured
     std::vector<uint8_t> sample_radii;               // codes of the radii of samples (sample_errors.h)
     // Per texel of the attributes, chart after chart: those of the chart's own side of a seam.
-    std::vector<std::array<int8_t, 2>> normals;  // octahedral, -127 .. 127; within a degree
-    std::vector<std::array<uint16_t, 2>> uvs;    // uv_low + uv_step * texel; empty where the source has none
-    std::vector<glm::u8vec4> colours;            // empty where the source has none
-    std::vector<uint16_t> materials;             // empty where the source has one material
+    std::vector<std::array<int8_t, 2>> normals;     // octahedral, -127 .. 127; within a degree
+    std::vector<std::array<uint16_t, 2>> uvs;       // uv_low + uv_step * texel; empty where the source has none
+    std::vector<glm::u8vec4> colours;               // empty where the source has none
+    std::vector<std::array<uint8_t, 3>> surfaces;   // occlusion, roughness, metal; empty where none are baked
+    std::vector<std::array<uint8_t, 3>> emissions;  // sRGB; empty where none are baked
+    std::vector<uint16_t> materials;                // empty where the source has one material
 
     std::vector<Material> material_table;  // what `materials` refers to
     std::vector<Image> images;             // textures, what materials refer to

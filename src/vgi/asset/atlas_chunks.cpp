@@ -92,7 +92,11 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
                          {{"normals", atlas.attributes.normals},
                           {"uvs", atlas.attributes.uvs},
                           {"colours", atlas.attributes.colours},
-                          {"materials", atlas.attributes.materials}}}};
+                          {"materials", atlas.attributes.materials},
+                          {"surfaces", atlas.attributes.surfaces},
+                          {"emissions", atlas.attributes.emissions},
+                          {"baked", atlas.attributes.baked},
+                          {"mapped_normals", atlas.attributes.mapped_normals}}}};
     Result<void> done = writer.add_text("vgi/atlas", about.dump());
     if (done) done = writer.add_array("vgi/sides", std::span(atlas.sides));
     if (done) done = writer.add_array("vgi/clusters", std::span(atlas.cluster));
@@ -134,8 +138,12 @@ Result<uint32_t> read_about(const ChunkFile& file, Atlas& atlas) {
             atlas.uv_step[k] = about.at("uv_step").at(static_cast<size_t>(k)).get<float>();
         }
         const Json& has = about.at("attributes");
-        atlas.attributes = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
-                            has.at("materials").get<bool>()};
+        const auto flag = [&](const char* name) { return has.at(name).get<bool>(); };
+        atlas.attributes = {{flag("normals"), flag("uvs"), flag("colours"), flag("materials")},
+                            flag("surfaces"),
+                            flag("emissions"),
+                            flag("baked"),
+                            flag("mapped_normals")};
     } catch (const Json::exception& e) { return wrong(e.what()); }
     const auto good_cells = [](uint32_t cells) { return cells >= 2 && cells <= 4096 && std::has_single_bit(cells); };
     if (!good_cells(atlas.cells) || !good_cells(atlas.attribute_cells) || atlas.cells > atlas.attribute_cells)

@@ -27,7 +27,7 @@ struct Streams {
 
     // Calls visit(stream) for those that there are, in order. The number of steps follows from the borders.
     template <class Visit>
-    void for_each(const PresentAttributes& has, Visit&& visit) {
+    void for_each(const AtlasAttributes& has, Visit&& visit) {
         for (auto* stream : {&links, &low, &middle, &high, &place_low, &place_high, &border, &step, &normal})
             visit(*stream);
         if (has.uvs) {
@@ -88,7 +88,7 @@ void put_attributes(const TexelAttributes& is, const TexelAttributes& like, Stre
 
 // v: of the vertices, whose attributes the streams have where the atlas has them.
 TexelAttributes taken_attributes(const Streams& from, size_t v, const TexelAttributes& like,
-                                 const PresentAttributes& has) {
+                                 const AtlasAttributes& has) {
     TexelAttributes is;
     const auto wide = [&](const std::vector<uint8_t>& low, const std::vector<uint8_t>& high, size_t i) {
         return unzigzag(uint32_t{low[i]} | uint32_t{high[i]} << 8);
@@ -136,7 +136,7 @@ bool take_triangles(const Streams& from, size_t vertices, LeafPart& part) {
 
 }  // namespace
 
-std::vector<std::byte> encode_leaf(const LeafPart& part, const PresentAttributes& attributes) {
+std::vector<std::byte> encode_leaf(const LeafPart& part, const AtlasAttributes& attributes) {
     LODE_CHECK(!part.vertices.empty() && part.vertices.size() <= most_leaf_vertices, part.vertices.size());
     LODE_CHECK(part.triangles.size() <= most_leaf_triangles, part.triangles.size());
     Streams streams;
@@ -179,7 +179,7 @@ void make_room(Streams& streams, size_t vertices, size_t triangles) {
 }
 
 // False where the bytes are not those of such streams, and no more.
-bool unpack(std::span<const std::byte> bytes, const PresentAttributes& attributes, Streams& streams) {
+bool unpack(std::span<const std::byte> bytes, const AtlasAttributes& attributes, Streams& streams) {
     bool good = true;
     streams.for_each(attributes, [&](std::vector<uint8_t>& stream) {
         if (&stream == &streams.step) {
@@ -215,7 +215,7 @@ bool take_vertex(const Streams& from, size_t i, const Expected& expected, LeafVe
 
 }  // namespace
 
-Result<LeafPart> decode_leaf(std::span<const std::byte> bytes, const PresentAttributes& attributes) {
+Result<LeafPart> decode_leaf(std::span<const std::byte> bytes, const AtlasAttributes& attributes) {
     if (bytes.size() < leaf_header_bytes) return broken();
     const size_t vertices = static_cast<size_t>(bytes[0]) + 1, triangles = triangles_in_leaf(bytes);
     if (triangles == 0 || triangles > most_leaf_triangles || vertices > most_leaf_vertices) return broken();

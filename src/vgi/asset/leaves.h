@@ -36,6 +36,7 @@ struct TexelAttributes {
     std::array<int8_t, 2> normal{};
     std::array<uint16_t, 2> uv{};
     glm::u8vec4 colour{255};
+    std::array<uint8_t, 3> surface{255, 255, 255}, emission{255, 255, 255};  // of samples alone: leaves have none
     uint16_t material = 0;
     bool operator==(const TexelAttributes&) const = default;
 };
@@ -93,9 +94,9 @@ inline uint32_t triangles_in_leaf(std::span<const std::byte> begin) {
 }
 
 // What is coded. Vertices must be numbered in the order that triangles first use them.
-std::vector<std::byte> encode_leaf(const LeafPart& part, const PresentAttributes& attributes);
+std::vector<std::byte> encode_leaf(const LeafPart& part, const AtlasAttributes& attributes);
 // Fault::format where the bytes are those of no part.
-Result<LeafPart> decode_leaf(std::span<const std::byte> bytes, const PresentAttributes& attributes);
+Result<LeafPart> decode_leaf(std::span<const std::byte> bytes, const AtlasAttributes& attributes);
 
 // The square across a side of one, and the side of it that lies there; leaf is ~0 where the surface ends.
 struct LeafSide {

@@ -41,6 +41,8 @@ void for_channels(Images& a, Layer layer, Visit&& visit) {
     each(a.normals, 2);
     if (a.attributes.uvs) each(a.uvs, 2);
     if (a.attributes.colours) each_colour(a.colours);
+    if (a.attributes.surfaces) each(a.surfaces, 3);
+    if (a.attributes.emissions) each(a.emissions, 3);
     if (a.attributes.materials) one(a.materials);
 }
 
@@ -169,15 +171,18 @@ PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart) {
     return {layer == Layer::geometry ? atlas.cells_of(chart) : atlas.attribute_cells_of(chart)};
 }
 
-std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer) {
+std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer) {
     using Kind = Channel::Kind;
     constexpr Channel lattice{0, true, false, Kind::smooth}, error{1, false, false, Kind::error},
         radius{2, false, false, Kind::radius}, normal{0, false, true, Kind::direction, true}, uv{1, true, false},
-        colour{2, false, false, Kind::amount, true}, material{3, true, false, Kind::name};
+        colour{2, false, false, Kind::amount, true}, surface{4, false, false, Kind::amount, true},
+        emission{5, false, false, Kind::amount, true}, material{3, true, false, Kind::name};
     if (layer == Layer::geometry) return {lattice, lattice, lattice, error, radius};
     std::vector<Channel> channels{normal, normal};
     if (attributes.uvs) channels.insert(channels.end(), 2, uv);
     if (attributes.colours) channels.insert(channels.end(), 4, colour);
+    if (attributes.surfaces) channels.insert(channels.end(), 3, surface);
+    if (attributes.emissions) channels.insert(channels.end(), 3, emission);
     if (attributes.materials) channels.push_back(material);
     return channels;
 }

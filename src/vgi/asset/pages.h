@@ -78,7 +78,7 @@ struct Channel {
 // The channels of a layer, in the order they are stored.
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture
 // coordinates (2), colour (4), material (1), each where the atlas has them.
-std::vector<Channel> channels_of(const PresentAttributes& attributes, Layer layer);
+std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer);
 // Of charts that leave out nothing; the pages of one that does are the first of them.
 PageTree tree_of(const Atlas& atlas, Layer layer);
 PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart);  // its own

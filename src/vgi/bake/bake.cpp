@@ -17,6 +17,7 @@
 #include "vgi/bake/charts/quadrangulate.h"
 #include "vgi/bake/charts/refinement.h"
 #include "vgi/bake/checkpoints.h"
+#include "vgi/bake/images/baked_looks.h"
 #include "vgi/bake/images/chart_error.h"
 #include "vgi/bake/images/chart_sizes.h"
 #include "vgi/bake/images/collapse_corners.h"
@@ -51,7 +52,8 @@ constexpr uint32_t fewest_samples = 32;   // of a chart's distance to the source
 // is added to one of these structs does not compile until it is listed here.
 Hash128 key_of(const AtlasOptions& options) {
     const auto& [clusters, parameterise, cells, most_texels_per_triangle, rounding_share, attribute_ratio,
-                 worst_stretch, most_rounds, recentre_passes, error_samples, leaves, samples_per_triangle] = options;
+                 worst_stretch, most_rounds, recentre_passes, error_samples, leaves, samples_per_triangle,
+                 bake_textures] = options;
     // Every round sets the density, the features and the kept clusters itself.
     const auto& [wanted, weights, bucket_triangles, density, features, kept] = clusters;
     const auto& [planarity, compactness, size, irregularity, curvature, feature, bulge] = weights;
@@ -69,8 +71,9 @@ Hash128 key_of(const AtlasOptions& options) {
                             least_gain,
                             curvature_importance,
                             samples_per_triangle};
-    const uint64_t counts[] = {cells,  attribute_ratio,  most_rounds, recentre_passes, error_samples,
-                               wanted, bucket_triangles, most_solves, sliding_sides,   leaves};
+    const uint64_t counts[] = {cells,         attribute_ratio, most_rounds,      recentre_passes,
+                               error_samples, wanted,          bucket_triangles, most_solves,
+                               sliding_sides, leaves,          bake_textures};
     HashStream all;
     all.add(std::as_bytes(std::span(reals)));
     all.add(std::as_bytes(std::span(counts)));
@@ -89,6 +92,7 @@ struct RoundContext {
     const AtlasOptions& options;
     const Progress& progress;
     const CheckpointFolder* work;  // null for none
+    const BakedLooks* looks;       // null where textures are not baked
     std::string key = key_of(options).hex().substr(0, 16);
 };
 
@@ -252,9 +256,19 @@ private:
             quads_.surface, members, patches_,
             {options_.clusters.clusters, cells, density * static_cast<double>(mesh_.triangle_count()), density});
     }
+    // So that samples are as many as texels that are baked; a power of two, 4096 at most. A bit fewer will do.
+    uint32_t cells_of_textures() const {
+        constexpr double enough = 0.9;
+        const double wanted = enough * context_.looks->texels();
+        uint32_t cells = 1;
+        while (cells < 4096 && static_cast<double>(members_.size()) * cells * cells < wanted) cells *= 2;
+        return cells;
+    }
     // Of attributes for one of positions, along a side. whole: cells of images that hold everything.
     uint32_t attribute_ratio(uint32_t cells, uint32_t whole) const {
         const uint32_t finer = whole / cells;
+        if (context_.looks != nullptr)
+            return options_.attribute_ratio > 1 ? options_.attribute_ratio : std::max(1u, cells_of_textures() / cells);
         const bool has_textures = !mesh_.uvs.empty() && !mesh_.images.empty();
         if (has_textures || !mesh_.materials.empty()) return finer * options_.attribute_ratio;
         return std::min(finer, mesh_.colours.empty() ? 1u : 2u) * options_.attribute_ratio;
@@ -368,8 +382,9 @@ private:
         if (options_.samples_per_triangle > 0) sizes = sizes_by_source(members_, whole);
         report_.cells = sizes.cells;
         report_.coarse_charts = count - static_cast<uint32_t>(std::ranges::count(sizes.trimmed_levels, 0));
-        resampler_.emplace(ResampleInput{mesh_, context_.normals, quads_.surface, patches_}, sizes.cells,
-                           sizes.cells * attribute_ratio(sizes.cells, whole), std::move(sizes.trimmed_levels));
+        resampler_.emplace(ResampleInput{mesh_, context_.normals, quads_.surface, patches_, context_.looks},
+                           sizes.cells, sizes.cells * attribute_ratio(sizes.cells, whole),
+                           std::move(sizes.trimmed_levels));
         charts_.assign(count, {});
         choose_lattice(members_);
         resampler_->keep_corners_open();
@@ -597,7 +612,11 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     LODE_CHECK(source.triangle_count() > 0 && options.cells >= 2 && options.most_rounds > 0);
     std::vector<glm::vec3> made;
     if (source.normals.empty()) made = vertex_normals(source);
-    const RoundContext context{source, made.empty() ? source.normals : made, options, progress, work};
+    const std::span<const glm::vec3> normals = made.empty() ? source.normals : made;
+    std::optional<BakedLooks> looks;
+    if (options.bake_textures) looks.emplace(source, normals);
+    const bool bakes = looks && looks->attributes().baked;
+    const RoundContext context{source, normals, options, progress, work, bakes ? &*looks : nullptr};
     const auto surface_now = [&] {
         return surface_of(source, longest_edge(source, options.clusters.clusters), &report.changes);
     };
@@ -617,7 +636,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
             return fail(Fault::invariant, round.fault());
         if ((round.is_last() && round.fault().empty()) || std::ranges::find(bad, true) == bad.end()) {
             auto atlas = round.take();
-            if (atlas) atlas->attributes = attributes_of(source);
+            if (atlas) atlas->attributes = attributes_of_atlas(source, context.looks);
             return atlas;
         }
         surface = surface_now();

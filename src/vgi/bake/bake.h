@@ -37,6 +37,9 @@ struct AtlasOptions {
     // coarse where they hold nothing but normals: with textures or materials they are as fine as `cells` says, with
     // colours twice as fine as positions.
     double samples_per_triangle = 0;
+    // What textures hold is sampled into the images of attributes, which are as fine as texels of the source are and have
+    // no texture coordinates: base colours, metal and roughness, occlusion, emission, and maps of normals.
+    bool bake_textures = false;
 };
 
 // What was made, and how long it took.

@@ -40,6 +40,8 @@ void for_images(AtlasType& atlas, Visit&& visit) {
     visit("normals", atlas.normals, attributes);
     visit("uvs", atlas.uvs, attributes);
     visit("colours", atlas.colours, attributes);
+    visit("surfaces", atlas.surfaces, attributes);
+    visit("emissions", atlas.emissions, attributes);
     visit("materials", atlas.materials, attributes);
 }
 

@@ -10,11 +10,12 @@
 
 namespace lodestone::vgi {
 
-uint32_t attribute_words(const PresentAttributes& attributes) {
-    return 1u + (attributes.uvs ? 1u : 0u) + (attributes.colours ? 1u : 0u);
+uint32_t attribute_words(const AtlasAttributes& attributes) {
+    return 1u + (attributes.uvs ? 1u : 0u) + (attributes.colours ? 1u : 0u) + (attributes.surfaces ? 1u : 0u) +
+           (attributes.emissions ? 1u : 0u);
 }
 
-AttributePage packed_attributes(const Page& page, const PageTree& tree, const PresentAttributes& attributes,
+AttributePage packed_attributes(const Page& page, const PageTree& tree, const AtlasAttributes& attributes,
                                 uint32_t texel_words) {
     LODE_CHECK(texel_words >= attribute_words(attributes), texel_words);
     const size_t count = size_t{tree.samples_per_side()} * tree.samples_per_side();
@@ -30,9 +31,13 @@ AttributePage packed_attributes(const Page& page, const PageTree& tree, const Pr
             const uint32_t u = next(), v = next();
             *more++ = u | v << 16;
         }
-        if (attributes.colours) {
-            for (uint32_t k = 0; k < 4; ++k) *more |= next() << (8 * k);
-        }
+        const auto put_bytes = [&](bool there, uint32_t bytes) {
+            for (uint32_t k = 0; k < bytes && there; ++k) *more |= next() << (8 * k);
+            more += there;
+        };
+        put_bytes(attributes.colours, 4);
+        put_bytes(attributes.surfaces, 3);
+        put_bytes(attributes.emissions, 3);
         if (attributes.materials) *words |= next() << 16;
     }
     return packed;
@@ -57,7 +62,7 @@ void AttributePages::set_state(uint32_t number, PageState state) {
     entries_[number].state = state;
 }
 
-Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, const PresentAttributes& attributes) {
+Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, const AtlasAttributes& attributes) {
     const size_t count = size_t{tree.samples_per_side()} * tree.samples_per_side(), words = packed.size() / count;
     Page page;
     page.values.resize(count * channels_of(attributes, Layer::attributes).size());
@@ -73,9 +78,13 @@ Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, cons
             put(*word & 0xffff);
             put(*word++ >> 16);
         }
-        if (attributes.colours) {
-            for (uint32_t k = 0; k < 4; ++k) put(*word >> (8 * k) & 255);
-        }
+        const auto put_bytes = [&](bool there, uint32_t bytes) {
+            for (uint32_t k = 0; k < bytes && there; ++k) put(*word >> (8 * k) & 255);
+            word += there;
+        };
+        put_bytes(attributes.colours, 4);
+        put_bytes(attributes.surfaces, 3);
+        put_bytes(attributes.emissions, 3);
         if (attributes.materials) put(first >> 16);
     }
     return page;

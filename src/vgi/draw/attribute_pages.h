@@ -16,10 +16,10 @@ namespace lodestone::vgi {
 // Words of shaders/shared/vgi_texels.h, row by row; `texel_words` to a sample.
 using AttributePage = std::vector<uint32_t>;
 
-uint32_t attribute_words(const PresentAttributes& attributes);  // that a sample needs: 1 .. 3
-AttributePage packed_attributes(const Page& page, const PageTree& tree, const PresentAttributes& attributes,
+uint32_t attribute_words(const AtlasAttributes& attributes);  // that a sample needs: 1 .. 5
+AttributePage packed_attributes(const Page& page, const PageTree& tree, const AtlasAttributes& attributes,
                                 uint32_t texel_words);
-Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, const PresentAttributes& attributes);
+Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, const AtlasAttributes& attributes);
 
 // Object units between neighbouring samples of the attributes of a chart, level 0, on the average; from its coarsest
 // page of positions.

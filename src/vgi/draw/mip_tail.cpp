@@ -16,17 +16,21 @@ namespace {
 
 constexpr size_t charts_at_once = 64;
 
-// A sum of directions and colours, and of their weights.
+// A sum of directions, of colours and of what else is bytes, and of their weights.
 struct Sum {
     glm::vec3 normal{0};
-    glm::vec4 colour{0};
+    std::array<glm::vec4, 3> bytes{};  // of words that are four bytes each
     float weight = 0;
     void add(const Sum& other, float by) {
         normal += by * other.normal;
-        colour += by * other.colour;
+        for (size_t w = 0; w < bytes.size(); ++w) bytes[w] += by * other.bytes[w];
         weight += by * other.weight;
     }
-    Sum mean() const { return {normal / weight, colour / weight, 1}; }
+    Sum mean() const {
+        Sum sum;
+        sum.add(*this, 1 / weight);
+        return sum;
+    }
 };
 
 class SmallLevels {
@@ -37,7 +41,8 @@ public:
           coarsest_(coarsest),
           words_(texel_words),
           n_(tree_of(about, Layer::attributes).cells_per_page()),
-          colour_word_(about.attributes.colours ? 1 + (about.attributes.uvs ? 1u : 0u) : 0),
+          first_bytes_(1 + (about.attributes.uvs ? 1u : 0u)),
+          byte_words_(attribute_words(about.attributes) - first_bytes_),
           samples_(mip_tail_samples(n_)),
           corners_(size_t{4} * about.charts()) {
         for (uint32_t chart = 0; chart < about_.charts(); ++chart) {
@@ -94,8 +99,8 @@ private:
         const uint32_t* const words = texel(chart, i);
         Sum sum;
         sum.normal = unpack_octahedral({static_cast<int8_t>(*words & 255), static_cast<int8_t>(*words >> 8 & 255)});
-        if (colour_word_ > 0) {
-            for (int k = 0; k < 4; ++k) sum.colour[k] = static_cast<float>(words[colour_word_] >> (8 * k) & 255);
+        for (uint32_t w = 0; w < byte_words_; ++w) {
+            for (int k = 0; k < 4; ++k) sum.bytes[w][k] = static_cast<float>(words[first_bytes_ + w] >> (8 * k) & 255);
         }
         sum.weight = 1;
         return sum;
@@ -160,16 +165,19 @@ private:
                 const auto [u, v] = pack_octahedral(means[i].normal / length);
                 *to = (*to & 0xffff0000u) | static_cast<uint8_t>(u) | uint32_t{static_cast<uint8_t>(v)} << 8;
             }
-            if (colour_word_ == 0) continue;
-            uint32_t colour = 0;
-            for (int k = 0; k < 4; ++k) colour |= static_cast<uint32_t>(means[i].colour[k] + 0.5f) << (8 * k);
-            to[colour_word_] = colour;
+            for (uint32_t w = 0; w < byte_words_; ++w) {
+                uint32_t word = 0;
+                for (int k = 0; k < 4; ++k) word |= static_cast<uint32_t>(means[i].bytes[w][k] + 0.5f) << (8 * k);
+                to[first_bytes_ + w] = word;
+            }
         }
     }
 
     const Atlas& about_;
     const std::span<const std::shared_ptr<const AttributePage>> coarsest_;
-    const uint32_t words_, n_, colour_word_, samples_;
+    const uint32_t words_, n_;
+    const uint32_t first_bytes_, byte_words_;  // of a sample: words of four bytes each
+    const uint32_t samples_;
     DisjointSets corners_;  // of charts that are one: 4 * chart + the side that begins there
     AttributePage result_;
 };

@@ -136,7 +136,7 @@ public:
         : mirror_(mirror),
           draw_(draw),
           asset_(mirror.stored<gpu::VgiAsset>(draw, LODE_VGI_ASSETS, draw.words[LODE_VGI_WORD_ASSET])),
-          texel_words_(mirror.recipe().pipelines[lighting_pipeline].constants[1]) {
+          texel_words_(mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_WORDS_CONSTANT]) {
         lighting_.pipeline = lighting_pipeline;
     }
 

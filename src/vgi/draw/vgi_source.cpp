@@ -26,6 +26,14 @@ namespace lodestone::vgi {
 
 namespace {
 
+// VgiAsset::has.
+uint32_t attributes_of_samples(const AtlasAttributes& has) {
+    return (has.uvs ? LODE_VGI_HAS_UVS : 0u) | (has.colours ? LODE_VGI_HAS_COLOURS : 0u) |
+           (has.materials ? LODE_VGI_HAS_MATERIALS : 0u) | (has.surfaces ? LODE_VGI_HAS_SURFACES : 0u) |
+           (has.emissions ? LODE_VGI_HAS_EMISSIONS : 0u) | (has.baked ? LODE_VGI_BAKED : 0u) |
+           (has.mapped_normals ? LODE_VGI_MAPPED_NORMALS : 0u);
+}
+
 constexpr uint64_t most_list_bytes = uint64_t{48} << 20;
 constexpr uint64_t first_list_bytes = uint64_t{240} << 10;  // what lists have until they need more; whole patches
 constexpr uint64_t list_step = 120;                         // whole triangles, and whole patches
@@ -211,9 +219,7 @@ private:
             r.mip_tail_samples = mip_tail_samples(atlas.trees[1].cells_per_page());
             r.attribute_pages = atlas.trees[1].pages();
             r.attribute_cells = static_cast<uint32_t>(std::countr_zero(about.attribute_cells));
-            r.has = (about.attributes.uvs ? LODE_VGI_HAS_UVS : 0u) |
-                    (about.attributes.colours ? LODE_VGI_HAS_COLOURS : 0u) |
-                    (about.attributes.materials ? LODE_VGI_HAS_MATERIALS : 0u);
+            r.has = attributes_of_samples(about.attributes);
             r.leaf_step = static_cast<float>(about.step / (1u << about.leaf_shift));
             add_corners(atlas, r, corners);
             spacing.insert(spacing.end(), atlas.spacing.begin(), atlas.spacing.end());
@@ -557,9 +563,7 @@ uint32_t attributes_ever(std::span<const OpenAtlas> atlases) {
     uint32_t ever = 0;
     for (const OpenAtlas& atlas : atlases) {
         const Atlas& about = atlas.file->about();
-        if (about.attributes.uvs && !about.images.empty()) ever |= LODE_VGI_HAS_UVS;
-        if (about.attributes.colours) ever |= LODE_VGI_HAS_COLOURS;
-        if (about.attributes.materials) ever |= LODE_VGI_HAS_MATERIALS;
+        ever |= attributes_of_samples(about.attributes) & ~(about.images.empty() ? uint32_t{LODE_VGI_HAS_UVS} : 0u);
     }
     return ever;
 }

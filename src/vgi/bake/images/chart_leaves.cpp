@@ -361,7 +361,13 @@ private:
             leaf.place[k] = static_cast<uint16_t>((place[k] * leaf_places + side_length / 2) / side_length);
         cutting_.place_on_border(v, square, leaf);
         const SurfaceTriangle& t = mesh.triangles[triangle];
-        leaf.attributes = source_attributes(input_, atlas_, t.source, glm::dvec2(mesh.places.of(t)[corner]));
+        const glm::dvec2 of_source(mesh.places.of(t)[corner]);
+        leaf.attributes = source_attributes(input_, atlas_, t.source, of_source);
+        if (input_.looks != nullptr) {
+            TexelAttributes baked = leaf.attributes;
+            input_.looks->put(t.source, of_source, 0, baked);
+            leaf.attributes.colour = baked.colour;
+        }
         return leaf;
     }
 

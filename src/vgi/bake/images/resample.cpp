@@ -49,6 +49,16 @@ void rasterise(const std::array<IntegerPoint, 3>& corners, uint32_t cells, const
 }
 }  // namespace
 
+AtlasAttributes attributes_of_atlas(const TriMesh& mesh, const BakedLooks* looks) {
+    AtlasAttributes has = looks != nullptr ? looks->attributes() : AtlasAttributes{};
+    const PresentAttributes source = attributes_of(mesh);
+    has.normals = source.normals;
+    has.uvs = source.uvs && !has.baked;
+    has.colours = source.colours || has.colours;
+    has.materials = source.materials;
+    return has;
+}
+
 TexelAttributes source_attributes(const ResampleInput& input, const Atlas& atlas, uint32_t triangle,
                                   const glm::dvec2& place) {
     const TriMesh& mesh = input.mesh;
@@ -60,14 +70,14 @@ TexelAttributes source_attributes(const ResampleInput& input, const Atlas& atlas
     uint32_t largest = 0;
     for (uint32_t k = 0; k < 3; ++k) {
         normal += w[k] * glm::dvec3(input.normals[wedges[k]]);
-        if (!mesh.uvs.empty()) uv += w[k] * glm::dvec2(mesh.uvs[wedges[k]]);
+        if (atlas.attributes.uvs) uv += w[k] * glm::dvec2(mesh.uvs[wedges[k]]);
         if (!mesh.colours.empty()) colour += w[k] * glm::dvec4(mesh.colours[wedges[k]]);
         if (w[k] > w[largest]) largest = k;
     }
     TexelAttributes is;
     const double length = glm::length(normal);
     is.normal = pack_octahedral(length > 1e-12 ? glm::vec3(normal / length) : input.normals[wedges[largest]]);
-    if (!mesh.uvs.empty()) {
+    if (atlas.attributes.uvs) {
         for (int k = 0; k < 2; ++k) {
             const double s = atlas.uv_step[k] > 0 ? (uv[k] - atlas.uv_low[k]) / atlas.uv_step[k] : 0;
             is.uv[static_cast<size_t>(k)] =
@@ -86,7 +96,7 @@ Resampler::Resampler(const ResampleInput& input, uint32_t cells, uint32_t attrib
     LODE_CHECK(input.normals.size() == mesh.wedge_count());
     atlas_.cells = cells;
     atlas_.attribute_cells = attribute_cells;
-    atlas_.attributes = attributes_of(mesh);
+    atlas_.attributes = attributes_of_atlas(mesh, input.looks);
     atlas_.material_table = mesh.material_table;
     atlas_.images = mesh.images;
     glm::dvec3 low(1e300), high(-1e300);
@@ -98,7 +108,7 @@ Resampler::Resampler(const ResampleInput& input, uint32_t cells, uint32_t attrib
     atlas_.origin = low;
     extent_ = std::max({extent.x, extent.y, extent.z, 1e-30});
     set_step(0);
-    if (!mesh.uvs.empty()) set_uv_range();
+    if (atlas_.attributes.uvs) set_uv_range();
     atlas_.lay_out(std::move(trimmed_levels));
     LODE_CHECK(atlas_.charts() == patches_.sides.size(), patches_.sides.size());
     atlas_.make_room();
@@ -150,9 +160,7 @@ void Resampler::put(const Sampling& s, uint32_t x, uint32_t y, const SurfaceSamp
         const glm::dvec3 lattice = atlas_.rounded(place.point);
         for (int k = 0; k < 3; ++k) point[static_cast<size_t>(k)] = static_cast<uint16_t>(lattice[k]);
     }
-    const ChartMesh& patch = s.chart.patch;
-    const SurfaceTriangle& triangle = patch.triangles[place.triangle];
-    put_attributes(atlas_.attribute_texel(s.quad, x, y), triangle, patch.places.of(triangle), place.weights);
+    put_attributes(s, atlas_.attribute_texel(s.quad, x, y), place);
 }
 
 void Resampler::put_new(Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place) {
@@ -160,13 +168,34 @@ void Resampler::put_new(Sampling& s, uint32_t x, uint32_t y, const SurfaceSample
     if (x % s.ratio == 0 && y % s.ratio == 0) s.places[size_t{y} / s.ratio * s.row + x / s.ratio] = place;
 }
 
-void Resampler::put_attributes(size_t texel, const SurfaceTriangle& triangle, const CutPlaces::Corners& corners,
-                               const glm::dvec3& weights) {
+// Area of texture coordinates under a sample of the attributes, in a triangle of the chart.
+double Resampler::uv_per_sample(const Sampling& s, uint32_t triangle) const {
+    const ChartMesh& patch = s.chart.patch;
+    const SurfaceTriangle& part = patch.triangles[triangle];
+    const auto twice = [](const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
+        const glm::dvec2 e = b - a, f = c - a;
+        return std::abs(e.x * f.y - e.y * f.x);
+    };
+    const CutPlaces::Corners& at = patch.places.of(part);
+    const double of_source = twice(glm::dvec2(at[0]), glm::dvec2(at[1]), glm::dvec2(at[2])),
+                 flat =
+                     twice(patch.flat[part.vertices[0]], patch.flat[part.vertices[1]], patch.flat[part.vertices[2]]) *
+                     s.cells * s.cells;
+    return flat > 0 ? of_source * input_.looks->twice_uv_area(part.source) / flat : 0;
+}
+
+void Resampler::put_attributes(const Sampling& s, size_t texel, const SurfaceSample& sample) {
+    const ChartMesh& patch = s.chart.patch;
+    const SurfaceTriangle& triangle = patch.triangles[sample.triangle];
+    const CutPlaces::Corners& corners = patch.places.of(triangle);
     // From corners of the part to corners of the source triangle.
     glm::dvec2 place(0);
-    for (int k = 0; k < 3; ++k) place += weights[k] * glm::dvec2(corners[static_cast<size_t>(k)]);
-    const TexelAttributes is = source_attributes(input_, atlas_, triangle.source, place);
+    for (int k = 0; k < 3; ++k) place += sample.weights[k] * glm::dvec2(corners[static_cast<size_t>(k)]);
+    TexelAttributes is = source_attributes(input_, atlas_, triangle.source, place);
+    if (input_.looks != nullptr) input_.looks->put(triangle.source, place, uv_per_sample(s, sample.triangle), is);
     atlas_.normals[texel] = is.normal;
+    if (!atlas_.surfaces.empty()) atlas_.surfaces[texel] = is.surface;
+    if (!atlas_.emissions.empty()) atlas_.emissions[texel] = is.emission;
     if (!atlas_.uvs.empty()) atlas_.uvs[texel] = is.uv;
     if (!atlas_.colours.empty()) atlas_.colours[texel] = is.colour;
     if (!atlas_.materials.empty()) atlas_.materials[texel] = is.material;

@@ -10,6 +10,7 @@
 #include "vgi/asset/atlas.h"
 #include "vgi/asset/leaves.h"
 #include "vgi/bake/charts/chart_complex.h"
+#include "vgi/bake/images/baked_looks.h"
 #include "vgi/bake/images/borders.h"
 #include "vgi/bake/images/parameterise.h"
 #include "vgi/bake/images/untangle.h"
@@ -28,7 +29,11 @@ struct ResampleInput {
     std::span<const glm::vec3> normals;  // of the mesh, per wedge
     const Surface& surface;              // cut into quads
     const ChartComplex& patches;         // of the surface
+    const BakedLooks* looks = nullptr;   // of the mesh, where its textures are baked into the atlas
 };
+
+// What a mesh's samples have, with its textures baked or as they are; looks: null for these.
+AtlasAttributes attributes_of_atlas(const TriMesh& mesh, const BakedLooks* looks);
 
 // What a place of a source triangle looks like, as texels of the atlas have it. place: weights of the triangle's
 // corners 1 and 2.
@@ -73,8 +78,8 @@ private:
     // x, y: 0 .. attribute_cells_of(chart).
     void put_new(Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place);
     void put(const Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place);
-    void put_attributes(size_t texel, const SurfaceTriangle& triangle, const CutPlaces::Corners& corners,
-                        const glm::dvec3& weights);
+    void put_attributes(const Sampling& s, size_t texel, const SurfaceSample& place);
+    double uv_per_sample(const Sampling& s, uint32_t triangle) const;
 
     const ResampleInput input_;
     const ChartComplex& patches_;

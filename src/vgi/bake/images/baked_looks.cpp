@@ -1,0 +1,156 @@
+#include "vgi/bake/images/baked_looks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "base/srgb.h"
+#include "base/threads.h"
+#include "vgi/asset/atlas.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+double upright(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
+
+uint8_t byte_of(float share) { return static_cast<uint8_t>(std::lround(255 * std::clamp(share, 0.0f, 1.0f))); }
+uint8_t srgb_byte_of(float linear) {
+    return byte_of(static_cast<float>(srgb_from_linear(std::clamp(static_cast<double>(linear), 0.0, 1.0))));
+}
+
+}  // namespace
+
+BakedLooks::BakedLooks(const TriMesh& mesh, std::span<const glm::vec3> normals)
+    : mesh_(mesh), normals_(normals), colours_(mesh.images.size()), numbers_(mesh.images.size()) {
+    if (mesh.uvs.empty()) return;
+    std::vector<uint8_t> asked(2 * mesh.images.size(), 0);
+    for (const Material& m : mesh.material_table) {
+        for (const Texture* texture : m.textures()) {
+            const bool colour = texture == &m.base_colour_texture || texture == &m.emission_texture;
+            if (texture->there()) asked[2 * static_cast<size_t>(texture->image) + (colour ? 0 : 1)] = 1;
+        }
+    }
+    parallel_for(asked.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+            if (asked[i] == 0) continue;
+            (i % 2 == 0 ? colours_ : numbers_)[i / 2].emplace(mesh.images[i / 2],
+                                                              i % 2 == 0 ? Texels::colours : Texels::numbers);
+        }
+    });
+}
+
+AtlasAttributes BakedLooks::attributes() const {
+    AtlasAttributes has;
+    for (const Material& m : mesh_.material_table) {
+        has.colours = has.colours || m.base_colour_texture.there();
+        has.surfaces = has.surfaces || m.metallic_roughness_texture.there() || m.occlusion_texture.there();
+        has.emissions = has.emissions || m.emission_texture.there();
+        has.mapped_normals = has.mapped_normals || m.normal_texture.there();
+    }
+    has.baked = !mesh_.uvs.empty() && (has.colours || has.surfaces || has.emissions || has.mapped_normals);
+    return has.baked ? has : AtlasAttributes{};
+}
+
+double BakedLooks::twice_uv_area(uint32_t triangle) const {
+    const Triangle& t = mesh_.triangles[triangle];
+    return std::abs(upright(glm::dvec2(mesh_.uvs[t[1]]) - glm::dvec2(mesh_.uvs[t[0]]),
+                          glm::dvec2(mesh_.uvs[t[2]]) - glm::dvec2(mesh_.uvs[t[0]])));
+}
+
+const Material& BakedLooks::material_of(uint32_t triangle) const {
+    return mesh_.material_table[mesh_.materials.empty() ? 0 : mesh_.materials[mesh_.triangles[triangle][0]]];
+}
+
+double BakedLooks::texels() const {
+    if (mesh_.uvs.empty() || mesh_.material_table.empty()) return 0;
+    std::vector<double> finest;  // texels of a texture of side 1, per material
+    for (const Material& m : mesh_.material_table) {
+        double most = 0;
+        for (const Texture* texture : m.textures()) {
+            if (!texture->there()) continue;
+            const Image& image = mesh_.images[static_cast<size_t>(texture->image)];
+            const double turned = std::abs(upright(texture->place[0], texture->place[1]));
+            most = std::max(most, turned * static_cast<double>(image.width) * image.height);
+        }
+        finest.push_back(most);
+    }
+    double sum = 0;
+    for (uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
+        const size_t material = mesh_.materials.empty() ? 0 : mesh_.materials[mesh_.triangles[t][0]];
+        sum += 0.5 * twice_uv_area(t) * finest[material];
+    }
+    return sum;
+}
+
+std::optional<BakedLooks::LookedUp> BakedLooks::texture_of(const Texture& texture, Texels texels) const {
+    if (!texture.there()) return std::nullopt;
+    const auto& images = texels == Texels::colours ? colours_ : numbers_;
+    return LookedUp{&*images[static_cast<size_t>(texture.image)], &texture};
+}
+
+glm::vec4 BakedLooks::at(const LookedUp& from, const glm::dvec2& uv, double uv_per_sample) const {
+    const glm::dmat3x2 place(from.texture->place);
+    const double turned = std::abs(upright(place[0], place[1]));
+    const double texels = uv_per_sample * turned * from.image->width() * from.image->height();
+    return from.image->at(place * glm::dvec3(uv, 1), 0.5 * std::log2(std::max(texels, 1.0)), from.texture->wrap);
+}
+
+// As shaders/shared/materials.glsl has it, but of a triangle of the source.
+glm::vec3 BakedLooks::mapped_normal(uint32_t triangle, const Texture& texture, glm::vec3 map, float scale,
+                                    const glm::dvec3& normal) const {
+    const Triangle& t = mesh_.triangles[triangle];
+    const glm::dmat3x2 place(texture.place);
+    const auto placed = [&](uint32_t wedge) { return place * glm::dvec3(mesh_.uvs[wedge], 1); };
+    const glm::dvec3 p(mesh_.positions[mesh_.wedge_vertex[t[0]]]),
+        e = glm::dvec3(mesh_.positions[mesh_.wedge_vertex[t[1]]]) - p,
+        f = glm::dvec3(mesh_.positions[mesh_.wedge_vertex[t[2]]]) - p;
+    const glm::dvec2 first = placed(t[0]), uv_e = placed(t[1]) - first, uv_f = placed(t[2]) - first;
+    const double turned = upright(uv_e, uv_f), side = turned < 0 ? -1 : 1;
+    const glm::dvec3 along_u = side * (e * uv_f.y - f * uv_e.y), along_v = side * (f * uv_e.x - e * uv_f.x);
+    const glm::dvec3 tangent = along_u - normal * glm::dot(normal, along_u);
+    const double length = glm::length(tangent);
+    const glm::dvec3 bent = (2.0 * glm::dvec3(map) - 1.0) * glm::dvec3(scale, scale, 1);
+    if (turned == 0 || !(length > 0) || !(glm::dot(bent, bent) > 1e-6)) return normal;
+    glm::dvec3 up = glm::cross(normal, tangent / length);
+    if (glm::dot(up, along_v) > 0) up = -up;
+    return glm::normalize(tangent / length * bent.x + up * bent.y + normal * bent.z);
+}
+
+void BakedLooks::put(uint32_t triangle, const glm::dvec2& place, double uv_per_sample, TexelAttributes& is) const {
+    const Triangle& t = mesh_.triangles[triangle];
+    const double w[3] = {1 - place.x - place.y, place.x, place.y};
+    glm::dvec2 uv(0);
+    glm::dvec3 normal(0);
+    for (uint32_t k = 0; k < 3; ++k) {
+        uv += w[k] * glm::dvec2(mesh_.uvs[t[k]]);
+        normal += w[k] * glm::dvec3(normals_[t[k]]);
+    }
+    const Material& m = material_of(triangle);
+    if (const auto colour = texture_of(m.base_colour_texture, Texels::colours)) {
+        const glm::vec4 texture = at(*colour, uv, uv_per_sample);
+        for (int k = 0; k < 3; ++k)
+            is.colour[k] = srgb_byte_of(texture[k] * static_cast<float>(linear_from_srgb(is.colour[k] / 255.0)));
+        is.colour.w = byte_of(texture.w * static_cast<float>(is.colour.w) / 255);
+    }
+    if (const auto factors = texture_of(m.metallic_roughness_texture, Texels::numbers)) {
+        const glm::vec4 texture = at(*factors, uv, uv_per_sample);
+        is.surface[1] = byte_of(texture.y);
+        is.surface[2] = byte_of(texture.z);
+    }
+    if (const auto occlusion = texture_of(m.occlusion_texture, Texels::numbers))
+        is.surface[0] = byte_of(at(*occlusion, uv, uv_per_sample).x);
+    if (const auto emission = texture_of(m.emission_texture, Texels::colours)) {
+        const glm::vec4 texture = at(*emission, uv, uv_per_sample);
+        for (int k = 0; k < 3; ++k) is.emission[static_cast<size_t>(k)] = srgb_byte_of(texture[k]);
+    }
+    const auto map = texture_of(m.normal_texture, Texels::numbers);
+    const double length = glm::length(normal);
+    if (map && length > 1e-12) {
+        is.normal = pack_octahedral(
+            mapped_normal(triangle, m.normal_texture, at(*map, uv, uv_per_sample), m.normal_scale, normal / length));
+    }
+}
+
+}  // namespace lodestone::vgi

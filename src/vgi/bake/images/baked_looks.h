@@ -1,0 +1,50 @@
+// What textures of the source say of its surface, for the atlas to hold in their place: by chart and place, not by
+// texture coordinates. Factors of materials are not in it: they stay in the material.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "mesh/texture_lookup.h"
+#include "mesh/tri_mesh.h"
+#include "vgi/asset/leaves.h"
+
+namespace lodestone::vgi {
+
+class BakedLooks {
+public:
+    // The mesh must outlive this; normals: per wedge.
+    BakedLooks(const TriMesh& mesh, std::span<const glm::vec3> normals);
+
+    // Whether any material has a texture of the kind.
+    AtlasAttributes attributes() const;
+    // Of textures, as far as triangles use them: the finest of each material.
+    double texels() const;
+
+    // What is at a place of a triangle of the source. place: weights of its corners 1 and 2. uv_per_sample: area in the
+    // plane of texture coordinates that a sample stands for. Sets colour, surface, emission and normal where textures
+    // say something of them.
+    void put(uint32_t triangle, const glm::dvec2& place, double uv_per_sample, TexelAttributes& is) const;
+    // Twice the area of a triangle in the plane of texture coordinates.
+    double twice_uv_area(uint32_t triangle) const;
+
+private:
+    struct LookedUp {
+        const MippedImage* image;
+        const Texture* texture;
+    };
+    const Material& material_of(uint32_t triangle) const;
+    std::optional<LookedUp> texture_of(const Texture& texture, Texels texels) const;
+    glm::vec4 at(const LookedUp& from, const glm::dvec2& uv, double uv_per_sample) const;
+    glm::vec3 mapped_normal(uint32_t triangle, const Texture& texture, glm::vec3 map, float scale,
+                            const glm::dvec3& normal) const;
+
+    const TriMesh& mesh_;
+    const std::span<const glm::vec3> normals_;
+    std::vector<std::optional<MippedImage>> colours_, numbers_;  // per image, where some texture means it so
+};
+
+}  // namespace lodestone::vgi

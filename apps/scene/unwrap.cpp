@@ -21,8 +21,9 @@ Result<UnwrapDone> unwrap_mesh(const TriMesh& mesh, const UnwrapChoices& choices
     if (!choices.bake) return done;
     progress.at("textures", 0);
     const Stopwatch watch;
-    const auto images = vgi::bake_textures(mesh, done.unwrapped, options.textures, choices.resolution);
-    vgi::use_textures(done.unwrapped.mesh, images, std::max<size_t>(1, mesh.material_table.size()));
+    vgi::use_textures(done.unwrapped.mesh,
+                      vgi::bake_textures(mesh, done.unwrapped, options.textures, choices.resolution),
+                      mesh.material_table);
     done.bake_seconds = watch.wall();
     return done;
 }

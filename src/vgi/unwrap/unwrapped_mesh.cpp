@@ -106,7 +106,9 @@ private:
         for (uint32_t s = 0; s < squares_; ++s) {
             for (size_t m = 0; m < materials_; ++m) {
                 Material material = source_.material_table.empty() ? Material{} : source_.material_table[m];
-                material.base_colour_texture.image = -1;
+                for (Texture* texture : material.textures()) {
+                    if (texture->there()) leave_out(material, *texture);
+                }
                 if (squares_ > 1) material.name += (material.name.empty() ? "texture" : "-") + std::to_string(s);
                 made_.mesh.material_table.push_back(material);
             }

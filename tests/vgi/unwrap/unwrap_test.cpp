@@ -245,7 +245,7 @@ glm::dvec3 texel_at(const Image& image, const glm::dvec2& uv) {
 TEST(TextureBake, WhatWasPaintedThroughFragmentsComesBack) {
     const TriMesh source = painted(fixtures::repaired(Shape::rock, 1200), 32);
     const Unwrapped made = unwrapped(source).result;
-    const auto images = bake_textures(source, made, 1, 1024);
+    const auto images = bake_textures(source, made, 1, 1024).of(Look::colour);
     ASSERT_EQ(images.size(), 1u);
     double squared = 0;
     size_t count = 0;
@@ -274,7 +274,8 @@ TEST(TextureBake, OneColourFillsTheWholeSquare) {
     source.material_table = {red};
     source.materials.assign(source.wedge_count(), 0);
     const Unwrapped made = unwrapped(source).result;
-    for (const Image& image : bake_textures(source, made, 1, 128)) {
+    const BakedTextures baked = bake_textures(source, made, 1, 128);
+    for (const Image& image : baked.of(Look::colour)) {
         for (const glm::u8vec4& t : image.texels) EXPECT_EQ(t, glm::u8vec4(255, 137, 0, 255));
     }
 }
@@ -290,7 +291,7 @@ TEST(TextureBake, ColoursAreMeansOfLight) {
     source.material_table = {material};
     source.materials.assign(source.wedge_count(), 0);
     const Unwrapped made = unwrapped(source).result;
-    const Image small = bake_textures(source, made, 1, 8)[0];
+    const Image small = bake_textures(source, made, 1, 8).of(Look::colour)[0];
     for (const glm::u8vec4& t : small.texels) EXPECT_NEAR(t.x, 188, 12);  // half of the light, not half of the byte
 }
 

@@ -1,0 +1,203 @@
+#include "vgi/unwrap/old_looks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "base/srgb.h"
+
+namespace lodestone::vgi {
+
+namespace {
+
+using Bytes = std::array<float, 256>;
+
+const Bytes& linear_of_colours() {
+    static const Bytes table = [] {
+        Bytes made{};
+        for (size_t i = 0; i < made.size(); ++i)
+            made[i] = static_cast<float>(linear_from_srgb(static_cast<double>(i) / 255));
+        return made;
+    }();
+    return table;
+}
+const Bytes& shares() {
+    static const Bytes table = [] {
+        Bytes made{};
+        for (size_t i = 0; i < made.size(); ++i) made[i] = static_cast<float>(i) / 255;
+        return made;
+    }();
+    return table;
+}
+
+// The texel of an image that goes on. at: a whole number.
+size_t texel_of(double at, uint32_t size, Wrap wrap) {
+    if (at >= 0 && at < size) return static_cast<size_t>(at);
+    if (!std::isfinite(at)) return 0;
+    if (wrap == Wrap::clamp) return static_cast<size_t>(std::clamp(at, 0.0, static_cast<double>(size) - 1));
+    const double period = wrap == Wrap::mirror ? 2.0 * size : size, rest = std::fmod(at, period);
+    const double within = rest < 0 ? rest + period : rest;
+    return static_cast<size_t>(within < size ? within : 2.0 * size - 1 - within);
+}
+// The one after it.
+size_t next_texel(size_t texel, double at, uint32_t size, Wrap wrap) {
+    if (wrap == Wrap::repeat) return texel + 1 == size ? 0 : texel + 1;
+    return texel_of(at + 1, size, wrap);
+}
+
+// Between the four texels around; values: of bytes, but of alpha.
+glm::vec4 looked_up(const OldImage& from, const glm::dvec2& offset, const Bytes& values) {
+    const Image& image = *from.image;
+    const glm::dvec2 uv = from.at + from.by_x * offset.x + from.by_y * offset.y;
+    const double x = uv.x * image.width - 0.5, y = uv.y * image.height - 0.5, left = std::floor(x), top = std::floor(y);
+    const auto [across, down] = from.wrap;
+    const size_t x0 = texel_of(left, image.width, across), x1 = next_texel(x0, left, image.width, across);
+    const size_t y0 = texel_of(top, image.height, down), y1 = next_texel(y0, top, image.height, down);
+    const auto fx = static_cast<float>(x - left), fy = static_cast<float>(y - top);
+    const auto at = [&](size_t column, size_t row) {
+        const glm::u8vec4& t = image.texels[row * image.width + column];
+        return glm::vec4(values[t.x], values[t.y], values[t.z], static_cast<float>(t.w) / 255);
+    };
+    return glm::mix(glm::mix(at(x0, y0), at(x1, y0), fx), glm::mix(at(x0, y1), at(x1, y1), fx), fy);
+}
+
+const Material& white() {
+    static const Material material;
+    return material;
+}
+
+double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
+
+}  // namespace
+
+// Corners in space.
+struct OldLooks::Solid {
+    glm::dvec3 at, e, f;
+};
+
+OldLooks::OldLooks(const TriMesh& source, const Unwrapped& unwrapped, uint32_t triangle, uint32_t resolution, Look look,
+                   float brightest)
+    : look_(look), brightest_(brightest), material_(&white()) {
+    const SurfaceTriangle& part = unwrapped.parts[triangle];
+    const CutPlaces::Corners& places = unwrapped.places.of(part);
+    const Triangle& was = source.triangles[part.source];
+    std::array<glm::dvec2, 3> old{};
+    for (size_t k = 0; k < 3; ++k) {
+        const uint32_t wedge = unwrapped.mesh.triangles[triangle][k];
+        corners_[k] = glm::dvec2(unwrapped.mesh.uvs[wedge]) * static_cast<double>(resolution);
+        if (source.uvs.empty()) continue;
+        const glm::dvec2 place(places[k]);
+        old[k] = glm::dvec2(source.uvs[was[0]]) * (1 - place.x - place.y) + glm::dvec2(source.uvs[was[1]]) * place.x +
+                 glm::dvec2(source.uvs[was[2]]) * place.y;
+    }
+    twice_area_ = cross(corners_[1] - corners_[0], corners_[2] - corners_[0]);
+    if (source.material_table.empty() || flat()) return;
+    material_ = &source.material_table[source.materials.empty() ? 0 : source.materials[was[0]]];
+    if (source.uvs.empty()) return;
+    const std::array<const Texture*, look_count> textures = {&material_->base_colour_texture,
+                                                             &material_->metallic_roughness_texture,
+                                                             &material_->normal_texture, &material_->emission_texture};
+    place(images_[0], source, *textures[static_cast<size_t>(look)], old);
+    if (look == Look::surface) place(images_[1], source, material_->occlusion_texture, old);
+    if (look == Look::normals && images_[0].image != nullptr) set_frames(unwrapped, triangle, old);
+}
+
+void OldLooks::place(OldImage& image, const TriMesh& source, const Texture& texture,
+                     const std::array<glm::dvec2, 3>& old) const {
+    if (!texture.there()) return;
+    image.image = &source.images[static_cast<size_t>(texture.image)];
+    image.wrap = texture.wrap;
+    std::array<glm::dvec2, 3> at;
+    for (size_t k = 0; k < 3; ++k) at[k] = glm::dmat3x2(texture.place) * glm::dvec3(old[k], 1);
+    const glm::dvec2 e = corners_[1] - corners_[0], f = corners_[2] - corners_[0], old_e = at[1] - at[0],
+                     old_f = at[2] - at[0];
+    image.at = at[0];
+    image.by_x = (old_e * f.y - old_f * e.y) / twice_area_;
+    image.by_y = (old_f * e.x - old_e * f.x) / twice_area_;
+}
+
+// Of no length where texture coordinates have no area.
+OldLooks::Frame OldLooks::frame_of(const Solid& solid, const std::array<glm::dvec2, 3>& texcoords) const {
+    const glm::dvec2 e = texcoords[1] - texcoords[0], f = texcoords[2] - texcoords[0];
+    const double area = cross(e, f);
+    if (area == 0 || !std::isfinite(area)) return {};
+    // Rows of images go down, and up is against them.
+    return {(solid.e * f.y - solid.f * e.y) / area, area > 0 ? -1.0 : 1.0};
+}
+
+void OldLooks::set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& old) {
+    const TriMesh& mesh = unwrapped.mesh;
+    const glm::dvec3 p(mesh.position_of(triangle, 0));
+    const Solid solid{p, glm::dvec3(mesh.position_of(triangle, 1)) - p, glm::dvec3(mesh.position_of(triangle, 2)) - p};
+    std::array<glm::dvec2, 3> placed;
+    for (size_t k = 0; k < 3; ++k) placed[k] = glm::dmat3x2(material_->normal_texture.place) * glm::dvec3(old[k], 1);
+    old_frame_ = frame_of(solid, placed);
+    new_frame_ = frame_of(solid, corners_);
+    normal_ = glm::cross(solid.e, solid.f);
+    if (mesh.normals.empty()) return;
+    const Triangle& wedges = mesh.triangles[triangle];
+    const glm::dvec3 n(mesh.normals[wedges[0]]), n_e = glm::dvec3(mesh.normals[wedges[1]]) - n,
+                                                 n_f = glm::dvec3(mesh.normals[wedges[2]]) - n;
+    const glm::dvec2 e = corners_[1] - corners_[0], f = corners_[2] - corners_[0];
+    normal_ = n;
+    normal_by_x_ = (n_e * f.y - n_f * e.y) / twice_area_;
+    normal_by_y_ = (n_f * e.x - n_e * f.x) / twice_area_;
+}
+
+double OldLooks::texels_per_texel() const {
+    double most = 0;
+    for (const OldImage& image : images_) {
+        if (image.image == nullptr) continue;
+        const glm::dvec2 size(image.image->width, image.image->height);
+        most = std::max({most, glm::length(image.by_x * size), glm::length(image.by_y * size)});
+    }
+    return most;
+}
+
+// Turned about the surface's normal from the old frame to the new one.
+glm::vec4 OldLooks::normal_at(const glm::dvec2& offset) const {
+    const glm::vec4 straight(0, 0, 1, 1);
+    if (images_[0].image == nullptr) return straight;
+    const glm::dvec3 found = 2.0 * glm::dvec3(looked_up(images_[0], offset, shares())) - 1.0;
+    const glm::dvec3 bent = found * glm::dvec3(material_->normal_scale, material_->normal_scale, 1);
+    glm::dvec3 n = normal_ + normal_by_x_ * offset.x + normal_by_y_ * offset.y;
+    const double length = glm::length(n);
+    if (!(length > 0)) return straight;
+    n /= length;
+    const glm::dvec3 old_across = old_frame_.across - n * glm::dot(n, old_frame_.across),
+                     new_across = new_frame_.across - n * glm::dot(n, new_frame_.across);
+    const double lengths = glm::length(old_across) * glm::length(new_across), bent_length = glm::length(bent);
+    if (!(lengths > 0 && bent_length > 0)) return straight;
+    const glm::dvec3 along = (bent.x * old_across + bent.y * old_frame_.handed * glm::cross(n, old_across)) / lengths;
+    const double across = glm::dot(along, new_across),
+                 up = new_frame_.handed * glm::dot(along, glm::cross(n, new_across));
+    return {glm::dvec3(across, up, bent.z) / bent_length, 1};
+}
+
+glm::vec4 OldLooks::at(const glm::dvec2& offset) const {
+    const OldImage &first = images_[0], &second = images_[1];
+    if (look_ == Look::normals) return normal_at(offset);
+    if (look_ == Look::surface) {
+        glm::vec4 value(1, material_->roughness, material_->metallic, 1);
+        if (first.image != nullptr) {
+            const glm::vec4 t = looked_up(first, offset, shares());
+            value *= glm::vec4(1, t.y, t.z, 1);
+        }
+        if (second.image != nullptr)
+            value.x = 1 + material_->occlusion_strength * (looked_up(second, offset, shares()).x - 1);
+        return value;
+    }
+    if (look_ == Look::emission) {
+        glm::vec4 value(material_->emission / brightest_, 1);
+        if (first.image != nullptr) value *= looked_up(first, offset, linear_of_colours());
+        return {glm::vec3(value), 1};
+    }
+    glm::vec4 value = material_->base_colour;
+    if (first.image != nullptr) value *= looked_up(first, offset, linear_of_colours());
+    // glTF's opaque materials have no alpha, whatever their textures hold.
+    if (material_->shading != Shading::plain && material_->alpha_mode == AlphaMode::opaque) value.w = 1;
+    return value;
+}
+
+}  // namespace lodestone::vgi

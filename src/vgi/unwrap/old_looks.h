@@ -1,0 +1,67 @@
+// How a mesh looked by its old texture coordinates, at places of its new square.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include "mesh/tri_mesh.h"
+#include "vgi/unwrap/unwrap.h"
+
+namespace lodestone::vgi {
+
+// What is baked into an image of its own.
+enum class Look : uint8_t {
+    colour,    // linear base colour and alpha
+    surface,   // occlusion, roughness, metal
+    normals,   // a unit vector in the tangent frame of the new texture coordinates
+    emission,  // linear, in shares of the brightest
+};
+inline constexpr size_t look_count = 4;
+
+// An image under a triangle.
+struct OldImage {
+    const Image* image = nullptr;  // null for none
+    std::array<Wrap, 2> wrap{Wrap::repeat, Wrap::repeat};
+    glm::dvec2 at{0}, by_x{0}, by_y{0};  // texture coordinates at the triangle's first corner, and by texel from it
+};
+
+// A triangle of the unwrapped mesh. Offsets are in texels of the new square from its first corner.
+class OldLooks {
+public:
+    // resolution: texels along a side of the square. brightest: of emission, > 0.
+    OldLooks(const TriMesh& source, const Unwrapped& unwrapped, uint32_t triangle, uint32_t resolution, Look look,
+             float brightest);
+
+    const std::array<glm::dvec2, 3>& corners() const { return corners_; }  // in texels, rows from the top
+    bool flat() const { return twice_area_ == 0; }                         // whether it has no area there
+    double texels_per_texel() const;  // of the old images, the most along an axis; 0 where there are none
+    glm::vec4 at(const glm::dvec2& offset) const;
+
+private:
+    // Directions in which texture coordinates grow across and images go up: perpendicular to the normal once it is
+    // known.
+    struct Frame {
+        glm::dvec3 across{0};  // no unit vector
+        double handed = 1;     // up is handed * cross(normal, across)
+    };
+    struct Solid;
+    Frame frame_of(const Solid& solid, const std::array<glm::dvec2, 3>& texcoords) const;
+    void place(OldImage& image, const TriMesh& source, const Texture& texture,
+               const std::array<glm::dvec2, 3>& old) const;
+    void set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& old);
+    glm::vec4 normal_at(const glm::dvec2& offset) const;
+
+    std::array<glm::dvec2, 3> corners_;
+    double twice_area_ = 0;
+    Look look_;
+    float brightest_;
+    const Material* material_;
+    std::array<OldImage, 2> images_;  // of the look; the second is occlusion's
+    Frame old_frame_, new_frame_;     // of normals
+    glm::dvec3 normal_{0}, normal_by_x_{0}, normal_by_y_{0};
+};
+
+}  // namespace lodestone::vgi

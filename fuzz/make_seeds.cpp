@@ -61,8 +61,17 @@ TriMesh painted(TriMesh mesh) {
     mesh.materials.resize(mesh.wedge_count(), 0);
     Material material;
     material.name = "paint";
-    material.base_colour_texture.image = 0;
-    mesh.material_table = {material};
+    material.shading = Shading::metallic_roughness;
+    material.alpha_mode = AlphaMode::mask;
+    material.double_sided = true;
+    material.metallic = material.roughness = material.normal_scale = material.occlusion_strength = 0.5f;
+    material.emission = {3, 2, 1};
+    for (Texture* texture : material.textures()) *texture = {0, {Wrap::clamp, Wrap::mirror}, {{0, -2}, {3, 0}, {1, 1}}};
+    material.base_colour_texture.place = Texture{}.place;
+    mesh.material_table = {material, material};
+    mesh.material_table[1].shading = Shading::unlit;
+    mesh.material_table[1].alpha_mode = AlphaMode::blend;
+    for (const uint32_t w : mesh.triangles[0]) mesh.materials[w] = 1;
     mesh.images = {Image{2, 2, std::vector<glm::u8vec4>(4, {9, 8, 7, 255})}};
     return mesh;
 }
@@ -106,7 +115,9 @@ void make_meshes(Seeds& seeds) {
     stream.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(stream.data()), stream.size(),
                                              corners.data(), 3, 12));
     seeds.put("meshopt", "attributes", std::string("\0\x0c\3\0", 4) + stream);
-    const std::string library = "newmtl red\nKd 1 0 0\nd 0.5\nmap_Kd -s 1 1 1 a.png\n";
+    const std::string library =
+        "newmtl red\nKd 1 0 0\nd 0.5\nPm 1\nPr 0.5\nKe 3 2 1\nmap_Kd -s 1 1 1 a.png\nmap_d a.png\nmap_Ke a.png\nnorm "
+        "-bm 0.5 a.png\n";
     const std::string obj =
         "mtllib a.mtl\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 0 0 1\nvt 0 0\nvn 0 0 1\ng a\nusemtl red\n"
         "f 1/1/1 2/1/1 \\\n3//1 4/1\nf -1 -2 -3\n";

@@ -11,6 +11,7 @@
 #include <csetjmp>
 #include <cstdlib>
 #include <cstring>
+#include <string_view>
 
 #include "base/files/file.h"
 
@@ -27,7 +28,30 @@ std::string wrong_size(uint64_t width, uint64_t height, uint32_t most_side) {
            std::to_string(most_side) + " a side";
 }
 
-Result<Image> decode_png(std::span<const std::byte> bytes, const std::string& name, uint32_t most_side) {
+// The PNG without what says what its numbers stand for (gAMA and others): they are taken as they are.
+std::vector<std::byte> without_colour_space(std::span<const std::byte> png) {
+    constexpr size_t signature = 8, around = 12;  // length, type and sum of a chunk
+    constexpr std::array<std::string_view, 4> dropped = {"gAMA", "cHRM", "iCCP", "sRGB"};
+    std::vector<std::byte> kept(png.begin(), png.begin() + static_cast<ptrdiff_t>(std::min(png.size(), signature)));
+    for (size_t at = signature; at < png.size();) {
+        const auto rest = png.subspan(at);
+        size_t bytes = rest.size();  // what is no chunk stays as it is
+        std::string_view type;
+        if (bytes >= around) {
+            uint32_t length = 0;
+            for (size_t k = 0; k < 4; ++k) length = length << 8 | std::to_integer<uint32_t>(rest[k]);
+            bytes = std::min<size_t>(bytes, size_t{length} + around);
+            type = {reinterpret_cast<const char*>(rest.data()) + 4, 4};
+        }
+        if (std::ranges::find(dropped, type) == dropped.end())
+            kept.insert(kept.end(), rest.begin(), rest.begin() + static_cast<ptrdiff_t>(bytes));
+        at += bytes;
+    }
+    return kept;
+}
+
+Result<Image> decode_png(std::span<const std::byte> file, const std::string& name, uint32_t most_side) {
+    const std::vector<std::byte> bytes = without_colour_space(file);
     png_image png{};
     png.version = PNG_IMAGE_VERSION;
     if (png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) == 0)
@@ -38,6 +62,7 @@ Result<Image> decode_png(std::span<const std::byte> bytes, const std::string& na
         return wrong(name, fits ? "PNG: the file is cut" : wrong_size(png.width, png.height, most_side));
     }
     png.format = PNG_FORMAT_RGBA;
+    png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;  // numbers of 16 bits are no others than those of 8
     Image image{png.width, png.height, {}};
     image.texels.resize(size_t{png.width} * png.height);
     if (png_image_finish_read(&png, nullptr, image.texels.data(), 0, nullptr) == 0)

@@ -10,8 +10,9 @@
 
 namespace lodestone {
 
-// Decodes PNG (any kind, to 8 bits), JPEG or WebP (one picture), told by content. `name` is only for messages. Images of more than
-// most_side texels along a side are refused.
+// Decodes PNG (any kind, to 8 bits), JPEG or WebP (one picture), told by content. Numbers are taken as they are,
+// whatever the file says of gamma or colour space. `name` is only for messages. Images of more than most_side texels
+// along a side are refused.
 Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name,
                            uint32_t most_side = Limits{}.image_side);
 // Whether a PNG has as many bytes as what its header promises takes at least: asked before room is made for it.

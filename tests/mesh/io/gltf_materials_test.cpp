@@ -1,6 +1,7 @@
 // What is read of glTF's materials.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <png.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -258,6 +259,38 @@ TEST_F(GltfMaterials, ExtensionsThatAreNotReadAreToldOnceByName) {
     EXPECT_THAT(told_.warnings,
                 testing::UnorderedElementsAre(HasSubstr("requires the extension KHR_materials_clearcoat"),
                                               HasSubstr("uses the extension KHR_materials_transmission")));
+}
+
+TEST(Images, OfPngHaveItsNumbersWhateverItsGammaIs) {
+    for (const bool wide : {false, true}) {
+        for (const double gamma : {0.0, 0.2, 1.0}) {
+            std::vector<std::byte> file;
+            png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+            png_infop info = png_create_info_struct(png);
+            png_set_write_fn(
+                png, &file,
+                [](png_structp to, png_bytep bytes, size_t size) {
+                    auto* into = static_cast<std::vector<std::byte>*>(png_get_io_ptr(to));
+                    const auto* from = reinterpret_cast<const std::byte*>(bytes);
+                    into->insert(into->end(), from, from + size);
+                },
+                nullptr);
+            png_set_IHDR(png, info, 2, 1, wide ? 16 : 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+                         PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+            if (gamma > 0) png_set_gAMA(png, info, gamma);
+            png_write_info(png, info);
+            const std::array<uint8_t, 6> narrow = {128, 127, 255, 0, 30, 200};
+            std::array<uint8_t, 12> row{};
+            for (size_t i = 0; i < 6; ++i) row[wide ? 2 * i : i] = row[wide ? 2 * i + 1 : i] = narrow[i];
+            png_write_row(png, row.data());
+            png_write_end(png, nullptr);
+            png_destroy_write_struct(&png, &info);
+            const auto image = decode_image(file, "a.png");
+            ASSERT_TRUE(image) << image.error().message;
+            EXPECT_THAT(image->texels, ElementsAre(glm::u8vec4(128, 127, 255, 255), glm::u8vec4(0, 30, 200, 255)))
+                << wide << " " << gamma;
+        }
+    }
 }
 
 // Khronos' own test files.

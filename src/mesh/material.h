@@ -73,6 +73,7 @@ struct Material {
         return {&base_colour_texture, &metallic_roughness_texture, &normal_texture, &occlusion_texture,
                 &emission_texture};
     }
+    // The same, to be changed.
     std::array<Texture*, 5> textures() {
         return {&base_colour_texture, &metallic_roughness_texture, &normal_texture, &occlusion_texture,
                 &emission_texture};

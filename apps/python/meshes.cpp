@@ -160,6 +160,29 @@ py::list images_of(const py::object& self) {
     return images;
 }
 
+py::object texture_of(const Texture& t) {
+    if (!t.there()) return py::none();
+    const auto word = [](Wrap wrap) {
+        return wrap == Wrap::repeat ? "repeat" : wrap == Wrap::clamp ? "clamp" : "mirror";
+    };
+    py::dict texture;
+    texture["image"] = t.image;
+    texture["wrap"] = py::make_tuple(word(t.wrap[0]), word(t.wrap[1]));
+    texture["place"] = py::make_tuple(py::make_tuple(t.place[0].x, t.place[1].x, t.place[2].x),
+                                      py::make_tuple(t.place[0].y, t.place[1].y, t.place[2].y));
+    return texture;
+}
+
+py::dict textures_of(const Material& m) {
+    py::dict textures;
+    textures["base_colour"] = texture_of(m.base_colour_texture);
+    textures["metallic_roughness"] = texture_of(m.metallic_roughness_texture);
+    textures["normal"] = texture_of(m.normal_texture);
+    textures["occlusion"] = texture_of(m.occlusion_texture);
+    textures["emission"] = texture_of(m.emission_texture);
+    return textures;
+}
+
 py::list materials_of(const std::vector<Material>& table) {
     py::list materials;
     for (const Material& m : table) {
@@ -169,6 +192,19 @@ py::list materials_of(const std::vector<Material>& table) {
         material["image"] =
             m.base_colour_texture.image < 0 ? py::object(py::none()) : py::int_(m.base_colour_texture.image);
         material["double_sided"] = m.double_sided;
+        material["shading"] = m.shading == Shading::plain   ? "plain"
+                              : m.shading == Shading::unlit ? "unlit"
+                                                            : "metallic_roughness";
+        material["alpha_mode"] = m.alpha_mode == AlphaMode::opaque ? "opaque"
+                                 : m.alpha_mode == AlphaMode::mask ? "mask"
+                                                                   : "blend";
+        material["alpha_cutoff"] = m.alpha_cutoff;
+        material["metallic"] = m.metallic;
+        material["roughness"] = m.roughness;
+        material["normal_scale"] = m.normal_scale;
+        material["occlusion_strength"] = m.occlusion_strength;
+        material["emission"] = py::make_tuple(m.emission.x, m.emission.y, m.emission.z);
+        material["textures"] = textures_of(m);
         materials.append(material);
     }
     return materials;
@@ -234,8 +270,13 @@ void bind_meshes(py::module_& module) {
                                "(n,) uint16 into material_table, or None.")
         .def_property_readonly(
             "material_table", of_mesh([](Self, TheMesh m) { return materials_of(m.material_table); }),
-            "A list of dicts: name, base_colour (linear RGBA, 0 .. 1), image (into images, or None), double_sided.")
-        .def_property_readonly("images", images_of, "Textures: a list of (height, width, 4) uint8, sRGB and alpha.")
+            "A list of dicts: name, base_colour (linear RGBA, 0 .. 1), image (of the base colour, into images, or "
+            "None), "
+            "double_sided; shading, alpha_mode, alpha_cutoff, metallic, roughness, normal_scale, occlusion_strength, "
+            "emission (linear RGB), textures (docs/materials.md): a dict of base_colour, metallic_roughness, normal, "
+            "occlusion, emission, each None or a dict of image, wrap and place, 2 x 3 numbers by which (u, v, 1) is "
+            "where it is looked up.")
+        .def_property_readonly("images", images_of, "Textures: a list of (height, width, 4) uint8; colours are sRGB.")
         .def_property_readonly(
             "name", [](const Mesh& mesh) { return mesh.named->name; }, "What it is called: of a file, its name.")
         .def("write", write, py::arg("path"), "Writes a .ply, .obj or .glb file, which appears whole or not at all.");

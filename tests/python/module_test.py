@@ -92,6 +92,28 @@ class Meshes(unittest.TestCase):
             with self.assertRaises(lodestone.UsageError):
                 mesh.write("a.stl")
 
+    def test_tell_all_of_their_materials(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            vase = lodestone.generate("vase", 500)
+            vase.write(folder / "vase.obj")
+            image = next(folder.glob("vase-0.*")).name
+            library = folder / "vase.mtl"
+            library.write_text(library.read_text() + f"Pm 1\nPr 0.25\nKe 1 2 3\nd 0.5\nnorm -bm 0.5 {image}\n")
+            read = lodestone.read(folder / "vase.obj")
+            (material,) = read.material_table
+            self.assertEqual(material["shading"], "metallic_roughness")
+            self.assertEqual((material["metallic"], material["roughness"]), (1, 0.25))
+            self.assertEqual(material["emission"], (1, 2, 3))
+            self.assertEqual((material["alpha_mode"], material["base_colour"][3]), ("blend", 0.5))
+            self.assertEqual(material["normal_scale"], 0.5)
+            textures = material["textures"]
+            self.assertEqual(textures["base_colour"]["image"], material["image"])
+            self.assertEqual(textures["normal"]["wrap"], ("repeat", "repeat"))
+            np.testing.assert_array_equal(textures["normal"]["place"], [[1, 0, 0], [0, 1, 0]])
+            self.assertIsNone(textures["occlusion"])
+            self.assertEqual(len(read.images), 1)
+
 
 class Simplification(unittest.TestCase):
     def test_comes_under_a_triangle_count_or_an_error(self):

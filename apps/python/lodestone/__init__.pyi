@@ -66,7 +66,7 @@ class Mesh:
     @property
     def materials(self) -> Optional[NDArray[np.uint16]]: ...  # (n,), into material_table
     @property
-    def material_table(self) -> list[dict[str, Any]]: ...  # name, base_colour, image, double_sided
+    def material_table(self) -> list[dict[str, Any]]: ...  # docs/materials.md: name, shading, textures and more
     @property
     def images(self) -> list[NDArray[np.uint8]]: ...  # (height, width, 4) each, sRGB and alpha
     @property

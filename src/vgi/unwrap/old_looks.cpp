@@ -71,9 +71,9 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y 
 
 }  // namespace
 
-// Corners in space.
+// A triangle in space.
 struct OldLooks::Solid {
-    glm::dvec3 at, e, f;
+    glm::dvec3 e, f;  // sides
 };
 
 OldLooks::OldLooks(const TriMesh& source, const Unwrapped& unwrapped, uint32_t triangle, uint32_t resolution, Look look,
@@ -118,7 +118,7 @@ void OldLooks::place(OldImage& image, const TriMesh& source, const Texture& text
 }
 
 // Of no length where texture coordinates have no area.
-OldLooks::Frame OldLooks::frame_of(const Solid& solid, const std::array<glm::dvec2, 3>& texcoords) const {
+OldLooks::Frame OldLooks::frame_of(const Solid& solid, const std::array<glm::dvec2, 3>& texcoords) {
     const glm::dvec2 e = texcoords[1] - texcoords[0], f = texcoords[2] - texcoords[0];
     const double area = cross(e, f);
     if (area == 0 || !std::isfinite(area)) return {};
@@ -129,7 +129,7 @@ OldLooks::Frame OldLooks::frame_of(const Solid& solid, const std::array<glm::dve
 void OldLooks::set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& old) {
     const TriMesh& mesh = unwrapped.mesh;
     const glm::dvec3 p(mesh.position_of(triangle, 0));
-    const Solid solid{p, glm::dvec3(mesh.position_of(triangle, 1)) - p, glm::dvec3(mesh.position_of(triangle, 2)) - p};
+    const Solid solid{glm::dvec3(mesh.position_of(triangle, 1)) - p, glm::dvec3(mesh.position_of(triangle, 2)) - p};
     std::array<glm::dvec2, 3> placed;
     for (size_t k = 0; k < 3; ++k) placed[k] = glm::dmat3x2(material_->normal_texture.place) * glm::dvec3(old[k], 1);
     old_frame_ = frame_of(solid, placed);

@@ -37,8 +37,8 @@ public:
 
     const std::array<glm::dvec2, 3>& corners() const { return corners_; }  // in texels, rows from the top
     bool flat() const { return twice_area_ == 0; }                         // whether it has no area there
-    double texels_per_texel() const;  // of the old images, the most along an axis; 0 where there are none
-    glm::vec4 at(const glm::dvec2& offset) const;
+    double texels_per_texel() const;               // of the old images, the most along an axis; 0 where there are none
+    glm::vec4 at(const glm::dvec2& offset) const;  // as the look says; w is alpha, 1 of all but colour
 
 private:
     // Directions in which texture coordinates grow across and images go up: perpendicular to the normal once it is
@@ -48,7 +48,7 @@ private:
         double handed = 1;     // up is handed * cross(normal, across)
     };
     struct Solid;
-    Frame frame_of(const Solid& solid, const std::array<glm::dvec2, 3>& texcoords) const;
+    static Frame frame_of(const Solid& solid, const std::array<glm::dvec2, 3>& texcoords);
     void place(OldImage& image, const TriMesh& source, const Texture& texture,
                const std::array<glm::dvec2, 3>& old) const;
     void set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& old);
@@ -58,7 +58,7 @@ private:
     double twice_area_ = 0;
     Look look_;
     float brightest_;
-    const Material* material_;
+    const Material* material_;        // of the source, or a white one
     std::array<OldImage, 2> images_;  // of the look; the second is occlusion's
     Frame old_frame_, new_frame_;     // of normals
     glm::dvec3 normal_{0}, normal_by_x_{0}, normal_by_y_{0};

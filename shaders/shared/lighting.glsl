@@ -138,7 +138,12 @@ vec3 debug_colour(Surface s, vec3 albedo) {
     return albedo;
 }
 
-// What a debug view shows without any light: numbers of the material, as they are. x below 0: none of these.
+// Whether a debug view shows numbers of the material without any light, as they are, of what is blended, too.
+bool shows_channel() {
+    return debug_view() == LODE_DEBUG_NORMAL ||
+           (debug_view() >= LODE_DEBUG_BASE_COLOUR && debug_view() <= LODE_DEBUG_EMISSION);
+}
+// What it shows.
 vec3 debug_channel(Surface s, Look look, vec3 normal) {
     if (debug_view() == LODE_DEBUG_NORMAL) return normal * 0.5 + 0.5;
     if (debug_view() == LODE_DEBUG_BASE_COLOUR) return look.base;
@@ -146,8 +151,7 @@ vec3 debug_channel(Surface s, Look look, vec3 normal) {
     if (debug_view() == LODE_DEBUG_METALLIC) return metallic_roughness_occlusion(s, look).xxx;
     if (debug_view() == LODE_DEBUG_ROUGHNESS) return metallic_roughness_occlusion(s, look).yyy;
     if (debug_view() == LODE_DEBUG_OCCLUSION) return metallic_roughness_occlusion(s, look).zzz;
-    if (debug_view() == LODE_DEBUG_EMISSION) return emission_of(s, look);
-    return vec3(-1.0);
+    return emission_of(s, look);
 }
 
 // Linear colour of the surface as seen from the view being drawn.
@@ -164,8 +168,7 @@ vec3 lit(Surface s, Look look) {
     // Bare geometry: light stone, so that shading shows.
     if (look.bare) albedo = vec3(0.5);
     albedo = debug_colour(s, albedo);
-    vec3 channel = debug_channel(s, look, normal);
-    if (channel.x >= 0.0) return channel;
+    if (shows_channel()) return debug_channel(s, look, normal);
     if (scene_has(LODE_LOOKS_UNLIT) && look.shading == LODE_SHADING_UNLIT) return albedo;
 
     float towards_light = max(dot(normal, frame.to_light.xyz), 0.0);
@@ -189,7 +192,7 @@ vec4 shown(Surface s) {
     Look look = look_of(s);
     // What is masked is not there any more: no depth is left of it to be equal to.
     if (scene_has(LODE_LOOKS_BLEND) && !is_drawn(look)) discard;
-    return vec4(lit(s, look), blending ? clamp(look.alpha, 0.0, 1.0) : 1.0);
+    return vec4(lit(s, look), blending && !shows_channel() ? clamp(look.alpha, 0.0, 1.0) : 1.0);
 }
 
 #endif

@@ -13,5 +13,7 @@ void main() {
     InstanceConstants instance = instance_at(visible.z);
     vec4 clip = vec4(gl_FragCoord.xy / vec2(textureSize(scene_depth, 0)) * 2.0 - 1.0, texelFetch(scene_depth, pixel, 0).r, 1.0);
     vec4 world = frame.views[draw_constants.view].clip_to_world * clip;
-    out_colour = shown(atlas_surface(visible, world / world.w, instance, asset_at(instance.asset)));
+    // What the visibility buffer holds is drawn, whatever its material: lines show what is blended, too.
+    Surface s = atlas_surface(visible, world / world.w, instance, asset_at(instance.asset));
+    out_colour = vec4(lit(s, look_of(s)), 1.0);
 }

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/tile_clip.h"
 #include "apps/commands/tile_place.h"
 #include "apps/options/bake_options.h"
 #include "apps/options/common_options.h"
@@ -29,6 +30,7 @@ namespace fs = std::filesystem;
 struct TileArguments {
     std::string input, out, encoding = "meshopt", viewer;
     PlaceOptions place;
+    std::vector<std::string> clip;
     uint32_t tile_triangles = 32768;
     unsigned threads = 0;
     MemoryOption memory;
@@ -51,6 +53,7 @@ std::string viewer_address(const TileArguments& o) {
 struct Made {
     tiles::TilesetReport report;  // of all parts together
     uint32_t parts = 1;
+    double bake_seconds = 0;
 };
 
 // Adds the figures of one part to those of all.
@@ -75,12 +78,29 @@ public:
                const Progress& progress)
         : scene_(scene), options_(options), place_(place), folder_(folder), progress_(progress) {}
 
+    // The scene's mesh is a piece of its source.
+    Result<Made> run(const tiles::PieceOfSource& piece) {
+        auto atlas = atlas_of(scene_.instances[0].asset);
+        if (!atlas) return tl::unexpected(atlas.error());
+        tiles::TilesetOptions options = options_;
+        auto cut = tiles::CutRims::fit(*atlas, piece);
+        if (!cut) return tl::unexpected(cut.error());
+        options.cut = std::move(*cut);
+        // All pieces stand in one frame, that of the whole.
+        const tiles::TileBox whole{piece.whole.centre(), (piece.whole.high - piece.whole.low) * 0.5f};
+        const auto placed = place_.transform(tiles::moved(whole, tiles::to_tile_axes(options_.up)), progress_);
+        if (!placed) return tl::unexpected(placed.error());
+        options.transform = *placed;
+        const auto report = tiles::write_tileset(*atlas, folder_, options, progress_);
+        if (!report) return tl::unexpected(report.error());
+        return Made{*report};
+    }
     // A scene of one instance is one tileset; of others each asset is one, and one more places them.
     Result<Made> run() {
         if (scene_.instances.size() == 1) {
             const auto report = write_alone(scene_.instances[0]);
             if (!report) return tl::unexpected(report.error());
-            return Made{*report, 1};
+            return Made{*report};
         }
         return joint();
     }
@@ -146,7 +166,7 @@ private:
     const Progress& progress_;
 };
 
-nlohmann::json json_of(const Made& made, const TilePlace& place, double seconds, double bake_seconds) {
+nlohmann::json json_of(const Made& made, const TilePlace& place, double seconds) {
     const tiles::TilesetReport& r = made.report;
     nlohmann::json json = {
         {"assets", made.parts},
@@ -160,7 +180,7 @@ nlohmann::json json_of(const Made& made, const TilePlace& place, double seconds,
         {"bytes",
          {{"tiles", r.glb_bytes}, {"tilesets", r.json_bytes}, {"images", r.image_bytes}, {"root", r.root_bytes}}},
         {"root_error", r.root_error},
-        {"bake_seconds", bake_seconds},
+        {"bake_seconds", made.bake_seconds},
         {"seconds", seconds}};
     if (auto stands = place.json()) json["place"] = std::move(*stands);
     return json;
@@ -180,31 +200,57 @@ void print_summary(const std::string& out, const Made& made, const TilePlace& pl
     if (const std::string stands = place.summary(); !stands.empty()) std::printf("  %s\n", stands.c_str());
 }
 
+// The scene as it is tiled, its mesh cut where that is asked for.
+Result<Scene> read_tiled_scene(const TileArguments& o, tiles::UpAxis up) {
+    const auto planes = clip_planes_of(o.clip, up);
+    if (!planes) return tl::unexpected(planes.error());
+    auto scene = read_scene(o.input, o.allow_outside);
+    if (!scene) return scene;
+    scene->heights = o.heights;
+    return planes->empty() ? std::move(scene) : scene_of_piece(std::move(*scene), *planes, o.input);
+}
+
+// watch: begins anew once all is baked.
+Result<Made> make_tiles(const TileArguments& o, Scene scene, TilePlace& place, const fs::path& folder,
+                        Stopwatch& watch) {
+    const Progress progress = terminal_progress();
+    const auto encoding = tiles::encoding_named(o.encoding);
+    LODE_CHECK(encoding.has_value(), o.encoding);
+    tiles::TilesetOptions options;
+    options.encoding = *encoding;
+    options.up = place.up();
+    options.tile_triangles = o.tile_triangles;
+    options.name = scene.name;
+    SceneNeeds needs{Need::none, Need::none, Need::none, Need::must};
+    needs.leaves = false;  // tiles are made of samples
+    const std::optional<Scene> of_piece = scene.clip.empty() ? std::nullopt : std::optional(scene);
+    const auto ready = ready_scene(std::move(scene), needs, progress);
+    if (!ready) return tl::unexpected(ready.error());
+    watch = Stopwatch();
+    SceneTiler tiler(*ready, options, place, folder, progress);
+    const auto run = [&]() -> Result<Made> {
+        if (!of_piece) return tiler.run();
+        const auto piece = read_piece(*of_piece, progress);
+        if (!piece) return tl::unexpected(piece.error());
+        return tiler.run(*piece);
+    };
+    auto made = run();
+    if (made) made->bake_seconds = ready->bake_seconds;
+    return made;
+}
+
 Result<int> tile(const TileArguments& o) {
     auto place = TilePlace::of(o.place, o.input);
     if (!place) return tl::unexpected(place.error());
-    const auto encoding = tiles::encoding_named(o.encoding);
-    LODE_CHECK(encoding.has_value(), o.encoding);
     set_thread_count(o.threads);
     if (auto done = limit_memory(o.memory, "tiles take"); !done) return tl::unexpected(done.error());
     auto folder = OutputFolder::create(o.out, is_of_a_tileset);
     if (!folder) return tl::unexpected(folder.error());
-    const Progress progress = terminal_progress();
-    auto scene = read_scene(o.input, o.allow_outside);
+    auto scene = read_tiled_scene(o, place->up());
     if (!scene) return tl::unexpected(scene.error());
-    scene->heights = o.heights;
     const std::string name = scene->name;
-    SceneNeeds needs{Need::none, Need::none, Need::none, Need::must};
-    needs.leaves = false;  // tiles are made of samples
-    const auto ready = ready_scene(std::move(*scene), needs, progress);
-    if (!ready) return tl::unexpected(ready.error());
-    const Stopwatch watch;
-    tiles::TilesetOptions options;
-    options.encoding = *encoding;
-    options.up = place->up();
-    options.tile_triangles = o.tile_triangles;
-    options.name = name;
-    const auto made = SceneTiler(*ready, options, *place, folder->path(), progress).run();
+    Stopwatch watch;
+    const auto made = make_tiles(o, std::move(*scene), *place, folder->path(), watch);
     if (!made) return tl::unexpected(made.error());
     auto page = OutputFile::create(folder->path() / "view.html");
     if (!page) return tl::unexpected(page.error());
@@ -214,7 +260,7 @@ Result<int> tile(const TileArguments& o) {
     end_progress();
     const double seconds = watch.wall();
     if (o.json) {
-        print_line(json_of(*made, *place, seconds, ready->bake_seconds).dump(2));
+        print_line(json_of(*made, *place, seconds).dump(2));
     } else if (verbosity() != Verbosity::quiet) {
         print_summary(o.out, *made, *place, seconds);
     }
@@ -250,6 +296,7 @@ void add_tile(CLI::App& app, Run& run) {
         ->check(CLI::Range(tiles::least_tile_triangles, tiles::most_tile_triangles))
         ->capture_default_str();
     add_place_options(*command, o->place);
+    add_clip_option(*command, o->clip);
     add_height_options(*command, o->heights);
     command->add_option("--viewer", o->viewer,
                         "For view.html: folder or address where viewers lie as npm lays them out (cesium, or three and "
@@ -259,7 +306,8 @@ void add_tile(CLI::App& app, Run& run) {
         examples("lodestone tile scan.ply -o tiles\n"
                  "lodestone tile rock.lode -o rock --up z --lon 8.5 --lat 47.4 --height 500\n"
                  "lodestone tile survey.ply -o survey --epsg 2056 --epsg-origin 2600000,1200000\n"
-                 "lodestone tile dem.tif -o terrain --fill-voids --viewer node_modules"));
+                 "lodestone tile dem.tif -o terrain --fill-voids --viewer node_modules\n"
+                 "lodestone tile dem.tif -o west --clip 'x<0' && lodestone tile dem.tif -o east --clip 'x>0'"));
     command->callback([o, &run] { run = [o] { return tile(*o); }; });
 }
 

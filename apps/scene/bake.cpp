@@ -197,6 +197,10 @@ Json BakeOptions::to_json() const {
     if (read.void_height) json["void_height"] = *read.void_height;
     if (read.gltf_mesh >= 0) json["gltf_mesh"] = read.gltf_mesh;
     if (read.allow_outside) json["allow_outside"] = true;
+    for (const ClipPlane& p : clip)
+        json["clip"].push_back({{"normal", {p.normal.x, p.normal.y, p.normal.z}},
+                                {"offset", p.offset},
+                                {"keeps", p.above ? "above" : "below"}});
     return json;
 }
 
@@ -212,6 +216,9 @@ Result<BakeInput> read_bake_input(const std::filesystem::path& path, const BakeO
     input.source = input.read.source;
     for (const std::string& line : input.read.warnings) progress.warning(line);
     input.mesh = std::move(*mesh);
+    if (!options.clip.empty()) {
+        if (auto done = clip(input.mesh, options.clip); !done) return fail_at(path.string(), done.error());
+    }
     return input;
 }
 

@@ -12,6 +12,7 @@
 #include "base/progress.h"
 #include "base/result.h"
 #include "lod/bake/orders/face_order.h"
+#include "mesh/clip.h"
 #include "mesh/io/read.h"
 #include "mesh/tri_mesh.h"
 #include "vgi/bake/bake.h"
@@ -42,6 +43,7 @@ struct BakeOptions {
     double triangles_per_cluster = 1000;  // vgi: clusters are fewer, 8 at least, where a mesh has less; 0 for as above
     double target_error = 0;              // vgi: object units; > 0: more clusters until the finest level comes under it
     ReadOptions read;
+    std::vector<ClipPlane> clip;  // what all of them keep of the mesh is baked; none for all of it
 
     // Everything the asset's bytes depend on besides the source.
     nlohmann::json to_json() const;

@@ -13,6 +13,7 @@
 #include "base/result.h"
 #include "frame/camera_path.h"
 #include "frame/frame_source.h"
+#include "mesh/clip.h"
 #include "mesh/generate.h"
 #include "mesh/io/read.h"
 
@@ -52,6 +53,7 @@ struct Scene {
     Budget budget;                     // what frames may cost; of its members those that scenes can set
     bool allow_outside = false;        // as it was read: its meshes are read likewise
     ReadOptions heights;               // how its height maps are read; other members count nothing
+    std::vector<ClipPlane> clip;       // what they keep of meshes is baked; no asset that is named is cut
     Extent extent = Extent::whole;     // of named assets
 };
 

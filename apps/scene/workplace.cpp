@@ -22,8 +22,10 @@ namespace fs = std::filesystem;
 namespace {
 
 // Parts of assets are cached apart: whoever needs one does not wait for the others.
-BakeOptions cache_options(const char* part, const SceneNeeds& needs, bool quickly, const ReadOptions& heights) {
+BakeOptions cache_options(const char* part, const SceneNeeds& needs, bool quickly, const ReadOptions& heights,
+                          const std::vector<ClipPlane>& clip) {
     BakeOptions options;
+    options.clip = clip;
     options.read.height_scale = heights.height_scale;
     options.read.pixel_size = heights.pixel_size;
     options.read.void_height = heights.void_height;
@@ -45,7 +47,8 @@ BakeOptions cache_options(const char* part, const SceneNeeds& needs, bool quickl
 struct AssetSource {
     std::string name;
     Hash128 hash;
-    ReadOptions heights;  // Scene::heights
+    ReadOptions heights;          // Scene::heights
+    std::vector<ClipPlane> clip;  // Scene::clip
     std::function<Result<BakeInput>(const BakeOptions&)> make;
 };
 
@@ -79,7 +82,7 @@ private:
         return cache_folder() / (source_.name + "-" + key.hex().substr(0, 16) + ".lode");
     }
     std::optional<Asset> in_cache(const char* name, bool quickly) const {
-        const fs::path path = path_of(cache_options(name, needs_, quickly, source_.heights));
+        const fs::path path = path_of(cache_options(name, needs_, quickly, source_.heights, source_.clip));
         std::error_code error;
         if (!fs::exists(path, error)) return std::nullopt;
         auto asset = open_asset(path);
@@ -88,7 +91,7 @@ private:
         return std::nullopt;
     }
     Result<Asset> bake(const char* name, bool quickly) {
-        const BakeOptions options = cache_options(name, needs_, quickly, source_.heights);
+        const BakeOptions options = cache_options(name, needs_, quickly, source_.heights, source_.clip);
         const fs::path path = path_of(options), folder = cache_folder();
         std::error_code error;
         fs::create_directories(folder, error);
@@ -141,6 +144,7 @@ Result<Asset> named_asset(const fs::path& path, Extent extent, const Progress& p
 Result<AssetSource> asset_source(const SceneAsset& asset, const Scene& scene, const Progress& progress) {
     AssetSource source;
     source.heights = scene.heights;
+    source.clip = scene.clip;
     if (asset.generated) {
         const GeneratedSource& recipe = *asset.generated;
         source.name = recipe.shape_name + "-" + std::to_string(recipe.triangles) + "-" + std::to_string(recipe.seed);

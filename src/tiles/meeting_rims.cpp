@@ -48,8 +48,7 @@ MeetingRims::MeetingRims(const Atlas& atlas) {
 bool MeetingRims::on(const Atlas& atlas, const ChartSquare& square, uint32_t side) const {
     const auto at = steps_.find(4 * square.chart + side);
     if (at == steps_.end()) return false;
-    const uint32_t cells = atlas.cells_of(square.chart), along = side % 2 == 0 ? square.x : square.y;
-    const uint32_t begin = side < 2 ? along : cells - along - square.cells;
+    const uint32_t begin = first_step(atlas, square, side);
     const auto first = std::ranges::lower_bound(at->second, begin);
     return first != at->second.end() && *first < begin + square.cells;
 }

@@ -50,7 +50,8 @@ void add_grid(uint32_t n, bool first_rises, At&& at, std::vector<uint32_t>& indi
 // Measures squares of one chart against their own finest samples; steps of the lattice.
 class ChartMeasure {
 public:
-    ChartMeasure(const Atlas& atlas, uint32_t chart) : atlas_(atlas), chart_(chart), cells_(atlas.cells_of(chart)) {}
+    ChartMeasure(const Atlas& atlas, const CutRims& cut, uint32_t chart)
+        : atlas_(atlas), chart_(chart), cells_(atlas.cells_of(chart)), resolution_(resolution * cut.coarseness()) {}
 
     // As TileMeasure::error, of one square and some of its sides. level: coarser than the finest.
     double error(const ChartSquare& square, uint32_t level, const std::vector<uint32_t>& sides) {
@@ -60,9 +61,9 @@ public:
         std::vector<SurfacePiece> fine_pieces, coarse_pieces;
         add_pieces(square, stride, fine_pieces, coarse_pieces);
         const TargetSurface coarse = surface(square.x, square.y, square.cells, stride);
-        double farthest = farthest_of(std::move(fine_pieces), coarse, 0, resolution);
+        double farthest = farthest_of(std::move(fine_pieces), coarse, 0, resolution_);
         for (const uint32_t side : sides) add_closing_pieces(square, stride, side, coarse_pieces);
-        return farthest_of(std::move(coarse_pieces), *finest_, farthest, resolution);
+        return farthest_of(std::move(coarse_pieces), *finest_, farthest, resolution_);
     }
 
 private:
@@ -159,6 +160,7 @@ private:
 
     const Atlas& atlas_;
     const uint32_t chart_, cells_;
+    const double resolution_;
     std::optional<TargetSurface> finest_;
     ChartSquare measured_;  // whose samples these are
 };
@@ -187,6 +189,14 @@ LatticeBox box_of(const Atlas& atlas, const ChartSquare& s) {
     return box;
 }
 
+// Vertices of the line that a piece was cut along, where a side is closed to it.
+void add_line(const Atlas& atlas, const CutRims& cut, const ChartSquare& s, uint32_t side, LatticeBox& box) {
+    if (!cut.on(atlas, s, side)) return;
+    for (uint32_t step = 0; step < s.cells; ++step) {
+        for (const CutRims::Place& place : cut.beyond(atlas, s, side, step)) box.add(place);
+    }
+}
+
 // A square of a tile, and the sides of it that are closed.
 struct Job {
     uint32_t tile = 0, square = 0;
@@ -207,11 +217,14 @@ std::vector<std::vector<Job>> jobs_by_chart(const Atlas& atlas, const TileTree& 
 }
 
 void measure_chart(const Atlas& atlas, const TileTree& tree, uint32_t chart, std::vector<Job>& jobs) {
-    ChartMeasure measure(atlas, chart);
+    ChartMeasure measure(atlas, tree.cut, chart);
     for (Job& job : jobs) {
         const TileNode& node = tree.nodes[job.tile];
         const ChartSquare& square = node.squares[job.square];
-        if (node.children.empty()) job.measure.box = box_of(atlas, square);
+        if (node.children.empty()) {
+            job.measure.box = box_of(atlas, square);
+            for (const uint32_t side : job.sides) add_line(atlas, tree.cut, square, side, job.measure.box);
+        }
         job.measure.source_error = source_error_of(atlas, square, node.level);
         if (atlas.own_level(chart, node.level) > 0)
             job.measure.error = atlas.step * measure.error(square, node.level, job.sides);
@@ -234,6 +247,7 @@ void drop_needless(TileTree& tree, std::vector<TileMeasure>& measures) {
     std::vector<char> needless(tree.nodes.size(), 0);
     TileTree kept;
     kept.meeting = std::move(tree.meeting);
+    kept.cut = std::move(tree.cut);
     std::vector<TileMeasure> of_kept;
     for (uint32_t t = 0; t < tree.nodes.size(); ++t) {
         TileNode& node = tree.nodes[t];

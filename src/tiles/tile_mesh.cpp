@@ -22,12 +22,15 @@ struct VertexHash {
 class TileMeshBuilder {
 public:
     TileMeshBuilder(const Atlas& atlas, const TileTree& tree, uint32_t tile)
-        : atlas_(atlas), node_(tree.nodes[tile]), closing_(closing_sides(atlas, tree, tile)) {}
+        : atlas_(atlas), node_(tree.nodes[tile]), cut_(tree.cut), closing_(closing_sides(atlas, tree, tile)) {}
 
     TileMesh run() {
         for (const ChartSquare& square : node_.squares) add_square(square);
         mesh_.surface_triangles = mesh_.triangles.size();
-        for (const ClosingSide& side : closing_) close(node_.squares[side.square], side.side);
+        for (const ClosingSide& side : closing_) {
+            close(node_.squares[side.square], side.side);
+            if (!cut_.empty()) go_on_to_the_line(node_.squares[side.square], side.side);
+        }
         return std::move(mesh_);
     }
 
@@ -106,8 +109,32 @@ private:
                               });
     }
 
+    // From every finest edge of a side to the line that the piece was cut along: a fan of each sample, which meet in
+    // the middle of the vertices. These look as the sample of their fan does.
+    void go_on_to_the_line(const ChartSquare& s, uint32_t side) {
+        for (uint32_t step = 0; step < s.cells; ++step) {
+            const auto line = cut_.beyond(atlas_, s, side, step);
+            if (line.empty()) continue;
+            const auto [x, y] = sample_on_side(s, side, step);
+            const auto [next_x, next_y] = sample_on_side(s, side, step + 1);
+            const TileVertex begin = vertex(s.chart, x, y), end = vertex(s.chart, next_x, next_y);
+            const auto on_line = [&](size_t i, const TileVertex& look) {
+                TileVertex v = look;
+                v.position = line[i];
+                return border_vertex(v);
+            };
+            const size_t material_of = attribute_texel(s.chart, x, y), middle = line.size() / 2;
+            const uint32_t a = border_vertex(begin), b = border_vertex(end);
+            for (size_t i = 0; i < middle; ++i) add_triangle(a, on_line(i, begin), on_line(i + 1, begin), material_of);
+            add_triangle(a, on_line(middle, begin), b, material_of);
+            for (size_t i = middle; i + 1 < line.size(); ++i)
+                add_triangle(b, on_line(i, end), on_line(i + 1, end), material_of);
+        }
+    }
+
     const Atlas& atlas_;
     const TileNode& node_;
+    const CutRims& cut_;
     const std::vector<ClosingSide> closing_;
     std::unordered_map<TileVertex, uint32_t, VertexHash> on_border_;
     TileMesh mesh_;

@@ -8,7 +8,8 @@
 // which, and they do so while tiles are loading. Such triangles lie between the border of the tile and that of the
 // finest samples, so they stand out no farther than the tile's own error, and leaves have none.
 //
-// Where the surface ends nothing is closed, but where two rims of the finest samples are one line (meeting_rims.h).
+// Where the surface ends nothing is closed, but where two rims of the finest samples are one line (meeting_rims.h), and
+// where a piece was cut from its source (cut_rims.h): there triangles lead on from the finest samples, of leaves, too.
 #pragma once
 
 #include <array>

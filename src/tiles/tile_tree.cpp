@@ -137,7 +137,7 @@ std::vector<ClosingSide> closing_sides(const Atlas& atlas, const TileTree& tree,
             const auto other =
                 atlas.across({s.chart, s.x / s.cells, s.y / s.cells}, side, atlas.cells_of(s.chart) / s.cells);
             if (other.chart == ~0u) {
-                if (tree.meeting.on(atlas, s, side)) sides.push_back({i, side});
+                if (tree.meeting.on(atlas, s, side) || tree.cut.on(atlas, s, side)) sides.push_back({i, side});
                 continue;
             }
             const ChartSquare there{other.chart, other.x * s.cells, other.y * s.cells, s.cells};

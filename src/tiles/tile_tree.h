@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "tiles/cut_rims.h"
 #include "tiles/meeting_rims.h"
 #include "vgi/asset/atlas.h"
 
@@ -43,6 +44,7 @@ struct TileNode {
 struct TileTree {
     std::vector<TileNode> nodes;  // the root first
     MeetingRims meeting;          // of the atlas
+    CutRims cut;                  // of a piece of its source
     // Tiles of the subtree that begins at each, itself included.
     std::vector<uint32_t> subtree_sizes() const;
     // Leaves show the finest samples; children cover what their parent does, once, at a finer level, or finest.
@@ -66,10 +68,15 @@ inline constexpr uint32_t least_tile_triangles = 128, most_tile_triangles = 1u <
 // level has.
 TileTree make_tile_tree(const vgi::Atlas& atlas, uint32_t most_triangles);
 
-// Sides across which lies a square of another tile of the same level, and those where the surface ends on another rim;
-// not those inside the tile, nor where the surface ends alone.
+// Sides across which lies a square of another tile of the same level, and those where the surface ends on another rim,
+// or was cut from its source; not those inside the tile, nor where the surface ends alone.
 std::vector<ClosingSide> closing_sides(const vgi::Atlas& atlas, const TileTree& tree, uint32_t tile);
 
+// How far along the side of its chart, counter-clockwise, the side of a square begins; steps of finest samples.
+inline uint32_t first_step(const vgi::Atlas& atlas, const ChartSquare& square, uint32_t side) {
+    const uint32_t along = side % 2 == 0 ? square.x : square.y;
+    return side < 2 ? along : atlas.cells_of(square.chart) - along - square.cells;
+}
 // The sample `step`, 0 .. square.cells, along a side of a square, counter-clockwise.
 inline std::array<uint32_t, 2> sample_on_side(const ChartSquare& square, uint32_t side, uint32_t step) {
     const auto [x, y] = vgi::on_side(side, step, square.cells);

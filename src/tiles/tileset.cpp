@@ -101,6 +101,7 @@ public:
     Result<TilesetReport> run() {
         for (const std::string& line : unwritable_textures(atlas_.material_table)) progress_.warning(line);
         tree_ = make_tile_tree(atlas_, options_.tile_triangles);
+        tree_.cut = options_.cut;
         if (auto good = tree_.validate(atlas_); !good) return tl::unexpected(good.error());
         auto measures = measure_tiles(atlas_, tree_, progress_);
         if (!measures) return tl::unexpected(measures.error());

@@ -9,6 +9,7 @@
 
 #include "base/progress.h"
 #include "base/result.h"
+#include "tiles/cut_rims.h"
 #include "tiles/placement.h"
 #include "tiles/tile_glb.h"
 #include "vgi/asset/atlas.h"
@@ -25,6 +26,7 @@ struct TilesetOptions {
     uint32_t external = external_from;  // as external_from; small in tests
     glm::dmat4 transform{1};            // of the root, from tile axes
     std::string name;                   // of the source, for people
+    CutRims cut;                        // of a piece; as fit() has them for the atlas
 };
 
 struct TilesetReport {

@@ -75,6 +75,16 @@ public:
             return on(points_[a]) && on(points_[b]);
         }));
     }
+    // The longest of those with both ends where `on` holds.
+    template <class On>
+    double longest_rim_edge_where(On&& on) const {
+        double longest = 0;
+        for (const tiles::BorderEdge& edge : rim_) {
+            const auto [a, b] = tiles::ends_of(edge);
+            if (on(points_[a]) && on(points_[b])) longest = std::max(longest, glm::distance(points_[a], points_[b]));
+        }
+        return longest;
+    }
     // How many matrices of nodes there are.
     size_t matrices() const { return matrices_.size(); }
 
@@ -288,8 +298,17 @@ protected:
                   {"--clip '" + letter + "<" + at + "'", "--clip '" + letter + ">" + at + "'"}, options, "--cuts 20");
         EXPECT_EQ(both.of_random_cuts(cuts).unmatched, 0u);
         if (topology_of(*mesh).closed()) { EXPECT_EQ(both.rim_edges(), 0u); }
-        std::cout << name << " " << at << ": " << both.rim_edges() << " edges of rims, " << both.matrices()
-                  << " matrices\n";
+        // Where the line ends at a rim of the source, samples of either piece are rounded otherwise than it is.
+        const double within = 1e-4 * static_cast<double>(box.diagonal()), middle = std::stod(at);
+        EXPECT_LT(both.longest_rim_edge_where([&](const glm::dvec3& p) { return std::abs(p[axis] - middle) < within; }),
+                  8 * within);
+        std::cout << name << " at " << letter << " = " << at << ": " << both.rim_edges() << " edges of rims, "
+                  << both.rim_edges_where([&](const glm::dvec3& p) { return std::abs(p[axis] - middle) < within; })
+                  << " of them at the line, the longest of these "
+                  << both.longest_rim_edge_where([&](const glm::dvec3& p) {
+                         return std::abs(p[axis] - middle) < within;
+                     }) / static_cast<double>(box.diagonal())
+                  << " of the diagonal\n";
     }
 };
 

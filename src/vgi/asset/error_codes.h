@@ -31,8 +31,8 @@ struct SampleCodes {
     uint8_t error = 0, radius = 0;
 };
 
-// Errors of the finest samples, of which there are most, take every fourth code, those of the next level every second:
-// they are bounds, and half an octave there costs little where a code's bits cost much.
+// Where there are no leaves, errors of the finest samples, of which there are most, take every fourth code, those of
+// the next level every second: they are bounds, and half an octave there costs little where a code's bits cost much.
 // level: of a chart's own, 0 the finest.
 constexpr uint32_t error_code_shift(uint32_t level) { return level == 0 ? 2 : level == 1 ? 1 : 0; }
 // 255, the largest, stays.

@@ -401,7 +401,7 @@ TEST(Cuts, TakeNothingForLeavesThatAreFarAway) {
             for (const auto& part : cut.parts) leaves = leaves || std::ranges::any_of(part.second, is_leaf);
             if (leaves) continue;
             ++without_leaves;
-            EXPECT_EQ(cut.triangles, cut_from_afar(without, samples, away).triangles) << cells << ", " << away;
+            EXPECT_LE(cut.triangles, cut_from_afar(without, samples, away).triangles) << cells << ", " << away;
         }
         EXPECT_GT(without_leaves, 5u) << cells;
     }

@@ -13,6 +13,7 @@
 #include "vgi/asset/node_triangles.h"
 #include "vgi/asset/pages.h"
 #include "vgi/bake/charts/surface.h"
+#include "vgi/bake/images/patch_buckets.h"
 
 namespace lodestone::vgi {
 
@@ -36,23 +37,25 @@ void for_split_triangles(const Bintree& tree, GridPoint p, Visit&& visit) {
 
 class Measure {
 public:
-    Measure(Atlas& atlas, uint32_t chart)
+    Measure(Atlas& atlas, uint32_t chart, const ChartMesh& source)
         : atlas_(atlas),
           chart_(chart),
           cells_(atlas.cells_of(chart)),
           tree_{cells_},
+          source_(source),
+          near_(source, cells_),
           squared_(size_t{cells_ + 1} * (cells_ + 1), 0.0) {
         errors_.levels.assign(atlas.levels() - atlas.trimmed_levels[chart], 0);
         errors_.pages.assign(tree_.pages(), 0);
     }
 
-    ChartErrors run(const Chart& source) {
-        const ChartMesh& patch = source.patch;
+    ChartErrors run() {
+        const ChartMesh& patch = source_;
         const auto levels = static_cast<uint32_t>(errors_.levels.size()) - 1;
         for (size_t v = 0; v < patch.positions.size(); ++v) {
             const glm::dvec2 at = glm::clamp(patch.flat[v], 0.0, 1.0) * static_cast<double>(cells_);
             finest(at, patch.positions[v]);
-            for (uint32_t level = 0; level < levels; ++level) look(level, at, patch.positions[v], false);
+            for (uint32_t level = 0; level < levels; ++level) look(level, at, patch.positions[v], true);
         }
         // Where the source has few vertices, its image's samples tell more; of coarse levels some are enough.
         for (uint32_t level = 0; level < levels; ++level) {
@@ -111,9 +114,11 @@ private:
         note(0, place, square(drawn - point));
     }
 
-    // Squared distance from a point to the image about a place: first by steps from sample to sample, long ones at
-    // first, then to the cells around the best. Never less than to the whole surface.
-    double squared_to_image(const glm::dvec3& point, const glm::dvec2& place, uint32_t reach) const {
+    // Squared distance from a point to the source about a place: first by steps from sample to sample of its image,
+    // long ones at first, then to what the source has around the best. Never less than to the whole source, but for
+    // `most` and `enough` as PatchBuckets::squared_distance has them.
+    double squared_to_source(const glm::dvec3& point, const glm::dvec2& place, uint32_t reach, double most,
+                             double enough) const {
         const auto last = static_cast<int>(cells_);
         int bx = std::clamp(static_cast<int>(std::lround(place.x)), 0, last),
             by = std::clamp(static_cast<int>(std::lround(place.y)), 0, last);
@@ -135,20 +140,11 @@ private:
             }
             if (bx == x && by == y) step /= 2;
         }
-        for (int y = std::max(0, by - 1); y < std::min(last, by + 1); ++y) {
-            for (int x = std::max(0, bx - 1); x < std::min(last, bx + 1); ++x) {
-                const auto cx = static_cast<uint32_t>(x), cy = static_cast<uint32_t>(y);
-                const glm::dvec3 a = at(cx, cy), b = at(cx + 1, cy), c = at(cx + 1, cy + 1), d = at(cx, cy + 1);
-                const bool rising = rising_diagonal(cx, cy);
-                best = std::min(best, square(closest_on_triangle(point, a, b, rising ? c : d) - point));
-                best = std::min(best, square(closest_on_triangle(point, rising ? a : b, c, d) - point));
-            }
-        }
-        return best;
+        return near_.squared_distance(point, static_cast<uint32_t>(bx), static_cast<uint32_t>(by), most, enough);
     }
 
     // The triangles that the centre and the middles of edges of a cell of level + 1 split: how far the point is from
-    // them, and, where they are looked back from, how far they are from the image there.
+    // them, and, where they are looked back from, how far they are from the source there.
     void look(uint32_t level, const glm::dvec2& place, const glm::dvec3& point, bool back) {
         const uint32_t half = 1u << level, size = 2 * half, last = cells_ / size - 1;
         const uint32_t cx = std::min(last, static_cast<uint32_t>(place.x) / size),
@@ -161,7 +157,7 @@ private:
             const double together = square(drawn - point);
             if (together > known) known = std::max(known, square(closest_on_triangle(point, a, b, c) - point));
             if (back && together > known)
-                known = std::max(known, std::min(together, squared_to_image(drawn, place, half)));
+                known = std::max(known, squared_to_source(drawn, place, half, together, known));
             return together;
         };
         const auto& [a, b, c, d] = corner;
@@ -193,6 +189,8 @@ private:
     Atlas& atlas_;
     const uint32_t chart_, cells_;
     const PageTree tree_;
+    const ChartMesh& source_;
+    const PatchBuckets near_;
     std::vector<double> squared_;  // per sample: own error so far
     ChartErrors errors_;
 };
@@ -428,7 +426,7 @@ private:
 }  // namespace
 
 ChartErrors measure_samples(Atlas& atlas, uint32_t chart, const Chart& source) {
-    return Measure(atlas, chart).run(source);
+    return Measure(atlas, chart, source.patch).run();
 }
 
 namespace {
@@ -453,7 +451,8 @@ void saturate_errors(Atlas& atlas, const ErrorCodes& codes, uint32_t depth) {
             child = std::max<double>(child, codes.error(atlas.sample_errors[texel_of(atlas, c, q)]));
         });
         if (child > 0) code = std::max(code, codes.of_error(std::min(child * error_ratio, atlas.extent())));
-        code = round_up(code, depth / 2);
+        // Samples above leaves are few, and each counts.
+        if (atlas.leaves.empty()) code = round_up(code, depth / 2);
     });
     share(atlas, depth, atlas.sample_errors);
 }

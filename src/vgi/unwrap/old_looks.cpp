@@ -5,61 +5,15 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "base/srgb.h"
+#include "mesh/texture_lookup.h"
 
 namespace lodestone::vgi {
 
 namespace {
 
-using Bytes = std::array<float, 256>;
-
-const Bytes& linear_of_colours() {
-    static const Bytes table = [] {
-        Bytes made{};
-        for (size_t i = 0; i < made.size(); ++i)
-            made[i] = static_cast<float>(linear_from_srgb(static_cast<double>(i) / 255));
-        return made;
-    }();
-    return table;
-}
-const Bytes& shares() {
-    static const Bytes table = [] {
-        Bytes made{};
-        for (size_t i = 0; i < made.size(); ++i) made[i] = static_cast<float>(i) / 255;
-        return made;
-    }();
-    return table;
-}
-
-// The texel of an image that goes on. at: a whole number.
-size_t texel_of(double at, uint32_t size, Wrap wrap) {
-    if (at >= 0 && at < size) return static_cast<size_t>(at);
-    if (!std::isfinite(at)) return 0;
-    if (wrap == Wrap::clamp) return static_cast<size_t>(std::clamp(at, 0.0, static_cast<double>(size) - 1));
-    const double period = wrap == Wrap::mirror ? 2.0 * size : size, rest = std::fmod(at, period);
-    const double within = rest < 0 ? rest + period : rest;
-    return static_cast<size_t>(within < size ? within : 2.0 * size - 1 - within);
-}
-// The one after it.
-size_t next_texel(size_t texel, double at, uint32_t size, Wrap wrap) {
-    if (wrap == Wrap::repeat) return texel + 1 == size ? 0 : texel + 1;
-    return texel_of(at + 1, size, wrap);
-}
-
-// Between the four texels around; values: of bytes, but of alpha.
-glm::vec4 looked_up(const OldImage& from, const glm::dvec2& offset, const Bytes& values) {
-    const Image& image = *from.image;
-    const glm::dvec2 uv = from.at + from.by_x * offset.x + from.by_y * offset.y;
-    const double x = uv.x * image.width - 0.5, y = uv.y * image.height - 0.5, left = std::floor(x), top = std::floor(y);
-    const auto [across, down] = from.wrap;
-    const size_t x0 = texel_of(left, image.width, across), x1 = next_texel(x0, left, image.width, across);
-    const size_t y0 = texel_of(top, image.height, down), y1 = next_texel(y0, top, image.height, down);
-    const auto fx = static_cast<float>(x - left), fy = static_cast<float>(y - top);
-    const auto at = [&](size_t column, size_t row) {
-        const glm::u8vec4& t = image.texels[row * image.width + column];
-        return glm::vec4(values[t.x], values[t.y], values[t.z], static_cast<float>(t.w) / 255);
-    };
-    return glm::mix(glm::mix(at(x0, y0), at(x1, y0), fx), glm::mix(at(x0, y1), at(x1, y1), fx), fy);
+// Between the four texels around.
+glm::vec4 look_up(const OldImage& from, const glm::dvec2& offset, Texels texels) {
+    return looked_up(*from.image, texels, from.at + from.by_x * offset.x + from.by_y * offset.y, from.wrap);
 }
 
 const Material& white() {
@@ -159,7 +113,7 @@ double OldLooks::texels_per_texel() const {
 glm::vec4 OldLooks::normal_at(const glm::dvec2& offset) const {
     const glm::vec4 straight(0, 0, 1, 1);
     if (images_[0].image == nullptr) return straight;
-    const glm::dvec3 found = 2.0 * glm::dvec3(looked_up(images_[0], offset, shares())) - 1.0;
+    const glm::dvec3 found = 2.0 * glm::dvec3(look_up(images_[0], offset, Texels::numbers)) - 1.0;
     const glm::dvec3 bent = found * glm::dvec3(material_->normal_scale, material_->normal_scale, 1);
     glm::dvec3 n = normal_ + normal_by_x_ * offset.x + normal_by_y_ * offset.y;
     const double length = glm::length(n);
@@ -181,20 +135,20 @@ glm::vec4 OldLooks::at(const glm::dvec2& offset) const {
     if (look_ == Look::surface) {
         glm::vec4 value(1, material_->roughness, material_->metallic, 1);
         if (first.image != nullptr) {
-            const glm::vec4 t = looked_up(first, offset, shares());
+            const glm::vec4 t = look_up(first, offset, Texels::numbers);
             value *= glm::vec4(1, t.y, t.z, 1);
         }
         if (second.image != nullptr)
-            value.x = 1 + material_->occlusion_strength * (looked_up(second, offset, shares()).x - 1);
+            value.x = 1 + material_->occlusion_strength * (look_up(second, offset, Texels::numbers).x - 1);
         return value;
     }
     if (look_ == Look::emission) {
         glm::vec4 value(material_->emission / brightest_, 1);
-        if (first.image != nullptr) value *= looked_up(first, offset, linear_of_colours());
+        if (first.image != nullptr) value *= look_up(first, offset, Texels::colours);
         return {glm::vec3(value), 1};
     }
     glm::vec4 value = material_->base_colour;
-    if (first.image != nullptr) value *= looked_up(first, offset, linear_of_colours());
+    if (first.image != nullptr) value *= look_up(first, offset, Texels::colours);
     // glTF's opaque materials have no alpha, whatever their textures hold.
     if (material_->shading != Shading::plain && material_->alpha_mode == AlphaMode::opaque) value.w = 1;
     return value;

@@ -82,7 +82,7 @@ void add_clip_option(CLI::App& command, std::vector<std::string>& words) {
             "Cut a piece out of a mesh that closes with the pieces beside it: x<NUMBER or x>NUMBER (or y, z), or "
             "EAST,NORTH,EAST,NORTH for what is left of the line from the one place to the other; all of those "
             "given")
-        ->take_all();
+        ->allow_extra_args(false);
 }
 
 Result<std::vector<ClipPlane>> clip_planes_of(const std::vector<std::string>& words, tiles::UpAxis up) {

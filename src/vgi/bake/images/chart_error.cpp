@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numeric>
 #include <optional>
@@ -28,31 +29,39 @@ Cell cell_of(const Atlas& atlas, uint32_t chart, uint32_t level, uint32_t x, uin
             atlas.point(atlas.texel(chart, (x + 1) * s, (y + 1) * s)), rising_diagonal(x, y)};
 }
 
+double squared(const glm::dvec3& v) { return glm::dot(v, v); }
+
+// Squared distance from a point to the cell, or `most` where that is less.
+double squared_to(const Cell& c, const glm::dvec3& point, double most) {
+    // Seldom is what the box around the cell says not enough.
+    const glm::dvec3 low = glm::min(glm::min(c.a, c.b), glm::min(c.d, c.e)),
+                     high = glm::max(glm::max(c.a, c.b), glm::max(c.d, c.e));
+    if (squared(glm::max(glm::max(low - point, point - high), 0.0)) >= most) return most;
+    const auto to = [&](const glm::dvec3& p, const glm::dvec3& q, const glm::dvec3& r) {
+        return squared(closest_on_triangle(point, p, q, r) - point);
+    };
+    const double first = c.rising ? to(c.a, c.b, c.e) : to(c.a, c.b, c.d),
+                 second = c.rising ? to(c.a, c.e, c.d) : to(c.b, c.e, c.d);
+    return std::min({most, first, second});
+}
+
 }  // namespace
 
 double squared_distance_near(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, int reach,
-                             const glm::dvec3& point) {
+                             const glm::dvec3& point, double most) {
     const auto last = static_cast<int>(atlas.cells_of(chart)) - 1;
     const int cx = std::clamp(static_cast<int>(place.x * (last + 1)), 0, last),
               cy = std::clamp(static_cast<int>(place.y * (last + 1)), 0, last);
-    double least = 1e300;
+    const auto look = [&](int x, int y) {
+        most = squared_to(cell_of(atlas, chart, 0, static_cast<uint32_t>(x), static_cast<uint32_t>(y)), point, most);
+    };
+    look(cx, cy);  // mostly the nearest
     for (int y = std::max(0, cy - reach); y <= std::min(last, cy + reach); ++y) {
         for (int x = std::max(0, cx - reach); x <= std::min(last, cx + reach); ++x) {
-            const Cell c = cell_of(atlas, chart, 0, static_cast<uint32_t>(x), static_cast<uint32_t>(y));
-            const auto look = [&](const glm::dvec3& p, const glm::dvec3& q, const glm::dvec3& r) {
-                const glm::dvec3 off = closest_on_triangle(point, p, q, r) - point;
-                least = std::min(least, glm::dot(off, off));
-            };
-            if (c.rising) {
-                look(c.a, c.b, c.e);
-                look(c.a, c.e, c.d);
-            } else {
-                look(c.a, c.b, c.d);
-                look(c.b, c.e, c.d);
-            }
+            if (x != cx || y != cy) look(x, y);
         }
     }
-    return least;
+    return most;
 }
 
 namespace {
@@ -64,18 +73,18 @@ void to_side(const glm::dvec2& place, uint32_t side, double* away, double* along
     *along = side == 0 ? u : side == 1 ? v : side == 2 ? 1 - u : 1 - v;
 }
 
-// The same, looking across borders that are near, and across the next ones from there.
+// The same, looking across borders that are near, and across the next ones from there; or `most`.
 double squared_distance(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, const glm::dvec3& point,
-                        int borders = 2) {
+                        int borders = 2, double most = 1e300) {
     constexpr double near_cells = 4;
-    double least = squared_distance_near(atlas, chart, place, 2, point);
+    double least = squared_distance_near(atlas, chart, place, 2, point, most);
     for (uint32_t side = 0; side < 4 && borders > 0; ++side) {
         const GluedSide& other = atlas.sides[size_t{chart} * 4 + side];
         double away = 0, along = 0;
         to_side(place, side, &away, &along);
         if (other.chart == ~0u || away * atlas.cells_of(chart) > near_cells) continue;
         const auto [u, v] = on_side(other.side, 1 - along, 1.0);
-        least = std::min(least, squared_distance(atlas, other.chart, {u, v}, point, borders - 1));
+        least = squared_distance(atlas, other.chart, {u, v}, point, borders - 1, least);
     }
     return least;
 }

@@ -30,9 +30,10 @@ AtlasDistance measure_finest(const Atlas& atlas, const TriMesh& source, const st
 // The samples' distance to the finest level of their own charts, whose neighbours need not be there yet: mean square.
 double mean_squared_distance(const Atlas& atlas, const std::vector<SourceSample>& samples);
 
-// Squared distance of a point to the finest level within `reach` cells of a place of the square, of one chart.
+// Squared distance of a point to the finest level within `reach` cells of a place of the square, of one chart; `most`
+// where that is less.
 double squared_distance_near(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, int reach,
-                             const glm::dvec3& point);
+                             const glm::dvec3& point, double most = 1e300);
 
 // The image's surface at a place of the square, 0 .. 1 each way, as Atlas::extract triangulates a level.
 glm::dvec3 image_point(const Atlas& atlas, uint32_t chart, uint32_t level, const glm::dvec2& place);

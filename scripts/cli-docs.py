@@ -140,6 +140,7 @@ BAKE = {
     "vgi.charts_without_leaves": "charts whose triangles are too thin to be cut into squares: they are drawn from samples",
     "vgi.leaf_triangles": "triangles of all leaves: the source's, cut along the sides of pages",
     "vgi.template_charts": "charts of components too small for clusters",
+    "vgi.textures_baked": "whether what textures hold lies in the atlas",
     "vgi.uniform_charts": "charts laid out with equal weights, because better ones folded",
     "vgi.uniform_clusters": "clusters flattened with equal weights, likewise",
     "warnings": "what the reader warned of",

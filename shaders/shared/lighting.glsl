@@ -184,7 +184,8 @@ vec3 lit(Surface s, Look look) {
     vec3 ambient = hemisphere(normal.y);
     vec3 halfway = normalize(to_eye + frame.to_light.xyz);
     float gloss = 0.04 * pow(max(dot(normal, halfway), 0.0), 24.0);
-    return albedo * (ambient + direct * frame.light_colour.rgb / 3.14159265) + gloss * direct * frame.light_colour.rgb;
+    return albedo * (ambient + direct * frame.light_colour.rgb / 3.14159265) + gloss * direct * frame.light_colour.rgb +
+           emission_of(s, look);
 }
 
 // What the colour stage writes for a point of the surface; nothing where the pass does not draw it. alpha marks coverage.

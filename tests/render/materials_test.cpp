@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/random.h"
+#include "base/srgb.h"
 #include "baseline/fixed_levels.h"
 #include "baseline/full.h"
 #include "mesh/packed_vertices.h"
@@ -145,6 +146,19 @@ TEST_F(MaterialsTest, Emission) {
     add_texture(texture_emission, image_of(16, 12, true, 4));
     first().emission = {0.5f, 0.2f, 0.9f};
     EXPECT_GT(against_reference({{}}), 50);
+}
+
+TEST_F(MaterialsTest, PlainMaterialsShineToo) {
+    first().shading = SurfaceShading::plain;
+    first().base_colour = {0, 0, 0, 1};
+    first().emission = {0.5f, 0.2f, 0.9f};
+    look_.light_direction = {0, 0, 1};
+    const Picture picture = drawn({{}});
+    const size_t centre = 4 * (size_t{shown_height / 2} * shown_width + shown_width / 2);
+    for (int k = 0; k < 3; ++k) {
+        const double shown = 255 * srgb_from_linear(static_cast<double>(first().emission[k]));
+        EXPECT_NEAR(picture.colour[centre + static_cast<size_t>(k)], shown, 1) << k;
+    }
 }
 
 TEST_F(MaterialsTest, Unlit) {

@@ -3,7 +3,7 @@
 // Vertices of a progressive mesh on their way to what they become: Hoppe, "Progressive Meshes", SIGGRAPH 1996, section
 // 3.1. morphed_vertex.cpp does the same on the CPU.
 #include "shared/lod_morph.h"
-#include "shared/mesh_outputs.glsl"
+#include "mesh/outputs.glsl"
 #include "shared/texels.glsl"
 
 LODE_POOL(LODE_LOD_VERTICES, vertices, uint, 1)

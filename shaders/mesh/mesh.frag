@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shared/lighting.glsl"
-#include "shared/mesh_inputs.glsl"
+#include "mesh/inputs.glsl"
 
 layout(location = 0) out vec4 out_colour;
 

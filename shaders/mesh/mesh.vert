@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Indexed meshes: full, discrete and lod.
-#include "shared/mesh_outputs.glsl"
+#include "mesh/outputs.glsl"
 #include "shared/mesh_vertex.h"
 
 layout(location = LODE_MESH_POSITION) in vec3 in_position;

@@ -9,7 +9,7 @@
 //   of a batch for its pixel.
 // words: [0] the place of the batch's first brick in the order, which has the first slot; [1] how many; [2] 1: nothing is
 // there yet.
-#include "shared/volume_march.glsl"
+#include "volume/march.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 

@@ -14,7 +14,7 @@
 #include "shared/light_grid.h"
 #include "shared/texels.glsl"
 #include "shared/volume.h"
-#include "shared/volume_voxel.glsl"
+#include "volume/voxel.glsl"
 #include "volume/grid.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // Marches a ray for every pixel of the target. Where the target is smaller than the picture, each of its pixels is one of
 // the picture's, and upsample.comp puts them back.
-#include "shared/volume_debug.glsl"
-#include "shared/volume_march.glsl"
+#include "volume/debug.glsl"
+#include "volume/march.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 

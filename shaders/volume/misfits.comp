@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // Marches the rays of pixels that no tap of the smaller target fits. In which order they are listed does not matter:
 // each pixel is one thread's own.
-#include "shared/volume_debug.glsl"
-#include "shared/volume_march.glsl"
+#include "volume/debug.glsl"
+#include "volume/march.glsl"
 
 layout(local_size_x = LODE_MISFITS_GROUP) in;
 

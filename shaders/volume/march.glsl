@@ -9,7 +9,7 @@
 #include "shared/frame.glsl"
 #include "shared/texels.glsl"
 #include "shared/volume.h"
-#include "shared/volume_voxel.glsl"
+#include "volume/voxel.glsl"
 
 LODE_TEXELS(LODE_VOLUME_TABLE, table, uint)
 LODE_TEXELS(LODE_VOLUME_BRICKS, bricks, uvec4)

@@ -1,4 +1,4 @@
-// The surface of indexed meshes, from what shared/mesh_outputs.glsl passes on.
+// The surface of indexed meshes, from what mesh/outputs.glsl passes on.
 #ifndef LODESTONE_MESH_INPUTS_GLSL
 #define LODESTONE_MESH_INPUTS_GLSL
 

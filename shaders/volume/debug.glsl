@@ -2,7 +2,7 @@
 #ifndef LODESTONE_VOLUME_DEBUG_GLSL
 #define LODESTONE_VOLUME_DEBUG_GLSL
 
-#include "shared/volume_march.glsl"
+#include "volume/march.glsl"
 
 vec3 volume_share_colour(float t) {
     return clamp(vec3(2.0 * t - 0.6, 1.0 - abs(2.2 * t - 1.0), 1.0 - 2.0 * t), 0.05, 1.0);

@@ -270,6 +270,7 @@ Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progr
     for (size_t i = 0; i < ready.scene.instances.size(); ++i) {
         const SceneInstance& instance = ready.scene.instances[i];
         ready.instances.push_back({instance.asset, first_material[instance.asset], instance.object_to_world});
+        ready.materials.mirrors |= glm::determinant(glm::mat3(instance.object_to_world)) < 0;
         ready.most_instances = std::max(ready.most_instances, ++used[instance.asset]);
         const Sphere s = to_world(spheres[instance.asset], instance.object_to_world);
         low = i == 0 ? s.centre - s.radius : glm::min(low, s.centre - s.radius);

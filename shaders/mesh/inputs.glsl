@@ -11,7 +11,7 @@ layout(location = 3) flat in uint in_material;
 
 Surface mesh_surface() {
     Surface s;
-    s.front = gl_FrontFacing;
+    s.front = gl_FrontFacing != ((in_material & LODE_MIRRORED) != 0u);
     s.leaf = 0u;
     s.position = in_position_and_u.xyz;
     s.normal = normalize(in_normal_and_v.xyz);
@@ -21,7 +21,7 @@ Surface mesh_surface() {
     s.along_u = s.along_v = vec3(0.0);
     if (scene_has(1u << LODE_TEXTURE_NORMAL)) set_along(s, dFdx(s.position), dFdy(s.position), s.uv_dx, s.uv_dy);
     s.colour = in_colour;
-    s.material = in_material;
+    s.material = in_material & ~LODE_MIRRORED;
     s.baked = false;
     s.baked_surface = s.baked_emission = vec3(1.0);
     s.level = float(draw_constants.words[0]) / max(float(draw_constants.words[1]) - 1.0, 1.0);

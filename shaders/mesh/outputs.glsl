@@ -9,7 +9,7 @@
 layout(location = 0) out vec4 out_position_and_u;
 layout(location = 1) out vec4 out_normal_and_v;
 layout(location = 2) out vec4 out_colour;
-layout(location = 3) flat out uint out_material;
+layout(location = 3) flat out uint out_material;  // | LODE_MIRRORED
 
 // The depth pre-pass and the colour pass must agree to the last bit.
 invariant gl_Position;
@@ -23,7 +23,7 @@ void pass_on(vec3 position, vec3 normal, vec2 uv, vec4 colour, uint material) {
     out_position_and_u = vec4(world.xyz, uv.x);
     out_normal_and_v = vec4(mat3(instance.normal_to_world) * normal, uv.y);
     out_colour = colour;
-    out_material = material + instance.first_material;
+    out_material = (material + instance.first_material) | (instance.mirrored != 0u ? LODE_MIRRORED : 0u);
 }
 
 #endif

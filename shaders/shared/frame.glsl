@@ -39,7 +39,7 @@ InstanceConstants instance_at(uint id) {
     for (int k = 0; k < 9; ++k) texels[k] = texelFetch(instance_texels, 9 * int(id) + k);
     mat4 maps[2];
     for (int k = 0; k < 8; ++k) maps[k / 4][k % 4] = uintBitsToFloat(texels[k]);
-    return InstanceConstants(maps[0], maps[1], texels[8].x, texels[8].y, uintBitsToFloat(texels[8].z), 0u);
+    return InstanceConstants(maps[0], maps[1], texels[8].x, texels[8].y, uintBitsToFloat(texels[8].z), texels[8].w);
 }
 
 #endif

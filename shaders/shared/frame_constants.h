@@ -17,6 +17,9 @@
 #define LODE_VISIBILITY 9
 #define LODE_RADIANCE 10
 
+// Beside a material's number, between stages: the instance is mirrored.
+#define LODE_MIRRORED 0x80000000u
+
 // visibility, third word: an instance, or this where there is none.
 #define LODE_NOTHING_VISIBLE 0xffffffffu
 
@@ -93,8 +96,8 @@ struct InstanceConstants {
     mat4 normal_to_world;  // its upper 3x3: inverse transpose
     uint first_material;
     uint asset;
-    float scale;  // the most that a length grows by
-    uint padding;
+    float scale;    // the most that a length grows by
+    uint mirrored;  // 1: what is counter-clockwise is seen clockwise
 };
 
 #ifdef __cplusplus

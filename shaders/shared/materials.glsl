@@ -14,6 +14,10 @@ layout(constant_id = LODE_BLENDING_CONSTANT) const bool blending = false;
 layout(set = 0, binding = LODE_TEXTURES) uniform sampler2DArray textures[LODE_MOST_TEXTURE_ARRAYS];
 
 bool scene_has(uint looks) { return (scene_looks & looks) != 0u; }
+// Whether fragments tell which side is shown: where views cannot leave out all that face away.
+bool fragments_have_sides() {
+    return scene_has(LODE_LOOKS_ONE_SIDED) && scene_has(LODE_LOOKS_TWO_SIDED | LODE_LOOKS_MIRRORS);
+}
 
 vec3 linear_from_srgb(vec3 c) {
     return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
@@ -124,9 +128,7 @@ Look look_of(Surface s) {
 // Whether a pass draws the point. What is blended leaves neither depth nor, where less than half is there, a shadow.
 bool is_drawn(Look look) {
     bool shadow = frame.views[draw_constants.view].eye.w == 0.0;
-    if (scene_has(LODE_LOOKS_TWO_SIDED) && scene_has(LODE_LOOKS_ONE_SIDED) && !look.two_sided && !look.front &&
-        frame.shows_backs == 0u && !shadow)
-        return false;
+    if (fragments_have_sides() && !look.two_sided && !look.front && frame.shows_backs == 0u && !shadow) return false;
     if (look.alpha_mode == LODE_ALPHA_MASK) return !blending && look.alpha >= look.alpha_cutoff;
     if (look.alpha_mode != LODE_ALPHA_BLEND) return !blending;
     return shadow ? look.alpha >= 0.5 : blending;

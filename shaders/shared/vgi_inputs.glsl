@@ -26,7 +26,7 @@ Surface surface_here(uvec4 visible) {
     vec2 size = vec2(view.target_width, view.target_height);
     vec4 world = view.clip_to_world * vec4(gl_FragCoord.xy / size * 2.0 - 1.0, gl_FragCoord.z, 1.0);
     Surface s = atlas_surface(visible, world / world.w, instance, asset_at(instance.asset));
-    s.front = gl_FrontFacing;
+    s.front = gl_FrontFacing != (instance.mirrored != 0u);
     return s;
 }
 

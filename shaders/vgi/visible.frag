@@ -11,7 +11,6 @@ layout(location = 0) out uvec4 out_visible;
 
 void main() {
     out_visible = visible_here();
-    bool sided = scene_has(LODE_LOOKS_TWO_SIDED) && scene_has(LODE_LOOKS_ONE_SIDED);
-    if ((sided || scene_has(LODE_LOOKS_MASK | LODE_LOOKS_BLEND)) && !is_drawn(look_of(surface_here(out_visible))))
+    if ((fragments_have_sides() || scene_has(LODE_LOOKS_MASK | LODE_LOOKS_BLEND)) && !is_drawn(look_of(surface_here(out_visible))))
         discard;
 }

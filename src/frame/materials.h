@@ -77,6 +77,9 @@ struct SurfaceImage {
 struct MaterialSet {
     std::vector<SurfaceMaterial> materials;  // at least one
     std::vector<SurfaceImage> images;        // of any size
+    // Whether instances may be mirrored. Where it is not told, what has one side is shown from behind as long as one
+    // is.
+    bool mirrors = false;
 
     // Whether a surface is shown from behind, so that views are not to leave out what faces away.
     bool any_double_sided() const {

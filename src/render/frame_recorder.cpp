@@ -96,7 +96,8 @@ void FrameRecorder::stage_bytes(const std::byte* data, uint64_t bytes, Target&& 
 }
 
 void FrameRecorder::upload_frame_data() {
-    const gpu::FrameConstants constants = frame_constants(input_, look_, c_.shadow_size, c_.instances.any_mirrored());
+    const bool shows_backs = c_.instances.any_mirrored() && !c_.looks.mirrors();
+    const gpu::FrameConstants constants = frame_constants(input_, look_, c_.shadow_size, shows_backs);
     const auto put = [&](const Buffer& buffer, const void* data, uint64_t bytes, uint64_t offset = 0) {
         stage_bytes(static_cast<const std::byte*>(data), bytes,
                     [&](VkDeviceSize staged, uint64_t done, uint64_t length) {

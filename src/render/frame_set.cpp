@@ -125,7 +125,7 @@ void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, co
 }
 
 gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOptions& look, uint32_t shadow_size,
-                                    bool any_mirrored) {
+                                    bool shows_backs) {
     LODE_CHECK(input.views.size() <= LODE_MOST_VIEWS, input.views.size());
     gpu::FrameConstants c{};
     c.shadow_view = LODE_MOST_VIEWS;
@@ -151,7 +151,7 @@ gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOption
     c.ground_colour = glm::vec4(look.ground_colour, 0);
     c.debug_view = static_cast<uint32_t>(look.debug);
     c.double_sided = look.double_sided ? 1 : 0;
-    c.shows_backs = look.double_sided || any_mirrored ? 1 : 0;
+    c.shows_backs = look.double_sided || shows_backs ? 1 : 0;
     return c;
 }
 

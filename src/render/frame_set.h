@@ -28,8 +28,8 @@ private:
     OwnedSampler texture_sampler_, texel_sampler_;
 };
 
-// shadow_size: texels a side of the shadow map; 0 turns shadows off. any_mirrored: of the instances.
+// shadow_size: texels a side of the shadow map; 0 turns shadows off. shows_backs: of what has one side, too.
 gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOptions& look, uint32_t shadow_size,
-                                    bool any_mirrored);
+                                    bool shows_backs);
 
 }  // namespace lodestone

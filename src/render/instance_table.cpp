@@ -9,13 +9,13 @@ namespace lodestone {
 
 void InstanceTable::convert(size_t i, const Instance& instance) {
     const glm::mat3 normal = glm::transpose(glm::inverse(glm::mat3(instance.object_to_world)));
+    const uint8_t mirrored = glm::determinant(glm::mat3(instance.object_to_world)) < 0 ? 1 : 0;
     all_[i] = {instance.object_to_world,
                glm::mat4(normal),
                instance.first_material,
                instance.asset,
                largest_scale(instance.object_to_world),
-               0};
-    const uint8_t mirrored = glm::determinant(glm::mat3(instance.object_to_world)) < 0 ? 1 : 0;
+               mirrored};
     mirrored_ += size_t{mirrored} - is_mirrored_[i];
     is_mirrored_[i] = mirrored;
 }

@@ -25,7 +25,7 @@ static_assert(texture_emission == LODE_TEXTURE_EMISSION && texture_roles == LODE
 bool is_moved(const SurfaceTexture& texture) { return texture.place != SurfaceTexture{}.place; }
 
 uint32_t looks_of(const MaterialSet& set) {
-    uint32_t looks = 0;
+    uint32_t looks = set.mirrors ? LODE_LOOKS_MIRRORS : 0;
     for (const SurfaceMaterial& m : set.materials) {
         for (uint32_t t = 0; t < texture_roles; ++t) {
             const SurfaceTexture& texture = m.textures[t];

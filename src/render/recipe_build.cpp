@@ -42,10 +42,11 @@ Variant blended_variant_of(const DrawnAs& as) {
 }
 
 bool SceneLooks::cuts() const {
-    constexpr uint32_t sides = LODE_LOOKS_TWO_SIDED | LODE_LOOKS_ONE_SIDED;
-    return (looks & (LODE_LOOKS_MASK | LODE_LOOKS_BLEND)) != 0 || (looks & sides) == sides;
+    const bool sides = (looks & LODE_LOOKS_ONE_SIDED) != 0 && (two_sided() || mirrors());
+    return (looks & (LODE_LOOKS_MASK | LODE_LOOKS_BLEND)) != 0 || sides;
 }
 bool SceneLooks::two_sided() const { return (looks & LODE_LOOKS_TWO_SIDED) != 0; }
+bool SceneLooks::mirrors() const { return (looks & LODE_LOOKS_MIRRORS) != 0; }
 bool SceneLooks::blends() const { return (looks & LODE_LOOKS_BLEND) != 0; }
 
 namespace {

@@ -101,6 +101,7 @@ struct SceneLooks {
     bool cuts() const;            // whether something of a surface is not there, or is blended
     bool blends() const;          // whether something is blended
     bool two_sided() const;       // whether something is shown from behind
+    bool mirrors() const;         // whether fragments know of mirrored instances
 };
 
 // frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split, or fewer

@@ -197,8 +197,9 @@ void add_obj_vertices(std::string& text, const TriMesh& mesh) {
 void add_obj_faces(std::string& text, const TriMesh& mesh) {
     uint32_t material = ~0u;
     for (const Triangle& t : mesh.triangles) {
-        if (!mesh.materials.empty() && mesh.materials[t[0]] != material) {
-            material = mesh.materials[t[0]];
+        const uint32_t own = mesh.materials.empty() ? 0 : mesh.materials[t[0]];
+        if (!mesh.material_table.empty() && own != material) {
+            material = own;
             text += "usemtl " + material_name(mesh, material) + "\n";
         }
         text += 'f';
@@ -215,7 +216,7 @@ void add_obj_faces(std::string& text, const TriMesh& mesh) {
 
 Result<void> write_obj(const TriMesh& mesh, const fs::path& path, const WriteOptions& options) {
     std::string text;
-    if (!mesh.materials.empty()) {
+    if (!mesh.material_table.empty()) {
         fs::path library = path;
         library.replace_extension(".mtl");
         if (auto done = MaterialLibrary(mesh, path, options).write(library); !done) return done;

@@ -114,6 +114,22 @@ TEST_F(WriteGlbTest, MaterialsComeBackWhole) {
     }
 }
 
+TEST_F(WriteGlbTest, AMeshOfOneMaterialNeedNotNameItForEachWedge) {
+    TriMesh mesh = fixtures::cube_with_seams();
+    mesh.material_table.resize(1);
+    mesh.material_table[0].name = "clay";
+    mesh.material_table[0].base_colour = {0.5f, 0.25f, 0.125f, 1};
+    for (const char* file : {"clay.glb", "clay.obj"}) {
+        ASSERT_TRUE(write_mesh(mesh, folder_ / file));
+        const auto read = read_mesh(folder_ / file);
+        ASSERT_TRUE(read) << read.error().message;
+        ASSERT_FALSE(read->material_table.empty()) << file;
+        const Material& material = read->material_table[read->materials.empty() ? 0 : read->materials[0]];
+        EXPECT_EQ(material.name, "clay") << file;
+        EXPECT_NEAR(material.base_colour.y, 0.25f, 1e-6f) << file;
+    }
+}
+
 TEST_F(WriteGlbTest, TexturesThatNoTransformPlacesAreLeftOutAndNamed) {
     TriMesh mesh = fixtures::mesh_of_every_material();
     mesh.material_table[1].emission_texture.place = {{1, 0}, {0.5f, 1}, {0, 0}};  // sheared

@@ -40,7 +40,7 @@ public:
         json_["nodes"] = {{{"mesh", 0}}};
         add_positions();
         add_other_attributes();
-        if (!mesh_.materials.empty()) {
+        if (!mesh_.material_table.empty()) {
             if (auto done = add_materials(); !done) return done;
         }
         add_primitives();
@@ -241,7 +241,7 @@ private:
             if (indices.empty()) continue;
             nlohmann::json primitive = {{"attributes", attributes_},
                                         {"indices", add_accessor(indices, {unsigned_int, "SCALAR"}, index_target)}};
-            if (!mesh_.materials.empty()) primitive["material"] = m;
+            if (!mesh_.material_table.empty()) primitive["material"] = m;
             primitives.push_back(primitive);
         }
         json_["meshes"] = {{{"primitives", primitives}}};

@@ -37,7 +37,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::span<const uint8_t> rest(data + 4, size - 4);
     const PageTree tree{2u << data[0] % 7};  // 2 .. 128 cells
     const Layer layer = (data[1] & 8) != 0 ? Layer::attributes : Layer::geometry;
-    const auto channels = channels_of({true, (data[1] & 1) != 0, (data[1] & 2) != 0, (data[1] & 4) != 0}, layer);
+    const auto bit = [&](int number) { return (data[1] >> number & 1) != 0; };
+    const AtlasAttributes attributes{{true, bit(0), bit(1), bit(2)}, bit(4), bit(5)};
+    const auto channels = channels_of(attributes, layer);
     const uint32_t family = data[2] % tree.families();
     std::vector<std::byte> bytes;
     if (data[3] % 4 == 0) {

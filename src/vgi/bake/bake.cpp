@@ -637,6 +637,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         if ((round.is_last() && round.fault().empty()) || std::ranges::find(bad, true) == bad.end()) {
             auto atlas = round.take();
             if (atlas) atlas->attributes = attributes_of_atlas(source, context.looks);
+            if (atlas && bakes) agree_on_borders(*atlas);
             return atlas;
         }
         surface = surface_now();

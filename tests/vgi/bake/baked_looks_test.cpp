@@ -141,6 +141,36 @@ TEST(BakedLooks, WhatWasPaintedThroughFragmentsComesBackByPlace) {
     EXPECT_GT(psnr, 40);
 }
 
+// Fragments of unlike colours: where charts meet, they agree.
+TEST(BakedLooks, ChartsAgreeWhereTheyMeet) {
+    TriMesh mesh = in_fragments();
+    paint(mesh);
+    constexpr uint32_t size = side * cell;
+    for (uint32_t i = 0; i < size * size; ++i) {
+        const uint32_t place = i / size / cell * side + i % size / cell;
+        mesh.images[0].texels[i] = glm::u8vec4(place * 97 % 256, place * 31 % 256, place * 53 % 256, 255);
+    }
+    ASSERT_TRUE(repair(mesh));
+    const Atlas atlas = baked(mesh);
+    std::vector<glm::u8vec4> border;
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const uint32_t n = atlas.attribute_cells_of(c);
+        for (uint32_t s = 0; s < 4; ++s) {
+            const GluedSide& other = atlas.sides[4 * c + s];
+            if (other.chart == ~0u || atlas.attribute_cells_of(other.chart) != n) continue;
+            for (uint32_t k = 0; k <= n; ++k) {
+                const auto [x, y] = on_side(s, k, n);
+                const auto [u, v] = on_side(other.side, n - k, n);
+                border.push_back(atlas.colours[atlas.attribute_texel(c, x, y)]);
+                ASSERT_EQ(border.back(), atlas.colours[atlas.attribute_texel(other.chart, u, v)])
+                    << c << ", " << s << ", " << k;
+            }
+        }
+    }
+    EXPECT_GT(border.size(), 100u);
+    EXPECT_TRUE(std::ranges::any_of(border, [&](const glm::u8vec4& colour) { return colour != border[0]; }));
+}
+
 // What textures say of metal, roughness, occlusion, emission and normals.
 TEST(BakedLooks, KeepsEveryKindOfTexture) {
     TriMesh mesh = fixtures::grid(8, 8);

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "base/srgb.h"
+#include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "vgi/asset/atlas.h"
 
@@ -56,7 +57,7 @@ AtlasAttributes BakedLooks::attributes() const {
 double BakedLooks::twice_uv_area(uint32_t triangle) const {
     const Triangle& t = mesh_.triangles[triangle];
     return std::abs(upright(glm::dvec2(mesh_.uvs[t[1]]) - glm::dvec2(mesh_.uvs[t[0]]),
-                          glm::dvec2(mesh_.uvs[t[2]]) - glm::dvec2(mesh_.uvs[t[0]])));
+                            glm::dvec2(mesh_.uvs[t[2]]) - glm::dvec2(mesh_.uvs[t[0]])));
 }
 
 const Material& BakedLooks::material_of(uint32_t triangle) const {
@@ -152,5 +153,100 @@ void BakedLooks::put(uint32_t triangle, const glm::dvec2& place, double uv_per_s
             mapped_normal(triangle, m.normal_texture, at(*map, uv, uv_per_sample), m.normal_scale, normal / length));
     }
 }
+
+namespace {
+
+// What samples that are one place have together.
+struct Meeting {
+    glm::vec4 colour{0};
+    glm::vec3 surface{0}, emission{0};
+    float samples = 0;
+};
+
+class BorderMeans {
+public:
+    explicit BorderMeans(Atlas& atlas) : atlas_(atlas), together_(0) {}
+
+    void run() {
+        number_samples();
+        join_samples();
+        std::vector<Meeting> meetings(texels_.size());
+        for (uint32_t i = 0; i < texels_.size(); ++i) add(texels_[i], meetings[together_.find(i)]);
+        for (uint32_t i = 0; i < texels_.size(); ++i) {
+            const Meeting& met = meetings[together_.find(i)];
+            if (met.samples > 1) put(met, texels_[i]);
+        }
+    }
+
+private:
+    // Of a side's sample; corners have a number for each of their two sides.
+    uint32_t number(uint32_t chart, uint32_t side, uint32_t step) const {
+        return first_[chart] + side * (atlas_.attribute_cells_of(chart) + 1) + step;
+    }
+    void number_samples() {
+        for (uint32_t c = 0; c < atlas_.charts(); ++c) {
+            first_.push_back(static_cast<uint32_t>(texels_.size()));
+            const uint32_t n = atlas_.attribute_cells_of(c);
+            for (uint32_t side = 0; side < 4; ++side) {
+                for (uint32_t step = 0; step <= n; ++step) {
+                    const auto [x, y] = on_side(side, step, n);
+                    texels_.push_back(atlas_.attribute_texel(c, x, y));
+                }
+            }
+        }
+        together_ = DisjointSets(texels_.size());
+    }
+    void join_samples() {
+        for (uint32_t c = 0; c < atlas_.charts(); ++c) {
+            const uint32_t n = atlas_.attribute_cells_of(c);
+            for (uint32_t side = 0; side < 4; ++side) {
+                together_.join(number(c, side, n), number(c, (side + 1) % 4, 0));
+                const GluedSide& glued = atlas_.sides[4 * c + side];
+                if (glued.chart == ~0u || atlas_.attribute_cells_of(glued.chart) != n) continue;
+                for (uint32_t step = 0; step <= n; ++step) {
+                    const uint32_t a = number(c, side, step), b = number(glued.chart, glued.side, n - step);
+                    if (alike(texels_[a], texels_[b])) together_.join(a, b);
+                }
+            }
+        }
+    }
+    bool alike(size_t a, size_t b) const {
+        return atlas_.materials.empty() || atlas_.materials[a] == atlas_.materials[b];
+    }
+    void add(size_t texel, Meeting& to) const {
+        const auto linear = [](uint8_t byte) { return static_cast<float>(linear_from_srgb(byte / 255.0)); };
+        if (!atlas_.colours.empty()) {
+            const glm::u8vec4& c = atlas_.colours[texel];
+            to.colour += glm::vec4(linear(c.x), linear(c.y), linear(c.z), static_cast<float>(c.w) / 255);
+        }
+        for (int k = 0; k < 3; ++k) {
+            const auto channel = static_cast<size_t>(k);
+            if (!atlas_.surfaces.empty()) to.surface[k] += static_cast<float>(atlas_.surfaces[texel][channel]) / 255;
+            if (!atlas_.emissions.empty()) to.emission[k] += linear(atlas_.emissions[texel][channel]);
+        }
+        to.samples += 1;
+    }
+    void put(const Meeting& met, size_t texel) {
+        if (!atlas_.colours.empty()) {
+            const glm::vec4 c = met.colour / met.samples;
+            atlas_.colours[texel] = {srgb_byte_of(c.x), srgb_byte_of(c.y), srgb_byte_of(c.z), byte_of(c.w)};
+        }
+        for (int k = 0; k < 3; ++k) {
+            const auto channel = static_cast<size_t>(k);
+            if (!atlas_.surfaces.empty()) atlas_.surfaces[texel][channel] = byte_of(met.surface[k] / met.samples);
+            if (!atlas_.emissions.empty())
+                atlas_.emissions[texel][channel] = srgb_byte_of(met.emission[k] / met.samples);
+        }
+    }
+
+    Atlas& atlas_;
+    std::vector<uint32_t> first_;  // per chart
+    std::vector<size_t> texels_;   // per number
+    DisjointSets together_;
+};
+
+}  // namespace
+
+void agree_on_borders(Atlas& atlas) { BorderMeans(atlas).run(); }
 
 }  // namespace lodestone::vgi

@@ -47,4 +47,9 @@ private:
     std::vector<std::optional<MippedImage>> colours_, numbers_;  // per image, where some texture means it so
 };
 
+// Samples of borders that are one place of the surface get the mean of what the charts there have, in linear light
+// where that is a colour, so that nothing jumps where charts meet on a seam of the source's texture. Those of different
+// materials stay what they are.
+void agree_on_borders(Atlas& atlas);
+
 }  // namespace lodestone::vgi

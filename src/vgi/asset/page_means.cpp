@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/srgb.h"
 #include "vgi/asset/page_plane.h"
 
 namespace lodestone::vgi {
@@ -26,6 +27,11 @@ public:
 
     int32_t plain(size_t channel, int32_t x, int32_t y) const {
         const Plane plane{page_.values.data(), static_cast<uint32_t>(channel), n_, 0, channels_[channel]};
+        if (channels_[channel].srgb) {
+            const auto [light, all] =
+                weighed<float>(x, y, [&](int32_t u, int32_t v) { return linear_of_byte(plane.at(u, v)); });
+            return srgb_byte_of(light / static_cast<float>(all));
+        }
         const auto [sum, weights] = weighed<int32_t>(x, y, [&](int32_t u, int32_t v) { return plane.at(u, v); });
         return Plane::rounded(sum, weights);
     }

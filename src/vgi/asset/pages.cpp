@@ -175,12 +175,13 @@ std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer)
     using Kind = Channel::Kind;
     constexpr Channel lattice{0, true, false, Kind::smooth}, error{1, false, false, Kind::error},
         radius{2, false, false, Kind::radius}, normal{0, false, true, Kind::direction, true}, uv{1, true, false},
-        colour{2, false, false, Kind::amount, true}, surface{4, false, false, Kind::amount, true},
-        emission{5, false, false, Kind::amount, true}, material{3, true, false, Kind::name};
+        colour{2, false, false, Kind::amount, true, true}, alpha{2, false, false, Kind::amount, true},
+        surface{4, false, false, Kind::amount, true}, emission{5, false, false, Kind::amount, true, true},
+        material{3, true, false, Kind::name};
     if (layer == Layer::geometry) return {lattice, lattice, lattice, error, radius};
     std::vector<Channel> channels{normal, normal};
     if (attributes.uvs) channels.insert(channels.end(), 2, uv);
-    if (attributes.colours) channels.insert(channels.end(), 4, colour);
+    if (attributes.colours) channels.insert(channels.end(), {colour, colour, colour, alpha});
     if (attributes.surfaces) channels.insert(channels.end(), 3, surface);
     if (attributes.emissions) channels.insert(channels.end(), 3, emission);
     if (attributes.materials) channels.push_back(material);

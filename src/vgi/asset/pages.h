@@ -74,6 +74,7 @@ struct Channel {
     bool is_signed;            // numbers of 8 bits are -128 .. 127, else 0 .. 255
     Kind kind = Kind::amount;  // of all its numbers
     bool averaged = false;     // coarser pages have means of what is around instead (page_means.h); not wide
+    bool srgb = false;         // means are of the light that the numbers stand for
 };
 // The channels of a layer, in the order they are stored.
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "base/check.h"
+#include "base/srgb.h"
 #include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "shaders/shared/vgi_texels.h"
@@ -95,12 +96,20 @@ private:
         }
     }
 
+    // Of a number of the words of bytes: whether it stands for light. Of colours alpha does not.
+    bool is_srgb(uint32_t word, int number) const {
+        if (word == 0 && about_.attributes.colours) return number < 3;
+        return about_.attributes.emissions && word + 1 == byte_words_;
+    }
     Sum unpacked(uint32_t chart, uint32_t i) const {
         const uint32_t* const words = texel(chart, i);
         Sum sum;
         sum.normal = unpack_octahedral({static_cast<int8_t>(*words & 255), static_cast<int8_t>(*words >> 8 & 255)});
         for (uint32_t w = 0; w < byte_words_; ++w) {
-            for (int k = 0; k < 4; ++k) sum.bytes[w][k] = static_cast<float>(words[first_bytes_ + w] >> (8 * k) & 255);
+            for (int k = 0; k < 4; ++k) {
+                const uint32_t byte = words[first_bytes_ + w] >> (8 * k) & 255;
+                sum.bytes[w][k] = is_srgb(w, k) ? linear_of_byte(static_cast<int32_t>(byte)) : static_cast<float>(byte);
+            }
         }
         sum.weight = 1;
         return sum;
@@ -167,7 +176,10 @@ private:
             }
             for (uint32_t w = 0; w < byte_words_; ++w) {
                 uint32_t word = 0;
-                for (int k = 0; k < 4; ++k) word |= static_cast<uint32_t>(means[i].bytes[w][k] + 0.5f) << (8 * k);
+                for (int k = 0; k < 4; ++k) {
+                    const float mean = means[i].bytes[w][k];
+                    word |= (is_srgb(w, k) ? srgb_byte_of(mean) : static_cast<uint32_t>(mean + 0.5f)) << (8 * k);
+                }
                 to[first_bytes_ + w] = word;
             }
         }

@@ -8,7 +8,10 @@
 #include "base/srgb.h"
 #include "fixtures/meshes.h"
 #include "mesh/repair.h"
+#include "vgi/asset/pages.h"
 #include "vgi/bake/bake.h"
+#include "vgi/draw/attribute_pages.h"
+#include "vgi/draw/mip_tail.h"
 
 namespace lodestone::vgi {
 namespace {
@@ -169,6 +172,36 @@ TEST(BakedLooks, ChartsAgreeWhereTheyMeet) {
     }
     EXPECT_GT(border.size(), 100u);
     EXPECT_TRUE(std::ranges::any_of(border, [&](const glm::u8vec4& colour) { return colour != border[0]; }));
+}
+
+// Black and white in turn: from far away it is as bright as half the light, 188, not half the number, 128.
+TEST(BakedLooks, FarAwayIsAsBrightAsNearBy) {
+    TriMesh mesh = in_fragments();
+    paint(mesh);
+    ASSERT_TRUE(repair(mesh));
+    Atlas atlas = baked(mesh);
+    std::vector<std::shared_ptr<const AttributePage>> coarsest;
+    const auto tree = tree_of(atlas, Layer::attributes);
+    const uint32_t words = attribute_words(atlas.attributes);
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const uint32_t n = atlas.attribute_cells_of(c);
+        for (uint32_t y = 0; y <= n; ++y) {
+            for (uint32_t x = 0; x <= n; ++x)
+                atlas.colours[atlas.attribute_texel(c, x, y)] = glm::u8vec4(glm::u8vec3((x + y) % 2 * 255), 255);
+        }
+        coarsest.push_back(std::make_shared<const AttributePage>(
+            packed_attributes(read_pages(atlas, Layer::attributes, c)[0], tree, atlas.attributes, words)));
+    }
+    const AttributePage tail = mip_tail(atlas, coarsest, words);
+    const uint32_t samples = mip_tail_samples(tree.cells_per_page());
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const uint32_t last = tail[(size_t{c + 1} * samples - 1) * words + 1];
+        for (int k = 0; k < 3; ++k) {
+            EXPECT_GT(last >> (8 * k) & 255, 170u);
+            EXPECT_LT(last >> (8 * k) & 255, 206u);
+        }
+        EXPECT_EQ(last >> 24, 255u);
+    }
 }
 
 // What textures say of metal, roughness, occlusion, emission and normals.

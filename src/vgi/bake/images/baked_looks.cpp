@@ -17,9 +17,6 @@ namespace {
 double upright(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
 uint8_t byte_of(float share) { return static_cast<uint8_t>(std::lround(255 * std::clamp(share, 0.0f, 1.0f))); }
-uint8_t srgb_byte_of(float linear) {
-    return byte_of(static_cast<float>(srgb_from_linear(std::clamp(static_cast<double>(linear), 0.0, 1.0))));
-}
 
 }  // namespace
 
@@ -131,8 +128,7 @@ void BakedLooks::put(uint32_t triangle, const glm::dvec2& place, double uv_per_s
     const Material& m = material_of(triangle);
     if (const auto colour = texture_of(m.base_colour_texture, Texels::colours)) {
         const glm::vec4 texture = at(*colour, uv, uv_per_sample);
-        for (int k = 0; k < 3; ++k)
-            is.colour[k] = srgb_byte_of(texture[k] * static_cast<float>(linear_from_srgb(is.colour[k] / 255.0)));
+        for (int k = 0; k < 3; ++k) is.colour[k] = srgb_byte_of(texture[k] * linear_of_byte(is.colour[k]));
         is.colour.w = byte_of(texture.w * static_cast<float>(is.colour.w) / 255);
     }
     if (const auto factors = texture_of(m.metallic_roughness_texture, Texels::numbers)) {
@@ -214,15 +210,15 @@ private:
         return atlas_.materials.empty() || atlas_.materials[a] == atlas_.materials[b];
     }
     void add(size_t texel, Meeting& to) const {
-        const auto linear = [](uint8_t byte) { return static_cast<float>(linear_from_srgb(byte / 255.0)); };
         if (!atlas_.colours.empty()) {
             const glm::u8vec4& c = atlas_.colours[texel];
-            to.colour += glm::vec4(linear(c.x), linear(c.y), linear(c.z), static_cast<float>(c.w) / 255);
+            to.colour +=
+                glm::vec4(linear_of_byte(c.x), linear_of_byte(c.y), linear_of_byte(c.z), static_cast<float>(c.w) / 255);
         }
         for (int k = 0; k < 3; ++k) {
             const auto channel = static_cast<size_t>(k);
             if (!atlas_.surfaces.empty()) to.surface[k] += static_cast<float>(atlas_.surfaces[texel][channel]) / 255;
-            if (!atlas_.emissions.empty()) to.emission[k] += linear(atlas_.emissions[texel][channel]);
+            if (!atlas_.emissions.empty()) to.emission[k] += linear_of_byte(atlas_.emissions[texel][channel]);
         }
         to.samples += 1;
     }

@@ -221,7 +221,7 @@ Result<Made> make_tiles(const TileArguments& o, Scene scene, TilePlace& place, c
     options.up = place.up();
     options.tile_triangles = o.tile_triangles;
     options.name = scene.name;
-    SceneNeeds needs{Need::none, Need::none, Need::none, Need::must};
+    SceneNeeds needs{Need::no, Need::no, Need::no, Need::must};
     needs.leaves = false;  // tiles are made of samples
     const std::optional<Scene> of_piece = scene.clip.empty() ? std::nullopt : std::optional(scene);
     const auto ready = ready_scene(std::move(scene), needs, progress);

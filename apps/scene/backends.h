@@ -16,7 +16,7 @@ std::vector<std::string> backend_names();
 // Fault::usage, naming the option, where there is no such backend.
 Result<void> check_backend(const std::string& option, const std::string& name);
 // What a scene has to hold for these backends. rest: of what the others need.
-SceneNeeds needs_of(const std::vector<std::string>& names, Need rest = Need::none);
+SceneNeeds needs_of(const std::vector<std::string>& names, Need rest = Need::no);
 // Techniques that cannot draw leaves are given samples that stand for them.
 void note_rasters(const std::vector<std::string>& rasters, SceneNeeds& needs);
 // Fault::usage, naming the option, unless it is one of the backend's (of any's, where that is empty), or empty for the

@@ -203,7 +203,7 @@ Result<Asset> ready_asset(const SceneAsset& asset, const SceneNeeds& needs, cons
     PartBakery bakery(*source, needs, progress);
     std::optional<Asset> all;
     const auto add = [&](const char* name, Need need) -> Result<void> {
-        if (need == Need::none) return {};
+        if (need == Need::no) return {};
         auto part = bakery.part(name, need);
         if (!part) return tl::unexpected(part.error());
         if (!*part) return {};

@@ -28,11 +28,11 @@ struct ReadyScene {
 };
 
 // Whether a part of an asset must be there, is taken where it is in the cache, or is left out.
-enum class Need { none, welcome, must };
+enum class Need { no, welcome, must };
 // What the backends to be opened draw from.
 struct SceneNeeds {
     Need full = Need::must, discrete = Need::must, lod = Need::must;  // the mesh itself, chains, progressive meshes
-    Need vgi = Need::none;                                            // atlases
+    Need vgi = Need::no;                                              // atlases
     bool leaves = true;    // atlases have them; else finest samples denser than the source stand for it
     bool quickly = false;  // what is missing is baked so that it can be drawn soon; better is taken from the cache
 };

@@ -57,7 +57,7 @@ Result<void> PlanMirror::check_draw(Stage stage, const Draw& draw, bool indirect
     if ((input.views[draw.view].kind == View::Kind::shadow) != (stage == Stage::shadow))
         return wrong("a view is drawn in a stage of the other kind");
     if (stage == Stage::effect) return wrong("a draw stands in the effect stage");
-    const bool blends = pipeline.blend != Blend::none;
+    const bool blends = pipeline.blend != Blend::replace;
     if (blends != (stage == Stage::composite))
         return wrong("'" + pipeline.name + "' is drawn in the " + name_of(stage) + " stage; " +
                      (blends ? "what blends belongs into the composite stage" : "there only what blends is drawn"));

@@ -87,8 +87,8 @@ struct StorageBinding {
 
 // How what a pipeline draws is mixed with what is there.
 enum class Blend : uint8_t {
-    none,  // it replaces it
-    over,  // there * alpha + drawn: drawn is premultiplied, and alpha is what shines through. Coverage stays
+    replace,  // what is there goes
+    over,     // there * alpha + drawn: drawn is premultiplied, and alpha is what shines through. Coverage stays
 };
 
 // What a pipeline does.
@@ -119,7 +119,7 @@ struct PipelineSpec {
     // draw: covers the view, in the colour stage alone, wherever the depth stage left something; or, where it blends,
     // in the composite stage alone, everywhere.
     bool whole_view = false;
-    Blend blend = Blend::none;        // draw: other than none of an effect's whole_view alone
+    Blend blend = Blend::replace;     // draw: other than replace of an effect's whole_view alone
     std::vector<uint32_t> constants;  // specialisation constants 0, 1, ... of all its shaders; fewer than 10
     bool operator==(const PipelineSpec&) const = default;
 };

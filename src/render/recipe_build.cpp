@@ -223,7 +223,7 @@ struct ShaderStages {
 
 // Whether some stage of some ShadingOptions runs it.
 bool is_used(const PipelineSpec& spec, Variant variant, const SceneLooks& looks, bool draws_lines, bool with_effect) {
-    if (spec.blend != Blend::none) return variant == Variant::composite;
+    if (spec.blend != Blend::replace) return variant == Variant::composite;
     if (over_all(variant) || (beside_effect(variant) && !with_effect)) return false;
     if (is_blended(variant)) return looks.blends() && !spec.blended.empty();
     for (const Stage stage : {Stage::shadow, Stage::depth, Stage::colour}) {
@@ -325,7 +325,7 @@ private:
     }
 
     void set_blend(const PipelineSpec& spec, Variant variant) {
-        if (spec.blend == Blend::none && !is_blended(variant)) return;
+        if (spec.blend == Blend::replace && !is_blended(variant)) return;
         blend_attachment_.blendEnable = VK_TRUE;
         if (spec.blend == Blend::over) {
             blend_attachment_.srcColorBlendFactor = VK_BLEND_FACTOR_ONE;

@@ -245,7 +245,7 @@ TEST(PlanMirror, NamesWhatBlendsOutsideTheCompositeStage) {
     EXPECT_EQ(fault_in(Stage::composite), "");
     EXPECT_THAT(fault_in(Stage::colour), HasSubstr("what blends belongs into the composite stage"));
     EXPECT_THAT(fault_in(Stage::effect), HasSubstr("a draw stands in the effect stage"));
-    over.recipe.pipelines[0].blend = Blend::none;
+    over.recipe.pipelines[0].blend = Blend::replace;
     EXPECT_EQ(fault_in(Stage::colour), "");
     EXPECT_THAT(fault_in(Stage::composite), HasSubstr("there only what blends is drawn"));
     over.recipe.pipelines[0].blend = Blend::over;

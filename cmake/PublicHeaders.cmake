@@ -5,6 +5,7 @@ set(LODESTONE_PUBLIC_HEADERS
   base/files/chunk_file.h
   base/files/file.h
   base/hash.h
+  base/looks/material.h
   base/none.h
   base/progress.h
   base/result.h
@@ -43,7 +44,6 @@ set(LODESTONE_PUBLIC_HEADERS
   mesh/io/read.h
   mesh/io/write.h
   mesh/limits.h
-  mesh/material.h
   mesh/mesh_stream.h
   mesh/packed_vertices.h
   mesh/position_index.h

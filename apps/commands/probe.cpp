@@ -41,7 +41,7 @@ public:
         recipe.buffers = {{"probe vertices", probe_vertices * sizeof(MeshVertex), use_vertex, 4},
                           {"probe indices", indices.size_bytes(), use_index, 4}};
         recipe.pipelines = {indexed_mesh_pipeline()};
-        if (auto done = renderer_->load(recipe, MaterialSet{{SurfaceMaterial{}}, {}}); !done)
+        if (auto done = renderer_->load(recipe, MaterialSet{{Material{}}, {}}); !done)
             return tl::unexpected(done.error());
         FrameInput input;
         input.views = {view_of(Camera{}, 16, 16)};

@@ -3,9 +3,9 @@
 #include <unistd.h>
 
 #include <bit>
-#include <CLI/CLI.hpp>
 #include <cstdlib>
 
+#include "apps/embed/option_words.h"
 #include "apps/options/bake_options.h"
 #include "mesh/packed_vertices.h"
 
@@ -13,15 +13,13 @@ namespace lodestone {
 
 namespace {
 
-template <class Parse>
-Result<BakeOptions> parsed(Parse&& parse) {
+// given: words or a text.
+template <class Given>
+Result<BakeOptions> bake_options_given(const Given& given) {
     CLI::App command;
-    command.set_help_flag();
     BakeWords words;
     add_bake_options(command, words);
-    try {
-        parse(command);
-    } catch (const CLI::ParseError& e) { return fail(Fault::usage, std::string("options: ") + e.what()); }
+    if (auto done = parse_options(command, given); !done) return tl::unexpected(done.error());
     return bake_options_of(words);
 }
 
@@ -100,13 +98,9 @@ private:
 
 }  // namespace
 
-Result<BakeOptions> bake_options_of(const std::vector<std::string>& words) {
-    return parsed([&](CLI::App& command) { command.parse(std::vector<std::string>(words.rbegin(), words.rend())); });
-}
+Result<BakeOptions> bake_options_of(const std::vector<std::string>& words) { return bake_options_given(words); }
 
-Result<BakeOptions> bake_options_of_text(const std::string& text) {
-    return parsed([&](CLI::App& command) { command.parse(text, false); });
-}
+Result<BakeOptions> bake_options_of_text(const std::string& text) { return bake_options_given(text); }
 
 Result<BakedAsset> bake_mesh(const NamedMesh& mesh, const BakeOptions& options,
                              const std::optional<std::filesystem::path>& path, bool opened, const Progress& progress) {

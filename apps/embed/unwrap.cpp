@@ -1,5 +1,6 @@
 #include "apps/embed/unwrap.h"
 
+#include "apps/embed/option_words.h"
 #include "apps/options/unwrap_options.h"
 #include "mesh/repair.h"
 
@@ -7,28 +8,21 @@ namespace lodestone {
 
 namespace {
 
-template <class Parse>
-Result<UnwrapChoices> choices_parsed(Parse&& parse) {
+// given: words or a text.
+template <class Given>
+Result<UnwrapChoices> unwrap_choices_given(const Given& given) {
     CLI::App command;
-    command.set_help_flag();
     UnwrapChoices choices;
     add_unwrap_options(command, choices);
-    try {
-        parse(command);
-    } catch (const CLI::ParseError& e) { return fail(Fault::usage, std::string("options: ") + e.what()); }
+    if (auto done = parse_options(command, given); !done) return tl::unexpected(done.error());
     return choices;
 }
 
 }  // namespace
 
-Result<UnwrapChoices> unwrap_choices_of(const std::vector<std::string>& words) {
-    return choices_parsed(
-        [&](CLI::App& command) { command.parse(std::vector<std::string>(words.rbegin(), words.rend())); });
-}
+Result<UnwrapChoices> unwrap_choices_of(const std::vector<std::string>& words) { return unwrap_choices_given(words); }
 
-Result<UnwrapChoices> unwrap_choices_of_text(const std::string& text) {
-    return choices_parsed([&](CLI::App& command) { command.parse(text, false); });
-}
+Result<UnwrapChoices> unwrap_choices_of_text(const std::string& text) { return unwrap_choices_given(text); }
 
 Result<UnwrapDone> unwrap(TriMesh mesh, const UnwrapChoices& choices, const Progress& progress) {
     progress.at("repair", 0);

@@ -6,7 +6,6 @@
 #include "apps/drawing/session.h"
 #include "apps/drawing/stage.h"
 #include "apps/scene/backends.h"
-#include "apps/scene/scene_materials.h"
 #include "apps/scene/workplace.h"
 #include "render/renderer.h"
 #endif

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "apps/scene/bake.h"
-#include "apps/scene/scene_materials.h"
 #include "apps/terminal.h"
 #include "base/check.h"
 #include "base/clock.h"
@@ -251,6 +250,27 @@ fs::path cache_folder() {
         return fs::path(cache) / "lodestone";
     const char* home = std::getenv("HOME");
     return (home != nullptr ? fs::path(home) / ".cache" : fs::temp_directory_path()) / "lodestone";
+}
+
+MaterialSet gather_materials(const std::vector<Asset>& assets, std::vector<uint32_t>* first_material) {
+    MaterialSet set;
+    first_material->clear();
+    for (const Asset& asset : assets) {
+        first_material->push_back(static_cast<uint32_t>(set.materials.size()));
+        if (asset.material_table().empty()) {
+            set.materials.emplace_back();
+            continue;
+        }
+        const auto first_image = static_cast<int32_t>(set.images.size());
+        set.images.insert(set.images.end(), asset.images().begin(), asset.images().end());
+        for (Material material : asset.material_table()) {
+            for (Texture* texture : material.textures()) {
+                if (texture->there()) texture->image += first_image;
+            }
+            set.materials.push_back(std::move(material));
+        }
+    }
+    return set;
 }
 
 Result<ReadyScene> ready_scene(Scene scene, const SceneNeeds& needs, const Progress& progress) {

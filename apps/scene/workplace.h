@@ -46,4 +46,7 @@ Camera usual_camera(const ReadyScene& scene);
 // $XDG_CACHE_HOME/lodestone or ~/.cache/lodestone.
 std::filesystem::path cache_folder();
 
+// One table for all assets; first_material[a] is where asset a's materials begin.
+MaterialSet gather_materials(const std::vector<Asset>& assets, std::vector<uint32_t>* first_material);
+
 }  // namespace lodestone

@@ -34,8 +34,7 @@
 // 1 where what is blended is drawn, and nothing else.
 #define LODE_BLENDING_CONSTANT 10
 
-// Bit k: some material has texture k.
-#define LODE_LOOKS_TEXTURES 31
+// Bits below: some material has texture k.
 #define LODE_LOOKS_METALLIC_ROUGHNESS 32
 #define LODE_LOOKS_UNLIT 64
 #define LODE_LOOKS_EMISSION 128

@@ -36,6 +36,22 @@ SurfaceCell surface_cell(uint first, uint cells, vec2 at, uint stride) {
     return SurfaceCell(mix(mix(a, b, f.x), mix(c, d, f.x), f.y), mix(b - a, d - c, f.y), mix(c - a, d - b, f.x));
 }
 
+// A page of positions around a place of a chart, and how many of its cells, as a power of two, are taken as one for cells of
+// level `fit` of the chart's own.
+struct PositionPage {
+    FoundPage found;
+    uint first, stride;  // first: its first sample
+};
+PositionPage position_page(vec2 place, uint chart, int fit, VgiAsset asset) {
+    uint shift = uint(findMSB(asset.page_cells)), base = uint(findMSB(asset.cells)) - shift;
+    FoundPage found = find_page(asset.first_page + chart * asset.pages, place, base, uint(clamp(fit, 0, int(base))));
+    return PositionPage(found, found.slot * LODE_VGI_PAGE_TEXELS, uint(clamp(fit - int(found.level), 0, int(shift))));
+}
+// The level of positions whose cells are as large as those of a level of attributes.
+int level_of_positions(int of_attributes, VgiAsset asset) {
+    return of_attributes - int(asset.attribute_cells) + findMSB(asset.cells);
+}
+
 // What is drawn is up to the pixel error away from the surface: whatever is looked up at the place that was drawn is seen
 // as far from where it belongs. The surface itself is known better, from samples that no triangle was made of: this is
 // the place where a pixel's ray meets what they tell, near the place that was drawn. As in relief mapping,
@@ -53,9 +69,9 @@ vec2 surface_place(vec2 place, uint chart, vec3 world, float lod, InstanceConsta
     // twice as far none.
     const float near = 0.07, most_cells = 3.0;
     uint page_shift = uint(findMSB(asset.page_cells)), base = uint(findMSB(asset.cells)) - page_shift;
-    int fit = int(floor(lod - 0.3)) - int(asset.attribute_cells) + findMSB(asset.cells);
-    FoundPage found = find_page(asset.first_page + chart * asset.pages, place, base, uint(clamp(fit, 0, int(base))));
-    uint first = found.slot * LODE_VGI_PAGE_TEXELS, stride = uint(clamp(fit - int(found.level), 0, int(page_shift)));
+    PositionPage page = position_page(place, chart, level_of_positions(int(floor(lod - 0.3)), asset), asset);
+    FoundPage found = page.found;
+    uint first = page.first, stride = page.stride;
     // Lattice units.
     mat3 to_object = transpose(mat3(instance.normal_to_world));
     vec3 origin = vec3(asset.origin_x, asset.origin_y, asset.origin_z);

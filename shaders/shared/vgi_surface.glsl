@@ -22,15 +22,6 @@ bool has_normal(uvec4 visible) {
            debug_view() != LODE_DEBUG_STRETCH && debug_view() != LODE_DEBUG_TRIANGLE && debug_view() != LODE_DEBUG_MISSES;
 }
 
-// The cell of positions around a place of a chart, near the level of the attributes that are read.
-SurfaceCell cell_of_positions(vec2 place, uint chart, uint fit, VgiAsset asset) {
-    uint shift = uint(findMSB(asset.page_cells)), base = uint(findMSB(asset.cells)) - shift;
-    int level = int(fit) - int(asset.attribute_cells) + findMSB(asset.cells);
-    FoundPage found = find_page(asset.first_page + chart * asset.pages, place, base, uint(clamp(level, 0, int(base))));
-    uint stride = uint(clamp(level - int(found.level), 0, int(shift)));
-    return surface_cell(found.slot * LODE_VGI_PAGE_TEXELS, asset.page_cells, found.place * float(asset.page_cells), stride);
-}
-
 // visible: as shaders/vgi/visible.frag writes it. world: where that is.
 Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, VgiAsset asset) {
     uint chart = visible.y & 0x0fffffffu;
@@ -66,8 +57,9 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
     }
     if (has_normal(visible)) {
         // Of a leaf up close; where pixels are coarser than samples, or maps of normals are in these, their means.
-        float own = visible.y >> 28 == LODE_VGI_LEAF_LEVEL ? clamp(-lod, 0.0, 1.0) : 1.0;
-        if ((ever & has & LODE_VGI_MAPPED_NORMALS) != 0u) own = 0.0;
+        float own = 1.0;
+        if (visible.y >> 28 == LODE_VGI_LEAF_LEVEL)
+            own = (has & LODE_VGI_MAPPED_NORMALS) != 0u ? 0.0 : clamp(-lod, 0.0, 1.0);
         normal = mix(normalize(normal), unfolded(unpackSnorm2x16(visible.w)), own);
     }
     Surface s;
@@ -113,8 +105,7 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
         vec4 edge = vec4(distance(uvs[0], uvs[1]), distance(uvs[2], uvs[3]), distance(uvs[0], uvs[2]), distance(uvs[1], uvs[3]));
         float shortest = min(min(edge.x, edge.y), min(edge.z, edge.w)), longest = max(max(edge.x, edge.y), max(edge.z, edge.w));
         bool torn = longest > 8.0 * shortest + 64.0;
-        vec2 uv = torn
-                      ? uvs[nearest]
+        vec2 uv = torn ? uvs[nearest]
                       : weight.x * uvs[0] + weight.y * uvs[1] + weight.z * uvs[2] + weight.w * uvs[3];
         // A pixel spans so much of a cell.
         uv_span = shortest * exp2(lod - float(found.level + small));
@@ -122,7 +113,8 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
         s.uv = vec2(asset.uv_low_x, asset.uv_low_y) + uv_step * uv;
         uv_span *= min(uv_step.x, uv_step.y);
         if (scene_has(1u << LODE_TEXTURE_NORMAL) && !torn) {
-            SurfaceCell cell = cell_of_positions(place, chart, uint(max(fit, 0)), asset);
+            PositionPage page = position_page(place, chart, level_of_positions(fit, asset), asset);
+            SurfaceCell cell = surface_cell(page.first, asset.page_cells, page.found.place * float(asset.page_cells), page.stride);
             mat3 to_world = mat3(instance.object_to_world);
             set_along(s, to_world * cell.along_x, to_world * cell.along_y, uv_step * mix(uvs[1] - uvs[0], uvs[3] - uvs[2], f.y),
                       uv_step * mix(uvs[2] - uvs[0], uvs[3] - uvs[1], f.x));

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "mesh/material.h"
+#include "base/looks/material.h"
 
 namespace lodestone {
 

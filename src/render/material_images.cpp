@@ -4,7 +4,9 @@
 #include <bit>
 #include <cstring>
 #include <map>
+#include <set>
 #include <tuple>
+#include <utility>
 
 #include "base/check.h"
 #include "render/targets.h"
@@ -14,41 +16,45 @@ namespace lodestone {
 
 namespace {
 
-static_assert(static_cast<int>(SurfaceShading::metallic_roughness) == LODE_SHADING_METALLIC_ROUGHNESS);
-static_assert(static_cast<int>(SurfaceShading::unlit) == LODE_SHADING_UNLIT);
-static_assert(static_cast<int>(SurfaceAlpha::mask) == LODE_ALPHA_MASK);
-static_assert(static_cast<int>(SurfaceAlpha::blend) == LODE_ALPHA_BLEND);
-static_assert(static_cast<int>(SurfaceWrap::clamp) == LODE_WRAP_CLAMP);
-static_assert(static_cast<int>(SurfaceWrap::mirror) == LODE_WRAP_MIRROR);
-static_assert(texture_emission == LODE_TEXTURE_EMISSION && texture_roles == LODE_MATERIAL_TEXTURES);
+static_assert(static_cast<int>(Shading::metallic_roughness) == LODE_SHADING_METALLIC_ROUGHNESS);
+static_assert(static_cast<int>(Shading::unlit) == LODE_SHADING_UNLIT);
+static_assert(static_cast<int>(AlphaMode::mask) == LODE_ALPHA_MASK);
+static_assert(static_cast<int>(AlphaMode::blend) == LODE_ALPHA_BLEND);
+static_assert(static_cast<int>(Wrap::clamp) == LODE_WRAP_CLAMP);
+static_assert(static_cast<int>(Wrap::mirror) == LODE_WRAP_MIRROR);
+static_assert(texture_names.size() == LODE_MATERIAL_TEXTURES);
 
-bool is_moved(const SurfaceTexture& texture) { return texture.place != SurfaceTexture{}.place; }
+bool is_moved(const Texture& texture) { return texture.place != Texture{}.place; }
 
 uint32_t looks_of(const MaterialSet& set) {
     uint32_t looks = set.mirrors ? LODE_LOOKS_MIRRORS : 0;
-    for (const SurfaceMaterial& m : set.materials) {
-        for (uint32_t t = 0; t < texture_roles; ++t) {
-            const SurfaceTexture& texture = m.textures[t];
-            if (texture.image < 0) continue;
+    for (const Material& m : set.materials) {
+        const auto textures = m.textures();
+        for (uint32_t t = 0; t < textures.size(); ++t) {
+            const Texture& texture = *textures[t];
+            if (!texture.there()) continue;
             looks |= 1u << t;
             if (is_moved(texture)) looks |= LODE_LOOKS_PLACES;
-            if (texture.wrap != SurfaceTexture{}.wrap) looks |= LODE_LOOKS_WRAPS;
+            if (texture.wrap != Texture{}.wrap) looks |= LODE_LOOKS_WRAPS;
         }
-        if (m.shading == SurfaceShading::metallic_roughness) looks |= LODE_LOOKS_METALLIC_ROUGHNESS;
-        if (m.shading == SurfaceShading::unlit) looks |= LODE_LOOKS_UNLIT;
+        if (m.shading == Shading::metallic_roughness) looks |= LODE_LOOKS_METALLIC_ROUGHNESS;
+        if (m.shading == Shading::unlit) looks |= LODE_LOOKS_UNLIT;
         if (m.emission != glm::vec3(0)) looks |= LODE_LOOKS_EMISSION;
         looks |= m.double_sided ? LODE_LOOKS_TWO_SIDED : LODE_LOOKS_ONE_SIDED;
-        if (m.alpha_mode == SurfaceAlpha::mask) looks |= LODE_LOOKS_MASK;
-        if (m.alpha_mode == SurfaceAlpha::blend) looks |= LODE_LOOKS_BLEND;
+        if (m.alpha_mode == AlphaMode::mask) looks |= LODE_LOOKS_MASK;
+        if (m.alpha_mode == AlphaMode::blend) looks |= LODE_LOOKS_BLEND;
     }
     return looks;
 }
+
+// An image of the set, and whether it is looked up as colours; as both it is there twice.
+using UsedImage = std::pair<int32_t, bool>;
 
 // Images that share an array.
 struct ArrayPlan {
     uint32_t width = 1, height = 1;
     bool srgb = true;
-    std::vector<uint32_t> images;  // of the set, by layer
+    std::vector<int32_t> images;  // of the set, by layer
     uint64_t texels() const { return uint64_t{width} * height; }
 };
 
@@ -66,15 +72,23 @@ void join_smallest(std::vector<ArrayPlan>& arrays) {
 }
 
 std::vector<ArrayPlan> plan_arrays(const MaterialSet& set) {
+    std::set<UsedImage> used;
+    for (const Material& m : set.materials) {
+        const auto textures = m.textures();
+        for (size_t t = 0; t < textures.size(); ++t) {
+            LODE_CHECK(textures[t]->image < static_cast<int64_t>(set.images.size()), textures[t]->image);
+            if (textures[t]->there()) used.emplace(textures[t]->image, holds_colours(t));
+        }
+    }
     std::map<std::tuple<uint32_t, uint32_t, bool>, ArrayPlan> alike;
-    for (uint32_t i = 0; i < set.images.size(); ++i) {
-        const SurfaceImage& image = set.images[i];
-        LODE_CHECK(image.texels.size() == size_t{image.width} * image.height && !image.texels.empty(), i);
-        ArrayPlan& array = alike[{image.width, image.height, image.srgb}];
+    for (const auto& [number, srgb] : used) {
+        const Image& image = set.images[static_cast<size_t>(number)];
+        LODE_CHECK(image.texels.size() == size_t{image.width} * image.height && !image.texels.empty(), number);
+        ArrayPlan& array = alike[{image.width, image.height, srgb}];
         array.width = image.width;
         array.height = image.height;
-        array.srgb = image.srgb;
-        array.images.push_back(i);
+        array.srgb = srgb;
+        array.images.push_back(number);
     }
     std::vector<ArrayPlan> arrays;
     for (auto& [key, array] : alike) arrays.push_back(std::move(array));
@@ -132,7 +146,8 @@ public:
         check_limits(allocator_.device().limits(), plan);
         TargetImage array = image_of(plan.width, plan.height, static_cast<uint32_t>(plan.images.size()), plan.srgb);
         pool_.run([&](VkCommandBuffer commands) { change_use(commands, array, {}, as_landing); });
-        for (uint32_t layer = 0; layer < plan.images.size(); ++layer) put(set.images[plan.images[layer]], array, layer);
+        for (uint32_t layer = 0; layer < plan.images.size(); ++layer)
+            put(set.images[static_cast<size_t>(plan.images[layer])], array, layer);
         return array;
     }
 
@@ -169,11 +184,11 @@ private:
     }
 
     // The image, enlarged to the size of the array, and its mip levels.
-    void put(const SurfaceImage& image, const TargetImage& array, uint32_t layer) {
+    void put(const Image& image, const TargetImage& array, uint32_t layer) {
         const Buffer staged = stage(image.texels.data(), image.texels.size() * sizeof image.texels[0]);
         TargetImage own;
         const bool fits = image.width == array.spec().width && image.height == array.spec().height;
-        if (!fits) own = image_of(image.width, image.height, 1, image.srgb);
+        if (!fits) own = image_of(image.width, image.height, 1, array.spec().format == format_of(true));
         pool_.run([&](VkCommandBuffer commands) {
             const TargetImage& landing = fits ? array : own;
             if (!fits) change_use(commands, own, {}, as_landing);
@@ -194,19 +209,21 @@ private:
     const CommandPool& pool_;
 };
 
-gpu::TextureConstants constants_of(const SurfaceTexture& texture, const std::vector<uint32_t>& places) {
+// Where images lie: array << 24 | layer.
+using Places = std::map<UsedImage, uint32_t>;
+
+gpu::TextureConstants constants_of(const Texture& texture, bool srgb, const Places& places) {
     gpu::TextureConstants c{};
     c.turn = glm::vec4(texture.place[0], texture.place[1]);
     c.move_x = texture.place[2].x;
     c.move_y = texture.place[2].y;
-    LODE_CHECK(texture.image < static_cast<int64_t>(places.size()), texture.image);
-    c.array_and_layer = texture.image < 0 ? LODE_NO_TEXTURE : places[static_cast<size_t>(texture.image)];
+    c.array_and_layer = texture.there() ? places.at({texture.image, srgb}) : LODE_NO_TEXTURE;
     c.wrap = static_cast<uint32_t>(texture.wrap[0]) | static_cast<uint32_t>(texture.wrap[1]) << 8 |
              (is_moved(texture) ? 1u << 16 : 0);
     return c;
 }
 
-gpu::MaterialConstants constants_of(const SurfaceMaterial& m, const std::vector<uint32_t>& places) {
+gpu::MaterialConstants constants_of(const Material& m, const Places& places) {
     gpu::MaterialConstants c{};
     c.base_colour = m.base_colour;
     c.emission = m.emission;
@@ -217,11 +234,12 @@ gpu::MaterialConstants constants_of(const SurfaceMaterial& m, const std::vector<
     c.alpha_cutoff = m.alpha_cutoff;
     c.shading = static_cast<uint32_t>(m.shading);
     c.alpha_mode = static_cast<uint32_t>(m.alpha_mode) | (m.double_sided ? LODE_TWO_SIDED : 0u);
-    for (uint32_t t = 0; t < texture_roles; ++t) {
-        c.texture[t] = constants_of(m.textures[t], places);
-        if (m.textures[t].image >= 0) c.textures |= 1u << t;
+    const auto textures = m.textures();
+    for (uint32_t t = 0; t < textures.size(); ++t) {
+        c.texture[t] = constants_of(*textures[t], holds_colours(t), places);
+        if (textures[t]->there()) c.textures |= 1u << t;
     }
-    c.base_array_and_layer = c.texture[texture_base_colour].array_and_layer;
+    c.base_array_and_layer = c.texture[LODE_TEXTURE_BASE_COLOUR].array_and_layer;
     return c;
 }
 
@@ -231,18 +249,18 @@ MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool
     LODE_CHECK(!set.materials.empty());
     Uploader uploader(allocator, pool);
     MaterialImages made;
-    std::vector<uint32_t> places(set.images.size(), LODE_NO_TEXTURE);
+    Places places;
     for (const ArrayPlan& plan : plan_arrays(set)) {
         for (uint32_t layer = 0; layer < plan.images.size(); ++layer)
-            places[plan.images[layer]] = static_cast<uint32_t>(made.arrays.size()) << 24 | layer;
+            places[{plan.images[layer], plan.srgb}] = static_cast<uint32_t>(made.arrays.size()) << 24 | layer;
         made.arrays.push_back(uploader.array_of(plan, set));
     }
     if (made.arrays.empty()) {
-        const MaterialSet white{{}, {{1, 1, true, {glm::u8vec4(255)}}}};
+        const MaterialSet white{{}, {{1, 1, {glm::u8vec4(255)}}}};
         made.arrays.push_back(uploader.array_of({1, 1, true, {0}}, white));
     }
     std::vector<gpu::MaterialConstants> table;
-    for (const SurfaceMaterial& m : set.materials) table.push_back(constants_of(m, places));
+    for (const Material& m : set.materials) table.push_back(constants_of(m, places));
     made.table = uploader.table_of(table);
     made.looks = {looks_of(set), static_cast<uint32_t>(made.arrays.size())};
     return made;

@@ -6,7 +6,7 @@
 #include <glm/matrix.hpp>
 
 #include "base/check.h"
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 #include "base/threads.h"
 
 namespace lodestone {

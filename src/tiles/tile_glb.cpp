@@ -14,7 +14,7 @@
 
 #include "base/check.h"
 #include "base/json.h"
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 #include "mesh/io/gltf/material_json.h"
 
 namespace lodestone::tiles {

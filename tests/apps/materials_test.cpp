@@ -9,7 +9,7 @@
 
 #include "apps/drawing/session.h"
 #include "apps/program.h"
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 #include "fixtures/materials.h"
 #include "mesh/generate.h"
 #include "mesh/io/image_file.h"

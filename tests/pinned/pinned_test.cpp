@@ -250,7 +250,7 @@ TEST_F(PinnedFrames, Pictures) {
         GTEST_SKIP() << "pictures were taken with another driver than " << driver;
     for (const auto& [name, source] : sources()) {
         if (name != "full" && name != "discrete" && name != "lod keyframe" && name != "vgi bintree") continue;
-        ASSERT_TRUE((*renderer)->load(source->recipe(), {{SurfaceMaterial{}}, {}}));
+        ASSERT_TRUE((*renderer)->load(source->recipe(), {{Material{}}, {}}));
         std::vector<Arrival> arrivals;
         for (uint64_t frame = 0; frame < 24; ++frame) {
             FrameInput input = frame_of_flight(40, 60);

@@ -11,7 +11,7 @@
 namespace lodestone {
 
 // The materials of a mesh without any.
-inline MaterialSet plain() { return {{SurfaceMaterial{}}, {}}; }
+inline MaterialSet plain() { return {{Material{}}, {}}; }
 
 class DeviceTest : public testing::Test {
 protected:

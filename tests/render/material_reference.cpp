@@ -5,7 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 
 namespace lodestone {
 
@@ -16,35 +16,38 @@ using glm::dvec3;
 using glm::dvec4;
 
 // Where a texel number lies that is beyond the image.
-int64_t wrapped(int64_t at, int64_t size, SurfaceWrap wrap) {
-    if (wrap == SurfaceWrap::clamp) return std::clamp<int64_t>(at, 0, size - 1);
-    const int64_t period = wrap == SurfaceWrap::mirror ? 2 * size : size;
+int64_t wrapped(int64_t at, int64_t size, Wrap wrap) {
+    if (wrap == Wrap::clamp) return std::clamp<int64_t>(at, 0, size - 1);
+    const int64_t period = wrap == Wrap::mirror ? 2 * size : size;
     const int64_t in = ((at % period) + period) % period;
     return in < size ? in : period - 1 - in;
 }
 
-dvec4 texel(const SurfaceImage& image, const SurfaceTexture& texture, int64_t x, int64_t y) {
+// What the numbers of a texture are.
+enum class Holds { colours, numbers };
+
+dvec4 texel(const Image& image, const Texture& texture, Holds holds, int64_t x, int64_t y) {
     const auto column = static_cast<size_t>(wrapped(x, image.width, texture.wrap[0]));
     const auto row = static_cast<size_t>(wrapped(y, image.height, texture.wrap[1]));
     const glm::u8vec4 bytes = image.texels[row * image.width + column];
     dvec4 value = dvec4(bytes) / 255.0;
-    for (int k = 0; image.srgb && k < 3; ++k) value[k] = linear_from_srgb(value[k]);
+    for (int k = 0; holds == Holds::colours && k < 3; ++k) value[k] = linear_from_srgb(value[k]);
     return value;
 }
 
-dvec2 moved(const SurfaceTexture& texture, const dvec2& uv) {
+dvec2 moved(const Texture& texture, const dvec2& uv) {
     return dvec2(texture.place[0]) * uv.x + dvec2(texture.place[1]) * uv.y + dvec2(texture.place[2]);
 }
 
 // Bilinear, of the finest level. White where there is no texture.
-dvec4 looked_up(const MaterialSet& set, const SurfaceTexture& texture, const dvec2& uv) {
+dvec4 looked_up(const MaterialSet& set, const Texture& texture, Holds holds, const dvec2& uv) {
     if (texture.image < 0) return dvec4(1);
-    const SurfaceImage& image = set.images[static_cast<size_t>(texture.image)];
+    const Image& image = set.images[static_cast<size_t>(texture.image)];
     const dvec2 at = moved(texture, uv) * dvec2(image.width, image.height) - 0.5;
     const dvec2 low = glm::floor(at), f = at - low;
     const auto x = static_cast<int64_t>(low.x), y = static_cast<int64_t>(low.y);
     const auto row = [&](int64_t down) {
-        return glm::mix(texel(image, texture, x, down), texel(image, texture, x + 1, down), f.x);
+        return glm::mix(texel(image, texture, holds, x, down), texel(image, texture, holds, x + 1, down), f.x);
     };
     return glm::mix(row(y), row(y + 1), f.y);
 }
@@ -83,11 +86,11 @@ dvec3 reflected_around(const dvec3& base, double metallic, double roughness, con
            (f0 * (-1.04 * a004 + r.z) + 1.04 * a004 + r.w) * light.hemisphere(height);
 }
 
-dvec3 mapped(const MaterialSet& set, const SurfaceMaterial& m, const dvec2& uv, const dvec3& n, const dvec3& along_u,
+dvec3 mapped(const MaterialSet& set, const Material& m, const dvec2& uv, const dvec3& n, const dvec3& along_u,
              const dvec3& along_v) {
-    const SurfaceTexture& texture = m.textures[texture_normal];
+    const Texture& texture = m.normal_texture;
     if (texture.image < 0) return n;
-    dvec3 map = dvec3(looked_up(set, texture, uv)) * 2.0 - 1.0;
+    dvec3 map = dvec3(looked_up(set, texture, Holds::numbers, uv)) * 2.0 - 1.0;
     map.x *= static_cast<double>(m.normal_scale);
     map.y *= static_cast<double>(m.normal_scale);
     // The way along which the texture's own first coordinate grows, and its second does not.
@@ -107,7 +110,7 @@ struct Shaded {
 
 Shaded shaded(const MaterialSet& set, const LookedAtSquare& square, const dvec3& p, const dvec3& eye,
               const Light& light) {
-    const SurfaceMaterial& m = set.materials[square.material];
+    const Material& m = set.materials[square.material];
     const double across = (square.turned ? -p.x : p.x) * 0.5 + 0.5, down = 0.5 - p.y * 0.5;
     const dvec2 span = dvec2(square.uv_high) - dvec2(square.uv_low);
     const dvec2 uv = dvec2(square.uv_low) + span * dvec2(across, down);
@@ -115,18 +118,18 @@ Shaded shaded(const MaterialSet& set, const LookedAtSquare& square, const dvec3&
     dvec3 n(0, 0, square.turned ? -1 : 1);
     if (glm::dot(n, v) < 0) n = -n;
     n = mapped(set, m, uv, n, dvec3(square.turned ? -1 : 1, 0, 0) / span.x, dvec3(0, -1, 0) / span.y);
-    const dvec4 texture = looked_up(set, m.textures[texture_base_colour], uv);
+    const dvec4 texture = looked_up(set, m.base_colour_texture, Holds::colours, uv);
     const dvec3 base = dvec3(m.base_colour) * dvec3(texture);
     Shaded s{base, static_cast<double>(m.base_colour.w) * texture.w};
-    if (m.shading == SurfaceShading::unlit) return s;
-    const dvec4 factors = looked_up(set, m.textures[texture_metallic_roughness], uv);
+    if (m.shading == Shading::unlit) return s;
+    const dvec4 factors = looked_up(set, m.metallic_roughness_texture, Holds::numbers, uv);
     const double metallic = static_cast<double>(m.metallic) * factors.z;
     const double roughness = std::max(static_cast<double>(m.roughness) * factors.y, 0.045);
-    const double occlusion = looked_up(set, m.textures[texture_occlusion], uv).x;
+    const double occlusion = looked_up(set, m.occlusion_texture, Holds::numbers, uv).x;
     s.colour = (1 + static_cast<double>(m.occlusion_strength) * (occlusion - 1)) *
                    reflected_around(base, metallic, roughness, n, v, light) +
                reflected(base, metallic, roughness, n, v, light.to_light) * light.colour +
-               dvec3(m.emission) * dvec3(looked_up(set, m.textures[texture_emission], uv));
+               dvec3(m.emission) * dvec3(looked_up(set, m.emission_texture, Holds::colours, uv));
     return s;
 }
 
@@ -153,14 +156,14 @@ Picture reference_picture(const std::vector<LookedAtSquare>& squares, const Mate
             dvec3 colour = look.background;
             bool covered = false;
             for (const LookedAtSquare& square : sorted) {
-                const SurfaceMaterial& m = set.materials[square.material];
+                const Material& m = set.materials[square.material];
                 const double t = (static_cast<double>(square.height) - eye.z) / ray.z;
                 const dvec3 p = eye + t * ray;
                 const bool from_behind = (eye.z > static_cast<double>(square.height)) == square.turned;
                 if (t <= 0 || std::abs(p.x) > 1 || std::abs(p.y) > 1 || (from_behind && !m.double_sided)) continue;
                 const Shaded s = shaded(set, square, p, eye, light);
-                if (m.alpha_mode == SurfaceAlpha::mask && s.alpha < static_cast<double>(m.alpha_cutoff)) continue;
-                colour = m.alpha_mode == SurfaceAlpha::blend ? glm::mix(colour, s.colour, s.alpha) : s.colour;
+                if (m.alpha_mode == AlphaMode::mask && s.alpha < static_cast<double>(m.alpha_cutoff)) continue;
+                colour = m.alpha_mode == AlphaMode::blend ? glm::mix(colour, s.colour, s.alpha) : s.colour;
                 covered = true;
             }
             for (int k = 0; k < 3; ++k) {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "base/looks/srgb.h"
 #include "base/random.h"
-#include "base/srgb.h"
 #include "baseline/fixed_levels.h"
 #include "baseline/full.h"
 #include "mesh/packed_vertices.h"
@@ -42,8 +42,8 @@ TriMesh mesh_of(const std::vector<LookedAtSquare>& squares, size_t materials) {
     return mesh;
 }
 
-SurfaceImage image_of(uint32_t columns, uint32_t rows, bool srgb, uint64_t seed) {
-    SurfaceImage image{columns, rows, srgb, {}};
+Image image_of(uint32_t columns, uint32_t rows, uint64_t seed) {
+    Image image{columns, rows, {}};
     Random random(seed);
     for (uint32_t i = 0; i < columns * rows; ++i) {
         const auto byte = [&] { return static_cast<uint8_t>(random.below(256)); };
@@ -53,8 +53,8 @@ SurfaceImage image_of(uint32_t columns, uint32_t rows, bool srgb, uint64_t seed)
 }
 
 // Directions around straight up, as maps of normals hold them.
-SurfaceImage normals_of(uint32_t columns, uint32_t rows, uint64_t seed) {
-    SurfaceImage image = image_of(columns, rows, false, seed);
+Image normals_of(uint32_t columns, uint32_t rows, uint64_t seed) {
+    Image image = image_of(columns, rows, seed);
     for (glm::u8vec4& t : image.texels) {
         const glm::vec3 n = glm::normalize(glm::vec3(glm::vec2(t) / 255.0f - 0.5f, 0.7f));
         t = glm::u8vec4(glm::round((n * 0.5f + 0.5f) * 255.0f), 255);
@@ -69,13 +69,13 @@ protected:
         camera_.target = {0.05f, -0.05f, 0};
         look_.light_direction = {-0.25f, -0.35f, -1};
         set_.materials.resize(1);
-        first().shading = SurfaceShading::metallic_roughness;
+        first().shading = Shading::metallic_roughness;
         first().base_colour = {0.8f, 0.5f, 0.3f, 1};
         first().roughness = 0.45f;
     }
-    SurfaceMaterial& first() { return set_.materials[0]; }
-    void add_texture(SurfaceTextureRole role, SurfaceImage image) {
-        first().textures[role].image = static_cast<int32_t>(set_.images.size());
+    Material& first() { return set_.materials[0]; }
+    void add_texture(Texture& texture, Image image) {
+        texture.image = static_cast<int32_t>(set_.images.size());
         set_.images.push_back(std::move(image));
     }
 
@@ -121,14 +121,14 @@ TEST_F(MaterialsTest, MetalAndRoughness) {
 }
 
 TEST_F(MaterialsTest, MapsOfMetalAndRoughness) {
-    add_texture(texture_metallic_roughness, image_of(24, 10, false, 1));
+    add_texture(first().metallic_roughness_texture, image_of(24, 10, 1));
     first().metallic = 0.9f;
     first().roughness = 0.8f;
     EXPECT_GT(against_reference({{}}), 50);
 }
 
 TEST_F(MaterialsTest, MapsOfNormals) {
-    add_texture(texture_normal, normals_of(20, 20, 2));
+    add_texture(first().normal_texture, normals_of(20, 20, 2));
     first().normal_scale = 0.7f;
     EXPECT_GT(against_reference({{}}), 50);
     // Its green points up whichever way texture coordinates run.
@@ -137,19 +137,19 @@ TEST_F(MaterialsTest, MapsOfNormals) {
 }
 
 TEST_F(MaterialsTest, OcclusionLeavesTheLightAlone) {
-    add_texture(texture_occlusion, image_of(16, 16, false, 3));
+    add_texture(first().occlusion_texture, image_of(16, 16, 3));
     first().occlusion_strength = 0.8f;
     EXPECT_GT(against_reference({{}}), 50);
 }
 
 TEST_F(MaterialsTest, Emission) {
-    add_texture(texture_emission, image_of(16, 12, true, 4));
+    add_texture(first().emission_texture, image_of(16, 12, 4));
     first().emission = {0.5f, 0.2f, 0.9f};
     EXPECT_GT(against_reference({{}}), 50);
 }
 
 TEST_F(MaterialsTest, PlainMaterialsShineToo) {
-    first().shading = SurfaceShading::plain;
+    first().shading = Shading::plain;
     first().base_colour = {0, 0, 0, 1};
     first().emission = {0.5f, 0.2f, 0.9f};
     look_.light_direction = {0, 0, 1};
@@ -162,49 +162,49 @@ TEST_F(MaterialsTest, PlainMaterialsShineToo) {
 }
 
 TEST_F(MaterialsTest, Unlit) {
-    add_texture(texture_base_colour, image_of(16, 12, true, 5));
-    first().shading = SurfaceShading::unlit;
+    add_texture(first().base_colour_texture, image_of(16, 12, 5));
+    first().shading = Shading::unlit;
     EXPECT_GT(against_reference({{}}), 50);
 }
 
 TEST_F(MaterialsTest, TexturesMovedAndTurned) {
-    add_texture(texture_base_colour, image_of(12, 12, true, 6));
-    add_texture(texture_normal, normals_of(12, 12, 7));
+    add_texture(first().base_colour_texture, image_of(12, 12, 6));
+    add_texture(first().normal_texture, normals_of(12, 12, 7));
     const float turn = 0.6f;
-    first().textures[texture_base_colour].place = {{0.7f, 0.1f}, {-0.2f, 0.5f}, {0.3f, 0.4f}};
-    first().textures[texture_normal].place = {
+    first().base_colour_texture.place = {{0.7f, 0.1f}, {-0.2f, 0.5f}, {0.3f, 0.4f}};
+    first().normal_texture.place = {
         {0.8f * std::cos(turn), -0.8f * std::sin(turn)}, {0.8f * std::sin(turn), 0.8f * std::cos(turn)}, {0.1f, 0.6f}};
     EXPECT_GT(against_reference({{}}), 50);
 }
 
 TEST_F(MaterialsTest, TexturesBeyondTheirEdges) {
-    add_texture(texture_base_colour, image_of(10, 6, true, 8));
+    add_texture(first().base_colour_texture, image_of(10, 6, 8));
     const LookedAtSquare square{.uv_low = {-0.6f, -0.7f}, .uv_high = {1.8f, 1.5f}};
-    for (const SurfaceWrap across : {SurfaceWrap::repeat, SurfaceWrap::clamp, SurfaceWrap::mirror}) {
-        for (const SurfaceWrap down : {SurfaceWrap::repeat, SurfaceWrap::clamp, SurfaceWrap::mirror}) {
-            first().textures[texture_base_colour].wrap = {across, down};
+    for (const Wrap across : {Wrap::repeat, Wrap::clamp, Wrap::mirror}) {
+        for (const Wrap down : {Wrap::repeat, Wrap::clamp, Wrap::mirror}) {
+            first().base_colour_texture.wrap = {across, down};
             EXPECT_GT(against_reference({square}), 50) << static_cast<int>(across) << ", " << static_cast<int>(down);
         }
     }
 }
 
 TEST_F(MaterialsTest, MasksHaveHoles) {
-    add_texture(texture_base_colour, image_of(14, 14, true, 9));
-    first().alpha_mode = SurfaceAlpha::mask;
+    add_texture(first().base_colour_texture, image_of(14, 14, 9));
+    first().alpha_mode = AlphaMode::mask;
     first().alpha_cutoff = 0.4f;
     set_.materials.emplace_back();
-    set_.materials[1].shading = SurfaceShading::unlit;
+    set_.materials[1].shading = Shading::unlit;
     set_.materials[1].base_colour = {0.1f, 0.6f, 0.2f, 1};
     // At the rims of holes a pixel may fall either way.
     EXPECT_GT(against_reference({{}, {.height = -0.5f, .material = 1}}), 45);
 }
 
 TEST_F(MaterialsTest, BlendsOverWhatLiesBehind) {
-    add_texture(texture_base_colour, image_of(14, 14, true, 10));
-    first().alpha_mode = SurfaceAlpha::blend;
+    add_texture(first().base_colour_texture, image_of(14, 14, 10));
+    first().alpha_mode = AlphaMode::blend;
     first().base_colour.w = 0.8f;
     set_.materials.emplace_back();
-    set_.materials[1].shading = SurfaceShading::unlit;
+    set_.materials[1].shading = Shading::unlit;
     set_.materials[1].base_colour = {0.1f, 0.6f, 0.2f, 1};
     EXPECT_GT(against_reference({{}, {.height = -0.5f, .material = 1}}), 50);
     // What is behind something opaque is not seen.
@@ -229,10 +229,10 @@ TEST_F(MaterialsTest, TwoSidesOrOne) {
 TEST_F(MaterialsTest, TexturesOfManySizes) {
     std::vector<LookedAtSquare> squares;
     for (uint32_t i = 0; i < 12; ++i) {
-        SurfaceMaterial material = first();
-        material.shading = i % 3 == 0 ? SurfaceShading::metallic_roughness : SurfaceShading::unlit;
-        material.textures[i % 3 == 0 ? texture_occlusion : texture_base_colour].image = static_cast<int32_t>(i);
-        set_.images.push_back(image_of(8 + i, 20 - i, i % 3 != 0, 20 + i));
+        Material material = first();
+        material.shading = i % 3 == 0 ? Shading::metallic_roughness : Shading::unlit;
+        (i % 3 == 0 ? material.occlusion_texture : material.base_colour_texture).image = static_cast<int32_t>(i);
+        set_.images.push_back(image_of(8 + i, 20 - i, 20 + i));
         set_.materials.push_back(material);
     }
     for (uint32_t i = 1; i <= 12; ++i) {

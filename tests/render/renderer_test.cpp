@@ -85,7 +85,7 @@ std::unique_ptr<FrameSource> full_of(const TriMesh& mesh) {
     return std::move(*source);
 }
 
-MaterialSet plain_materials() { return {{SurfaceMaterial{}}, {}}; }
+MaterialSet plain_materials() { return {{Material{}}, {}}; }
 
 Picture drawn(Renderer& renderer, FrameSource& source, const FrameInput& input, const ShadingOptions& look = {}) {
     const auto submitted = renderer.submit(source.plan(input), input, look);
@@ -139,8 +139,8 @@ TEST_F(RendererTest, DrawsTheGoldenPictures) {
     TriMesh cube = fixtures::cube_with_seams();
     for (uint32_t w = 0; w < cube.wedge_count(); ++w) cube.colours.emplace_back(255, w % 2 != 0 ? 255 : 128, 255, 255);
     auto textured = full_of(cube);
-    MaterialSet materials{{SurfaceMaterial{}}, {{4, 4, true, {}}}};
-    materials.materials[0].textures[texture_base_colour].image = 0;
+    MaterialSet materials{{Material{}}, {{4, 4, {}}}};
+    materials.materials[0].base_colour_texture.image = 0;
     for (uint32_t i = 0; i < 16; ++i)
         materials.images[0].texels.emplace_back((i % 4 + i / 4) % 2 != 0 ? glm::u8vec4(230, 60, 40, 255)
                                                                          : glm::u8vec4(240, 240, 240, 255));

@@ -147,7 +147,7 @@ protected:
     // All sessions closed.
     Held at_rest() {
         for (auto& session : sessions_) session.reset();
-        const MaterialSet plain{{SurfaceMaterial{}}, {}};
+        const MaterialSet plain{{Material{}}, {}};
         for (uint32_t place = 0; place < Renderer::most_places; ++place) EXPECT_TRUE(renderer_->load({}, plain, place));
         width_ = 64;
         height_ = 48;

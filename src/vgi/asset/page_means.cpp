@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 #include "vgi/asset/page_plane.h"
 
 namespace lodestone::vgi {

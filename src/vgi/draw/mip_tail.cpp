@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "base/check.h"
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 #include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "shaders/shared/vgi_texels.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mesh/material.h"
+#include "base/looks/material.h"
 
 namespace lodestone::vgi {
 

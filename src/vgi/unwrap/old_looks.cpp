@@ -5,7 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "mesh/texture_lookup.h"
+#include "mesh/textures/texture_lookup.h"
 
 namespace lodestone::vgi {
 
@@ -24,11 +24,6 @@ const Material& white() {
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
 }  // namespace
-
-// A triangle in space.
-struct OldLooks::Solid {
-    glm::dvec3 e, f;  // sides
-};
 
 OldLooks::OldLooks(const TriMesh& source, const Unwrapped& unwrapped, uint32_t triangle, uint32_t resolution, Look look,
                    float brightest)
@@ -71,24 +66,19 @@ void OldLooks::place(OldImage& image, const TriMesh& source, const Texture& text
     image.by_y = (old_f * e.x - old_e * f.x) / twice_area_;
 }
 
-// Of no length where texture coordinates have no area.
-OldLooks::Frame OldLooks::frame_of(const Solid& solid, const std::array<glm::dvec2, 3>& texcoords) {
-    const glm::dvec2 e = texcoords[1] - texcoords[0], f = texcoords[2] - texcoords[0];
-    const double area = cross(e, f);
-    if (area == 0 || !std::isfinite(area)) return {};
-    // Rows of images go down, and up is against them.
-    return {(solid.e * f.y - solid.f * e.y) / area, area > 0 ? -1.0 : 1.0};
-}
-
 void OldLooks::set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& old) {
     const TriMesh& mesh = unwrapped.mesh;
     const glm::dvec3 p(mesh.position_of(triangle, 0));
-    const Solid solid{glm::dvec3(mesh.position_of(triangle, 1)) - p, glm::dvec3(mesh.position_of(triangle, 2)) - p};
+    const glm::dvec3 first = glm::dvec3(mesh.position_of(triangle, 1)) - p,
+                     second = glm::dvec3(mesh.position_of(triangle, 2)) - p;
     std::array<glm::dvec2, 3> placed;
     for (size_t k = 0; k < 3; ++k) placed[k] = glm::dmat3x2(material_->normal_texture.place) * glm::dvec3(old[k], 1);
-    old_frame_ = frame_of(solid, placed);
-    new_frame_ = frame_of(solid, corners_);
-    normal_ = glm::cross(solid.e, solid.f);
+    const auto frame_of = [&](const std::array<glm::dvec2, 3>& texcoords) {
+        return tangent_frame(first, second, texcoords[1] - texcoords[0], texcoords[2] - texcoords[0]);
+    };
+    old_frame_ = frame_of(placed);
+    new_frame_ = frame_of(corners_);
+    normal_ = glm::cross(first, second);
     if (mesh.normals.empty()) return;
     const Triangle& wedges = mesh.triangles[triangle];
     const glm::dvec3 n(mesh.normals[wedges[0]]), n_e = glm::dvec3(mesh.normals[wedges[1]]) - n,
@@ -119,13 +109,11 @@ glm::vec4 OldLooks::normal_at(const glm::dvec2& offset) const {
     const double length = glm::length(n);
     if (!(length > 0)) return straight;
     n /= length;
-    const glm::dvec3 old_across = old_frame_.across - n * glm::dot(n, old_frame_.across),
-                     new_across = new_frame_.across - n * glm::dot(n, new_frame_.across);
-    const double lengths = glm::length(old_across) * glm::length(new_across), bent_length = glm::length(bent);
-    if (!(lengths > 0 && bent_length > 0)) return straight;
-    const glm::dvec3 along = (bent.x * old_across + bent.y * old_frame_.handed * glm::cross(n, old_across)) / lengths;
-    const double across = glm::dot(along, new_across),
-                 up = new_frame_.handed * glm::dot(along, glm::cross(n, new_across));
+    const auto was = old_frame_.upright(n), is = new_frame_.upright(n);
+    const double bent_length = glm::length(bent);
+    if (!was || !is || !(bent_length > 0)) return straight;
+    const glm::dvec3 along = bent.x * (*was)[0] + bent.y * (*was)[1];
+    const double across = glm::dot(along, (*is)[0]), up = glm::dot(along, (*is)[1]);
     return {glm::dvec3(across, up, bent.z) / bent_length, 1};
 }
 

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
+#include "mesh/textures/tangent_frame.h"
 #include "mesh/tri_mesh.h"
 #include "vgi/unwrap/unwrap.h"
 
@@ -41,14 +42,6 @@ public:
     glm::vec4 at(const glm::dvec2& offset) const;  // as the look says; w is alpha, 1 of all but colour
 
 private:
-    // Directions in which texture coordinates grow across and images go up: perpendicular to the normal once it is
-    // known.
-    struct Frame {
-        glm::dvec3 across{0};  // no unit vector
-        double handed = 1;     // up is handed * cross(normal, across)
-    };
-    struct Solid;
-    static Frame frame_of(const Solid& solid, const std::array<glm::dvec2, 3>& texcoords);
     void place(OldImage& image, const TriMesh& source, const Texture& texture,
                const std::array<glm::dvec2, 3>& old) const;
     void set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& old);
@@ -58,9 +51,9 @@ private:
     double twice_area_ = 0;
     Look look_;
     float brightest_;
-    const Material* material_;        // of the source, or a white one
-    std::array<OldImage, 2> images_;  // of the look; the second is occlusion's
-    Frame old_frame_, new_frame_;     // of normals
+    const Material* material_;            // of the source, or a white one
+    std::array<OldImage, 2> images_;      // of the look; the second is occlusion's
+    TangentFrame old_frame_, new_frame_;  // of normals
     glm::dvec3 normal_{0}, normal_by_x_{0}, normal_by_y_{0};
 };
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/check.h"
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 #include "base/threads.h"
 #include "vgi/unwrap/filling.h"
 
@@ -19,11 +19,6 @@ namespace {
 constexpr uint32_t band_rows = 32;                    // of an image, made at once
 constexpr int fewest_samples = 2, most_samples = 32;  // along a side of a texel
 constexpr float least_weight = 1.0f / 4096;           // of what lets all light through: its colour matters to nobody
-
-uint8_t byte_of(float share) { return static_cast<uint8_t>(std::lround(255 * std::clamp(share, 0.0f, 1.0f))); }
-uint8_t byte_of_linear(float value) {
-    return static_cast<uint8_t>(std::lround(255 * srgb_from_linear(std::clamp(static_cast<double>(value), 0.0, 1.0))));
-}
 
 // Sums over the samples of a texel.
 struct Texel {
@@ -39,12 +34,12 @@ struct Texel {
     glm::u8vec4 stored(Look look) const {
         glm::vec3 c = colour / weight;
         if (look == Look::colour || look == Look::emission)
-            return {byte_of_linear(c.x), byte_of_linear(c.y), byte_of_linear(c.z), byte_of(alpha / samples)};
+            return {srgb_byte_of(c.x), srgb_byte_of(c.y), srgb_byte_of(c.z), byte_of_share(alpha / samples)};
         if (look == Look::normals) {
             const float length = glm::length(c);
             c = 0.5f + 0.5f * (length > 1e-6f ? c / length : glm::vec3(0, 0, 1));
         }
-        return {byte_of(c.x), byte_of(c.y), byte_of(c.z), 255};
+        return {byte_of_share(c.x), byte_of_share(c.y), byte_of_share(c.z), 255};
     }
 };
 

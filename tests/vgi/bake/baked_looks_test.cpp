@@ -5,7 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 #include "fixtures/meshes.h"
 #include "mesh/repair.h"
 #include "vgi/asset/pages.h"

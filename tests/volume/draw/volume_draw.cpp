@@ -83,7 +83,7 @@ void VolumeDrawTest::load(std::vector<Emitter> emitters, const VolumeOptions& op
     }
     mirror_.emplace(volumes_->recipe());
     frame_ = 0;
-    const MaterialSet materials{{SurfaceMaterial{}}, {}};
+    const MaterialSet materials{{Material{}}, {}};
     const auto loaded = renderer_->load(scene_ ? scene_->recipe() : Recipe{}, materials, 0, &volumes_->recipe());
     ASSERT_TRUE(loaded) << loaded.error().message;
 }

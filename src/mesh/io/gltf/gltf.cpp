@@ -12,7 +12,7 @@
 #include <glm/matrix.hpp>
 #include <set>
 
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 #include "mesh/io/compressed/unpack_gltf.h"
 #include "mesh/io/formats.h"
 #include "mesh/io/gltf/materials.h"

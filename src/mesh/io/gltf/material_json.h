@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/json.h"
-#include "mesh/material.h"
+#include "base/looks/material.h"
 
 namespace lodestone {
 

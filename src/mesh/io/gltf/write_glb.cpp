@@ -12,7 +12,7 @@
 #include <set>
 
 #include "base/files/file.h"
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 #include "mesh/io/gltf/material_json.h"
 #include "mesh/io/image_file.h"
 

@@ -5,18 +5,17 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 #include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
+#include "mesh/textures/tangent_frame.h"
 #include "vgi/asset/atlas.h"
 
 namespace lodestone::vgi {
 
 namespace {
 
-double upright(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
-
-uint8_t byte_of(float share) { return static_cast<uint8_t>(std::lround(255 * std::clamp(share, 0.0f, 1.0f))); }
+double parallelogram(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
 }  // namespace
 
@@ -25,9 +24,10 @@ BakedLooks::BakedLooks(const TriMesh& mesh, std::span<const glm::vec3> normals)
     if (mesh.uvs.empty()) return;
     std::vector<uint8_t> asked(2 * mesh.images.size(), 0);
     for (const Material& m : mesh.material_table) {
-        for (const Texture* texture : m.textures()) {
-            const bool colour = texture == &m.base_colour_texture || texture == &m.emission_texture;
-            if (texture->there()) asked[2 * static_cast<size_t>(texture->image) + (colour ? 0 : 1)] = 1;
+        const auto textures = m.textures();
+        for (size_t t = 0; t < textures.size(); ++t) {
+            if (textures[t]->there())
+                asked[2 * static_cast<size_t>(textures[t]->image) + (holds_colours(t) ? 0 : 1)] = 1;
         }
     }
     parallel_for(asked.size(), 1, [&](size_t begin, size_t end) {
@@ -53,8 +53,8 @@ AtlasAttributes BakedLooks::attributes() const {
 
 double BakedLooks::twice_uv_area(uint32_t triangle) const {
     const Triangle& t = mesh_.triangles[triangle];
-    return std::abs(upright(glm::dvec2(mesh_.uvs[t[1]]) - glm::dvec2(mesh_.uvs[t[0]]),
-                            glm::dvec2(mesh_.uvs[t[2]]) - glm::dvec2(mesh_.uvs[t[0]])));
+    return std::abs(parallelogram(glm::dvec2(mesh_.uvs[t[1]]) - glm::dvec2(mesh_.uvs[t[0]]),
+                                  glm::dvec2(mesh_.uvs[t[2]]) - glm::dvec2(mesh_.uvs[t[0]])));
 }
 
 const Material& BakedLooks::material_of(uint32_t triangle) const {
@@ -69,7 +69,7 @@ double BakedLooks::texels() const {
         for (const Texture* texture : m.textures()) {
             if (!texture->there()) continue;
             const Image& image = mesh_.images[static_cast<size_t>(texture->image)];
-            const double turned = std::abs(upright(texture->place[0], texture->place[1]));
+            const double turned = std::abs(parallelogram(texture->place[0], texture->place[1]));
             most = std::max(most, turned * static_cast<double>(image.width) * image.height);
         }
         finest.push_back(most);
@@ -90,7 +90,7 @@ std::optional<BakedLooks::LookedUp> BakedLooks::texture_of(const Texture& textur
 
 glm::vec4 BakedLooks::at(const LookedUp& from, const glm::dvec2& uv, double uv_per_sample) const {
     const glm::dmat3x2 place(from.texture->place);
-    const double turned = std::abs(upright(place[0], place[1]));
+    const double turned = std::abs(parallelogram(place[0], place[1]));
     const double texels = uv_per_sample * turned * from.image->width() * from.image->height();
     return from.image->at(place * glm::dvec3(uv, 1), 0.5 * std::log2(std::max(texels, 1.0)), from.texture->wrap);
 }
@@ -105,15 +105,10 @@ glm::vec3 BakedLooks::mapped_normal(uint32_t triangle, const Texture& texture, g
         e = glm::dvec3(mesh_.positions[mesh_.wedge_vertex[t[1]]]) - p,
         f = glm::dvec3(mesh_.positions[mesh_.wedge_vertex[t[2]]]) - p;
     const glm::dvec2 first = placed(t[0]), uv_e = placed(t[1]) - first, uv_f = placed(t[2]) - first;
-    const double turned = upright(uv_e, uv_f), side = turned < 0 ? -1 : 1;
-    const glm::dvec3 along_u = side * (e * uv_f.y - f * uv_e.y), along_v = side * (f * uv_e.x - e * uv_f.x);
-    const glm::dvec3 tangent = along_u - normal * glm::dot(normal, along_u);
-    const double length = glm::length(tangent);
+    const auto axes = tangent_frame(e, f, uv_e, uv_f).upright(normal);
     const glm::dvec3 bent = (2.0 * glm::dvec3(map) - 1.0) * glm::dvec3(scale, scale, 1);
-    if (turned == 0 || !(length > 0) || !(glm::dot(bent, bent) > 1e-6)) return normal;
-    glm::dvec3 up = glm::cross(normal, tangent / length);
-    if (glm::dot(up, along_v) > 0) up = -up;
-    return glm::normalize(tangent / length * bent.x + up * bent.y + normal * bent.z);
+    if (!axes || !(glm::dot(bent, bent) > 1e-6)) return normal;
+    return glm::normalize((*axes)[0] * bent.x + (*axes)[1] * bent.y + normal * bent.z);
 }
 
 void BakedLooks::put(uint32_t triangle, const glm::dvec2& place, double uv_per_sample, TexelAttributes& is) const {
@@ -129,15 +124,15 @@ void BakedLooks::put(uint32_t triangle, const glm::dvec2& place, double uv_per_s
     if (const auto colour = texture_of(m.base_colour_texture, Texels::colours)) {
         const glm::vec4 texture = at(*colour, uv, uv_per_sample);
         for (int k = 0; k < 3; ++k) is.colour[k] = srgb_byte_of(texture[k] * linear_of_byte(is.colour[k]));
-        is.colour.w = byte_of(texture.w * static_cast<float>(is.colour.w) / 255);
+        is.colour.w = byte_of_share(texture.w * static_cast<float>(is.colour.w) / 255);
     }
     if (const auto factors = texture_of(m.metallic_roughness_texture, Texels::numbers)) {
         const glm::vec4 texture = at(*factors, uv, uv_per_sample);
-        is.surface[1] = byte_of(texture.y);
-        is.surface[2] = byte_of(texture.z);
+        is.surface[1] = byte_of_share(texture.y);
+        is.surface[2] = byte_of_share(texture.z);
     }
     if (const auto occlusion = texture_of(m.occlusion_texture, Texels::numbers))
-        is.surface[0] = byte_of(at(*occlusion, uv, uv_per_sample).x);
+        is.surface[0] = byte_of_share(at(*occlusion, uv, uv_per_sample).x);
     if (const auto emission = texture_of(m.emission_texture, Texels::colours)) {
         const glm::vec4 texture = at(*emission, uv, uv_per_sample);
         for (int k = 0; k < 3; ++k) is.emission[static_cast<size_t>(k)] = srgb_byte_of(texture[k]);
@@ -225,11 +220,11 @@ private:
     void put(const Meeting& met, size_t texel) {
         if (!atlas_.colours.empty()) {
             const glm::vec4 c = met.colour / met.samples;
-            atlas_.colours[texel] = {srgb_byte_of(c.x), srgb_byte_of(c.y), srgb_byte_of(c.z), byte_of(c.w)};
+            atlas_.colours[texel] = {srgb_byte_of(c.x), srgb_byte_of(c.y), srgb_byte_of(c.z), byte_of_share(c.w)};
         }
         for (int k = 0; k < 3; ++k) {
             const auto channel = static_cast<size_t>(k);
-            if (!atlas_.surfaces.empty()) atlas_.surfaces[texel][channel] = byte_of(met.surface[k] / met.samples);
+            if (!atlas_.surfaces.empty()) atlas_.surfaces[texel][channel] = byte_of_share(met.surface[k] / met.samples);
             if (!atlas_.emissions.empty())
                 atlas_.emissions[texel][channel] = srgb_byte_of(met.emission[k] / met.samples);
         }

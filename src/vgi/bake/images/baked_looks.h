@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/texture_lookup.h"
+#include "mesh/textures/texture_lookup.h"
 #include "mesh/tri_mesh.h"
 #include "vgi/asset/leaves.h"
 

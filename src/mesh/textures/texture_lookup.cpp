@@ -1,11 +1,11 @@
-#include "mesh/texture_lookup.h"
+#include "mesh/textures/texture_lookup.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "base/srgb.h"
+#include "base/looks/srgb.h"
 
 namespace lodestone {
 
@@ -13,17 +13,14 @@ namespace {
 
 using Bytes = std::array<float, 256>;
 
-const Bytes& linear_of(Texels texels) {
-    static const auto tables = [] {
-        std::array<Bytes, 2> made{};
-        for (size_t i = 0; i < 256; ++i) {
-            const double share = static_cast<double>(i) / 255;
-            made[static_cast<size_t>(Texels::colours)][i] = static_cast<float>(linear_from_srgb(share));
-            made[static_cast<size_t>(Texels::numbers)][i] = static_cast<float>(share);
-        }
+// What bytes stand for.
+const Bytes& values_of(Texels texels) {
+    static const Bytes shares = [] {
+        Bytes made{};
+        for (size_t i = 0; i < made.size(); ++i) made[i] = static_cast<float>(i) / 255;
         return made;
     }();
-    return tables[static_cast<size_t>(texels)];
+    return texels == Texels::colours ? linear_of_bytes() : shares;
 }
 
 // The texel of an image that goes on. at: a whole number.
@@ -37,11 +34,8 @@ size_t texel_of(double at, uint32_t size, Wrap wrap) {
 }
 
 Image half_of(const Image& image, Texels texels) {
-    const Bytes& linear = linear_of(texels);
-    const auto byte = [&](float mean) {
-        const double share = std::clamp(static_cast<double>(mean), 0.0, 1.0);
-        return static_cast<uint8_t>(std::lround(255 * (texels == Texels::colours ? srgb_from_linear(share) : share)));
-    };
+    const Bytes& values = values_of(texels);
+    const auto byte = [&](float mean) { return texels == Texels::colours ? srgb_byte_of(mean) : byte_of_share(mean); };
     Image half{std::max(image.width / 2, 1u), std::max(image.height / 2, 1u), {}};
     half.texels.reserve(size_t{half.width} * half.height);
     for (uint32_t y = 0; y < half.height; ++y) {
@@ -51,10 +45,9 @@ Image half_of(const Image& image, Texels texels) {
                 const size_t row = std::min(2 * y + k / 2, image.height - 1),
                              column = std::min(2 * x + k % 2, image.width - 1);
                 const glm::u8vec4& t = image.texels[row * image.width + column];
-                sum += glm::vec4(linear[t.x], linear[t.y], linear[t.z], static_cast<float>(t.w) / 255);
+                sum += glm::vec4(values[t.x], values[t.y], values[t.z], static_cast<float>(t.w) / 255);
             }
-            half.texels.emplace_back(byte(sum.x / 4), byte(sum.y / 4), byte(sum.z / 4),
-                                     static_cast<uint8_t>(std::lround(255 * sum.w / 4)));
+            half.texels.emplace_back(byte(sum.x / 4), byte(sum.y / 4), byte(sum.z / 4), byte_of_share(sum.w / 4));
         }
     }
     return half;
@@ -63,7 +56,7 @@ Image half_of(const Image& image, Texels texels) {
 }  // namespace
 
 glm::vec4 looked_up(const Image& image, Texels texels, const glm::dvec2& uv, const std::array<Wrap, 2>& wrap) {
-    const Bytes& values = linear_of(texels);
+    const Bytes& values = values_of(texels);
     const double x = uv.x * image.width - 0.5, y = uv.y * image.height - 0.5, left = std::floor(x), top = std::floor(y);
     const size_t x0 = texel_of(left, image.width, wrap[0]), x1 = texel_of(left + 1, image.width, wrap[0]);
     const size_t y0 = texel_of(top, image.height, wrap[1]), y1 = texel_of(top + 1, image.height, wrap[1]);

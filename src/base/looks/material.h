@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/mat3x2.hpp>
 #include <glm/vec2.hpp>
@@ -79,6 +80,9 @@ struct Material {
                 &emission_texture};
     }
 };
+
+// Whether texture k of Material::textures() holds colours, which are sRGB; what others hold is as it is.
+constexpr bool holds_colours(size_t k) { return k == 0 || k == 4; }
 
 // What Material::textures() are, for people.
 inline constexpr std::array<const char*, 5> texture_names = {"base colour", "metallic-roughness", "normals",

@@ -7,7 +7,7 @@
 #include <glm/vec4.hpp>
 #include <vector>
 
-#include "mesh/material.h"
+#include "base/looks/material.h"
 
 namespace lodestone {
 

@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "apps/drawing/session.h"
-#include "apps/program.h"
+#include "apps/drawn_scene.h"
 #include "base/looks/srgb.h"
 #include "fixtures/materials.h"
 #include "mesh/generate.h"
@@ -24,34 +23,18 @@ struct Nearness {
     double lit, normal, base_colour, alpha, metallic, roughness, occlusion, emission, smoky;
 };
 
-class MaterialsProgramTest : public ProgramTest {
+class MaterialsProgramTest : public DrawnSceneTest {
 protected:
     // Odd, so that nothing rests on halves.
     static constexpr uint32_t wide = 333, tall = 251;
 
-    // change: to the scene, before it is made ready.
-    void make_ready(const std::string& file, const std::function<void(Scene&)>& change) {
-        auto scene = read_scene(folder_ / file);
-        ASSERT_TRUE(scene) << scene.error().message;
-        change(*scene);
-        auto ready = ready_scene(std::move(*scene), {.vgi = Need::must}, {});
-        ASSERT_TRUE(ready) << ready.error().message;
-        scene_ = std::move(*ready);
-        RendererOptions options;
-        options.width = wide;
-        options.height = tall;
-        options.validation = true;
-        auto made = Renderer::create(options);
-        ASSERT_TRUE(made) << made.error().message;
-        renderer_ = std::move(*made);
-    }
     void make_still_life() {
         ASSERT_TRUE(write_mesh(fixtures::still_life(), folder_ / "still.glb"));
         std::ofstream(folder_ / "s.scene.json") << R"({"lodestone": "scene", "version": 1,
             "assets": [{"name": "a", "file": "still.glb"}], "light": {"direction": [-0.1, -0.9, 0.4]},
             "volumes": [{"position": [0.3, 0, 0.3], "spread": 0.8, "velocity": [0, 0, 0], "radius": [0.2, 0.4], "density": 3}],
             "volume_options": {"metavoxels": 8, "voxels": 16}})";
-        make_ready("s.scene.json", [](Scene&) {});
+        make_ready("s.scene.json", wide, tall);
         camera_.eye = {1.2f, 1.3f, 3.4f};
         camera_.target = {0, -0.1f, 0};
     }
@@ -87,8 +70,6 @@ protected:
             EXPECT_GT(psnr, bounds[i]) << i;
         }
     }
-    ReadyScene scene_;
-    std::unique_ptr<Renderer> renderer_;
     Camera camera_;
 };
 
@@ -117,7 +98,7 @@ TEST_F(MaterialsProgramTest, WhatIsMirroredShowsItsFrontAndNotItsBack) {
     if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
     std::ofstream(folder_ / "s.scene.json") << R"({"lodestone": "scene", "version": 1,
         "assets": [{"name": "a", "generate": {"shape": "grid", "triangles": 800}}]})";
-    make_ready("s.scene.json", [](Scene& scene) {
+    make_ready("s.scene.json", wide, tall, [](Scene& scene) {
         const glm::mat4 beside = glm::translate(glm::mat4(1), glm::vec3(2, 0, 0));
         scene.instances.push_back({0, glm::scale(beside, glm::vec3(-1, 1, 1))});
     });

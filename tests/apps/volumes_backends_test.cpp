@@ -6,34 +6,23 @@
 #include <cstdio>
 
 #include "apps/drawing/session.h"
-#include "apps/program.h"
+#include "apps/drawn_scene.h"
 #include "base/statistics.h"
 
 namespace lodestone {
 namespace {
 
-class VolumesBackendsTest : public ProgramTest {
+class VolumesBackendsTest : public DrawnSceneTest {
 protected:
     static constexpr uint32_t width = 240, height = 136;
 
     // A rock with smoke before, behind and around it.
-    void make_ready() {
+    void make_smoke() {
         std::ofstream(folder_ / "s.scene.json") << R"({"lodestone": "scene", "version": 1,
             "assets": [{"name": "a", "generate": {"shape": "rock", "triangles": 8000}}],
             "volumes": [{"position": [0, 0, 0], "spread": 1.2, "velocity": [0, 0, 0], "radius": [0.3, 0.6], "density": 3}],
             "volume_options": {"metavoxels": 10, "voxels": 16}})";
-        auto scene = read_scene(folder_ / "s.scene.json");
-        ASSERT_TRUE(scene) << scene.error().message;
-        auto ready = ready_scene(std::move(*scene), {.vgi = Need::must}, {});
-        ASSERT_TRUE(ready) << ready.error().message;
-        scene_ = std::move(*ready);
-        RendererOptions options;
-        options.width = width;
-        options.height = height;
-        options.validation = true;
-        auto made = Renderer::create(options);
-        ASSERT_TRUE(made) << made.error().message;
-        renderer_ = std::move(*made);
+        make_ready("s.scene.json", width, height);
     }
     Picture drawn(const Technique& way, const Camera& camera, const Budget& budget) {
         auto session = DrawSession::open(scene_, *renderer_, way, false, {});
@@ -44,8 +33,6 @@ protected:
         EXPECT_TRUE(picture);
         return std::move(*picture);
     }
-    ReadyScene scene_;
-    std::unique_ptr<Renderer> renderer_;
 };
 
 // What a backend draws with smoke and without.
@@ -74,7 +61,7 @@ std::vector<double> differences(const Pair& a, const Pair& b) {
 
 TEST_F(VolumesBackendsTest, WhichOneDrawsTheSceneDoesNotShow) {
     if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
-    make_ready();
+    make_smoke();
     for (const glm::vec3& eye : {glm::vec3(2.5f, 1.2f, 2), glm::vec3(-0.5f, -0.3f, 2.2f)}) {
         Camera camera;
         camera.eye = eye;

@@ -11,12 +11,13 @@
 #   make bench   runs the benchmarks and writes docs/figures.md
 #   make reference  the pages of the public headers: build/release/reference/html/index.html
 #   make fuzz    runs each driver of fuzz/ for FUZZ_SECONDS (60); needs clang
+#   make fuzz-coverage  how many lines of the readers the inputs of those drivers reach
 #   make soak    draws SOAK_FRAMES (10000) frames that change at random, with sanitizers
 #   make view    the interactive demo, on the demonstration's rock; SCENE=... for another
 JOBS ?= $(shell nproc)
 LODESTONE := build/release/bin/lodestone
 
-.PHONY: all program demo test test-long test-slurm test-viewers packages test-packages check bench fuzz soak reference view deps build clean
+.PHONY: all program demo test test-long test-slurm test-viewers packages test-packages check bench fuzz fuzz-coverage soak reference view deps build clean
 all: build
 
 deps:
@@ -72,7 +73,12 @@ fuzz:
 	@scripts/install-deps.sh --checks
 	JOBS=$(JOBS) FUZZ_SECONDS=$(or $(FUZZ_SECONDS),60) scripts/fuzz.sh
 
-soak: deps
+fuzz-coverage:
+	@scripts/install-deps.sh --checks
+	JOBS=$(JOBS) scripts/fuzz-coverage.sh
+
+soak:
+	@scripts/install-deps.sh --checks
 	JOBS=$(JOBS) scripts/soak.sh
 
 SCENE ?= assets/rock.scene.json

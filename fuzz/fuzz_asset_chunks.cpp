@@ -1,18 +1,25 @@
 // The openers of assets, with every hash and checksum right: the first byte chooses a chunk of a small sound asset, the
-// rest replaces its content. What opens is played, extracted and decoded.
+// second whether the rest replaces its content or damages it. Or the file itself is damaged, or cut. What opens is
+// played, extracted and decoded.
 #include <unistd.h>
 
+#include <array>
+#include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "baseline/discrete.h"
+#include "fuzz/mutators.h"
 #include "fuzz/promise.h"
 #include "lod/asset/cursor.h"
 #include "lod/bake/bake.h"
 #include "lod/bake/simplify/simplifier.h"
 #include "mesh/generate.h"
+#include "mesh/io/material_chunks.h"
 #include "mesh/repair.h"
 #include "tests/fixtures/block_sums.h"
 #include "vgi/asset/atlas_chunks.h"
+#include "vgi/asset/leaves.h"
 #include "vgi/bake/bake.h"
 
 using namespace lodestone;
@@ -21,66 +28,196 @@ namespace {
 
 void check(bool good) { fuzz::require(good, "a sound asset is made, written and opened"); }
 
-struct Seed {
-    std::filesystem::path path = "/dev/shm/lodestone-fuzz-" + std::to_string(getpid()) + ".lode";
-    std::vector<std::pair<std::string, std::vector<std::byte>>> chunks;
+using Bytes = std::vector<std::byte>;
+struct Chunk {
+    std::string name;
+    Bytes content;
+};
 
-    Seed() {
-        TriMesh mesh = generate(Shape::rock, 200, 1);
-        check(repair(mesh).has_value());
-        auto list = make_quadric_simplifier()->simplify(mesh, {});
-        check(list.has_value());
-        auto pm = bake_progressive_mesh(mesh, *list, {"keyframe", "greedy", "classic"});
-        check(pm.has_value());
-        vgi::AtlasOptions options;
-        options.clusters.clusters = 2;
-        options.cells = 64;
-        options.error_samples = 500;
-        vgi::AtlasReport report;
-        const auto atlas = vgi::make_atlas(mesh, options, report);
-        const auto chain = make_discrete_chain(mesh);
-        check(atlas && chain);
-        {
-            auto writer = ChunkWriter::create(path, {});
-            check(pm->write_chunks(*writer) && vgi::write_chunks(*atlas, *writer) && chain->write_chunks(*writer));
-            check(writer->commit().has_value());
-        }
-        const auto file = ChunkFile::open(path);
-        for (const ChunkInfo& info : file->chunks()) {
-            const auto bytes = *file->bytes(info.name);
-            chunks.emplace_back(info.name, std::vector(bytes.begin(), bytes.end()));
+const std::filesystem::path& path_of_asset() {
+    static const std::filesystem::path path = "/dev/shm/lodestone-fuzz-" + std::to_string(getpid()) + ".lode";
+    return path;
+}
+
+// The same with texture coordinates, colours, and two materials with textures.
+TriMesh painted(TriMesh mesh) {
+    Material material;
+    for (Texture* texture : material.textures()) *texture = {0, {Wrap::repeat, Wrap::clamp}};
+    material.alpha_mode = AlphaMode::mask;
+    mesh.material_table = {material, Material{}};
+    mesh.images = {Image{2, 2, std::vector<glm::u8vec4>(4, {9, 8, 7, 255})}};
+    mesh.uvs.clear();
+    for (uint32_t w = 0; w < mesh.wedge_count(); ++w) {
+        const glm::vec3 p = mesh.positions[mesh.wedge_vertex[w]];
+        mesh.uvs.emplace_back(p);
+        mesh.colours.emplace_back(static_cast<uint8_t>(w));
+        mesh.materials.push_back(p.y > 0);
+    }
+    return mesh;
+}
+
+// The same and, beside it, triangles around two vertices: more than their splits are coded by number for.
+TriMesh with_fans(TriMesh mesh) {
+    constexpr uint32_t spokes = 80;
+    mesh.uvs.clear();
+    mesh.normals.clear();
+    const auto first = static_cast<uint32_t>(mesh.positions.size());
+    const auto wedges = static_cast<uint32_t>(mesh.wedge_vertex.size());
+    mesh.positions.insert(mesh.positions.end(), {{5, 1, 0}, {5, -1, 0}});
+    for (uint32_t i = 0; i < spokes; ++i) {
+        const float angle = 6.2831853f * static_cast<float>(i) / spokes;
+        mesh.positions.emplace_back(5 + std::cos(angle), 0, std::sin(angle));
+        const uint32_t a = wedges + 2 + i, b = wedges + 2 + (i + 1) % spokes;
+        mesh.triangles.insert(mesh.triangles.end(), {{wedges, b, a}, {wedges + 1, a, b}});
+    }
+    for (uint32_t v = first; v < mesh.positions.size(); ++v) mesh.wedge_vertex.push_back(v);
+    compute_normals(mesh);
+    return mesh;
+}
+
+// Every backend's part of an asset of a mesh.
+std::vector<Chunk> chunks_of(TriMesh mesh, bool leaves) {
+    check(repair(mesh).has_value());
+    auto list = make_quadric_simplifier()->simplify(mesh, {});
+    check(list.has_value());
+    auto pm = bake_progressive_mesh(mesh, *list, {"keyframe", "greedy", "classic"});
+    check(pm.has_value());
+    vgi::AtlasOptions options;
+    options.clusters.clusters = 2;
+    options.cells = leaves ? 32 : 64;
+    options.error_samples = 500;
+    options.leaves = leaves;
+    vgi::AtlasReport report;
+    const auto atlas = vgi::make_atlas(mesh, options, report);
+    const auto chain = make_discrete_chain(mesh);
+    check(atlas && chain);
+    {
+        auto writer = ChunkWriter::create(path_of_asset(), {});
+        check(pm->write_chunks(*writer) && vgi::write_chunks(*atlas, *writer) && chain->write_chunks(*writer));
+        check(writer->commit().has_value());
+    }
+    const auto file = ChunkFile::open(path_of_asset());
+    std::vector<Chunk> chunks;
+    for (const ChunkInfo& info : file->chunks()) {
+        const auto bytes = *file->bytes(info.name);
+        chunks.push_back({info.name, Bytes(bytes.begin(), bytes.end())});
+    }
+    std::filesystem::remove(path_of_asset());
+    return chunks;
+}
+
+const Bytes& content_of(const std::vector<Chunk>& chunks, const std::string& name) {
+    for (const Chunk& chunk : chunks) {
+        if (chunk.name == name) return chunk.content;
+    }
+    fuzz::broken("an asset has the chunk " + name);
+}
+
+template <class T>
+Bytes bytes_of(const std::vector<T>& from) {
+    const auto bytes = std::as_bytes(std::span(from));
+    return {bytes.begin(), bytes.end()};
+}
+
+// Makes the checksums right that the asset holds of what a chunk's content has become.
+void mend_sums(std::vector<Chunk>& chunks, const Chunk& changed) {
+    Chunk sums;
+    if (changed.name == "lod/blocks")
+        sums = {"lod/table", bytes_of(fixtures::with_right_sums(content_of(chunks, "lod/table"), changed.content))};
+    for (const auto& [bytes, ends, name] :
+         {std::array{"vgi/geometry_pages", "vgi/geometry_ends", "vgi/geometry_sums"},
+          std::array{"vgi/attribute_pages", "vgi/attribute_ends", "vgi/attribute_sums"},
+          std::array{"vgi/leaf_parts", "vgi/leaf_ends", "vgi/leaf_sums"}}) {
+        if (changed.name == bytes)
+            sums = {name, bytes_of(fixtures::right_sums(content_of(chunks, ends), changed.content))};
+    }
+    for (Chunk& chunk : chunks) {
+        if (chunk.name == sums.name) chunk.content = std::move(sums.content);
+    }
+}
+
+void write(const std::vector<Chunk>& chunks) {
+    auto writer = ChunkWriter::create(path_of_asset(), {});
+    for (const Chunk& chunk : chunks)
+        check(writer->add(chunk.name, std::span<const std::byte>(chunk.content)).has_value());
+    check(writer->commit().has_value());
+}
+
+// Near its beginning, where the header is, or near its end, where the chunks are listed; or its end goes.
+void damage_file(std::span<const uint8_t> by) {
+    if (by.empty()) return;
+    std::fstream file(path_of_asset(), std::ios::in | std::ios::out | std::ios::binary);
+    std::string content(std::istreambuf_iterator<char>(file), {});
+    const size_t part = std::min<size_t>(content.size(), 4096);
+    const auto bytes = std::as_writable_bytes(std::span(content));
+    fuzz::damage(by[0] % 2 == 0 ? bytes.first(part) : bytes.last(part), by.subspan(1));
+    if (by[0] % 16 == 2) content.resize(content.size() - part * by.back() / 256);
+    std::ofstream(path_of_asset(), std::ios::binary | std::ios::trunc) << content;
+}
+
+void use(const ProgressiveMesh& pm) {
+    ProgressiveMesh counted = pm;
+    fuzz::require_good(counted.count_levels(), "what an opened mesh plays is in range");
+    const uint32_t last = pm.levels() - 1;
+    fuzz::require(pm.level_for_error(pm.errors[last]) == last, "the last level has its error");
+    fuzz::require(pm.level_for_triangles(pm.triangles_at(0)) == 0, "the first level has all triangles");
+    fuzz::require(pm.level_for_wedges(pm.wedges_at(0)) == 0, "the first level has all wedges");
+    for (const FaceOrder& order : pm.orders) {
+        fuzz::require(pm.order_named(order.name) != nullptr, "an order is found by its name");
+        fuzz::require(order.slots_at(last, pm.triangles_at(last)) >= pm.triangles_at(last), "faces are drawn");
+    }
+    if (!pm.validate()) return;
+    for (uint32_t order = 0; order < pm.orders.size(); ++order) check(extract_level(pm, last / 2, order).has_value());
+}
+
+void use(const ChunkFile& file) {
+    if (const auto pm = ProgressiveMesh::open(file)) use(*pm);
+    DiscreteChain::open(file, 1);
+    if (const auto materials = read_materials(file)) {
+        for (const Material& material : materials->table) {
+            for (const Texture* texture : material.textures())
+                fuzz::require(texture->image < static_cast<int64_t>(materials->images.size()), "an image is there");
         }
     }
-    ~Seed() { std::filesystem::remove(path); }
-};
+    if (const auto atlas = vgi::open_atlas(file)) {
+        fuzz::require_good(atlas->extract(atlas->levels() / 2).validate(), "a level is a valid mesh");
+        if (!atlas->leaves.empty())
+            fuzz::require_good(vgi::extract_leaves(*atlas).validate(), "leaves are a valid mesh");
+    }
+}
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    static const Seed seed;
-    if (size < 1) return 0;
-    const size_t chosen = data[0] % seed.chunks.size();
-    {
-        auto writer = ChunkWriter::create(seed.path, {});
-        const auto given = std::as_bytes(std::span(data + 1, size - 1));
-        for (size_t i = 0; i < seed.chunks.size(); ++i) {
-            std::span<const std::byte> content = i == chosen ? given : seed.chunks[i].second;
-            std::vector<StoredBlock> table;
-            if (seed.chunks[i].first == "lod/table" && seed.chunks[chosen].first == "lod/blocks") {
-                table = fixtures::with_right_sums(seed.chunks[i].second, given);
-                content = std::as_bytes(std::span(table));
-            }
-            check(writer->add(seed.chunks[i].first, content).has_value());
-        }
-        check(writer->commit().has_value());
+    static const std::array seeds = {chunks_of(with_fans(generate(Shape::rock, 200, 1)), false),
+                                     chunks_of(painted(generate(Shape::rock, 200, 1)), true)};
+    if (size < 2) return 0;
+    size_t chosen = data[0] % (seeds[0].size() + seeds[1].size());
+    const bool second = chosen >= seeds[0].size();
+    if (second) chosen -= seeds[0].size();
+    std::vector<Chunk> chunks = seeds[second];
+    const std::span<const uint8_t> rest(data + 2, size - 2);
+    Chunk& chunk = chunks[chosen];
+    if (data[1] % 8 == 7) {
+        // The file is what is damaged.
+    } else if (data[1] % 2 == 0) {
+        const auto raw = std::as_bytes(rest);
+        chunk.content.assign(raw.begin(), raw.end());
+    } else {
+        fuzz::damage(chunk.content, rest);
     }
-    const auto file = ChunkFile::open(seed.path);
-    check(file.has_value());
-    if (const auto pm = ProgressiveMesh::open(*file); pm && pm->validate()) {
-        for (uint32_t order = 0; order < pm->orders.size(); ++order)
-            check(extract_level(*pm, pm->levels() / 2, order).has_value());
+    mend_sums(chunks, Chunk(chunk));
+    write(chunks);
+    const bool whole = data[1] % 8 != 7;
+    if (!whole) damage_file(rest);
+    const auto file = ChunkFile::open(path_of_asset());
+    if (file) {
+        const auto verified = file->verify();
+        fuzz::require(verified || !whole, "a file whose hashes are right is verified");
+        use(*file);
+    } else {
+        fuzz::require(!whole, "a file whose hashes are right is opened");
     }
-    DiscreteChain::open(*file, 1);
-    if (const auto atlas = vgi::open_atlas(*file)) atlas->extract(atlas->levels() / 2);
+    std::filesystem::remove(path_of_asset());
     return 0;
 }

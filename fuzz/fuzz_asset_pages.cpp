@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "base/random.h"
+#include "fuzz/mutators.h"
 #include "vgi/asset/pages.h"
 
 using namespace lodestone;
@@ -24,12 +25,6 @@ std::vector<Page> pages_of(const PageTree& tree, size_t channels, std::span<cons
     return pages;
 }
 
-// Pairs of bytes name places and what to write there.
-void damage(std::vector<std::byte>& bytes, std::span<const uint8_t> by) {
-    for (size_t i = 0; i + 3 <= by.size() && !bytes.empty(); i += 3)
-        bytes[(by[i] | by[i + 1] << 8) % bytes.size()] = static_cast<std::byte>(by[i + 2]);
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -47,7 +42,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         bytes.assign(raw.begin(), raw.end());
     } else {
         bytes = encode_family(tree, channels, family, pages_of(tree, channels.size(), rest));
-        if (rest.size() > 3) damage(bytes, rest.subspan(3));
+        if (rest.size() > 3) fuzz::damage(bytes, rest.subspan(3));
     }
     const auto unpacked = PageFamily::unpack(tree, channels, family, bytes);
     if (!unpacked) return 0;

@@ -1,5 +1,7 @@
 // make_seeds FOLDER: what each driver begins with, in a folder of its name. Small files of every kind that the readers
 // know, made here so that none is kept.
+#include <draco/compression/encode.h>
+#include <draco/mesh/triangle_soup_mesh_builder.h>
 #include <meshoptimizer.h>
 #include <tiffio.h>
 #include <zlib.h>
@@ -7,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "mesh/generate.h"
@@ -41,10 +44,10 @@ public:
         put("gzip", driver + "-" + name + ".gz", content_of(path));
         fs::remove(path);
     }
-    std::string written(const TriMesh& mesh, const std::string& name) {
+    std::string written(const TriMesh& mesh, const std::string& name, const WriteOptions& options = {}) {
         const fs::path path = folder_ / name;
         fs::create_directories(folder_);
-        if (!write_mesh(mesh, path)) return "";
+        if (!write_mesh(mesh, path, options)) return "";
         std::string content = content_of(path);
         fs::remove(path);
         return content;
@@ -76,19 +79,99 @@ TriMesh painted(TriMesh mesh) {
     return mesh;
 }
 
-void make_meshes(Seeds& seeds) {
-    const TriMesh plain = generate(Shape::grid, 8, 1), rich = painted(generate(Shape::grid, 8, 1));
-    seeds.put_packed("ply", "plain.ply", seeds.written(plain, "a.ply"));
-    seeds.put("ply", "rich.ply", seeds.written(rich, "b.ply"));
-    seeds.put("ply", "text.ply",
-              "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty double y\nproperty float "
-              "z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float s\nproperty float "
-              "t\nelement face 1\nproperty list uchar int vertex_indices\nelement edge 1\nproperty int a\nend_header\n"
-              "0 0 0 255 0 0 0 0\n1 0 0 0 255 0 1 0\n1 1 0 0 0 255 1 1\n0 1 0 9 9 9 0 1\n4 0 1 2 3\n0\n");
-    seeds.put("ply", "big.ply",
-              "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty short x\nproperty short y\nproperty short "
-              "z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n" +
-                  std::string(18, '\1') + std::string("\0\0\0\3\0\0\0\0\0\0\0\1\0\0\0\2", 16));
+// A GLB of a document and what its buffer holds.
+std::string glb(nlohmann::json document, std::string bytes) {
+    bytes.resize((bytes.size() + 3) / 4 * 4);
+    document["asset"] = {{"version", "2.0"}};
+    document["buffers"] = {{{"byteLength", bytes.size()}}};
+    std::string text = document.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    const auto number = [](size_t value) {
+        const auto v = static_cast<uint32_t>(value);
+        return std::string(reinterpret_cast<const char*>(&v), 4);
+    };
+    return "glTF" + number(2) + number(28 + text.size() + bytes.size()) + number(text.size()) + "JSON" + text +
+           number(bytes.size()) + std::string("BIN\0", 4) + bytes;
+}
+
+// A mesh as Draco packs it.
+std::string draco_glb(const TriMesh& mesh) {
+    draco::TriangleSoupMeshBuilder builder;
+    builder.Start(static_cast<int>(mesh.triangle_count()));
+    const int position = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+    for (uint32_t t = 0; t < mesh.triangle_count(); ++t)
+        builder.SetAttributeValuesForFace(position, draco::FaceIndex(t), &mesh.position_of(t, 0).x,
+                                          &mesh.position_of(t, 1).x, &mesh.position_of(t, 2).x);
+    const auto built = builder.Finalize();
+    draco::EncoderBuffer packed;
+    draco::Encoder().EncodeMeshToBuffer(*built, &packed);
+    const nlohmann::json extension = {{"bufferView", 0}, {"attributes", {{"POSITION", 0}}}};
+    return glb({{"extensionsUsed", {"KHR_draco_mesh_compression"}},
+                {"extensionsRequired", {"KHR_draco_mesh_compression"}},
+                {"bufferViews", {{{"buffer", 0}, {"byteLength", packed.size()}}}},
+                {"accessors",
+                 {{{"componentType", 5126}, {"count", mesh.vertex_count()}, {"type", "VEC3"}},
+                  {{"componentType", 5125}, {"count", mesh.triangle_count() * 3}, {"type", "SCALAR"}}}},
+                {"meshes",
+                 {{{"primitives",
+                    {{{"attributes", {{"POSITION", 0}}},
+                      {"indices", 1},
+                      {"extensions", {{"KHR_draco_mesh_compression", extension}}}}}}}}}},
+               {packed.data(), packed.size()});
+}
+
+// Kinds of numbers and primitives that writers of ours do not make, and materials with what is left out.
+std::string odd_glb() {
+    using nlohmann::json;
+    std::string bytes(96, '\1');
+    for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 37 % 120);
+    const auto accessor = [](int kind, const char* type, bool normalised) {
+        return json{
+            {"bufferView", 0}, {"componentType", kind}, {"count", 4}, {"type", type}, {"normalized", normalised}};
+    };
+    json accessors = {accessor(5122, "VEC3", false), accessor(5120, "VEC3", true),   accessor(5121, "VEC2", true),
+                      accessor(5123, "VEC2", true),  accessor(5121, "VEC4", true),   accessor(5123, "SCALAR", false),
+                      accessor(5120, "VEC3", false), accessor(5121, "SCALAR", false)};
+    json primitives = json::array();
+    for (int mode = 0; mode <= 6; ++mode)
+        primitives.push_back(
+            {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}, {"TEXCOORD_1", 3}, {"COLOR_0", 4}}},
+             {"material", mode % 3},
+             {"mode", mode}});
+    const auto texture = [](int set, json transform) {
+        json made = {{"index", 0}, {"texCoord", set}};
+        if (!transform.is_null()) made["extensions"] = {{"KHR_texture_transform", transform}};
+        return made;
+    };
+    json materials = {
+        {{"name", "a"},
+         {"pbrMetallicRoughness",
+          {{"baseColorTexture", texture(0, {{"scale", {0, 0}}, {"texCoord", 1}})},
+           {"metallicRoughnessTexture", texture(1, {{"offset", {1, 2}}})}}},
+         {"normalTexture", texture(0, nullptr)},
+         {"alphaMode", "BLEND"}},
+        {{"alphaMode", "OTHER"}, {"emissiveTexture", texture(1, nullptr)}, {"occlusionTexture", texture(0, nullptr)}},
+        {{"extensions", {{"KHR_materials_clearcoat", json::object()}, {"KHR_materials_unlit", json::object()}}},
+         {"alphaMode", "MASK"},
+         {"normalTexture", {{"index", 1}}}}};
+    return glb({{"extensionsUsed", {"KHR_materials_clearcoat", "KHR_texture_basisu", "KHR_animation_pointer"}},
+                {"extensionsRequired", {"KHR_texture_basisu", "KHR_mesh_quantization"}},
+                {"bufferViews", {{{"buffer", 0}, {"byteLength", 96}, {"byteStride", 12}}}},
+                {"accessors", accessors},
+                {"images", {{{"bufferView", 0}, {"mimeType", "image/ktx2"}}, {{"uri", "b.webp"}}}},
+                {"textures",
+                 {{{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}},
+                  {{"extensions", {{"EXT_texture_webp", {{"source", 1}}}}}}}},
+                {"materials", materials},
+                {"meshes", {{{"primitives", primitives}}}},
+                {"nodes",
+                 {{{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0, 1, 2, 3, 1}}},
+                  {{"children", {0}}, {"translation", {1, 0, 0}}}}},
+                {"scenes", {{{"nodes", {1}}}}}},
+               bytes);
+}
+
+void make_gltf(Seeds& seeds, const TriMesh& plain, const TriMesh& rich) {
     seeds.put_packed("gltf", "plain.glb", seeds.written(plain, "a.glb"));
     seeds.put("gltf", "rich.glb", seeds.written(rich, "b.glb"));
     seeds.put("gltf", "text.gltf",
@@ -104,6 +187,29 @@ void make_meshes(Seeds& seeds) {
               "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1},\"material\":0,\"mode\":"
               "5}]}],\"nodes\":[{\"mesh\":0,\"rotation\":[0,0,0,1]},{\"children\":[0],\"scale\":[1,2,3]}],\"scenes\":[{"
               "\"nodes\":[1]}],\"scene\":0}");
+    WriteOptions options;
+    options.encoding = WriteOptions::Encoding::quantised;
+    seeds.put("gltf", "quantised.glb", seeds.written(rich, "q.glb", options));
+    options.encoding = WriteOptions::Encoding::meshopt;
+    seeds.put("gltf", "meshopt.glb", seeds.written(rich, "m.glb", options));
+    seeds.put("gltf", "draco.glb", draco_glb(plain));
+    seeds.put("gltf", "odd.glb", odd_glb());
+}
+
+void make_meshes(Seeds& seeds) {
+    const TriMesh plain = generate(Shape::grid, 8, 1), rich = painted(generate(Shape::grid, 8, 1));
+    make_gltf(seeds, plain, rich);
+    seeds.put_packed("ply", "plain.ply", seeds.written(plain, "a.ply"));
+    seeds.put("ply", "rich.ply", seeds.written(rich, "b.ply"));
+    seeds.put("ply", "text.ply",
+              "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty double y\nproperty float "
+              "z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float s\nproperty float "
+              "t\nelement face 1\nproperty list uchar int vertex_indices\nelement edge 1\nproperty int a\nend_header\n"
+              "0 0 0 255 0 0 0 0\n1 0 0 0 255 0 1 0\n1 1 0 0 0 255 1 1\n0 1 0 9 9 9 0 1\n4 0 1 2 3\n0\n");
+    seeds.put("ply", "big.ply",
+              "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty short x\nproperty short y\nproperty short "
+              "z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n" +
+                  std::string(18, '\1') + std::string("\0\0\0\3\0\0\0\0\0\0\0\1\0\0\0\2", 16));
     seeds.put_packed(
         "ply", "faces.ply",
         "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 3\nproperty float x\nproperty "

@@ -128,4 +128,9 @@ size_t mutate_gzip(uint8_t* data, size_t size, size_t most, unsigned seed) {
     return put(deflated(mutated(inside, std::max<size_t>(inside.size() * 2, 64)), true), data, most);
 }
 
+void damage(std::span<std::byte> bytes, std::span<const uint8_t> by) {
+    for (size_t i = 0; i + 3 <= by.size() && !bytes.empty(); i += 3)
+        bytes[(by[i] | by[i + 1] << 8) % bytes.size()] = static_cast<std::byte>(by[i + 2]);
+}
+
 }  // namespace lodestone::fuzz

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace lodestone::fuzz {
 
@@ -11,5 +12,8 @@ namespace lodestone::fuzz {
 size_t mutate_glb(uint8_t* data, size_t size, size_t most, unsigned seed);
 size_t mutate_png(uint8_t* data, size_t size, size_t most, unsigned seed);
 size_t mutate_gzip(uint8_t* data, size_t size, size_t most, unsigned seed);
+
+// Threes of bytes name a place in what is damaged, modulo its size, and what to write there.
+void damage(std::span<std::byte> bytes, std::span<const uint8_t> by);
 
 }  // namespace lodestone::fuzz

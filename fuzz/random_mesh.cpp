@@ -54,11 +54,33 @@ TriMesh soup(FuzzedDataProvider& from) {
     return mesh;
 }
 
+// Triangles around one vertex, and as many below around another where it is closed.
+TriMesh fan(FuzzedDataProvider& from) {
+    TriMesh mesh;
+    const auto count = from.ConsumeIntegralInRange<uint32_t>(3, 150);
+    const bool closed = from.ConsumeBool();
+    mesh.positions = {{0, 1, 0}, {0, -1, 0}};
+    for (uint32_t i = 0; i < count; ++i) {
+        const float angle = 6.2831853f * static_cast<float>(i) / static_cast<float>(count);
+        mesh.positions.emplace_back(std::cos(angle), 0, std::sin(angle));
+        const uint32_t a = 2 + i, b = 2 + (i + 1) % count;
+        mesh.triangles.push_back({0, b, a});
+        if (closed) mesh.triangles.push_back({1, a, b});
+    }
+    for (uint32_t v = 0; v < mesh.positions.size(); ++v) mesh.wedge_vertex.push_back(v);
+    return mesh;
+}
+
 TriMesh dented_shape(FuzzedDataProvider& from) {
     constexpr Shape shapes[] = {Shape::rock, Shape::terrain, Shape::grid, Shape::sphere, Shape::torus, Shape::cliff};
-    const Shape shape = from.PickValueInArray(shapes);
-    const auto triangles = from.ConsumeIntegralInRange<uint32_t>(20, 300);
-    TriMesh mesh = generate(shape, triangles, from.ConsumeIntegral<uint8_t>());
+    TriMesh mesh;
+    if (from.ConsumeIntegralInRange<int>(0, 6) == 6) {
+        mesh = fan(from);
+    } else {
+        const Shape shape = from.PickValueInArray(shapes);
+        const auto triangles = from.ConsumeIntegralInRange<uint32_t>(20, 300);
+        mesh = generate(shape, triangles, from.ConsumeIntegral<uint8_t>());
+    }
     const auto dents = from.ConsumeIntegralInRange<uint32_t>(0, 30);
     for (uint32_t k = 0; k < dents; ++k) {
         const auto v = from.ConsumeIntegralInRange<size_t>(0, mesh.positions.size() - 1);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/io/read.h"
 #include "mesh/limits.h"
 
 namespace lodestone::fuzz {
@@ -20,8 +21,9 @@ struct File {
 // Limits under which everything is read, so that a run takes milliseconds and 64 MiB.
 Limits small_limits();
 
-// Reads the first file as the program would, with the others beside it, and ends the program where a promise is broken.
-void check_mesh(const std::vector<File>& files);
+// Reads the first file as the program would, whole, piece by piece, and for its hash alone, with the others beside it,
+// and ends the program where a promise is broken. options: but for the limits.
+void check_mesh(const std::vector<File>& files, ReadOptions options = {});
 // Likewise for textures.
 void check_image(const uint8_t* data, size_t size);
 

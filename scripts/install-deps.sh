@@ -28,7 +28,7 @@ packages=(
   doxygen
 )
 
-checks=(clang libclang-rt-14-dev clang-tidy)
+checks=(clang libclang-rt-14-dev clang-tidy llvm)
 # a cluster of virtual nodes, and what docs/library.md shows beside it
 slurm=(slurm-wlm munge parallel jq)
 if [ "${1:-}" = --checks ]; then

@@ -478,9 +478,10 @@ Result<Atlas> open_atlas(const ChunkFile& file) {
         if (failed != charts.end()) return fail_at(path, failed->error());
     }
     if (auto read = read_leaves(*opened, atlas); !read) return fail_at(path, read.error());
-    for (const auto& good : {atlas.validate(), validate_errors(atlas), validate_leaves(atlas)}) {
-        if (!good) return fail_at(path, {Fault::format, good.error().message + "; bake the asset again"});
-    }
+    Result<void> good = atlas.validate();
+    if (good) good = validate_errors(atlas);
+    if (good) good = validate_leaves(atlas);
+    if (!good) return fail_at(path, {Fault::format, good.error().message + "; bake the asset again"});
     return atlas;
 }
 

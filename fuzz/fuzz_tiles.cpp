@@ -1,0 +1,86 @@
+// Tilesets as strangers write them: a small sound one of which one file is replaced or damaged. The first byte chooses
+// the file, the second what happens to it: the rest is its content, or damages it, or its text. What is read is told of
+// and checked, random cuts included.
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "fuzz/mutators.h"
+#include "fuzz/promise.h"
+#include "mesh/generate.h"
+#include "mesh/repair.h"
+#include "tiles/check/check.h"
+#include "tiles/tileset.h"
+#include "vgi/bake/bake.h"
+
+using namespace lodestone;
+using namespace lodestone::fuzz;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TilesetFiles {
+    fs::path folder = "/dev/shm/lodestone-fuzz-tiles-" + std::to_string(getpid());
+    std::vector<std::pair<fs::path, std::string>> files;
+
+    TilesetFiles() {
+        TriMesh mesh = generate(Shape::rock, 300, 1);
+        require_good(repair(mesh), "a rock is repaired");
+        vgi::AtlasOptions options;
+        options.clusters.clusters = 2;
+        options.cells = 16;
+        options.error_samples = 500;
+        vgi::AtlasReport report;
+        const auto atlas = vgi::make_atlas(mesh, options, report);
+        require_good(atlas, "a rock is baked");
+        tiles::TilesetOptions tile_options;
+        tile_options.tile_triangles = 512;
+        tile_options.external = 4;
+        fs::remove_all(folder);
+        fs::create_directories(folder);
+        require_good(tiles::write_tileset(*atlas, folder, tile_options, {}), "tiles are written");
+        for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+            if (!entry.is_regular_file()) continue;
+            std::ifstream in(entry.path(), std::ios::binary);
+            files.emplace_back(entry.path(), std::string(std::istreambuf_iterator<char>(in), {}));
+        }
+        std::ranges::sort(files);
+    }
+    ~TilesetFiles() { fs::remove_all(folder); }
+};
+
+void put(const fs::path& path, const std::string& content) { std::ofstream(path, std::ios::binary) << content; }
+
+void check_error(const Error& error) {
+    require(!error.message.empty() && error.message.find('\n') == std::string::npos, "an error is one line");
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    static const TilesetFiles tileset;
+    if (size < 3) return 0;
+    const auto& [path, sound] = tileset.files[data[0] % tileset.files.size()];
+    const std::span<const uint8_t> rest(data + 2, size - 2);
+    std::string content = sound;
+    if (data[1] % 4 == 0) {
+        content.assign(rest.begin(), rest.end());
+    } else if (data[1] % 4 == 1) {
+        damage(std::as_writable_bytes(std::span(content)), rest);
+    } else {
+        // Some text in place of other text: JSON stays JSON more often.
+        const size_t at = (rest[0] * 256u + data[1]) % content.size();
+        content.replace(at, data[1] / 4 % 16, std::string(rest.begin() + 1, rest.end()));
+    }
+    put(path, content);
+    if (const auto facts = tiles::tileset_facts(tileset.folder); !facts) check_error(facts.error());
+    tiles::CheckOptions options;
+    options.cuts = 2;
+    if (const auto checked = tiles::check_tileset(tileset.folder, options, {}); !checked) check_error(checked.error());
+    put(path, sound);
+    return 0;
+}

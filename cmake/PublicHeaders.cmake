@@ -5,6 +5,7 @@ set(LODESTONE_PUBLIC_HEADERS
   base/files/chunk_file.h
   base/files/file.h
   base/hash.h
+  base/looks/environment.h
   base/looks/material.h
   base/none.h
   base/progress.h

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "apps/drawing/environment.h"
 #include "apps/drawing/grids.h"
 #include "apps/machine.h"
 #include "apps/options/common_options.h"
@@ -42,6 +43,10 @@ void add_stage_options(CLI::App& command, StageOptions& options) {
             "How smoke takes light away: exp, by its length; or rational, 1/(1+density) a step, which depends on "
             "the steps. What the scene says unless given, or exp")
         ->check(CLI::IsMember({"exp", "rational"}));
+    command.add_option("--environment", options.environment,
+                       "Light from all around, and what is seen behind everything: sky, a clear one whose sun stands "
+                       "where the light comes from; or a Radiance picture (.hdr), equirectangular. A sky and a ground "
+                       "of one colour each unless given");
     command.add_flag("--validation", options.validation,
                      "Run under Vulkan validation; exit with 1 if it reports anything");
     add_outside_option(command, options.allow_outside);
@@ -72,6 +77,9 @@ Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs
     if (!options.absorption.empty())
         scene->volumes.quality.absorption =
             options.absorption == "exp" ? volume::Absorption::exponential : volume::Absorption::rational;
+    scene->environment = options.environment;
+    auto environment = environment_of(*scene);
+    if (!environment) return tl::unexpected(environment.error());
     RendererOptions renderer_options;
     renderer_options.device = options.device;
     renderer_options.width = size->first;
@@ -83,6 +91,7 @@ Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs
     if (!renderer) return tl::unexpected(renderer.error());
     auto ready = ready_scene(std::move(*scene), needs, progress);
     if (!ready) return tl::unexpected(ready.error());
+    ready->materials.environment = std::move(*environment);
     return DrawStage{size->first, size->second, renderer_options, std::move(*renderer), std::move(*ready)};
 }
 

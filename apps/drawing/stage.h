@@ -21,7 +21,7 @@ struct StageOptions {
     bool validation = false, allow_outside = false, prefix = false;
     // In place of what the scene says.
     std::optional<uint64_t> resident_mib, upload_mib, max_triangles;
-    std::string volumes = "on", absorption;
+    std::string volumes = "on", absorption, environment;
 };
 void add_stage_options(CLI::App& command, StageOptions& options);
 // What the options set of a budget.

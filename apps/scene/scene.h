@@ -22,6 +22,9 @@ namespace lodestone {
 // What budgets can be set to.
 inline constexpr uint64_t most_mib = 1 << 20, most_triangles = uint64_t{1} << 40;
 
+// As Scene::environment.
+inline constexpr const char* built_in_sky = "sky";
+
 struct GeneratedSource {
     Shape shape = Shape::rock;
     std::string shape_name;
@@ -49,6 +52,7 @@ struct Scene {
     std::optional<glm::vec3> light_direction;  // from the light towards the scene
     bool shadows = true;
     std::optional<CameraPath> camera;  // absent: chosen from the bounds of what stands there
+    std::string environment;           // light from all around: built_in_sky, or a .hdr file; empty for none
     SceneVolumes volumes;              // smoke and fire; none where it has no emitters
     Budget budget;                     // what frames may cost; of its members those that scenes can set
     bool allow_outside = false;        // as it was read: its meshes are read likewise

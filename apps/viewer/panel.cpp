@@ -17,6 +17,12 @@ Result<void> choose(Viewer& viewer, const char* backend) {
     return viewer.choose(0, techniques_of(backend, viewer.scene()).front());
 }
 
+Result<void> choose_next_way(Viewer& v) {
+    const auto ways = techniques_of(v.panes[0].way.backend, v.scene());
+    const auto at = std::ranges::find(ways, v.panes[0].way);
+    return v.choose(0, at == ways.end() || at + 1 == ways.end() ? ways.front() : *(at + 1));
+}
+
 void steer(Viewer& viewer, bool on) {
     viewer.controller.reset();
     if (on) viewer.controller.emplace(1000 / viewer.fps, viewer.pixel_error);
@@ -108,16 +114,14 @@ const std::vector<ViewKey>& view_keys() {
                 [backend](Viewer& v) { return choose(v, backend.c_str()); });
             ++number;
         }
-        add('O', "O", "the next face order or raster", [](Viewer& v) {
-            const auto ways = techniques_of(v.panes[0].way.backend, v.scene());
-            const auto at = std::ranges::find(ways, v.panes[0].way);
-            return v.choose(0, at == ways.end() || at + 1 == ways.end() ? ways.front() : *(at + 1));
-        });
+        add('O', "O", "the next face order or raster", choose_next_way);
         set('V', "V", "the next colouring", [](Viewer& v) {
             const auto at = colouring_of(v) + 1;
             v.look.debug = (at == debug_choices().end() ? debug_choices().begin() : at)->view;
         });
         set('M', "M", "smoke and fire: on or off", [](Viewer& v) { v.shows_volumes = !v.shows_volumes; });
+        set('I', "I", "light of the environment: on or off",
+            [](Viewer& v) { v.look.environment = !v.look.environment; });
         set('X', "X", "wireframe", [](Viewer& v) { v.look.wireframe = !v.look.wireframe; });
         set('L', "L", "freeze levels", [](Viewer& v) { v.freeze(!v.freeze_levels, v.freeze_culling); });
         set('K', "K", "freeze culling", [](Viewer& v) { v.freeze(v.freeze_levels, !v.freeze_culling); });
@@ -199,6 +203,7 @@ void choose_look(Viewer& v) {
     ImGui::Checkbox("wireframe", &v.look.wireframe);
     ImGui::SameLine();
     ImGui::Checkbox("both sides", &v.look.double_sided);
+    if (v.scene().materials.environment != nullptr) ImGui::Checkbox("environment", &v.look.environment);
     if (ImGui::BeginCombo("colours", colouring_of(v)->title)) {
         for (const DebugChoice& choice : debug_choices()) {
             if (ImGui::Selectable(choice.title, choice.view == v.look.debug)) v.look.debug = choice.view;

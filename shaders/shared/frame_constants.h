@@ -16,6 +16,8 @@
 #define LODE_SCENE_DEPTH 8
 #define LODE_VISIBILITY 9
 #define LODE_RADIANCE 10
+#define LODE_ENVIRONMENT 11
+#define LODE_REFLECTED_SHARES 12
 
 // Beside a material's number, between stages: the instance is mirrored.
 #define LODE_MIRRORED 0x80000000u
@@ -88,7 +90,9 @@ struct FrameConstants {
     uint double_sided;   // 1: normals turn towards the eye
     float shadow_texel;  // world units a texel of the shadow map spans
     uint shows_backs;    // 1: of materials with one side, too
-    uint padding0, padding1, padding2;
+    float environment_levels;  // of the cube of what is around, 0 where it lights nothing (frame/environment.glsl)
+    uint padding0, padding1;
+    vec4 environment_matte[9];
 };
 
 struct InstanceConstants {
@@ -102,7 +106,7 @@ struct InstanceConstants {
 
 #ifdef __cplusplus
 static_assert(sizeof(ViewConstants) == 176);
-static_assert(sizeof(FrameConstants) == 176 * LODE_MOST_VIEWS + 96);
+static_assert(sizeof(FrameConstants) == 176 * LODE_MOST_VIEWS + 96 + 144);
 static_assert(sizeof(InstanceConstants) == 144);
 }  // namespace gpu
 }  // namespace lodestone

@@ -1,4 +1,5 @@
-// The one shader that lights a Surface: a hemisphere of sky and ground and one light with a shadow map.
+// The one shader that lights a Surface: one light with a shadow map, and what is all around, an environment or a
+// hemisphere of sky and ground.
 //
 //   Walter, Marschner, Li, Torrance, "Microfacet models for refraction through rough surfaces", EGSR 2007 (GGX)
 //   Heitz, "Understanding the masking-shadowing function in microfacet-based BRDFs", JCGT 2014 (the joint function)
@@ -7,6 +8,7 @@
 #ifndef LODESTONE_LIGHTING_GLSL
 #define LODESTONE_LIGHTING_GLSL
 
+#include "frame/environment.glsl"
 #include "shared/frame.glsl"
 #include "shared/light_grid.glsl"
 #include "shared/materials.glsl"
@@ -81,6 +83,18 @@ vec3 reflected_hemisphere(Reflectance r, vec3 normal, vec3 to_eye) {
     vec3 seen = reflect(-to_eye, normal);
     float height = clamp(mix(seen.y / max(r.alpha, 0.02), normal.y, r.alpha), -1.0, 1.0);
     return r.diffuse * (1.0 - r.specular) * hemisphere(normal.y) + (r.specular * share.x + share.y) * hemisphere(height);
+}
+
+bool has_environment() { return scene_has(LODE_LOOKS_ENVIRONMENT) && frame.environment_levels > 0.0; }
+// What a matte surface sees of what is all around.
+vec3 seen_around(vec3 normal) { return has_environment() ? environment_seen(normal) : hemisphere(normal.y); }
+// What goes to the eye of it.
+vec3 reflected_around(Reflectance r, vec3 normal, vec3 to_eye) {
+    if (!has_environment()) return reflected_hemisphere(r, normal, to_eye);
+    float roughness = sqrt(r.alpha);
+    vec4 share = environment_shares(clamp(dot(normal, to_eye), 0.0, 1.0), roughness);
+    return r.diffuse * (1.0 - r.specular) * (1.0 - share.z) * environment_seen(normal) +
+           (r.specular * share.x + share.y) * environment_mirrored(normal, to_eye, roughness, share.w);
 }
 
 // Metal, roughness, and what is left of the light from all around.
@@ -177,11 +191,11 @@ vec3 lit(Surface s, Look look) {
     if (scene_has(LODE_LOOKS_METALLIC_ROUGHNESS) && look.shading == LODE_SHADING_METALLIC_ROUGHNESS) {
         vec3 own = metallic_roughness_occlusion(s, look);
         Reflectance r = reflectance_of(albedo, own.x, own.y);
-        vec3 sum = own.z * reflected_hemisphere(r, normal, to_eye) + emission_of(s, look);
+        vec3 sum = own.z * reflected_around(r, normal, to_eye) + emission_of(s, look);
         if (towards_light <= 0.0) return sum;
         return sum + reflected_light(r, normal, to_eye, frame.to_light.xyz, towards_light) * direct * frame.light_colour.rgb;
     }
-    vec3 ambient = hemisphere(normal.y);
+    vec3 ambient = seen_around(normal);
     vec3 halfway = normalize(to_eye + frame.to_light.xyz);
     float gloss = 0.04 * pow(max(dot(normal, halfway), 0.0), 24.0);
     return albedo * (ambient + direct * frame.light_colour.rgb / 3.14159265) + gloss * direct * frame.light_colour.rgb +

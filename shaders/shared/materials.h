@@ -45,6 +45,7 @@
 #define LODE_LOOKS_TWO_SIDED 4096
 #define LODE_LOOKS_ONE_SIDED 8192
 #define LODE_LOOKS_MIRRORS 16384  // instances may be mirrored
+#define LODE_LOOKS_ENVIRONMENT 32768  // light from all around is more than a sky and a ground of one colour each
 
 // Images of one size and kind are the layers of an array.
 #define LODE_MOST_TEXTURE_ARRAYS 8

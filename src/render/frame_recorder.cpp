@@ -97,7 +97,7 @@ void FrameRecorder::stage_bytes(const std::byte* data, uint64_t bytes, Target&& 
 
 void FrameRecorder::upload_frame_data() {
     const bool shows_backs = c_.instances.any_mirrored() && !c_.looks.mirrors();
-    const gpu::FrameConstants constants = frame_constants(input_, look_, c_.shadow_size, shows_backs);
+    const gpu::FrameConstants constants = frame_constants(input_, look_, c_.shadow_size, shows_backs, c_.environment);
     const auto put = [&](const Buffer& buffer, const void* data, uint64_t bytes, uint64_t offset = 0) {
         stage_bytes(static_cast<const std::byte*>(data), bytes,
                     [&](VkDeviceSize staged, uint64_t done, uint64_t length) {
@@ -428,13 +428,17 @@ void FrameRecorder::resolve() {
     rendering.pColorAttachments = &attachment;
     vkCmdBeginRendering(commands_, &rendering);
     set_view(extent);
-    vkCmdSetCullMode(commands_, VK_CULL_MODE_NONE);
-    vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS,
-                      c_.resolve.draw[static_cast<int>(Variant::resolve)].get());
-    vkCmdBindDescriptorSets(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, c_.resolve.layout.get(), 0, 1,
-                            &c_.slot.frame_set, 0, nullptr);
-    vkCmdDraw(commands_, 3, 1, 0, 0);
+    draw_over_view(c_.resolve, Variant::resolve);
     vkCmdEndRendering(commands_);
+}
+
+// By a pipeline of the renderer itself.
+void FrameRecorder::draw_over_view(const BuiltPipeline& pipeline, Variant variant) {
+    vkCmdSetCullMode(commands_, VK_CULL_MODE_NONE);
+    vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.draw[static_cast<int>(variant)].get());
+    vkCmdBindDescriptorSets(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.layout.get(), 0, 1, &c_.slot.frame_set,
+                            0, nullptr);
+    vkCmdDraw(commands_, 3, 1, 0, 0);
 }
 
 // Before a command of the effect, or after its last of a stage.
@@ -521,6 +525,14 @@ void FrameRecorder::record_commands(Stage stage, const RecordedPlan& recorded) {
     }
 }
 
+// What is all around, where nothing opaque is. Lines show nothing but themselves.
+void FrameRecorder::record_background() {
+    if (!lit_by(c_.environment, look_) || wire_) return;
+    begin_rendering(Stage::colour, false);
+    draw_over_view(c_.background, effect_ != nullptr ? Variant::background_radiance : Variant::background);
+    vkCmdEndRendering(commands_);
+}
+
 // What is blended: draws of the depth stage once more, over the colours that are there. Lines show everything as it is.
 void FrameRecorder::record_blended() {
     if (!c_.looks.blends() || wire_) return;
@@ -551,7 +563,10 @@ void FrameRecorder::record_stage(Stage stage) {
     };
     if (counts && stage != Stage::update) begin_counting();
     record_commands(stage, backend_);
-    if (stage == Stage::colour) record_blended();
+    if (stage == Stage::colour) {
+        record_background();
+        record_blended();
+    }
     if (effect_ != nullptr) record_commands(stage, *effect_);
     if (effect_ != nullptr && stage == Stage::composite) resolve();
     if (counts && stage == Stage::update) begin_counting();

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "render/environment_images.h"
 #include "render/frame_slot.h"
 #include "render/hazards.h"
 #include "render/instance_table.h"
@@ -27,7 +28,10 @@ struct FrameContext {
     FrameSlot& slot;
     const InstanceTable& instances;  // of the frame
     const BuiltPipeline& resolve;    // Variant::resolve
-    const SceneLooks& looks;         // of the scene's materials
+    const BuiltPipeline&
+        background;           // Variant::background and background_radiance; empty where there is no environment
+    const SceneLooks& looks;  // of the scene's materials
+    const EnvironmentImages& environment;
 };
 // A plan, and what its numbers refer to.
 struct RecordedPlan {
@@ -64,6 +68,8 @@ private:
     void use_images(Stage stage);
     void record_commands(Stage stage, const RecordedPlan& plan);
     void record_blended();
+    void record_background();
+    void draw_over_view(const BuiltPipeline& pipeline, Variant variant);
     void resolve();
     void time_effect(const Command* next);
     void record_other(Stage stage, const Command& command);

@@ -12,13 +12,14 @@ namespace lodestone {
 
 namespace {
 
-OwnedSampler make_sampler(const Device& device, bool filtered) {
+// repeats: beyond 0 .. 1.
+OwnedSampler make_sampler(const Device& device, bool filtered, bool repeats) {
     VkSamplerCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO;
     info.magFilter = info.minFilter = filtered ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
     info.mipmapMode = filtered ? VK_SAMPLER_MIPMAP_MODE_LINEAR : VK_SAMPLER_MIPMAP_MODE_NEAREST;
     info.addressModeU = info.addressModeV = info.addressModeW =
-        filtered ? VK_SAMPLER_ADDRESS_MODE_REPEAT : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+        repeats ? VK_SAMPLER_ADDRESS_MODE_REPEAT : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
     info.maxLod = VK_LOD_CLAMP_NONE;
     VkSampler sampler = VK_NULL_HANDLE;
     LODE_VK(vkCreateSampler(device.handle(), &info, nullptr, &sampler));
@@ -41,6 +42,8 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
         {LODE_SCENE_DEPTH, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_VISIBILITY, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_RADIANCE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+        {LODE_ENVIRONMENT, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+        {LODE_REFLECTED_SHARES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
     };
     VkDescriptorSetLayoutCreateInfo layout_info{};
     layout_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
@@ -54,7 +57,7 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
         {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, slots},
         {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, slots},
         {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 4 * slots},
-        {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, (LODE_MOST_TEXTURE_ARRAYS + 4) * slots}};
+        {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, (LODE_MOST_TEXTURE_ARRAYS + 6) * slots}};
     VkDescriptorPoolCreateInfo pool_info{};
     pool_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
     pool_info.maxSets = slots;
@@ -63,8 +66,9 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
     VkDescriptorPool pool = VK_NULL_HANDLE;
     LODE_VK(vkCreateDescriptorPool(device.handle(), &pool_info, nullptr, &pool));
     pool_ = OwnedDescriptorPool(device.handle(), pool);
-    texture_sampler_ = make_sampler(device, true);
-    texel_sampler_ = make_sampler(device, false);
+    texture_sampler_ = make_sampler(device, true, true);
+    texel_sampler_ = make_sampler(device, false, false);
+    environment_sampler_ = make_sampler(device, true, false);
 }
 
 VkDescriptorSet FrameSets::allocate() const {
@@ -93,7 +97,9 @@ void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, co
          {texel_sampler_.get(), targets.shadow_depth.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
         {LODE_SCENE_DEPTH, {texel_sampler_.get(), targets.depth.view(), as_depth_read.layout}},
         {LODE_VISIBILITY, {texel_sampler_.get(), targets.visibility.view(), as_sampled.layout}},
-        {LODE_RADIANCE, {texel_sampler_.get(), targets.radiance.view(), as_sampled.layout}}};
+        {LODE_RADIANCE, {texel_sampler_.get(), targets.radiance.view(), as_sampled.layout}},
+        {LODE_ENVIRONMENT, {environment_sampler_.get(), materials.environment.cube.view(), as_sampled.layout}},
+        {LODE_REFLECTED_SHARES, {environment_sampler_.get(), materials.environment.shares.view(), as_sampled.layout}}};
     std::vector<VkWriteDescriptorSet> writes;
     const auto write = [&](uint32_t binding, VkDescriptorType type) -> VkWriteDescriptorSet& {
         VkWriteDescriptorSet& w = writes.emplace_back();
@@ -124,8 +130,12 @@ void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, co
     vkUpdateDescriptorSets(device_.handle(), static_cast<uint32_t>(writes.size()), writes.data(), 0, nullptr);
 }
 
+bool lit_by(const EnvironmentImages& environment, const ShadingOptions& look) {
+    return environment.levels > 0 && look.environment && look.debug == DebugView::none;
+}
+
 gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOptions& look, uint32_t shadow_size,
-                                    bool shows_backs) {
+                                    bool shows_backs, const EnvironmentImages& environment) {
     LODE_CHECK(input.views.size() <= LODE_MOST_VIEWS, input.views.size());
     gpu::FrameConstants c{};
     c.shadow_view = LODE_MOST_VIEWS;
@@ -152,6 +162,8 @@ gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOption
     c.debug_view = static_cast<uint32_t>(look.debug);
     c.double_sided = look.double_sided ? 1 : 0;
     c.shows_backs = look.double_sided || shows_backs ? 1 : 0;
+    c.environment_levels = lit_by(environment, look) ? static_cast<float>(environment.levels) : 0;
+    std::ranges::copy(environment.matte, c.environment_matte);
     return c;
 }
 

@@ -25,11 +25,15 @@ private:
     const Device& device_;
     OwnedSetLayout layout_;
     OwnedDescriptorPool pool_;
-    OwnedSampler texture_sampler_, texel_sampler_;
+    OwnedSampler texture_sampler_, texel_sampler_, environment_sampler_;
 };
 
 // shadow_size: texels a side of the shadow map; 0 turns shadows off. shows_backs: of what has one side, too.
+// environment: that was loaded.
 gpu::FrameConstants frame_constants(const FrameInput& input, const ShadingOptions& look, uint32_t shadow_size,
-                                    bool shows_backs);
+                                    bool shows_backs, const EnvironmentImages& environment);
+
+// Whether the frame is lit by an environment. Debug views are not.
+bool lit_by(const EnvironmentImages& environment, const ShadingOptions& look);
 
 }  // namespace lodestone

@@ -28,6 +28,7 @@ bool is_moved(const Texture& texture) { return texture.place != Texture{}.place;
 
 uint32_t looks_of(const MaterialSet& set) {
     uint32_t looks = set.mirrors ? LODE_LOOKS_MIRRORS : 0;
+    if (set.environment != nullptr) looks |= LODE_LOOKS_ENVIRONMENT;
     for (const Material& m : set.materials) {
         const auto textures = m.textures();
         for (uint32_t t = 0; t < textures.size(); ++t) {
@@ -173,7 +174,8 @@ private:
         const auto mips = static_cast<uint32_t>(std::bit_width(std::max(width, height)));
         return {allocator_,
                 {format_of(srgb), width, height, layers, mips,
-                 VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, true},
+                 VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+                 VK_IMAGE_VIEW_TYPE_2D_ARRAY},
                 "textures"};
     }
 
@@ -262,6 +264,7 @@ MaterialImages make_material_images(BlockAllocator& allocator, const CommandPool
     std::vector<gpu::MaterialConstants> table;
     for (const Material& m : set.materials) table.push_back(constants_of(m, places));
     made.table = uploader.table_of(table);
+    made.environment = make_environment_images(allocator, pool, set.environment.get());
     made.looks = {looks_of(set), static_cast<uint32_t>(made.arrays.size())};
     return made;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "frame/materials.h"
+#include "render/environment_images.h"
 #include "render/recipe_build.h"
 #include "render/vulkan/commands.h"
 #include "render/vulkan/memory.h"
@@ -13,6 +14,7 @@ struct MaterialImages {
     // At least one, at most LODE_MOST_TEXTURE_ARRAYS. Each has images of one size and kind; one white texel where the
     // scene has none. Left as_sampled.
     std::vector<TargetImage> arrays;
+    EnvironmentImages environment;
     SceneLooks looks;
 };
 

@@ -60,6 +60,9 @@ bool beside_effect(Variant variant) {
     return (variant >= Variant::radiance && variant < Variant::blended) || variant == Variant::blended_radiance ||
            variant == Variant::blended_radiance_debug;
 }
+bool is_background(Variant variant) {
+    return variant == Variant::background || variant == Variant::background_radiance;
+}
 bool as_lines(Variant variant) {
     return variant == Variant::depth_lines || variant == Variant::colour_lines || variant == Variant::radiance_lines;
 }
@@ -307,9 +310,9 @@ private:
         depth_.depthTestEnable = over_all(variant) ? VK_FALSE : VK_TRUE;
         depth_.depthWriteEnable = !coloured && !over_all(variant);
         // Reversed depth; what the depth stage left is drawn once. What covers the view lies behind it all.
-        depth_.depthCompareOp = spec.whole_view                    ? VK_COMPARE_OP_LESS
-                                : coloured && !is_blended(variant) ? VK_COMPARE_OP_EQUAL
-                                                                   : VK_COMPARE_OP_GREATER_OR_EQUAL;
+        depth_.depthCompareOp = spec.whole_view && !is_background(variant) ? VK_COMPARE_OP_LESS
+                                : coloured && !is_blended(variant)         ? VK_COMPARE_OP_EQUAL
+                                                                           : VK_COMPARE_OP_GREATER_OR_EQUAL;
     }
     void set_targets(const PipelineSpec& spec, Variant variant, bool has_visibility) {
         const bool coloured = in_colour_stage(variant) || over_all(variant);
@@ -509,6 +512,26 @@ StorageSets make_storage_sets(const Device& device, const Recipe& recipe, const 
     return sets;
 }
 
+// Of the renderer itself, by shaders/frame/NAME.frag.
+BuiltPipeline build_whole_view(const Device& device, VkDescriptorSetLayout frame_layout, const std::string& name,
+                               std::initializer_list<Variant> variants) {
+    PipelineSpec spec;
+    spec.name = name;
+    spec.vertex = "frame/whole_view.vert";
+    spec.fragment = "frame/" + name + ".frag";
+    spec.whole_view = true;
+    BuiltPipeline built;
+    built.stages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+    built.storage_layout = make_storage_layout(device, spec, built.stages);
+    built.layout = make_pipeline_layout(device, frame_layout, built.storage_layout.get(), built.stages);
+    for (const Variant variant : variants) {
+        const ShaderConstants constants(spec, {}, variant, {});
+        built.draw[static_cast<int>(variant)] =
+            make_draw_pipeline(device, spec, built.layout.get(), constants.get(), variant, spec.fragment, false);
+    }
+    return built;
+}
+
 }  // namespace
 
 OwnedShader make_shader(const Device& device, const std::string& name) {
@@ -538,19 +561,11 @@ BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDesc
 }
 
 BuiltPipeline build_resolve(const Device& device, VkDescriptorSetLayout frame_layout) {
-    PipelineSpec spec;
-    spec.name = "resolve";
-    spec.vertex = "frame/whole_view.vert";
-    spec.fragment = "frame/resolve.frag";
-    spec.whole_view = true;
-    BuiltPipeline built;
-    built.stages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-    built.storage_layout = make_storage_layout(device, spec, built.stages);
-    built.layout = make_pipeline_layout(device, frame_layout, built.storage_layout.get(), built.stages);
-    const ShaderConstants constants(spec, {});
-    built.draw[static_cast<int>(Variant::resolve)] =
-        make_draw_pipeline(device, spec, built.layout.get(), constants.get(), Variant::resolve, spec.fragment, false);
-    return built;
+    return build_whole_view(device, frame_layout, "resolve", {Variant::resolve});
+}
+
+BuiltPipeline build_background(const Device& device, VkDescriptorSetLayout frame_layout) {
+    return build_whole_view(device, frame_layout, "environment", {Variant::background, Variant::background_radiance});
 }
 
 Replaced resize_buffer(BlockAllocator& allocator, const Recipe& recipe, uint32_t number, uint64_t bytes,

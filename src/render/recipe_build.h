@@ -28,7 +28,7 @@ struct SplitBuffer {
 
 // Where a draw pipeline is used decides what of it runs.
 // debug: for a debug view; lines: that of wireframes; radiance: beside an effect; blended: what is blended, drawn by
-// itself; composite: of an effect; resolve: of the renderer itself.
+// itself; composite: of an effect; background and resolve: of the renderer itself.
 enum class Variant {
     shadow,
     depth,
@@ -37,9 +37,11 @@ enum class Variant {
     colour,
     colour_debug,
     colour_lines,
+    background,
     radiance,
     radiance_debug,
     radiance_lines,
+    background_radiance,
     blended,
     blended_debug,
     blended_radiance,
@@ -47,7 +49,7 @@ enum class Variant {
     composite,
     resolve,
 };
-inline constexpr int variant_count = 16;
+inline constexpr int variant_count = 18;
 
 struct BuiltPipeline {
     OwnedPipelineLayout layout;
@@ -110,7 +112,9 @@ struct SceneLooks {
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
                          uint64_t segment_limit, const SceneLooks& looks, bool beside_effect);
 
-// The renderer's own pipeline, Variant::resolve: from Targets::radiance to Targets::colour.
+// The renderer's own pipelines. Variant::resolve: from Targets::radiance to Targets::colour. Variant::background and
+// background_radiance: what is all around.
 BuiltPipeline build_resolve(const Device& device, VkDescriptorSetLayout frame_layout);
+BuiltPipeline build_background(const Device& device, VkDescriptorSetLayout frame_layout);
 
 }  // namespace lodestone

@@ -246,6 +246,8 @@ private:
             LODE_CHECK(grid.most_segments == 1, effect->buffers[effect->light_grid].name);
             made.light_grid = make_texel_view(device_, grid.whole(), 1);
         }
+        if (made.materials.environment.levels > 0 && background_.layout.get() == VK_NULL_HANDLE)
+            background_ = build_background(device_, sets_.layout());
         made.number = ++loads_;
         const auto other = [&](auto&& asks) {
             for (uint32_t p = 0; p < most_places; ++p) {
@@ -268,7 +270,7 @@ private:
         std::optional<RecordedPlan> effect;
         if (plans.effect != nullptr) effect.emplace(recorded(*plans.effect, *loaded.effect, slot.effect_readbacks));
         FrameRecorder({device_, pool_, allocator_, targets_, options_.shadow_size, slot, instances_, resolve_,
-                       loaded.materials.looks},
+                       background_, loaded.materials.looks, loaded.materials.environment},
                       backend, effect ? &*effect : nullptr, input, look)
             .record();
         const VkFence fence = slot.fence.get();
@@ -371,6 +373,7 @@ private:
     CommandPool pool_;
     FrameSets sets_;
     BuiltPipeline resolve_;
+    BuiltPipeline background_;   // once an environment was loaded
     TexelBuffer no_light_grid_;  // in the place of one
     Targets targets_;
     std::array<Loaded, most_places> loaded_;

@@ -83,6 +83,7 @@ struct ShadingOptions {
     glm::vec3 sky_colour{0.5f, 0.56f, 0.65f};         // hemisphere from above, linear
     glm::vec3 ground_colour{0.22f, 0.2f, 0.18f};      // and from below
     glm::vec3 background{0.05f, 0.06f, 0.08f};        // linear
+    bool environment = true;                          // where one was loaded, it is in the place of both and is seen
     bool double_sided = false;                        // false culls back faces, but of materials that have two sides
     bool wireframe = false;                           // lines only; where RendererOptions::presents
     DebugView debug = DebugView::none;                // what colours say

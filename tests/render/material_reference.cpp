@@ -54,6 +54,7 @@ dvec4 looked_up(const MaterialSet& set, const Texture& texture, Holds holds, con
 
 struct Light {
     dvec3 to_light, colour, sky, ground;
+    const Surroundings& around;
     dvec3 hemisphere(double height) const { return glm::mix(ground, sky, height * 0.5 + 0.5); }
 };
 
@@ -72,10 +73,44 @@ dvec3 reflected(const dvec3& base, double metallic, double roughness, const dvec
     return ((1.0 - fresnel) * base * (1 - metallic) / pi + fresnel * d * g / (4 * nl * nv)) * nl;
 }
 
+// A direction about n, for its height over the surface and its turn.
+dvec3 about(const dvec3& n, double height, double turn) {
+    const dvec3 other = std::abs(n.x) < 0.5 ? dvec3(1, 0, 0) : dvec3(0, 0, 1);
+    const dvec3 s = glm::normalize(glm::cross(n, other)), t = glm::cross(n, s);
+    const double aside = std::sqrt(std::max(0.0, 1 - height * height));
+    return height * n + aside * (std::cos(turn) * s + std::sin(turn) * t);
+}
+
+// The same BRDF, over surroundings of any kind. Directions of the matte part are as dense as cosines, those of the
+// other as microfacets; each of `steps` squared has the same share.
+dvec3 reflected_surroundings(const dvec3& base, double metallic, double roughness, const dvec3& n, const dvec3& v,
+                             const Surroundings& around) {
+    constexpr int steps = 40;
+    const double pi = std::acos(-1.0), a2 = std::pow(roughness, 4), nv = glm::dot(n, v);
+    const dvec3 f0 = glm::mix(dvec3(0.04), base, metallic);
+    const auto fresnel = [&](double vh) { return f0 + (1.0 - f0) * std::pow(1 - vh, 5); };
+    const auto lambda = [&](double c) { return (std::sqrt(1 + a2 * (1 / (c * c) - 1)) - 1) / 2; };
+    dvec3 matte(0), shiny(0);
+    for (int i = 0; i < steps; ++i) {
+        const double share = (i + 0.5) / steps, spread = std::sqrt((1 - share) / (1 + (a2 - 1) * share));
+        for (int k = 0; k < steps; ++k) {
+            const double turn = 2 * pi * (k + 0.5 * (i % 2)) / steps;
+            const dvec3 l = about(n, std::sqrt(share), turn);
+            matte += (1.0 - fresnel(glm::dot(v, glm::normalize(v + l)))) * around(l);
+            const dvec3 h = about(n, spread, turn), m = 2 * glm::dot(v, h) * h - v;
+            const double vh = glm::dot(v, h), nl = glm::dot(n, m), nh = glm::dot(n, h);
+            if (nl <= 0 || vh <= 0) continue;
+            shiny += fresnel(vh) * (vh / (nh * nv * (1 + lambda(nl) + lambda(nv)))) * around(m);
+        }
+    }
+    return (matte * base * (1 - metallic) + shiny) / static_cast<double>(steps * steps);
+}
+
 // Of a sky and a ground of one colour each: what the specular lobe sends on is a fit by Karis (2014); its horizon is as
 // wide as the lobe.
 dvec3 reflected_around(const dvec3& base, double metallic, double roughness, const dvec3& n, const dvec3& v,
                        const Light& light) {
+    if (light.around) return reflected_surroundings(base, metallic, roughness, n, v, light.around);
     const dvec3 f0 = glm::mix(dvec3(0.04), base, metallic);
     const double nv = std::clamp(glm::dot(n, v), 0.0, 1.0), a = roughness * roughness;
     const dvec4 r = roughness * dvec4(-1, -0.0275, -0.572, 0.022) + dvec4(1, 0.0425, 1.04, -0.04);
@@ -136,12 +171,12 @@ Shaded shaded(const MaterialSet& set, const LookedAtSquare& square, const dvec3&
 }  // namespace
 
 Picture reference_picture(const std::vector<LookedAtSquare>& squares, const MaterialSet& set, const Camera& camera,
-                          uint32_t width, uint32_t height, const ShadingOptions& look) {
+                          uint32_t width, uint32_t height, const ShadingOptions& look, const Surroundings& around) {
     Picture picture;
     picture.width = width;
     picture.height = height;
     const Light light{glm::normalize(-dvec3(look.light_direction)), look.light_colour, look.sky_colour,
-                      look.ground_colour};
+                      look.ground_colour, around};
     const dvec3 eye = camera.eye, forward = glm::normalize(dvec3(camera.target) - eye);
     const dvec3 right = glm::normalize(glm::cross(forward, dvec3(camera.up))), up = glm::cross(right, forward);
     const double half = std::tan(static_cast<double>(camera.fov_y) / 2);
@@ -153,7 +188,7 @@ Picture reference_picture(const std::vector<LookedAtSquare>& squares, const Mate
             const double sx = (2 * (x + 0.5) / width - 1) * half * width / height,
                          sy = (1 - 2 * (y + 0.5) / height) * half;
             const dvec3 ray = forward + sx * right + sy * up;
-            dvec3 colour = look.background;
+            dvec3 colour = around ? around(glm::normalize(ray)) : dvec3(look.background);
             bool covered = false;
             for (const LookedAtSquare& square : sorted) {
                 const Material& m = set.materials[square.material];

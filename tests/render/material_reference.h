@@ -2,10 +2,11 @@
 // section 3.9 and appendix B.
 #pragma once
 
+#include <functional>
+#include <glm/ext/vector_double3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
-#include <optional>
 
 #include "frame/materials.h"
 #include "frame/picture.h"
@@ -23,10 +24,13 @@ struct LookedAtSquare {
     uint32_t material = 0;
 };
 
+// Linear radiance from a direction of unit length; empty for a sky and a ground of one colour each.
+using Surroundings = std::function<glm::dvec3(const glm::dvec3&)>;
+
 // The picture of one square after another as a camera sees them: opaque ones by depth, blended ones over them. Without
 // a shadow. Textures are magnified. Linear colours become sRGB bytes as they are shown; alpha is 255 where something
-// is.
+// is. What a surface reflects of its surroundings is summed over many directions.
 Picture reference_picture(const std::vector<LookedAtSquare>& squares, const MaterialSet& set, const Camera& camera,
-                          uint32_t width, uint32_t height, const ShadingOptions& look);
+                          uint32_t width, uint32_t height, const ShadingOptions& look, const Surroundings& around = {});
 
 }  // namespace lodestone

@@ -42,6 +42,7 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"tiles", {"base", "mesh", "vgi/asset"}},
     {"tiles/check", {"base", "mesh"}},
     {"baseline", {"base", "mesh", "frame"}},
+    {"light", {"base"}},
     {"volume", {"base", "frame"}},
     {"report", {"base", "mesh", "frame"}},
     {"render", {"base", "frame"}},
@@ -51,7 +52,7 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"apps/c", {"base", "mesh", "apps/embed", "apps/scene"}},
     {"apps/python",
      {"base", "mesh", "frame", "vgi/asset", "render", "apps/embed", "apps/scene", "apps/drawing", "apps"}},
-    {"apps", {"base", "mesh", "frame", "lod", "vgi", "tiles", "baseline", "volume", "report", "render"}},
+    {"apps", {"base", "mesh", "frame", "lod", "vgi", "tiles", "baseline", "volume", "light", "report", "render"}},
 };
 // Files that may include more, with the reason.
 const std::map<std::string, std::string> exceptions = {

@@ -164,6 +164,7 @@ TargetImage::TargetImage(BlockAllocator& allocator, const ImageSpec& spec, const
     aspect_ = spec.format == VK_FORMAT_D32_SFLOAT ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
     VkImageCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
+    if (spec.view == VK_IMAGE_VIEW_TYPE_CUBE) info.flags = VK_IMAGE_CREATE_CUBE_COMPATIBLE_BIT;
     info.imageType = VK_IMAGE_TYPE_2D;
     info.format = spec.format;
     info.extent = {spec.width, spec.height, 1};
@@ -182,7 +183,7 @@ TargetImage::TargetImage(BlockAllocator& allocator, const ImageSpec& spec, const
         VkImageViewCreateInfo view{};
         view.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
         view.image = image_;
-        view.viewType = spec.array_view ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
+        view.viewType = spec.view;
         view.format = spec.format;
         view.subresourceRange = {aspect_, 0, spec.mips, 0, spec.layers};
         VkImageView handle = VK_NULL_HANDLE;

@@ -80,10 +80,10 @@ struct ImageSpec {
     VkFormat format = VK_FORMAT_UNDEFINED;
     uint32_t width = 1, height = 1, layers = 1, mips = 1;
     VkImageUsageFlags usage = 0;
-    bool array_view = false;  // a 2D array view even for one layer
+    VkImageViewType view = VK_IMAGE_VIEW_TYPE_2D;  // 2D, 2D_ARRAY or CUBE
 };
 
-// A 2D image or array with a view of all of it.
+// An image of two dimensions, an array of them or a cube, with a view of all of it.
 class TargetImage {
 public:
     TargetImage() = default;

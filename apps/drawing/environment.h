@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "apps/scene/scene.h"
-#include "base/result.h"
 #include "base/looks/environment.h"
+#include "base/result.h"
 
 namespace lodestone {
 

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "base/looks/material.h"
 #include "base/looks/environment.h"
+#include "base/looks/material.h"
 
 namespace lodestone {
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "base/check.h"
 #include "mesh/topology.h"
 #include "tiles/tile_tree.h"
 
@@ -349,6 +350,7 @@ FittingLattice lattice_of(const Atlas& atlas, const FittingLattice& whole, const
 }  // namespace
 
 Result<CutRims> CutRims::fit(Atlas& atlas, const PieceOfSource& piece) {
+    LODE_CHECK(atlas.leaves.empty());
     const auto other = [] {
         return fail(Fault::invariant, "the atlas does not end where --clip cut its mesh; bake it anew");
     };

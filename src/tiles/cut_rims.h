@@ -35,7 +35,8 @@ public:
     using Place = std::array<uint16_t, 3>;  // lattice point of the atlas
 
     CutRims() = default;  // none
-    // Brings the atlas to a lattice that fits the line. Fault::invariant where the atlas has other rims than the piece.
+    // Brings the atlas, which has no leaves, to a lattice that fits the line. Fault::invariant where the atlas has
+    // other rims than the piece.
     static Result<CutRims> fit(vgi::Atlas& atlas, const PieceOfSource& piece);
 
     // Whether the side of a square runs along the line somewhere.

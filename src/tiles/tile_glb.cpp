@@ -39,7 +39,8 @@ constexpr int vertex_target = 34962, index_target = 34963;
 struct Stream {
     std::vector<std::byte> bytes;
     size_t stride = 4;
-    Json accessor;  // but for its view and count
+    Json accessor;                    // but for its view and count
+    std::vector<std::byte> filtered;  // the same for the filter EXPONENTIAL, where that is used
 };
 
 template <class T, size_t N>
@@ -85,20 +86,28 @@ private:
     void split_by_material() {
         const size_t count = mesh_.materials.empty() ? 1 : atlas_.material_table.size();
         lists_.resize(count);
+        surface_.resize(count, 0);
         for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
             const size_t m = mesh_.materials.empty() ? 0 : mesh_.materials[t];
             lists_[m].insert(lists_[m].end(), mesh_.triangles[t].begin(), mesh_.triangles[t].end());
+            if (t < mesh_.surface_triangles) surface_[m] = lists_[m].size();
         }
     }
 
-    // Triangles for the vertex cache, vertices as triangles need them: both compress best so.
+    // Triangles for the vertex cache, vertices as triangles need them: both compress best so. Those of the surface come
+    // first, as vertices that close borders alone may be of leaves.
     void order() {
         const size_t count = mesh_.vertices.size();
-        std::vector<uint32_t> all;
-        for (auto& list : lists_) {
-            meshopt_optimizeVertexCache(list.data(), list.data(), list.size(), count);
-            all.insert(all.end(), list.begin(), list.end());
+        std::vector<uint32_t> all, closing;
+        for (size_t m = 0; m < lists_.size(); ++m) {
+            const auto surface = std::span(lists_[m]).first(surface_[m]),
+                       rest = std::span(lists_[m]).subspan(surface_[m]);
+            for (const auto part : {surface, rest})
+                meshopt_optimizeVertexCache(part.data(), part.data(), part.size(), count);
+            all.insert(all.end(), surface.begin(), surface.end());
+            closing.insert(closing.end(), rest.begin(), rest.end());
         }
+        all.insert(all.end(), closing.begin(), closing.end());
         std::vector<uint32_t> remap(count);
         const size_t used = meshopt_optimizeVertexFetchRemap(remap.data(), all.data(), all.size(), count);
         std::vector<TileVertex> ordered(used);
@@ -111,26 +120,54 @@ private:
         }
     }
 
+    // Whether positions are stored as integers: where all of them are.
+    bool whole_positions() const {
+        const uint32_t fraction = (1u << place_shift(atlas_)) - 1;
+        return integers() && std::ranges::all_of(mesh_.vertices, [&](const TileVertex& v) {
+                   return ((v.position[0] | v.position[1] | v.position[2]) & fraction) == 0;
+               });
+    }
     Stream positions() const {
+        const bool whole = whole_positions();
         Stream stream;
-        stream.stride = integers() ? 8 : 12;
-        std::array<uint16_t, 3> low{65535, 65535, 65535}, high{0, 0, 0};
+        stream.stride = whole ? 8 : 12;
+        glm::dvec3 low(1 << 16), high(0);
         for (const TileVertex& v : mesh_.vertices) {
-            for (size_t k = 0; k < 3; ++k) {
-                low[k] = std::min(low[k], v.position[k]);
-                high[k] = std::max(high[k], v.position[k]);
-            }
-            if (integers()) {
-                append(stream, v.position);
+            const glm::dvec3 at = in_steps(atlas_, v.position);
+            low = glm::min(low, at);
+            high = glm::max(high, at);
+            if (whole) {
+                append(stream, std::array<uint16_t, 3>{static_cast<uint16_t>(at.x), static_cast<uint16_t>(at.y),
+                                                       static_cast<uint16_t>(at.z)});
             } else {
-                append(stream,
-                       std::array<float, 3>{static_cast<float>(v.position[0]), static_cast<float>(v.position[1]),
-                                            static_cast<float>(v.position[2])});
+                append(stream, std::array<float, 3>{static_cast<float>(at.x), static_cast<float>(at.y),
+                                                    static_cast<float>(at.z)});
             }
         }
-        stream.accessor = {
-            {"componentType", integers() ? unsigned_short : real}, {"type", "VEC3"}, {"min", low}, {"max", high}};
+        if (compressed() && !whole) stream.filtered = filtered_positions();
+        stream.accessor = {{"componentType", whole ? unsigned_short : real}, {"type", "VEC3"}};
+        if (whole) {
+            stream.accessor["min"] = std::array{std::lround(low.x), std::lround(low.y), std::lround(low.z)};
+            stream.accessor["max"] = std::array{std::lround(high.x), std::lround(high.y), std::lround(high.z)};
+        } else {
+            stream.accessor["min"] = std::array{low.x, low.y, low.z};
+            stream.accessor["max"] = std::array{high.x, high.y, high.z};
+        }
         return stream;
+    }
+    // Floats as the filter EXPONENTIAL of EXT_meshopt_compression has them: an exponent of two in the highest byte, and
+    // an integer. Samples have whole numbers, so that they take no more than 16 bits.
+    std::vector<std::byte> filtered_positions() const {
+        const uint32_t shift = place_shift(atlas_), fraction = (1u << shift) - 1;
+        Stream words;
+        words.stride = 12;
+        for (const TileVertex& v : mesh_.vertices) {
+            const auto& [x, y, z] = v.position;
+            const bool whole = ((x | y | z) & fraction) == 0;
+            const uint32_t exponent = (whole ? 0u : 0u - shift) << 24, less = whole ? shift : 0;
+            append(words, std::array<uint32_t, 3>{exponent | x >> less, exponent | y >> less, exponent | z >> less});
+        }
+        return std::move(words.bytes);
     }
     Stream normals() const {
         Stream stream;
@@ -194,13 +231,16 @@ private:
         std::vector<std::byte> packed;
         if (compressed()) {
             packed.resize(meshopt_encodeVertexBufferBound(count, stream.stride));
+            const auto& values = stream.filtered.empty() ? stream.bytes : stream.filtered;
             const size_t bytes = meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()),
-                                                            packed.size(), stream.bytes.data(), count, stream.stride);
+                                                            packed.size(), values.data(), count, stream.stride);
             LODE_CHECK(bytes > 0, count, stream.stride);
             packed.resize(bytes);
         }
         const size_t view = add_view(stream.bytes, packed, stream.stride, count, "ATTRIBUTES");
         json_["bufferViews"][view]["byteStride"] = stream.stride;
+        if (!stream.filtered.empty())
+            json_["bufferViews"][view]["extensions"]["EXT_meshopt_compression"]["filter"] = "EXPONENTIAL";
         return add_accessor(std::move(stream.accessor), view, count);
     }
     size_t add_indices(const std::vector<uint32_t>& indices) {
@@ -319,7 +359,8 @@ private:
     const Atlas& atlas_;
     TileMesh mesh_;
     const GlbOptions& options_;
-    std::vector<std::vector<uint32_t>> lists_;  // by material
+    std::vector<std::vector<uint32_t>> lists_;  // by material: the surface's first
+    std::vector<size_t> surface_;               // by material: how many of these indices are the surface's
     Json json_, attributes_;
     std::vector<std::byte> bin_;
     size_t unpacked_bytes_ = 0;

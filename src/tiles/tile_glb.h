@@ -1,7 +1,8 @@
 // A tile's triangles as binary glTF 2.0.
 //
-// Positions are the atlas's own lattice points, and one matrix, the same to the bit in every tile, makes them metres:
-// so a sample is at one place on screen, whichever tiles show it.
+// Positions are in steps of the atlas's lattice, and one matrix, the same to the bit in every tile, makes them metres:
+// so a place is at one place on screen, whichever tiles show it. Tiles of samples alone have whole numbers of 16 bits.
+// Where vertices of leaves are among them positions are floats, which hold the fractions of steps exactly.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +15,8 @@
 namespace lodestone::tiles {
 
 enum class Encoding {
-    meshopt,    // integers, compressed by EXT_meshopt_compression; KHR_mesh_quantization
-    quantised,  // integers; KHR_mesh_quantization
+    meshopt,    // as quantised, compressed by EXT_meshopt_compression
+    quantised,  // integers, but for positions that are none; KHR_mesh_quantization
     plain,      // floats, which every reader of glTF knows
 };
 std::optional<Encoding> encoding_named(const std::string& name);

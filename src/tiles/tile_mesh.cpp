@@ -1,6 +1,8 @@
 #include "tiles/tile_mesh.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <unordered_map>
 
 #include "base/random.h"
@@ -13,16 +15,44 @@ using vgi::Atlas;
 
 struct VertexHash {
     size_t operator()(const TileVertex& v) const {
-        const uint64_t place = v.position[0] | uint64_t{v.position[1]} << 16 | uint64_t{v.position[2]} << 32;
+        const uint64_t place = v.position[0] | uint64_t{v.position[1]} << 21 | uint64_t{v.position[2]} << 42;
         const uint64_t look = v.uv[0] | uint64_t{v.uv[1]} << 16 | uint64_t{std::bit_cast<uint16_t>(v.normal)} << 32;
         return mix64(place ^ mix64(look ^ mix64(std::bit_cast<uint32_t>(v.colour))));
     }
 };
 
+// Every 2^n-th sample of a side.
+std::vector<SideVertex> samples_of_side(const Atlas& atlas, const ChartSquare& s, uint32_t side, uint32_t stride) {
+    std::vector<SideVertex> line;
+    for (uint32_t step = 0; step <= s.cells; step += stride) {
+        const auto [x, y] = sample_on_side(s, side, step);
+        line.push_back({sample_at(atlas, s.chart, x, y), static_cast<double>(step)});
+    }
+    return line;
+}
+
+// From a line of samples to a finer line: each of its vertices is joined to the nearest sample, of two the first, and
+// between two samples is the triangle of the last vertex that the first of them has. The line between the samples runs
+// the same way, and so do their ends, which may be apart: then the strips of the sides before and behind join there.
+void add_strip(const std::vector<SideVertex>& samples, uint32_t stride, const std::vector<SideVertex>& line,
+               std::vector<ClosingTriangle>& triangles) {
+    size_t at = 0;
+    for (size_t i = 0; i < line.size(); ++i) {
+        const auto nearest = static_cast<size_t>(std::ceil(line[i].along / stride - 0.5));
+        const size_t last = i + 1 == line.size() ? samples.size() - 1 : std::min(nearest, samples.size() - 1);
+        if (i > 0) triangles.push_back({{samples[at], line[i - 1], line[i]}});
+        for (; at < last; ++at) triangles.push_back({{samples[at], line[i], samples[at + 1]}});
+    }
+}
+
 class TileMeshBuilder {
 public:
     TileMeshBuilder(const Atlas& atlas, const TileTree& tree, uint32_t tile)
-        : atlas_(atlas), node_(tree.nodes[tile]), cut_(tree.cut), closing_(closing_sides(atlas, tree, tile)) {}
+        : atlas_(atlas),
+          node_(tree.nodes[tile]),
+          finest_(tree.finest),
+          cut_(tree.cut),
+          closing_(closing_sides(atlas, tree, tile)) {}
 
     TileMesh run() {
         for (const ChartSquare& square : node_.squares) add_square(square);
@@ -35,78 +65,74 @@ public:
     }
 
 private:
-    size_t attribute_texel(uint32_t chart, uint32_t x, uint32_t y) const {
-        const uint32_t ratio = atlas_.attribute_cells / atlas_.cells;
-        return atlas_.attribute_texel(chart, x * ratio, y * ratio);
-    }
-    TileVertex vertex(uint32_t chart, uint32_t x, uint32_t y) const {
-        const size_t texel = attribute_texel(chart, x, y);
-        TileVertex v;
-        v.position = atlas_.positions[atlas_.texel(chart, x, y)];
-        v.normal = atlas_.normals[texel];
-        if (!atlas_.uvs.empty()) v.uv = atlas_.uvs[texel];
-        if (!atlas_.colours.empty()) v.colour = atlas_.colours[texel];
-        return v;
+    uint16_t material_at(uint32_t chart, uint32_t x, uint32_t y) const {
+        return atlas_.materials.empty() ? uint16_t{0} : atlas_.materials[attribute_texel_at(atlas_, chart, x, y)];
     }
     uint32_t add_vertex(const TileVertex& v) {
         mesh_.vertices.push_back(v);
         return static_cast<uint32_t>(mesh_.vertices.size() - 1);
     }
-    // Equal ones of borders are one.
-    uint32_t border_vertex(const TileVertex& v) {
+    // Equal ones are one: of borders, and of leaves.
+    uint32_t shared_vertex(const TileVertex& v) {
         const auto [at, fresh] = on_border_.try_emplace(v, static_cast<uint32_t>(mesh_.vertices.size()));
         if (fresh) mesh_.vertices.push_back(v);
         return at->second;
     }
 
-    // material_of: the texel of the attributes that tells the material.
-    void add_triangle(uint32_t a, uint32_t b, uint32_t c, size_t material_of) {
+    void add_triangle(uint32_t a, uint32_t b, uint32_t c, uint16_t material) {
         const auto place = [&](uint32_t v) { return mesh_.vertices[v].position; };
         if (place(a) == place(b) || place(b) == place(c) || place(c) == place(a)) return;
         mesh_.triangles.push_back({a, b, c});
-        if (!atlas_.materials.empty()) mesh_.materials.push_back(atlas_.materials[material_of]);
+        if (!atlas_.materials.empty()) mesh_.materials.push_back(material);
     }
 
+    void add_finest(const ChartSquare& s) {
+        const FinestTriangles finest = finest_.triangles(atlas_, s);
+        std::vector<uint32_t> number;
+        for (const TileVertex& v : finest.vertices) number.push_back(shared_vertex(v));
+        for (size_t t = 0; t < finest.triangles.size(); ++t) {
+            const auto& [a, b, c] = finest.triangles[t];
+            add_triangle(number[a], number[b], number[c], finest.materials[t]);
+        }
+    }
     void add_square(const ChartSquare& s) {
         const uint32_t stride = stride_of(atlas_, s.chart, node_.level), n = s.cells / stride;
+        if (stride == 1) return add_finest(s);
         std::vector<uint32_t> grid;
         grid.reserve(size_t{n + 1} * (n + 1));
         for (uint32_t y = 0; y <= n; ++y) {
             for (uint32_t x = 0; x <= n; ++x) {
-                const TileVertex v = vertex(s.chart, s.x + x * stride, s.y + y * stride);
+                const TileVertex v = sample_at(atlas_, s.chart, s.x + x * stride, s.y + y * stride);
                 const bool border = x == 0 || y == 0 || x == n || y == n;
-                grid.push_back(border ? border_vertex(v) : add_vertex(v));
+                grid.push_back(border ? shared_vertex(v) : add_vertex(v));
             }
         }
         const auto at = [&](uint32_t x, uint32_t y) { return grid[size_t{y} * (n + 1) + x]; };
-        const auto texel = [&](uint32_t x, uint32_t y) {
-            return attribute_texel(s.chart, s.x + x * stride, s.y + y * stride);
+        const auto material = [&](uint32_t x, uint32_t y) {
+            return material_at(s.chart, s.x + x * stride, s.y + y * stride);
         };
         for (uint32_t y = 0; y < n; ++y) {
             for (uint32_t x = 0; x < n; ++x) {
                 const uint32_t a = at(x, y), b = at(x + 1, y), d = at(x, y + 1), e = at(x + 1, y + 1);
                 // Diagonals go by the cells of the whole chart.
                 if (vgi::rising_diagonal(s.x / stride + x, s.y / stride + y)) {
-                    add_triangle(a, b, e, texel(x, y));
-                    add_triangle(a, e, d, texel(x, y));
+                    add_triangle(a, b, e, material(x, y));
+                    add_triangle(a, e, d, material(x, y));
                 } else {
-                    add_triangle(a, b, d, texel(x, y));
-                    add_triangle(b, e, d, texel(x + 1, y));
+                    add_triangle(a, b, d, material(x, y));
+                    add_triangle(b, e, d, material(x + 1, y));
                 }
             }
         }
     }
 
     void close(const ChartSquare& s, uint32_t side) {
-        const auto sample = [&](uint32_t step) {
-            const auto [x, y] = sample_on_side(s, side, step);
-            return border_vertex(vertex(s.chart, x, y));
-        };
-        for_closing_triangles(stride_of(atlas_, s.chart, node_.level), s.cells,
-                              [&](uint32_t a, uint32_t m, uint32_t b) {
-                                  const auto [x, y] = sample_on_side(s, side, a);
-                                  add_triangle(sample(a), sample(m), sample(b), attribute_texel(s.chart, x, y));
-                              });
+        for (const ClosingTriangle& t :
+             closing_triangles(atlas_, finest_, s, side, stride_of(atlas_, s.chart, node_.level))) {
+            const auto [x, y] = sample_on_side(s, side, static_cast<uint32_t>(t.corners[0].along));
+            const auto vertex = [&](size_t k) { return shared_vertex(t.corners[k].vertex); };
+            add_triangle(vertex(0), vertex(1), vertex(2), material_at(s.chart, x, y));
+        }
     }
 
     // From every finest edge of a side to the line that the piece was cut along: a fan of each sample, which meet in
@@ -117,23 +143,25 @@ private:
             if (line.empty()) continue;
             const auto [x, y] = sample_on_side(s, side, step);
             const auto [next_x, next_y] = sample_on_side(s, side, step + 1);
-            const TileVertex begin = vertex(s.chart, x, y), end = vertex(s.chart, next_x, next_y);
+            const TileVertex begin = sample_at(atlas_, s.chart, x, y), end = sample_at(atlas_, s.chart, next_x, next_y);
             const auto on_line = [&](size_t i, const TileVertex& look) {
                 TileVertex v = look;
-                v.position = line[i];
-                return border_vertex(v);
+                v.position = {line[i][0], line[i][1], line[i][2]};
+                return shared_vertex(v);
             };
-            const size_t material_of = attribute_texel(s.chart, x, y), middle = line.size() / 2;
-            const uint32_t a = border_vertex(begin), b = border_vertex(end);
-            for (size_t i = 0; i < middle; ++i) add_triangle(a, on_line(i, begin), on_line(i + 1, begin), material_of);
-            add_triangle(a, on_line(middle, begin), b, material_of);
+            const size_t middle = line.size() / 2;
+            const uint16_t material = material_at(s.chart, x, y);
+            const uint32_t a = shared_vertex(begin), b = shared_vertex(end);
+            for (size_t i = 0; i < middle; ++i) add_triangle(a, on_line(i, begin), on_line(i + 1, begin), material);
+            add_triangle(a, on_line(middle, begin), b, material);
             for (size_t i = middle; i + 1 < line.size(); ++i)
-                add_triangle(b, on_line(i, end), on_line(i + 1, end), material_of);
+                add_triangle(b, on_line(i, end), on_line(i + 1, end), material);
         }
     }
 
     const Atlas& atlas_;
     const TileNode& node_;
+    const FinestSurface& finest_;
     const CutRims& cut_;
     const std::vector<ClosingSide> closing_;
     std::unordered_map<TileVertex, uint32_t, VertexHash> on_border_;
@@ -141,6 +169,17 @@ private:
 };
 
 }  // namespace
+
+std::vector<ClosingTriangle> closing_triangles(const Atlas& atlas, const FinestSurface& finest,
+                                               const ChartSquare& square, uint32_t side, uint32_t stride) {
+    std::vector<ClosingTriangle> triangles;
+    for (; stride > 1; stride /= 2) {
+        const std::vector<SideVertex> line =
+            stride == 2 ? finest.side(atlas, square, side) : samples_of_side(atlas, square, side, stride / 2);
+        add_strip(samples_of_side(atlas, square, side, stride), stride, line, triangles);
+    }
+    return triangles;
+}
 
 TileMesh make_tile_mesh(const Atlas& atlas, const TileTree& tree, uint32_t tile) {
     return TileMeshBuilder(atlas, tree, tile).run();

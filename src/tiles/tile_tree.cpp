@@ -12,7 +12,7 @@ namespace {
 
 using vgi::Atlas;
 
-bool finest(const Atlas& atlas, const ChartSquare& square, uint32_t level) {
+bool shows_finest(const Atlas& atlas, const ChartSquare& square, uint32_t level) {
     return atlas.own_level(square.chart, level) == 0;
 }
 
@@ -24,7 +24,7 @@ public:
         std::vector<ChartSquare> all;
         for (uint32_t c = 0; c < atlas_.charts(); ++c) all.push_back({c, 0, 0, atlas_.cells_of(c)});
         add(std::move(all), atlas_.levels() - 1, no_tile);
-        tree_.meeting = MeetingRims(atlas_);
+        tree_.finest = FinestSurface(atlas_);
         return std::move(tree_);
     }
 
@@ -35,13 +35,19 @@ private:
         return triangles;
     }
     bool all_finest(const std::vector<ChartSquare>& squares, uint32_t level) const {
-        return std::ranges::all_of(squares, [&](const ChartSquare& s) { return finest(atlas_, s, level); });
+        return std::ranges::all_of(squares, [&](const ChartSquare& s) { return shows_finest(atlas_, s, level); });
+    }
+
+    // Leaves are squares that stay whole.
+    bool can_be_divided(const ChartSquare& s) const {
+        return s.cells > 1 && !(has_leaves(atlas_, s) && s.cells <= leaf_cells(atlas_, s.chart));
     }
 
     // A tile of these squares at the finest level that it has room for, `level` or finer, and all below it.
     void add(std::vector<ChartSquare> squares, uint32_t level, uint32_t parent) {
         while (level > 0 && sum(squares, level - 1) <= most_) --level;
-        if (all_finest(squares, level)) level = 0;
+        // What cannot be divided has nothing between this and its finest.
+        if (all_finest(squares, level) || (squares.size() == 1 && !can_be_divided(squares[0]))) level = 0;
         std::sort(squares.begin(), squares.end());
         const auto id = static_cast<uint32_t>(tree_.nodes.size());
         tree_.nodes.push_back({level, parent, {}, squares});
@@ -49,7 +55,7 @@ private:
         if (all_finest(squares, level)) return;
         std::vector<ChartSquare> done, finer;
         for (const ChartSquare& s : squares) {
-            if (finest(atlas_, s, level)) {
+            if (shows_finest(atlas_, s, level)) {
                 done.push_back(s);
             } else {
                 add_parts(s, level - 1, finer);
@@ -61,7 +67,7 @@ private:
 
     // The square, or quarters of it that have room.
     void add_parts(const ChartSquare& s, uint32_t level, std::vector<ChartSquare>& parts) const {
-        if (triangles_of(atlas_, s, level) <= most_) {
+        if (triangles_of(atlas_, s, level) <= most_ || !can_be_divided(s)) {
             parts.push_back(s);
             return;
         }
@@ -123,6 +129,11 @@ private:
 
 }  // namespace
 
+uint64_t triangles_of(const Atlas& atlas, const ChartSquare& square, uint32_t level) {
+    const uint64_t stride = stride_of(atlas, square.chart, level), n = square.cells / stride;
+    return stride == 1 ? finest_triangles_in(atlas, square) : 2 * n * n;
+}
+
 TileTree make_tile_tree(const Atlas& atlas, uint32_t most_triangles) {
     LODE_CHECK(most_triangles >= least_tile_triangles && most_triangles <= most_tile_triangles, most_triangles);
     return TreeBuilder(atlas, most_triangles).run();
@@ -136,12 +147,9 @@ std::vector<ClosingSide> closing_sides(const Atlas& atlas, const TileTree& tree,
         for (uint32_t side = 0; side < 4; ++side) {
             const auto other =
                 atlas.across({s.chart, s.x / s.cells, s.y / s.cells}, side, atlas.cells_of(s.chart) / s.cells);
-            if (other.chart == ~0u) {
-                if (tree.meeting.on(atlas, s, side) || tree.cut.on(atlas, s, side)) sides.push_back({i, side});
-                continue;
-            }
             const ChartSquare there{other.chart, other.x * s.cells, other.y * s.cells, s.cells};
-            if (!std::binary_search(node.squares.begin(), node.squares.end(), there)) sides.push_back({i, side});
+            if (other.chart == ~0u || !std::binary_search(node.squares.begin(), node.squares.end(), there))
+                sides.push_back({i, side});
         }
     }
     return sides;
@@ -185,7 +193,8 @@ Result<void> TileTree::validate(const Atlas& atlas) const {
         if (!node.children.empty() && below != area(node.squares)) return wrong(i, "is not what its children show");
         if (!node.children.empty()) continue;
         for (const ChartSquare& s : node.squares) {
-            if (!finest(atlas, s, node.level)) return wrong(i, "is a leaf and not the finest");
+            if (!shows_finest(atlas, s, node.level)) return wrong(i, "is a leaf and not the finest");
+            if (has_leaves(atlas, s) && s.cells < leaf_cells(atlas, s.chart)) return wrong(i, "divides a leaf");
         }
     }
     return {};

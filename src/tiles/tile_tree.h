@@ -1,30 +1,23 @@
 // Which part of an atlas each tile shows, and how finely: a tree whose root shows all charts coarsely, whose children
 // show groups of charts that lie together, then single charts, then quarters of charts.
 //
-// The children of a tile cover what it covers, once, at a finer level; a leaf shows the finest samples. So any set of
-// tiles that holds one tile of every way from the root to a leaf covers the surface once: a cut.
+// The children of a tile cover what it covers, once, at a finer level; a leaf shows the finest surface (finest.h): the
+// source's triangles where the atlas has leaves, which then stand for the finest samples. So any set of tiles that
+// holds one tile of every way from the root to a leaf covers the surface once: a cut.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "base/result.h"
 #include "tiles/cut_rims.h"
-#include "tiles/meeting_rims.h"
+#include "tiles/finest.h"
 #include "vgi/asset/atlas.h"
 
 // Atlases as 3D Tiles.
 namespace lodestone::tiles {
 
-// A square of a chart, counted in cells of its own finest samples.
-struct ChartSquare {
-    uint32_t chart = 0, x = 0, y = 0;  // x, y: of its lowest corner, multiples of `cells`
-    uint32_t cells = 0;                // along a side, a power of two
-    auto operator<=>(const ChartSquare&) const = default;
-};
-
-// A side of a square of a tile that other tiles can meet.
+// A side of a square of a tile that other tiles can meet, or where the surface ends.
 struct ClosingSide {
     uint32_t square = 0;  // into TileNode::squares
     uint32_t side = 0;    // 0 .. 3, as those of charts
@@ -43,11 +36,11 @@ struct TileNode {
 // Tiles, each before those below it, and these behind it without a gap.
 struct TileTree {
     std::vector<TileNode> nodes;  // the root first
-    MeetingRims meeting;          // of the atlas
+    FinestSurface finest;         // of the atlas
     CutRims cut;                  // of a piece of its source
     // Tiles of the subtree that begins at each, itself included.
     std::vector<uint32_t> subtree_sizes() const;
-    // Leaves show the finest samples; children cover what their parent does, once, at a finer level, or finest.
+    // Leaves show the finest surface; children cover what their parent does, once, at a finer level, or finest.
     // Fault::invariant names the tile.
     Result<void> validate(const vgi::Atlas& atlas) const;
 };
@@ -57,30 +50,15 @@ inline uint32_t stride_of(const vgi::Atlas& atlas, uint32_t chart, uint32_t leve
     return 1u << atlas.own_level(chart, level);
 }
 // Triangles of a square at a level, without those that close borders.
-inline uint64_t triangles_of(const vgi::Atlas& atlas, const ChartSquare& square, uint32_t level) {
-    const uint64_t n = square.cells / stride_of(atlas, square.chart, level);
-    return 2 * n * n;
-}
+uint64_t triangles_of(const vgi::Atlas& atlas, const ChartSquare& square, uint32_t level);
 
 inline constexpr uint32_t least_tile_triangles = 128, most_tile_triangles = 1u << 20;
 
 // most_triangles: of a tile, least_tile_triangles .. most_tile_triangles; the root has more where the atlas's coarsest
-// level has.
+// level has, and a leaf where a single square of leaves has.
 TileTree make_tile_tree(const vgi::Atlas& atlas, uint32_t most_triangles);
 
-// Sides across which lies a square of another tile of the same level, and those where the surface ends on another rim,
-// or was cut from its source; not those inside the tile, nor where the surface ends alone.
+// Sides across which lies no square of the tile: one of another tile of the same level, or nothing.
 std::vector<ClosingSide> closing_sides(const vgi::Atlas& atlas, const TileTree& tree, uint32_t tile);
-
-// How far along the side of its chart, counter-clockwise, the side of a square begins; steps of finest samples.
-inline uint32_t first_step(const vgi::Atlas& atlas, const ChartSquare& square, uint32_t side) {
-    const uint32_t along = side % 2 == 0 ? square.x : square.y;
-    return side < 2 ? along : atlas.cells_of(square.chart) - along - square.cells;
-}
-// The sample `step`, 0 .. square.cells, along a side of a square, counter-clockwise.
-inline std::array<uint32_t, 2> sample_on_side(const ChartSquare& square, uint32_t side, uint32_t step) {
-    const auto [x, y] = vgi::on_side(side, step, square.cells);
-    return {square.x + x, square.y + y};
-}
 
 }  // namespace lodestone::tiles

@@ -76,7 +76,7 @@ Image halved(const Image& image) {
 
 // In axes of tiles, with half a step of the lattice around.
 TileBox box_in_tile_axes(const LatticeBox& box, const Atlas& atlas, UpAxis up) {
-    const glm::dvec3 low(box.low[0], box.low[1], box.low[2]), high(box.high[0], box.high[1], box.high[2]);
+    const glm::dvec3 low = in_steps(atlas, box.low), high = in_steps(atlas, box.high);
     const glm::dvec3 centre = atlas.origin + atlas.step * 0.5 * (low + high);
     const glm::dvec3 half = atlas.step * 0.5 * (high - low + 1.0);
     if (up == UpAxis::z) return {centre, half};
@@ -277,11 +277,7 @@ Result<TilesetReport> write_tileset(const Atlas& atlas, const fs::path& folder, 
     return TilesetWriter(atlas, folder, options, progress).run();
 }
 
-TileBox box_of(const Atlas& atlas, UpAxis up) {
-    LatticeBox box;
-    for (const auto& p : atlas.positions) box.add(p);
-    return box_in_tile_axes(box, atlas, up);
-}
+TileBox box_of(const Atlas& atlas, UpAxis up) { return box_in_tile_axes(finest_box(atlas), atlas, up); }
 
 TileBox box_of(const std::vector<PlacedTileset>& parts) {
     LODE_CHECK(!parts.empty());

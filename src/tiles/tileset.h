@@ -39,7 +39,7 @@ struct TilesetReport {
     TileBox box;                 // around everything, before the root's transform
 };
 
-// Around the finest samples, with half a step of the lattice around: the report's box.
+// Around the finest samples and leaves, with half a step of the lattice around: the report's box.
 TileBox box_of(const vgi::Atlas& atlas, UpAxis up);
 
 // Fills a folder that is there and empty. The bytes are the same for any number of threads. Fault::machine where the

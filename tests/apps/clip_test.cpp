@@ -15,7 +15,6 @@
 #include "fixtures/real_data.h"
 #include "mesh/topology.h"
 #include "tiles/check/closed_cuts.h"
-#include "tiles/check/rim.h"
 #include "tiles/check/tile_content.h"
 #include "tiles/check/tileset_reader.h"
 
@@ -43,24 +42,21 @@ public:
     // Random cuts of all tilesets at once.
     Found of_random_cuts(int cuts) const {
         Found found;
-        const tiles::Rim rim(rim_);
         Random random(3);
         for (int i = 0; i < cuts; ++i) {
             tiles::EdgeSum sum;
-            std::vector<uint32_t> shown;
             uint32_t finest = ~0u, coarsest = 0;
             for (const Set& set : sets_) {
                 std::vector<uint32_t> cut;
                 random_cut(set, 0, random.uniform(0.1, 0.95), random, cut);
                 for (const uint32_t tile : cut) {
                     sum.add(set.borders[tile]);
-                    const auto on_rim = rim.places_among(set.corners[tile]);
-                    shown.insert(shown.end(), on_rim.begin(), on_rim.end());
                     finest = std::min(finest, set.tiles[tile].level);
                     coarsest = std::max(coarsest, set.tiles[tile].level);
                 }
             }
-            found.unmatched += rim.gaps(sum.left(), shown);
+            sum.take(rim_);
+            found.unmatched += sum.left().size();
             found.largest_step = std::max(found.largest_step, coarsest - finest);
         }
         return found;
@@ -91,7 +87,6 @@ public:
 private:
     struct Set {
         std::vector<tiles::ReadTile> tiles;
-        std::vector<std::vector<uint32_t>> corners;
         std::vector<std::vector<tiles::BorderEdge>> borders;
     };
     void read(const fs::path& folder) {
@@ -101,7 +96,6 @@ private:
         into.tiles = set->tiles;
         for (const tiles::ReadTile& tile : into.tiles) {
             into.borders.emplace_back();
-            into.corners.emplace_back();
             if (tile.content.empty()) continue;
             const auto content = tiles::read_tile_content(tile.content);
             ASSERT_TRUE(content) << content.error().message;
@@ -111,7 +105,6 @@ private:
                 for (const uint32_t v : triangle) corners.push_back(number(content->point(v)));
             }
             into.borders.back() = tiles::border_of(corners);
-            into.corners.back() = std::move(corners);
         }
     }
     uint32_t number(const glm::dvec3& p) {

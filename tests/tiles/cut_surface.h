@@ -8,7 +8,6 @@
 
 #include "base/random.h"
 #include "tiles/check/closed_cuts.h"
-#include "tiles/check/rim.h"
 #include "tiles/tile_mesh.h"
 #include "tiles/tile_tree.h"
 #include "vgi/small_atlas.h"
@@ -64,31 +63,6 @@ inline std::vector<uint32_t> corners_of(const TileMesh& mesh, size_t count, Plac
 }
 inline std::vector<uint32_t> corners_of(const TileMesh& mesh, Places& places) {
     return corners_of(mesh, mesh.triangles.size(), places);
-}
-
-// Corners of triangles that would go on from a tile's rim to that of the finest samples, where the tile does not.
-inline std::vector<uint32_t> rim_corners(const TiledSurface& surface, uint32_t tile, Places& places) {
-    const vgi::Atlas& atlas = surface.atlas;
-    const TileNode& node = surface.tree.nodes[tile];
-    std::vector<uint32_t> corners;
-    for (const ChartSquare& s : node.squares) {
-        for (uint32_t side = 0; side < 4; ++side) {
-            const auto across =
-                atlas.across({s.chart, s.x / s.cells, s.y / s.cells}, side, atlas.cells_of(s.chart) / s.cells);
-            if (across.chart != ~0u || surface.tree.meeting.on(atlas, s, side)) continue;
-            const auto add = [&](uint32_t step) {
-                const auto [x, y] = sample_on_side(s, side, step);
-                const auto& p = atlas.positions[atlas.texel(s.chart, x, y)];
-                corners.push_back(
-                    places.number({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}));
-            };
-            for_closing_triangles(stride_of(atlas, s.chart, node.level), s.cells,
-                                  [&](uint32_t a, uint32_t m, uint32_t b) {
-                                      for (const uint32_t step : {a, m, b}) add(step);
-                                  });
-        }
-    }
-    return corners;
 }
 
 // Levels between tiles of a cut, at most.

@@ -1,6 +1,7 @@
 #include "tiles/check/closed_cuts.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 namespace lodestone::tiles {
@@ -47,6 +48,10 @@ void EdgeSum::add(std::span<const BorderEdge> border) {
         at->second += edge.count;
         if (at->second == 0) counts_.erase(at);
     }
+}
+
+void EdgeSum::take(std::span<const BorderEdge> border) {
+    for (const BorderEdge& edge : border) add(std::array{BorderEdge{edge.key, -edge.count}});
 }
 
 std::vector<BorderEdge> EdgeSum::left() const {

@@ -51,6 +51,7 @@ std::vector<BorderEdge> border_of(std::span<const uint32_t> corners, uint64_t* r
 class EdgeSum {
 public:
     void add(std::span<const BorderEdge> border);
+    void take(std::span<const BorderEdge> border);  // what add() would add less
     // Those that do not cancel.
     std::vector<BorderEdge> left() const;
 

@@ -146,6 +146,12 @@ private:
             failed = meshopt_decodeIndexSequence(values.data(), count, stride, begin, bytes->size());
         }
         if (failed != 0) return wrong("a compressed view cannot be unpacked");
+        const std::string filter = packed.value("filter", "NONE");
+        if (filter == "EXPONENTIAL" && stride % 4 == 0) {
+            meshopt_decodeFilterExp(values.data(), count, stride);
+        } else if (filter != "NONE") {
+            return wrong("a compressed view has a filter that tiles do not have");
+        }
         return values;
     }
 

@@ -15,6 +15,20 @@ struct LeafBorder {
     std::array<bool, 4> corner_sampled{};  // by corner: some square around it is drawn from samples
 };
 
+// What squares are drawn beside where all leaves are drawn.
+class LeafBorders {
+public:
+    LeafBorders() = default;  // of no atlas
+    // atlas: with leaves.
+    explicit LeafBorders(const Atlas& atlas);
+    // atlas: the same; square: of leaves.
+    LeafBorder of(const Atlas& atlas, Atlas::Tile square) const;
+
+private:
+    std::vector<uint32_t> corners_;  // leaf_corners()
+    std::vector<bool> whole_;        // per corner: all squares around it have leaves
+};
+
 template <class Own, class Sample, class Visit>
 class LeafTriangles {
 public:

@@ -295,38 +295,30 @@ std::vector<uint32_t> leaf_corners(const Atlas& atlas) {
     return numbers;
 }
 
-namespace {
-
-// What a leaf, or the samples of its square, are drawn beside.
-class LeafBorders {
-public:
-    explicit LeafBorders(const Atlas& atlas)
-        : atlas_(atlas), corners_(leaf_corners(atlas)), whole_(corners_.size(), true) {
-        for (uint32_t i = 0; i < corners_.size(); ++i) {
-            if (!atlas.has_leaf(i / 4)) whole_[corners_[i]] = false;
-        }
+LeafBorders::LeafBorders(const Atlas& atlas) : corners_(leaf_corners(atlas)), whole_(corners_.size(), true) {
+    for (uint32_t i = 0; i < corners_.size(); ++i) {
+        if (!atlas.has_leaf(i / 4)) whole_[corners_[i]] = false;
     }
-    LeafBorder of(const Atlas::Tile& square, uint32_t leaf) const {
-        LeafBorder border;
-        for (uint32_t s = 0; s < 4; ++s) {
-            const LeafSide other = leaf_across(atlas_, square, s);
-            border.sampled[s] = other.leaf != ~0u && !atlas_.has_leaf(other.leaf);
-            border.corner_sampled[s] = !whole_[corners_[4 * leaf + s]];
-        }
-        return border;
+}
+
+LeafBorder LeafBorders::of(const Atlas& atlas, Atlas::Tile square) const {
+    const uint32_t leaf = atlas.leaf(square.chart, square.x, square.y);
+    LeafBorder border;
+    for (uint32_t s = 0; s < 4; ++s) {
+        const LeafSide other = leaf_across(atlas, square, s);
+        border.sampled[s] = other.leaf != ~0u && !atlas.has_leaf(other.leaf);
+        border.corner_sampled[s] = !whole_[corners_[4 * leaf + s]];
     }
+    return border;
+}
 
-private:
-    const Atlas& atlas_;
-    const std::vector<uint32_t> corners_;
-    std::vector<bool> whole_;  // per corner: all squares around it have leaves
-};
-
-LeafPart decoded(const Atlas& atlas, uint32_t part) {
+LeafPart decoded_leaf(const Atlas& atlas, uint32_t part) {
     auto of = decode_leaf(atlas.leaf_parts[part], atlas.attributes);
     LODE_CHECK(of.has_value(), part);
     return std::move(*of);
 }
+
+namespace {
 
 // The source as a mesh. Points are numbered by where they are on the leaves' lattice, on which all samples lie, too.
 class SourceExtraction {
@@ -352,10 +344,10 @@ public:
 private:
     // Of a part's vertex, or of a sample of the square: the wedge it is drawn as.
     void add_leaf(uint32_t leaf) {
-        const LeafBorder border = borders_.of(square_, leaf);
+        const LeafBorder border = borders_.of(atlas_, square_);
         const auto cells = static_cast<int32_t>(tree_of(atlas_, Layer::geometry, square_.chart).cells_per_page());
         for (uint32_t p = atlas_.first_part(leaf); p < atlas_.leaves[leaf].parts_end; ++p) {
-            const LeafPart part = decoded(atlas_, p);
+            const LeafPart part = decoded_leaf(atlas_, p);
             for_drawn_triangles(
                 part, border, cells,
                 [&](uint32_t v) { return wedge(part.vertices[v].position, part.vertices[v].attributes); },
@@ -495,7 +487,7 @@ Result<void> validate_leaves(const Atlas& atlas) {
             EdgeBalance& edges = of_charts[c];
             for_squares(atlas, c, [&](const Atlas::Tile& square, uint32_t leaf) {
                 for (uint32_t p = atlas.first_part(leaf); p < atlas.leaves[leaf].parts_end; ++p) {
-                    const LeafPart part = decoded(atlas, p);
+                    const LeafPart part = decoded_leaf(atlas, p);
                     for (const auto& t : part.triangles) {
                         for (uint32_t k = 0; k < 3; ++k) {
                             const LeafVertex &a = part.vertices[t[k]], &b = part.vertices[t[(k + 1) % 3]];

@@ -98,6 +98,9 @@ std::vector<std::byte> encode_leaf(const LeafPart& part, const AtlasAttributes& 
 // Fault::format where the bytes are those of no part.
 Result<LeafPart> decode_leaf(std::span<const std::byte> bytes, const AtlasAttributes& attributes);
 
+// Part number `part` of an atlas that is whole and good (open_atlas).
+LeafPart decoded_leaf(const Atlas& atlas, uint32_t part);
+
 // The square across a side of one, and the side of it that lies there; leaf is ~0 where the surface ends.
 struct LeafSide {
     uint32_t leaf = ~0u, side = 0;

@@ -1,4 +1,4 @@
-#include "tiles/farthest.h"
+#include "tiles/errors/farthest.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>

@@ -302,7 +302,8 @@ void make_images(Seeds& seeds, const fs::path& folder) {
               std::string("RIFF\x1a\0\0\0WEBPVP8L\x0d\0\0\0\x2f\0\0\0\x10\x07\x10\x11\x11\x88\x88\xfe\x07\0", 34));
     const std::string hdr = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 4 +X 8\n";
     std::string packed = hdr;
-    for (int y = 0; y < 4; ++y) packed += std::string("\2\2\0\x08\x88\1\4abcd\x84e\x88\2\x88\x80", 17);
+    const std::string row("\2\2\0\10\210\1\4abcd\204e\210\2\210\200", 17);
+    for (int y = 0; y < 4; ++y) packed += row;
     seeds.put("panorama", "packed.hdr", packed);
     seeds.put("panorama", "flat.hdr", hdr + std::string(96, 'a') + std::string("aaab\1\1\1\7aaab\1\1\1\7", 16));
     seeds.put_packed("heights", "a.png", png_heights());

@@ -104,6 +104,11 @@ BAKE = {
     "repair.non_orientable_edges": "edges cut because no orientation agrees across them",
     "repair.unreferenced_vertices": "dropped: in no triangle",
     "repair.welded_vertices": "merged into a vertex at the same position",
+    "retexture.charts": "`--retexture`: charts that the textures lie in now",
+    "retexture.resolution": "texels along a side of their square",
+    "retexture.seam_edges": "inner edges whose two triangles lie in different charts",
+    "retexture.seconds": "time of that",
+    "retexture.triangles": "triangles, with those that had to be cut",
     "seconds": "time of the whole bake",
     "source_hash": "of the file's content",
     "vgi.attribute_resolution": "samples of normals, colours and texture coordinates along a side of a chart",
@@ -280,8 +285,10 @@ def field_table(command, document, known, elsewhere=()):
 def json_tables(program):
     with tempfile.TemporaryDirectory() as folder:
         run(program, "generate", "torus", "--triangles", "400", "-o", "torus.ply", folder=folder)
-        bake = run(program, "bake", "torus.ply", "-o", "torus.lode", "--backends", "lod,vgi,discrete", "--clusters", "6",
-                   "--resolution", "9", "--error-samples", "1000", "--json", folder=folder)
+        run(program, "generate", "vase", "--triangles", "400", "-o", "vase.glb", folder=folder)
+        small = ["--backends", "lod,vgi,discrete", "--clusters", "6", "--resolution", "9", "--error-samples", "1000", "--json"]
+        run(program, "bake", "torus.ply", "-o", "torus.lode", *small, folder=folder)
+        bake = run(program, "bake", "vase.glb", "-o", "vase.lode", "--retexture", *small, folder=folder)
         unwrap = run(program, "unwrap", "torus.ply", "-o", "torus.glb", "--json", folder=folder)
         of_asset = {name: run(program, name, "torus.lode", "--json", *more, folder=folder)
                     for name, more in (("info", []), ("verify", []), ("acmr", ["--levels", "2", "--compare"]),

@@ -14,13 +14,13 @@ void add_generate(CLI::App& app, Run& run) {
         unsigned threads = 0;
     };
     const auto o = std::make_shared<Options>();
-    CLI::App* command =
-        app.add_subcommand("generate", "Make a mesh by code: a rock, terrain, grid, sphere, torus, cliff or vase");
-    command->add_option("shape", o->shape, "rock, terrain, grid, sphere, torus, cliff or vase")->required();
+    CLI::App* command = app.add_subcommand(
+        "generate", "Make a mesh by code: a rock, terrain, grid, sphere, torus, cliff, vase or scan");
+    command->add_option("shape", o->shape, "rock, terrain, grid, sphere, torus, cliff, vase or scan")->required();
     command->add_option("--triangles", o->triangles, "Number of triangles; the mesh has it within 1%")
         ->required()
         ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 31));
-    command->add_option("--seed", o->seed, "Seed of the noise: each gives another rock, terrain, cliff or vase")
+    command->add_option("--seed", o->seed, "Seed of the noise: each gives another rock, terrain, cliff, vase or scan")
         ->capture_default_str();
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();

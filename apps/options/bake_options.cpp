@@ -166,6 +166,10 @@ void add_sampling_options(CLI::App& command, BakeWords& o) {
 }
 
 void add_simplifier_options(CLI::App& command, BakeWords& o) {
+    command.add_flag(
+        "--retexture", o.bake.retexture,
+        "Lay the textures out anew before anything is baked, as unwrap --bake does: in one square with few "
+        "cuts, so that seams of fragments no longer stop the simplifier");
     command
         .add_option("--simplifier", o.bake.simplifier,
                     "lod: simplifier: quadric (our own) or openmesh (OpenMesh's decimater)")

@@ -229,7 +229,7 @@ constexpr const char* read_text =
     R"doc(A Mesh from a PLY, OBJ, STL, OFF, glTF or GLB file or a height map; also .gz. Options are those of
 `lodestone bake` for reading: height_scale, pixel_size, void_height, fill_voids, allow_outside.)doc";
 constexpr const char* generate_text =
-    R"doc(A Mesh of about so many triangles: "rock", "terrain", "grid", "sphere", "torus", "cliff" or "vase".)doc";
+    R"doc(A Mesh of about so many triangles: "rock", "terrain", "grid", "sphere", "torus", "cliff", "vase" or "scan".)doc";
 constexpr const char* simplify_text = R"doc(A Mesh of fewer triangles; the mesh is repaired first. One of:
   triangles  at most so many, or as few as topology allows
   error      object units: the coarsest level within this two-sided distance of the source, which is measured

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "apps/scene/bake_atlas.h"
+#include "apps/scene/unwrap.h"
 #include "apps/terminal.h"
 #include "base/clock.h"
 #include "base/files/chunk_file.h"
@@ -193,6 +194,7 @@ Json BakeOptions::to_json() const {
                  {"pixel_size", read.pixel_size}};
     add_atlas_options(json, atlas);
     if (quantise > 0) json["quantise"] = quantise;
+    if (retexture) json["retexture"] = true;
     if (read.fill_voids) json["fill_voids"] = true;
     if (read.void_height) json["void_height"] = *read.void_height;
     if (read.gltf_mesh >= 0) json["gltf_mesh"] = read.gltf_mesh;
@@ -252,6 +254,23 @@ Json about_of(const BakeInput& input, const Json& options, const RepairReport& r
     const Sphere bounds = bounding_sphere_of(input.mesh.positions);
     about["bounds"] = {bounds.centre.x, bounds.centre.y, bounds.centre.z, bounds.radius};
     return about;
+}
+
+// What --retexture makes of the mesh, and what the report tells of it. Nothing where there is no texture.
+Result<Json> retexture_input(BakeInput& input, const Progress& progress) {
+    if (input.mesh.images.empty()) {
+        progress.warning("there is no texture that --retexture could lay out anew");
+        return Json();
+    }
+    const Stopwatch watch;
+    const auto done = retexture(input.mesh, progress);
+    if (!done) return fail_at(input.name, done.error());
+    const vgi::UnwrapReport& r = done->report;
+    return Json{{"charts", r.charts},
+                {"seam_edges", r.seam_edges},
+                {"triangles", r.triangles},
+                {"resolution", input.mesh.images[0].width},
+                {"seconds", watch.wall()}};
 }
 
 // One asset in the making: each add_... bakes a backend, writes its chunks and tells of it.
@@ -355,6 +374,11 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     AssetBake bake(input, options, progress, work);
     bake.report = about_of(input, option_json, *repaired);
     const std::string about = bake.report.dump();
+    if (options.retexture) {
+        auto told = retexture_input(input, progress);
+        if (!told) return tl::unexpected(told.error());
+        if (!told->is_null()) bake.report["retexture"] = std::move(*told);
+    }
     auto writer = ChunkWriter::create(out, {input.source, recipe_hash(options)});
     if (!writer) return tl::unexpected(writer.error());
     if (auto done = writer->add_text("about", about); !done) return tl::unexpected(done.error());

@@ -42,6 +42,7 @@ struct BakeOptions {
     vgi::AtlasOptions atlas = as_fine_as_the_source();
     double triangles_per_cluster = 1000;  // vgi: clusters are fewer, 8 at least, where a mesh has less; 0 for as above
     double target_error = 0;              // vgi: object units; > 0: more clusters until the finest level comes under it
+    bool retexture = false;               // textures are laid out anew, with few cuts, before anything is baked
     ReadOptions read;
     std::vector<ClipPlane> clip;  // what all of them keep of the mesh is baked; none for all of it
 

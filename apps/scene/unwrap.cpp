@@ -1,8 +1,12 @@
 #include "apps/scene/unwrap.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <set>
 
 #include "base/clock.h"
+#include "mesh/repair.h"
 #include "vgi/unwrap/texture_bake.h"
 
 namespace lodestone {
@@ -25,6 +29,39 @@ Result<UnwrapDone> unwrap_mesh(const TriMesh& mesh, const UnwrapChoices& choices
                       vgi::bake_textures(mesh, done.unwrapped, options.textures, choices.resolution),
                       mesh.material_table);
     done.bake_seconds = watch.wall();
+    return done;
+}
+
+namespace {
+
+// Texels along a side of a square, a power of two, that holds as many as the images of any one kind of texture.
+uint32_t side_of_textures(const TriMesh& mesh) {
+    uint64_t most = 0;
+    for (size_t kind = 0; kind < texture_names.size(); ++kind) {
+        std::set<int32_t> images;
+        for (const Material& material : mesh.material_table) images.insert(material.textures()[kind]->image);
+        uint64_t texels = 0;
+        for (const int32_t i : images) {
+            if (i >= 0) texels += mesh.images[static_cast<size_t>(i)].texels.size();
+        }
+        most = std::max(most, texels);
+    }
+    const auto side = static_cast<uint64_t>(std::ceil(std::sqrt(static_cast<double>(most))));
+    return static_cast<uint32_t>(std::clamp<uint64_t>(std::bit_ceil(side), 16, Limits{}.image_side));
+}
+
+}  // namespace
+
+Result<UnwrapDone> retexture(TriMesh& mesh, const Progress& progress) {
+    UnwrapChoices choices;
+    // Each keeps two triangles or more from being simplified away: half as many as `unwrap` takes.
+    choices.squares.charts = static_cast<uint32_t>(std::clamp<uint64_t>(mesh.triangle_count() / 4000, 24, 160));
+    choices.resolution = side_of_textures(mesh);
+    choices.bake = true;
+    auto done = unwrap_mesh(mesh, choices, progress);
+    if (!done) return done;
+    mesh = done->unwrapped.mesh;
+    if (auto repaired = repair(mesh); !repaired) return tl::unexpected(repaired.error());
     return done;
 }
 

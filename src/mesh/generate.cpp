@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/threads.h"
 #include "mesh/noise.h"
+#include "mesh/scanned_texture.h"
 
 namespace lodestone {
 
@@ -153,6 +154,12 @@ TriMesh make_rock(uint64_t triangles, uint64_t seed) {
         const double grit = 0.015 * fractal_noise(p * 12.0, seed + 3, 0.62, spacing * 24);
         return glm::vec3(d * (1 + body + crags + grit) * glm::dvec3(1.08, 0.86, 0.97));
     });
+}
+
+TriMesh make_scan(uint64_t triangles, uint64_t seed) {
+    TriMesh mesh = make_rock(triangles, seed);
+    lay_out_as_scanned(mesh, seed);
+    return mesh;
 }
 
 // A field of n x n quads over [-1, 1]^2; place(x, z) gives the point.
@@ -329,12 +336,13 @@ TriMesh make_vase(uint64_t triangles, uint64_t seed) {
 Result<Shape> shape_named(std::string_view name) {
     static constexpr std::pair<std::string_view, Shape> names[] = {
         {"rock", Shape::rock},   {"terrain", Shape::terrain}, {"grid", Shape::grid}, {"sphere", Shape::sphere},
-        {"torus", Shape::torus}, {"cliff", Shape::cliff},     {"vase", Shape::vase}};
+        {"torus", Shape::torus}, {"cliff", Shape::cliff},     {"vase", Shape::vase}, {"scan", Shape::scan}};
     for (const auto& [known, shape] : names) {
         if (name == known) return shape;
     }
-    return fail(Fault::usage, "shape '" + std::string(name) +
-                                  "': no such shape; choose from rock, terrain, grid, sphere, torus, cliff, vase");
+    return fail(Fault::usage,
+                "shape '" + std::string(name) +
+                    "': no such shape; choose from rock, terrain, grid, sphere, torus, cliff, vase, scan");
 }
 
 TriMesh generate(Shape shape, uint64_t triangles, uint64_t seed) {
@@ -354,6 +362,8 @@ TriMesh generate(Shape shape, uint64_t triangles, uint64_t seed) {
             return make_cliff(triangles, seed);
         case Shape::vase:
             return make_vase(triangles, seed);
+        case Shape::scan:
+            return make_scan(triangles, seed);
     }
     LODE_CHECK(false, static_cast<int>(shape));
     return {};

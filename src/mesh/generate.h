@@ -20,6 +20,7 @@ enum class Shape {
     torus,    // radii 1 and 0.4, genus 1
     cliff,    // ledges over [-1, 1]^2 with walls that hang over, which no height field is; one boundary loop
     vase,     // a pot with a hole in its foot, genus 1, with sharp edges and a texture; about 2 high
+    scan,     // the rock with a texture in fragments of about 20 triangles each, as photogrammetry leaves it
 };
 Result<Shape> shape_named(std::string_view name);  // Fault::usage names the choices
 

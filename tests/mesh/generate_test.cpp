@@ -5,7 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
+#include <map>
+#include <set>
 
+#include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "mesh/topology.h"
 
@@ -13,7 +17,7 @@ namespace lodestone {
 namespace {
 
 constexpr Shape all_shapes[] = {Shape::rock,  Shape::terrain, Shape::grid, Shape::sphere,
-                                Shape::torus, Shape::cliff,   Shape::vase};
+                                Shape::torus, Shape::cliff,   Shape::vase, Shape::scan};
 
 TEST(Generate, MakesValidMeshesWithNormalsAndTextureCoordinates) {
     for (const Shape shape : all_shapes) {
@@ -29,6 +33,7 @@ TEST(Generate, MakesValidMeshesWithNormalsAndTextureCoordinates) {
 
 TEST(Generate, MeetsTheCountWithinOnePercent) {
     for (const Shape shape : all_shapes) {
+        if (shape == Shape::scan) continue;  // a rock, with much paint
         for (const uint64_t triangles : {100000u, 300000u}) {
             const auto made = static_cast<double>(generate(shape, triangles, 1).triangle_count());
             EXPECT_NEAR(made / static_cast<double>(triangles), 1, 0.01) << static_cast<int>(shape);
@@ -37,15 +42,18 @@ TEST(Generate, MeetsTheCountWithinOnePercent) {
 }
 
 TEST(Generate, IsTheSameForAnyNumberOfThreadsAndAnotherForAnotherSeed) {
-    for (const Shape shape : {Shape::rock, Shape::terrain, Shape::cliff}) {
+    for (const Shape shape : {Shape::rock, Shape::terrain, Shape::cliff, Shape::scan}) {
         set_thread_count(1);
-        const TriMesh one = generate(shape, 20000, 5);
+        const uint64_t triangles = shape == Shape::scan ? 4000 : 20000;
+        const TriMesh one = generate(shape, triangles, 5);
         set_thread_count(8);
-        const TriMesh eight = generate(shape, 20000, 5);
+        const TriMesh eight = generate(shape, triangles, 5);
         set_thread_count(0);
         EXPECT_EQ(one.positions, eight.positions);
         EXPECT_EQ(one.triangles, eight.triangles);
-        EXPECT_NE(one.positions, generate(shape, 20000, 6).positions);
+        EXPECT_EQ(one.uvs, eight.uvs);
+        for (size_t i = 0; i < one.images.size(); ++i) EXPECT_EQ(one.images[i].texels, eight.images[i].texels);
+        EXPECT_NE(one.positions, generate(shape, triangles, 6).positions);
     }
 }
 
@@ -58,6 +66,43 @@ TEST(Generate, TheRockIsRoughAtTheScaleOfItsTriangles) {
         bend += 1 - static_cast<double>(glm::dot(face, mesh.normals[mesh.triangles[t][0]]));
     }
     EXPECT_GT(bend / static_cast<double>(mesh.triangle_count()), 0.002);
+}
+
+// Of triangles that are joined along edges of the texture.
+size_t fragments_of(const TriMesh& mesh) {
+    DisjointSets sets(mesh.wedge_count());
+    for (const Triangle& t : mesh.triangles) {
+        sets.join(t[0], t[1]);
+        sets.join(t[0], t[2]);
+    }
+    std::set<uint32_t> roots;
+    for (uint32_t w = 0; w < mesh.wedge_count(); ++w) roots.insert(sets.find(w));
+    return roots.size();
+}
+
+TEST(Generate, AScanHasItsTextureInFragmentsThatShowNoSeam) {
+    const TriMesh mesh = generate(Shape::scan, 12000, 4);
+    EXPECT_EQ(mesh.positions, generate(Shape::rock, 12000, 4).positions);
+    EXPECT_NEAR(static_cast<double>(fragments_of(mesh)), 600, 40);
+    ASSERT_EQ(mesh.images.size(), 1u);
+    const Image& image = mesh.images[0];
+    EXPECT_EQ(image.width, 2048u);
+    // Where fragments meet they have the same paint; nearest texels are a third of a texel's paint off, about.
+    std::map<uint32_t, glm::vec3> seen;  // by vertex
+    double differ = 0;
+    size_t met = 0;
+    for (uint32_t w = 0; w < mesh.wedge_count(); ++w) {
+        ASSERT_TRUE(glm::all(glm::greaterThan(mesh.uvs[w], glm::vec2(0))) &&
+                    glm::all(glm::lessThan(mesh.uvs[w], glm::vec2(1))));
+        const glm::uvec2 texel(mesh.uvs[w] * 2048.0f);
+        const glm::vec3 colour(image.texels[size_t{texel.y} * 2048 + texel.x]);
+        const auto [other, is_first] = seen.emplace(mesh.wedge_vertex[w], colour);
+        if (is_first) continue;
+        differ += static_cast<double>(glm::distance(colour, other->second));
+        ++met;
+    }
+    EXPECT_GT(met, 3000u);
+    EXPECT_LT(differ / static_cast<double>(met), 6);
 }
 
 TEST(Generate, ASphereFacesOutwards) {

@@ -5,7 +5,7 @@
 
 #include "base/random.h"
 #include "fuzz/mutators.h"
-#include "vgi/asset/pages.h"
+#include "vgi/asset/codec/page_family.h"
 
 using namespace lodestone;
 using namespace lodestone::vgi;
@@ -33,7 +33,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const PageTree tree{2u << data[0] % 7};  // 2 .. 128 cells
     const Layer layer = (data[1] & 8) != 0 ? Layer::attributes : Layer::geometry;
     const auto bit = [&](int number) { return (data[1] >> number & 1) != 0; };
-    const AtlasAttributes attributes{{true, bit(0), bit(1), bit(2)}, bit(4), bit(5)};
+    AtlasAttributes attributes{{true, bit(0), bit(1), bit(2)}, bit(4), bit(5)};
+    attributes.texture_quality = static_cast<uint8_t>(data[0] / 7 * 100 / 36);  // 0: without loss
     const auto channels = channels_of(attributes, layer);
     const uint32_t family = data[2] % tree.families();
     std::vector<std::byte> bytes;
@@ -41,7 +42,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         const auto raw = std::as_bytes(rest);
         bytes.assign(raw.begin(), raw.end());
     } else {
-        bytes = encode_family(tree, channels, family, pages_of(tree, channels.size(), rest));
+        auto pages = pages_of(tree, channels.size(), rest);
+        bytes = encode_family(tree, channels, family, pages);
         if (rest.size() > 3) fuzz::damage(bytes, rest.subspan(3));
     }
     const auto unpacked = PageFamily::unpack(tree, channels, family, bytes);

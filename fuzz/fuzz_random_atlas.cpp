@@ -22,6 +22,32 @@ void check_round_trip(const vgi::Atlas& atlas) {
             "an atlas is read as it was written");
 }
 
+// Where glued samples are equal they stay so, materials stay, and the rest is there.
+void check_lossy(vgi::Atlas atlas, uint8_t quality) {
+    atlas.attributes.texture_quality = quality;
+    const auto read = vgi::open_atlas(in_a_file(atlas));
+    require_good(read, "a lossy atlas is read");
+    require(read->materials == atlas.materials && read->normals.size() == atlas.normals.size(),
+            "a lossy atlas has its materials");
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const uint32_t n = atlas.attribute_cells_of(c);
+        for (uint32_t s = 0; s < 4; ++s) {
+            const vgi::GluedSide& glued = atlas.sides[4 * c + s];
+            if (glued.chart == ~0u) continue;
+            std::vector<std::array<size_t, 2>> pairs;
+            bool equal = true;
+            for (uint32_t k = 0; k <= n; ++k) {
+                const auto [x, y] = vgi::on_side(s, k, n);
+                const auto [u, v] = vgi::on_side(glued.side, n - k, n);
+                pairs.push_back({atlas.attribute_texel(c, x, y), atlas.attribute_texel(glued.chart, u, v)});
+                equal = equal && atlas.normals[pairs.back()[0]] == atlas.normals[pairs.back()[1]];
+            }
+            for (const auto& [here, there] : pairs)
+                require(!equal || read->normals[here] == read->normals[there], "what is glued is decoded alike");
+        }
+    }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -49,5 +75,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         require_good(vgi::extract_leaves(*atlas).validate(), "leaves are a valid mesh");
     }
     check_round_trip(*atlas);
+    check_lossy(*atlas, from.ConsumeIntegralInRange<uint8_t>(1, 100));
     return 0;
 }

@@ -66,6 +66,8 @@ struct AtlasAttributes : PresentAttributes {
     // their factors, which go on multiplying. There are no texture coordinates.
     bool baked = false;
     bool mapped_normals = false;  // maps of normals are in the normals
+    // 1 .. 100, of what is baked as files hold it, all but materials; 0: without loss.
+    uint8_t texture_quality = 0;
     bool operator==(const AtlasAttributes&) const = default;
 };
 

@@ -11,7 +11,6 @@
 #include "mesh/io/material_chunks.h"
 #include "vgi/asset/corners.h"
 #include "vgi/asset/leaves.h"
-#include "vgi/asset/pages.h"
 #include "vgi/asset/saturation.h"
 
 namespace lodestone::vgi {
@@ -41,7 +40,7 @@ Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter&
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
         for (size_t c = begin; c < end; ++c) {
             const PageTree own = tree_of(atlas, name.layer, static_cast<uint32_t>(c));
-            const std::vector<Page> pages = read_pages(atlas, name.layer, static_cast<uint32_t>(c));
+            std::vector<Page> pages = read_pages(atlas, name.layer, static_cast<uint32_t>(c));
             for (uint32_t f = 0; f < own.families(); ++f)  // the others are left out
                 packed[c * tree.families() + f] = encode_family(own, channels, f, pages);
         }
@@ -96,7 +95,8 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
                           {"surfaces", atlas.attributes.surfaces},
                           {"emissions", atlas.attributes.emissions},
                           {"baked", atlas.attributes.baked},
-                          {"mapped_normals", atlas.attributes.mapped_normals}}}};
+                          {"mapped_normals", atlas.attributes.mapped_normals},
+                          {"texture_quality", atlas.attributes.texture_quality}}}};
     Result<void> done = writer.add_text("vgi/atlas", about.dump());
     if (done) done = writer.add_array("vgi/sides", std::span(atlas.sides));
     if (done) done = writer.add_array("vgi/clusters", std::span(atlas.cluster));
@@ -143,12 +143,14 @@ Result<uint32_t> read_about(const ChunkFile& file, Atlas& atlas) {
                             flag("surfaces"),
                             flag("emissions"),
                             flag("baked"),
-                            flag("mapped_normals")};
+                            flag("mapped_normals"),
+                            has.at("texture_quality").get<uint8_t>()};
     } catch (const Json::exception& e) { return wrong(e.what()); }
     const auto good_cells = [](uint32_t cells) { return cells >= 2 && cells <= 4096 && std::has_single_bit(cells); };
     if (!good_cells(atlas.cells) || !good_cells(atlas.attribute_cells) || atlas.cells > atlas.attribute_cells)
         return wrong("cells are no powers of two, 2 to 4096, those of attributes the larger");
     if (!(atlas.step > 0)) return wrong("the lattice has no step");
+    if (atlas.attributes.texture_quality > 100) return wrong("textures have no quality from 0 to 100");
     if (atlas.leaf_shift > most_leaf_shift) return wrong("the leaves' lattice is too fine");
     bool numbers = std::isfinite(atlas.step);
     for (int k = 0; k < 3; ++k) numbers = numbers && std::isfinite(atlas.origin[k]);

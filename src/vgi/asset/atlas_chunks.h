@@ -9,7 +9,7 @@
 #include "base/result.h"
 #include "mesh/limits.h"
 #include "vgi/asset/atlas.h"
-#include "vgi/asset/pages.h"
+#include "vgi/asset/codec/page_family.h"
 
 namespace lodestone::vgi {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/looks/srgb.h"
-#include "vgi/asset/page_plane.h"
+#include "vgi/asset/codec/page_plane.h"
 
 namespace lodestone::vgi {
 

@@ -74,7 +74,9 @@ struct Channel {
     bool is_signed;            // numbers of 8 bits are -128 .. 127, else 0 .. 255
     Kind kind = Kind::amount;  // of all its numbers
     bool averaged = false;     // coarser pages have means of what is around instead (page_means.h); not wide
-    bool srgb = false;         // means are of the light that the numbers stand for
+    bool srgb = false;         // means are of the light that the numbers stand for; three such stand together
+    // Sixteenths: samples may be off by about half of it (codec/lossy_family.h); 0: they are coded without loss.
+    uint16_t step = 0;
 };
 // The channels of a layer, in the order they are stored.
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture
@@ -96,28 +98,5 @@ void write_page(Atlas& atlas, Layer layer, uint32_t chart, uint32_t page, const 
 
 // All of a chart's pages as they are stored, by number.
 std::vector<Page> read_pages(const Atlas& atlas, Layer layer, uint32_t chart);
-
-// Compresses the pages of a family (zstd). pages: all of the chart, by number. Deterministic.
-std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
-                                     std::span<const Page> pages);
-
-// A family as it was stored, its pages still differences from their parent.
-class PageFamily {
-public:
-    // Fault::format where the bytes are not those of such a family. channels: must outlive this.
-    static Result<PageFamily> unpack(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
-                                     std::span<const std::byte> bytes);
-    // The samples of a page.
-    // number: of a page of this family. parent: of every page but 0.
-    Page page(uint32_t number, const Page* parent) const;
-
-private:
-    PageFamily(const PageTree& tree, std::span<const Channel> channels, uint32_t family)
-        : tree_(tree), channels_(channels), family_(family) {}
-    PageTree tree_;
-    std::span<const Channel> channels_;
-    uint32_t family_;
-    std::vector<std::vector<uint16_t>> folded_;  // per channel, member after member
-};
 
 }  // namespace lodestone::vgi

@@ -53,7 +53,7 @@ constexpr uint32_t fewest_samples = 32;   // of a chart's distance to the source
 Hash128 key_of(const AtlasOptions& options) {
     const auto& [clusters, parameterise, cells, most_texels_per_triangle, rounding_share, attribute_ratio,
                  worst_stretch, most_rounds, recentre_passes, error_samples, leaves, samples_per_triangle,
-                 bake_textures] = options;
+                 bake_textures, texture_quality] = options;
     // Every round sets the density, the features and the kept clusters itself.
     const auto& [wanted, weights, bucket_triangles, density, features, kept] = clusters;
     const auto& [planarity, compactness, size, irregularity, curvature, feature, bulge] = weights;
@@ -73,7 +73,7 @@ Hash128 key_of(const AtlasOptions& options) {
                             samples_per_triangle};
     const uint64_t counts[] = {cells,         attribute_ratio, most_rounds,      recentre_passes,
                                error_samples, wanted,          bucket_triangles, most_solves,
-                               sliding_sides, leaves,          bake_textures};
+                               sliding_sides, leaves,          bake_textures,    texture_quality};
     HashStream all;
     all.add(std::as_bytes(std::span(reals)));
     all.add(std::as_bytes(std::span(counts)));
@@ -637,6 +637,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         if ((round.is_last() && round.fault().empty()) || std::ranges::find(bad, true) == bad.end()) {
             auto atlas = round.take();
             if (atlas) atlas->attributes = attributes_of_atlas(source, context.looks);
+            if (atlas && bakes) atlas->attributes.texture_quality = static_cast<uint8_t>(options.texture_quality);
             if (atlas && bakes) agree_on_borders(*atlas);
             return atlas;
         }

@@ -37,9 +37,11 @@ struct AtlasOptions {
     // coarse where they hold nothing but normals: with textures or materials they are as fine as `cells` says, with
     // colours twice as fine as positions.
     double samples_per_triangle = 0;
-    // What textures hold is sampled into the images of attributes, which are as fine as texels of the source are and have
-    // no texture coordinates: base colours, metal and roughness, occlusion, emission, and maps of normals.
+    // What textures hold is sampled into the images of attributes, which are as fine as texels of the source are and
+    // have no texture coordinates: base colours, metal and roughness, occlusion, emission, and maps of normals.
     bool bake_textures = false;
+    // Of what is baked as the file holds it: 1 .. 100, the more the better; 0 for without loss.
+    uint32_t texture_quality = 0;
 };
 
 // What was made, and how long it took.

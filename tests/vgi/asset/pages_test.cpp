@@ -1,4 +1,4 @@
-#include "vgi/asset/pages.h"
+#include "vgi/asset/codec/page_family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -163,7 +163,7 @@ TEST(PageMeans, GiveTheSamplesBackAndAgreeOnBorders) {
             if (c == 2) return extremes ? (noise & 1) * 255 : static_cast<int32_t>(100 + noise % 50);
             return extremes ? ((noise & 1) != 0 ? 127 : -127) : static_cast<int32_t>(noise % 100) - 50;
         };
-        const std::vector<Page> pages = pages_of(tree, channels, value);
+        std::vector<Page> pages = pages_of(tree, channels, value);
         std::vector<Page> back(pages.size());
         for (uint32_t f = 0; f < tree.families(); ++f) {
             const auto bytes = encode_family(tree, channels, f, pages);

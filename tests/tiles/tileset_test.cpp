@@ -19,6 +19,7 @@
 #include "tiles/check/check.h"
 #include "tiles/check/tile_content.h"
 #include "tiles/cut_surface.h"
+#include "tiles/errors/farthest.h"
 #include "tiles/tile_errors.h"
 #include "tiles/tileset.h"
 
@@ -343,6 +344,29 @@ TEST(TileErrors, FallFromParentToChildAndBoxesHoldEverySample) {
             }
         }
     }
+}
+
+// Halves of a slanted square along either diagonal, with a corner that is off by `off`. Were pieces that reach across a
+// diagonal quartered until they do not, this would take tens of millions of them.
+double farthest_of_halves(double off) {
+    const std::array<glm::vec3, 4> corners = {
+        glm::vec3(0, 0, 0), {60000, 0, 20000}, {60000, 60000, 50000}, {0, 60000, 30000}};
+    const TargetSurface target({corners.begin(), corners.end()}, {0, 1, 2, 0, 2, 3});
+    std::vector<SurfacePiece> pieces;
+    for (const auto& t : {std::array{0, 1, 3}, std::array{1, 2, 3}}) {
+        SurfacePiece piece;
+        for (size_t k = 0; k < 3; ++k) {
+            piece.corners[k] = corners[static_cast<size_t>(t[k])];
+            if (t[k] == 2) piece.corners[k] += off * glm::normalize(glm::dvec3(-1, -1.5, 3));
+        }
+        piece.bound = 1e9;
+        pieces.push_back(piece);
+    }
+    return farthest_of(std::move(pieces), target, 0, 1e-3);
+}
+TEST(Farthest, HowFlatFacesAreDividedDoesNotMatter) {
+    EXPECT_LE(farthest_of_halves(0), 2e-3);
+    EXPECT_NEAR(farthest_of_halves(10), 10, 0.2);
 }
 
 TEST(Placement, StandsWhereLongitudeAndLatitudeSay) {

@@ -4,15 +4,21 @@
 #include <glm/geometric.hpp>
 
 #include "mesh/distance/closest_point.h"
+#include "tiles/errors/polygon.h"
 
 namespace lodestone::tiles {
 
 TargetSurface::TargetSurface(std::vector<glm::vec3> positions, std::vector<uint32_t> indices)
     : positions_(std::move(positions)), indices_(std::move(indices)), search_(positions_, indices_) {}
 
+std::array<glm::dvec3, 3> TargetSurface::corners(uint32_t triangle) const {
+    const uint32_t* first = &indices_[size_t{triangle} * 3];
+    return {positions_[first[0]], positions_[first[1]], positions_[first[2]]};
+}
+
 double TargetSurface::distance(const glm::dvec3& point, uint32_t triangle) const {
-    const auto corner = [&](uint32_t k) { return glm::dvec3(positions_[indices_[size_t{triangle} * 3 + k]]); };
-    return glm::distance(point, closest_on_triangle(point, corner(0), corner(1), corner(2)));
+    const auto [a, b, c] = corners(triangle);
+    return glm::distance(point, closest_on_triangle(point, a, b, c));
 }
 
 namespace {
@@ -80,7 +86,37 @@ private:
         piece.bound = std::min({piece.bound, bound_by(piece, middle.triangle), middle.distance + reach});
         piece.near = middle.triangle;
         if (settled(piece.bound)) return put(piece);
-        quarter(piece);
+        if (!cut_along(piece, centre)) quarter(piece);
+    }
+
+    // Cuts a piece along the edges of the triangle that it is near to; false where its middle does not lie over that,
+    // or no part of it reaches beyond by more than what need not be told apart.
+    bool cut_along(const SurfacePiece& piece, const glm::dvec3& middle) {
+        const std::array<glm::dvec3, 3> triangle = target_.corners(piece.near);
+        const glm::dvec3 normal = glm::cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+        std::vector<glm::dvec3> over(piece.corners.begin(), piece.corners.end());
+        std::vector<std::vector<glm::dvec3>> beside;
+        const double least = resolution_ / 8;
+        for (size_t k = 0; k < 3; ++k) {
+            const glm::dvec3 outwards = glm::cross(triangle[(k + 1) % 3] - triangle[k], normal);
+            const double length = glm::length(outwards);
+            if (!(length > 0)) return false;
+            const auto off = [&](const glm::dvec3& p) { return glm::dot(outwards, p - triangle[k]) / length; };
+            if (std::ranges::none_of(over, [&](const glm::dvec3& p) { return off(p) < -least; })) return false;
+            if (off(middle) > least) return false;
+            if (std::ranges::all_of(over, [&](const glm::dvec3& p) { return off(p) <= least; })) continue;
+            auto parts = divided(
+                over, off, [](const glm::dvec3& a, const glm::dvec3& b, double share) { return a + (b - a) * share; });
+            over = std::move(parts[0]);
+            beside.push_back(std::move(parts[1]));
+        }
+        for (const auto& part : beside) put_polygon(part, piece);
+        if (!beside.empty()) put_polygon(over, piece);
+        return !beside.empty();
+    }
+    void put_polygon(const std::vector<glm::dvec3>& corners, const SurfacePiece& of) {
+        for (size_t k = 1; k + 1 < corners.size(); ++k)
+            put({{corners[0], corners[k], corners[k + 1]}, of.bound, of.near});
     }
 
     void quarter(const SurfacePiece& piece) {

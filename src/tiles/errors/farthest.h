@@ -1,8 +1,12 @@
 // How far a surface is from another at most, in bounds: what is said is never less than what is, and hardly more.
 //
 //   Tang, Lee, Kim, "Interactive Hausdorff distance computation for general polygonal models", SIGGRAPH 2009, for
-//   triangles that are halved while they may hold the farthest point: the distance to one triangle is convex, so
-//   over a piece it is largest in a corner.
+//   triangles that are divided while they may hold the farthest point: the distance to one triangle is convex, so over
+//   a piece it is largest in a corner.
+//
+// That says little of a piece that reaches beyond the triangle, however near it is to those around. So a piece is cut
+// along the planes that stand on the edges of the triangle which is nearest to its middle: one part lies over that
+// triangle, the others are looked at on their own. Only where the middle is over none is it quartered.
 #pragma once
 
 #include <array>
@@ -27,6 +31,8 @@ class TargetSurface {
 public:
     // indices: three per triangle, at least one.
     TargetSurface(std::vector<glm::vec3> positions, std::vector<uint32_t> indices);
+    // The corners of a triangle.
+    std::array<glm::dvec3, 3> corners(uint32_t triangle) const;
     // Distance from a point to one triangle.
     double distance(const glm::dvec3& point, uint32_t triangle) const;
     ClosestSurface::Hit closest(const glm::dvec3& point, uint32_t hint) const { return search_.closest(point, hint); }

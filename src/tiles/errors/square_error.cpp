@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "tiles/errors/polygon.h"
 #include "tiles/tile_mesh.h"
 
 namespace lodestone::tiles {
@@ -82,20 +83,12 @@ struct Corner {
 using Polygon = std::vector<Corner>;
 
 // What is on either side of a line where way * at is `offset`: below, then above it.
-std::array<Polygon, 2> divided(const Polygon& polygon, const glm::dvec2& way, double offset) {
-    std::array<Polygon, 2> parts;
-    for (size_t i = 0; i < polygon.size(); ++i) {
-        const Corner &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-        const double off_a = glm::dot(way, a.at) - offset, off_b = glm::dot(way, b.at) - offset;
-        if (off_a <= 0) parts[0].push_back(a);
-        if (off_a >= 0) parts[1].push_back(a);
-        if (off_a * off_b >= 0) continue;
-        const double share = off_a / (off_a - off_b);
-        const Corner between{a.at + (b.at - a.at) * share, a.is + (b.is - a.is) * share};
-        parts[0].push_back(between);
-        parts[1].push_back(between);
-    }
-    return parts;
+std::array<Polygon, 2> divided_at(const Polygon& polygon, const glm::dvec2& way, double offset) {
+    return divided(
+        polygon, [&](const Corner& corner) { return glm::dot(way, corner.at) - offset; },
+        [](const Corner& a, const Corner& b, double share) {
+            return Corner{a.at + (b.at - a.at) * share, a.is + (b.is - a.is) * share};
+        });
 }
 
 // Pieces of both surfaces that stand for each other.
@@ -133,7 +126,7 @@ private:
         if (first == last) return visit(polygon, first);
         Polygon rest = polygon;
         for (uint32_t k = first; k < last; ++k) {
-            auto [here, behind] = divided(rest, axis == 0 ? glm::dvec2(1, 0) : glm::dvec2(0, 1), k + 1.0);
+            auto [here, behind] = divided_at(rest, axis == 0 ? glm::dvec2(1, 0) : glm::dvec2(0, 1), k + 1.0);
             if (here.size() >= 3) visit(here, k);
             rest = std::move(behind);
         }
@@ -154,7 +147,7 @@ private:
             above |= glm::dot(way, corner.at) > offset;
         }
         if (!(below && above)) return add_piece(part, x, y, above);
-        const auto parts = divided(part, way, offset);
+        const auto parts = divided_at(part, way, offset);
         add_piece(parts[0], x, y, false);
         add_piece(parts[1], x, y, true);
     }
@@ -196,7 +189,7 @@ void add_closing_pieces(const Atlas& atlas, const std::vector<SideVertex>& line,
                          way = in_steps(atlas, edge[1].vertex.position) - from;
         Polygon here = rest;
         if (k < last && edge[1].along < high) {
-            auto parts = divided(rest, {1, 0}, edge[1].along);
+            auto parts = divided_at(rest, {1, 0}, edge[1].along);
             here = std::move(parts[0]);
             rest = std::move(parts[1]);
         } else {

@@ -221,8 +221,7 @@ Result<Made> make_tiles(const TileArguments& o, Scene scene, TilePlace& place, c
     options.up = place.up();
     options.tile_triangles = o.tile_triangles;
     options.name = scene.name;
-    SceneNeeds needs{Need::no, Need::no, Need::no, Need::must};
-    needs.leaves = scene.clip.empty();  // borders of pieces are lines of samples (tiles/cut_rims.h)
+    const SceneNeeds needs{Need::no, Need::no, Need::no, Need::must};
     const std::optional<Scene> of_piece = scene.clip.empty() ? std::nullopt : std::optional(scene);
     const auto ready = ready_scene(std::move(scene), needs, progress);
     if (!ready) return tl::unexpected(ready.error());

@@ -8,8 +8,9 @@
 #include <optional>
 
 #include "base/check.h"
+#include "base/threads.h"
 #include "mesh/topology.h"
-#include "tiles/tile_tree.h"
+#include "vgi/asset/leaves.h"
 
 namespace lodestone::tiles {
 
@@ -114,8 +115,9 @@ std::vector<std::vector<uint32_t>> rims_of(const Atlas& atlas) {
 // One rim of the atlas laid along one loop of the piece.
 class LaidRim {
 public:
-    LaidRim(const Atlas& atlas, const std::vector<uint32_t>& sides, const Loop& loop)
-        : atlas_(atlas), sides_(sides), loop_(loop) {}
+    // far: as loop_under().
+    LaidRim(const Atlas& atlas, const std::vector<uint32_t>& sides, const Loop& loop, double far)
+        : atlas_(atlas), sides_(sides), loop_(loop), far_(far) {}
 
     // Where the sides lie along the loop, each from the end of the one before.
     struct Corners {
@@ -147,7 +149,7 @@ private:
         std::vector<std::pair<double, double>> nearest;
         for (size_t edge = 0; edge < n; ++edge) nearest.push_back(loop_.nearest(edge, p));
         const double least = std::ranges::min_element(nearest, {}, &std::pair<double, double>::second)->second;
-        const double most = std::max(least, most_steps_off * atlas_.step);
+        const double most = std::max(least, far_);
         std::vector<double> places;
         for (size_t edge = 0; edge < n; ++edge) {
             const double off = nearest[edge].second;
@@ -212,40 +214,46 @@ private:
     const Atlas& atlas_;
     const std::vector<uint32_t>& sides_;
     const Loop& loop_;
+    const double far_;
 };
 
 // Which vertices of a loop stand behind each finest edge of a rim.
 class RimEdges {
 public:
-    RimEdges(const Atlas& atlas, const std::vector<uint32_t>& sides, const Loop& loop) : loop_(loop) {
-        const auto laid = LaidRim(atlas, sides, loop).corners();
+    // far: as loop_under().
+    RimEdges(const Atlas& atlas, const FinestSurface& finest, const std::vector<uint32_t>& sides, const Loop& loop,
+             double far)
+        : loop_(loop) {
+        const auto laid = LaidRim(atlas, sides, loop, far).corners();
         if (!laid) return;
         for (size_t k = 0; k < sides.size(); ++k) {
             sides_.push_back(sides[(laid->first + k) % sides.size()]);
-            const uint32_t cells = atlas.cells_of(sides_.back() / 4);
-            cells_.push_back(cells);
+            const uint32_t chart = sides_.back() / 4, cells = atlas.cells_of(chart);
+            lines_.push_back(finest.side(atlas, {chart, 0, 0, cells}, sides_.back() % 4));
             const double begin = laid->places[k], end = laid->places[k + 1];
-            for (uint32_t step = 0; step < cells; ++step)
-                add_mark(begin + (end - begin) * step / static_cast<double>(cells));
+            for (const SideVertex& v : std::span(lines_.back()).first(lines_.back().size() - 1))
+                add_mark(begin + (end - begin) * v.along / static_cast<double>(cells));
         }
+        if (marks_.empty()) return;
         marks_.push_back({marks_[0].edge + loop_.size(), marks_[0].vertex + loop_.size(), marks_[0].on});
     }
     bool known() const { return !marks_.empty(); }
 
-    // visit(side, step, vertices): for every finest edge that has any, numbers into the loop's points.
+    // visit(side, line, edge, vertices): for every edge of the line of a side that has any, numbers into the loop's
+    // points.
     template <class Visit>
     void for_edges(Visit&& visit) const {
         size_t i = 0;
         for (size_t k = 0; k < sides_.size(); ++k) {
-            for (uint32_t step = 0; step < cells_[k]; ++step, ++i) {
+            for (size_t edge = 0; edge + 1 < lines_[k].size(); ++edge, ++i) {
                 const std::vector<size_t> vertices = vertices_between(marks_[i], marks_[i + 1]);
-                if (!vertices.empty()) visit(sides_[k], step, vertices);
+                if (!vertices.empty()) visit(sides_[k], lines_[k], edge, vertices);
             }
         }
     }
 
 private:
-    // Where a sample lies. Edges and vertices are counted on beyond a whole turn.
+    // Where a vertex of a line lies. Edges and vertices are counted on beyond a whole turn.
     struct Mark {
         size_t edge = 0, vertex = 0;  // vertex: the nearer end of the edge
         bool on = false;              // the edge is cut
@@ -277,13 +285,15 @@ private:
     }
 
     const Loop& loop_;
-    std::vector<uint32_t> sides_, cells_;  // in turn
-    std::vector<Mark> marks_;              // per sample, and the first again
+    std::vector<uint32_t> sides_;                 // in turn
+    std::vector<std::vector<SideVertex>> lines_;  // of these
+    std::vector<Mark> marks_;                     // per edge of lines its begin, and the first again
 };
 
-// The loop that the samples of a rim lie on; nothing where that is none of these, or one that is taken.
+// The loop that the samples of a rim lie on; nothing where that is none of these, or one that is taken. far: how far
+// they may be from it.
 std::optional<size_t> loop_under(const Atlas& atlas, const std::vector<uint32_t>& sides, const std::vector<Loop>& loops,
-                                 const std::vector<char>& taken) {
+                                 const std::vector<char>& taken, double far) {
     std::vector<glm::dvec3> probes;
     const size_t stride = (sides.size() + most_probes - 1) / most_probes;
     for (size_t k = 0; k < sides.size(); k += stride) {
@@ -294,7 +304,7 @@ std::optional<size_t> loop_under(const Atlas& atlas, const std::vector<uint32_t>
         }
     }
     std::optional<size_t> found;
-    double least = most_steps_off * atlas.step * static_cast<double>(probes.size());
+    double least = far * static_cast<double>(probes.size());
     for (size_t i = 0; i < loops.size(); ++i) {
         if (taken[i] != 0) continue;
         double sum = 0;
@@ -315,9 +325,11 @@ struct FittingLattice {
     glm::dvec3 origin{0};
     double step = 1;
 
-    CutRims::Place at(const glm::dvec3& p) const {
-        const glm::dvec3 rounded = glm::clamp(glm::round((p - origin) / step), 0.0, 65535.0);
-        return {static_cast<uint16_t>(rounded.x), static_cast<uint16_t>(rounded.y), static_cast<uint16_t>(rounded.z)};
+    // The nearest point of a lattice with 1 << shift points for one of this.
+    LatticePoint at(const glm::dvec3& p, uint32_t shift) const {
+        const double fine = 1u << shift, last = 65536 * fine - 1;
+        const glm::dvec3 rounded = glm::clamp(glm::round((p - origin) / (step / fine)), 0.0, last);
+        return {static_cast<uint32_t>(rounded.x), static_cast<uint32_t>(rounded.y), static_cast<uint32_t>(rounded.z)};
     }
 };
 
@@ -347,50 +359,76 @@ FittingLattice lattice_of(const Atlas& atlas, const FittingLattice& whole, const
     return lattice;
 }
 
+// Brings samples and leaves to a lattice.
+void move_to(const FittingLattice& lattice, Atlas& atlas) {
+    constexpr uint32_t leaf_shift = vgi::leaf_bits - 16;
+    parallel_for(atlas.leaf_parts.size(), 64, [&](size_t begin, size_t end) {
+        for (size_t p = begin; p < end; ++p) {
+            vgi::LeafPart part = decoded_leaf(atlas, static_cast<uint32_t>(p));
+            for (vgi::LeafVertex& v : part.vertices) v.position = lattice.at(atlas.leaf_point(v.position), leaf_shift);
+            atlas.leaf_parts[p] = encode_leaf(part, atlas.attributes);
+        }
+    });
+    for (auto& p : atlas.positions) {
+        const LatticePoint moved = lattice.at(atlas.lattice_point(p), 0);
+        for (size_t k = 0; k < 3; ++k) p[k] = static_cast<uint16_t>(moved[k]);
+    }
+    atlas.leaf_shift = leaf_shift;
+    atlas.origin = lattice.origin;
+    atlas.step = lattice.step;
+}
+
+// The points of loops, rounded to the lattice of the whole, or, with leaves, to that of theirs.
+std::vector<std::vector<glm::dvec3>> lines_of(const std::vector<Loop>& loops, double step) {
+    std::vector<std::vector<glm::dvec3>> lines;
+    for (const Loop& loop : loops) {
+        lines.emplace_back();
+        for (const glm::dvec3& p : loop.points) lines.back().push_back(glm::round(p / step) * step);
+    }
+    return lines;
+}
+
 }  // namespace
 
 Result<CutRims> CutRims::fit(Atlas& atlas, const PieceOfSource& piece) {
-    LODE_CHECK(atlas.leaves.empty());
     const auto other = [] {
         return fail(Fault::invariant, "the atlas does not end where --clip cut its mesh; bake it anew");
     };
     const std::vector<Loop> loops = loops_of(piece);
     const FittingLattice whole = lattice_of(piece.whole);
+    const uint32_t shift = atlas.leaves.empty() ? 0 : vgi::leaf_bits - 16;
+    const auto lines = lines_of(loops, whole.step / (1u << shift));
     glm::dvec3 low(no_end), high(-no_end);
-    for (size_t texel = 0; texel < atlas.texels(); ++texel) {
-        low = glm::min(low, atlas.point(texel));
-        high = glm::max(high, atlas.point(texel));
-    }
-    std::vector<std::vector<glm::dvec3>> lines;  // of loops, rounded
-    for (const Loop& loop : loops) {
-        lines.emplace_back();
-        for (const glm::dvec3& p : loop.points) {
-            lines.back().push_back(glm::round(p / whole.step) * whole.step);
-            low = glm::min(low, lines.back().back());
-            high = glm::max(high, lines.back().back());
-        }
-    }
+    const auto reach = [&](const glm::dvec3& p) {
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+    };
+    for (size_t texel = 0; texel < atlas.texels(); ++texel) reach(atlas.point(texel));
+    for (const auto& line : lines) std::ranges::for_each(line, reach);
     const FittingLattice lattice = lattice_of(atlas, whole, low, high);
+    const double far = most_steps_off * atlas.step;
     CutRims rims;
+    rims.coarseness_ = std::max(1.0, atlas.step / lattice.step);
+    move_to(lattice, atlas);
+    const FinestSurface finest(atlas);
     std::vector<char> taken(loops.size(), 0);
     for (const std::vector<uint32_t>& sides : rims_of(atlas)) {
-        const auto under = loop_under(atlas, sides, loops, taken);
+        const auto under = loop_under(atlas, sides, loops, taken, far);
         if (!under) continue;
-        const RimEdges edges(atlas, sides, loops[*under]);
+        const RimEdges edges(atlas, finest, sides, loops[*under], far);
         if (!edges.known()) return other();
         taken[*under] = 1;
-        edges.for_edges([&](uint32_t side, uint32_t step, const std::vector<size_t>& vertices) {
-            Line& line = rims.sides_[side];
-            line.first.resize(atlas.cells_of(side / 4) + 1, 0);
-            for (const size_t v : vertices) line.vertices.push_back(lattice.at(lines[*under][v]));
-            std::fill(line.first.begin() + step + 1, line.first.end(), static_cast<uint32_t>(line.vertices.size()));
-        });
+        edges.for_edges(
+            [&](uint32_t side, const std::vector<SideVertex>& of, size_t edge, const std::vector<size_t>& vertices) {
+                Line& line = rims.sides_[side];
+                line.finest = of;
+                line.first.resize(of.size(), 0);
+                for (const size_t v : vertices) line.vertices.push_back(lattice.at(lines[*under][v], shift));
+                std::fill(line.first.begin() + static_cast<ptrdiff_t>(edge) + 1, line.first.end(),
+                          static_cast<uint32_t>(line.vertices.size()));
+            });
     }
     if (std::ranges::find(taken, 0) != taken.end()) return other();
-    for (Place& p : atlas.positions) p = lattice.at(atlas.lattice_point(p));
-    rims.coarseness_ = std::max(1.0, atlas.step / lattice.step);
-    atlas.origin = lattice.origin;
-    atlas.step = lattice.step;
     return rims;
 }
 
@@ -401,19 +439,19 @@ const CutRims::Line* CutRims::line_at(const Atlas& atlas, const ChartSquare& squ
     return at != sides_.end() && on_side[side] ? &at->second : nullptr;
 }
 
-bool CutRims::on(const Atlas& atlas, const ChartSquare& square, uint32_t side) const {
-    const Line* line = line_at(atlas, square, side);
-    if (line == nullptr) return false;
-    const uint32_t begin = first_step(atlas, square, side);
-    return line->first[begin] < line->first[begin + square.cells];
-}
-
-std::span<const CutRims::Place> CutRims::beyond(const Atlas& atlas, const ChartSquare& square, uint32_t side,
-                                                uint32_t step) const {
-    const Line* line = line_at(atlas, square, side);
-    if (line == nullptr) return {};
-    const uint32_t edge = first_step(atlas, square, side) + step;
-    return std::span(line->vertices).subspan(line->first[edge], line->first[edge + 1] - line->first[edge]);
+std::vector<std::span<const LatticePoint>> CutRims::beyond(const Atlas& atlas, const ChartSquare& square, uint32_t side,
+                                                           const std::vector<SideVertex>& line) const {
+    const Line* of = line_at(atlas, square, side);
+    if (of == nullptr) return {};
+    // Of the line of the chart, the square has a part; several of its vertices may be equally far along.
+    auto at = std::ranges::lower_bound(of->finest, first_step(atlas, square, side), {}, &SideVertex::along);
+    while (at != of->finest.end() && at->vertex.position != line.front().vertex.position) ++at;
+    const auto begin = static_cast<size_t>(at - of->finest.begin());
+    LODE_CHECK(begin + line.size() <= of->finest.size(), begin, line.size());
+    std::vector<std::span<const LatticePoint>> beyond;
+    for (size_t edge = begin; edge + 1 < begin + line.size(); ++edge)
+        beyond.push_back(std::span(of->vertices).subspan(of->first[edge], of->first[edge + 1] - of->first[edge]));
+    return beyond;
 }
 
 }  // namespace lodestone::tiles

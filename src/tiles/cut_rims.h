@@ -2,14 +2,15 @@
 //
 // The samples of two pieces are not the same along the line between them. But the line itself is: its vertices are
 // those of the source, and of where the planes cut its edges. So every tile at the line, leaves too, goes on from the
-// finest samples there to that line, by triangles of samples and of vertices of the line. What remains of any cut is
-// then the line, whatever the levels, and the tiles of the other piece run through it the other way.
+// finest line there (finest.h) to that line, by triangles of vertices of both. What remains of any cut is then the
+// line, whatever the levels, and the tiles of the other piece run through it the other way. Where there are leaves the
+// two lines are the same but for rounding, and for the corners of leaves, which are no vertices of the source.
 //
-// Vertices of the line are rounded to a lattice that follows from the whole source, and the piece's own lattice is one
-// whose points all of those are. Steps are powers of two, so both pieces have the same numbers for them.
+// Vertices of the line are rounded to a lattice that follows from the whole source, with leaves to that of leaves for
+// it, and the piece's own lattice is one whose points all of those are. Steps are powers of two, so both pieces have
+// the same numbers for them, if both have leaves or neither has.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <unordered_map>
@@ -17,11 +18,10 @@
 
 #include "base/result.h"
 #include "mesh/clip.h"
+#include "tiles/finest.h"
 #include "vgi/asset/atlas.h"
 
 namespace lodestone::tiles {
-
-struct ChartSquare;
 
 // What a piece was cut from, and how.
 struct PieceOfSource {
@@ -32,19 +32,16 @@ struct PieceOfSource {
 
 class CutRims {
 public:
-    using Place = std::array<uint16_t, 3>;  // lattice point of the atlas
-
     CutRims() = default;  // none
-    // Brings the atlas, which has no leaves, to a lattice that fits the line. Fault::invariant where the atlas has
-    // other rims than the piece.
+    // Brings the atlas, its leaves included, to a lattice that fits the line. Fault::invariant where it has other rims
+    // than the piece.
     static Result<CutRims> fit(vgi::Atlas& atlas, const PieceOfSource& piece);
 
-    // Whether the side of a square runs along the line somewhere.
-    bool on(const vgi::Atlas& atlas, const ChartSquare& square, uint32_t side) const;
-    // The vertices of the line that a finest edge of such a side is closed to, in its direction; often one, none where
-    // the edge is at another rim. step: where the edge begins, as sample_on_side() counts.
-    std::span<const Place> beyond(const vgi::Atlas& atlas, const ChartSquare& square, uint32_t side,
-                                  uint32_t step) const;
+    // For every edge of the finest line of a square's side (FinestSurface::side) the vertices of the line of the cut
+    // that it is closed to, in its direction: often one, none where the edge is at another rim. No edges at all where
+    // the side is on no such rim.
+    std::vector<std::span<const LatticePoint>> beyond(const vgi::Atlas& atlas, const ChartSquare& square, uint32_t side,
+                                                      const std::vector<SideVertex>& line) const;
     bool empty() const { return sides_.empty(); }
     // How far apart the points of the lattice were that samples were rounded to first, in steps of the atlas's now; 1
     // at least. What is nearer need not be told apart.
@@ -53,8 +50,9 @@ public:
 private:
     // Of a side of a chart.
     struct Line {
-        std::vector<uint32_t> first;  // per finest edge, and the end
-        std::vector<Place> vertices;
+        std::vector<SideVertex> finest;
+        std::vector<uint32_t> first;  // per edge of that, and the end
+        std::vector<LatticePoint> vertices;
     };
     // Null where the side of a square is not on one of its chart that has a line.
     const Line* line_at(const vgi::Atlas& atlas, const ChartSquare& square, uint32_t side) const;

@@ -29,7 +29,7 @@ using vgi::Atlas;
 // Steps of the lattice: what is nearer counts as touching. With leaves, half a step of their own.
 double resolution_of(const Atlas& atlas, const CutRims& cut) {
     const uint32_t shift = place_shift(atlas);
-    return shift == 0 ? 0.1 * cut.coarseness() : 0.5 / static_cast<double>(1u << shift);
+    return cut.coarseness() * (shift == 0 ? 0.1 : 0.5 / static_cast<double>(1u << shift));
 }
 constexpr double falls_by = 1 + 1e-6;
 
@@ -60,11 +60,10 @@ LatticeBox box_of(const Atlas& atlas, const FinestSurface& finest, const ChartSq
 }
 
 // Vertices of the line that a piece was cut along, where a side is closed to it.
-void add_line(const Atlas& atlas, const CutRims& cut, const ChartSquare& s, uint32_t side, LatticeBox& box) {
-    if (!cut.on(atlas, s, side)) return;
-    for (uint32_t step = 0; step < s.cells; ++step) {
-        for (const CutRims::Place& place : cut.beyond(atlas, s, side, step))
-            box.add(LatticePoint{place[0], place[1], place[2]});
+void add_line(const Atlas& atlas, const TileTree& tree, const ChartSquare& s, uint32_t side, LatticeBox& box) {
+    if (tree.cut.empty()) return;
+    for (const auto& beyond : tree.cut.beyond(atlas, s, side, tree.finest.side(atlas, s, side))) {
+        for (const LatticePoint& point : beyond) box.add(point);
     }
 }
 
@@ -94,7 +93,7 @@ void measure_chart(const Atlas& atlas, const TileTree& tree, uint32_t chart, std
         const ChartSquare& square = node.squares[job.square];
         if (node.children.empty()) {
             job.measure.box = box_of(atlas, tree.finest, square);
-            for (const uint32_t side : job.sides) add_line(atlas, tree.cut, square, side, job.measure.box);
+            for (const uint32_t side : job.sides) add_line(atlas, tree, square, side, job.measure.box);
         }
         job.measure.source_error = source_error_of(atlas, square, node.level);
         const uint32_t stride = stride_of(atlas, chart, node.level);

@@ -135,20 +135,21 @@ private:
         }
     }
 
-    // From every finest edge of a side to the line that the piece was cut along: a fan of each sample, which meet in
-    // the middle of the vertices. These look as the sample of their fan does.
+    // From every edge of the finest line of a side to the line that the piece was cut along: a fan of each of its ends,
+    // which meet in the middle of the vertices. These look as the end of their fan does.
     void go_on_to_the_line(const ChartSquare& s, uint32_t side) {
-        for (uint32_t step = 0; step < s.cells; ++step) {
-            const auto line = cut_.beyond(atlas_, s, side, step);
+        const std::vector<SideVertex> finest = finest_.side(atlas_, s, side);
+        const auto beyond = cut_.beyond(atlas_, s, side, finest);
+        for (size_t edge = 0; edge < beyond.size(); ++edge) {
+            const auto line = beyond[edge];
             if (line.empty()) continue;
-            const auto [x, y] = sample_on_side(s, side, step);
-            const auto [next_x, next_y] = sample_on_side(s, side, step + 1);
-            const TileVertex begin = sample_at(atlas_, s.chart, x, y), end = sample_at(atlas_, s.chart, next_x, next_y);
+            const TileVertex &begin = finest[edge].vertex, &end = finest[edge + 1].vertex;
             const auto on_line = [&](size_t i, const TileVertex& look) {
                 TileVertex v = look;
-                v.position = {line[i][0], line[i][1], line[i][2]};
+                v.position = line[i];
                 return shared_vertex(v);
             };
+            const auto [x, y] = sample_on_side(s, side, static_cast<uint32_t>(finest[edge].along));
             const size_t middle = line.size() / 2;
             const uint16_t material = material_at(s.chart, x, y);
             const uint32_t a = shared_vertex(begin), b = shared_vertex(end);

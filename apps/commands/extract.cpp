@@ -68,6 +68,7 @@ Result<int> extract_atlas(const ExtractArguments& o, const Asset& asset) {
     if (!o.order.empty()) return fail(Fault::usage, "--order " + o.order + ": is for the lod backend");
     const auto atlas = asset.atlas();
     if (!atlas) return tl::unexpected(atlas.error());
+    if (atlas->attributes.baked) terminal_progress().warning(baked_textures_warning(o.asset));
     const vgi::AtlasLevels levels = vgi::levels_of(*atlas);
     const uint32_t missing = levels.has_source() ? 0 : 1;  // the source is level 0, there or not
     const auto level = chosen_level(o, levels, missing);

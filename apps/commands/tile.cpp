@@ -112,7 +112,10 @@ private:
     }
     Result<vgi::Atlas> atlas_of(uint32_t asset) const {
         progress_.at("pages of the atlas", 0);
-        return scene_.assets[asset].atlas();
+        auto atlas = scene_.assets[asset].atlas();
+        if (atlas && atlas->attributes.baked)
+            progress_.warning(baked_textures_warning(scene_.assets[asset].file.path().string()));
+        return atlas;
     }
     Result<tiles::TilesetReport> write_alone(const Instance& instance) {
         const auto atlas = atlas_of(instance.asset);

@@ -1,6 +1,7 @@
 #include "apps/options/bake_options.h"
 
 #include <algorithm>
+#include <charconv>
 
 #include "apps/options/common_options.h"
 #include "apps/options/probed_cache.h"
@@ -18,6 +19,17 @@ Result<void> check_backends(const std::vector<std::string>& backends) {
                         "--backends " + b + ": there is no such backend; choose from lod, vgi, discrete, full");
     }
     return {};
+}
+
+// 0 for without loss.
+Result<uint32_t> parse_quality(const std::string& text) {
+    if (text == "lossless") return 0;
+    uint32_t quality = 0;
+    const char* end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data(), end, quality);
+    if (error != std::errc() || rest != end || quality < 1 || quality > 100)
+        return fail(Fault::usage, "--texture-quality " + text + ": give a number from 1 to 100, or lossless");
+    return quality;
 }
 
 Result<std::vector<std::string>> parse_orders(const std::string& text) {
@@ -139,9 +151,13 @@ void add_cluster_weights(CLI::App& command, BakeWords& o) {
 }
 
 void add_sampling_options(CLI::App& command, BakeWords& o) {
-    command.add_flag("--bake-textures", o.bake.atlas.bake_textures,
-                     "vgi: keep what textures hold by chart and place, as fine as their texels, in place of texture "
-                     "coordinates: base colours, metal and roughness, occlusion, emission and normals");
+    command.add_flag("--keep-uv", o.keep_uv,
+                     "vgi: keep texture coordinates, by which textures are looked up. Unless given, what textures hold "
+                     "is kept by chart and place, as fine as their texels, in place of texture coordinates");
+    command
+        .add_option("--texture-quality", o.texture_quality,
+                    "vgi: how well what textures hold is kept, 1 to 100; or lossless, for several times the bytes")
+        ->capture_default_str();
     command.add_flag("--no-leaves", o.no_leaves,
                      "vgi: leave out leaves, the source's own triangles below the finest samples: then nothing is "
                      "finer than --resolution");
@@ -213,6 +229,10 @@ Result<BakeOptions> bake_options_of(const BakeWords& given) {
     if (auto good = check_backends(*backends); !good) return tl::unexpected(good.error());
     auto orders = parse_orders(given.orders);
     if (!orders) return tl::unexpected(orders.error());
+    const auto quality = parse_quality(given.texture_quality);
+    if (!quality) return tl::unexpected(quality.error());
+    options.atlas.bake_textures = !given.keep_uv;
+    options.atlas.texture_quality = *quality;
     if (given.no_leaves) {
         options.atlas.leaves = false;
         options.atlas.samples_per_triangle = 0;

@@ -13,8 +13,9 @@ namespace lodestone {
 struct BakeWords {
     std::string backends = "lod", orders = "keyframe,static,classic", cache = "fifo16";
     uint32_t clusters = 0, resolution = 0, attribute_resolution = 0;  // 0: as the mesh asks for
-    bool no_leaves = false;
-    BakeOptions bake;  // the rest
+    bool no_leaves = false, keep_uv = false;
+    std::string texture_quality = std::to_string(usual_texture_quality);  // or "lossless"
+    BakeOptions bake;                                                     // the rest
 };
 
 // Adds them to a command; `words` must outlive it. Help lists them in the order in which they are added.

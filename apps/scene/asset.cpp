@@ -108,6 +108,12 @@ Result<vgi::Atlas> Asset::atlas() const {
     return vgi::open_atlas(file);
 }
 
+std::string baked_textures_warning(const std::string& path) {
+    return path +
+           ": textures are baked into the atlas; what is written has colours of samples in their place. Bake with "
+           "--keep-uv to keep textures and their coordinates";
+}
+
 const std::vector<Material>& Asset::material_table() const {
     return lod != nullptr          ? lod->material_table
            : atlas_file != nullptr ? atlas_file->about().material_table

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "base/files/chunk_file.h"
 #include "base/json.h"
@@ -37,6 +38,9 @@ struct Asset {
     const std::vector<Image>& images() const;
     Sphere bounds() const;  // object space, around the source mesh: the same for all backends
 };
+
+// What whoever writes samples of an atlas with baked textures is told. path: of the asset.
+std::string baked_textures_warning(const std::string& path);
 
 // Of a file whose end is missing, opened as a prefix: the levels of the progressive mesh that are there, and what else
 // is there whole. Every error names the file; Fault::format.

@@ -161,6 +161,7 @@ void add_atlas_options(Json& json, const vgi::AtlasOptions& atlas) {
     json["leaves"] = atlas.leaves;
     json["samples_per_triangle"] = atlas.samples_per_triangle;
     json["bake_textures"] = atlas.bake_textures;
+    json["texture_quality"] = atlas.texture_quality;
     json["curvature_importance"] = atlas.parameterise.curvature_importance;
     json["most_solves"] = atlas.parameterise.most_solves;
     json["least_gain"] = atlas.parameterise.least_gain;

@@ -20,13 +20,18 @@
 namespace lodestone {
 
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
-inline constexpr int bake_revision = 12;
+inline constexpr int bake_revision = 13;
 
-// With leaves, and samples that make no more triangles than leaves do, about.
+// Base colours drawn with it are about 0.3 dB farther from those of the source's own textures than without loss.
+inline constexpr uint32_t usual_texture_quality = 70;
+
+// With leaves, samples that make no more triangles than leaves do, about, and what textures hold.
 inline vgi::AtlasOptions as_fine_as_the_source() {
     vgi::AtlasOptions options;
     options.leaves = true;
     options.samples_per_triangle = 0.75;
+    options.bake_textures = true;
+    options.texture_quality = usual_texture_quality;
     return options;
 }
 

@@ -22,16 +22,13 @@ void fit_clusters(vgi::AtlasOptions& options, size_t triangles, double triangles
     clusters = std::clamp(static_cast<uint32_t>(std::min(static_cast<double>(triangles) / triangles_per_cluster, 1e9)),
                           std::min(fewest_clusters, clusters), clusters);
 }
-// baked: whether textures are.
-void warn_of(const vgi::AtlasReport& made, const vgi::AtlasOptions& options, double diagonal, bool baked,
+void warn_of(const vgi::AtlasReport& made, const vgi::AtlasOptions& options, double diagonal,
              const Progress& progress) {
     if (made.cells != options.cells && options.samples_per_triangle == 0) {
         progress.warning("the mesh needs so many charts, " + std::to_string(made.charts) +
                          ", that they are sampled at " + std::to_string(made.cells + 1) + "^2, not " +
                          std::to_string(options.cells + 1) + "^2");
     }
-    if (options.bake_textures && !baked)
-        progress.warning("has no textures with texture coordinates; nothing is baked into the atlas");
     if (made.charts_without_leaves > 0) {
         progress.warning(std::to_string(made.charts_without_leaves) + " of " + std::to_string(made.charts) +
                          " charts have no leaves: their triangles are too thin to be cut into squares; they are drawn "
@@ -113,7 +110,7 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                              std::to_string(made.clusters) + " clusters come within " + std::to_string(finest) +
                              "; a higher --resolution may bring it under");
         }
-        warn_of(made, atlas_options, diagonal, atlas->attributes.baked, progress);
+        warn_of(made, atlas_options, diagonal, progress);
         report = json_of(made, *atlas, diagonal);
         return atlas;
     }

@@ -174,8 +174,8 @@ void LossyFamily::along_base_border(const Group& group, Part& part, Visit&& visi
 LossyFamily::Numbers LossyFamily::border_residual(const Group& group, uint32_t x, uint32_t y) const {
     Numbers residual{};
     for (uint32_t k = 0; k < group.count; ++k)
-        residual[k] =
-            whole_of(multiplied(components_[group.component + k].border[border_number(x, y)], group.steps[k]));
+        residual[k] = whole_of(
+            multiplied(components_[group.component + k].border[border_number(x, y)], border_step(group, k, x, y)));
     return residual;
 }
 
@@ -271,7 +271,7 @@ void LossyFamily::take_border(const Group& group, const Part& original, Part& pa
         if (group.count == 3) off = to_differences(off);
         for (uint32_t k = 0; k < group.count; ++k) {
             components_[group.component + k].border[border_number(x, y)] =
-                divided(int64_t{off[k]} * 16, group.steps[k]);
+                divided(int64_t{off[k]} * 16, border_step(group, k, x, y));
         }
         if (is_base()) add(group, border_residual(group, x, y), part, at);
     };

@@ -71,6 +71,11 @@ private:
     void expect_inside(const Group& group, Part& part) const;
     template <class Visit>
     void along_base_border(const Group& group, Part& part, Visit&& visit) const;
+    // Corners of the coarsest page, from which all else follows, are exact: what is flat stays what it is.
+    int32_t border_step(const Group& group, uint32_t k, uint32_t x, uint32_t y) const {
+        const bool exact = is_base() && (x == 0 || x == side_) && (y == 0 || y == side_);
+        return exact ? 16 : group.steps[k];
+    }
     Numbers border_residual(const Group& group, uint32_t x, uint32_t y) const;
     void add(const Group& group, const Numbers& residual, Part& part, size_t at) const;
     void add_border(const Group& group, Part& part) const;

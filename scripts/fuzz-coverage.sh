@@ -42,4 +42,4 @@ told() {
 mapfile -t readers < <(find src/mesh/io -name '*.cpp' ! -name 'write*.cpp' ! -name material_json.cpp | sort)
 told "Readers: lines reached" "${readers[@]}"
 told "Opening of assets: lines reached" src/base/files/chunk_file.cpp src/lod/asset/{keyframe_blocks,order_arrays,progressive_mesh,split_coder,split_mesh,stored_mesh}.cpp \
-  src/vgi/asset/{atlas_chunks,corners,error_codes,leaves,pages}.cpp
+  src/vgi/asset/{atlas_chunks,corners,error_codes,leaves,pages}.cpp src/vgi/asset/codec/*.cpp

@@ -278,7 +278,8 @@ TEST_F(TileProgramTest, AHeightMapsRimIsLeftOpenAndNothingElse) {
 TEST_F(TileProgramTest, TexturesAreHalvedForCoarserTiles) {
     const auto fox = fixtures::real_data("gltf/Fox/Fox.glb");
     if (!fox) GTEST_SKIP() << fixtures::missing_data_note("gltf/Fox/Fox.glb");
-    const Ended baked = run("bake '" + fox->string() + "' -o fox.lode --backends vgi --clusters 20 --resolution 17");
+    const Ended baked =
+        run("bake '" + fox->string() + "' -o fox.lode --backends vgi --keep-uv --clusters 20 --resolution 17");
     ASSERT_EQ(baked.code, 0) << baked.err;
     const json made = printed("tile fox.lode -o fox --tile-triangles 256 --json");
     EXPECT_GT(made["bytes"]["images"], 0);

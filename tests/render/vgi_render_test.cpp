@@ -23,6 +23,7 @@
 #include "render/device_test.h"
 #include "report/image_metrics.h"
 #include "shaders/shared/vgi_cut.h"
+#include "vgi/asset/codec/page_family.h"
 #include "vgi/bake/bake.h"
 #include "vgi/draw/pulled_vertex.h"
 #include "vgi/draw/recipe_layout.h"

@@ -9,11 +9,12 @@
 #include "base/result.h"
 #include "mesh/limits.h"
 #include "vgi/asset/atlas.h"
-#include "vgi/asset/codec/page_family.h"
+#include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {
 
-struct LeafPart;  // leaves.h
+struct LeafPart;   // leaves.h
+class PageFamily;  // codec/page_family.h
 
 // Chunks vgi/atlas, vgi/sides, vgi/clusters, vgi/left_out, vgi/errors, vgi/bounds, vgi/corners,
 // vgi/chart_corners, the materials, and for both layers

@@ -1,4 +1,5 @@
 #include "vgi/draw/page_cache.h"
+#include "vgi/asset/codec/page_family.h"
 
 #include <algorithm>
 #include <numeric>

@@ -34,6 +34,8 @@ VKAPI_ATTR VkResult VKAPI_CALL vkQueueSubmit2(VkQueue queue, uint32_t count, con
     if (!lost && devices_lost < number("LODESTONE_LOSE_TIMES", 1) && ++submissions == number("LODESTONE_LOSE_AT", -1)) {
         lost = true;
         ++devices_lost;
+        // A device that is lost runs nothing any more; this one would go on with the frames before.
+        real<PFN_vkQueueWaitIdle>("vkQueueWaitIdle")(queue);
     }
     if (lost) return VK_ERROR_DEVICE_LOST;
     return real<PFN_vkQueueSubmit2>("vkQueueSubmit2")(queue, count, infos, fence);

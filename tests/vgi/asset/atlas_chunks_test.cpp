@@ -11,6 +11,7 @@
 
 #include "fixtures/crafted.h"
 #include "fixtures/meshes.h"
+#include "vgi/asset/codec/page_family.h"
 #include "vgi/small_atlas.h"
 
 namespace lodestone::vgi {

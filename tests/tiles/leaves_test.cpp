@@ -49,7 +49,7 @@ using Corners = std::array<std::array<float, 3>, 3>;
 
 // Triangles by where their corners are, each from the lowest one.
 void add(std::multiset<Corners>& triangles, Corners corners) {
-    std::ranges::rotate(corners, std::ranges::min_element(corners));
+    std::rotate(corners.begin(), std::ranges::min_element(corners), corners.end());
     triangles.insert(corners);
 }
 

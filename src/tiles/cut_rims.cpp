@@ -275,12 +275,16 @@ private:
             mark.vertex = std::min(mark.vertex, marks_[0].vertex + loop_.size());
         marks_.push_back(mark);
     }
+    // From the first to the last that is at a cut. Between two cuts lies a rim of the source; leaving that out would
+    // close from the one to the other.
     std::vector<size_t> vertices_between(const Mark& a, const Mark& b) const {
         const size_t n = loop_.size(), begin = a.on ? a.vertex : a.edge + 1, end = b.on ? b.vertex : b.edge;
+        const auto at_cut = [&](size_t v) { return loop_.cut[(v + n - 1) % n] || loop_.cut[v % n]; };
+        size_t first = begin, last = end;
+        while (first <= end && !at_cut(first)) ++first;
+        while (last > first && !at_cut(last)) --last;
         std::vector<size_t> vertices;
-        for (size_t v = begin; v <= end; ++v) {
-            if (loop_.cut[(v + n - 1) % n] || loop_.cut[v % n]) vertices.push_back(v % n);
-        }
+        for (size_t v = first; v <= end && v <= last; ++v) vertices.push_back(v % n);
         return vertices;
     }
 

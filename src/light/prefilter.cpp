@@ -146,8 +146,9 @@ Environment make_environment(const Radiance& radiance, uint32_t points, uint32_t
     made.shares.resize(size_t{across} * down);
     parallel_for(made.shares.size(), 64, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
-            made.shares[i] = glm::packHalf4x16(reflected_shares(static_cast<float>(i % across) / (across - 1),
-                                                                static_cast<float>(i / across) / (down - 1)));
+            const size_t row = i / across, column = i % across;
+            made.shares[i] = glm::packHalf4x16(
+                reflected_shares(static_cast<float>(column) / (across - 1), static_cast<float>(row) / (down - 1)));
         }
     });
     return made;

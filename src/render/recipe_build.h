@@ -1,6 +1,7 @@
 // A recipe made real: its buffers (split into segments where they must be), pipelines and descriptor sets.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -54,7 +55,7 @@ inline constexpr int variant_count = 18;
 struct BuiltPipeline {
     OwnedPipelineLayout layout;
     OwnedSetLayout storage_layout;
-    OwnedPipeline draw[variant_count];  // empty for compute pipelines, and where variant_of() does not lead
+    std::array<OwnedPipeline, variant_count> draw;  // empty for compute pipelines, and where variant_of() does not lead
     OwnedPipeline compute;
     VkPipelineBindPoint bind_point = VK_PIPELINE_BIND_POINT_GRAPHICS;
     VkShaderStageFlags stages = 0;  // that see the push constants

@@ -266,10 +266,9 @@ Result<Json> retexture_input(BakeInput& input, const Progress& progress) {
     const Stopwatch watch;
     const auto done = retexture(input.mesh, progress);
     if (!done) return fail_at(input.name, done.error());
-    const vgi::UnwrapReport& r = done->report;
-    return Json{{"charts", r.charts},
-                {"seam_edges", r.seam_edges},
-                {"triangles", r.triangles},
+    return Json{{"charts", done->charts},
+                {"seam_edges", done->seam_edges},
+                {"triangles", done->triangles},
                 {"resolution", input.mesh.images[0].width},
                 {"seconds", watch.wall()}};
 }

@@ -52,17 +52,17 @@ uint32_t side_of_textures(const TriMesh& mesh) {
 
 }  // namespace
 
-Result<UnwrapDone> retexture(TriMesh& mesh, const Progress& progress) {
+Result<vgi::UnwrapReport> retexture(TriMesh& mesh, const Progress& progress) {
     UnwrapChoices choices;
     // Each keeps two triangles or more from being simplified away: half as many as `unwrap` takes.
     choices.squares.charts = static_cast<uint32_t>(std::clamp<uint64_t>(mesh.triangle_count() / 4000, 24, 160));
     choices.resolution = side_of_textures(mesh);
     choices.bake = true;
     auto done = unwrap_mesh(mesh, choices, progress);
-    if (!done) return done;
-    mesh = done->unwrapped.mesh;
+    if (!done) return tl::unexpected(done.error());
+    mesh = std::move(done->unwrapped.mesh);
     if (auto repaired = repair(mesh); !repaired) return tl::unexpected(repaired.error());
-    return done;
+    return done->report;
 }
 
 nlohmann::json unwrap_report(const vgi::UnwrapReport& r, const UnwrapChoices& choices) {

@@ -31,7 +31,7 @@ Result<UnwrapDone> unwrap_mesh(const TriMesh& mesh, const UnwrapChoices& choices
 
 // Lays the textures of a mesh out anew: in one square, as large as they are, cut as seldom as can be. mesh: repaired,
 // with textures; so it stays. Errors as those of vgi::unwrap.
-Result<UnwrapDone> retexture(TriMesh& mesh, const Progress& progress);
+Result<vgi::UnwrapReport> retexture(TriMesh& mesh, const Progress& progress);
 
 // What `unwrap --json` tells of the mesh and of what was asked for: all but times and memory.
 nlohmann::json unwrap_report(const vgi::UnwrapReport& report, const UnwrapChoices& choices);

@@ -8,6 +8,7 @@
 #define LODESTONE_ENVIRONMENT_GLSL
 
 #include "shared/frame.glsl"
+#include "shared/materials.h"
 
 layout(set = 0, binding = LODE_ENVIRONMENT) uniform samplerCube environment;
 layout(set = 0, binding = LODE_REFLECTED_SHARES) uniform sampler2D reflected_shares;
@@ -21,10 +22,10 @@ vec3 environment_seen(vec3 n) {
     return max(sum, 0.0);
 }
 
-// What a surface mirrors. share: of Environment::shares, where from. Levels grow with the power 2/3 of the roughness;
-// between two of them what changes grows about with the width of the lobe, which is the square of the roughness.
+// What a surface mirrors. share: of Environment::shares, where from. Between two levels what changes grows about with the
+// width of the lobe, which is the square of the roughness and so the cube of a level.
 vec3 environment_mirrored(vec3 normal, vec3 to_eye, float roughness, float share) {
-    float last = frame.environment_levels - 1.0, at = last * pow(roughness, 2.0 / 3.0), level = min(floor(at), last - 1.0);
+    float last = frame.environment_levels - 1.0, at = last * pow(roughness, 1.0 / LODE_LEVELS_BY_ROUGHNESS), level = min(floor(at), last - 1.0);
     vec3 cubes = vec3(level, level + 1.0, at);
     cubes *= cubes * cubes;
     return textureLod(environment, mix(normal, reflect(-to_eye, normal), share), level + (cubes.z - cubes.x) / (cubes.y - cubes.x)).rgb;

@@ -55,8 +55,8 @@ struct Reflectance {
 };
 
 Reflectance reflectance_of(vec3 base, float metallic, float roughness) {
-    const float dielectric = 0.04, smoothest = 0.045;
-    float alpha = max(roughness, smoothest);
+    const float dielectric = 0.04;
+    float alpha = max(roughness, LODE_SMOOTHEST);
     return Reflectance(base * (1.0 - metallic), mix(vec3(dielectric), base, metallic), alpha * alpha);
 }
 

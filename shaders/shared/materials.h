@@ -23,6 +23,11 @@
 #define LODE_TEXTURE_EMISSION 4
 #define LODE_MATERIAL_TEXTURES 5
 
+// The least roughness that is lit.
+#define LODE_SMOOTHEST 0.045
+// Level k of n of an environment is what is mirrored with a roughness of (k / (n - 1)) to the power of this.
+#define LODE_LEVELS_BY_ROUGHNESS 1.5
+
 #define LODE_WRAP_REPEAT 0
 #define LODE_WRAP_CLAMP 1
 #define LODE_WRAP_MIRROR 2
@@ -44,7 +49,7 @@
 #define LODE_LOOKS_WRAPS 2048   // one does not repeat
 #define LODE_LOOKS_TWO_SIDED 4096
 #define LODE_LOOKS_ONE_SIDED 8192
-#define LODE_LOOKS_MIRRORS 16384  // instances may be mirrored
+#define LODE_LOOKS_MIRRORS 16384      // instances may be mirrored
 #define LODE_LOOKS_ENVIRONMENT 32768  // light from all around is more than a sky and a ground of one colour each
 
 // Images of one size and kind are the layers of an array.

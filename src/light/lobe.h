@@ -10,13 +10,13 @@
 #include <glm/vec3.hpp>
 #include <numbers>
 
+#include "shaders/shared/materials.h"
+
 namespace lodestone {
 
-// What the renderer takes for smooth: shaders/shared/lighting.glsl.
-inline constexpr float smoothest = 0.045f;
 // Of GGX, for a roughness 0 .. 1.
 inline float alpha_of(float roughness) {
-    const float r = std::max(roughness, smoothest);
+    const float r = std::max(roughness, static_cast<float>(LODE_SMOOTHEST));
     return r * r;
 }
 

@@ -12,6 +12,7 @@
 #include "light/cube.h"
 #include "light/lobe.h"
 #include "light/reflected_shares.h"
+#include "shaders/shared/materials.h"
 
 namespace lodestone {
 
@@ -90,7 +91,8 @@ std::vector<std::vector<uint64_t>> mirrored_levels(const RadianceCube& cube) {
     std::vector<std::vector<uint64_t>> levels;
     for (uint32_t k = 0; k < roughness_levels; ++k) {
         const uint32_t side = cube.side() >> k;
-        const auto lobe = lobe_of(std::pow(static_cast<float>(k) / (roughness_levels - 1), 1.5f), cube.side());
+        const float share = static_cast<float>(k) / (roughness_levels - 1);
+        const auto lobe = lobe_of(std::pow(share, static_cast<float>(LODE_LEVELS_BY_ROUGHNESS)), cube.side());
         std::vector<uint64_t>& level = levels.emplace_back(size_t{cube_faces} * side * side);
         for_each_texel(side, [&](uint32_t face, uint32_t x, uint32_t y, size_t number) {
             const glm::vec3 towards = glm::normalize(cube_direction(face, texel_place(x, y, side)));

@@ -49,10 +49,9 @@ public:
         }
         for (uint32_t y = 0; y < s.cells; ++y) {
             for (uint32_t x = 0; x < s.cells; ++x) {
-                const uint32_t a = first + y * width + x, b = a + 1, d = a + width, e = d + 1;
-                const bool rising = vgi::rising_diagonal(s.x + x, s.y + y);
-                add_triangle(a, b, rising ? e : d, material_at(s.x + x, s.y + y));
-                add_triangle(rising ? a : b, e, d, material_at(s.x + x + (rising ? 0 : 1), s.y + y));
+                const uint32_t a = first + y * width + x, b = a + 1, d = a + width, c = d + 1;
+                for (const auto& t : vgi::cell_triangles(vgi::rising_diagonal(s.x + x, s.y + y), a, b, c, d))
+                    add_triangle(t[0], t[1], t[2], static_cast<uint16_t>(materials_[t[0]]));
             }
         }
     }
@@ -82,9 +81,6 @@ public:
     }
 
 private:
-    uint16_t material_at(uint32_t x, uint32_t y) const {
-        return atlas_.materials.empty() ? uint16_t{0} : atlas_.materials[attribute_texel_at(atlas_, chart_, x, y)];
-    }
     uint32_t add(const TileVertex& v, const glm::dvec2& at, uint32_t material) {
         to_.vertices.push_back(v);
         to_.at.push_back(at);
@@ -92,7 +88,7 @@ private:
         return static_cast<uint32_t>(to_.vertices.size() - 1);
     }
     uint32_t add_sample(uint32_t x, uint32_t y) {
-        return add(sample_at(atlas_, chart_, x, y), glm::dvec2(x, y), of_sample | material_at(x, y));
+        return add(sample_at(atlas_, chart_, x, y), glm::dvec2(x, y), of_sample | material_at(atlas_, chart_, x, y));
     }
     uint32_t add_own(const LeafVertex& v) {
         const glm::dvec2 at = glm::dvec2(v.place[0], v.place[1]) * (atlas_.cells_of(chart_) / double{vgi::leaf_places});
@@ -215,11 +211,16 @@ ChartLines lines_of(const Atlas& atlas, const vgi::LeafBorders& borders, uint32_
     return of;
 }
 
-}  // namespace
-
+// The texel of the attributes at a sample.
 size_t attribute_texel_at(const Atlas& atlas, uint32_t chart, uint32_t x, uint32_t y) {
     const uint32_t ratio = atlas.attribute_cells / atlas.cells;
     return atlas.attribute_texel(chart, x * ratio, y * ratio);
+}
+
+}  // namespace
+
+uint16_t material_at(const Atlas& atlas, uint32_t chart, uint32_t x, uint32_t y) {
+    return atlas.materials.empty() ? uint16_t{0} : atlas.materials[attribute_texel_at(atlas, chart, x, y)];
 }
 
 TileVertex sample_at(const Atlas& atlas, uint32_t chart, uint32_t x, uint32_t y) {
@@ -232,6 +233,15 @@ TileVertex sample_at(const Atlas& atlas, uint32_t chart, uint32_t x, uint32_t y)
     if (!atlas.uvs.empty()) v.uv = atlas.uvs[texel];
     if (!atlas.colours.empty()) v.colour = atlas.colours[texel];
     return v;
+}
+
+std::vector<SideVertex> samples_of_side(const Atlas& atlas, const ChartSquare& square, uint32_t side, uint32_t stride) {
+    std::vector<SideVertex> line;
+    for (uint32_t step = 0; step <= square.cells; step += stride) {
+        const auto [x, y] = sample_on_side(square, side, step);
+        line.push_back({sample_at(atlas, square.chart, x, y), static_cast<double>(step)});
+    }
+    return line;
 }
 
 bool has_leaves(const Atlas& atlas, const ChartSquare& square) {
@@ -291,14 +301,8 @@ FinestTriangles FinestSurface::triangles(const Atlas& atlas, const ChartSquare& 
 }
 
 std::vector<SideVertex> FinestSurface::side(const Atlas& atlas, const ChartSquare& square, uint32_t side) const {
+    if (!has_leaves(atlas, square)) return samples_of_side(atlas, square, side, 1);
     std::vector<SideVertex> line;
-    if (!has_leaves(atlas, square)) {
-        for (uint32_t step = 0; step <= square.cells; ++step) {
-            const auto [x, y] = sample_on_side(square, side, step);
-            line.push_back({sample_at(atlas, square.chart, x, y), static_cast<double>(step)});
-        }
-        return line;
-    }
     const uint32_t cells = leaf_cells(atlas, square.chart), last = square.cells / cells - 1;
     for (uint32_t i = 0; i <= last; ++i) {
         const auto [x, y] = vgi::on_side(side, i, last);
@@ -319,10 +323,7 @@ void FinestSurface::add_side(const Atlas& atlas, const Atlas::Tile& leaf_square,
     if (!own.empty()) return;
     const uint32_t cells = leaf_cells(atlas, leaf_square.chart);
     const ChartSquare square{leaf_square.chart, leaf_square.x * cells, leaf_square.y * cells, cells};
-    for (uint32_t step = 0; step <= cells; ++step) {
-        const auto [x, y] = sample_on_side(square, side, step);
-        add({sample_at(atlas, square.chart, x, y), static_cast<double>(step)});
-    }
+    for (const SideVertex& v : samples_of_side(atlas, square, side, 1)) add(v);
 }
 
 }  // namespace lodestone::tiles

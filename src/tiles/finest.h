@@ -55,8 +55,8 @@ struct TileVertex {
     bool operator==(const TileVertex&) const = default;
 };
 
-// The texel of the attributes at a sample.
-size_t attribute_texel_at(const vgi::Atlas& atlas, uint32_t chart, uint32_t x, uint32_t y);
+// The material at a sample; 0 where the atlas has one.
+uint16_t material_at(const vgi::Atlas& atlas, uint32_t chart, uint32_t x, uint32_t y);
 // A sample.
 TileVertex sample_at(const vgi::Atlas& atlas, uint32_t chart, uint32_t x, uint32_t y);
 
@@ -65,6 +65,10 @@ struct SideVertex {
     TileVertex vertex;
     double along = 0;  // from where the side begins, in finest cells; whole for samples
 };
+
+// Every `stride`-th sample along a side of a square, counter-clockwise.
+std::vector<SideVertex> samples_of_side(const vgi::Atlas& atlas, const ChartSquare& square, uint32_t side,
+                                        uint32_t stride);
 
 // The finest triangles of a square.
 struct FinestTriangles {

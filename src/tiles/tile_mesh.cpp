@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <glm/vec2.hpp>
 #include <unordered_map>
 
 #include "base/random.h"
@@ -20,16 +21,6 @@ struct VertexHash {
         return mix64(place ^ mix64(look ^ mix64(std::bit_cast<uint32_t>(v.colour))));
     }
 };
-
-// Every 2^n-th sample of a side.
-std::vector<SideVertex> samples_of_side(const Atlas& atlas, const ChartSquare& s, uint32_t side, uint32_t stride) {
-    std::vector<SideVertex> line;
-    for (uint32_t step = 0; step <= s.cells; step += stride) {
-        const auto [x, y] = sample_on_side(s, side, step);
-        line.push_back({sample_at(atlas, s.chart, x, y), static_cast<double>(step)});
-    }
-    return line;
-}
 
 // From a line of samples to a finer line: each of its vertices is joined to the nearest sample, of two the first, and
 // between two samples is the triangle of the last vertex that the first of them has. The line between the samples runs
@@ -65,9 +56,6 @@ public:
     }
 
 private:
-    uint16_t material_at(uint32_t chart, uint32_t x, uint32_t y) const {
-        return atlas_.materials.empty() ? uint16_t{0} : atlas_.materials[attribute_texel_at(atlas_, chart, x, y)];
-    }
     uint32_t add_vertex(const TileVertex& v) {
         mesh_.vertices.push_back(v);
         return static_cast<uint32_t>(mesh_.vertices.size() - 1);
@@ -107,21 +95,15 @@ private:
                 grid.push_back(border ? shared_vertex(v) : add_vertex(v));
             }
         }
-        const auto at = [&](uint32_t x, uint32_t y) { return grid[size_t{y} * (n + 1) + x]; };
-        const auto material = [&](uint32_t x, uint32_t y) {
-            return material_at(s.chart, s.x + x * stride, s.y + y * stride);
-        };
+        const auto at = [&](const glm::uvec2& p) { return grid[size_t{p.y} * (n + 1) + p.x]; };
         for (uint32_t y = 0; y < n; ++y) {
             for (uint32_t x = 0; x < n; ++x) {
-                const uint32_t a = at(x, y), b = at(x + 1, y), d = at(x, y + 1), e = at(x + 1, y + 1);
                 // Diagonals go by the cells of the whole chart.
-                if (vgi::rising_diagonal(s.x / stride + x, s.y / stride + y)) {
-                    add_triangle(a, b, e, material(x, y));
-                    add_triangle(a, e, d, material(x, y));
-                } else {
-                    add_triangle(a, b, d, material(x, y));
-                    add_triangle(b, e, d, material(x + 1, y));
-                }
+                const bool rising = vgi::rising_diagonal(s.x / stride + x, s.y / stride + y);
+                const glm::uvec2 a(x, y), b(x + 1, y), c(x + 1, y + 1), d(x, y + 1);
+                for (const auto& t : vgi::cell_triangles(rising, a, b, c, d))
+                    add_triangle(at(t[0]), at(t[1]), at(t[2]),
+                                 material_at(atlas_, s.chart, s.x + t[0].x * stride, s.y + t[0].y * stride));
             }
         }
     }
@@ -131,7 +113,7 @@ private:
              closing_triangles(atlas_, finest_, s, side, stride_of(atlas_, s.chart, node_.level))) {
             const auto [x, y] = sample_on_side(s, side, static_cast<uint32_t>(t.corners[0].along));
             const auto vertex = [&](size_t k) { return shared_vertex(t.corners[k].vertex); };
-            add_triangle(vertex(0), vertex(1), vertex(2), material_at(s.chart, x, y));
+            add_triangle(vertex(0), vertex(1), vertex(2), material_at(atlas_, s.chart, x, y));
         }
     }
 
@@ -151,7 +133,7 @@ private:
             };
             const auto [x, y] = sample_on_side(s, side, static_cast<uint32_t>(finest[edge].along));
             const size_t middle = line.size() / 2;
-            const uint16_t material = material_at(s.chart, x, y);
+            const uint16_t material = material_at(atlas_, s.chart, x, y);
             const uint32_t a = shared_vertex(begin), b = shared_vertex(end);
             for (size_t i = 0; i < middle; ++i) add_triangle(a, on_line(i, begin), on_line(i + 1, begin), material);
             add_triangle(a, on_line(middle, begin), b, material);

@@ -37,25 +37,35 @@ private:
     uint8_t seen_ = 0;
 };
 
-class RangeEncoder {
+// What both ends of the coder do alike.
+class CodingRange {
+protected:
+    // Of the range, the part that stands for 0.
+    uint32_t split_by(const BitModel& model) const { return (range_ >> 15) * model.zero(); }
+    void narrow(bool value, uint32_t split) { range_ = value ? range_ - split : split; }
+    // Calls next() for every byte that is settled.
+    template <class Next>
+    void settle(Next&& next) {
+        for (; range_ < 1u << 24; range_ <<= 8) next();
+    }
+    uint32_t range_ = 0xffffffffu;
+};
+
+class RangeEncoder : CodingRange {
 public:
     // What decodes is the same sequence of calls of RangeDecoder with the same models.
     void bit(BitModel& model, bool& value) {
-        const uint32_t split = (range_ >> 15) * model.zero();
-        if (value) {
-            low_ += split;
-            range_ -= split;
-        } else {
-            range_ = split;
-        }
+        const uint32_t split = split_by(model);
+        if (value) low_ += split;
+        narrow(value, split);
         model.learn(value);
-        settle();
+        settle([this] { shift(); });
     }
     // A bit that is as likely 0 as 1.
     void even_bit(bool& value) {
         range_ >>= 1;
         if (value) low_ += range_;
-        settle();
+        settle([this] { shift(); });
     }
     // Appends all that was coded. It is the last call.
     void finish(std::vector<std::byte>& bytes) {
@@ -65,12 +75,6 @@ public:
     }
 
 private:
-    void settle() {
-        while (range_ < 1u << 24) {
-            range_ <<= 8;
-            shift();
-        }
-    }
     void shift() {
         if (low_ < 0xff000000u || low_ > 0xffffffffu) {
             const auto carry = static_cast<uint8_t>(low_ >> 32);
@@ -84,54 +88,43 @@ private:
     }
 
     uint64_t low_ = 0;
-    uint32_t range_ = 0xffffffffu;
     uint8_t held_ = 0;
     size_t held_count_ = 0;  // bytes of 0xff behind the one that is held: a carry may still change them
     std::vector<std::byte> bytes_;
 };
 
 // Whatever the bytes are, it gives bits; whether they were what an encoder left is told in the end.
-class RangeDecoder {
+class RangeDecoder : CodingRange {
 public:
     explicit RangeDecoder(std::span<const std::byte> bytes) : bytes_(bytes) {
-        for (int i = 0; i < 4; ++i) code_ = code_ << 8 | next();
+        for (int i = 0; i < 4; ++i) shift();
     }
     void bit(BitModel& model, bool& value) {
-        const uint32_t split = (range_ >> 15) * model.zero();
+        const uint32_t split = split_by(model);
         value = code_ >= split;
-        if (value) {
-            code_ -= split;
-            range_ -= split;
-        } else {
-            range_ = split;
-        }
+        if (value) code_ -= split;
+        narrow(value, split);
         model.learn(value);
-        settle();
+        settle([this] { shift(); });
     }
     void even_bit(bool& value) {
         range_ >>= 1;
         value = code_ >= range_;
         if (value) code_ -= range_;
-        settle();
+        settle([this] { shift(); });
     }
     // Whether as many bytes were there as were read.
     bool at_end() const { return at_ == bytes_.size(); }
 
 private:
-    void settle() {
-        while (range_ < 1u << 24) {
-            range_ <<= 8;
-            code_ = code_ << 8 | next();
-        }
-    }
-    uint32_t next() {
+    void shift() {
         const size_t i = at_++;
-        return i < bytes_.size() ? std::to_integer<uint32_t>(bytes_[i]) : 0;
+        code_ = code_ << 8 | (i < bytes_.size() ? std::to_integer<uint32_t>(bytes_[i]) : 0);
     }
 
     std::span<const std::byte> bytes_;
     size_t at_ = 0;
-    uint32_t range_ = 0xffffffffu, code_ = 0;
+    uint32_t code_ = 0;
 };
 
 }  // namespace lodestone

@@ -34,12 +34,6 @@ public:
     bool rises(uint32_t x, uint32_t y) const {
         return vgi::rising_diagonal(square_.x / stride_ + x, square_.y / stride_ + y);
     }
-    // The corners of triangle 2 i or 2 i + 1 of cell i, row by row.
-    std::array<uint32_t, 3> triangle(uint32_t x, uint32_t y, bool second) const {
-        const uint32_t a = y * (n_ + 1) + x, b = a + 1, d = a + n_ + 1, e = d + 1;
-        if (rises(x, y)) return second ? std::array{a, e, d} : std::array{a, b, e};
-        return second ? std::array{b, e, d} : std::array{a, b, d};
-    }
     // The plane of a triangle at a place in cells of the grid.
     glm::dvec3 on(uint32_t x, uint32_t y, bool second, const glm::dvec2& place) const {
         const uint32_t i = y * (n_ + 1) + x;
@@ -48,16 +42,15 @@ public:
         if (rises(x, y)) return second ? a + (e - d) * u + (d - a) * v : a + (b - a) * u + (e - b) * v;
         return second ? e + (d - e) * (1 - u) + (b - e) * (1 - v) : a + (b - a) * u + (d - a) * v;
     }
-    // With what closes it.
+    // With what closes it. Those of cell i, row by row, are triangles 2 i and 2 i + 1.
     TargetSurface surface(const Atlas& atlas, const std::vector<ClosingTriangle>& closing) const {
         std::vector<glm::vec3> positions(points_.begin(), points_.end());
         std::vector<uint32_t> indices;
         for (uint32_t y = 0; y < n_; ++y) {
             for (uint32_t x = 0; x < n_; ++x) {
-                for (const bool second : {false, true}) {
-                    const auto t = triangle(x, y, second);
+                const uint32_t a = y * (n_ + 1) + x, b = a + 1, d = a + n_ + 1, c = d + 1;
+                for (const auto& t : vgi::cell_triangles(rises(x, y), a, b, c, d))
                     indices.insert(indices.end(), t.begin(), t.end());
-                }
             }
         }
         for (const ClosingTriangle& t : closing) {

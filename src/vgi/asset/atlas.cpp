@@ -185,15 +185,10 @@ private:
         const uint32_t n = cells_at(c);
         for (uint32_t y = 0; y < n; ++y) {
             for (uint32_t x = 0; x < n; ++x) {
-                const uint32_t a = wedge_[sample(c, x, y)], b = wedge_[sample(c, x + 1, y)],
-                               d = wedge_[sample(c, x, y + 1)], e = wedge_[sample(c, x + 1, y + 1)];
-                if (rising_diagonal(x, y)) {
-                    mesh_.triangles.push_back({a, b, e});
-                    mesh_.triangles.push_back({a, e, d});
-                } else {
-                    mesh_.triangles.push_back({a, b, d});
-                    mesh_.triangles.push_back({b, e, d});
-                }
+                const auto halves =
+                    cell_triangles(rising_diagonal(x, y), wedge_[sample(c, x, y)], wedge_[sample(c, x + 1, y)],
+                                   wedge_[sample(c, x + 1, y + 1)], wedge_[sample(c, x, y + 1)]);
+                mesh_.triangles.insert(mesh_.triangles.end(), halves.begin(), halves.end());
             }
         }
     }

@@ -46,6 +46,13 @@ std::array<Number, 2> on_side(uint32_t side, Number step, Number length) {
 // Whether cell (x, y) of a level is halved from its lowest to its highest corner, or else from the corner of highest x
 // to that of highest y: diagonals alternate as in the bintree.
 inline bool rising_diagonal(uint32_t x, uint32_t y) { return (x + y) % 2 == 0; }
+// The triangles of a cell with corners a, b, c, d, counter-clockwise from its lowest; they run the same way.
+template <class Corner>
+std::array<std::array<Corner, 3>, 2> cell_triangles(bool rising, const Corner& a, const Corner& b, const Corner& c,
+                                                    const Corner& d) {
+    if (rising) return {{{a, b, c}, {a, c, d}}};
+    return {{{a, b, d}, {b, c, d}}};
+}
 
 // Normals in two bytes: octahedral coordinates in steps of 1 / 127.
 std::array<int8_t, 2> pack_octahedral(const glm::vec3& unit);

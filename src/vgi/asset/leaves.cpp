@@ -363,8 +363,7 @@ private:
                 const uint32_t a = sample({x, y}), b = sample({x + 1, y}), c = sample({x + 1, y + 1}),
                                d = sample({x, y + 1});
                 const bool rising = rising_diagonal(static_cast<uint32_t>(x), static_cast<uint32_t>(y));
-                add_triangle(a, b, rising ? c : d);
-                add_triangle(rising ? a : b, c, d);
+                for (const auto& t : cell_triangles(rising, a, b, c, d)) add_triangle(t[0], t[1], t[2]);
             }
         }
     }

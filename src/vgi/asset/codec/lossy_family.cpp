@@ -104,14 +104,7 @@ size_t LossyFamily::border_number(uint32_t x, uint32_t y) const {
 
 LossyFamily::Part LossyFamily::part_of(uint32_t member) const {
     const uint32_t n = tree_.cells_per_page();
-    Part part{member % 2 * n, member / 2 * n, n, {}};
-    for (auto& values : part.values) values.resize(size_t{n + 1} * (n + 1));
-    return part;
-}
-LossyFamily::Part LossyFamily::whole() const {
-    Part part{0, 0, side_, {}};
-    for (auto& values : part.values) values.resize(size_t{side_ + 1} * (side_ + 1));
-    return part;
+    return {member % 2 * n, member / 2 * n, n};
 }
 
 // Of what has a parent.
@@ -247,7 +240,7 @@ void LossyFamily::put(uint32_t member, const Page* parent, Page& samples) const 
 }
 
 LossyFamily::Part LossyFamily::original_of(const Group& group, std::span<const Page> pages) const {
-    Part part = whole();
+    Part part(0, 0, side_);
     const uint32_t n = tree_.cells_per_page();
     for (uint32_t m = 0; m < PageTree::members(family_); ++m) {
         const Page& page = pages[tree_.member(family_, m)];
@@ -315,7 +308,7 @@ void LossyFamily::take(std::span<const Page> pages, const Page* parent) {
     LODE_CHECK(is_base() == (parent == nullptr));
     for (const Group& group : groups_) {
         const Part original = original_of(group, pages);
-        Part part = whole();
+        Part part(0, 0, side_);
         if (!is_base()) expect(group, parent, part);
         take_border(group, original, part);
         if (is_base()) expect_inside(group, part);

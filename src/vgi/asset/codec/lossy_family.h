@@ -55,6 +55,9 @@ private:
     };
     // A square of the image, with samples of all channels of a group.
     struct Part {
+        Part(uint32_t left, uint32_t top, uint32_t across) : x(left), y(top), cells(across) {
+            for (auto& channel : values) channel.resize(size_t{cells + 1} * (cells + 1));
+        }
         uint32_t x, y, cells;
         std::array<std::vector<int32_t>, 3> values;
         size_t at(uint32_t px, uint32_t py) const { return size_t{py - y} * (cells + 1) + (px - x); }
@@ -66,7 +69,6 @@ private:
     bool on_border(uint32_t x, uint32_t y) const { return x == 0 || y == 0 || x == side_ || y == side_; }
     size_t border_number(uint32_t x, uint32_t y) const;
     Part part_of(uint32_t member) const;
-    Part whole() const;
     void expect(const Group& group, const Page* parent, Part& part) const;
     void expect_inside(const Group& group, Part& part) const;
     template <class Visit>

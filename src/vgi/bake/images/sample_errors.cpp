@@ -339,13 +339,8 @@ private:
         for (int32_t y = 0; y < n; ++y) {
             for (int32_t x = 0; x < n; ++x) {
                 const GridPoint a{x, y}, b{x + 1, y}, c{x + 1, y + 1}, d{x, y + 1};
-                if (rising_diagonal(static_cast<uint32_t>(x), static_cast<uint32_t>(y))) {
-                    visit(a, b, c);
-                    visit(a, c, d);
-                } else {
-                    visit(a, b, d);
-                    visit(b, c, d);
-                }
+                const bool rising = rising_diagonal(static_cast<uint32_t>(x), static_cast<uint32_t>(y));
+                for (const auto& t : cell_triangles(rising, a, b, c, d)) visit(t[0], t[1], t[2]);
             }
         }
         const Bintree tree{n};

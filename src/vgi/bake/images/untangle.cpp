@@ -297,8 +297,7 @@ private:
     std::array<Corners, 2> triangles_of(int cell) const {
         const int x = cell % n_, y = cell / n_;
         const int a = sample(x, y), b = sample(x + 1, y), c = sample(x + 1, y + 1), d = sample(x, y + 1);
-        if (rising_diagonal(static_cast<uint32_t>(x), static_cast<uint32_t>(y))) return {{{a, b, c}, {a, c, d}}};
-        return {{{a, b, d}, {b, c, d}}};
+        return cell_triangles(rising_diagonal(static_cast<uint32_t>(x), static_cast<uint32_t>(y)), a, b, c, d);
     }
     bool is_folded(const Corners& t) const {
         const auto [a, b, c] = t;

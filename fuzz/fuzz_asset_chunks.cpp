@@ -4,13 +4,13 @@
 #include <unistd.h>
 
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 
 #include "baseline/discrete.h"
 #include "fuzz/mutators.h"
 #include "fuzz/promise.h"
+#include "fuzz/random_mesh.h"
 #include "lod/asset/cursor.h"
 #include "lod/bake/bake.h"
 #include "lod/bake/simplify/simplifier.h"
@@ -58,19 +58,9 @@ TriMesh painted(TriMesh mesh) {
 
 // The same and, beside it, triangles around two vertices: more than their splits are coded by number for.
 TriMesh with_fans(TriMesh mesh) {
-    constexpr uint32_t spokes = 80;
     mesh.uvs.clear();
     mesh.normals.clear();
-    const auto first = static_cast<uint32_t>(mesh.positions.size());
-    const auto wedges = static_cast<uint32_t>(mesh.wedge_vertex.size());
-    mesh.positions.insert(mesh.positions.end(), {{5, 1, 0}, {5, -1, 0}});
-    for (uint32_t i = 0; i < spokes; ++i) {
-        const float angle = 6.2831853f * static_cast<float>(i) / spokes;
-        mesh.positions.emplace_back(5 + std::cos(angle), 0, std::sin(angle));
-        const uint32_t a = wedges + 2 + i, b = wedges + 2 + (i + 1) % spokes;
-        mesh.triangles.insert(mesh.triangles.end(), {{wedges, b, a}, {wedges + 1, a, b}});
-    }
-    for (uint32_t v = first; v < mesh.positions.size(); ++v) mesh.wedge_vertex.push_back(v);
+    fuzz::add_fan(mesh, 80, true, {5, 0, 0});
     compute_normals(mesh);
     return mesh;
 }

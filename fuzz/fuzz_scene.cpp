@@ -15,9 +15,8 @@ namespace {
 template <class T>
 void check_refusal(const Result<T>& result, const std::filesystem::path& path) {
     if (result) return;
-    const std::string& message = result.error().message;
-    require(message.find('\n') == std::string::npos, "an error is one line");
-    require(message.find(path.filename().string()) != std::string::npos, "an error names the file");
+    check_error(result.error());
+    require(result.error().message.find(path.filename().string()) != std::string::npos, "an error names the file");
 }
 
 }  // namespace

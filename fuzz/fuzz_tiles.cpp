@@ -55,10 +55,6 @@ struct TilesetFiles {
 
 void put(const fs::path& path, const std::string& content) { std::ofstream(path, std::ios::binary) << content; }
 
-void check_error(const Error& error) {
-    require(!error.message.empty() && error.message.find('\n') == std::string::npos, "an error is one line");
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

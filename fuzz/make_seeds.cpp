@@ -1,7 +1,5 @@
 // make_seeds FOLDER: what each driver begins with, in a folder of its name. Small files of every kind that the readers
 // know, made here so that none is kept.
-#include <draco/compression/encode.h>
-#include <draco/mesh/triangle_soup_mesh_builder.h>
 #include <meshoptimizer.h>
 #include <tiffio.h>
 #include <zlib.h>
@@ -15,6 +13,7 @@
 #include "mesh/generate.h"
 #include "mesh/io/image_file.h"
 #include "mesh/io/write.h"
+#include "tests/fixtures/gltf_files.h"
 
 namespace lodestone::fuzz {
 namespace {
@@ -79,32 +78,16 @@ TriMesh painted(TriMesh mesh) {
     return mesh;
 }
 
-// A GLB of a document and what its buffer holds.
-std::string glb(nlohmann::json document, std::string bytes) {
-    bytes.resize((bytes.size() + 3) / 4 * 4);
+// A GLB of a document that has yet to tell of its version and of its buffer.
+std::string glb(nlohmann::json document, const std::string& bytes) {
     document["asset"] = {{"version", "2.0"}};
-    document["buffers"] = {{{"byteLength", bytes.size()}}};
-    std::string text = document.dump();
-    text.resize((text.size() + 3) / 4 * 4, ' ');
-    const auto number = [](size_t value) {
-        const auto v = static_cast<uint32_t>(value);
-        return std::string(reinterpret_cast<const char*>(&v), 4);
-    };
-    return "glTF" + number(2) + number(28 + text.size() + bytes.size()) + number(text.size()) + "JSON" + text +
-           number(bytes.size()) + std::string("BIN\0", 4) + bytes;
+    document["buffers"] = {{{"byteLength", (bytes.size() + 3) / 4 * 4}}};
+    return fixtures::glb_of(document, bytes);
 }
 
 // A mesh as Draco packs it.
 std::string draco_glb(const TriMesh& mesh) {
-    draco::TriangleSoupMeshBuilder builder;
-    builder.Start(static_cast<int>(mesh.triangle_count()));
-    const int position = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
-    for (uint32_t t = 0; t < mesh.triangle_count(); ++t)
-        builder.SetAttributeValuesForFace(position, draco::FaceIndex(t), &mesh.position_of(t, 0).x,
-                                          &mesh.position_of(t, 1).x, &mesh.position_of(t, 2).x);
-    const auto built = builder.Finalize();
-    draco::EncoderBuffer packed;
-    draco::Encoder().EncodeMeshToBuffer(*built, &packed);
+    const std::vector<unsigned char> packed = fixtures::draco_of(mesh);
     const nlohmann::json extension = {{"bufferView", 0}, {"attributes", {{"POSITION", 0}}}};
     return glb({{"extensionsUsed", {"KHR_draco_mesh_compression"}},
                 {"extensionsRequired", {"KHR_draco_mesh_compression"}},
@@ -117,7 +100,7 @@ std::string draco_glb(const TriMesh& mesh) {
                     {{{"attributes", {{"POSITION", 0}}},
                       {"indices", 1},
                       {"extensions", {{"KHR_draco_mesh_compression", extension}}}}}}}}}},
-               {packed.data(), packed.size()});
+               {packed.begin(), packed.end()});
 }
 
 // Kinds of numbers and primitives that writers of ours do not make, and materials with what is left out.

@@ -24,4 +24,10 @@ void require_good(const Result<T>& result, const char* promise) {
     if (!result) broken(std::string(promise) + ": " + result.error().message);
 }
 
+// An error is one line, which is not empty.
+inline void check_error(const Error& error) {
+    if (error.message.empty()) broken("an error has a message");
+    if (error.message.find('\n') != std::string::npos) broken("an error is one line: " + error.message);
+}
+
 }  // namespace lodestone::fuzz

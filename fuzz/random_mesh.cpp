@@ -54,28 +54,12 @@ TriMesh soup(FuzzedDataProvider& from) {
     return mesh;
 }
 
-// Triangles around one vertex, and as many below around another where it is closed.
-TriMesh fan(FuzzedDataProvider& from) {
-    TriMesh mesh;
-    const auto count = from.ConsumeIntegralInRange<uint32_t>(3, 150);
-    const bool closed = from.ConsumeBool();
-    mesh.positions = {{0, 1, 0}, {0, -1, 0}};
-    for (uint32_t i = 0; i < count; ++i) {
-        const float angle = 6.2831853f * static_cast<float>(i) / static_cast<float>(count);
-        mesh.positions.emplace_back(std::cos(angle), 0, std::sin(angle));
-        const uint32_t a = 2 + i, b = 2 + (i + 1) % count;
-        mesh.triangles.push_back({0, b, a});
-        if (closed) mesh.triangles.push_back({1, a, b});
-    }
-    for (uint32_t v = 0; v < mesh.positions.size(); ++v) mesh.wedge_vertex.push_back(v);
-    return mesh;
-}
-
 TriMesh dented_shape(FuzzedDataProvider& from) {
     constexpr Shape shapes[] = {Shape::rock, Shape::terrain, Shape::grid, Shape::sphere, Shape::torus, Shape::cliff};
     TriMesh mesh;
     if (from.ConsumeIntegralInRange<int>(0, 6) == 6) {
-        mesh = fan(from);
+        const auto triangles = from.ConsumeIntegralInRange<uint32_t>(3, 150);
+        add_fan(mesh, triangles, from.ConsumeBool(), {});
     } else {
         const Shape shape = from.PickValueInArray(shapes);
         const auto triangles = from.ConsumeIntegralInRange<uint32_t>(20, 300);
@@ -114,6 +98,22 @@ TriMesh dented_shape(FuzzedDataProvider& from) {
 }
 
 }  // namespace
+
+void add_fan(TriMesh& mesh, uint32_t triangles, bool closed, const glm::vec3& middle) {
+    const auto first = static_cast<uint32_t>(mesh.positions.size());
+    const auto wedge = static_cast<uint32_t>(mesh.wedge_vertex.size());
+    mesh.positions.push_back(middle + glm::vec3(0, 1, 0));
+    if (closed) mesh.positions.push_back(middle - glm::vec3(0, 1, 0));
+    const uint32_t around = wedge + (closed ? 2 : 1);
+    for (uint32_t i = 0; i < triangles; ++i) {
+        const float angle = 6.2831853f * static_cast<float>(i) / static_cast<float>(triangles);
+        mesh.positions.push_back(middle + glm::vec3(std::cos(angle), 0, std::sin(angle)));
+        const uint32_t a = around + i, b = around + (i + 1) % triangles;
+        mesh.triangles.push_back({wedge, b, a});
+        if (closed) mesh.triangles.push_back({wedge + 1, a, b});
+    }
+    for (uint32_t v = first; v < mesh.positions.size(); ++v) mesh.wedge_vertex.push_back(v);
+}
 
 TriMesh random_mesh(FuzzedDataProvider& from) {
     TriMesh mesh = from.ConsumeBool() ? soup(from) : dented_shape(from);

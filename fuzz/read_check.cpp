@@ -76,11 +76,6 @@ const fs::path& folder() {
     return made;
 }
 
-void check_error(const Error& error) {
-    if (error.message.empty()) broken("an error has a message");
-    if (error.message.find('\n') != std::string::npos) broken("an error is one line: " + error.message);
-}
-
 size_t bytes_of(const TriMesh& mesh) {
     size_t bytes = mesh.positions.size() * sizeof(glm::vec3) + mesh.wedge_vertex.size() * 4 +
                    mesh.triangles.size() * sizeof(Triangle) + mesh.normals.size() * sizeof(glm::vec3) +

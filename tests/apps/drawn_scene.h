@@ -9,6 +9,8 @@
 
 #include "apps/drawing/session.h"
 #include "apps/program.h"
+#include "fixtures/materials.h"
+#include "mesh/io/write.h"
 
 namespace lodestone {
 
@@ -31,6 +33,15 @@ protected:
         auto made = Renderer::create(options);
         ASSERT_TRUE(made) << made.error().message;
         renderer_ = std::move(*made);
+    }
+    // The still life of every kind of material, with smoke in it, lit from above.
+    void make_still_life(uint32_t width, uint32_t height) {
+        ASSERT_TRUE(write_mesh(fixtures::still_life(), folder_ / "still.glb"));
+        std::ofstream(folder_ / "s.scene.json") << R"({"lodestone": "scene", "version": 1,
+            "assets": [{"name": "a", "file": "still.glb"}], "light": {"direction": [-0.1, -0.9, 0.4]},
+            "volumes": [{"position": [0.3, 0, 0.3], "spread": 0.8, "velocity": [0, 0, 0], "radius": [0.2, 0.4], "density": 3}],
+            "volume_options": {"metavoxels": 8, "voxels": 16}})";
+        make_ready("s.scene.json", width, height);
     }
     ReadyScene scene_;
     std::unique_ptr<Renderer> renderer_;

@@ -50,12 +50,7 @@ protected:
 
 TEST_F(EnvironmentProgramTest, EveryBackendIsLitAlike) {
     if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
-    ASSERT_TRUE(write_mesh(fixtures::still_life(), folder_ / "still.glb"));
-    std::ofstream(folder_ / "s.scene.json") << R"({"lodestone": "scene", "version": 1,
-        "assets": [{"name": "a", "file": "still.glb"}], "light": {"direction": [-0.1, -0.9, 0.4]},
-        "volumes": [{"position": [0.3, 0, 0.3], "spread": 0.8, "velocity": [0, 0, 0], "radius": [0.2, 0.4], "density": 3}],
-        "volume_options": {"metavoxels": 8, "voxels": 16}})";
-    make_ready("s.scene.json", wide, tall);
+    make_still_life(wide, tall);
     ASSERT_NE(renderer_, nullptr);
     const auto plain = drawn("full", 1, false);
     scene_.materials.environment = std::make_shared<const Environment>(

@@ -29,12 +29,7 @@ protected:
     static constexpr uint32_t wide = 333, tall = 251;
 
     void make_still_life() {
-        ASSERT_TRUE(write_mesh(fixtures::still_life(), folder_ / "still.glb"));
-        std::ofstream(folder_ / "s.scene.json") << R"({"lodestone": "scene", "version": 1,
-            "assets": [{"name": "a", "file": "still.glb"}], "light": {"direction": [-0.1, -0.9, 0.4]},
-            "volumes": [{"position": [0.3, 0, 0.3], "spread": 0.8, "velocity": [0, 0, 0], "radius": [0.2, 0.4], "density": 3}],
-            "volume_options": {"metavoxels": 8, "voxels": 16}})";
-        make_ready("s.scene.json", wide, tall);
+        DrawnSceneTest::make_still_life(wide, tall);
         camera_.eye = {1.2f, 1.3f, 3.4f};
         camera_.target = {0, -0.1f, 0};
     }

@@ -15,6 +15,7 @@
 #include "tiles/check/tileset_reader.h"
 #include "tiles/cut_surface.h"
 #include "tiles/tile_errors.h"
+#include "tiles/tile_file.h"
 #include "tiles/tileset.h"
 #include "vgi/asset/leaves.h"
 
@@ -159,9 +160,7 @@ TEST_F(LeafTilesOnDisk, EveryEncodingHoldsPlacesExactly) {
         }
         for (const Encoding encoding : {Encoding::meshopt, Encoding::quantised, Encoding::plain}) {
             const auto bytes = encode_glb(rock(), mesh, {encoding, UpAxis::y, {}});
-            std::ofstream(folder_ / "tile.glb", std::ios::binary)
-                .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-            const auto content = read_tile_content(folder_ / "tile.glb");
+            const auto content = read_back(bytes, folder_);
             ASSERT_TRUE(content) << content.error().message;
             EXPECT_EQ(std::multiset(content->positions.begin(), content->positions.end()), wanted);
             EXPECT_EQ(content->triangles.size(), mesh.triangles.size());

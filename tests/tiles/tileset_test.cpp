@@ -21,6 +21,7 @@
 #include "tiles/cut_surface.h"
 #include "tiles/errors/farthest.h"
 #include "tiles/tile_errors.h"
+#include "tiles/tile_file.h"
 #include "tiles/tileset.h"
 
 namespace lodestone::tiles {
@@ -158,9 +159,7 @@ TEST_F(TilesetTest, EncodingsHoldTheSameTriangles) {
         fs::create_directories(folder_);
         for (const Encoding encoding : {Encoding::meshopt, Encoding::quantised, Encoding::plain}) {
             const auto bytes = encode_glb(rock(), mesh, {encoding, UpAxis::y, {}});
-            std::ofstream(folder_ / "tile.glb", std::ios::binary)
-                .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-            const auto content = read_tile_content(folder_ / "tile.glb");
+            const auto content = read_back(bytes, folder_);
             ASSERT_TRUE(content) << content.error().message;
             EXPECT_EQ(content->triangles.size(), mesh.triangles.size());
             EXPECT_EQ(content->positions.size(), mesh.vertices.size());

@@ -1,6 +1,4 @@
 // Files as encoders leave them: Draco, meshoptimizer, WebP; and PLY as photogrammetry writes it.
-#include <draco/compression/encode.h>
-#include <draco/mesh/triangle_soup_mesh_builder.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
@@ -16,6 +14,7 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
+#include "fixtures/gltf_files.h"
 #include "fixtures/meshes.h"
 #include "fixtures/real_data.h"
 #include "mesh/io/compressed/draco.h"
@@ -27,6 +26,7 @@ namespace lodestone {
 namespace {
 
 namespace fs = std::filesystem;
+using fixtures::glb_of;
 using nlohmann::json;
 using testing::HasSubstr;
 
@@ -48,18 +48,9 @@ using Bytes = std::vector<unsigned char>;
 std::string text_of(const Bytes& bytes) { return {bytes.begin(), bytes.end()}; }
 
 Bytes draco_of(const TriMesh& mesh) {
-    draco::TriangleSoupMeshBuilder builder;
-    builder.Start(static_cast<int>(mesh.triangle_count()));
-    const int position = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
-    for (uint32_t t = 0; t < mesh.triangle_count(); ++t)
-        builder.SetAttributeValuesForFace(position, draco::FaceIndex(t), &mesh.position_of(t, 0).x,
-                                          &mesh.position_of(t, 1).x, &mesh.position_of(t, 2).x);
-    const auto built = builder.Finalize();
-    draco::Encoder encoder;
-    encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, 16);
-    draco::EncoderBuffer buffer;
-    EXPECT_TRUE(encoder.EncodeMeshToBuffer(*built, &buffer).ok());
-    return {buffer.data(), buffer.data() + buffer.size()};
+    Bytes packed = fixtures::draco_of(mesh);
+    EXPECT_FALSE(packed.empty());
+    return packed;
 }
 
 DracoPromise promise_of(const TriMesh& mesh) {
@@ -188,18 +179,6 @@ json meshopt_document(const TriMesh& mesh, const Packed& packed) {
                         {{"bufferView", 1}, {"componentType", 5125}, {"count", corners}, {"type", "SCALAR"}}};
     doc["meshes"] = {{{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1}}}}}};
     return doc;
-}
-
-std::string glb_of(const json& doc, const std::string& binary) {
-    std::string text = doc.dump(), bin = binary;
-    text.resize((text.size() + 3) / 4 * 4, ' ');
-    bin.resize((bin.size() + 3) / 4 * 4);
-    const auto number = [](size_t value) {
-        const auto v = static_cast<uint32_t>(value);
-        return std::string(reinterpret_cast<const char*>(&v), 4);
-    };
-    return "glTF" + number(2) + number(28 + text.size() + bin.size()) + number(text.size()) + "JSON" + text +
-           number(bin.size()) + std::string("BIN\0", 4) + bin;
 }
 
 TEST_F(CompressedTest, MeshoptEqualsThePlainMesh) {

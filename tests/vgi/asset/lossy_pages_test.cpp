@@ -6,6 +6,7 @@
 #include <map>
 
 #include "base/random.h"
+#include "vgi/asset/chart_pages.h"
 #include "vgi/asset/codec/page_family.h"
 #include "vgi/asset/page_means.h"
 
@@ -28,23 +29,6 @@ int32_t painted(uint32_t channel, int32_t x, int32_t y) {
         static_cast<double>(mix64(static_cast<uint64_t>((x + 4096) * 8192 + y + 4096) * 16 + channel) % 8);
     const double value = 25 * wave + edge + grain;
     return static_cast<int32_t>(channel < 2 ? std::clamp(value, -127.0, 127.0) : std::clamp(128 + value, 0.0, 255.0));
-}
-
-template <class At>
-std::vector<Page> pages_at(const PageTree& tree, std::span<const Channel> channels, At&& at) {
-    const uint32_t n = tree.cells_per_page(), row = n + 1;
-    std::vector<Page> pages(tree.pages());
-    for (uint32_t p = tree.page(0, 0, 0); p < tree.pages(); ++p) {
-        uint32_t level = 0, px = 0, py = 0;
-        tree.place(p, &level, &px, &py);
-        for (uint32_t c = 0; c < channels.size(); ++c) {
-            for (uint32_t i = 0; i < row * row; ++i)
-                pages[p].values.push_back(static_cast<uint16_t>(
-                    at(c, static_cast<int32_t>(px * n + i % row), static_cast<int32_t>(py * n + i / row))));
-        }
-    }
-    make_parents(tree, channels, pages);
-    return pages;
 }
 
 struct Coded {
@@ -91,11 +75,11 @@ TEST(LossyPages, AreNearerTheHigherTheQualityAndSmallerTheLower) {
     const PageTree tree{128};
     const auto at = [](uint32_t c, int32_t x, int32_t y) { return painted(c, x, y); };
     const auto lossless = channels_with(0);
-    size_t bytes_before = coded(tree, lossless, pages_at(tree, lossless, at)).bytes;
+    size_t bytes_before = coded(tree, lossless, pages_of(tree, lossless, at)).bytes;
     // Twice the step takes 6 dB at the most.
     for (const auto& [quality, least] : {std::pair<uint8_t, double>(95, 50), {75, 41}, {55, 30}, {1, 10}}) {
         const auto channels = channels_with(quality);
-        const std::vector<Page> pages = pages_at(tree, channels, at);
+        const std::vector<Page> pages = pages_of(tree, channels, at);
         const Coded done = coded(tree, channels, pages);
         EXPECT_LT(done.bytes, bytes_before) << int{quality};
         bytes_before = done.bytes;
@@ -112,7 +96,7 @@ TEST(LossyPages, AreOfAnySize) {
         const PageTree tree{cells};
         const auto channels = channels_with(80);
         const std::vector<Page> pages =
-            pages_at(tree, channels, [](uint32_t c, int32_t x, int32_t y) { return painted(c, x, y); });
+            pages_of(tree, channels, [](uint32_t c, int32_t x, int32_t y) { return painted(c, x, y); });
         const Coded done = coded(tree, channels, pages);
         const size_t samples = size_t{tree.samples_per_side()} * tree.samples_per_side();
         for (size_t c = 0; c < channels.size(); ++c)
@@ -143,7 +127,7 @@ TEST(LossyPages, AreEqualWhereChartsMeet) {
     // The place along the line is s; what is beside it is far away in the picture, and another for either chart.
     const auto chart = [&](uint32_t side, bool reversed, int32_t offset) {
         return coded(tree, channels,
-                     pages_at(tree, channels,
+                     pages_of(tree, channels,
                               [=](uint32_t c, int32_t x, int32_t y) {
                                   const int32_t along[] = {x, y, n - x, n - y}, off[] = {y, n - x, n - y, x};
                                   const int32_t s = reversed ? n - along[side] : along[side], away = off[side];
@@ -175,23 +159,15 @@ TEST(LossyPages, AreEqualWherePagesOfAChartMeet) {
     const auto channels = channels_with(40);
     const auto pages =
         coded(tree, channels,
-              pages_at(tree, channels, [](uint32_t c, int32_t x, int32_t y) { return painted(c, x, y); }))
+              pages_of(tree, channels, [](uint32_t c, int32_t x, int32_t y) { return painted(c, x, y); }))
             .pages;
-    for (uint32_t level = 0; level < tree.base_level(); ++level) {
-        for (uint32_t py = 0; py < tree.pages_per_side(level); ++py) {
-            for (uint32_t px = 0; px + 1 < tree.pages_per_side(level); ++px) {
-                const auto &left = pages[tree.page(level, px, py)].values,
-                           &right = pages[tree.page(level, px + 1, py)].values;
-                for (size_t i = 0; i < left.size(); i += 33) ASSERT_EQ(left[i + 32], right[i]);
-            }
-        }
-    }
+    expect_neighbours_agree(tree, pages);
 }
 
 TEST(LossyPages, AreRefusedWhereBytesAreMissingOrTooMany) {
     const PageTree tree{64};
     const auto channels = channels_with(70);
-    auto pages = pages_at(tree, channels, [](uint32_t c, int32_t x, int32_t y) { return painted(c, x, y); });
+    auto pages = pages_of(tree, channels, [](uint32_t c, int32_t x, int32_t y) { return painted(c, x, y); });
     for (uint32_t f = 0; f < tree.families(); ++f) {
         auto bytes = encode_family(tree, channels, f, pages);
         for (size_t size = 0; size < bytes.size(); size += 13)

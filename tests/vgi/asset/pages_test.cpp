@@ -8,28 +8,12 @@
 
 #include "base/random.h"
 #include "vgi/asset/bintree.h"
+#include "vgi/asset/chart_pages.h"
 #include "vgi/asset/error_codes.h"
 #include "vgi/asset/page_means.h"
 
 namespace lodestone::vgi {
 namespace {
-
-// Pages of a square image, whose finest are given: value(channel, x, y).
-template <class Value>
-std::vector<Page> pages_of(const PageTree& tree, std::span<const Channel> channels, Value&& value) {
-    const uint32_t n = tree.cells_per_page(), row = n + 1;
-    std::vector<Page> pages(tree.pages());
-    for (uint32_t p = tree.page(0, 0, 0); p < tree.pages(); ++p) {
-        uint32_t level = 0, px = 0, py = 0;
-        tree.place(p, &level, &px, &py);
-        for (uint32_t c = 0; c < channels.size(); ++c) {
-            for (uint32_t i = 0; i < row * row; ++i)
-                pages[p].values.push_back(static_cast<uint16_t>(value(c, px * n + i % row, py * n + i / row)));
-        }
-    }
-    make_parents(tree, channels, pages);
-    return pages;
-}
 
 TEST(Pages, CodeAnyNumbers) {
     // Noise, extremes and constants come back as they were.
@@ -175,16 +159,7 @@ TEST(PageMeans, GiveTheSamplesBackAndAgreeOnBorders) {
                 ASSERT_EQ(back[p].values, pages[p].values) << p;
             }
         }
-        // Neighbours agree about what they share.
-        for (uint32_t level = 0; level < tree.base_level(); ++level) {
-            for (uint32_t py = 0; py < tree.pages_per_side(level); ++py) {
-                for (uint32_t px = 0; px + 1 < tree.pages_per_side(level); ++px) {
-                    const auto &left = pages[tree.page(level, px, py)].values,
-                               &right = pages[tree.page(level, px + 1, py)].values;
-                    for (size_t i = 0; i < left.size(); i += 33) ASSERT_EQ(left[i + 32], right[i]);
-                }
-            }
-        }
+        expect_neighbours_agree(tree, pages);
     }
 }
 

@@ -4,7 +4,8 @@
 //
 // A block is a mapping of a nameless file, shared, so its pages are the file's: dropping them from the process loses
 // nothing, and the system writes them out when it needs their memory. A thread watches what is resident and drops
-// blocks in turn before it passes what is allowed.
+// blocks in turn before it passes what is allowed. The first blocks, up to a quarter of what is allowed, are memory
+// like any other, and released blocks wait to be given out again: what needs little memory is not slowed down.
 #pragma once
 
 #include <cstddef>

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <thread>
@@ -64,6 +65,15 @@ TEST(Spill, HoldsMoreThanMayBeResident) {
     for (uint32_t* block : held) EXPECT_TRUE(spill_release(block));
     EXPECT_FALSE(spill_release(held[0]));
     EXPECT_EQ(spill_statistics().bytes, 0u);
+    // Released blocks wait to be given out again: to who asks for as much or somewhat less, once each.
+    void* again = spill_allocate(words * 3);
+    EXPECT_TRUE(std::ranges::count(held, again) == 1);
+    void* another = spill_allocate(words * 4);
+    EXPECT_TRUE(std::ranges::count(held, another) == 1);
+    EXPECT_NE(another, again);
+    EXPECT_TRUE(spill_release(again));
+    EXPECT_TRUE(spill_release(another));
+    EXPECT_EQ(spill_statistics().blocks, 0u);
 }
 
 }  // namespace

@@ -9,40 +9,35 @@ namespace lodestone {
 
 namespace {
 
-// A half-edge by the vertices of its edge, smaller first; sorted, the half-edges of one edge stand together.
-struct EdgeKey {
-    uint64_t key;
-    uint32_t half_edge;
-};
-
 uint32_t start_vertex(const TriMesh& mesh, uint32_t half_edge) {
     return mesh.vertex_of(half_edge / 3, static_cast<int>(half_edge % 3));
 }
 
-// Radix sort by key, 16 bits a pass; stable, so half-edges of one edge stay in order of number.
-void sort_keys(std::vector<EdgeKey>& keys, uint32_t vertices) {
-    std::vector<EdgeKey> other(keys.size());
-    const auto pass = [&](int shift) {
-        std::vector<size_t> first(65537, 0);
-        for (const EdgeKey& k : keys) ++first[(k.key >> shift & 0xffff) + 1];
-        std::partial_sum(first.begin(), first.end(), first.begin());
-        for (const EdgeKey& k : keys) other[first[k.key >> shift & 0xffff]++] = k;
-        keys.swap(other);
-    };
-    for (const int half : {0, 32}) {
-        pass(half);
-        if (vertices > 65536) pass(half + 16);
+// Calls visit(half_edges) for every edge; those of one edge come in order of number. Vertex by vertex, so that what is
+// looked at together lies together where neighbours in the mesh are neighbours in memory.
+template <class Visit>
+void for_edges(const TriMesh& mesh, Visit&& visit) {
+    const auto half_edges = static_cast<uint32_t>(mesh.triangle_count() * 3);
+    const auto low = [&](uint32_t h) { return std::min(start_vertex(mesh, h), start_vertex(mesh, next_corner(h))); };
+    const auto high = [&](uint32_t h) { return std::max(start_vertex(mesh, h), start_vertex(mesh, next_corner(h))); };
+    // Half-edges by the lower vertex of their edge.
+    std::vector<uint32_t> end(mesh.vertex_count() + 1, 0), at(half_edges);
+    for (uint32_t h = 0; h < half_edges; ++h) ++end[low(h) + 1];
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    for (uint32_t h = half_edges; h-- > 0;) at[--end[low(h) + 1]] = h;
+    // Now end[v + 1] is where those of v begin.
+    std::vector<uint32_t> order;
+    for (size_t v = 0; v < mesh.vertex_count(); ++v) {
+        const uint32_t begin = end[v + 1], behind = v + 2 < end.size() ? end[v + 2] : half_edges;
+        order.assign(at.begin() + begin, at.begin() + behind);
+        std::ranges::stable_sort(order, {}, high);
+        for (size_t i = 0; i < order.size();) {
+            size_t next = i + 1;
+            while (next < order.size() && high(order[next]) == high(order[i])) ++next;
+            visit(std::span(order).subspan(i, next - i));
+            i = next;
+        }
     }
-}
-
-std::vector<EdgeKey> sorted_edges(const TriMesh& mesh) {
-    std::vector<EdgeKey> keys(mesh.triangle_count() * 3);
-    for (uint32_t h = 0; h < keys.size(); ++h) {
-        const uint32_t a = start_vertex(mesh, h), b = start_vertex(mesh, next_corner(h));
-        keys[h] = {uint64_t{std::max(a, b)} << 32 | std::min(a, b), h};
-    }
-    sort_keys(keys, static_cast<uint32_t>(mesh.vertex_count()));
-    return keys;
 }
 
 }  // namespace
@@ -92,35 +87,31 @@ std::vector<uint32_t> components_of(const TriMesh& mesh, uint32_t* count) {
 namespace {
 
 // Counts edges and boundary loops. Joins the corners of one vertex whose triangles share an edge, in fans.
-void count_edges(const TriMesh& mesh, std::span<const EdgeKey> keys, Topology& t, DisjointSets& fans) {
+void count_edges(const TriMesh& mesh, Topology& t, DisjointSets& fans) {
     std::vector<bool> on_boundary(mesh.vertex_count(), false);
     DisjointSets boundary(mesh.vertex_count());
-    for (size_t i = 0; i < keys.size();) {
-        size_t end = i + 1;
-        while (end < keys.size() && keys[end].key == keys[i].key) ++end;
+    for_edges(mesh, [&](std::span<const uint32_t> half_edges) {
         ++t.edges;
-        const uint32_t h = keys[i].half_edge;
-        const uint32_t h_next = next_corner(h);
-        if (end - i == 1) {
+        const uint32_t h = half_edges[0], h_next = next_corner(h);
+        if (half_edges.size() == 1) {
             ++t.boundary_edges;
             const uint32_t a = start_vertex(mesh, h), b = start_vertex(mesh, h_next);
             on_boundary[a] = on_boundary[b] = true;
             boundary.join(a, b);
-        } else if (end - i > 2) {
+        } else if (half_edges.size() > 2) {
             ++t.non_manifold_edges;
         }
-        for (size_t k = i + 1; k < end; ++k) {
-            const uint32_t g = keys[k].half_edge, g_next = next_corner(g);
+        for (const uint32_t g : half_edges.subspan(1)) {
+            const uint32_t g_next = next_corner(g);
             const bool same_way = start_vertex(mesh, g) == start_vertex(mesh, h);
             fans.join(h, same_way ? g : g_next);
             fans.join(h_next, same_way ? g_next : g);
-            if (end - i != 2) continue;
+            if (half_edges.size() != 2) continue;
             t.inconsistent_edges += same_way;
             const auto wedge = [&](uint32_t corner) { return mesh.triangles[corner / 3][corner % 3]; };
             t.seam_edges += wedge(h) != wedge(same_way ? g : g_next) || wedge(h_next) != wedge(same_way ? g_next : g);
         }
-        i = end;
-    }
+    });
     for (uint32_t v = 0; v < mesh.vertex_count(); ++v) t.boundary_loops += on_boundary[v] && boundary.find(v) == v;
 }
 
@@ -151,9 +142,8 @@ int64_t genus_of(const Topology& t) {
 Topology topology_of(const TriMesh& mesh) {
     Topology t;
     t.triangles = mesh.triangle_count();
-    const auto keys = sorted_edges(mesh);
-    DisjointSets fans(keys.size());
-    count_edges(mesh, keys, t, fans);
+    DisjointSets fans(mesh.triangle_count() * 3);
+    count_edges(mesh, t, fans);
     count_vertices(mesh, fans, t);
     uint32_t components = 0;
     components_of(mesh, &components);

@@ -25,6 +25,8 @@ void check_round_trip(const vgi::Atlas& atlas) {
 // Where glued samples are equal they stay so, materials stay, and the rest is there.
 void check_lossy(vgi::Atlas atlas, uint8_t quality) {
     atlas.attributes.texture_quality = quality;
+    atlas.attributes.dense_quality = static_cast<uint8_t>((quality + 1) / 2);
+    atlas.attributes.dense_cells = atlas.attribute_cells;
     const auto read = vgi::open_atlas(in_a_file(atlas));
     require_good(read, "a lossy atlas is read");
     require(read->materials == atlas.materials && read->normals.size() == atlas.normals.size(),

@@ -20,7 +20,10 @@ namespace lodestone {
 
 namespace {
 
-constexpr size_t most_blocks = 1 << 16;
+// Linux gives a process 65,530 mappings. Many small blocks would take them all, so once there are this many only large
+// ones are files.
+constexpr size_t most_blocks = 1 << 15, most_small_blocks = most_blocks / 2;
+constexpr size_t large_block = size_t{1} << 20;
 constexpr auto watch_every = std::chrono::milliseconds(5);
 // Blocks are dropped until so much less is resident than allowed: threads go on meanwhile.
 constexpr uint64_t headroom_bytes = uint64_t{160} << 20;
@@ -46,7 +49,8 @@ struct Block {
 struct Spill {
     std::mutex mutex;
     std::array<Block, most_blocks> blocks;  // sorted by address
-    size_t count = 0, next_dropped = 0;
+    std::atomic<size_t> count{0};           // written under the mutex
+    size_t next_dropped = 0;
     std::array<Block, most_kept> kept;  // released, the oldest first
     size_t kept_count = 0;
     uint64_t kept_bytes = 0, in_memory_bytes = 0;
@@ -209,6 +213,8 @@ Result<void> begin_spilling(const SpillOptions& options) {
     return {};
 }
 
+bool spilling() noexcept { return spill().begun; }
+
 SpillStatistics spill_statistics() {
     Spill& s = spill();
     const std::lock_guard lock(s.mutex);
@@ -243,6 +249,7 @@ std::optional<Block> block_of(Spill& s, size_t bytes) {
 void* spill_allocate(size_t bytes) {
     Spill& s = spill();
     if (!s.begun.load(std::memory_order_relaxed) || bytes < s.least) return nullptr;
+    if (bytes < large_block && s.count.load(std::memory_order_relaxed) >= most_small_blocks) return nullptr;
     // Whoever asks for more also makes room, however late the watching thread gets its turn.
     drop_where_needed(s);
     const auto block = block_of(s, whole_pages(bytes));

@@ -17,13 +17,15 @@
 namespace lodestone {
 
 struct SpillOptions {
-    std::filesystem::path folder;      // on a disk with room for everything
-    uint64_t resident_bytes = 0;       // that the process is kept to, about
-    size_t least = size_t{256} << 10;  // bytes of a block; smaller ones are left where they are
+    std::filesystem::path folder;     // on a disk with room for everything
+    uint64_t resident_bytes = 0;      // that the process is kept to, about
+    size_t least = size_t{32} << 10;  // bytes of a block; smaller ones are left where they are
 };
 
 // From now on, until the process ends. Fault::machine where the folder cannot hold files. Once.
 Result<void> begin_spilling(const SpillOptions& options);
+
+bool spilling() noexcept;  // whether it has begun
 
 struct SpillStatistics {
     uint64_t blocks = 0, bytes = 0, most_bytes = 0;  // now, now, and at most so far

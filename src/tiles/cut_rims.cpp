@@ -366,13 +366,16 @@ FittingLattice lattice_of(const Atlas& atlas, const FittingLattice& whole, const
 // Brings samples and leaves to a lattice.
 void move_to(const FittingLattice& lattice, Atlas& atlas) {
     constexpr uint32_t leaf_shift = vgi::leaf_bits - 16;
-    parallel_for(atlas.leaf_parts.size(), 64, [&](size_t begin, size_t end) {
+    std::vector<std::vector<std::byte>> moved_parts(atlas.leaf_parts.size());
+    parallel_for(moved_parts.size(), 64, [&](size_t begin, size_t end) {
         for (size_t p = begin; p < end; ++p) {
             vgi::LeafPart part = decoded_leaf(atlas, static_cast<uint32_t>(p));
             for (vgi::LeafVertex& v : part.vertices) v.position = lattice.at(atlas.leaf_point(v.position), leaf_shift);
-            atlas.leaf_parts[p] = encode_leaf(part, atlas.attributes);
+            moved_parts[p] = encode_leaf(part, atlas.attributes);
         }
     });
+    atlas.leaf_parts = {};
+    for (const auto& part : moved_parts) atlas.leaf_parts.add(part);
     for (auto& p : atlas.positions) {
         const LatticePoint moved = lattice.at(atlas.lattice_point(p), 0);
         for (size_t k = 0; k < 3; ++k) p[k] = static_cast<uint16_t>(moved[k]);

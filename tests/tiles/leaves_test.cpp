@@ -32,12 +32,12 @@ const vgi::Atlas& rock() {
 // Without the leaves of squares that `drop` names.
 template <class Drop>
 vgi::Atlas without(vgi::Atlas atlas, Drop&& drop) {
-    std::vector<std::vector<std::byte>> parts;
+    ByteLists parts;
     uint32_t first = 0;
     for (uint32_t i = 0; i < atlas.leaves.size(); ++i) {
         vgi::Leaf& leaf = atlas.leaves[i];
         const uint32_t end = leaf.parts_end;
-        if (!drop(i)) parts.insert(parts.end(), atlas.leaf_parts.begin() + first, atlas.leaf_parts.begin() + end);
+        for (uint32_t p = first; p < end && !drop(i); ++p) parts.add(atlas.leaf_parts[p]);
         if (drop(i)) leaf.error = 0;
         leaf.parts_end = static_cast<uint32_t>(parts.size());
         first = end;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "vgi/asset/leaves.h"
 #include "vgi/bake/bake.h"
 
 namespace lodestone::vgi {
@@ -17,6 +18,18 @@ inline Atlas small_atlas(const TriMesh& mesh, uint32_t cells, uint32_t clusters 
     auto atlas = make_atlas(mesh, options, report);
     EXPECT_TRUE(atlas) << atlas.error().message;
     return atlas ? std::move(*atlas) : Atlas{};
+}
+
+// Moves the first point of parts of leaves that `which` names, so that it is no longer where neighbours have it.
+template <class Which>
+void move_points(Atlas& atlas, Which&& which) {
+    ByteLists parts;
+    for (size_t p = 0; p < atlas.leaf_parts.size(); ++p) {
+        LeafPart part = *decode_leaf(atlas.leaf_parts[p], atlas.attributes);
+        if (which(p)) part.vertices[0].position[0] ^= 1;
+        parts.add(encode_leaf(part, atlas.attributes));
+    }
+    atlas.leaf_parts = std::move(parts);
 }
 
 }  // namespace lodestone::vgi

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/structures/byte_lists.h"
 #include "mesh/packed_vertices.h"
 #include "mesh/tri_mesh.h"
 
@@ -75,6 +76,10 @@ struct AtlasAttributes : PresentAttributes {
     bool mapped_normals = false;  // maps of normals are in the normals
     // 1 .. 100, of what is baked as files hold it, all but materials; 0: without loss.
     uint8_t texture_quality = 0;
+    // Likewise, of levels of so many cells along a side of a chart, and of finer ones; where cells are 0 of none. They
+    // have more samples than texels, so one may be off by more: what is seen of a texel is the mean of several.
+    uint8_t dense_quality = 0;
+    uint32_t dense_cells = 0;
     bool operator==(const AtlasAttributes&) const = default;
 };
 
@@ -131,7 +136,7 @@ struct Atlas {
     std::vector<std::array<uint32_t, 4>> chart_corners;  // per chart: numbers of the corners where its sides begin
     // Per finest page of a chart's own, row by row, chart after chart; empty: the atlas has no leaves.
     std::vector<Leaf> leaves;
-    std::vector<std::vector<std::byte>> leaf_parts;  // coded (leaves.h); empty where they stay in a file
+    ByteLists leaf_parts;                 // coded (leaves.h); empty where they stay in a file
     uint32_t leaf_shift = 5;              // leaves' lattice has 1 << leaf_shift points for one of the samples', 0 .. 16
     std::vector<uint32_t> first_leaf{0};  // per chart, and the end; lay_out() sets it
 

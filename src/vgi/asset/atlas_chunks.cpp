@@ -62,18 +62,12 @@ Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter&
 
 Result<void> write_leaves(const Atlas& atlas, ChunkWriter& writer) {
     LODE_CHECK(atlas.leaf_parts.size() == atlas.leaf_part_count(), atlas.leaf_parts.size());
-    std::vector<uint64_t> ends;
     std::vector<uint32_t> sums;
-    std::vector<std::byte> bytes;
-    for (const auto& part : atlas.leaf_parts) {
-        bytes.insert(bytes.end(), part.begin(), part.end());
-        ends.push_back(bytes.size());
-        sums.push_back(checksum(part));
-    }
+    for (const auto& part : atlas.leaf_parts) sums.push_back(checksum(part));
     Result<void> done = writer.add_array(leaf_table, std::span(atlas.leaves));
-    if (done) done = writer.add_array(leaf_ends, std::span<const uint64_t>(ends));
+    if (done) done = writer.add_array(leaf_ends, atlas.leaf_parts.ends());
     if (done) done = writer.add_array(leaf_sums, std::span<const uint32_t>(sums));
-    if (done) done = writer.add_array(leaf_bytes, std::span<const std::byte>(bytes));
+    if (done) done = writer.add_array(leaf_bytes, atlas.leaf_parts.bytes());
     return done;
 }
 
@@ -97,7 +91,9 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
                           {"emissions", atlas.attributes.emissions},
                           {"baked", atlas.attributes.baked},
                           {"mapped_normals", atlas.attributes.mapped_normals},
-                          {"texture_quality", atlas.attributes.texture_quality}}}};
+                          {"texture_quality", atlas.attributes.texture_quality},
+                          {"dense_quality", atlas.attributes.dense_quality},
+                          {"dense_cells", atlas.attributes.dense_cells}}}};
     Result<void> done = writer.add_text("vgi/atlas", about.dump());
     if (done) done = writer.add_array("vgi/sides", std::span(atlas.sides));
     if (done) done = writer.add_array("vgi/clusters", std::span(atlas.cluster));
@@ -145,13 +141,18 @@ Result<uint32_t> read_about(const ChunkFile& file, Atlas& atlas) {
                             flag("emissions"),
                             flag("baked"),
                             flag("mapped_normals"),
-                            has.at("texture_quality").get<uint8_t>()};
+                            has.at("texture_quality").get<uint8_t>(),
+                            has.at("dense_quality").get<uint8_t>(),
+                            has.at("dense_cells").get<uint32_t>()};
     } catch (const Json::exception& e) { return wrong(e.what()); }
     const auto good_cells = [](uint32_t cells) { return cells >= 2 && cells <= 4096 && std::has_single_bit(cells); };
     if (!good_cells(atlas.cells) || !good_cells(atlas.attribute_cells) || atlas.cells > atlas.attribute_cells)
         return wrong("cells are no powers of two, 2 to 4096, those of attributes the larger");
     if (!(atlas.step > 0)) return wrong("the lattice has no step");
-    if (atlas.attributes.texture_quality > 100) return wrong("textures have no quality from 0 to 100");
+    const AtlasAttributes& attributes = atlas.attributes;
+    if (attributes.texture_quality > 100 || attributes.dense_quality > 100 ||
+        (attributes.texture_quality == 0) != (attributes.dense_quality == 0))
+        return wrong("textures have no quality from 0 to 100");
     if (atlas.leaf_shift > most_leaf_shift) return wrong("the leaves' lattice is too fine");
     bool numbers = std::isfinite(atlas.step);
     for (int k = 0; k < 3; ++k) numbers = numbers && std::isfinite(atlas.origin[k]);
@@ -422,21 +423,24 @@ namespace {
 
 // All parts of leaves, which are looked at and kept as they are.
 Result<void> read_leaves(const AtlasFile& file, Atlas& atlas) {
-    atlas.leaf_parts.resize(atlas.leaf_part_count());
-    std::vector<Result<void>> parts(atlas.leaf_parts.size());
-    parallel_for(parts.size(), 16, [&](size_t begin, size_t end) {
-        for (auto p = static_cast<uint32_t>(begin); p < end; ++p) {
-            auto bytes = file.read_leaf(p);
-            if (!bytes) {
-                parts[p] = tl::unexpected(bytes.error());
-                continue;
+    constexpr uint32_t at_a_time = 4096;
+    const uint32_t count = atlas.leaf_part_count();
+    std::vector<Result<std::vector<std::byte>>> parts;
+    for (uint32_t first = 0; first < count; first += at_a_time) {
+        parts.assign(std::min(at_a_time, count - first), std::vector<std::byte>{});
+        parallel_for(parts.size(), 16, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i) {
+                const uint32_t p = first + static_cast<uint32_t>(i);
+                parts[i] = file.read_leaf(p);
+                if (!parts[i]) continue;
+                if (const auto part = file.decode_leaf(p, *parts[i]); !part) parts[i] = tl::unexpected(part.error());
             }
-            if (const auto part = file.decode_leaf(p, *bytes); !part) parts[p] = tl::unexpected(part.error());
-            atlas.leaf_parts[p] = std::move(*bytes);
+        });
+        for (const auto& part : parts) {
+            if (!part) return tl::unexpected(part.error());
+            atlas.leaf_parts.add(*part);
         }
-    });
-    const auto failed = std::ranges::find_if(parts, [](const Result<void>& part) { return !part; });
-    if (failed != parts.end()) return *failed;
+    }
     return {};
 }
 

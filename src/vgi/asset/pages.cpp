@@ -117,10 +117,14 @@ std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer)
     using Kind = Channel::Kind;
     constexpr Channel lattice{0, true, false, Kind::smooth}, error{1, false, false, Kind::error},
         radius{2, false, false, Kind::radius}, uv{1, true, false}, material{3, true, false, Kind::name};
-    // Steps for one of colours: what is off in lit pictures is about the same of each.
-    constexpr Channel normal{0, false, true, Kind::direction, true, false, 2},
-        colour{2, false, false, Kind::amount, true, true, 1}, alpha{2, false, false, Kind::amount, true, false, 1},
-        surface{4, false, false, Kind::amount, true, false, 3}, emission{5, false, false, Kind::amount, true, true, 1};
+    // Steps in halves of what the quality says. Lit pictures show best what normals are off by, and hardly what
+    // roughness is.
+    constexpr uint32_t steps_per_step = 2;
+    // Sixteenths. With finer steps there is so much to code that coding without loss takes fewer bytes.
+    constexpr uint32_t least_step = 16, least_step_of_normals = 48;
+    constexpr Channel normal{0, false, true, Kind::direction, true, false, 1},
+        colour{2, false, false, Kind::amount, true, true, 2}, alpha{2, false, false, Kind::amount, true, false, 1},
+        surface{4, false, false, Kind::amount, true, false, 6}, emission{5, false, false, Kind::amount, true, true, 2};
     if (layer == Layer::geometry) return {lattice, lattice, lattice, error, radius};
     std::vector<Channel> channels{normal, normal};
     if (attributes.uvs) channels.insert(channels.end(), 2, uv);
@@ -128,8 +132,16 @@ std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer)
     if (attributes.surfaces) channels.insert(channels.end(), 3, surface);
     if (attributes.emissions) channels.insert(channels.end(), 3, emission);
     if (attributes.materials) channels.push_back(material);
-    const uint32_t step = step_of(attributes.texture_quality);
-    for (Channel& channel : channels) channel.step = static_cast<uint16_t>(channel.step * step);
+    const uint32_t step = step_of(attributes.texture_quality), dense_step = step_of(attributes.dense_quality);
+    for (Channel& channel : channels) {
+        const auto of = [&](uint32_t whole) {
+            const uint32_t least = channel.kind == Kind::direction ? least_step_of_normals : least_step;
+            return channel.step * whole == 0 ? 0 : std::max(channel.step * whole / steps_per_step, least);
+        };
+        channel.dense_step = of(dense_step);
+        channel.step = of(step);
+        if (attributes.dense_cells > 0) channel.dense_cells = attributes.dense_cells;
+    }
     return channels;
 }
 

@@ -75,8 +75,13 @@ struct Channel {
     Kind kind = Kind::amount;  // of all its numbers
     bool averaged = false;     // coarser pages have means of what is around instead (page_means.h); not wide
     bool srgb = false;         // means are of the light that the numbers stand for; three such stand together
-    // Sixteenths: samples may be off by about half of it (codec/lossy_family.h); 0: they are coded without loss.
-    uint16_t step = 0;
+    // Sixteenths: samples may be off by about half of it (codec/lossy_family.h); 0: they are coded without loss. The
+    // other is of levels of dense_cells along a side of a chart, and of finer ones.
+    uint32_t step = 0, dense_step = 0;
+    uint32_t dense_cells = ~0u;
+
+    // cells: of a level.
+    uint32_t step_of(uint32_t cells) const { return cells < dense_cells ? step : dense_step; }
 };
 // The channels of a layer, in the order they are stored.
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture

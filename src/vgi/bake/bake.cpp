@@ -592,6 +592,20 @@ private:
     StepSeconds seconds_;  // of all threads
 };
 
+// Charts have a power of two of cells, so their finest level has up to four times as many samples as it needs, or more
+// where that was asked for. What it is off by over a texel would be as on other levels with a step larger by the square
+// root of samples for each. It is larger by a good half of that, as one sample may fill a pixel.
+void set_quality(Atlas& atlas, uint32_t quality, double texels) {
+    constexpr double most_below = 6, below_a_doubling = 3;  // a step twice as large is 10 below
+    atlas.attributes.texture_quality = atlas.attributes.dense_quality = static_cast<uint8_t>(quality);
+    double samples = 0;
+    for (uint32_t c = 0; c < atlas.charts(); ++c) samples += std::pow(atlas.attribute_cells_of(c), 2);
+    if (quality == 0 || samples <= texels) return;
+    const auto below = static_cast<uint32_t>(std::min(below_a_doubling * std::log2(samples / texels), most_below));
+    atlas.attributes.dense_quality = static_cast<uint8_t>(std::max(quality, below + 1) - below);
+    atlas.attributes.dense_cells = atlas.attribute_cells;
+}
+
 // Makes bad clusters finer; borders need not be kept on features there any more. times: per cluster, how much finer.
 void make_denser(const RoundContext& context, const Surface& surface, const RefinementRound& round,
                  const std::vector<double>& times, std::vector<float>& density, FeatureLines& features) {
@@ -637,7 +651,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         if ((round.is_last() && round.fault().empty()) || std::ranges::find(bad, true) == bad.end()) {
             auto atlas = round.take();
             if (atlas) atlas->attributes = attributes_of_atlas(source, context.looks);
-            if (atlas && bakes) atlas->attributes.texture_quality = static_cast<uint8_t>(options.texture_quality);
+            if (atlas && bakes) set_quality(*atlas, options.texture_quality, context.looks->texels());
             if (atlas && bakes) agree_on_borders(*atlas);
             return atlas;
         }

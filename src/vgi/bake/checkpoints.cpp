@@ -105,10 +105,8 @@ struct StoredLeaves {
         squares.push_back(static_cast<uint32_t>(of.parts.size()));
         parts.insert(parts.end(), of.parts.begin(), of.parts.end());
         for (size_t i = 0; i < of.parts.size(); ++i) measured.insert(measured.end(), {of.errors[i], of.radii[i]});
-        for (const auto& coded : of.coded) {
-            sizes.push_back(static_cast<uint32_t>(coded.size()));
-            bytes.insert(bytes.end(), coded.begin(), coded.end());
-        }
+        for (const auto& coded : of.coded) sizes.push_back(static_cast<uint32_t>(coded.size()));
+        bytes.insert(bytes.end(), of.coded.bytes().begin(), of.coded.bytes().end());
     }
     Result<void> write(ChunkWriter& writer) const {
         auto done = put(writer, "leaves_measured", measured);
@@ -134,8 +132,7 @@ struct StoredLeaves {
             of.parts.push_back(parts[square]);
             for (uint32_t p = 0; p < parts[square]; ++p, ++part) {
                 if (part == sizes.size() || bytes.size() - byte < sizes[part]) return false;
-                const auto from = bytes.begin() + static_cast<ptrdiff_t>(byte);
-                of.coded.emplace_back(from, from + static_cast<ptrdiff_t>(sizes[part]));
+                of.coded.add(std::span(bytes).subspan(byte, sizes[part]));
                 byte += sizes[part];
             }
         }

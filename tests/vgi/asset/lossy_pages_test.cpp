@@ -13,9 +13,11 @@
 namespace lodestone::vgi {
 namespace {
 
-std::vector<Channel> channels_with(uint8_t quality) {
+std::vector<Channel> channels_with(uint8_t quality, uint8_t dense_quality = 0, uint32_t dense_cells = 0) {
     AtlasAttributes has{{true, false, true, true}, true, true, true, true};
     has.texture_quality = quality;
+    has.dense_quality = dense_quality;
+    has.dense_cells = dense_cells;
     return channels_of(has, Layer::attributes);
 }
 
@@ -55,8 +57,9 @@ Coded coded(const PageTree& tree, std::span<const Channel> channels, std::vector
 
 // What a channel may be off by more than colours, dB.
 double coarser(std::span<const Channel> channels, size_t channel) {
-    const auto step = [&](size_t c) { return static_cast<double>(std::max<uint16_t>(channels[c].step, 1)); };
-    return 20 * std::log10(step(channel) / step(2));
+    // Numbers are rounded to whole ones after that, 16 sixteenths.
+    const auto off = [&](size_t c) { return std::pow(channels[c].step, 2) + 16 * 16; };
+    return 10 * std::log10(off(channel) / off(2));
 }
 
 double psnr(const std::vector<Page>& a, const std::vector<Page>& b, size_t samples, size_t channel) {
@@ -89,6 +92,29 @@ TEST(LossyPages, AreNearerTheHigherTheQualityAndSmallerTheLower) {
         EXPECT_GT(psnr(done.pages, pages, 33 * 33, 5), 100) << int{quality};
         EXPECT_GT(psnr(done.pages, pages, 33 * 33, 12), 100) << int{quality};
     }
+}
+
+// The finest level may be off by more than others, which are what they would be without it.
+TEST(LossyPages, OfDenseLevelsHaveAQualityOfTheirOwn) {
+    const PageTree tree{128}, coarser_chart{64};
+    const auto evenly = channels_with(80), dense = channels_with(80, 60, 128);
+    const auto at = [](uint32_t c, int32_t x, int32_t y) { return painted(c, x, y); };
+    const std::vector<Page> pages = pages_of(tree, evenly, at);
+    const Coded even = coded(tree, evenly, pages), apart = coded(tree, dense, pages);
+    EXPECT_LT(5 * apart.bytes, 4 * even.bytes);
+    const auto finest = [&](const std::vector<Page>& all) {
+        return std::vector<Page>(all.begin() + tree.page(0, 0, 0), all.end());
+    };
+    for (uint32_t p = 0; p < tree.page(0, 0, 0); ++p) EXPECT_EQ(even.pages[p].values, apart.pages[p].values) << p;
+    for (size_t c = 0; c < 5; ++c) {
+        const double nearer = psnr(finest(even.pages), finest(pages), 33 * 33, c),
+                     farther = psnr(finest(apart.pages), finest(pages), 33 * 33, c);
+        EXPECT_LT(farther, nearer - 4) << c;
+        EXPECT_GT(farther, nearer - 13) << c;  // four times the step
+    }
+    // A chart that leaves out its finest level has none that is dense.
+    const std::vector<Page> fewer = pages_of(coarser_chart, evenly, at);
+    EXPECT_EQ(coded(coarser_chart, evenly, fewer).bytes, coded(coarser_chart, dense, fewer).bytes);
 }
 
 TEST(LossyPages, AreOfAnySize) {

@@ -359,11 +359,7 @@ TEST(Cuts, FallApartWhereRulesOfLeavesAreBroken) {
     EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5, nullptr, true), 0u);
     // A point that two leaves do not share.
     broken = atlas;
-    for (uint32_t p = 0; p < broken.leaf_parts.size(); p += 7) {
-        LeafPart part = *decode_leaf(broken.leaf_parts[p], broken.attributes);
-        part.vertices[0].position[0] ^= 1;
-        broken.leaf_parts[p] = encode_leaf(part, broken.attributes);
-    }
+    move_points(broken, [](size_t p) { return p % 7 == 0; });
     EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5, nullptr, true), 0u);
     // Leaves that do not know what is next to them.
     broken = atlas;

@@ -84,7 +84,6 @@ private:
     void add_blocks(const Group& group, Part& part) const;
     void take_border(const Group& group, const Part& original, Part& part);
     void take_blocks(const Group& group, const Part& original, const Part& expected);
-    void take_sample(const Group& group, const Numbers& residual, size_t number);
     Part original_of(const Group& group, std::span<const Page> pages) const;
     template <class Coder>
     void code(Coder& coder, std::vector<Component>& components) const;

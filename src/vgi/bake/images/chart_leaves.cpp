@@ -311,7 +311,7 @@ public:
         : input_(input), atlas_(atlas), cutting_(cutting) {}
 
     // Appends the parts of a leaf, coded; returns how many.
-    uint32_t add(uint32_t square, std::vector<uint32_t> triangles, std::vector<std::vector<std::byte>>& coded) {
+    uint32_t add(uint32_t square, std::vector<uint32_t> triangles, ByteLists& coded) {
         // Near ones follow each other: by the bits of their places, in turn.
         std::vector<uint64_t> key(triangles.size());
         std::vector<uint32_t> order(triangles.size());
@@ -380,9 +380,9 @@ private:
         of_.push_back(vertex);
         return static_cast<uint8_t>(part_.vertices.size() - 1);
     }
-    void close(std::vector<std::vector<std::byte>>& coded) {
+    void close(ByteLists& coded) {
         if (part_.triangles.empty()) return;
-        coded.push_back(encode_leaf(part_, atlas_.attributes));
+        coded.add(encode_leaf(part_, atlas_.attributes));
         part_ = {};
         of_.clear();
     }
@@ -428,6 +428,7 @@ ChartLeaves make_leaves(const ResampleInput& input, const Atlas& atlas, uint32_t
         leaves.radii[i] = radius_of(atlas, quad, i, cutting, (*triangles)[i]);
         leaves.parts[i] = maker.add(i, (*triangles)[i], leaves.coded);
     }
+    leaves.coded.shrink_to_fit();
     return leaves;
 }
 
@@ -456,6 +457,12 @@ uint8_t error_worth(const Atlas& atlas, uint32_t quad, uint32_t square, uint64_t
 void take_leaves(std::vector<ChartLeaves> charts, Atlas& atlas) {
     LODE_CHECK(charts.size() == atlas.charts(), charts.size());
     const ErrorCodes codes(atlas.extent());
+    size_t lists = 0, bytes = 0;
+    for (const ChartLeaves& of : charts) {
+        lists += of.coded.size();
+        bytes += of.coded.bytes().size();
+    }
+    atlas.leaf_parts.reserve(lists, bytes);
     uint32_t parts = 0;
     for (uint32_t c = 0; c < atlas.charts(); ++c) {
         ChartLeaves& of = charts[c];
@@ -466,8 +473,7 @@ void take_leaves(std::vector<ChartLeaves> charts, Atlas& atlas) {
             leaf.position = atlas.positions[atlas.texel(c, i % per_side * n + n / 2, i / per_side * n + n / 2)];
             if (of.parts[i] > 0) {
                 uint64_t triangles = 0;
-                for (uint32_t p = 0; p < of.parts[i]; ++p)
-                    triangles += triangles_in_leaf(std::span(of.coded[first + p]));
+                for (uint32_t p = 0; p < of.parts[i]; ++p) triangles += triangles_in_leaf(of.coded[first + p]);
                 // A leaf is never off by more; it may be drawn sooner, where it takes fewer triangles.
                 leaf.error = std::max(codes.of_error(std::min(of.errors[i], atlas.extent())),
                                       error_worth(atlas, c, i, triangles));
@@ -477,7 +483,7 @@ void take_leaves(std::vector<ChartLeaves> charts, Atlas& atlas) {
             first += of.parts[i];
             atlas.leaves.push_back(leaf);
         }
-        for (auto& part : of.coded) atlas.leaf_parts.push_back(std::move(part));
+        atlas.leaf_parts.add(of.coded);
         of = {};
     }
 }

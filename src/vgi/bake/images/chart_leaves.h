@@ -16,9 +16,9 @@ namespace lodestone::vgi {
 
 // Of one chart, by square, row by row.
 struct ChartLeaves {
-    std::vector<double> errors, radii;          // object units: as Leaf::error and Leaf::radius
-    std::vector<uint32_t> parts;                // how many the leaf has: 0 where there is none
-    std::vector<std::vector<std::byte>> coded;  // parts, leaf after leaf
+    std::vector<double> errors, radii;  // object units: as Leaf::error and Leaf::radius
+    std::vector<uint32_t> parts;        // how many the leaf has: 0 where there is none
+    ByteLists coded;                    // parts, leaf after leaf
 };
 
 // The leaves of the chart of a quad that has been sampled; none at all where it could not be cut.

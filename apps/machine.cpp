@@ -14,6 +14,15 @@ std::string cpu_name() {
     return "unknown";
 }
 
+uint64_t available_memory() {
+    std::ifstream in("/proc/meminfo");
+    std::string word;
+    for (uint64_t kib = 0; in >> word;) {
+        if (word == "MemAvailable:" && in >> kib) return kib << 10;
+    }
+    return uint64_t{2} << 30;
+}
+
 std::string source_commit() { return LODESTONE_COMMIT; }
 
 }  // namespace lodestone

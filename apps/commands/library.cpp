@@ -10,6 +10,7 @@
 #include "apps/commands/commands.h"
 #include "apps/library/library.h"
 #include "apps/library/plan.h"
+#include "apps/machine.h"
 #include "apps/options/bake_options.h"
 #include "apps/options/common_options.h"
 #include "apps/terminal.h"
@@ -108,16 +109,6 @@ private:
     std::vector<std::string> common_;
     std::map<std::vector<std::string>, BakeRecipe> recipes_;
 };
-
-// Of /proc/meminfo, in bytes.
-uint64_t available_memory() {
-    std::ifstream in("/proc/meminfo");
-    std::string word;
-    for (uint64_t kib = 0; in >> word;) {
-        if (word == "MemAvailable:" && in >> kib) return kib << 10;
-    }
-    return uint64_t{2} << 30;
-}
 
 Result<Crew> crew_of(const LibraryArguments& given) {
     Crew crew;

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 
+#include "apps/scene/bake_cost.h"
 #include "base/json.h"
 #include "base/text.h"
 
@@ -157,6 +158,13 @@ Result<std::vector<Item>> find_items(std::span<const std::string> sources, const
         item.bytes = error ? 0 : bytes;
     }
     return items;
+}
+
+void estimate(Item& item, const BakeRecipe& recipe) {
+    const BakeCost cost =
+        cost_of_bake(triangles_about(item.path, item.bytes), item.bytes, recipe.parts, recipe.error_samples);
+    item.cost = cost.seconds;
+    item.memory = cost.memory;
 }
 
 }  // namespace lodestone

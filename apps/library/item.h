@@ -39,8 +39,6 @@ struct BakeRecipe {
 // source is nothing.
 Result<std::vector<Item>> find_items(std::span<const std::string> sources, const std::filesystem::path& out);
 
-// Triangles of a mesh as far as its first bytes tell, or else guessed from its size.
-uint64_t triangles_about(const std::filesystem::path& path, uint64_t bytes);
 // Sets cost and memory.
 void estimate(Item& item, const BakeRecipe& recipe);
 

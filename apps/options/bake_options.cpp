@@ -113,8 +113,8 @@ void add_form_options(CLI::App& command, BakeWords& o) {
 void add_chart_options(CLI::App& command, BakeWords& o) {
     command
         .add_option("--clusters", o.clusters,
-                    "vgi: clusters wanted; each becomes one quad chart for each of its sides. Unless given one for "
-                    "each 1,000 triangles of the mesh, 130 at most")
+                    "vgi: clusters wanted; each becomes one quad chart for each of its sides. Unless given 130, but "
+                    "one for each 1,000 triangles of the mesh at most, and one for each 50,000 at least")
         ->check(CLI::Range(1, 1 << 20));
     command
         .add_option("--target-error", o.bake.target_error,
@@ -239,7 +239,7 @@ Result<BakeOptions> bake_options_of(const BakeWords& given) {
     }
     if (given.clusters > 0) {
         options.atlas.clusters.clusters = given.clusters;
-        options.triangles_per_cluster = 0;
+        options.triangles_per_cluster.reset();
     }
     if (given.resolution > 0) {
         options.atlas.cells = given.resolution - 1;

@@ -3,12 +3,14 @@
 #include <algorithm>
 
 #include "apps/scene/bake_atlas.h"
+#include "apps/scene/bake_cost.h"
 #include "apps/scene/unwrap.h"
 #include "apps/terminal.h"
 #include "base/clock.h"
 #include "base/files/chunk_file.h"
 #include "base/files/file.h"
 #include "base/json.h"
+#include "base/spill.h"
 #include "base/text.h"
 #include "baseline/discrete.h"
 #include "frame/screen_error.h"
@@ -188,7 +190,9 @@ Json BakeOptions::to_json() const {
                  {"uv_weight", uv_weight},
                  {"colour_weight", colour_weight},
                  {"error_samples", error_samples},
-                 {"triangles_per_cluster", triangles_per_cluster},
+                 {"triangles_per_cluster",
+                  triangles_per_cluster ? nlohmann::json{triangles_per_cluster->fewest, triangles_per_cluster->most}
+                                        : nlohmann::json()},
                  {"target_error", target_error},
                  {"load_images", read.load_images},
                  {"height_scale", read.height_scale},
@@ -210,6 +214,9 @@ Json BakeOptions::to_json() const {
 Result<BakeInput> read_bake_input(const std::filesystem::path& path, const BakeOptions& options,
                                   const Progress& progress) {
     progress.at("read", 0);
+    if (!spilling()) {
+        if (auto room = check_room_for_bake(path, options); !room) return tl::unexpected(room.error());
+    }
     BakeInput input;
     input.name = as_utf8(path.filename().string());
     ReadOptions read = options.read;

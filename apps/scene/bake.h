@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,10 +21,10 @@
 namespace lodestone {
 
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
-inline constexpr int bake_revision = 13;
+inline constexpr int bake_revision = 14;
 
 // Base colours drawn with it are about 0.3 dB farther from those of the source's own textures than without loss.
-inline constexpr uint32_t usual_texture_quality = 70;
+inline constexpr uint32_t usual_texture_quality = 60;
 
 // With leaves, samples that make no more triangles than leaves do, about, and what textures hold.
 inline vgi::AtlasOptions as_fine_as_the_source() {
@@ -35,6 +36,10 @@ inline vgi::AtlasOptions as_fine_as_the_source() {
     return options;
 }
 
+struct TrianglesPerCluster {
+    double fewest = 1000, most = 50000;
+};
+
 struct BakeOptions {
     std::vector<std::string> backends = {"lod"};  // lod, vgi, discrete, full
     std::vector<std::string> orders = {"keyframe", "static",
@@ -45,9 +50,11 @@ struct BakeOptions {
     uint64_t error_samples = 100000;                                // points on each surface when errors are measured
     uint32_t quantise = 0;  // lod: bits of positions along the longest side of the mesh; 0 keeps them as they are
     vgi::AtlasOptions atlas = as_fine_as_the_source();
-    double triangles_per_cluster = 1000;  // vgi: clusters are fewer, 8 at least, where a mesh has less; 0 for as above
-    double target_error = 0;              // vgi: object units; > 0: more clusters until the finest level comes under it
-    bool retexture = false;               // textures are laid out anew, with few cuts, before anything is baked
+    // vgi: clusters are fewer, 8 at least, or more than `atlas` says where they would have fewer or more; nothing for
+    // as many as it says
+    std::optional<TrianglesPerCluster> triangles_per_cluster = TrianglesPerCluster{};
+    double target_error = 0;  // vgi: object units; > 0: more clusters until the finest level comes under it
+    bool retexture = false;   // textures are laid out anew, with few cuts, before anything is baked
     ReadOptions read;
     std::vector<ClipPlane> clip;  // what all of them keep of the mesh is baked; none for all of it
 

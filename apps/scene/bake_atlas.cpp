@@ -15,12 +15,15 @@ namespace {
 // With --target-error: as many clusters as bring the finest level under it, each try twice as many as the last.
 constexpr uint32_t most_clusters = 1u << 14;
 
-// At most a cluster for so many triangles.
-void fit_clusters(vgi::AtlasOptions& options, size_t triangles, double triangles_per_cluster) {
+// As many as were asked for, but fewer where they would have fewer triangles than the range says, and more where they
+// would have more: laying out one of n triangles takes n to the power of 1.5.
+void fit_clusters(vgi::AtlasOptions& options, size_t triangles, const TrianglesPerCluster& range) {
     constexpr uint32_t fewest_clusters = 8;
     uint32_t& clusters = options.clusters.clusters;
-    clusters = std::clamp(static_cast<uint32_t>(std::min(static_cast<double>(triangles) / triangles_per_cluster, 1e9)),
-                          std::min(fewest_clusters, clusters), clusters);
+    const auto of = [&](double each) {
+        return static_cast<uint32_t>(std::min(static_cast<double>(triangles) / each, 1e9));
+    };
+    clusters = std::max(std::min(clusters, std::max(of(range.fewest), fewest_clusters)), of(range.most));
 }
 void warn_of(const vgi::AtlasReport& made, const vgi::AtlasOptions& options, double diagonal,
              const Progress& progress) {
@@ -91,8 +94,8 @@ Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, n
                               const Progress& progress, const CheckpointFolder* work) {
     if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
     vgi::AtlasOptions atlas_options = options.atlas;
-    if (options.triangles_per_cluster > 0)
-        fit_clusters(atlas_options, mesh.triangle_count(), options.triangles_per_cluster);
+    if (options.triangles_per_cluster)
+        fit_clusters(atlas_options, mesh.triangle_count(), *options.triangles_per_cluster);
     const double diagonal = std::max(1e-30, static_cast<double>(bounding_box(mesh.positions).diagonal()));
     for (;;) {
         vgi::AtlasReport made;

@@ -1,5 +1,7 @@
-// What a bake takes, from the first bytes of its mesh. Coefficients are measured (docs/library.md); the order of bakes,
-// the sizes of shards and the time left follow from them, results do not.
+// Coefficients are measured (docs/library.md); the order of bakes, the sizes of shards and the time left follow from
+// them, results do not.
+#include "apps/scene/bake_cost.h"
+
 #include <zlib.h>
 
 #include <algorithm>
@@ -8,7 +10,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "apps/library/item.h"
+#include "apps/machine.h"
 
 namespace lodestone {
 
@@ -31,6 +33,7 @@ constexpr Cost costs[] = {
 };
 constexpr double least_seconds = 0.02, seconds_per_error_sample = 2.6e-6;
 constexpr uint64_t least_bytes = uint64_t{28} << 20;
+constexpr double least_share = 0.6;  // of the memory reckoned, that any mesh takes
 
 // The number behind `key` in a text header.
 uint64_t number_after(std::string_view text, std::string_view key) {
@@ -68,28 +71,53 @@ std::string first_bytes(const fs::path& path) {
     return begin;
 }
 
+uint64_t unpacked_bytes(const fs::path& path, uint64_t bytes) {
+    return path.extension() == ".gz" ? bytes * packed_ratio : bytes;
+}
+
+// Zero where its first bytes do not say. A header that lies does not make a bake larger than its file.
+uint64_t triangles_told(const fs::path& path, uint64_t bytes) {
+    if (bytes == 0) return 0;
+    constexpr uint64_t least_bytes_of_a_face = 4;
+    return std::min(triangles_in(first_bytes(path), bytes), unpacked_bytes(path, bytes) / least_bytes_of_a_face);
+}
+
 }  // namespace
 
 uint64_t triangles_about(const fs::path& path, uint64_t bytes) {
-    if (bytes == 0) return 0;
-    const uint64_t unpacked = path.extension() == ".gz" ? bytes * packed_ratio : bytes;
-    const uint64_t told = triangles_in(first_bytes(path), bytes);
-    // A header that lies does not make a bake larger than its file.
-    return told > 0 ? std::min(told, unpacked * 2) : unpacked / bytes_per_triangle;
+    const uint64_t told = triangles_told(path, bytes);
+    return told > 0 ? told : unpacked_bytes(path, bytes) / bytes_per_triangle;
 }
 
-void estimate(Item& item, const BakeRecipe& recipe) {
-    const auto triangles = static_cast<double>(triangles_about(item.path, item.bytes));
-    item.cost = least_seconds;
-    if (std::ranges::count(recipe.parts, "lod") > 0)
-        item.cost += seconds_per_error_sample * static_cast<double>(recipe.error_samples);
+BakeCost cost_of_bake(uint64_t triangles, uint64_t file_bytes, std::span<const std::string> parts,
+                      uint64_t error_samples) {
+    BakeCost whole{least_seconds, 0};
+    if (std::ranges::count(parts, "lod") > 0)
+        whole.seconds += seconds_per_error_sample * static_cast<double>(error_samples);
     double memory = 0;
     for (const Cost& cost : costs) {
-        if (std::ranges::count(recipe.parts, cost.part) == 0) continue;
-        item.cost += cost.seconds + cost.per_triangle * std::pow(triangles, cost.power);
-        memory = std::max(memory, triangles * cost.bytes);
+        if (std::ranges::count(parts, cost.part) == 0) continue;
+        whole.seconds += cost.seconds + cost.per_triangle * std::pow(static_cast<double>(triangles), cost.power);
+        memory = std::max(memory, static_cast<double>(triangles) * cost.bytes);
     }
-    item.memory = least_bytes + item.bytes + static_cast<uint64_t>(memory);
+    whole.memory = least_bytes + file_bytes + static_cast<uint64_t>(memory);
+    return whole;
+}
+
+Result<void> check_room_for_bake(const fs::path& mesh, const BakeOptions& options) {
+    std::error_code error;
+    const uint64_t bytes = fs::file_size(mesh, error);
+    if (error) return {};  // whoever reads it says why
+    const uint64_t triangles = triangles_told(mesh, bytes);
+    const double least = least_share * static_cast<double>(cost_of_bake(triangles, 0, options.backends, 0).memory);
+    const auto available = static_cast<double>(available_memory());
+    if (least <= available) return {};
+    const auto gib = [](double of) {
+        return std::to_string(static_cast<uint64_t>(std::ceil(of / (1 << 30)))) + " GiB";
+    };
+    return fail(Fault::machine, mesh.string() + ": " + std::to_string(triangles) + " triangles take at least " +
+                                    gib(least) + " of memory to bake, and " + gib(available) +
+                                    " are free; give --memory to keep the rest in files");
 }
 
 }  // namespace lodestone

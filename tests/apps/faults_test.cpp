@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "apps/machine.h"
 #include "apps/program.h"
 #include "base/sanitized.h"
 
@@ -151,6 +152,25 @@ TEST_F(FaultTest, MemoryThatEndsAnywhereIsOneLineAndLeavesNothing) {
     EXPECT_GT(refused, 3);
 }
 #endif
+
+// What cannot fit is refused before it is read; a file of zeros that has no blocks on the disk stands for it.
+TEST_F(FaultTest, AMeshThatDoesNotFitIntoMemoryIsRefusedBeforeItIsRead) {
+    constexpr uint32_t triangles = 1'400'000'000;
+    if (available_memory() > uint64_t{200} << 30) GTEST_SKIP() << "more than 200 GiB of memory are free";
+    {
+        std::ofstream scan(folder_ / "scan.stl", std::ios::binary);
+        scan << std::string(80, ' ') << std::string(reinterpret_cast<const char*>(&triangles), sizeof triangles);
+    }
+    std::error_code error;
+    fs::resize_file(folder_ / "scan.stl", 84 + uint64_t{50} * triangles, error);
+    if (error) GTEST_SKIP() << "no file of 70 GB can be made here: " << error.message();
+    const auto begin = Clock::now();
+    for (const char* backend : {"lod", "discrete", "vgi"})
+        fails(std::string("bake scan.stl -o scan.lode --backends ") + backend, 4,
+              "scan.stl: 1400000000 triangles take at least");
+    EXPECT_LT(Clock::now() - begin, std::chrono::seconds(20)) << "to read it takes minutes";
+    EXPECT_EQ(files(), std::set<std::string>{"scan.stl"});
+}
 
 TEST_F(FaultTest, TwoThatFillTheSameCacheBothDraw) {
     succeeds("generate rock --triangles 6000 -o rock.ply");

@@ -46,7 +46,7 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"volume", {"base", "frame"}},
     {"report", {"base", "mesh", "frame"}},
     {"render", {"base", "frame"}},
-    {"apps/library", {"base", "mesh", "report"}},
+    {"apps/library", {"base", "mesh", "report", "apps/scene"}},
     {"apps/options", {"base", "mesh", "lod", "apps/scene"}},
     {"apps/embed", {"base", "mesh", "frame", "lod", "vgi", "apps/scene", "apps/options"}},
     {"apps/c", {"base", "mesh", "apps/embed", "apps/scene"}},

@@ -22,14 +22,15 @@ namespace {
 constexpr uint64_t bytes_per_triangle = 60;
 constexpr uint64_t packed_ratio = 3;  // of .gz
 
-// Of a backend or a face order: seconds + per_triangle * triangles ^ power, and bytes for each triangle.
+// Of a backend or a face order: seconds + per_triangle * triangles ^ power; bytes for each triangle, and what charts
+// are made in: `work` for each triangle, most_work at most.
 struct Cost {
     const char* part;
-    double seconds, per_triangle, power, bytes;
+    double seconds, per_triangle, power, bytes, work = 0, most_work = 0;
 };
 constexpr Cost costs[] = {
     {"lod", 0.02, 1.4e-5, 1, 480}, {"keyframe", 0, 2.5e-5, 1.14, 0},   {"greedy", 0, 1e-4, 1, 0},
-    {"vgi", 1, 2e-4, 1, 700},      {"discrete", 0.05, 1.5e-5, 1, 300}, {"full", 0, 5e-7, 1, 150},
+    {"full", 0, 5e-7, 1, 150},     {"discrete", 0.05, 1.5e-5, 1, 300}, {"vgi", 0.8, 9.5e-6, 1, 140, 1000, 1.2e8},
 };
 constexpr double least_seconds = 0.02, seconds_per_error_sample = 2.6e-6;
 constexpr uint64_t least_bytes = uint64_t{28} << 20;
@@ -98,7 +99,8 @@ BakeCost cost_of_bake(uint64_t triangles, uint64_t file_bytes, std::span<const s
     for (const Cost& cost : costs) {
         if (std::ranges::count(parts, cost.part) == 0) continue;
         whole.seconds += cost.seconds + cost.per_triangle * std::pow(static_cast<double>(triangles), cost.power);
-        memory = std::max(memory, static_cast<double>(triangles) * cost.bytes);
+        const auto count = static_cast<double>(triangles);
+        memory = std::max(memory, count * cost.bytes + std::min(count * cost.work, cost.most_work));
     }
     whole.memory = least_bytes + file_bytes + static_cast<uint64_t>(memory);
     return whole;

@@ -10,6 +10,7 @@ set(LODESTONE_PUBLIC_HEADERS
   base/none.h
   base/progress.h
   base/result.h
+  base/structures/byte_lists.h
   base/threads.h
   baseline/discrete.h
   baseline/fixed_levels.h

@@ -2,6 +2,7 @@
 #ifdef LODESTONE_WITH_RENDER
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -20,7 +21,10 @@ namespace fs = std::filesystem;
 
 class SceneGridsTest : public testing::Test {
 protected:
-    SceneGridsTest() : folder_(fs::path(testing::TempDir()) / "grids-test") { fs::create_directories(folder_ / "sub"); }
+    // Tests run side by side, each in a process of its own.
+    SceneGridsTest() : folder_(fs::path(testing::TempDir()) / ("grids-" + std::to_string(getpid()))) {
+        fs::create_directories(folder_ / "sub");
+    }
     ~SceneGridsTest() override { fs::remove_all(folder_); }
 
     SceneVolumes volumes(const std::string& text) const {

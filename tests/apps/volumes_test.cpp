@@ -1,6 +1,7 @@
 // Volumes of scenes: what is read of them, and how bad ones are refused.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -16,7 +17,9 @@ namespace fs = std::filesystem;
 
 class SceneVolumesTest : public testing::Test {
 protected:
-    SceneVolumesTest() : path_(fs::path(testing::TempDir()) / "volumes-test.scene.json") {}
+    // Tests run side by side, each in a process of its own.
+    SceneVolumesTest()
+        : path_(fs::path(testing::TempDir()) / ("volumes-" + std::to_string(getpid()) + ".scene.json")) {}
     ~SceneVolumesTest() override { fs::remove(path_); }
 
     // members: of the scene, beside one asset.

@@ -76,10 +76,10 @@ struct AtlasAttributes : PresentAttributes {
     bool mapped_normals = false;  // maps of normals are in the normals
     // 1 .. 100, of what is baked as files hold it, all but materials; 0: without loss.
     uint8_t texture_quality = 0;
-    // Likewise, of levels of so many cells along a side of a chart, and of finer ones; where cells are 0 of none. They
-    // have more samples than texels, so one may be off by more: what is seen of a texel is the mean of several.
+    // Likewise, of levels of `dense_cells` and more. They have more samples than texels, so one may be off by more:
+    // what is seen of a texel is the mean of several.
     uint8_t dense_quality = 0;
-    uint32_t dense_cells = 0;
+    uint32_t dense_cells = 0;  // along a side of a chart; 0 for no level
     bool operator==(const AtlasAttributes&) const = default;
 };
 

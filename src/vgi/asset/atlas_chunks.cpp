@@ -63,7 +63,7 @@ Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter&
 Result<void> write_leaves(const Atlas& atlas, ChunkWriter& writer) {
     LODE_CHECK(atlas.leaf_parts.size() == atlas.leaf_part_count(), atlas.leaf_parts.size());
     std::vector<uint32_t> sums;
-    for (const auto& part : atlas.leaf_parts) sums.push_back(checksum(part));
+    for (size_t p = 0; p < atlas.leaf_parts.size(); ++p) sums.push_back(checksum(atlas.leaf_parts[p]));
     Result<void> done = writer.add_array(leaf_table, std::span(atlas.leaves));
     if (done) done = writer.add_array(leaf_ends, atlas.leaf_parts.ends());
     if (done) done = writer.add_array(leaf_sums, std::span<const uint32_t>(sums));

@@ -471,7 +471,7 @@ TriMesh extract_leaves(const Atlas& atlas) {
 
 uint64_t leaf_triangles(const Atlas& atlas) {
     uint64_t count = 0;
-    for (const auto& part : atlas.leaf_parts) count += triangles_in_leaf(part);
+    for (size_t p = 0; p < atlas.leaf_parts.size(); ++p) count += triangles_in_leaf(atlas.leaf_parts[p]);
     return count;
 }
 double leaf_rounding(const Atlas& atlas) {

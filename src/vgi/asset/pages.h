@@ -76,9 +76,9 @@ struct Channel {
     bool averaged = false;     // coarser pages have means of what is around instead (page_means.h); not wide
     bool srgb = false;         // means are of the light that the numbers stand for; three such stand together
     // Sixteenths: samples may be off by about half of it (codec/lossy_family.h); 0: they are coded without loss. The
-    // other is of levels of dense_cells along a side of a chart, and of finer ones.
+    // other is of levels of `dense_cells` and more.
     uint32_t step = 0, dense_step = 0;
-    uint32_t dense_cells = ~0u;
+    uint32_t dense_cells = ~0u;  // along a side of a chart
 
     // cells: of a level.
     uint32_t step_of(uint32_t cells) const { return cells < dense_cells ? step : dense_step; }

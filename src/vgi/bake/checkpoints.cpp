@@ -105,7 +105,7 @@ struct StoredLeaves {
         squares.push_back(static_cast<uint32_t>(of.parts.size()));
         parts.insert(parts.end(), of.parts.begin(), of.parts.end());
         for (size_t i = 0; i < of.parts.size(); ++i) measured.insert(measured.end(), {of.errors[i], of.radii[i]});
-        for (const auto& coded : of.coded) sizes.push_back(static_cast<uint32_t>(coded.size()));
+        for (size_t i = 0; i < of.coded.size(); ++i) sizes.push_back(static_cast<uint32_t>(of.coded[i].size()));
         bytes.insert(bytes.end(), of.coded.bytes().begin(), of.coded.bytes().end());
     }
     Result<void> write(ChunkWriter& writer) const {

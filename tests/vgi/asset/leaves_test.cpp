@@ -68,7 +68,8 @@ TEST(Leaves, AreTheSourceItself) {
 TEST(Leaves, AreDecodedAsTheyWereCoded) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 64, 8, true);
     size_t parts = 0;
-    for (const auto& coded : atlas.leaf_parts) {
+    for (size_t p = 0; p < atlas.leaf_parts.size(); ++p) {
+        const ByteLists::List coded = atlas.leaf_parts[p];
         const auto part = decode_leaf(coded, atlas.attributes);
         ASSERT_TRUE(part);
         EXPECT_TRUE(part->validate(atlas, 32));

@@ -30,7 +30,7 @@ struct Cost {
 };
 constexpr Cost costs[] = {
     {"lod", 0.02, 1.4e-5, 1, 480}, {"keyframe", 0, 2.5e-5, 1.14, 0},   {"greedy", 0, 1e-4, 1, 0},
-    {"full", 0, 5e-7, 1, 150},     {"discrete", 0.05, 1.5e-5, 1, 300}, {"vgi", 0.8, 9.5e-6, 1, 140, 1000, 1.2e8},
+    {"full", 0, 5e-7, 1, 150},     {"discrete", 0.05, 1.5e-5, 1, 300}, {"vgi", 0.35, 1.25e-5, 1, 140, 1000, 1.2e8},
 };
 constexpr double least_seconds = 0.02, seconds_per_error_sample = 2.6e-6;
 constexpr uint64_t least_bytes = uint64_t{28} << 20;

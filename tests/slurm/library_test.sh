@@ -18,7 +18,7 @@ cluster() { local what=$1; shift; "$here/cluster.sh" "$what" "$work/cluster" "$@
 trap 'cluster stop || true; rm -rf "$work"' EXIT
 chmod 755 "$work"
 say() { echo "$SECONDS s: $*"; }
-options=(--order static,keyframe --error-samples 20000)
+options=(--order static,keyframe --error-samples 150000) # each bake takes long enough to be met and killed
 
 make_scans() { # 60: 53 that can be baked, one content twice, a space and an umlaut in names, 7 that cannot
   mkdir -p "$work/scans/a b" "$work/scans/deep"
@@ -45,11 +45,7 @@ make_scans() { # 60: 53 that can be baked, one content twice, a space and an uml
 sums() { (cd "$1/assets" && find . -name '*.lode' -exec sha256sum {} + | sort -k2); }
 
 a_bake() { # the id of a process that bakes into $work/lib, if there is one
-  local process
-  for process in /proc/[0-9]*; do
-    [ "$(readlink "$process/exe" 2>/dev/null)" = "$program" ] || continue
-    ! tr '\0' ' ' <"$process/cmdline" 2>/dev/null | grep -qF " bake --json -o $work/lib/" || echo "${process#/proc/}"
-  done | head -1
+  pgrep -f -- "^$program bake --json -o $work/lib/" | head -1
 }
 
 running() { squeue -h -r -j "$job" -t R -o '%K %N' 2>/dev/null; }
@@ -70,7 +66,8 @@ break_things() {
   bake=$(wait_for a_bake)
   kill -9 "$bake" 2>/dev/null && say "killed bake $bake"
   read -r task node < <(wait_for running)
-  scancel --batch --signal=TERM "${job}_$task" && say "told shard $task on $node to end"
+  scancel --batch --signal=TERM "${job}_$task" & # it may take ten seconds to come back, when all would be done
+  say "telling shard $task on $node to end"
   sleep 0.5
   node=$(wait_for running | tail -1 | cut -d' ' -f2)
   cluster die "$node"
@@ -82,7 +79,7 @@ break_things() {
 }
 
 go_on() { # sends what is left, and waits for it
-  job=$(sbatch --parsable --mem=1000 --array="$1" -o "$work/log-%a" "$source/scripts/library.sbatch" "$work/plan")
+  job=$(sbatch --parsable --mem=1000 --array="$1%2" -o "$work/log-%a" "$source/scripts/library.sbatch" "$work/plan")
   say "sent shards $1 as job $job"
 }
 

@@ -30,7 +30,7 @@ packages=(
 
 checks=(clang libclang-rt-14-dev clang-tidy llvm)
 # a cluster of virtual nodes, and what docs/library.md shows beside it
-slurm=(slurm-wlm munge parallel jq)
+slurm=(slurm-wlm munge parallel jq procps)
 if [ "${1:-}" = --checks ]; then
   packages+=("${checks[@]}")
 elif [ "${1:-}" = --slurm ]; then

@@ -23,7 +23,6 @@ namespace lodestone {
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
 inline constexpr int bake_revision = 14;
 
-// Base colours drawn with it are about 0.3 dB farther from those of the source's own textures than without loss.
 inline constexpr uint32_t usual_texture_quality = 60;
 
 // With leaves, samples that make no more triangles than leaves do, about, and what textures hold.

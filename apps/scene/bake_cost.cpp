@@ -95,11 +95,11 @@ BakeCost cost_of_bake(uint64_t triangles, uint64_t file_bytes, std::span<const s
     BakeCost whole{least_seconds, 0};
     if (std::ranges::count(parts, "lod") > 0)
         whole.seconds += seconds_per_error_sample * static_cast<double>(error_samples);
+    const auto count = static_cast<double>(triangles);
     double memory = 0;
     for (const Cost& cost : costs) {
         if (std::ranges::count(parts, cost.part) == 0) continue;
-        whole.seconds += cost.seconds + cost.per_triangle * std::pow(static_cast<double>(triangles), cost.power);
-        const auto count = static_cast<double>(triangles);
+        whole.seconds += cost.seconds + cost.per_triangle * std::pow(count, cost.power);
         memory = std::max(memory, count * cost.bytes + std::min(count * cost.work, cost.most_work));
     }
     whole.memory = least_bytes + file_bytes + static_cast<uint64_t>(memory);
@@ -119,7 +119,7 @@ Result<void> check_room_for_bake(const fs::path& mesh, const BakeOptions& option
     };
     return fail(Fault::machine, mesh.string() + ": " + std::to_string(triangles) + " triangles take at least " +
                                     gib(least) + " of memory to bake, and " + gib(available) +
-                                    " are free; give --memory to keep the rest in files");
+                                    " are free; bake it with --memory, which keeps the rest in files");
 }
 
 }  // namespace lodestone

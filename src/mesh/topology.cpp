@@ -13,23 +13,30 @@ uint32_t start_vertex(const TriMesh& mesh, uint32_t half_edge) {
     return mesh.vertex_of(half_edge / 3, static_cast<int>(half_edge % 3));
 }
 
+// Half-edges by a vertex of each: those of v, in order of number, are order[first[v]] .. order[first[v + 1] - 1].
+struct HalfEdgesByVertex {
+    template <class VertexOf>
+    HalfEdgesByVertex(uint32_t half_edges, size_t vertices, VertexOf&& vertex_of)
+        : first(vertices + 1, 0), order(half_edges) {
+        for (uint32_t h = 0; h < half_edges; ++h) ++first[vertex_of(h)];
+        std::partial_sum(first.begin(), first.end(), first.begin());
+        for (uint32_t h = half_edges; h-- > 0;) order[--first[vertex_of(h)]] = h;
+    }
+    std::span<const uint32_t> at(size_t v) const { return std::span(order).subspan(first[v], first[v + 1] - first[v]); }
+    std::vector<uint32_t> first, order;
+};
+
 // Calls visit(half_edges) for every edge; those of one edge come in order of number. Vertex by vertex, so that what is
 // looked at together lies together where neighbours in the mesh are neighbours in memory.
 template <class Visit>
 void for_edges(const TriMesh& mesh, Visit&& visit) {
-    const auto half_edges = static_cast<uint32_t>(mesh.triangle_count() * 3);
     const auto low = [&](uint32_t h) { return std::min(start_vertex(mesh, h), start_vertex(mesh, next_corner(h))); };
     const auto high = [&](uint32_t h) { return std::max(start_vertex(mesh, h), start_vertex(mesh, next_corner(h))); };
-    // Half-edges by the lower vertex of their edge.
-    std::vector<uint32_t> end(mesh.vertex_count() + 1, 0), at(half_edges);
-    for (uint32_t h = 0; h < half_edges; ++h) ++end[low(h) + 1];
-    std::partial_sum(end.begin(), end.end(), end.begin());
-    for (uint32_t h = half_edges; h-- > 0;) at[--end[low(h) + 1]] = h;
-    // Now end[v + 1] is where those of v begin.
+    const HalfEdgesByVertex by_low(static_cast<uint32_t>(mesh.triangle_count() * 3), mesh.vertex_count(), low);
     std::vector<uint32_t> order;
     for (size_t v = 0; v < mesh.vertex_count(); ++v) {
-        const uint32_t begin = end[v + 1], behind = v + 2 < end.size() ? end[v + 2] : half_edges;
-        order.assign(at.begin() + begin, at.begin() + behind);
+        const auto those = by_low.at(v);
+        order.assign(those.begin(), those.end());
         std::ranges::stable_sort(order, {}, high);
         for (size_t i = 0; i < order.size();) {
             size_t next = i + 1;
@@ -45,16 +52,11 @@ void for_edges(const TriMesh& mesh, Visit&& visit) {
 std::vector<uint32_t> half_edge_twins(std::span<const uint32_t> corner_vertex, size_t vertices, bool* manifold) {
     const auto from = [&](uint32_t h) { return corner_vertex[h]; };
     const auto to = [&](uint32_t h) { return corner_vertex[next_corner(h)]; };
-    // Half-edges by the vertex they begin at.
-    std::vector<uint32_t> first(vertices + 1, 0), out(corner_vertex.size()), twin(out.size(), no_neighbour);
-    for (const uint32_t v : corner_vertex) ++first[v + 1];
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    std::vector<uint32_t> fill(first.begin(), first.end() - 1);
-    for (uint32_t h = 0; h < twin.size(); ++h) out[fill[from(h)]++] = h;
+    const HalfEdgesByVertex by_start(static_cast<uint32_t>(corner_vertex.size()), vertices, from);
+    std::vector<uint32_t> twin(corner_vertex.size(), no_neighbour);
     for (uint32_t h = 0; h < twin.size(); ++h) {
         if (twin[h] != no_neighbour) continue;
-        for (uint32_t i = first[to(h)]; i < first[to(h) + 1]; ++i) {
-            const uint32_t g = out[i];
+        for (const uint32_t g : by_start.at(to(h))) {
             if (to(g) != from(h)) continue;
             if (twin[g] != no_neighbour || twin[h] != no_neighbour) {
                 if (manifold != nullptr) *manifold = false;

@@ -125,7 +125,7 @@ Result<tiles::PieceOfSource> read_piece(const Scene& scene, const Progress& prog
     piece.planes = scene.clip;
     piece.mesh = std::move(*mesh);
     if (auto done = clip(piece.mesh, scene.clip); !done) return tl::unexpected(done.error());
-    if (auto done = repair(piece.mesh); !done) return tl::unexpected(done.error());
+    if (auto done = repair(piece.mesh, {}, progress); !done) return tl::unexpected(done.error());
     return piece;
 }
 

@@ -86,7 +86,7 @@ Result<int> unwrap_file(const UnwrapArguments& o) {
     if (!mesh) return tl::unexpected(mesh.error());
     for (const std::string& line : told.warnings) progress.warning(line);
     tell_of_alpha(o, *mesh);
-    auto repaired = repair(*mesh);
+    auto repaired = repair(*mesh, {}, progress);
     if (!repaired) return fail_at(o.mesh, repaired.error());
     seconds.read = all.wall();
     auto made = unwrap_mesh(*mesh, o.choices, progress);

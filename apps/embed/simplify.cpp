@@ -28,7 +28,7 @@ Result<void> check_target(const SimplifyTarget& target) {
 Result<TriMesh> simplify(TriMesh mesh, const SimplifyTarget& target, const Progress& progress) {
     if (auto good = check_target(target); !good) return tl::unexpected(good.error());
     progress.at("repair", 0);
-    if (auto repaired = repair(mesh); !repaired) return tl::unexpected(repaired.error());
+    if (auto repaired = repair(mesh, {}, progress); !repaired) return tl::unexpected(repaired.error());
     if (target.triangles >= mesh.triangle_count()) return mesh;
     if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
     progress.at("simplify", 0);

@@ -26,7 +26,7 @@ Result<UnwrapChoices> unwrap_choices_of_text(const std::string& text) { return u
 
 Result<UnwrapDone> unwrap(TriMesh mesh, const UnwrapChoices& choices, const Progress& progress) {
     progress.at("repair", 0);
-    if (auto repaired = repair(mesh); !repaired) return tl::unexpected(repaired.error());
+    if (auto repaired = repair(mesh, {}, progress); !repaired) return tl::unexpected(repaired.error());
     if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
     return unwrap_mesh(mesh, choices, progress);
 }

@@ -376,7 +376,7 @@ Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::
     const Stopwatch watch;
     const Json option_json = options.to_json();
     progress.at("repair", 0);
-    auto repaired = repair(input.mesh);
+    auto repaired = repair(input.mesh, {}, progress);
     if (!repaired) return fail_at(input.name, repaired.error());
     AssetBake bake(input, options, progress, work);
     bake.report = about_of(input, option_json, *repaired);

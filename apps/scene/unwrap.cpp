@@ -61,7 +61,7 @@ Result<vgi::UnwrapReport> retexture(TriMesh& mesh, const Progress& progress) {
     auto done = unwrap_mesh(mesh, choices, progress);
     if (!done) return tl::unexpected(done.error());
     mesh = std::move(done->unwrapped.mesh);
-    if (auto repaired = repair(mesh); !repaired) return tl::unexpected(repaired.error());
+    if (auto repaired = repair(mesh, {}, progress); !repaired) return tl::unexpected(repaired.error());
     return done->report;
 }
 

@@ -371,11 +371,14 @@ bool RepairReport::changed() const {
            0;
 }
 
-Result<RepairReport> repair(TriMesh& mesh, const RepairOptions& options) {
+Result<RepairReport> repair(TriMesh& mesh, const RepairOptions& options, const Progress& progress) {
+    const Error interrupted{Fault::interrupted, "interrupted"};
     RepairReport report;
     if (options.weld) weld(mesh, options, report);
+    if (progress.stopped()) return tl::unexpected(interrupted);
     drop_degenerate(mesh, report);
     drop_duplicates(mesh, report);
+    if (progress.stopped()) return tl::unexpected(interrupted);
     if (mesh.triangles.empty())
         return fail(Fault::format, "no triangle is left after repair; every face was degenerate");
     if (mesh.triangles.size() > options.limits.triangles)
@@ -383,11 +386,13 @@ Result<RepairReport> repair(TriMesh& mesh, const RepairOptions& options) {
     {
         Surface surface(mesh);
         report.non_manifold_edges = surface.pair(true);
+        if (progress.stopped()) return tl::unexpected(interrupted);
         surface.orient(options.orient, report);
         surface.split_fans(mesh, report);
     }
     // One fan may pass the same edge twice, around a handle. Such edges are cut wholly.
     for (;;) {
+        if (progress.stopped()) return tl::unexpected(interrupted);
         Surface surface(mesh);
         if (surface.pair(false) == 0) break;
         surface.split_fans(mesh, report);

@@ -38,7 +38,8 @@ struct RepairReport {
 };
 
 // After it, every edge has one or two triangles that run opposite ways along it, every vertex one fan. Deterministic.
-// Fault::format when no triangle is left, or more than RepairOptions::limits allow.
-Result<RepairReport> repair(TriMesh& mesh, const RepairOptions& options = {});
+// Fault::format when no triangle is left, or more than RepairOptions::limits allow. Fault::interrupted between its
+// steps where it is told to stop; then the mesh is of no use.
+Result<RepairReport> repair(TriMesh& mesh, const RepairOptions& options = {}, const Progress& progress = {});
 
 }  // namespace lodestone

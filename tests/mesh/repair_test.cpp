@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -60,6 +61,16 @@ TEST(Repair, LeavesCleanMeshesAlone) {
         EXPECT_EQ(mesh.triangles, f.mesh.triangles);
         EXPECT_EQ(mesh.positions, f.mesh.positions);
     }
+}
+
+TEST(Repair, EndsWhereItIsStopped) {
+    TriMesh mesh = fixtures::manifold_meshes().front().mesh;
+    const std::atomic<bool> stop = true;
+    Progress progress;
+    progress.stop = &stop;
+    const auto stopped = repair(mesh, {}, progress);
+    ASSERT_FALSE(stopped);
+    EXPECT_EQ(stopped.error().fault, Fault::interrupted);
 }
 
 TEST(Repair, WeldsASoupBackIntoTheMeshItWas) {

@@ -19,6 +19,12 @@ namespace lodestone {
 
 namespace {
 
+// Between collapses work looks whether it should stop, once for so many.
+constexpr uint32_t collapses_between_looks = 65536;
+bool told_to_stop(size_t collapse, const Progress& progress) {
+    return collapse % collapses_between_looks == 0 && progress.stopped();
+}
+
 // Asks an orderer for its orders, level after level.
 class OrderPlanner {
 public:
@@ -55,10 +61,9 @@ public:
         }
         uint32_t removed = 0, last = 0;
         for (uint32_t i = 0; i < plan_.ecols.size(); ++i) {
-            if (i % 65536 == 0) {
+            if (i % collapses_between_looks == 0)
                 progress.at("order " + order_.name, static_cast<double>(i) / static_cast<double>(plan_.ecols.size()));
-                if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
-            }
+            if (told_to_stop(i, progress)) return fail(Fault::interrupted, "interrupted");
             const uint32_t level = i + 1, died = collapse(plan_.ecols[i], removed, drawn.has_value());
             removed += plan_.ecols[i].wedges;
             alive_ -= died;
@@ -184,12 +189,14 @@ struct Deaths {
 
 // Ecols and parents go to the plan. A wedge that no face uses any more at its removal becomes the first wedge of the
 // kept vertex.
-Result<Deaths> replay_collapses(const CollapseList& list, const WedgeOrder& wedges, Replay replay, MeshPlan& plan) {
+Result<Deaths> replay_collapses(const CollapseList& list, const WedgeOrder& wedges, Replay replay, MeshPlan& plan,
+                                const Progress& progress) {
     const size_t faces_in_all = replay.indices().size() / 3;
     Deaths deaths{std::vector<uint32_t>(faces_in_all, static_cast<uint32_t>(list.collapses.size()) + 1),
                   std::vector<uint8_t>(faces_in_all, 0), std::vector<uint8_t>(faces_in_all, 0)};
     std::vector<uint32_t> parent_of(plan.wedge_vertex.size(), none);
     for (uint32_t i = 0; i < list.collapses.size(); ++i) {
+        if (told_to_stop(i, progress)) return fail(Fault::interrupted, "interrupted");
         const Collapse& c = list.collapses[i];
         for (uint32_t p = c.first_wedge; p < c.first_wedge + c.wedge_count; ++p) {
             parent_of[wedges.new_wedge(list.wedge_pairs[p].removed)] = wedges.new_wedge(list.wedge_pairs[p].kept);
@@ -245,7 +252,7 @@ std::vector<uint32_t> as_stored(const std::vector<uint32_t>& face_indices, Death
 }
 
 // What every split needs: the faces as they are born, and the corners that the new vertex takes.
-void note_splits(const std::vector<uint32_t>& indices, MeshPlan& plan) {
+Result<void> note_splits(const std::vector<uint32_t>& indices, MeshPlan& plan, const Progress& progress) {
     Replay replay(indices, plan.wedge_vertex);
     const auto wedges = static_cast<uint32_t>(plan.vertices.size());
     plan.born.resize(indices.size());
@@ -253,6 +260,7 @@ void note_splits(const std::vector<uint32_t>& indices, MeshPlan& plan) {
     auto faces = static_cast<uint32_t>(indices.size() / 3);
     uint32_t r = 0;
     for (const Ecol& ecol : plan.ecols) {
+        if (told_to_stop(plan.first_corner.size() - 1, progress)) return fail(Fault::interrupted, "interrupted");
         faces -= ecol.faces;
         const uint32_t end = r + ecol.wedges;
         for (uint32_t removed = r; removed < end; ++removed) {
@@ -270,6 +278,7 @@ void note_splits(const std::vector<uint32_t>& indices, MeshPlan& plan) {
         plan.first_corner.push_back(static_cast<uint32_t>(plan.corners.size()));
     }
     std::copy_n(replay.indices().begin(), size_t{faces} * 3, plan.born.begin());
+    return {};
 }
 
 // What an order stores is numbered by 32 bits.
@@ -301,7 +310,7 @@ bool same(const ProgressiveMesh& pm, const MeshPlan& plan, const std::vector<uin
 
 // Everything but the orders, and the faces' wedges at full detail with the levels at which they die.
 Result<std::pair<std::vector<uint32_t>, Deaths>> plan_mesh(const TriMesh& mesh, const CollapseList& list,
-                                                           MeshPlan& plan) {
+                                                           MeshPlan& plan, const Progress& progress) {
     WedgeOrder wedges(mesh, list);
     plan.wedge_vertex = wedges.take_new_vertices();
     const std::vector<MeshVertex> packed = pack_vertices(mesh);
@@ -313,10 +322,10 @@ Result<std::pair<std::vector<uint32_t>, Deaths>> plan_mesh(const TriMesh& mesh, 
     for (const Triangle& t : mesh.triangles) {
         for (const uint32_t w : t) face_indices.push_back(wedges.new_wedge(w));
     }
-    auto deaths = replay_collapses(list, wedges, Replay(face_indices, plan.wedge_vertex), plan);
+    auto deaths = replay_collapses(list, wedges, Replay(face_indices, plan.wedge_vertex), plan, progress);
     if (!deaths) return tl::unexpected(deaths.error());
     std::vector<uint32_t> indices = as_stored(face_indices, *deaths);
-    note_splits(indices, plan);
+    if (auto done = note_splits(indices, plan, progress); !done) return tl::unexpected(done.error());
     return std::pair(std::move(indices), std::move(*deaths));
 }
 
@@ -330,7 +339,7 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
         return fail(Fault::format, "the mesh " + over_limit("triangles", mesh.triangle_count(), limits.lod_triangles) +
                                        ", or bake it with --backends vgi");
     MeshPlan plan;
-    auto planned = plan_mesh(mesh, list, plan);
+    auto planned = plan_mesh(mesh, list, plan, progress);
     if (!planned) return tl::unexpected(planned.error());
     const auto& [indices, deaths] = *planned;
     std::vector<bool> searched_less;

@@ -220,7 +220,7 @@ private:
     Result<StraightQuads> make_quads(Surface surface) {
         progress_.at("quads", 0);
         const Stopwatch watch;
-        auto cut = quadrangulate(std::move(surface), clusters_);
+        auto cut = quadrangulate(std::move(surface), clusters_, progress_);
         if (!cut) return tl::unexpected(cut.error());
         StraightQuads made{std::move(*cut), 0};
         report_.quadrangulate_seconds += watch.wall();
@@ -233,7 +233,7 @@ private:
             passes.push_back(pass % 2 == 0 ? Pivot::corners : Pivot::centres);
         }
         for (const Pivot pivot : passes) {
-            auto left = recentre(made.quads, pivot, features_);
+            auto left = recentre(made.quads, pivot, features_, progress_);
             if (!left) return tl::unexpected(left.error());
             made.not_recentred += *left;
         }

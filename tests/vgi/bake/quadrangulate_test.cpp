@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 
@@ -120,6 +121,27 @@ double borders_inwards(const Quads& quads) {
             length += arc.length;
     }
     return length;
+}
+
+TEST(Quadrangulate, EndsWhereItIsStopped) {
+    const Surface surface = surface_of(fixtures::repaired(Shape::rock, 4000));
+    ClusterOptions options;
+    options.clusters = 12;
+    const auto clusters = make_clusters(surface, options);
+    ASSERT_TRUE(clusters);
+    std::atomic<bool> stop = true;
+    Progress progress;
+    progress.stop = &stop;
+    const auto stopped = quadrangulate(surface, *clusters, progress);
+    ASSERT_FALSE(stopped);
+    EXPECT_EQ(stopped.error().fault, Fault::interrupted);
+    stop = false;
+    auto quads = quadrangulate(surface, *clusters, progress);
+    ASSERT_TRUE(quads && quads->failed.empty());
+    stop = true;
+    const auto left = recentre(*quads, Pivot::corners, {}, progress);
+    ASSERT_FALSE(left);
+    EXPECT_EQ(left.error().fault, Fault::interrupted);
 }
 
 TEST(Recentre, MakesBordersStraightUpToTheBoundary) {

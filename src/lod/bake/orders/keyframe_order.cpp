@@ -140,6 +140,9 @@ private:
         }
     }
 
+    // Then orders are thrown away, so any will do.
+    bool told_to_stop() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
+
     // The levels that an order serves.
     struct Interval {
         uint32_t level, end;            // the first and the last
@@ -180,7 +183,7 @@ private:
     // not from the order before, so that they are made side by side.
     void order_group(uint32_t level, std::span<const uint32_t> indices, const std::vector<uint32_t>& faces) {
         coming_.push_back(interval_from(level, faces, indices));
-        for (size_t sum = faces.size(); sum <= group_faces * faces.size();) {
+        for (size_t sum = faces.size(); sum <= group_faces * faces.size() && !told_to_stop();) {
             auto next = interval_after(coming_.back());
             if (!next) break;
             sum += next->faces.size();
@@ -203,6 +206,7 @@ private:
         for (const uint32_t w : interval.indices) wedges = std::max(wedges, w + 1);
         all.number.assign(wedges, none);
         for (size_t s = 0; s < samples; ++s) {
+            if (told_to_stop()) return interval.faces;
             all.at[s] = sample(interval, s);
             all.distinct[s] = number_by_use(all.at[s], s, all);
         }
@@ -221,6 +225,7 @@ private:
             make(ahead, fans, all);
             if (best.order.empty() || ahead[0].cost < best.cost) best = std::move(ahead[0]);
         }
+        if (told_to_stop()) return interval.faces;
         std::vector<uint32_t> sorted;
         sorted.reserve(interval.faces.size());
         for (const uint32_t i : best.order) sorted.push_back(interval.faces[i]);
@@ -262,11 +267,11 @@ private:
     void make(std::vector<Trial>& trials, const Fans& fans, const Samples& all) const {
         parallel_for(trials.size(), 1, [&](size_t begin, size_t stop) {
             std::vector<uint32_t> drawn;
-            for (size_t c = begin; c < stop; ++c) {
+            for (size_t c = begin; c < stop && !told_to_stop(); ++c) {
                 Trial& t = trials[c];
                 t.order = fan_order(fans, t.candidate.cache, t.candidate.weights, t.rollouts);
                 t.cost = 0;
-                for (size_t s = 0; s < samples; ++s) {
+                for (size_t s = 0; s < samples && !told_to_stop(); ++s) {
                     drawn.clear();
                     for (const uint32_t f : t.order) {
                         const uint32_t* corner = &all.at[s][size_t{f} * 3];

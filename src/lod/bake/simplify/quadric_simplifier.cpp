@@ -193,20 +193,21 @@ public:
           quadrics_(mesh.vertex_count()),
           seams_(mesh.has_seams()),
           target_(mesh.vertex_count(), none),
-          queue_(mesh.vertex_count()) {
-        normalise();
-        link_corners();
-        gather_attributes();
-        group_wedges();
-        make_quadrics();
-        merge_quadrics();
-    }
+          queue_(mesh.vertex_count()) {}
 
     Result<CollapseList> run(const Progress& progress) {
+        using Step = void (QuadricSimplification::*)();
+        for (const Step step : {&QuadricSimplification::normalise, &QuadricSimplification::link_corners,
+                                &QuadricSimplification::gather_attributes, &QuadricSimplification::group_wedges,
+                                &QuadricSimplification::make_quadrics, &QuadricSimplification::merge_quadrics}) {
+            if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
+            (this->*step)();
+        }
         std::vector<double> costs(mesh_.vertex_count(), infinite);
         parallel_for(mesh_.vertex_count(), grain, [&](size_t begin, size_t end) {
             Ring ring;
-            for (size_t v = begin; v < end; ++v) costs[v] = evaluate(static_cast<uint32_t>(v), ring);
+            for (size_t v = begin; v < end && !progress.stopped(); ++v)
+                costs[v] = evaluate(static_cast<uint32_t>(v), ring);
         });
         for (uint32_t v = 0; v < costs.size(); ++v) {
             if (costs[v] != infinite) queue_.set(v, costs[v]);

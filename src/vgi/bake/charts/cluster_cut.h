@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/progress.h"
+#include "base/result.h"
 #include "base/threads.h"
 #include "vgi/bake/charts/chart_mesh.h"
 #include "vgi/bake/charts/surface.h"
@@ -89,9 +91,10 @@ uint32_t put_back(const ClusterCut& cut, std::span<const uint32_t> quads, Surfac
                   std::vector<SurfaceTriangle>& triangles, std::vector<uint32_t>& label);
 
 // A few at a time, for memory's sake: work(i) side by side, then put(i) in order, whatever thread was first.
-// members: triangles of each.
+// members: triangles of each. Fault::interrupted where it was told to stop; then not all were put.
 template <class Work, class Put>
-void in_batches(const std::vector<std::vector<uint32_t>>& members, Work&& work, Put&& put) {
+Result<void> in_batches(const std::vector<std::vector<uint32_t>>& members, const Progress& progress, Work&& work,
+                        Put&& put) {
     constexpr size_t most_triangles = 400000;
     for (size_t begin = 0, end = 0; begin < members.size(); begin = end) {
         size_t triangles = 0;
@@ -100,10 +103,12 @@ void in_batches(const std::vector<std::vector<uint32_t>>& members, Work&& work, 
             ++end;
         } while (end < members.size() && triangles + members[end].size() <= most_triangles);
         parallel_for(end - begin, 1, [&](size_t first, size_t last) {
-            for (size_t i = first; i < last; ++i) work(begin + i);
+            for (size_t i = first; i < last && !progress.stopped(); ++i) work(begin + i);
         });
+        if (progress.stopped()) return fail(Fault::interrupted, "interrupted");
         for (size_t i = begin; i < end; ++i) put(i);
     }
+    return {};
 }
 
 }  // namespace lodestone::vgi

@@ -19,7 +19,7 @@ public:
         : surface_(surface), label_(label), clusters_(clusters) {}
 
     // False where none has too many.
-    Result<bool> run(std::span<const uint32_t> corners) {
+    Result<bool> run(std::span<const uint32_t> corners, const Progress& progress) {
         clusters_.twins = surface_.twins();
         auto patches = trace_charts(surface_, clusters_.twins, label_, clusters_.count, corners);
         if (!patches) return tl::unexpected(patches.error());
@@ -28,8 +28,9 @@ public:
         if (large_.empty()) return false;
         share_triangles();
         cuts_.resize(large_.size());
-        in_batches(
-            members_, [&](size_t i) { cut(i); }, [&](size_t i) { put(i); });
+        auto done = in_batches(
+            members_, progress, [&](size_t i) { cut(i); }, [&](size_t i) { put(i); });
+        if (!done) return tl::unexpected(done.error());
         surface_.triangles = std::move(triangles_);
         label_ = std::move(new_label_);
         return true;
@@ -106,11 +107,11 @@ private:
 }  // namespace
 
 Result<HalvedClusters> halve_clusters(Surface& surface, std::vector<uint32_t>& label, uint32_t count,
-                                      std::span<const uint32_t> corners) {
+                                      std::span<const uint32_t> corners, const Progress& progress) {
     HalvedClusters clusters{count, std::vector<uint32_t>(count), {}, {}, {}};
     std::iota(clusters.made_of.begin(), clusters.made_of.end(), 0u);
     for (;;) {
-        const auto halved = Halving(surface, label, clusters).run(corners);
+        const auto halved = Halving(surface, label, clusters).run(corners, progress);
         if (!halved) return tl::unexpected(halved.error());
         if (!*halved) return clusters;
     }

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "base/progress.h"
 #include "base/result.h"
 #include "vgi/bake/charts/chart_complex.h"
 #include "vgi/bake/charts/surface.h"
@@ -26,8 +27,8 @@ struct HalvedClusters {
 
 // Halves clusters along straight lines on a disk, from corner to corner, until none has more than most_sides. The
 // surface is cut along the lines, and `label` follows its triangles. corners: vertices that are corners even where only
-// two clusters meet. Fault::invariant where trace_charts fails.
+// two clusters meet. Fault::invariant where trace_charts fails, Fault::interrupted where it is told to stop.
 Result<HalvedClusters> halve_clusters(Surface& surface, std::vector<uint32_t>& label, uint32_t count,
-                                      std::span<const uint32_t> corners);
+                                      std::span<const uint32_t> corners, const Progress& progress);
 
 }  // namespace lodestone::vgi

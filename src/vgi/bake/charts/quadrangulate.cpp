@@ -197,17 +197,18 @@ std::vector<uint32_t> Quads::corners() const {
     return all;
 }
 
-Result<Quads> quadrangulate(Surface surface, const Clusters& clusters) {
+Result<Quads> quadrangulate(Surface surface, const Clusters& clusters, const Progress& progress) {
     std::vector<uint32_t> label = clusters.label;
     const std::vector<uint32_t> given = clusters.ready_corners();
-    auto halved = halve_clusters(surface, label, clusters.count, given);
+    auto halved = halve_clusters(surface, label, clusters.count, given, progress);
     if (!halved) return tl::unexpected(halved.error());
     const std::vector<uint32_t> made_of = std::move(halved->made_of);
     const auto patches = trace_with_middles(surface, label, std::move(*halved), given);
     if (!patches) return tl::unexpected(patches.error());
     ClustersIntoQuads quads(std::move(surface), clusters.ready, made_of, *patches, label);
-    in_batches(
-        quads.members(), [&](size_t c) { quads.cut(c); }, [&](size_t c) { quads.put(c); });
+    auto done = in_batches(
+        quads.members(), progress, [&](size_t c) { quads.cut(c); }, [&](size_t c) { quads.put(c); });
+    if (!done) return tl::unexpected(done.error());
     return quads.take();
 }
 
@@ -240,13 +241,14 @@ public:
         : quads_(quads), pivot_(pivot), count_(static_cast<uint32_t>(quads.quads.size())), features_(features) {}
 
     // How many pivots were left where they were.
-    Result<uint32_t> run() {
+    Result<uint32_t> run(const Progress& progress) {
         if (auto done = find_neighbours(); !done) return tl::unexpected(done.error());
         if (auto done = choose_rings(); !done) return tl::unexpected(done.error());
         share_triangles();
         cuts_.resize(rings_.size());
-        in_batches(
-            members_, [&](size_t r) { cut(r); }, [&](size_t r) { put(r); });
+        auto done = in_batches(
+            members_, progress, [&](size_t r) { cut(r); }, [&](size_t r) { put(r); });
+        if (!done) return tl::unexpected(done.error());
         quads_.surface.triangles = std::move(triangles_);
         quads_.label = std::move(label_);
         return left_;
@@ -430,8 +432,8 @@ private:
 
 }  // namespace
 
-Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& features) {
-    return Recentring(quads, pivot, features).run();
+Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& features, const Progress& progress) {
+    return Recentring(quads, pivot, features).run(progress);
 }
 
 }  // namespace lodestone::vgi

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/progress.h"
 #include "base/result.h"
 #include "vgi/bake/charts/clusters.h"
 #include "vgi/bake/charts/features.h"
@@ -31,18 +32,19 @@ struct Quads {
     std::vector<uint32_t> corners() const;  // of all quads, in turn
 };
 
-// clusters: of the surface, valid for trace_charts; else Fault::invariant.
-Result<Quads> quadrangulate(Surface surface, const Clusters& clusters);
+// clusters: of the surface, valid for trace_charts; else Fault::invariant. Fault::interrupted where it is told to stop.
+Result<Quads> quadrangulate(Surface surface, const Clusters& clusters, const Progress& progress = {});
 
 // Stages 4 and 5 again, with the roles changed: the quads around a vertex are flattened together, the vertex moves to
 // the middle of the picture (or stays, on the surface's boundary), and the cuts that lead to it are made anew and
 // straight. What belongs to which quad changes, not which quads there are. Where that does not work, or a border that
-// would move lies on features, the quads stay as they are. Returns how many places were left so.
+// would move lies on features, the quads stay as they are. Returns how many places were left so, or Fault::interrupted:
+// then the quads are of no use.
 enum class Pivot {
     corners,  // of clusters
     centres,
     outer_middles,  // of sides from the surface's boundary inwards: borders would run close along it
 };
-Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& features = {});
+Result<uint32_t> recentre(Quads& quads, Pivot pivot, const FeatureLines& features = {}, const Progress& progress = {});
 
 }  // namespace lodestone::vgi

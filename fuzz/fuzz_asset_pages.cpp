@@ -12,16 +12,19 @@ using namespace lodestone::vgi;
 
 namespace {
 
-// All pages of a chart with values from a few bytes: noise of so many bits over a slope.
-std::vector<Page> pages_of(const PageTree& tree, size_t channels, std::span<const uint8_t> from) {
+// A family's pages and their parent, with values from a few bytes: noise of so many bits over a slope. All others of
+// the chart are empty.
+std::vector<Page> pages_of(const PageTree& tree, uint32_t family, size_t channels, std::span<const uint8_t> from) {
     Random random(from.size() < 2 ? 0 : from[0] | from[1] << 8);
     const uint32_t bits = from.size() < 3 ? 3 : from[2] % 17;
     const size_t plane = size_t{tree.samples_per_side()} * tree.samples_per_side();
     std::vector<Page> pages(tree.pages());
-    for (Page& page : pages) {
+    const auto fill = [&](Page& page) {
         for (size_t i = 0; i < channels * plane; ++i)
             page.values.push_back(static_cast<uint16_t>(i % plane + random.below(1u << bits)));
-    }
+    };
+    for (uint32_t k = 0; k < PageTree::members(family); ++k) fill(pages[tree.member(family, k)]);
+    if (family > 0) fill(pages[tree.parent(tree.member(family, 0))]);
     return pages;
 }
 
@@ -44,7 +47,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         const auto raw = std::as_bytes(rest);
         bytes.assign(raw.begin(), raw.end());
     } else {
-        auto pages = pages_of(tree, channels.size(), rest);
+        auto pages = pages_of(tree, family, channels.size(), rest);
         bytes = encode_family(tree, channels, family, pages);
         if (rest.size() > 3) fuzz::damage(bytes, rest.subspan(3));
     }

@@ -39,8 +39,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     AtlasAttributes attributes{{true, bit(0), bit(1), bit(2)}, bit(4), bit(5)};
     attributes.texture_quality = static_cast<uint8_t>(data[0] / 7 * 100 / 36);  // 0: without loss
     attributes.dense_quality = static_cast<uint8_t>((attributes.texture_quality + 1) / 2);
-    attributes.dense_cells = bit(6) ? 64 : 0;
-    const auto channels = channels_of(attributes, layer);
+    const auto channels = channels_of(attributes, layer, bit(6));
     const uint32_t family = data[2] % tree.families();
     std::vector<std::byte> bytes;
     if (data[3] % 4 == 0) {

@@ -26,7 +26,7 @@ void check_round_trip(const vgi::Atlas& atlas) {
 void check_lossy(vgi::Atlas atlas, uint8_t quality) {
     atlas.attributes.texture_quality = quality;
     atlas.attributes.dense_quality = static_cast<uint8_t>((quality + 1) / 2);
-    atlas.attributes.dense_cells = atlas.attribute_cells;
+    atlas.dense.assign(atlas.charts(), 1);
     const auto read = vgi::open_atlas(in_a_file(atlas));
     require_good(read, "a lossy atlas is read");
     require(read->materials == atlas.materials && read->normals.size() == atlas.normals.size(),

@@ -213,7 +213,7 @@ ChartLines lines_of(const Atlas& atlas, const vgi::LeafBorders& borders, uint32_
 
 // The texel of the attributes at a sample.
 size_t attribute_texel_at(const Atlas& atlas, uint32_t chart, uint32_t x, uint32_t y) {
-    const uint32_t ratio = atlas.attribute_cells / atlas.cells;
+    const uint32_t ratio = atlas.attribute_ratio_of(chart);
     return atlas.attribute_texel(chart, x * ratio, y * ratio);
 }
 

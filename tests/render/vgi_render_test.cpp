@@ -469,7 +469,6 @@ public:
     // first_page: among those of all atlases.
     AtlasToCut(const vgi::AtlasFile& file, uint32_t first_page)
         : about_(file.about()), tree_(vgi::tree_of(about_, vgi::Layer::geometry)), first_page_(first_page) {
-        const auto channels = vgi::channels_of(about_.attributes, vgi::Layer::geometry);
         std::vector<vgi::Page> plain_pages;  // parents are pointed to while it grows
         plain_pages.reserve(pages());
         for (uint32_t chart = 0; chart < about_.charts(); ++chart) {
@@ -477,7 +476,7 @@ public:
                 const vgi::Page* parent =
                     page == 0 ? nullptr : &plain_pages[size_t{chart} * tree_.pages() + tree_.parent(page)];
                 const vgi::AtlasFile::PageName name{vgi::Layer::geometry, chart, page};
-                const auto family = file.unpack(name, channels, *file.read(name));
+                const auto family = file.unpack(name, *file.read(name));
                 EXPECT_TRUE(family);
                 plain_pages.push_back(family->page(page, parent));
                 texels_.push_back(

@@ -141,7 +141,10 @@ protected:
         } else {
             camera_.eye += (camera_.target - camera_.eye) * 0.01f;
         }
-        if (chance(25)) session.frozen_levels = chance(2) ? std::optional(session.view()) : std::nullopt;
+        if (chance(25)) {
+            const bool has_drawn = session.view().focal_px > 0;
+            session.frozen_levels = chance(2) && has_drawn ? std::optional(session.view()) : std::nullopt;
+        }
     }
 
     // All sessions closed.

@@ -118,7 +118,7 @@ TEST(ClosedCuts, RimsMayTouch) {
 vgi::Atlas unjoined_charts() {
     vgi::Atlas atlas;
     atlas.cells = atlas.attribute_cells = 32;
-    atlas.lay_out({0, 0});
+    atlas.lay_out({0, 0}, {0, 0});
     atlas.make_room();
     atlas.sides.resize(8);
     for (uint32_t chart = 0; chart < 2; ++chart) {

@@ -224,7 +224,7 @@ TEST_F(TilesetTest, ErrorsAreWhatIsMeasured) {
 vgi::Atlas one_chart(bool bump) {
     vgi::Atlas atlas;
     atlas.cells = atlas.attribute_cells = 32;
-    atlas.lay_out({0});
+    atlas.lay_out({0}, {0});
     atlas.make_room();
     atlas.sides.resize(4);
     for (uint32_t y = 0; y <= 32; ++y) {

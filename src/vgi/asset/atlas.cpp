@@ -25,16 +25,19 @@ glm::vec3 unpack_octahedral(const std::array<int8_t, 2>& packed) {
 
 uint32_t Atlas::levels() const { return static_cast<uint32_t>(std::bit_width(cells)); }
 
-void Atlas::lay_out(std::vector<uint8_t> levels_left_out) {
+void Atlas::lay_out(std::vector<uint8_t> levels_left_out, std::vector<uint8_t> attribute_levels_left_out) {
+    LODE_CHECK(levels_left_out.size() == attribute_levels_left_out.size(), levels_left_out.size());
     trimmed_levels = std::move(levels_left_out);
+    trimmed_attribute_levels = std::move(attribute_levels_left_out);
     const auto count = static_cast<uint32_t>(trimmed_levels.size());
     cluster.resize(count);
+    dense.assign(count, 0);
     first_texel.assign(1, 0);
     first_attribute_texel.assign(1, 0);
     first_leaf.assign(1, 0);
     const auto squared = [](size_t n) { return n * n; };
     for (uint32_t c = 0; c < count; ++c) {
-        LODE_CHECK(cells_of(c) > 0, c);
+        LODE_CHECK(cells_of(c) > 0 && attribute_cells_of(c) >= cells_of(c), c);
         first_texel.push_back(first_texel.back() + squared(cells_of(c) + 1));
         first_attribute_texel.push_back(first_attribute_texel.back() + squared(attribute_cells_of(c) + 1));
         first_leaf.push_back(first_leaf.back() + leaves_per_side(c) * leaves_per_side(c));
@@ -215,8 +218,8 @@ Result<void> Atlas::validate() const {
         !std::has_single_bit(attribute_cells))
         return wrong("cells are no powers of two, or fewer for attributes than for positions");
     if (!(step > 0)) return wrong("the lattice has no step");
-    if (trimmed_levels.size() != charts() || first_texel.size() != charts() + size_t{1} ||
-        first_attribute_texel.size() != first_texel.size())
+    if (trimmed_levels.size() != charts() || trimmed_attribute_levels.size() != charts() || dense.size() != charts() ||
+        first_texel.size() != charts() + size_t{1} || first_attribute_texel.size() != first_texel.size())
         return wrong("charts are not laid out");
     if (sides.size() != size_t{charts()} * 4 || positions.size() != texels() || sample_errors.size() != texels() ||
         sample_radii.size() != texels() || normals.size() != attribute_texels() ||
@@ -265,8 +268,9 @@ Result<void> Atlas::validate_gluing() const {
             if (other == GluedSide{c, s}) return wrong(place + ": is glued to itself");
             if (sides[size_t{other.chart} * 4 + other.side] != GluedSide{c, s})
                 return wrong(place + ": is glued to a side that is glued elsewhere");
-            if (trimmed_levels[c] != trimmed_levels[other.chart])
-                return wrong(place + ": is glued to a chart that leaves out other levels");
+            if (trimmed_levels[c] != trimmed_levels[other.chart] ||
+                trimmed_attribute_levels[c] != trimmed_attribute_levels[other.chart] || dense[c] != dense[other.chart])
+                return wrong(place + ": is glued to a chart that leaves out other levels, or is dense where it is not");
         }
     }
     return {};

@@ -9,8 +9,9 @@
 //
 // Attributes are images of their own over the same square, as fine as positions or finer.
 //
-// Charts of small components do without their finest levels: their images have fewer texels, for which a coarse page
-// stands as it does for pages that are missing. Charts that are glued leave out the same levels.
+// Charts do without finest levels that nothing asks for, those of small components of positions, and those whose
+// textures have few texels of attributes: their images have fewer texels, for which a coarse page stands as it does for
+// pages that are missing. Charts that are glued leave out the same levels.
 #pragma once
 
 #include <array>
@@ -76,10 +77,8 @@ struct AtlasAttributes : PresentAttributes {
     bool mapped_normals = false;  // maps of normals are in the normals
     // 1 .. 100, of what is baked as files hold it, all but materials; 0: without loss.
     uint8_t texture_quality = 0;
-    // Likewise, of levels of `dense_cells` and more. They have more samples than texels, so one may be off by more:
-    // what is seen of a texel is the mean of several.
+    // Likewise, of the finest level of charts that are dense (Atlas::dense).
     uint8_t dense_quality = 0;
-    uint32_t dense_cells = 0;  // along a side of a chart; 0 for no level
     bool operator==(const AtlasAttributes&) const = default;
 };
 
@@ -119,15 +118,19 @@ static_assert(sizeof(Leaf) == 12);
 
 // The atlas in memory. A value; copies are deep.
 struct Atlas {
-    uint32_t cells = 128;                 // per side of a whole chart's positions, a power of two, 2 .. 4096
-    uint32_t attribute_cells = 128;       // per side of its attributes, a power of two, cells .. 4096
-    std::vector<uint8_t> trimmed_levels;  // per chart: finest levels it does without; lay_out() sets it
-    glm::dvec3 origin{0};                 // positions are origin + step * lattice point, one lattice for all charts
-    double step = 1;                      // object units, > 0
-    glm::vec2 uv_low{0}, uv_step{0};      // texture coordinates are uv_low + uv_step * texel of `uvs`
-    AtlasAttributes attributes;           // normals are always there
-    std::vector<GluedSide> sides;         // four per chart
-    std::vector<uint32_t> cluster;        // per chart: the cluster it is part of
+    uint32_t cells = 128;            // per side of a whole chart's positions, a power of two, 2 .. 4096
+    uint32_t attribute_cells = 128;  // per side of its attributes, a power of two, cells .. 4096
+    // Per chart: finest levels it does without, of positions and of attributes; lay_out() sets them.
+    std::vector<uint8_t> trimmed_levels, trimmed_attribute_levels;
+    // Per chart, 0 or 1: whether the finest level of attributes has more samples than textures have texels there, so
+    // that one may be off by more: what is seen of a texel is the mean of several. The same of glued charts.
+    std::vector<uint8_t> dense;
+    glm::dvec3 origin{0};             // positions are origin + step * lattice point, one lattice for all charts
+    double step = 1;                  // object units, > 0
+    glm::vec2 uv_low{0}, uv_step{0};  // texture coordinates are uv_low + uv_step * texel of `uvs`
+    AtlasAttributes attributes;       // normals are always there
+    std::vector<GluedSide> sides;     // four per chart
+    std::vector<uint32_t> cluster;    // per chart: the cluster it is part of
     std::vector<size_t> first_texel{0}, first_attribute_texel{0};  // per chart, and the end; lay_out() sets them
     // Per level: object units, two-sided distance to the source, never decreasing; empty until measured.
     std::vector<float> errors;
@@ -157,14 +160,17 @@ struct Atlas {
 
     uint32_t charts() const { return static_cast<uint32_t>(cluster.size()); }  // how many there are
     uint32_t levels() const;                                                   // log2(cells) + 1
-    // Sets the charts and what they leave out: of each fewer levels than there are of pages (pages.h).
-    void lay_out(std::vector<uint8_t> levels_left_out);
+    // Sets the charts and what they leave out: of each fewer levels than there are of pages (pages.h), and attributes
+    // as fine as positions. None of them is dense.
+    void lay_out(std::vector<uint8_t> levels_left_out, std::vector<uint8_t> attribute_levels_left_out);
     // Gives the images that `attributes` names their texels.
     void make_room();
     // Per side of a chart's own images.
     uint32_t cells_of(uint32_t chart) const { return cells >> trimmed_levels[chart]; }
     // Per side of a chart's own images of attributes.
-    uint32_t attribute_cells_of(uint32_t chart) const { return attribute_cells >> trimmed_levels[chart]; }
+    uint32_t attribute_cells_of(uint32_t chart) const { return attribute_cells >> trimmed_attribute_levels[chart]; }
+    // Samples of attributes for one of positions, along a side of a chart.
+    uint32_t attribute_ratio_of(uint32_t chart) const { return attribute_cells_of(chart) / cells_of(chart); }
     // x, y: 0 .. cells_of(chart).
     size_t texel(uint32_t chart, uint32_t x, uint32_t y) const {
         return first_texel[chart] + size_t{y} * (cells_of(chart) + 1) + x;

@@ -34,16 +34,24 @@ constexpr uint64_t most_part_bytes = uint64_t{1} << 15;  // a part of a leaf tak
 // A family takes less: eight streams of 32 kB at most.
 constexpr uint64_t most_family_bytes = uint64_t{1} << 19;
 
+// Per chart, and the end: the number of its first family.
+std::vector<size_t> first_families(const Atlas& atlas, Layer layer) {
+    std::vector<size_t> first{0};
+    for (uint32_t c = 0; c < atlas.charts(); ++c) first.push_back(first.back() + tree_of(atlas, layer, c).families());
+    return first;
+}
+
 Result<void> write_layer(const Atlas& atlas, const LayerName& name, ChunkWriter& writer) {
-    const PageTree tree = tree_of(atlas, name.layer);
-    const std::vector<Channel> channels = channels_of(atlas.attributes, name.layer);
-    std::vector<std::vector<std::byte>> packed(size_t{atlas.charts()} * tree.families());
+    const std::vector<size_t> first = first_families(atlas, name.layer);
+    const std::array<std::vector<Channel>, 2> channels{channels_of(atlas.attributes, name.layer),
+                                                       channels_of(atlas.attributes, name.layer, true)};
+    std::vector<std::vector<std::byte>> packed(first.back());
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
         for (size_t c = begin; c < end; ++c) {
             const PageTree own = tree_of(atlas, name.layer, static_cast<uint32_t>(c));
             std::vector<Page> pages = read_pages(atlas, name.layer, static_cast<uint32_t>(c));
-            for (uint32_t f = 0; f < own.families(); ++f)  // the others are left out
-                packed[c * tree.families() + f] = encode_family(own, channels, f, pages);
+            for (uint32_t f = 0; f < own.families(); ++f)
+                packed[first[c] + f] = encode_family(own, channels[atlas.dense[c]], f, pages);
         }
     });
     std::vector<uint64_t> ends;
@@ -92,12 +100,13 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
                           {"baked", atlas.attributes.baked},
                           {"mapped_normals", atlas.attributes.mapped_normals},
                           {"texture_quality", atlas.attributes.texture_quality},
-                          {"dense_quality", atlas.attributes.dense_quality},
-                          {"dense_cells", atlas.attributes.dense_cells}}}};
+                          {"dense_quality", atlas.attributes.dense_quality}}}};
     Result<void> done = writer.add_text("vgi/atlas", about.dump());
     if (done) done = writer.add_array("vgi/sides", std::span(atlas.sides));
     if (done) done = writer.add_array("vgi/clusters", std::span(atlas.cluster));
     if (done) done = writer.add_array("vgi/left_out", std::span(atlas.trimmed_levels));
+    if (done) done = writer.add_array("vgi/attributes_left_out", std::span(atlas.trimmed_attribute_levels));
+    if (done) done = writer.add_array("vgi/dense", std::span(atlas.dense));
     if (done) done = writer.add_array("vgi/errors", std::span(atlas.errors));
     if (done) done = writer.add_array("vgi/bounds", std::span(atlas.bounds));
     if (done) done = writer.add_array("vgi/corners", std::span(atlas.corners));
@@ -142,8 +151,7 @@ Result<uint32_t> read_about(const ChunkFile& file, Atlas& atlas) {
                             flag("baked"),
                             flag("mapped_normals"),
                             has.at("texture_quality").get<uint8_t>(),
-                            has.at("dense_quality").get<uint8_t>(),
-                            has.at("dense_cells").get<uint32_t>()};
+                            has.at("dense_quality").get<uint8_t>()};
     } catch (const Json::exception& e) { return wrong(e.what()); }
     const auto good_cells = [](uint32_t cells) { return cells >= 2 && cells <= 4096 && std::has_single_bit(cells); };
     if (!good_cells(atlas.cells) || !good_cells(atlas.attribute_cells) || atlas.cells > atlas.attribute_cells)
@@ -203,6 +211,31 @@ Result<void> read_corners(const ChunkFile& file, Atlas& atlas) {
     return {};
 }
 
+// What charts leave out, and which are dense.
+Result<void> read_sizes(const ChunkFile& file, uint32_t charts, Atlas& atlas) {
+    const auto wrong = [&](const std::string& what) { return tl::unexpected(wrong_asset(file, what)); };
+    auto positions = file.array<uint8_t>("vgi/left_out");
+    auto attributes = file.array<uint8_t>("vgi/attributes_left_out");
+    auto dense = file.array<uint8_t>("vgi/dense");
+    if (!positions) return tl::unexpected(positions.error());
+    if (!attributes) return tl::unexpected(attributes.error());
+    if (!dense) return tl::unexpected(dense.error());
+    if (positions->size() != charts || attributes->size() != charts || dense->size() != charts)
+        return wrong("vgi/left_out: is not one per chart");
+    for (uint32_t c = 0; c < charts; ++c) {
+        if ((*positions)[c] > tree_of(atlas, Layer::geometry).base_level())
+            return wrong("vgi/left_out: a chart has no pages");
+        if ((*attributes)[c] > tree_of(atlas, Layer::attributes).base_level())
+            return wrong("vgi/attributes_left_out: a chart has no pages");
+        if (atlas.attribute_cells >> (*attributes)[c] < atlas.cells >> (*positions)[c])
+            return wrong("vgi/attributes_left_out: a chart has fewer samples of attributes than of positions");
+        if ((*dense)[c] > 1) return wrong("vgi/dense: is neither 0 nor 1");
+    }
+    atlas.lay_out({positions->begin(), positions->end()}, {attributes->begin(), attributes->end()});
+    atlas.dense.assign(dense->begin(), dense->end());
+    return {};
+}
+
 // What is told of every chart, once the cells are known.
 Result<void> read_charts(const ChunkFile& file, uint32_t charts, const Limits& limits, Atlas& atlas) {
     const auto wrong = [&](const std::string& what) { return tl::unexpected(wrong_asset(file, what)); };
@@ -210,23 +243,20 @@ Result<void> read_charts(const ChunkFile& file, uint32_t charts, const Limits& l
     if (auto good = check_counts(charts, atlas, limits); !good) return fail_at(path, good.error());
     auto sides = file.array<GluedSide>("vgi/sides");
     auto clusters = file.array<uint32_t>("vgi/clusters");
-    auto trimmed_levels = file.array<uint8_t>("vgi/left_out");
     auto errors = file.array<float>("vgi/errors");
     auto bounds = file.array<PageBounds>("vgi/bounds");
     if (!sides) return tl::unexpected(sides.error());
     if (!clusters) return tl::unexpected(clusters.error());
-    if (!trimmed_levels) return tl::unexpected(trimmed_levels.error());
     if (!errors) return tl::unexpected(errors.error());
     if (!bounds) return tl::unexpected(bounds.error());
-    const uint32_t most_trimmed = tree_of(atlas, Layer::geometry).base_level();
-    if (std::ranges::any_of(*trimmed_levels, [&](uint8_t levels) { return levels > most_trimmed; }))
-        return wrong("vgi/left_out: a chart has no pages");
-    if (clusters->size() != charts || trimmed_levels->size() != charts || sides->size() != size_t{charts} * 4 ||
-        errors->size() != atlas.levels() || bounds->size() != size_t{charts} * tree_of(atlas, Layer::geometry).pages())
+    if (clusters->size() != charts || sides->size() != size_t{charts} * 4 || errors->size() != atlas.levels() ||
+        bounds->size() != size_t{charts} * tree_of(atlas, Layer::geometry).pages())
         return wrong("vgi/atlas: the number of charts does not fit the other chunks");
     atlas.sides.assign(sides->begin(), sides->end());
-    atlas.lay_out({trimmed_levels->begin(), trimmed_levels->end()});
-    if (atlas.texels() > limits.samples) return fail_at(path, past("samples", atlas.texels(), limits.samples).value());
+    if (auto read = read_sizes(file, charts, atlas); !read) return read;
+    for (const uint64_t samples : {atlas.texels(), atlas.attribute_texels()}) {
+        if (samples > limits.samples) return fail_at(path, past("samples", samples, limits.samples).value());
+    }
     atlas.cluster.assign(clusters->begin(), clusters->end());
     atlas.errors.assign(errors->begin(), errors->end());
     atlas.bounds.assign(bounds->begin(), bounds->end());
@@ -258,16 +288,13 @@ Result<void> AtlasFile::find_pages(Layer layer) {
     if (!sums) return tl::unexpected(sums.error());
     const auto pages = std::ranges::find(file_.chunks(), name.bytes, &ChunkInfo::name);
     if (pages == file_.chunks().end()) return wrong("there are no pages");
-    const uint32_t families = tree_of(about_, layer).families();
-    if (ends->size() != size_t{about_.charts()} * families || sums->size() != ends->size())
-        return wrong("is not one per family of pages");
+    std::vector<size_t>& first = first_[static_cast<size_t>(layer)] = first_families(about_, layer);
+    if (ends->size() != first.back() || sums->size() != ends->size()) return wrong("is not one per family of pages");
     uint64_t before = 0;
-    for (size_t i = 0; i < ends->size(); ++i) {
-        const uint64_t end = (*ends)[i];
+    for (const uint64_t end : *ends) {
         if (end < before || end > pages->bytes || end - before > most_family_bytes)
             return wrong("a family of pages has no end");
-        const bool has = i % families < tree_of(about_, layer, static_cast<uint32_t>(i / families)).families();
-        if (has != (end > before)) return wrong("a family of pages is not there, or one that is left out is");
+        if (end == before) return wrong("a family of pages is not there");
         before = end;
     }
     ends_[static_cast<size_t>(layer)] = *ends;
@@ -316,6 +343,9 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file, const Limits& limits) {
     if (!charts) return tl::unexpected(charts.error());
     if (auto read = read_charts(file, *charts, limits, atlas); !read) return tl::unexpected(read.error());
     for (const LayerName& layer : layers) {
+        for (const bool dense : {false, true})
+            opened.channels_[static_cast<size_t>(layer.layer)][dense] =
+                channels_of(atlas.attributes, layer.layer, dense);
         if (auto found = opened.find_pages(layer.layer); !found) return tl::unexpected(found.error());
     }
     if (auto found = opened.find_leaves(limits); !found) return tl::unexpected(found.error());
@@ -326,11 +356,14 @@ Result<AtlasFile> AtlasFile::open(const ChunkFile& file, const Limits& limits) {
     return opened;
 }
 
+size_t AtlasFile::number(Layer layer, uint32_t chart, uint32_t page) const {
+    LODE_CHECK(has(layer, chart, page), chart, page);
+    return first_[static_cast<size_t>(layer)][chart] + tree_of(about_, layer, chart).family(page);
+}
+
 AtlasFile::ByteRange AtlasFile::place(Layer layer, uint32_t chart, uint32_t page) const {
     const auto l = static_cast<size_t>(layer);
-    const PageTree tree = tree_of(about_, layer);
-    const size_t i = size_t{chart} * tree.families() + tree.family(page);
-    LODE_CHECK(i < ends_[l].size(), chart, page);
+    const size_t i = number(layer, chart, page);
     const uint64_t first = i == 0 ? 0 : ends_[l][i - 1];
     return {layers[l].bytes, first, ends_[l][i] - first};
 }
@@ -347,13 +380,12 @@ Result<std::vector<std::byte>> AtlasFile::read(const PageName& name) const {
     return bytes;
 }
 
-Result<PageFamily> AtlasFile::unpack(const PageName& name, std::span<const Channel> channels,
-                                     std::span<const std::byte> bytes) const {
-    const PageTree whole = tree_of(about_, name.layer), tree = tree_of(about_, name.layer, name.chart);
+Result<PageFamily> AtlasFile::unpack(const PageName& name, std::span<const std::byte> bytes) const {
+    const PageTree tree = tree_of(about_, name.layer, name.chart);
     const uint32_t family = tree.family(name.page);
-    if (checksum(bytes) != sums_[static_cast<size_t>(name.layer)][size_t{name.chart} * whole.families() + family])
+    if (checksum(bytes) != sums_[static_cast<size_t>(name.layer)][number(name.layer, name.chart, name.page)])
         return wrong_page(name, "is damaged");
-    auto unpacked = PageFamily::unpack(tree, channels, family, bytes);
+    auto unpacked = PageFamily::unpack(tree, channels(name.layer, name.chart), family, bytes);
     if (!unpacked) return wrong_page(name, "cannot be unpacked");
     return unpacked;
 }
@@ -445,15 +477,14 @@ Result<void> read_leaves(const AtlasFile& file, Atlas& atlas) {
 }
 
 // All pages of one chart, into the images.
-Result<void> read_chart(const AtlasFile& file, Layer layer, uint32_t chart, std::span<const Channel> channels,
-                        Atlas& atlas) {
+Result<void> read_chart(const AtlasFile& file, Layer layer, uint32_t chart, Atlas& atlas) {
     const PageTree tree = tree_of(atlas, layer, chart);
     std::vector<Page> pages(tree.pages());
     for (uint32_t f = 0; f < tree.families(); ++f) {
         const AtlasFile::PageName first{layer, chart, tree.member(f, 0)};
         const auto bytes = file.read(first);
         if (!bytes) return tl::unexpected(bytes.error());
-        const auto family = file.unpack(first, channels, *bytes);
+        const auto family = file.unpack(first, *bytes);
         if (!family) return tl::unexpected(family.error());
         for (uint32_t k = 0; k < PageTree::members(f); ++k) {
             const uint32_t p = tree.member(f, k);
@@ -475,11 +506,10 @@ Result<Atlas> open_atlas(const ChunkFile& file) {
     Atlas atlas = opened->about();
     atlas.make_room();
     for (const LayerName& name : layers) {
-        const std::vector<Channel> channels = channels_of(atlas.attributes, name.layer);
         std::vector<Result<void>> charts(atlas.charts());
         parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c)
-                charts[c] = read_chart(*opened, name.layer, c, channels, atlas);
+                charts[c] = read_chart(*opened, name.layer, c, atlas);
         });
         const auto failed = std::ranges::find_if(charts, [](const Result<void>& chart) { return !chart; });
         if (failed != charts.end()) return fail_at(path, failed->error());

@@ -37,7 +37,7 @@ public:
         const char* chunk;       // its name
         uint64_t offset, bytes;  // in bytes
     };
-    // Where the bytes of a page's family lie.
+    // Where the bytes of the family lie that a page of a chart is in, which has it.
     ByteRange place(Layer layer, uint32_t chart, uint32_t page) const;
     // Whether the chart has the page, or leaves it out.
     bool has(Layer layer, uint32_t chart, uint32_t page) const;
@@ -50,9 +50,8 @@ public:
     };
     // The bytes of its family, as they lie in the file.
     Result<std::vector<std::byte>> read(const PageName& name) const;
-    // The family, if its checksum is right. channels: of the layer; must outlive the family.
-    Result<PageFamily> unpack(const PageName& name, std::span<const Channel> channels,
-                              std::span<const std::byte> bytes) const;
+    // The family, if its checksum is right; this must outlive it.
+    Result<PageFamily> unpack(const PageName& name, std::span<const std::byte> bytes) const;
     // The page out of its family, if the materials it names exist. parent: of every page but 0.
     Result<Page> decode(const PageName& name, const PageFamily& family, const Page* parent) const;
 
@@ -73,6 +72,14 @@ private:
 
     ChunkFile file_;
     Atlas about_;
+    // Of a layer's pages of a chart.
+    std::span<const Channel> channels(Layer layer, uint32_t chart) const {
+        return channels_[static_cast<size_t>(layer)][about_.dense[chart]];
+    }
+    std::array<std::array<std::vector<Channel>, 2>, 2>
+        channels_;  // by layer; of charts that are not dense, and that are
+    size_t number(Layer layer, uint32_t chart, uint32_t page) const;  // of a page's family, among those of all charts
+    std::array<std::vector<size_t>, 2> first_;       // by layer: per chart, and the end, the number of its first family
     std::array<std::span<const uint64_t>, 2> ends_;  // by layer, per family
     std::array<std::span<const uint32_t>, 2> sums_;
     std::span<const uint64_t> leaf_ends_;  // per part

@@ -377,7 +377,7 @@ private:
         const uint32_t cells = tree_of(atlas_, Layer::geometry, square_.chart).cells_per_page(),
                        x = square_.x * cells + static_cast<uint32_t>(at.x),
                        y = square_.y * cells + static_cast<uint32_t>(at.y),
-                       ratio = atlas_.attribute_cells / atlas_.cells;
+                       ratio = atlas_.attribute_ratio_of(square_.chart);
         const auto& p = atlas_.positions[atlas_.texel(square_.chart, x, y)];
         const size_t texel = atlas_.attribute_texel(square_.chart, x * ratio, y * ratio);
         TexelAttributes attributes;

@@ -113,7 +113,7 @@ static uint32_t step_of(uint32_t quality) {
     return sixteenths[below % 10] << (below / 10);
 }
 
-std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer) {
+std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer, bool dense) {
     using Kind = Channel::Kind;
     constexpr Channel lattice{0, true, false, Kind::smooth}, error{1, false, false, Kind::error},
         radius{2, false, false, Kind::radius}, uv{1, true, false}, material{3, true, false, Kind::name};
@@ -132,15 +132,15 @@ std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer)
     if (attributes.surfaces) channels.insert(channels.end(), 3, surface);
     if (attributes.emissions) channels.insert(channels.end(), 3, emission);
     if (attributes.materials) channels.push_back(material);
-    const uint32_t step = step_of(attributes.texture_quality), dense_step = step_of(attributes.dense_quality);
+    const uint32_t step = step_of(attributes.texture_quality),
+                   finest_step = dense ? step_of(attributes.dense_quality) : step;
     for (Channel& channel : channels) {
         const auto of = [&](uint32_t whole) {
             const uint32_t least = channel.kind == Kind::direction ? least_step_of_normals : least_step;
             return channel.step * whole == 0 ? 0 : std::max(channel.step * whole / steps_per_step, least);
         };
-        channel.dense_step = of(dense_step);
+        channel.finest_step = of(finest_step);
         channel.step = of(step);
-        if (attributes.dense_cells > 0) channel.dense_cells = attributes.dense_cells;
     }
     return channels;
 }

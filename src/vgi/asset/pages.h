@@ -76,17 +76,16 @@ struct Channel {
     bool averaged = false;     // coarser pages have means of what is around instead (page_means.h); not wide
     bool srgb = false;         // means are of the light that the numbers stand for; three such stand together
     // Sixteenths: samples may be off by about half of it (codec/lossy_family.h); 0: they are coded without loss. The
-    // other is of levels of `dense_cells` and more.
-    uint32_t step = 0, dense_step = 0;
-    uint32_t dense_cells = ~0u;  // along a side of a chart
+    // other is of the finest level.
+    uint32_t step = 0, finest_step = 0;
 
-    // cells: of a level.
-    uint32_t step_of(uint32_t cells) const { return cells < dense_cells ? step : dense_step; }
+    // level: of the chart's own; 0 is the finest.
+    uint32_t step_of(uint32_t level) const { return level > 0 ? step : finest_step; }
 };
 // The channels of a layer, in the order they are stored.
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture
-// coordinates (2), colour (4), material (1), each where the atlas has them.
-std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer);
+// coordinates (2), colour (4), material (1), each where the atlas has them. dense: of charts that are (Atlas::dense).
+std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer, bool dense = false);
 // Of charts that leave out nothing; the pages of one that does are the first of them.
 PageTree tree_of(const Atlas& atlas, Layer layer);
 PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart);  // its own

@@ -133,6 +133,8 @@ public:
 
     const std::vector<uint32_t>& label() const { return clusters_.label; }
     const RoundQuality& quality() const { return quality_; }
+    // Per chart (chart_sizes.h); empty where no textures are baked.
+    const std::vector<double>& texel_samples() const { return samples_per_texel_; }
     const std::string& fault() const { return fault_; }
     // Whether stretched charts are taken as they are.
     bool is_last() const { return last_; }
@@ -256,19 +258,32 @@ private:
             quads_.surface, members, patches_,
             {options_.clusters.clusters, cells, density * static_cast<double>(mesh_.triangle_count()), density});
     }
-    // So that samples are as many as texels that are baked; a power of two, 4096 at most. A bit fewer will do.
-    uint32_t cells_of_textures() const {
-        constexpr double enough = 0.9;
-        const double wanted = enough * context_.looks->texels();
-        uint32_t cells = 1;
-        while (cells < 4096 && static_cast<double>(members_.size()) * cells * cells < wanted) cells *= 2;
-        return cells;
+    // Texels that triangles of each chart use.
+    std::vector<double> texels_of_charts() const {
+        std::vector<double> areas(mesh_.triangle_count());  // of triangles of the source
+        for (uint32_t t = 0; t < quads_.label.size(); ++t)
+            areas[quads_.surface.triangles[t].source] += quads_.surface.area(t);
+        std::vector<double> texels(quads_.quads.size(), 0);
+        for (uint32_t t = 0; t < quads_.label.size(); ++t) {
+            const uint32_t source = quads_.surface.triangles[t].source;
+            if (areas[source] > 0)
+                texels[quads_.label[t]] += context_.looks->texels(source) * quads_.surface.area(t) / areas[source];
+        }
+        return texels;
     }
-    // Of attributes for one of positions, along a side. whole: cells of images that hold everything.
+    // Of images of attributes. whole: cells of images that hold everything.
+    ChartSizes attribute_sizes(const ChartSizes& positions, uint32_t whole) {
+        const ChartSizes alike{positions.cells * attribute_ratio(positions.cells, whole), positions.trimmed_levels};
+        if (context_.looks == nullptr) return alike;
+        const std::vector<double> texels = texels_of_charts();
+        ChartSizes sizes = options_.attribute_ratio > 1 ? alike : texture_sizes(texels, patches_, positions);
+        samples_per_texel_ = samples_per_texel(texels, patches_, sizes);
+        return sizes;
+    }
+    // Of attributes for one of positions, along a side, unless textures say how many.
     uint32_t attribute_ratio(uint32_t cells, uint32_t whole) const {
         const uint32_t finer = whole / cells;
-        if (context_.looks != nullptr)
-            return options_.attribute_ratio > 1 ? options_.attribute_ratio : std::max(1u, cells_of_textures() / cells);
+        if (context_.looks != nullptr) return options_.attribute_ratio;
         const bool has_textures = !mesh_.uvs.empty() && !mesh_.images.empty();
         if (has_textures || !mesh_.materials.empty()) return finer * options_.attribute_ratio;
         return std::min(finer, mesh_.colours.empty() ? 1u : 2u) * options_.attribute_ratio;
@@ -382,9 +397,9 @@ private:
         if (options_.samples_per_triangle > 0) sizes = sizes_by_source(members_, whole);
         report_.cells = sizes.cells;
         report_.coarse_charts = count - static_cast<uint32_t>(std::ranges::count(sizes.trimmed_levels, 0));
+        ChartSizes attributes = attribute_sizes(sizes, whole);
         resampler_.emplace(ResampleInput{mesh_, context_.normals, quads_.surface, patches_, context_.looks},
-                           sizes.cells, sizes.cells * attribute_ratio(sizes.cells, whole),
-                           std::move(sizes.trimmed_levels));
+                           std::move(sizes), std::move(attributes));
         charts_.assign(count, {});
         choose_lattice(members_);
         resampler_->keep_corners_open();
@@ -585,6 +600,7 @@ private:
     ChartComplex patches_;
     std::vector<std::vector<uint32_t>> members_;  // triangles per chart, until it is made
     std::vector<uint32_t> order_;                 // in which charts are made
+    std::vector<double> samples_per_texel_;       // per chart
     std::optional<Resampler> resampler_;
     std::vector<ChartResult> charts_;
     double whole_area_ = 0;  // of the surface
@@ -595,15 +611,23 @@ private:
 // Charts have a power of two of cells, so their finest level has up to four times as many samples as it needs, or more
 // where that was asked for. What it is off by over a texel would be as on other levels with a step larger by the square
 // root of samples for each. It is larger by a good half of that, as one sample may fill a pixel.
-void set_quality(Atlas& atlas, uint32_t quality, double texels) {
+// samples: per chart, for a texel.
+void set_quality(Atlas& atlas, uint32_t quality, std::span<const double> samples) {
     constexpr double most_below = 6, below_a_doubling = 3;  // a step twice as large is 10 below
+    constexpr double many = 1.4;
     atlas.attributes.texture_quality = atlas.attributes.dense_quality = static_cast<uint8_t>(quality);
-    double samples = 0;
-    for (uint32_t c = 0; c < atlas.charts(); ++c) samples += std::pow(atlas.attribute_cells_of(c), 2);
-    if (quality == 0 || samples <= texels) return;
-    const auto below = static_cast<uint32_t>(std::min(below_a_doubling * std::log2(samples / texels), most_below));
+    if (quality == 0) return;
+    double cells = 0, texels = 0;  // of what is dense
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        if (samples[c] < many) continue;
+        atlas.dense[c] = 1;
+        const double own = std::pow(atlas.attribute_cells_of(c), 2);
+        cells += own;
+        texels += own / samples[c];
+    }
+    if (cells == 0) return;
+    const auto below = static_cast<uint32_t>(std::min(below_a_doubling * std::log2(cells / texels), most_below));
     atlas.attributes.dense_quality = static_cast<uint8_t>(std::max(quality, below + 1) - below);
-    atlas.attributes.dense_cells = atlas.attribute_cells;
 }
 
 // Makes bad clusters finer; borders need not be kept on features there any more. times: per cluster, how much finer.
@@ -651,7 +675,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
         if ((round.is_last() && round.fault().empty()) || std::ranges::find(bad, true) == bad.end()) {
             auto atlas = round.take();
             if (atlas) atlas->attributes = attributes_of_atlas(source, context.looks);
-            if (atlas && bakes) set_quality(*atlas, options.texture_quality, context.looks->texels());
+            if (atlas && bakes) set_quality(*atlas, options.texture_quality, round.texel_samples());
             if (atlas && bakes) agree_on_borders(*atlas);
             return atlas;
         }

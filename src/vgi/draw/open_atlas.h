@@ -21,7 +21,6 @@ struct OpenAtlas {
     std::shared_ptr<const PageTopology> topology;
     ChartTree charts;
     std::array<PageTree, 2> trees;                  // by layer
-    std::array<std::vector<Channel>, 2> channels;   // by layer
     std::array<uint32_t, 3> first{};                // number of its first page or part among all atlases', by layer
     std::vector<float> spacing;                     // per chart, of attributes (spacing_of)
     std::shared_ptr<const AttributePage> mip_tail;  // mip_tail.h

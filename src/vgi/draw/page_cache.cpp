@@ -128,7 +128,7 @@ PageCache::Decoded PageCache::DecodeTask::run() const {
         return decoded;
     }
     const PageTree tree = tree_of(about, id.layer, name.chart);
-    const auto family = file.unpack(name, atlas->channels[l], std::span(blob.data(), blob.size()));
+    const auto family = file.unpack(name, std::span(blob.data(), blob.size()));
     if (!family) {
         decoded.fault = family.error().message;
         return decoded;

@@ -452,7 +452,6 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         for (const Layer layer : both_layers) {
             const size_t l = index_of(layer);
             atlas.trees[l] = tree_of(about, layer);
-            atlas.channels[l] = channels_of(about.attributes, layer);
             totals.pages[l] += uint64_t{about.charts()} * atlas.trees[l].pages();
             totals.base[l] += about.charts();
         }

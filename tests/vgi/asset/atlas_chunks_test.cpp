@@ -48,15 +48,14 @@ protected:
         EXPECT_THAT(file.error().message, testing::HasSubstr(expect));
         EXPECT_THAT(file.error().message, testing::HasSubstr(path_.string()));
     }
-    // visit(name of the family's first page, channels).
+    // visit(name of the family's first page).
     template <class Visit>
     static void for_families(const AtlasFile& file, Visit&& visit) {
         for (const Layer layer : {Layer::geometry, Layer::attributes}) {
-            const auto channels = channels_of(file.about().attributes, layer);
             for (uint32_t chart = 0; chart < file.about().charts(); ++chart) {
                 const PageTree tree = tree_of(file.about(), layer, chart);
                 for (uint32_t f = 0; f < tree.families(); ++f)
-                    visit(AtlasFile::PageName{layer, chart, tree.member(f, 0)}, channels);
+                    visit(AtlasFile::PageName{layer, chart, tree.member(f, 0)});
             }
         }
     }
@@ -70,19 +69,19 @@ TEST_F(AtlasFileTest, AFlippedBitOfAPageIsDamage) {
     const auto file = opened();
     ASSERT_TRUE(file) << file.error().message;
     uint32_t at = 0;
-    for_families(*file, [&](const AtlasFile::PageName& name, const std::vector<Channel>& channels) {
+    for_families(*file, [&](const AtlasFile::PageName& name) {
         auto bytes = *file->read(name);
-        ASSERT_TRUE(file->unpack(name, channels, bytes));
+        ASSERT_TRUE(file->unpack(name, bytes));
         at = at * 7 + 5;
         bytes[at % bytes.size()] ^= static_cast<std::byte>(1u << at % 8);
-        const auto family = file->unpack(name, channels, bytes);
+        const auto family = file->unpack(name, bytes);
         ASSERT_FALSE(family) << name.chart << ", " << name.page;
         EXPECT_EQ(family.error().fault, Fault::format);
         EXPECT_THAT(family.error().message, testing::HasSubstr("chart " + std::to_string(name.chart) + ", page " +
                                                                std::to_string(name.page) + ": is damaged"));
         // What is cut, or empty.
-        EXPECT_FALSE(file->unpack(name, channels, std::span(bytes).first(bytes.size() - 1)));
-        EXPECT_FALSE(file->unpack(name, channels, {}));
+        EXPECT_FALSE(file->unpack(name, std::span(bytes).first(bytes.size() - 1)));
+        EXPECT_FALSE(file->unpack(name, {}));
     });
 }
 
@@ -91,9 +90,9 @@ TEST_F(AtlasFileTest, OnePageInThePlaceOfAnotherIsDamage) {
     const auto file = opened();
     ASSERT_TRUE(file);
     std::vector<std::byte> before;
-    for_families(*file, [&](const AtlasFile::PageName& name, const std::vector<Channel>& channels) {
+    for_families(*file, [&](const AtlasFile::PageName& name) {
         const auto bytes = *file->read(name);
-        if (before != bytes) { EXPECT_FALSE(file->unpack(name, channels, before)); }
+        if (before != bytes) { EXPECT_FALSE(file->unpack(name, before)); }
         before = bytes;
     });
 }
@@ -105,14 +104,13 @@ TEST_F(AtlasFileTest, APageWithAMaterialThatThereIsNotIsRefused) {
     write(bad);
     const auto file = opened();
     ASSERT_TRUE(file) << file.error().message;
-    const auto channels = channels_of(bad.attributes, Layer::attributes);
     uint32_t refused = 0;
     for (uint32_t chart = 0; chart < bad.charts(); ++chart) {
         const PageTree tree = tree_of(file->about(), Layer::attributes, chart);
         std::vector<Page> pages(tree.pages());
         for (uint32_t p = 0; p < tree.pages(); ++p) {
             const AtlasFile::PageName name{Layer::attributes, chart, p};
-            const auto family = file->unpack(name, channels, *file->read(name));
+            const auto family = file->unpack(name, *file->read(name));
             ASSERT_TRUE(family);
             auto page = file->decode(name, *family, p == 0 ? nullptr : &pages[tree.parent(p)]);
             if (page) {
@@ -194,6 +192,29 @@ TEST_F(AtlasFileTest, FamiliesThatDoNotLieBehindOneAnotherAreRefused) {
     refused("vgi/attribute_ends");
 }
 
+TEST_F(AtlasFileTest, SizesThatChartsCannotHaveAreRefused) {
+    const auto with = [&](const std::string& chunk, uint8_t value, const std::string& expect) {
+        write(good_);
+        std::vector<uint8_t> values(good_.charts(), value);
+        fixtures::replace_chunk(path_, chunk, std::as_bytes(std::span(values)), path_);
+        refused(expect);
+        values.assign(good_.charts(), 0);
+        values.pop_back();
+        write(good_);
+        fixtures::replace_chunk(path_, chunk, std::as_bytes(std::span(values)), path_);
+        refused("one per chart");
+    };
+    with("vgi/attributes_left_out", 200, "no pages");
+    with("vgi/left_out", 200, "no pages");
+    with("vgi/dense", 2, "neither 0 nor 1");
+    // One chart that is dense beside others that are not.
+    write(good_);
+    std::vector<uint8_t> dense(good_.charts(), 0);
+    dense[0] = 1;
+    fixtures::replace_chunk(path_, "vgi/dense", std::as_bytes(std::span(dense)), path_);
+    refused("is dense where it is not");
+}
+
 TEST_F(AtlasFileTest, APageOfAFileThatWasCutMeanwhileCannotBeRead) {
     write(good_);
     const auto file = opened();
@@ -209,7 +230,7 @@ TEST_F(AtlasFileTest, APageOfAFileThatWasCutMeanwhileCannotBeRead) {
 TEST_F(AtlasFileTest, CornersOfAnyValenceAreCheckedInLinearTime) {
     Atlas atlas;
     const uint32_t charts = 200000;
-    atlas.lay_out(std::vector<uint8_t>(charts, 0));
+    atlas.lay_out(std::vector<uint8_t>(charts, 0), std::vector<uint8_t>(charts, 0));
     atlas.sides.resize(size_t{charts} * 4);
     // A fan: side 3 of each, which ends at its first corner, to side 0 of the next.
     for (uint32_t c = 0; c < charts; ++c) {

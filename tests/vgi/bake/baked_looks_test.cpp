@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -126,10 +127,10 @@ TEST(BakedLooks, WhatWasPaintedThroughFragmentsComesBackByPlace) {
     const double texels = side * side * (cell - 2 * gutter) * (cell - 2 * gutter);
     EXPECT_GT(static_cast<double>(atlas.attribute_texels()), 0.9 * texels);
     EXPECT_LT(static_cast<double>(atlas.attribute_texels()), 5 * texels);
-    const uint32_t ratio = atlas.attribute_cells / atlas.cells;
     double squared = 0;
     size_t samples = 0;
     for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const uint32_t ratio = atlas.attribute_ratio_of(c);
         for (uint32_t y = 0; y <= atlas.cells_of(c); ++y) {
             for (uint32_t x = 0; x <= atlas.cells_of(c); ++x, ++samples) {
                 const glm::vec3 wanted = painted(atlas.position(atlas.texel(c, x, y)));
@@ -142,6 +143,37 @@ TEST(BakedLooks, WhatWasPaintedThroughFragmentsComesBackByPlace) {
     const double psnr = -10 * std::log10(squared / (3 * static_cast<double>(samples)));
     RecordProperty("psnr_db", std::to_string(psnr));
     EXPECT_GT(psnr, 40);
+}
+
+// Two pieces alike, one of which has a hundredth of the texels: it has as many fewer samples, by powers of two.
+TEST(BakedLooks, EveryPieceHasAsManySamplesAsTexels) {
+    TriMesh mesh = in_fragments();
+    paint(mesh);
+    const TriMesh coarse = mesh;
+    const auto vertices = static_cast<uint32_t>(mesh.vertex_count()),
+               wedges = static_cast<uint32_t>(mesh.wedge_count());
+    for (const glm::vec3& at : coarse.positions) mesh.positions.push_back(at + glm::vec3(100, 0, 0));
+    for (const uint32_t v : coarse.wedge_vertex) mesh.wedge_vertex.push_back(v + vertices);
+    for (const glm::vec2& uv : coarse.uvs) mesh.uvs.push_back(0.1f * uv);
+    mesh.normals.insert(mesh.normals.end(), coarse.normals.begin(), coarse.normals.end());
+    mesh.materials.insert(mesh.materials.end(), coarse.materials.begin(), coarse.materials.end());
+    for (const Triangle& t : coarse.triangles) mesh.triangles.push_back({t[0] + wedges, t[1] + wedges, t[2] + wedges});
+    ASSERT_TRUE(repair(mesh));
+    const Atlas atlas = baked(mesh);
+    const auto valid = atlas.validate();
+    ASSERT_TRUE(valid) << valid.error().message;
+    const double texels = side * side * (cell - 2 * gutter) * (cell - 2 * gutter);
+    std::array<double, 2> samples{}, of_positions{};
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const size_t piece = atlas.position(atlas.texel(c, 0, 0)).x > 50 ? 1 : 0;
+        samples[piece] += std::pow(atlas.attribute_cells_of(c), 2);
+        of_positions[piece] += std::pow(atlas.cells_of(c), 2);
+    }
+    EXPECT_GT(samples[0], 0.9 * texels);
+    EXPECT_LT(samples[0], 3.6 * texels + 1);
+    EXPECT_GE(samples[1], of_positions[1]);
+    EXPECT_LT(samples[1], std::max(of_positions[1], samples[0] / 4) + 1);
+    EXPECT_LT(samples[1], samples[0]);
 }
 
 // Fragments of unlike colours: where charts meet, they agree.

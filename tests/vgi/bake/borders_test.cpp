@@ -37,7 +37,7 @@ struct Star {
         }
         atlas.cells = atlas.attribute_cells = cells;
         atlas.origin = glm::dvec3(-1000);
-        atlas.lay_out({0, 0, 0, 0});
+        atlas.lay_out({0, 0, 0, 0}, {0, 0, 0, 0});
     }
     // Of a chart's corner in the middle: twice the area between its first samples, on the lattice.
     double opening(const Borders& borders, uint32_t chart) const {

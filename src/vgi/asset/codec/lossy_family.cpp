@@ -70,7 +70,7 @@ private:
 LossyFamily::LossyFamily(const PageTree& tree, std::span<const Channel> channels, uint32_t family)
     : tree_(tree), family_(family), side_(tree.cells_per_page() * (family == 0 ? 1 : 2)) {
     size_t components = 0;
-    const uint32_t level_cells = tree.cells >> tree.level(tree.member(family, 0));
+    const uint32_t level = tree.level(tree.member(family, 0));
     const auto is_like = [&](const Group& group, size_t channel, uint32_t count) {
         return channels[group.channel].group == channels[channel].group && group.count == count;
     };
@@ -78,7 +78,7 @@ LossyFamily::LossyFamily(const PageTree& tree, std::span<const Channel> channels
         const Channel& channel = channels[c];
         const uint32_t count = channel.srgb ? 3 : 1;
         if (channel.step > 0) {
-            const auto step = static_cast<int32_t>(channel.step_of(level_cells));
+            const auto step = static_cast<int32_t>(channel.step_of(level));
             // A step of brightness tells on three channels, one of a difference on less than one.
             const std::array<int32_t, 3> of_colours{std::max(step * 37 / 64, 1), step * 90 / 64, step * 74 / 64};
             const bool follows = !groups_.empty() && is_like(groups_.back(), c, count);

@@ -17,11 +17,24 @@ namespace {
 
 double parallelogram(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
+// Of the finest texture of a material, for texture coordinates 0 .. 1.
+double most_texels(const Material& m, const std::vector<Image>& images) {
+    double most = 0;
+    for (const Texture* texture : m.textures()) {
+        if (!texture->there()) continue;
+        const Image& image = images[static_cast<size_t>(texture->image)];
+        const double turned = std::abs(parallelogram(texture->place[0], texture->place[1]));
+        most = std::max(most, turned * static_cast<double>(image.width) * image.height);
+    }
+    return most;
+}
+
 }  // namespace
 
 BakedLooks::BakedLooks(const TriMesh& mesh, std::span<const glm::vec3> normals)
     : mesh_(mesh), normals_(normals), colours_(mesh.images.size()), numbers_(mesh.images.size()) {
     if (mesh.uvs.empty()) return;
+    for (const Material& m : mesh.material_table) finest_.push_back(most_texels(m, mesh.images));
     std::vector<uint8_t> asked(2 * mesh.images.size(), 0);
     for (const Material& m : mesh.material_table) {
         const auto textures = m.textures();
@@ -61,25 +74,10 @@ const Material& BakedLooks::material_of(uint32_t triangle) const {
     return mesh_.material_table[mesh_.materials.empty() ? 0 : mesh_.materials[mesh_.triangles[triangle][0]]];
 }
 
-double BakedLooks::texels() const {
-    if (mesh_.uvs.empty() || mesh_.material_table.empty()) return 0;
-    std::vector<double> finest;  // texels of a texture of side 1, per material
-    for (const Material& m : mesh_.material_table) {
-        double most = 0;
-        for (const Texture* texture : m.textures()) {
-            if (!texture->there()) continue;
-            const Image& image = mesh_.images[static_cast<size_t>(texture->image)];
-            const double turned = std::abs(parallelogram(texture->place[0], texture->place[1]));
-            most = std::max(most, turned * static_cast<double>(image.width) * image.height);
-        }
-        finest.push_back(most);
-    }
-    double sum = 0;
-    for (uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
-        const size_t material = mesh_.materials.empty() ? 0 : mesh_.materials[mesh_.triangles[t][0]];
-        sum += 0.5 * twice_uv_area(t) * finest[material];
-    }
-    return sum;
+double BakedLooks::texels(uint32_t triangle) const {
+    if (finest_.empty()) return 0;
+    const size_t material = mesh_.materials.empty() ? 0 : mesh_.materials[mesh_.triangles[triangle][0]];
+    return 0.5 * twice_uv_area(triangle) * finest_[material];
 }
 
 std::optional<BakedLooks::LookedUp> BakedLooks::texture_of(const Texture& texture, Texels texels) const {

@@ -21,8 +21,8 @@ public:
 
     // Whether any material has a texture of the kind.
     AtlasAttributes attributes() const;
-    // Of textures, as far as triangles use them: the finest of each material.
-    double texels() const;
+    // Of textures, as far as a triangle uses them, parts of texels included: those of its material's finest.
+    double texels(uint32_t triangle) const;
 
     // What is at a place of a triangle of the source. place: weights of its corners 1 and 2. uv_per_sample: area in the
     // plane of texture coordinates that a sample stands for. Sets colour, surface, emission and normal where textures
@@ -44,6 +44,7 @@ private:
 
     const TriMesh& mesh_;
     const std::span<const glm::vec3> normals_;
+    std::vector<double> finest_;  // per material: most texels that a texture of it has for texture coordinates 0 .. 1
     std::vector<std::optional<MippedImage>> colours_, numbers_;  // per image, where some texture means it so
 };
 

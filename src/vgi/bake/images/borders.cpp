@@ -30,11 +30,11 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y 
 using WedgesAround = std::map<uint32_t, std::vector<Wedge>>;  // by the vertex they are at
 
 WedgesAround wedges_of(const ChartComplex& patches, const Atlas& atlas) {
-    const uint32_t ratio = atlas.attribute_cells / atlas.cells;
     WedgesAround wedges;
     for (uint32_t q = 0; q < patches.sides.size(); ++q) {
         const auto& sides = patches.sides[q];
         if (atlas.cells_of(q) < fewest_straight_cells) continue;
+        const uint32_t ratio = atlas.attribute_ratio_of(q);
         // The sample so many texels from where a side begins, for this chart.
         const auto slot = [&](const Side& side, uint32_t texels) {
             return Slot{side.arc, side.reversed ? atlas.attribute_cells_of(q) - texels : texels};

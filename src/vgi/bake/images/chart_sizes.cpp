@@ -1,5 +1,7 @@
 #include "vgi/bake/images/chart_sizes.h"
 
+#include <algorithm>
+#include <bit>
 #include <glm/geometric.hpp>
 
 #include "base/structures/disjoint_sets.h"
@@ -17,15 +19,49 @@ struct Component {
     size_t charts = 0, triangles = 0;
 };
 
+// Charts that hang together.
+DisjointSets joined_charts(const ChartComplex& patches, size_t count) {
+    DisjointSets joined(count);
+    for (const Arc& arc : patches.arcs) {
+        if (arc.right != none) joined.join(arc.left, arc.right);
+    }
+    return joined;
+}
+
+// A component's charts and texels.
+struct Textured {
+    double charts = 0, texels = 0;
+};
+// Of each chart: its component.
+std::vector<Textured> textured_components(std::span<const double> texels, const ChartComplex& patches) {
+    const auto count = static_cast<uint32_t>(texels.size());
+    DisjointSets joined = joined_charts(patches, count);
+    std::vector<Textured> components(count);  // by their lowest chart
+    for (uint32_t c = 0; c < count; ++c) {
+        Textured& component = components[joined.find(c)];
+        component.charts += 1;
+        component.texels += texels[c];
+    }
+    std::vector<Textured> of_charts;
+    for (uint32_t c = 0; c < count; ++c) of_charts.push_back(components[joined.find(c)]);
+    return of_charts;
+}
+
+// Whether tables with a place for every page of `most` cells for each chart are far larger than what is in them.
+// cells: per chart.
+bool is_wide(std::span<const uint32_t> cells, uint32_t most) {
+    constexpr uint64_t always = 1 << 20, most_places_for_a_page = 32;
+    uint64_t pages = 0;
+    for (const uint32_t own : cells) pages += PageTree{std::min(own, most)}.pages();
+    return cells.size() * uint64_t{PageTree{most}.pages()} > std::max(always, most_places_for_a_page * pages);
+}
+
 }  // namespace
 
 ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uint32_t>>& members,
                        const ChartComplex& patches, const SizesWanted& wanted) {
     const auto count = static_cast<uint32_t>(members.size());
-    DisjointSets joined(count);
-    for (const Arc& arc : patches.arcs) {
-        if (arc.right != none) joined.join(arc.left, arc.right);
-    }
+    DisjointSets joined = joined_charts(patches, count);
     std::vector<Component> components(count);  // by their lowest chart
     double whole = 0;
     for (uint32_t c = 0; c < count; ++c) {
@@ -62,6 +98,38 @@ ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uin
         }
         if (sizes.cells <= fewest_cells || texels <= wanted.most_texels) return sizes;
     }
+}
+
+ChartSizes texture_sizes(std::span<const double> texels, const ChartComplex& patches, const ChartSizes& positions) {
+    constexpr double enough = 0.9;  // a bit fewer samples than texels will do
+    constexpr uint32_t most_cells = 4096;
+    const auto count = static_cast<uint32_t>(texels.size());
+    const std::vector<Textured> components = textured_components(texels, patches);
+    std::vector<uint32_t> cells(count);
+    for (uint32_t c = 0; c < count; ++c) {
+        cells[c] = positions.cells >> positions.trimmed_levels[c];
+        const auto samples = [&] { return components[c].charts * cells[c] * cells[c]; };
+        while (cells[c] < most_cells && samples() < enough * components[c].texels) cells[c] *= 2;
+    }
+    uint32_t most = *std::ranges::max_element(cells);
+    while (most > positions.cells && is_wide(cells, most)) most /= 2;
+    ChartSizes sizes{most, {}};
+    for (const uint32_t own : cells) {
+        const uint32_t whole_pages = std::clamp(own, std::min(most, page_cells), most);
+        sizes.trimmed_levels.push_back(static_cast<uint8_t>(std::countr_zero(most / whole_pages)));
+    }
+    return sizes;
+}
+
+std::vector<double> samples_per_texel(std::span<const double> texels, const ChartComplex& patches,
+                                      const ChartSizes& sizes) {
+    const std::vector<Textured> components = textured_components(texels, patches);
+    std::vector<double> ratios;
+    for (size_t c = 0; c < texels.size(); ++c) {
+        const double cells = sizes.cells >> sizes.trimmed_levels[c];
+        ratios.push_back(components[c].texels > 0 ? components[c].charts * cells * cells / components[c].texels : 0);
+    }
+    return ratios;
 }
 
 }  // namespace lodestone::vgi

@@ -13,9 +13,10 @@ namespace lodestone::vgi {
 
 inline constexpr double usual_charts_per_cluster = 6;
 
+// Of positions, or of attributes.
 struct ChartSizes {
     uint32_t cells = 0;                   // per side of a whole chart
-    std::vector<uint8_t> trimmed_levels;  // per chart: Atlas::trimmed_levels
+    std::vector<uint8_t> trimmed_levels;  // per chart: finest levels that it leaves out
 };
 
 struct SizesWanted {
@@ -27,5 +28,12 @@ struct SizesWanted {
 // members: triangles of each chart.
 ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uint32_t>>& members,
                        const ChartComplex& patches, const SizesWanted& wanted);
+
+// Of attributes, where textures are baked into them: every component has as many samples as texels, or up to four times
+// as many, but no fewer than of positions. texels: of each chart, parts of texels included.
+ChartSizes texture_sizes(std::span<const double> texels, const ChartComplex& patches, const ChartSizes& positions);
+// Per chart: samples of attributes for a texel of its component; 0 where there are no texels.
+std::vector<double> samples_per_texel(std::span<const double> texels, const ChartComplex& patches,
+                                      const ChartSizes& sizes);
 
 }  // namespace lodestone::vgi

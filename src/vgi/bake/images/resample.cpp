@@ -89,13 +89,12 @@ TexelAttributes source_attributes(const ResampleInput& input, const Atlas& atlas
     return is;
 }
 
-Resampler::Resampler(const ResampleInput& input, uint32_t cells, uint32_t attribute_cells,
-                     std::vector<uint8_t> trimmed_levels)
+Resampler::Resampler(const ResampleInput& input, ChartSizes positions, ChartSizes attributes)
     : input_(input), patches_(input.patches), up_(height_axis(input.mesh)) {
     const TriMesh& mesh = input.mesh;
     LODE_CHECK(input.normals.size() == mesh.wedge_count());
-    atlas_.cells = cells;
-    atlas_.attribute_cells = attribute_cells;
+    atlas_.cells = positions.cells;
+    atlas_.attribute_cells = attributes.cells;
     atlas_.attributes = attributes_of_atlas(mesh, input.looks);
     atlas_.material_table = mesh.material_table;
     atlas_.images = mesh.images;
@@ -109,7 +108,7 @@ Resampler::Resampler(const ResampleInput& input, uint32_t cells, uint32_t attrib
     extent_ = std::max({extent.x, extent.y, extent.z, 1e-30});
     set_step(0);
     if (atlas_.attributes.uvs) set_uv_range();
-    atlas_.lay_out(std::move(trimmed_levels));
+    atlas_.lay_out(std::move(positions.trimmed_levels), std::move(attributes.trimmed_levels));
     LODE_CHECK(atlas_.charts() == patches_.sides.size(), patches_.sides.size());
     atlas_.make_room();
     glue_sides();
@@ -255,7 +254,7 @@ uint32_t Resampler::sample_inside(Sampling& sampling) {
 }
 
 Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
-    const uint32_t cells = atlas_.attribute_cells_of(quad), ratio = atlas_.attribute_cells / atlas_.cells,
+    const uint32_t cells = atlas_.attribute_cells_of(quad), ratio = atlas_.attribute_ratio_of(quad),
                    row = cells / ratio + 1;
     Sampling sampling{quad, chart, cells, ratio, row, std::vector<SurfaceSample>(size_t{row} * row)};
     sample_borders(sampling);

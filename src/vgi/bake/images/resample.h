@@ -12,6 +12,7 @@
 #include "vgi/bake/charts/chart_complex.h"
 #include "vgi/bake/images/baked_looks.h"
 #include "vgi/bake/images/borders.h"
+#include "vgi/bake/images/chart_sizes.h"
 #include "vgi/bake/images/parameterise.h"
 #include "vgi/bake/images/untangle.h"
 
@@ -43,9 +44,7 @@ TexelAttributes source_attributes(const ResampleInput& input, const Atlas& atlas
 // Fills the images of one chart after the other; a chart may be dropped once it is sampled.
 class Resampler {
 public:
-    // cells, attribute_cells: of the atlas. trimmed_levels: Atlas::trimmed_levels.
-    Resampler(const ResampleInput& input, uint32_t cells, uint32_t attribute_cells,
-              std::vector<uint8_t> trimmed_levels);
+    Resampler(const ResampleInput& input, ChartSizes positions, ChartSizes attributes);
 
     // Samples of the chart of a quad, 0 .. quads - 1. Different charts may be sampled at once.
     Sampled sample(uint32_t quad, const Chart& chart);

@@ -78,8 +78,8 @@ const fs::path& folder() {
 
 size_t bytes_of(const TriMesh& mesh) {
     size_t bytes = mesh.positions.size() * sizeof(glm::vec3) + mesh.wedge_vertex.size() * 4 +
-                   mesh.triangles.size() * sizeof(Triangle) + mesh.normals.size() * sizeof(glm::vec3) +
-                   mesh.uvs.size() * sizeof(glm::vec2) + mesh.colours.size() * 4 + mesh.materials.size() * 2;
+                   mesh.triangles.size() * sizeof(Triangle);
+    for_attributes([&](const auto& values) { bytes += values.size() * sizeof values[0]; }, mesh);
     for (const Image& image : mesh.images) bytes += image.texels.size() * 4;
     return bytes;
 }

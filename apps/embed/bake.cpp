@@ -36,6 +36,7 @@ std::vector<uint32_t> words_of(const Material& m) {
         words.push_back(static_cast<uint32_t>(texture->image));
         for (const Wrap wrap : texture->wrap) words.push_back(static_cast<uint32_t>(wrap));
         for (int k = 0; k < 3; ++k) add(texture->place[k].x), add(texture->place[k].y);
+        words.push_back(texture->second ? 1 : 0);
     }
     return words;
 }
@@ -45,20 +46,18 @@ Hash128 source_of(const TriMesh& mesh) {
     HashStream stream;
     const auto add = [&](const auto& values) { stream.add(std::as_bytes(std::span(values))); };
     const PresentAttributes has = attributes_of(mesh);
-    const std::array<uint64_t, 6> sizes{mesh.positions.size(),
-                                        mesh.triangles.size(),
-                                        has.normals + 2u * has.uvs + 4u * has.colours + 8u * has.materials,
-                                        mesh.material_table.size(),
-                                        mesh.images.size(),
-                                        mesh.wedge_count()};
+    const std::array<uint64_t, 6> sizes{
+        mesh.positions.size(),
+        mesh.triangles.size(),
+        has.normals + 2u * has.uvs + 4u * has.colours + 8u * has.materials + 16u * has.second_uvs,
+        mesh.material_table.size(),
+        mesh.images.size(),
+        mesh.wedge_count()};
     add(sizes);
     add(mesh.positions);
     add(mesh.wedge_vertex);
     add(mesh.triangles);
-    add(mesh.normals);
-    add(mesh.uvs);
-    add(mesh.colours);
-    add(mesh.materials);
+    for_attributes(add, mesh);
     for (const Material& material : mesh.material_table) {
         add(material.name);
         const auto words = words_of(material);

@@ -139,7 +139,9 @@ private:
             const float length = glm::length(normal);
             mesh_.normals.push_back(length > 0 ? normal / length : mesh_.normals[a]);
         }
-        if (!mesh_.uvs.empty()) mesh_.uvs.push_back(glm::mix(mesh_.uvs[a], mesh_.uvs[b], f));
+        for (auto* uvs : {&mesh_.uvs, &mesh_.second_uvs}) {
+            if (!uvs->empty()) uvs->push_back(glm::mix((*uvs)[a], (*uvs)[b], f));
+        }
         if (!mesh_.colours.empty())
             mesh_.colours.emplace_back(
                 glm::round(glm::mix(glm::vec4(mesh_.colours[a]), glm::vec4(mesh_.colours[b]), f)));

@@ -20,17 +20,15 @@ public:
     Result<bool> next(MeshBatch& batch, size_t max_items) override {
         batch = {};
         const size_t wedges = std::min(max_items, mesh_.wedge_count() - wedge_);
-        const auto take = [&](auto& to, const auto& from) {
-            if (!from.empty())
-                to.assign(from.begin() + static_cast<ptrdiff_t>(wedge_),
-                          from.begin() + static_cast<ptrdiff_t>(wedge_ + wedges));
-        };
         for (size_t w = wedge_; w < wedge_ + wedges; ++w)
             batch.positions.push_back(mesh_.positions[mesh_.wedge_vertex[w]]);
-        take(batch.normals, mesh_.normals);
-        take(batch.uvs, mesh_.uvs);
-        take(batch.colours, mesh_.colours);
-        take(batch.materials, mesh_.materials);
+        for_attributes(
+            [&](auto& to, const auto& from) {
+                if (!from.empty())
+                    to.assign(from.begin() + static_cast<ptrdiff_t>(wedge_),
+                              from.begin() + static_cast<ptrdiff_t>(wedge_ + wedges));
+            },
+            batch, mesh_);
         wedge_ += wedges;
         const size_t triangles = std::min(max_items - wedges, mesh_.triangle_count() - triangle_);
         batch.triangles.assign(mesh_.triangles.begin() + static_cast<ptrdiff_t>(triangle_),
@@ -65,10 +63,7 @@ Result<TriMesh> collect(MeshStream& stream, const Progress& progress) {
         if (!more) return tl::unexpected(more.error());
         if (!*more) break;
         append(mesh.positions, batch.positions);
-        append(mesh.normals, batch.normals);
-        append(mesh.uvs, batch.uvs);
-        append(mesh.colours, batch.colours);
-        append(mesh.materials, batch.materials);
+        for_attributes([](auto& to, const auto& from) { append(to, from); }, mesh, batch);
         append(mesh.triangles, batch.triangles);
         const uint64_t all = size.vertices + size.triangles;
         if (all > 0) progress.at("read", std::min(1.0, static_cast<double>(done) / static_cast<double>(all)));

@@ -16,12 +16,13 @@ namespace lodestone {
 // a triangle may refer to vertices of its own batch and of earlier ones. Attributes are present in all batches or in
 // none.
 struct MeshBatch {
-    std::vector<glm::vec3> positions;  // object units
-    std::vector<glm::vec3> normals;    // unit length
-    std::vector<glm::vec2> uvs;        // origin at the top left
-    std::vector<glm::u8vec4> colours;  // sRGB and alpha
-    std::vector<uint16_t> materials;   // into material_table()
-    std::vector<Triangle> triangles;   // stream-wide vertex numbers
+    std::vector<glm::vec3> positions;   // object units
+    std::vector<glm::vec3> normals;     // unit length
+    std::vector<glm::vec2> uvs;         // origin at the top left
+    std::vector<glm::vec2> second_uvs;  // likewise; only where there are uvs
+    std::vector<glm::u8vec4> colours;   // sRGB and alpha
+    std::vector<uint16_t> materials;    // into material_table()
+    std::vector<Triangle> triangles;    // stream-wide vertex numbers
 };
 
 // A mesh that is handed out piece by piece, once.

@@ -11,19 +11,21 @@
 namespace lodestone {
 
 // One vertex per wedge, in wedge order. Missing attributes become: normal from the geometry (compute_normals), texture
-// coordinate (0, 0), colour white, material 0.
+// coordinate (0, 0), colour white, material 0. Second texture coordinates lie beside vertices, not in them.
 std::vector<MeshVertex> pack_vertices(const TriMesh& mesh);
 
 // The attributes of `mesh` that pack_vertices would have to invent.
 struct PresentAttributes {
-    bool normals = false, uvs = false, colours = false, materials = false;  // whether the mesh has them
+    bool normals = false, uvs = false, second_uvs = false, colours = false,
+         materials = false;  // whether the mesh has them
     bool operator==(const PresentAttributes&) const = default;
 };
 // Which arrays of the mesh are not empty.
 PresentAttributes attributes_of(const TriMesh& mesh);
 
 // Positions come from the first wedge of each vertex; wedge_vertex[w] < number of vertices. Normals are within 0.005
-// degrees of those packed; everything else is exact. Materials and images are the caller's to fill in.
+// degrees of those packed; everything else is exact. Second texture coordinates, materials and images are the caller's
+// to fill in.
 TriMesh unpack_vertices(std::span<const MeshVertex> wedges, std::span<const uint32_t> wedge_vertex,
                         const PresentAttributes& present);
 

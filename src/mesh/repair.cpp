@@ -59,10 +59,9 @@ void weld_near(const std::vector<glm::vec3>& positions, float distance, std::vec
 }
 
 bool same_attributes(const TriMesh& mesh, uint32_t a, uint32_t b) {
-    return (mesh.normals.empty() || mesh.normals[a] == mesh.normals[b]) &&
-           (mesh.uvs.empty() || mesh.uvs[a] == mesh.uvs[b]) &&
-           (mesh.colours.empty() || mesh.colours[a] == mesh.colours[b]) &&
-           (mesh.materials.empty() || mesh.materials[a] == mesh.materials[b]);
+    bool same = true;
+    for_attributes([&](const auto& values) { same = same && (values.empty() || values[a] == values[b]); }, mesh);
+    return same;
 }
 
 // Equal where same_attributes holds.
@@ -71,6 +70,7 @@ uint64_t attribute_hash(const TriMesh& mesh, uint32_t w) {
     const auto add = [&](float x) { hash = mix64(hash ^ std::bit_cast<uint32_t>(x + 0.0f)); };
     for (int k = 0; k < 3 && !mesh.normals.empty(); ++k) add(mesh.normals[w][k]);
     for (int k = 0; k < 2 && !mesh.uvs.empty(); ++k) add(mesh.uvs[w][k]);
+    for (int k = 0; k < 2 && !mesh.second_uvs.empty(); ++k) add(mesh.second_uvs[w][k]);
     if (!mesh.colours.empty()) hash = mix64(hash ^ std::bit_cast<uint32_t>(mesh.colours[w]));
     if (!mesh.materials.empty()) hash = mix64(hash ^ mesh.materials[w]);
     return hash;
@@ -296,16 +296,14 @@ private:
     uint32_t to(uint32_t h) const { return from(next_corner(h)); }
 
     static uint32_t copy_wedge(TriMesh& mesh, uint32_t wedge, uint32_t vertex) {
-        const auto copy = [&](auto& values) {
-            if (values.empty()) return;
-            const auto value = values[wedge];
-            values.push_back(value);
-        };
         mesh.wedge_vertex.push_back(vertex);
-        copy(mesh.normals);
-        copy(mesh.uvs);
-        copy(mesh.colours);
-        copy(mesh.materials);
+        for_attributes(
+            [&](auto& values) {
+                if (values.empty()) return;
+                const auto value = values[wedge];
+                values.push_back(value);
+            },
+            mesh);
         return static_cast<uint32_t>(mesh.wedge_vertex.size() - 1);
     }
 

@@ -17,6 +17,8 @@ Result<void> TriMesh::validate() const {
     const auto wrong_length = [&](size_t length) { return length != 0 && length != wedges; };
     if (wrong_length(normals.size())) return wrong("normals are not one per wedge");
     if (wrong_length(uvs.size())) return wrong("texture coordinates are not one per wedge");
+    if (wrong_length(second_uvs.size())) return wrong("second texture coordinates are not one per wedge");
+    if (!second_uvs.empty() && uvs.empty()) return wrong("there are second texture coordinates without first ones");
     if (wrong_length(colours.size())) return wrong("colours are not one per wedge");
     if (wrong_length(materials.size())) return wrong("materials are not one per wedge");
     for (size_t v = 0; v < vertices; ++v) {
@@ -104,24 +106,20 @@ size_t drop_unreferenced(TriMesh& mesh) {
     for (size_t w = 0; w < new_wedge.size(); ++w) {
         if (new_wedge[w] == gone) continue;
         mesh.wedge_vertex[wedges] = new_vertex[mesh.wedge_vertex[w]];
-        const auto keep = [&](auto& attribute) {
-            if (!attribute.empty()) attribute[wedges] = attribute[w];
-        };
-        keep(mesh.normals);
-        keep(mesh.uvs);
-        keep(mesh.colours);
-        keep(mesh.materials);
+        for_attributes(
+            [&](auto& attribute) {
+                if (!attribute.empty()) attribute[wedges] = attribute[w];
+            },
+            mesh);
         new_wedge[w] = wedges++;
     }
-    const auto shorten = [&](auto& attribute) {
-        if (!attribute.empty()) attribute.resize(wedges);
-    };
     mesh.positions.resize(vertices);
     mesh.wedge_vertex.resize(wedges);
-    shorten(mesh.normals);
-    shorten(mesh.uvs);
-    shorten(mesh.colours);
-    shorten(mesh.materials);
+    for_attributes(
+        [&](auto& attribute) {
+            if (!attribute.empty()) attribute.resize(wedges);
+        },
+        mesh);
     for (Triangle& t : mesh.triangles) {
         for (uint32_t& w : t) w = new_wedge[w];
     }

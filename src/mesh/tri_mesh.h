@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "base/result.h"
 #include "base/looks/material.h"
+#include "base/result.h"
 
 namespace lodestone {
 
@@ -29,10 +29,11 @@ struct TriMesh {
     std::vector<Triangle> triangles;     // per triangle: its wedges, 0 .. wedge_vertex.size()-1
 
     // Attributes: each empty or one per wedge.
-    std::vector<glm::vec3> normals;    // unit length
-    std::vector<glm::vec2> uvs;        // texture coordinates, origin at the top left (glTF's convention), any range
-    std::vector<glm::u8vec4> colours;  // sRGB and alpha
-    std::vector<uint16_t> materials;   // into material_table; empty means material 0 everywhere
+    std::vector<glm::vec3> normals;     // unit length
+    std::vector<glm::vec2> uvs;         // texture coordinates, origin at the top left (glTF's convention), any range
+    std::vector<glm::vec2> second_uvs;  // the second set of them; only where there is a first
+    std::vector<glm::u8vec4> colours;   // sRGB and alpha
+    std::vector<uint16_t> materials;    // into material_table; empty means material 0 everywhere
 
     std::vector<Material> material_table;  // empty only where `materials` is
     std::vector<Image> images;             // what materials refer to
@@ -54,6 +55,17 @@ struct TriMesh {
     // found.
     Result<void> validate() const;
 };
+
+// Calls visit with every array of attributes: of one mesh, or with the same array of several side by side. Batches of
+// a MeshStream have the same ones.
+template <class Visit, class... Meshes>
+void for_attributes(Visit&& visit, Meshes&... meshes) {
+    visit(meshes.normals...);
+    visit(meshes.uvs...);
+    visit(meshes.second_uvs...);
+    visit(meshes.colours...);
+    visit(meshes.materials...);
+}
 
 // A box along the axes.
 struct Box {

@@ -307,7 +307,7 @@ private:
             if (atlas_.colours.empty()) table[0].base_colour = {0.6f, 0.6f, 0.6f, 1};
         }
         if (lists_.size() < table.size()) table.resize(lists_.size());
-        MaterialJson made = material_json(table, texcoords());
+        MaterialJson made = material_json(table, {texcoords(), false});
         used_ = made.extensions;
         add_to_document(json_, std::move(made));
         if (!textured()) return;

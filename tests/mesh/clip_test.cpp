@@ -98,16 +98,21 @@ TEST(Clip, AttributesAreThoseOfThePlace) {
     mesh.uvs.clear();
     for (const glm::vec3& p : mesh.positions) {
         mesh.uvs.emplace_back(2 * p.x + p.z, p.y);
+        mesh.second_uvs.emplace_back(p.z, p.x - p.y);
         mesh.normals.emplace_back(0, 1, 0);
         mesh.colours.emplace_back(10, 20, 30, 255);
     }
     const TriMesh piece = piece_of(mesh, {{slanted, 0.3, true}});
+    ASSERT_TRUE(piece.validate());
     ASSERT_EQ(piece.uvs.size(), piece.wedge_count());
+    ASSERT_EQ(piece.second_uvs.size(), piece.wedge_count());
     size_t fresh = 0;
     for (size_t w = 0; w < piece.wedge_count(); ++w) {
         const glm::vec3& p = piece.positions[piece.wedge_vertex[w]];
         EXPECT_NEAR(piece.uvs[w].x, 2 * p.x + p.z, 1e-5f);
         EXPECT_NEAR(piece.uvs[w].y, p.y, 1e-5f);
+        EXPECT_NEAR(piece.second_uvs[w].x, p.z, 1e-5f);
+        EXPECT_NEAR(piece.second_uvs[w].y, p.x - p.y, 1e-5f);
         EXPECT_EQ(piece.normals[w], glm::vec3(0, 1, 0));
         EXPECT_EQ(piece.colours[w], glm::u8vec4(10, 20, 30, 255));
         fresh += lies_on({slanted, 0.3, true}, p, p, 10) ? 1 : 0;

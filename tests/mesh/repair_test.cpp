@@ -122,6 +122,34 @@ TEST(Repair, KeepsSeamsWhereAttributesDiffer) {
     EXPECT_EQ(topology_of(torn).seam_edges, topology_of(mesh).seam_edges);
 }
 
+TEST(Repair, KeepsSeamsOfSecondTextureCoordinatesAlone) {
+    TriMesh mesh = fixtures::cube_with_seams();
+    mesh.normals.clear();
+    mesh.second_uvs = mesh.uvs;
+    mesh.uvs.assign(mesh.wedge_count(), glm::vec2(0));
+    repaired(mesh);
+    ASSERT_TRUE(mesh.validate());
+    EXPECT_EQ(mesh.vertex_count(), 8u);
+    EXPECT_GT(topology_of(mesh).seam_edges, 0u);
+    const size_t wedges = mesh.wedge_count();
+    // Where they agree, nothing tells the wedges apart.
+    mesh.second_uvs.assign(mesh.wedge_count(), glm::vec2(0));
+    repaired(mesh);
+    EXPECT_LT(mesh.wedge_count(), wedges);
+    EXPECT_EQ(mesh.wedge_count(), 8u);
+}
+
+TEST(TriMesh, SecondTextureCoordinatesAreOnePerWedgeAndBehindFirstOnes) {
+    TriMesh mesh = fixtures::cube_with_seams();
+    mesh.second_uvs = mesh.uvs;
+    EXPECT_TRUE(mesh.validate());
+    mesh.second_uvs.pop_back();
+    EXPECT_FALSE(mesh.validate());
+    mesh.second_uvs = mesh.uvs;
+    mesh.uvs.clear();
+    EXPECT_FALSE(mesh.validate());
+}
+
 TEST(Repair, TreatsMinusZeroAsZeroAndWeldsNearVerticesWhenAsked) {
     TriMesh mesh =
         soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-0.0f, 0, 0}, {0, 1, 0}, {-1, 0, 0}}, {{0, 1, 2}, {3, 4, 5}});

@@ -8,6 +8,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,8 @@ struct Texture {
     int32_t image = -1;                                    // into TriMesh::images, -1 for none
     std::array<Wrap, 2> wrap{Wrap::repeat, Wrap::repeat};  // across and down
     glm::mat3x2 place{{1, 0}, {0, 1}, {0, 0}};             // times (u, v, 1) is where it is looked up
-    bool there() const { return image >= 0; }              // whether there is one
+    bool second = false;                       // u and v are of the second set of texture coordinates, not of the first
+    bool there() const { return image >= 0; }  // whether there is one
     bool operator==(const Texture&) const = default;
 };
 
@@ -53,7 +55,7 @@ enum class AlphaMode : uint8_t {
 struct Material {
     std::string name;                          // as in the file, UTF-8; may be empty
     glm::vec4 base_colour{1, 1, 1, 1};         // linear RGB and alpha, 0 .. 1, multiplies texture and vertex colour
-    Texture base_colour_texture;               // sRGB and alpha; its place is the identity
+    Texture base_colour_texture;               // sRGB and alpha; on the first set, its place is the identity
     Shading shading = Shading::plain;          // by what it is lit
     AlphaMode alpha_mode = AlphaMode::opaque;  // what alpha does
     float alpha_cutoff = 0.5f;                 // of AlphaMode::mask
@@ -87,6 +89,16 @@ constexpr bool holds_colours(size_t k) { return k == 0 || k == 4; }
 // What Material::textures() are, for people.
 inline constexpr std::array<const char*, 5> texture_names = {"base colour", "metallic-roughness", "normals",
                                                              "occlusion", "emission"};
+
+// Whether a texture of the materials is looked up in the second set of texture coordinates.
+inline bool use_second_set(std::span<const Material> table) {
+    for (const Material& material : table) {
+        for (const Texture* texture : material.textures()) {
+            if (texture->there() && texture->second) return true;
+        }
+    }
+    return false;
+}
 
 // Takes off a material one of its textures that cannot be had. Emission and metal go with theirs: what the texture
 // would not have let through is not known.

@@ -36,7 +36,8 @@ Json to_json(const Texture& t) {
     if (!t.there()) return nullptr;
     return {{"image", t.image},
             {"wrap", {wrap_names[static_cast<size_t>(t.wrap[0])], wrap_names[static_cast<size_t>(t.wrap[1])]}},
-            {"place", {t.place[0].x, t.place[0].y, t.place[1].x, t.place[1].y, t.place[2].x, t.place[2].y}}};
+            {"place", {t.place[0].x, t.place[0].y, t.place[1].x, t.place[1].y, t.place[2].x, t.place[2].y}},
+            {"second", t.second}};
 }
 
 Json to_json(const Material& m) {
@@ -65,6 +66,7 @@ Texture texture_from(const Json& json, size_t images) {
     for (size_t k = 0; k < 2; ++k) t.wrap[k] = named<Wrap>(wrap_names, json.at("wrap").at(k));
     for (size_t k = 0; k < 6; ++k)
         t.place[static_cast<int>(k / 2)][static_cast<int>(k % 2)] = number(json.at("place").at(k));
+    t.second = json.at("second").get<bool>();
     return t;
 }
 
@@ -84,6 +86,7 @@ Material material_from(const Json& json, size_t images) {
         for (int k = 0; k < 3; ++k) m.emission[k] = number(json.at("emission").at(static_cast<size_t>(k)));
         const auto textures = m.textures();
         for (size_t k = 0; k < textures.size(); ++k) *textures[k] = texture_from(json.at("textures").at(k), images);
+        if (m.base_colour_texture.second) throw std::out_of_range("has a base colour on the second set");
     } catch (const std::out_of_range& e) {
         throw std::out_of_range("material '" + printable(m.name.substr(0, 80)) + "' " + e.what());
     }

@@ -101,7 +101,7 @@ Result<void> write_image(const Image& image, const fs::path& path, const WriteOp
 bool fits_mtl(const Material& m, const Texture& texture) {
     const bool known =
         &texture == &m.base_colour_texture || &texture == &m.normal_texture || &texture == &m.emission_texture;
-    return known && texture.place == Texture{}.place;
+    return known && texture.place == Texture{}.place && !texture.second;
 }
 
 // The materials of an OBJ, with their images beside it.

@@ -31,7 +31,8 @@ TEST(OpenMeshSimplifier, MakesValidListsForEveryMesh) {
 
 // Faces of a cube with a normal per face: every edge is a seam of normals, and yet it must simplify.
 TEST(QuadricSimplifier, ClosesSeamsOfNormalsButNotOfTextures) {
-    const auto faceted = [](bool textured) {
+    enum Textured { nowhere, on_first_set, on_second_set };
+    const auto faceted = [](Textured textured) {
         TriMesh mesh = generate(Shape::sphere, 2000, 1);
         EXPECT_TRUE(repair(mesh));
         TriMesh out;
@@ -44,20 +45,24 @@ TEST(QuadricSimplifier, ClosesSeamsOfNormalsButNotOfTextures) {
                 corners[static_cast<size_t>(k)] = static_cast<uint32_t>(out.wedge_vertex.size());
                 out.wedge_vertex.push_back(mesh.vertex_of(t, k));
                 out.normals.push_back(n);
-                if (textured) out.uvs.emplace_back(static_cast<float>(t), static_cast<float>(k));
+                const glm::vec2 own(static_cast<float>(t), static_cast<float>(k));
+                if (textured != nowhere) out.uvs.push_back(textured == on_first_set ? own : glm::vec2(0));
+                if (textured == on_second_set) out.second_uvs.push_back(own);
             }
             out.triangles.push_back(corners);
         }
         return out;
     };
-    const TriMesh soft = faceted(false), hard = faceted(true);
+    const TriMesh soft = faceted(nowhere);
     const auto closing = make_quadric_simplifier()->simplify(soft, {});
     ASSERT_TRUE(closing);
     EXPECT_TRUE(closing->validate(soft)) << closing->validate(soft).error().message;
     EXPECT_GT(closing->collapses.size(), soft.vertex_count() / 2);
-    const auto kept = make_quadric_simplifier()->simplify(hard, {});
-    ASSERT_TRUE(kept);
-    EXPECT_EQ(kept->collapses.size(), 0u);
+    for (const Textured textured : {on_first_set, on_second_set}) {
+        const auto kept = make_quadric_simplifier()->simplify(faceted(textured), {});
+        ASSERT_TRUE(kept);
+        EXPECT_EQ(kept->collapses.size(), 0u);
+    }
 }
 
 // A vertex may have two wedges that nothing tells apart: of normals that count for nothing, or without attributes.

@@ -69,6 +69,8 @@ TEST_F(MaterialChunksTest, WhatCannotBeIsRefused) {
     EXPECT_THAT(with("/textures/2/image", -1), HasSubstr("no such image"));
     EXPECT_THAT(with("/textures/2/wrap/0", "round"), HasSubstr("unknown word 'round'"));
     EXPECT_THAT(with("/textures/2/place/5", 1e300), HasSubstr("not finite"));
+    EXPECT_THAT(with("/textures/2/second", 7), HasSubstr("mesh/materials"));
+    EXPECT_THAT(with("/textures/0/second", true), HasSubstr("base colour on the second set"));
     EXPECT_THAT(with("/shading", "wet"), HasSubstr("unknown word 'wet'"));
     EXPECT_THAT(with("/alpha", 3), HasSubstr("mesh/materials"));
     for (const char* number : {"/alpha_cutoff", "/metallic", "/roughness", "/normal_scale", "/occlusion_strength",

@@ -53,6 +53,16 @@ std::vector<TriMesh> meshes() {
             fixtures::repaired(Shape::vase, 2000)};
 }
 
+// The wedge that a wedge of the mesh became in the primitive of material 'all', which alone has a second set. Past the
+// end where it has none.
+size_t second_in(const TriMesh& read, const TriMesh& mesh, size_t wedge) {
+    if (mesh.second_uvs.empty()) return read.wedge_count();
+    EXPECT_EQ(read.second_uvs.size(), read.wedge_count());
+    size_t first = 0;
+    while (read.material_table[read.materials[first]].name != "all") ++first;
+    return first + wedge;
+}
+
 TEST_F(WriteGlbTest, EveryEncodingReadsBackWithinQuantisation) {
     for (const TriMesh& mesh : meshes()) {
         for (const Encoding encoding : {Encoding::plain, Encoding::quantised, Encoding::meshopt}) {
@@ -74,6 +84,10 @@ TEST_F(WriteGlbTest, EveryEncodingReadsBackWithinQuantisation) {
                 if (!mesh.uvs.empty()) {
                     EXPECT_LE(glm::distance(read->uvs[w], mesh.uvs[w]), encoding == Encoding::plain ? 0 : 2e-5f);
                 }
+                if (const size_t second = second_in(*read, mesh, w); second < read->wedge_count()) {
+                    EXPECT_LE(glm::distance(read->second_uvs[second], mesh.second_uvs[w]),
+                              encoding == Encoding::plain ? 0 : 2e-5f);
+                }
                 if (!mesh.colours.empty()) { EXPECT_EQ(read->colours[w], mesh.colours[w]); }
             }
             EXPECT_EQ(read->images.size(), mesh.images.size());
@@ -84,6 +98,7 @@ TEST_F(WriteGlbTest, EveryEncodingReadsBackWithinQuantisation) {
 // Textures where they were, within rounding.
 void expect_same_place(const Texture& a, const Texture& b) {
     EXPECT_EQ(a.wrap, b.wrap);
+    EXPECT_EQ(a.second, b.second);
     for (int k = 0; k < 3; ++k) {
         EXPECT_NEAR(a.place[k].x, b.place[k].x, 1e-5f);
         EXPECT_NEAR(a.place[k].y, b.place[k].y, 1e-5f);
@@ -142,6 +157,12 @@ TEST_F(WriteGlbTest, TexturesThatNoTransformPlacesAreLeftOutAndNamed) {
     EXPECT_EQ(read->material_table[2].emission, glm::vec3(0));
     EXPECT_TRUE(read->material_table[2].normal_texture.there());
     // Nor are there any without texture coordinates.
+    mesh.second_uvs.clear();
+    ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb"));
+    const auto first = read_mesh(folder_ / "a.glb");
+    ASSERT_TRUE(first);
+    EXPECT_TRUE(first->material_table[2].base_colour_texture.there());
+    EXPECT_FALSE(first->material_table[2].normal_texture.there());
     mesh.uvs.clear();
     ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb"));
     const auto bare = read_mesh(folder_ / "a.glb");
@@ -156,7 +177,11 @@ TEST_F(WriteGlbTest, ObjHoldsWhatMtlHasWordsFor) {
                                      testing::HasSubstr("normals of 1"), testing::HasSubstr("occlusion of 1"),
                                      testing::HasSubstr("emission of 1")));
     TriMesh fits = mesh;
+    EXPECT_EQ(lost_in_writing(fits, folder_ / "a.obj").size(), 4u);
     for (Texture* texture : fits.material_table[1].textures()) texture->place = Texture{}.place;
+    EXPECT_EQ(lost_in_writing(fits, folder_ / "a.obj").size(), 4u) << "nor does it hold a second set";
+    for (Texture* texture : fits.material_table[1].textures()) texture->second = false;
+    EXPECT_EQ(lost_in_writing(fits, folder_ / "a.obj").size(), 2u);
     fits.material_table[1].base_colour = {1, 1, 1, 0.75f};  // of maps
     ASSERT_TRUE(write_mesh(fits, folder_ / "a.obj"));
     ReadReport told;

@@ -110,6 +110,9 @@ private:
     std::vector<uint32_t> place_, heap_;
 };
 
+// Of a wedge: a normal, two sets of texture coordinates, a colour.
+constexpr size_t most_attributes = 3 + 2 + 2 + 3;
+
 enum class Verdict { legal, topology, flip };
 
 // Numbers with their places in a list, found in constant time however long it grows. Open addressing.
@@ -282,10 +285,13 @@ private:
         };
         if (!mesh_.normals.empty())
             add(3, options_.normal_weight, [&](size_t w, int k) { return double{mesh_.normals[w][k]}; });
-        if (!mesh_.uvs.empty()) add(2, options_.uv_weight, [&](size_t w, int k) { return double{mesh_.uvs[w][k]}; });
+        for (const auto* uvs : {&mesh_.uvs, &mesh_.second_uvs}) {
+            if (!uvs->empty()) add(2, options_.uv_weight, [&](size_t w, int k) { return double{(*uvs)[w][k]}; });
+        }
         if (!mesh_.colours.empty())
             add(3, options_.colour_weight, [&](size_t w, int k) { return mesh_.colours[w][k] / 255.0; });
         attribute_count_ = columns.size();
+        LODE_CHECK(attribute_count_ <= most_attributes, attribute_count_);
         attributes_.resize(attribute_count_ * mesh_.wedge_count());
         for (size_t j = 0; j < attribute_count_; ++j) {
             for (size_t w = 0; w < mesh_.wedge_count(); ++w) attributes_[w * attribute_count_ + j] = columns[j][w];
@@ -295,7 +301,7 @@ private:
         fields_.resize(attributes_.size());
     }
 
-    // Wedges of a vertex that agree in texture coordinate and material form a group, named by its first wedge.
+    // Wedges of a vertex that agree in texture coordinates and material form a group, named by its first wedge.
     void group_wedges() {
         if (!seams_) return;
         group_.resize(mesh_.wedge_count());
@@ -305,6 +311,7 @@ private:
             group_[w] = w;
             for (uint32_t other = newest[v]; other != none; other = before[other]) {
                 const bool same = (mesh_.uvs.empty() || mesh_.uvs[other] == mesh_.uvs[w]) &&
+                                  (mesh_.second_uvs.empty() || mesh_.second_uvs[other] == mesh_.second_uvs[w]) &&
                                   (mesh_.materials.empty() || mesh_.materials[other] == mesh_.materials[w]);
                 if (same) {
                     group_[w] = group_[other];
@@ -390,7 +397,7 @@ private:
         const glm::dvec3 along1 = glm::cross(p2 - p0, dual), along2 = glm::cross(dual, p1 - p0);
         const size_t count = attribute_count_;
         Quadric sum;
-        std::array<AttributeField, 8> fields;
+        std::array<AttributeField, most_attributes> fields;
         for (size_t j = 0; j < count; ++j) {
             const auto s = [&](uint32_t corner) { return attributes_[wedges_[corner] * count + j]; };
             const double s0 = s(c);

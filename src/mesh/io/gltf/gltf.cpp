@@ -11,6 +11,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 #include <set>
+#include <span>
 
 #include "base/looks/srgb.h"
 #include "mesh/io/compressed/unpack_gltf.h"
@@ -393,20 +394,40 @@ private:
     void add_uvs(const tinygltf::Primitive& primitive, const std::string& name, size_t count) {
         const bool known = primitive.material >= 0 && static_cast<size_t>(primitive.material) < texcoords_.size();
         const GltfTexcoords from = known ? texcoords_[static_cast<size_t>(primitive.material)] : GltfTexcoords{};
-        const std::string key = "TEXCOORD_" + std::to_string(from.set);
+        const size_t before = mesh_.uvs.size(), after = before + count;
+        mesh_.uvs.resize(after, glm::vec2(0));
+        if (fill_set(primitive, from.set, from.place, name, std::span(mesh_.uvs).last(count))) {
+            has_uvs_ = true;
+        } else if (from.set != 0) {
+            warn_of_missing(from.set);
+        }
+        if (from.second < 0) return;
+        // What comes before has none, and gets (0, 0); likewise what comes behind.
+        std::vector<glm::vec2> second(count, glm::vec2(0));
+        if (fill_set(primitive, from.second, GltfTexcoords{}.place, name, second)) {
+            mesh_.second_uvs.resize(before, glm::vec2(0));
+            mesh_.second_uvs.insert(mesh_.second_uvs.end(), second.begin(), second.end());
+        } else {
+            warn_of_missing(from.second);
+        }
+    }
+    void warn_of_missing(int set) {
+        warn("some primitives have no TEXCOORD_" + std::to_string(set) + ", which their material's texture needs");
+    }
+    // Returns whether the primitive has that set.
+    bool fill_set(const tinygltf::Primitive& primitive, int set, const glm::dmat3x2& place, const std::string& name,
+                  std::span<glm::vec2> into) const {
+        const std::string key = "TEXCOORD_" + std::to_string(set);
         const auto attribute = primitive.attributes.find(key);
-        if (attribute == primitive.attributes.end()) {
-            if (from.set != 0) warn("some primitives have no " + key + ", which their material's texture needs");
-            mesh_.uvs.resize(mesh_.uvs.size() + count, glm::vec2(0));
-            return;
-        }
-        has_uvs_ = true;
+        if (attribute == primitive.attributes.end()) return false;
         const GltfValues uvs = values_of(attribute->second, name + " " + key, 2);
-        if (uvs.size() != count) throw GltfFault{name, "has another number of texture coordinates than of positions"};
-        for (size_t i = 0; i < count; ++i) {
-            const glm::vec2 uv(from.place * glm::dvec3(uvs(i, 0), uvs(i, 1), 1));
-            mesh_.uvs.push_back(std::isfinite(uv.x) && std::isfinite(uv.y) ? uv : glm::vec2(0));
+        if (uvs.size() != into.size())
+            throw GltfFault{name, "has another number of texture coordinates than of positions"};
+        for (size_t i = 0; i < into.size(); ++i) {
+            const glm::vec2 uv(place * glm::dvec3(uvs(i, 0), uvs(i, 1), 1));
+            into[i] = std::isfinite(uv.x) && std::isfinite(uv.y) ? uv : glm::vec2(0);
         }
+        return true;
     }
 
     void add_colours(int accessor, const std::string& name, size_t count) {
@@ -464,7 +485,11 @@ private:
 
     void finish() {
         if (without_normals_) mesh_.normals.clear();
-        if (!has_uvs_) mesh_.uvs.clear();
+        if (!mesh_.second_uvs.empty()) {
+            mesh_.second_uvs.resize(mesh_.positions.size(), glm::vec2(0));
+        } else if (!has_uvs_) {
+            mesh_.uvs.clear();
+        }
         if (!has_colours_) mesh_.colours.clear();
         if (model_.materials.empty()) {
             mesh_.materials.clear();

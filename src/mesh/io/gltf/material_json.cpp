@@ -34,12 +34,12 @@ std::optional<Transform> transform_of(const glm::dmat3x2& place) {
 
 class MaterialWriter {
 public:
-    explicit MaterialWriter(const std::optional<glm::dmat3x2>& texcoords) : texcoords_(texcoords) {}
+    explicit MaterialWriter(const WrittenTexcoords& texcoords) : texcoords_(texcoords) {}
 
     void add(Material m) {
         for (Texture* texture : m.textures()) {
-            if (texture->there() && (!texcoords_ || !transform_of(glm::dmat3x2(texture->place))))
-                leave_out(m, *texture);
+            const bool placed = texture->second ? texcoords_.second : texcoords_.first.has_value();
+            if (texture->there() && (!placed || !transform_of(glm::dmat3x2(texture->place)))) leave_out(m, *texture);
         }
         Json json = {{"pbrMetallicRoughness", pbr(m)}, {"doubleSided", m.double_sided}};
         if (!m.name.empty()) json["name"] = m.name;
@@ -89,10 +89,12 @@ private:
 
     Json info(const Texture& texture) {
         Json json = {{"index", number_of(texture)}};
+        if (texture.second) json["texCoord"] = 1;
         const auto whole = [](const glm::dmat3x2& m) {
             return glm::dmat3(glm::dvec3(m[0], 0), glm::dvec3(m[1], 0), glm::dvec3(m[2], 1));
         };
-        const auto transform = transform_of(glm::dmat3x2(texture.place) * whole(*texcoords_));
+        const glm::dmat3x2 place(texture.place);
+        const auto transform = transform_of(texture.second ? place : place * whole(*texcoords_.first));
         if (!transform) return json;
         Json members = Json::object();
         if (transform->offset != glm::dvec2(0)) members["offset"] = {transform->offset.x, transform->offset.y};
@@ -123,7 +125,7 @@ private:
         return found->second;
     }
 
-    const std::optional<glm::dmat3x2>& texcoords_;
+    const WrittenTexcoords& texcoords_;
     MaterialJson made_;
     std::map<std::pair<int32_t, std::array<Wrap, 2>>, size_t> textures_;
     std::map<std::array<Wrap, 2>, size_t> samplers_;
@@ -131,7 +133,7 @@ private:
 
 }  // namespace
 
-MaterialJson material_json(std::span<const Material> table, const std::optional<glm::dmat3x2>& texcoords) {
+MaterialJson material_json(std::span<const Material> table, const WrittenTexcoords& texcoords) {
     MaterialWriter writer(texcoords);
     for (const Material& material : table) writer.add(material);
     return writer.take();

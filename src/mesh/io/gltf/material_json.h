@@ -21,9 +21,15 @@ struct MaterialJson {
     std::set<std::string> extensions;  // used; a reader may do without
 };
 
-// texcoords: times (u, v, 1) of a coordinate of the document it is that of the mesh; nothing where the document has
-// none: materials have no textures then. Textures that unwritable_textures() names are left out.
-MaterialJson material_json(std::span<const Material> table, const std::optional<glm::dmat3x2>& texcoords);
+// The texture coordinates that a document has.
+struct WrittenTexcoords {
+    // Times (u, v, 1) of a coordinate of the document it is that of the mesh; nothing where the document has none.
+    std::optional<glm::dmat3x2> first;
+    bool second = false;  // whether it has the second set, as it is in the mesh
+};
+
+// Textures on a set that the document has not are left out, and those that unwritable_textures() names.
+MaterialJson material_json(std::span<const Material> table, const WrittenTexcoords& texcoords);
 
 // A line for each texture whose place is not a scale, a turn and an offset: glTF cannot say it.
 std::vector<std::string> unwritable_textures(std::span<const Material> table);

@@ -139,26 +139,39 @@ private:
                                                 use_of(from.emissiveTexture)};
         const auto* first = std::ranges::find_if(uses, [](const TextureUse& use) { return use.number >= 0; });
         if (first == uses.end()) return {};
+        GltfTexcoords sets = first->texcoords;
+        const std::string first_name = texture_names[static_cast<size_t>(first - uses.begin())];
         for (size_t k = 0; k < uses.size(); ++k) {
-            if (uses[k].number < 0) continue;
-            Texture& texture = *material.textures()[k];
-            const auto left_out = [&](const std::string& why) {
-                warn(called(material) + ": its texture of " + texture_names[k] + " is left out: " + why);
-                leave_out(material, texture);
-            };
-            const std::string first_name = texture_names[static_cast<size_t>(first - uses.begin())];
-            if (uses[k].texcoords.set != first->texcoords.set) {
-                left_out("it lies on TEXCOORD_" + std::to_string(uses[k].texcoords.set) + ", that of " + first_name +
-                         " on TEXCOORD_" + std::to_string(first->texcoords.set) + "; one set is read");
-            } else if (const auto place = place_after(first->texcoords.place, uses[k].texcoords.place); !place) {
-                left_out("the transform of " + first_name + " cannot be undone");
-            } else if (!options_.load_images || !look_up(uses[k].number, texture)) {
-                leave_out(material, texture);
-            } else {
-                texture.place = *place;
-            }
+            if (uses[k].number >= 0) add_texture(uses[k], k, first_name, material, sets);
         }
-        return first->texcoords;
+        return sets;
+    }
+
+    // k: of the material's textures. first_name: of the one on sets.set. Sets the second set where it is the first on
+    // another.
+    void add_texture(const TextureUse& use, size_t k, const std::string& first_name, Material& material,
+                     GltfTexcoords& sets) {
+        Texture& texture = *material.textures()[k];
+        const auto left_out = [&](const std::string& why) {
+            warn(called(material) + ": its texture of " + texture_names[k] + " is left out: " + why);
+            leave_out(material, texture);
+        };
+        const bool second = use.texcoords.set != sets.set;
+        const auto place = place_after(second ? GltfTexcoords{}.place : sets.place, use.texcoords.place);
+        if (second && sets.second >= 0 && use.texcoords.set != sets.second) {
+            left_out("it lies on TEXCOORD_" + std::to_string(use.texcoords.set) + ", others of the material on " +
+                     "TEXCOORD_" + std::to_string(sets.set) + " and TEXCOORD_" + std::to_string(sets.second) +
+                     "; two sets are read");
+        } else if (!place) {
+            left_out(second ? "its transform has numbers that are too large"
+                            : "the transform of " + first_name + " cannot be undone");
+        } else if (!options_.load_images || !look_up(use.number, texture)) {
+            leave_out(material, texture);
+        } else {
+            texture.place = *place;
+            texture.second = second;
+            if (second) sets.second = use.texcoords.set;
+        }
     }
 
     // Whether there is such a texture, and its image could be had.

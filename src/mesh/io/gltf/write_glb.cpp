@@ -8,8 +8,8 @@
 #include <cstring>
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
+#include <utility>
 
 #include "base/files/file.h"
 #include "base/looks/srgb.h"
@@ -179,10 +179,11 @@ private:
                                         ? add_accessor(small_normals(), {signed_short, "VEC3", true}, vertex_target)
                                         : add_accessor(mesh_.normals, {real, "VEC3"}, vertex_target);
         }
-        if (!mesh_.uvs.empty()) {
-            attributes_["TEXCOORD_0"] = quantised && !options_.exact_uvs && within_square()
-                                            ? add_accessor(small_uvs(), {unsigned_short, "VEC2", true}, vertex_target)
-                                            : add_accessor(mesh_.uvs, {real, "VEC2"}, vertex_target);
+        for (const auto& [name, uvs] : {std::pair{"TEXCOORD_0", &mesh_.uvs}, {"TEXCOORD_1", &mesh_.second_uvs}}) {
+            if (uvs->empty()) continue;
+            attributes_[name] = quantised && !options_.exact_uvs && within_square(*uvs)
+                                    ? add_accessor(small_uvs(*uvs), {unsigned_short, "VEC2", true}, vertex_target)
+                                    : add_accessor(*uvs, {real, "VEC2"}, vertex_target);
         }
         if (mesh_.colours.empty()) return;
         // glTF's colours are linear; 16 bits keep what 8 of sRGB hold.
@@ -202,13 +203,13 @@ private:
         for (const glm::vec3& n : mesh_.normals) small.emplace_back(glm::i16vec3(glm::round(n * 32767.0f)), 0);
         return small;
     }
-    bool within_square() const {
+    static bool within_square(const std::vector<glm::vec2>& uvs) {
         return std::ranges::all_of(
-            mesh_.uvs, [](const glm::vec2& uv) { return uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1; });
+            uvs, [](const glm::vec2& uv) { return uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1; });
     }
-    std::vector<glm::u16vec2> small_uvs() const {
+    static std::vector<glm::u16vec2> small_uvs(const std::vector<glm::vec2>& uvs) {
         std::vector<glm::u16vec2> small;
-        for (const glm::vec2& uv : mesh_.uvs) small.emplace_back(glm::round(uv * 65535.0f));
+        for (const glm::vec2& uv : uvs) small.emplace_back(glm::round(uv * 65535.0f));
         return small;
     }
 
@@ -219,14 +220,13 @@ private:
             json_["images"].push_back({{"bufferView", add_view(bytes->data(), bytes->size(), 1, 0)},
                                        {"mimeType", options_.jpeg_quality > 0 ? "image/jpeg" : "image/png"}});
         }
-        MaterialJson made = material_json(mesh_.material_table, texcoords());
+        WrittenTexcoords texcoords;
+        if (!mesh_.uvs.empty()) texcoords.first = glm::dmat3x2{{1, 0}, {0, 1}, {0, 0}};
+        texcoords.second = !mesh_.second_uvs.empty();
+        MaterialJson made = material_json(mesh_.material_table, texcoords);
         used_.insert(made.extensions.begin(), made.extensions.end());
         add_to_document(json_, std::move(made));
         return {};
-    }
-    std::optional<glm::dmat3x2> texcoords() const {
-        if (mesh_.uvs.empty()) return std::nullopt;
-        return glm::dmat3x2{{1, 0}, {0, 1}, {0, 0}};
     }
 
     void add_primitives() {

@@ -8,6 +8,13 @@ layout(location = 0) in vec4 in_position_and_u;
 layout(location = 1) in vec4 in_normal_and_v;
 layout(location = 2) in vec4 in_colour;
 layout(location = 3) flat in uint in_material;
+layout(location = 4) in vec2 in_second_uv;  // where the scene has textures on it
+
+UvSet uv_set(vec2 at, vec3 position) {
+    UvSet set = UvSet(at, dFdx(at), dFdy(at), mat2x3(0.0));
+    if (scene_has(1u << LODE_TEXTURE_NORMAL)) set.along = along_of(dFdx(position), dFdy(position), set.dx, set.dy);
+    return set;
+}
 
 Surface mesh_surface() {
     Surface s;
@@ -15,11 +22,9 @@ Surface mesh_surface() {
     s.leaf = 0u;
     s.position = in_position_and_u.xyz;
     s.normal = normalize(in_normal_and_v.xyz);
-    s.uv = vec2(in_position_and_u.w, in_normal_and_v.w);
-    s.uv_dx = dFdx(s.uv);
-    s.uv_dy = dFdy(s.uv);
-    s.along_u = s.along_v = vec3(0.0);
-    if (scene_has(1u << LODE_TEXTURE_NORMAL)) set_along(s, dFdx(s.position), dFdy(s.position), s.uv_dx, s.uv_dy);
+    s.uv = uv_set(vec2(in_position_and_u.w, in_normal_and_v.w), s.position);
+    s.second_uv = no_uvs();
+    if (scene_has(LODE_LOOKS_SECOND_UVS)) s.second_uv = uv_set(in_second_uv, s.position);
     s.colour = in_colour;
     s.material = in_material & ~LODE_MIRRORED;
     s.baked = false;

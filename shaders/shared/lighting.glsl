@@ -129,8 +129,8 @@ vec3 debug_colour(Surface s, vec3 albedo) {
     if (debug_view() == LODE_DEBUG_LEVEL) albedo = colour_of_share(s.level);
     if (debug_view() == LODE_DEBUG_TRIANGLE) albedo = colour_of_number(s.triangle);
     if (debug_view() == LODE_DEBUG_UV) {
-        vec2 cell = floor(s.uv * 32.0);
-        albedo = mix(vec3(0.9), vec3(fract(s.uv), 0.2), 0.35 + 0.5 * mod(cell.x + cell.y, 2.0));
+        vec2 cell = floor(s.uv.at * 32.0);
+        albedo = mix(vec3(0.9), vec3(fract(s.uv.at), 0.2), 0.35 + 0.5 * mod(cell.x + cell.y, 2.0));
     }
     if (debug_view() == LODE_DEBUG_MATERIAL) albedo = colour_of_number(s.material + 1u);
     if (debug_view() == LODE_DEBUG_CHART) albedo = colour_of_number(s.chart);

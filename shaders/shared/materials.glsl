@@ -3,17 +3,16 @@
 #define LODESTONE_MATERIALS_GLSL
 
 #include "shared/frame.glsl"
+#include "shared/looks.glsl"
 #include "shared/materials.h"
 #include "shared/surface.glsl"
 
-layout(constant_id = LODE_LOOKS_CONSTANT) const uint scene_looks = 0xffffu;
 layout(constant_id = LODE_TEXTURE_ARRAYS_CONSTANT) const uint texture_arrays = LODE_MOST_TEXTURE_ARRAYS;
 // What is blended is drawn by itself, after everything else.
 layout(constant_id = LODE_BLENDING_CONSTANT) const bool blending = false;
 
 layout(set = 0, binding = LODE_TEXTURES) uniform sampler2DArray textures[LODE_MOST_TEXTURE_ARRAYS];
 
-bool scene_has(uint looks) { return (scene_looks & looks) != 0u; }
 // Whether fragments tell which side is shown: where views cannot leave out all that face away.
 bool fragments_have_sides() {
     return scene_has(LODE_LOOKS_ONE_SIDED) && scene_has(LODE_LOOKS_TWO_SIDED | LODE_LOOKS_MIRRORS);
@@ -55,21 +54,25 @@ float wrapped(float at, float margin, uint wrap) {
 // Where a texture is looked up, for the texture coordinates of a surface.
 struct TexturePlace {
     vec2 at, dx, dy;
-    mat2 turn;  // from texture coordinates' changes to its own
+    mat2x3 along;  // as UvSet, of the set that it is on
+    mat2 turn;     // from texture coordinates' changes to its own
 };
 
 // Of texture k of a material. array: it is in.
 TexturePlace texture_place(uint material, uint k, uint array, Surface s) {
-    TexturePlace place = TexturePlace(s.uv, s.uv_dx, s.uv_dy, mat2(1.0));
-    if (!scene_has(LODE_LOOKS_PLACES | LODE_LOOKS_WRAPS)) return place;
+    TexturePlace place = TexturePlace(s.uv.at, s.uv.dx, s.uv.dy, s.uv.along, mat2(1.0));
+    uint others = LODE_LOOKS_PLACES | LODE_LOOKS_WRAPS | (k == LODE_TEXTURE_BASE_COLOUR ? 0u : LODE_LOOKS_SECOND_UVS);
+    if (!scene_has(others)) return place;
     int texel = LODE_MATERIAL_TEXELS * int(material) + 4 + 2 * int(k);
     uvec4 more = texelFetch(material_texels, texel + 1);
-    if ((more.w >> 16) != 0u) {
+    if (scene_has(LODE_LOOKS_SECOND_UVS) && (more.w & LODE_TEXTURE_SECOND) != 0u)
+        place = TexturePlace(s.second_uv.at, s.second_uv.dx, s.second_uv.dy, s.second_uv.along, mat2(1.0));
+    if ((more.w & LODE_TEXTURE_MOVED) != 0u) {
         vec4 turn = uintBitsToFloat(texelFetch(material_texels, texel));
         place.turn = mat2(turn.xy, turn.zw);
-        place.at = place.turn * s.uv + uintBitsToFloat(more.xy);
-        place.dx = place.turn * s.uv_dx;
-        place.dy = place.turn * s.uv_dy;
+        place.at = place.turn * place.at + uintBitsToFloat(more.xy);
+        place.dx = place.turn * place.dx;
+        place.dy = place.turn * place.dy;
     }
     if ((more.w & 0xffffu) != 0u) {
         vec2 filtered = max(max(abs(place.dx), abs(place.dy)), 1.0 / texels_of_array(array));
@@ -144,7 +147,7 @@ vec3 mapped_normal(Surface s, vec3 normal) {
     vec3 map = texel_of_array(array_and_layer >> 24, vec3(place.at, float(array_and_layer & 0xffffffu)), place.dx, place.dy).xyz;
     map = 2.0 * map - 1.0;
     map.xy *= uintBitsToFloat(texelFetch(material_texels, texel + 2).z);
-    mat2x3 along = mat2x3(s.along_u, s.along_v) * inverse(place.turn);
+    mat2x3 along = place.along * inverse(place.turn);
     vec3 tangent = along[0] - normal * dot(normal, along[0]);
     float size = length(tangent);
     if (!(size > 0.0) || dot(map, map) < 1e-6) return normal;

@@ -31,6 +31,9 @@
 #define LODE_WRAP_REPEAT 0
 #define LODE_WRAP_CLAMP 1
 #define LODE_WRAP_MIRROR 2
+// Beside both directions' wrap: the matrix is not 1; u and v are of the second set.
+#define LODE_TEXTURE_MOVED 0x10000u
+#define LODE_TEXTURE_SECOND 0x20000u
 
 // Specialisation constants of every pipeline: what the scene's materials ask for, for software rasterisers run every
 // branch of a shader; how many texture arrays there are.
@@ -51,6 +54,7 @@
 #define LODE_LOOKS_ONE_SIDED 8192
 #define LODE_LOOKS_MIRRORS 16384      // instances may be mirrored
 #define LODE_LOOKS_ENVIRONMENT 32768  // light from all around is more than a sky and a ground of one colour each
+#define LODE_LOOKS_SECOND_UVS 65536   // a texture is on the second set of texture coordinates
 
 // Images of one size and kind are the layers of an array.
 #define LODE_MOST_TEXTURE_ARRAYS 8
@@ -68,7 +72,7 @@ struct TextureConstants {
     glm::vec4 turn;            // the first two columns of the matrix that texture coordinates are multiplied by
     float move_x, move_y;      // the third
     uint32_t array_and_layer;  // array << 24 | layer, LODE_NO_TEXTURE where there is none
-    uint32_t wrap;             // across | down << 8 | 1 << 16 where the matrix is not 1
+    uint32_t wrap;             // across | down << 8 | LODE_TEXTURE_MOVED | LODE_TEXTURE_SECOND
 };
 struct MaterialConstants {
     glm::vec4 base_colour;  // linear

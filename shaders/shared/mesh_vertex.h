@@ -8,6 +8,12 @@
 #define LODE_MESH_COLOUR 3    // unorm8 x 4, sRGB and alpha
 #define LODE_MESH_MATERIAL 4  // uint, before the instance's first_material is added
 
+// Second texture coordinates lie beside the vertices, where a mesh has some: vec2, by vertex. Set 1.
+#define LODE_MESH_SECOND_UVS 2
+// Of Draw::words: where the asset's begin, or LODE_NO_SECOND_UVS.
+#define LODE_MESH_WORD_SECOND_UVS 6
+#define LODE_NO_SECOND_UVS 0xffffffffu
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace lodestone {

@@ -4,18 +4,25 @@
 
 #include "shared/octahedral.glsl"
 
+// Texture coordinates of a set.
+struct UvSet {
+    vec2 at;
+    vec2 dx, dy;  // how they change from pixel to pixel
+    // World space, of any length: which way the first and the second grow along the surface. Where the scene has maps
+    // of normals; 0 where it is not known.
+    mat2x3 along;
+};
+UvSet no_uvs() { return UvSet(vec2(0.0), vec2(0.0), vec2(0.0), mat2x3(0.0)); }
+
 struct Surface {
-    vec3 position;  // world space
-    vec3 normal;    // world space, unit length
-    vec2 uv;
-    vec2 uv_dx, uv_dy;  // how it changes from pixel to pixel
-    // World space, of any length: which way uv.x and uv.y grow along the surface. Where the scene has maps of normals;
-    // 0 where it is not known.
-    vec3 along_u, along_v;
+    vec3 position;     // world space
+    vec3 normal;       // world space, unit length
+    UvSet uv;          // of the first set
+    UvSet second_uv;   // where the scene has textures on it
     vec4 colour;    // sRGB as stored with the vertex, linear where `baked`; and alpha
     uint material;  // into the scene's materials
     // What textures say is in `colour` and `normal`, and in these: occlusion, roughness, metal; linear emission. Else
-    // it is looked up at `uv`.
+    // it is looked up.
     bool baked;
     vec3 baked_surface, baked_emission;
     float level;    // 0 full detail .. 1 coarsest
@@ -30,12 +37,11 @@ struct Surface {
     uint mark;      // its place in triangle_marks, LODE_NO_MARKS where it has none
 };
 
-// Surface::along_u and along_v from two ways along a surface, and what the texture coordinates change on them.
-void set_along(inout Surface s, vec3 first, vec3 second, vec2 uv_first, vec2 uv_second) {
+// UvSet::along from two ways along a surface, and what the texture coordinates change on them.
+mat2x3 along_of(vec3 first, vec3 second, vec2 uv_first, vec2 uv_second) {
     float turned = uv_first.x * uv_second.y - uv_second.x * uv_first.y;
     float side = turned < 0.0 ? -1.0 : turned > 0.0 ? 1.0 : 0.0;
-    s.along_u = side * (first * uv_second.y - second * uv_first.y);
-    s.along_v = side * (second * uv_first.x - first * uv_second.x);
+    return side * mat2x3(first * uv_second.y - second * uv_first.y, second * uv_first.x - first * uv_second.x);
 }
 
 vec3 unpack_normal(vec2 packed_normal) { return normalize(unfolded(packed_normal)); }

@@ -92,8 +92,7 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
     s.material = instance.first_material;
     if ((ever & LODE_VGI_HAS_MATERIALS) != 0u && (has & LODE_VGI_HAS_MATERIALS) != 0u)
         s.material += word0[nearest] >> 16;
-    s.uv = vec2(0.0);
-    s.along_u = s.along_v = vec3(0.0);
+    s.uv = s.second_uv = no_uvs();
     float uv_span = 0.0;
     if ((ever & LODE_VGI_HAS_UVS) != 0u && (has & LODE_VGI_HAS_UVS) != 0u) {
         vec2 uvs[4];
@@ -110,18 +109,19 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
         // A pixel spans so much of a cell.
         uv_span = shortest * exp2(lod - float(found.level + small));
         vec2 uv_step = vec2(asset.uv_step_x, asset.uv_step_y);
-        s.uv = vec2(asset.uv_low_x, asset.uv_low_y) + uv_step * uv;
+        s.uv.at = vec2(asset.uv_low_x, asset.uv_low_y) + uv_step * uv;
         uv_span *= min(uv_step.x, uv_step.y);
         if (scene_has(1u << LODE_TEXTURE_NORMAL) && !torn) {
             PositionPage page = position_page(place, chart, level_of_positions(fit, asset), asset);
             SurfaceCell cell = surface_cell(page.first, asset.page_cells, page.found.place * float(asset.page_cells), page.stride);
             mat3 to_world = mat3(instance.object_to_world);
-            set_along(s, to_world * cell.along_x, to_world * cell.along_y, uv_step * mix(uvs[1] - uvs[0], uvs[3] - uvs[2], f.y),
-                      uv_step * mix(uvs[2] - uvs[0], uvs[3] - uvs[1], f.x));
+            s.uv.along = along_of(to_world * cell.along_x, to_world * cell.along_y,
+                                  uv_step * mix(uvs[1] - uvs[0], uvs[3] - uvs[2], f.y),
+                                  uv_step * mix(uvs[2] - uvs[0], uvs[3] - uvs[1], f.x));
         }
     }
-    s.uv_dx = vec2(uv_span, 0.0);
-    s.uv_dy = vec2(0.0, uv_span);
+    s.uv.dx = vec2(uv_span, 0.0);
+    s.uv.dy = vec2(0.0, uv_span);
     bool is_leaf = visible.y >> 28 == LODE_VGI_LEAF_LEVEL;
     s.level = is_leaf ? 0.0 : float(visible.y >> 28) / max(float(asset.attribute_cells), 1.0);
     s.leaf = is_leaf ? 1u : 0u;

@@ -2,11 +2,16 @@
 
 #include <meshoptimizer.h>
 
+#include "base/check.h"
+
 namespace lodestone {
 
-FixedLevels full_level(std::span<const MeshVertex> vertices, std::span<const uint32_t> indices) {
+FixedLevels full_level(std::span<const MeshVertex> vertices, std::span<const uint32_t> indices,
+                       std::span<const glm::vec2> second_uvs) {
+    LODE_CHECK(second_uvs.empty() || second_uvs.size() == vertices.size(), second_uvs.size());
     struct Store {
         std::vector<MeshVertex> vertices;
+        std::vector<glm::vec2> second_uvs;
         std::vector<uint32_t> indices;
     };
     const auto store = std::make_shared<Store>();
@@ -15,12 +20,18 @@ FixedLevels full_level(std::span<const MeshVertex> vertices, std::span<const uin
         if (a != b && b != c && c != a) store->indices.insert(store->indices.end(), {a, b, c});
     }
     meshopt_optimizeVertexCache(store->indices.data(), store->indices.data(), store->indices.size(), vertices.size());
-    store->vertices.resize(vertices.size());
+    std::vector<uint32_t> becomes(vertices.size());
     const size_t used =
-        meshopt_optimizeVertexFetch(store->vertices.data(), store->indices.data(), store->indices.size(),
-                                    vertices.data(), vertices.size(), sizeof(MeshVertex));
-    store->vertices.resize(used);
-    return {store->vertices, {{store->indices, 0}}, store};
+        meshopt_optimizeVertexFetchRemap(becomes.data(), store->indices.data(), store->indices.size(), vertices.size());
+    meshopt_remapIndexBuffer(store->indices.data(), store->indices.data(), store->indices.size(), becomes.data());
+    const auto moved = [&](auto& to, const auto& from) {
+        to.resize(from.empty() ? 0 : used);
+        if (!from.empty())
+            meshopt_remapVertexBuffer(to.data(), from.data(), from.size(), sizeof from[0], becomes.data());
+    };
+    moved(store->vertices, vertices);
+    moved(store->second_uvs, second_uvs);
+    return {store->vertices, store->second_uvs, {{store->indices, 0}}, store};
 }
 
 }  // namespace lodestone

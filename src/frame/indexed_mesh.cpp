@@ -5,15 +5,17 @@
 #include <cstddef>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 
 #include "base/check.h"
 
 namespace lodestone {
 
-PipelineSpec indexed_mesh_pipeline() {
+PipelineSpec indexed_mesh_pipeline(uint32_t second_uvs) {
     PipelineSpec spec;
     spec.name = "indexed mesh";
-    spec.vertex = "mesh/mesh.vert";
+    spec.vertex = second_uvs == no_buffer ? "mesh/mesh.vert" : "mesh/two_uvs.vert";
+    if (second_uvs != no_buffer) spec.storage = {StorageBinding::pool(LODE_MESH_SECOND_UVS, second_uvs, 2)};
     spec.fragment = spec.blended = "mesh/mesh.frag";
     spec.cutout = "mesh/cutout.frag";
     spec.layout.stride = sizeof(MeshVertex);
@@ -25,6 +27,11 @@ PipelineSpec indexed_mesh_pipeline() {
         {LODE_MESH_MATERIAL, VertexFormat::u32, offsetof(MeshVertex, material)},
     };
     return spec;
+}
+
+BufferSpec second_uvs_buffer(uint64_t count) {
+    LODE_CHECK(count > 0);
+    return {"second texture coordinates", count * sizeof(glm::vec2), use_storage, sizeof(glm::vec2)};
 }
 
 Words indexed_mesh_words(uint32_t level, uint32_t levels, float pixels) {

@@ -15,7 +15,11 @@
 namespace lodestone {
 
 // The pipeline over shaders/mesh, drawing MeshVertex (shaders/shared/mesh_vertex.h) vertices.
-PipelineSpec indexed_mesh_pipeline();
+// second_uvs: the buffer of second texture coordinates, where some asset has them; word LODE_MESH_WORD_SECOND_UVS of a
+// draw then says where the asset's begin.
+PipelineSpec indexed_mesh_pipeline(uint32_t second_uvs = no_buffer);
+// That buffer, of so many texture coordinates, at least one.
+BufferSpec second_uvs_buffer(uint64_t count);
 
 // Words of a draw with that pipeline, for the debug views: [0] the level, [1] the levels there are, [2] float bits of
 // the pixels that the level is off by at distance 1.

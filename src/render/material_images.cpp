@@ -36,6 +36,7 @@ uint32_t looks_of(const MaterialSet& set) {
             if (!texture.there()) continue;
             looks |= 1u << t;
             if (is_moved(texture)) looks |= LODE_LOOKS_PLACES;
+            if (texture.second) looks |= LODE_LOOKS_SECOND_UVS;
             if (texture.wrap != Texture{}.wrap) looks |= LODE_LOOKS_WRAPS;
         }
         if (m.shading == Shading::metallic_roughness) looks |= LODE_LOOKS_METALLIC_ROUGHNESS;
@@ -221,7 +222,7 @@ gpu::TextureConstants constants_of(const Texture& texture, bool srgb, const Plac
     c.move_y = texture.place[2].y;
     c.array_and_layer = texture.there() ? places.at({texture.image, srgb}) : LODE_NO_TEXTURE;
     c.wrap = static_cast<uint32_t>(texture.wrap[0]) | static_cast<uint32_t>(texture.wrap[1]) << 8 |
-             (is_moved(texture) ? 1u << 16 : 0);
+             (is_moved(texture) ? LODE_TEXTURE_MOVED : 0) | (texture.second ? LODE_TEXTURE_SECOND : 0);
     return c;
 }
 

@@ -93,6 +93,42 @@ TEST(DiscreteChain, SurvivesTheAssetFile) {
     std::filesystem::remove(path);
 }
 
+TEST(DiscreteChain, SecondTextureCoordinatesGoWithTheirVertices) {
+    const auto path =
+        std::filesystem::temp_directory_path() / ("lodestone_chain_" + std::to_string(getpid()) + ".lode");
+    TriMesh mesh = rock(2000);
+    const auto second_at = [](const glm::vec3& p) { return glm::vec2(p.z, p.x + p.y); };
+    for (const uint32_t v : mesh.wedge_vertex) mesh.second_uvs.push_back(second_at(mesh.positions[v]));
+    const auto written = [&](const DiscreteChain& chain) {
+        auto writer = ChunkWriter::create(path, {});
+        EXPECT_TRUE(chain.write_chunks(*writer));
+        EXPECT_TRUE(writer->commit());
+        return DiscreteChain::open(*ChunkFile::open(path), 1);
+    };
+    const auto chain = chain_of(mesh);
+    const auto read = written(*chain);
+    ASSERT_TRUE(read) << read.error().message;
+    ASSERT_EQ(read->second_uvs.size(), read->vertices.size());
+    for (size_t v = 0; v < read->vertices.size(); ++v) {
+        const auto& p = read->vertices[v].position;
+        EXPECT_EQ(read->second_uvs[v], second_at({p[0], p[1], p[2]}));
+    }
+    // Beside an asset without.
+    auto source = open_fixed_levels({fixed_levels_of(chain_of(rock(500))), fixed_levels_of(chain)}, uint64_t{1} << 30);
+    ASSERT_TRUE(source);
+    FrameInput input = seen_from(3);
+    input.instances = {Instance{}, Instance{.asset = 1}};
+    PlanMirror mirror((*source)->recipe());
+    const auto executed = mirror.execute((*source)->plan(input), input);
+    EXPECT_TRUE(executed) << executed.error().message;
+    DiscreteChain bad = *chain;
+    bad.second_uvs = bad.second_uvs.first(7);
+    const auto refused = written(bad);
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().message, testing::HasSubstr("second texture coordinates are not one per vertex"));
+    std::filesystem::remove(path);
+}
+
 // A file whose hashes are right but whose content is not.
 TEST(DiscreteChain, ContentThatShadersWouldReadPastIsRefused) {
     const auto path =

@@ -1,6 +1,7 @@
 #include "render/material_reference.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -39,11 +40,17 @@ dvec2 moved(const Texture& texture, const dvec2& uv) {
     return dvec2(texture.place[0]) * uv.x + dvec2(texture.place[1]) * uv.y + dvec2(texture.place[2]);
 }
 
+// Of a point of a square: by set, its texture coordinates, and the ways along which they grow.
+struct Coordinates {
+    std::array<dvec2, 2> uv;
+    std::array<std::array<dvec3, 2>, 2> along;
+};
+
 // Bilinear, of the finest level. White where there is no texture.
-dvec4 looked_up(const MaterialSet& set, const Texture& texture, Holds holds, const dvec2& uv) {
+dvec4 looked_up(const MaterialSet& set, const Texture& texture, Holds holds, const Coordinates& coordinates) {
     if (texture.image < 0) return dvec4(1);
     const Image& image = set.images[static_cast<size_t>(texture.image)];
-    const dvec2 at = moved(texture, uv) * dvec2(image.width, image.height) - 0.5;
+    const dvec2 at = moved(texture, coordinates.uv[texture.second ? 1 : 0]) * dvec2(image.width, image.height) - 0.5;
     const dvec2 low = glm::floor(at), f = at - low;
     const auto x = static_cast<int64_t>(low.x), y = static_cast<int64_t>(low.y);
     const auto row = [&](int64_t down) {
@@ -121,11 +128,11 @@ dvec3 reflected_around(const dvec3& base, double metallic, double roughness, con
            (f0 * (-1.04 * a004 + r.z) + 1.04 * a004 + r.w) * light.hemisphere(height);
 }
 
-dvec3 mapped(const MaterialSet& set, const Material& m, const dvec2& uv, const dvec3& n, const dvec3& along_u,
-             const dvec3& along_v) {
+dvec3 mapped(const MaterialSet& set, const Material& m, const Coordinates& coordinates, const dvec3& n) {
     const Texture& texture = m.normal_texture;
     if (texture.image < 0) return n;
-    dvec3 map = dvec3(looked_up(set, texture, Holds::numbers, uv)) * 2.0 - 1.0;
+    const auto& [along_u, along_v] = coordinates.along[texture.second ? 1 : 0];
+    dvec3 map = dvec3(looked_up(set, texture, Holds::numbers, coordinates)) * 2.0 - 1.0;
     map.x *= static_cast<double>(m.normal_scale);
     map.y *= static_cast<double>(m.normal_scale);
     // The way along which the texture's own first coordinate grows, and its second does not.
@@ -148,11 +155,16 @@ Shaded shaded(const MaterialSet& set, const LookedAtSquare& square, const dvec3&
     const Material& m = set.materials[square.material];
     const double across = (square.turned ? -p.x : p.x) * 0.5 + 0.5, down = 0.5 - p.y * 0.5;
     const dvec2 span = dvec2(square.uv_high) - dvec2(square.uv_low);
-    const dvec2 uv = dvec2(square.uv_low) + span * dvec2(across, down);
+    const dvec2 second_span = dvec2(square.second_high) - dvec2(square.second_low);
+    const dvec3 rightwards(square.turned ? -1 : 1, 0, 0), downwards(0, -1, 0);
+    const Coordinates uv{
+        {dvec2(square.uv_low) + span * dvec2(across, down),
+         dvec2(square.second_low) + second_span * dvec2(down, across)},
+        {{{rightwards / span.x, downwards / span.y}, {downwards / second_span.x, rightwards / second_span.y}}}};
     const dvec3 v = glm::normalize(eye - p);
     dvec3 n(0, 0, square.turned ? -1 : 1);
     if (glm::dot(n, v) < 0) n = -n;
-    n = mapped(set, m, uv, n, dvec3(square.turned ? -1 : 1, 0, 0) / span.x, dvec3(0, -1, 0) / span.y);
+    n = mapped(set, m, uv, n);
     const dvec4 texture = looked_up(set, m.base_colour_texture, Holds::colours, uv);
     const dvec3 base = dvec3(m.base_colour) * dvec3(texture);
     Shaded s{base, static_cast<double>(m.base_colour.w) * texture.w};

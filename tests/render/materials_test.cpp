@@ -1,9 +1,14 @@
 // Every feature of materials as the device draws it, against what the CPU computes by itself (material_reference.h).
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "base/looks/srgb.h"
+#include "mesh/io/read.h"
+#include "mesh/io/write.h"
 #include "render/squares_test.h"
 
 namespace lodestone {
@@ -81,6 +86,84 @@ TEST_F(MaterialsTest, TexturesMovedAndTurned) {
     first().normal_texture.place = {
         {0.8f * std::cos(turn), -0.8f * std::sin(turn)}, {0.8f * std::sin(turn), 0.8f * std::cos(turn)}, {0.1f, 0.6f}};
     EXPECT_GT(against_reference({{}}), 50);
+}
+
+// A square whose second texture coordinates run another way than the first, by another scale.
+constexpr LookedAtSquare of_two_sets{
+    .uv_low = {0.1f, 0.2f}, .uv_high = {0.9f, 1.3f}, .second_low = {1.2f, 0.1f}, .second_high = {0.3f, 0.8f}};
+
+TEST_F(MaterialsTest, TexturesOfTheSecondSet) {
+    add_texture(first().base_colour_texture, image_of(12, 12, 31));
+    for (const size_t k : {1, 2, 3, 4}) {
+        Material alone = first();
+        add_texture(*first().textures()[k], k == 2 ? normals_of(16, 16, 32) : image_of(14, 18, 30 + k));
+        first().metallic = 0.8f;
+        first().emission = {0.3f, 0.4f, 0.2f};
+        const double same_set = against_reference({of_two_sets});
+        const Picture of_first = drawn({of_two_sets});
+        first().textures()[k]->second = true;
+        EXPECT_GT(same_set, 50) << k;
+        EXPECT_GT(against_reference({of_two_sets}), 50) << k;
+        const auto mask = covered_union(of_first, of_first);
+        EXPECT_LT(psnr_db(of_first, drawn({of_two_sets}), mask), 45) << k << ": the sets differ";
+        first() = alone;
+    }
+    EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty());
+}
+
+TEST_F(MaterialsTest, TexturesOfTheSecondSetMovedAndTurned) {
+    add_texture(first().base_colour_texture, image_of(12, 12, 41));
+    add_texture(first().normal_texture, normals_of(12, 12, 42));
+    add_texture(first().occlusion_texture, image_of(12, 12, 43));
+    const float turn = -0.9f;
+    first().normal_texture.second = first().occlusion_texture.second = true;
+    first().normal_texture.place = {
+        {0.8f * std::cos(turn), -0.8f * std::sin(turn)}, {0.7f * std::sin(turn), 0.7f * std::cos(turn)}, {0.1f, 0.6f}};
+    first().occlusion_texture.place = {{-0.5f, 0}, {0, 0.7f}, {0.3f, 0.2f}};
+    first().occlusion_texture.wrap = {Wrap::mirror, Wrap::clamp};
+    EXPECT_GT(against_reference({of_two_sets}), 50);
+    // From behind, too.
+    first().double_sided = true;
+    LookedAtSquare turned = of_two_sets;
+    turned.turned = true;
+    EXPECT_GT(against_reference({turned}), 50);
+}
+
+// A GLB with them, read back.
+TEST_F(MaterialsTest, TexturesOfTheSecondSetOfAFile) {
+    for (Texture* texture : first().textures()) texture->second = texture != &first().base_colour_texture;
+    add_texture(first().base_colour_texture, image_of(12, 12, 51));
+    add_texture(first().normal_texture, normals_of(12, 12, 53));
+    add_texture(first().occlusion_texture, image_of(12, 12, 54));
+    add_texture(first().emission_texture, image_of(12, 12, 55));
+    for (Image& image : set_.images) {
+        for (glm::u8vec4& texel : image.texels) texel.w = 255;
+    }
+    first().emission = {0.3f, 0.4f, 0.2f};
+    first().normal_texture.place = {{0, -0.8f}, {0.8f, 0}, {0.1f, 0.6f}};
+    TriMesh mesh = mesh_of({of_two_sets}, 0);
+    mesh.material_table = set_.materials;
+    mesh.images = set_.images;
+    const auto path =
+        std::filesystem::temp_directory_path() / ("lodestone_two_sets_" + std::to_string(::getpid()) + ".glb");
+    ASSERT_TRUE(write_mesh(mesh, path));
+    ReadReport told;
+    const auto read = read_mesh(path, {}, &told);
+    std::filesystem::remove(path);
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_TRUE(told.warnings.empty());
+    EXPECT_GT(against_reference(drawn(*read, {read->material_table, read->images}), {of_two_sets}), 50);
+}
+
+// What is drawn where a material is on a second set and the mesh has none is not left to chance.
+TEST_F(MaterialsTest, WithoutASecondSetItIsZero) {
+    add_texture(first().emission_texture, image_of(2, 2, 61));
+    first().emission = {1, 1, 1};
+    first().emission_texture.second = true;
+    const LookedAtSquare square{.second_low = {0, 0}, .second_high = {1e-6f, 1e-6f}};
+    TriMesh mesh = mesh_of({square}, set_.materials.size());
+    mesh.second_uvs.clear();
+    EXPECT_GT(against_reference(drawn(mesh, set_), {square}), 50);
 }
 
 TEST_F(MaterialsTest, TexturesBeyondTheirEdges) {

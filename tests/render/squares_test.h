@@ -26,6 +26,8 @@ inline TriMesh mesh_of(const std::vector<LookedAtSquare>& squares, size_t materi
             mesh.positions.emplace_back((square.turned ? 1 - 2 * at.x : 2 * at.x - 1), 1 - 2 * at.y, square.height);
             mesh.normals.emplace_back(0, 0, square.turned ? -1 : 1);
             mesh.uvs.push_back(square.uv_low + (square.uv_high - square.uv_low) * at);
+            mesh.second_uvs.push_back(square.second_low +
+                                      (square.second_high - square.second_low) * glm::vec2(at.y, at.x));
             mesh.materials.push_back(static_cast<uint16_t>(square.material));
         }
         for (uint32_t q = 0; q < side * side; ++q) {
@@ -76,13 +78,17 @@ protected:
     }
 
     Picture drawn(const std::vector<LookedAtSquare>& squares) {
-        const TriMesh mesh = mesh_of(squares, set_.materials.size());
+        TriMesh mesh = mesh_of(squares, set_.materials.size());
+        if (!use_second_set(set_.materials)) mesh.second_uvs.clear();
+        return drawn(mesh, set_);
+    }
+    Picture drawn(const TriMesh& mesh, const MaterialSet& set) {
         std::vector<uint32_t> indices;
         for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
-        auto source = open_fixed_levels({full_level(pack_vertices(mesh), indices)}, uint64_t{1} << 26);
+        auto source = open_fixed_levels({full_level(pack_vertices(mesh), indices, mesh.second_uvs)}, uint64_t{1} << 26);
         EXPECT_TRUE(source);
         if (renderer_ == nullptr) make();
-        EXPECT_TRUE(renderer_->load((*source)->recipe(), set_));
+        EXPECT_TRUE(renderer_->load((*source)->recipe(), set));
         FrameInput input;
         input.views = {view_of(camera_, width_, height_)};
         input.instances = {Instance{}};
@@ -92,8 +98,10 @@ protected:
         return std::move(*picture);
     }
     double against_reference(const std::vector<LookedAtSquare>& squares) {
-        const Picture picture = drawn(squares),
-                      reference = reference_picture(squares, set_, camera_, width_, height_, look_, around_);
+        return against_reference(drawn(squares), squares);
+    }
+    double against_reference(const Picture& picture, const std::vector<LookedAtSquare>& squares) {
+        const Picture reference = reference_picture(squares, set_, camera_, width_, height_, look_, around_);
         const auto mask = covered_union(picture, reference);
         EXPECT_GT(std::count(mask.begin(), mask.end(), 1), width_ * height_ / 9);
         const double psnr = psnr_db(picture, reference, mask);

@@ -359,6 +359,7 @@ TriMesh mesh_of(const PmCursor& cursor) {
     const ProgressiveMesh& pm = cursor.mesh();
     const size_t wedges = cursor.vertex_count();
     TriMesh mesh = unpack_vertices(pm.vertices.first(wedges), pm.wedge_vertex.first(wedges), pm.attributes);
+    if (!pm.second_uvs.empty()) mesh.second_uvs.assign(pm.second_uvs.begin(), pm.second_uvs.begin() + wedges);
     mesh.material_table = pm.material_table;
     mesh.images = pm.images;
     const auto indices = cursor.drawn_indices();

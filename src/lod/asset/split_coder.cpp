@@ -320,31 +320,37 @@ bool SplitCoder<Io>::step(SplitStep& step) {
 template <class Io>
 void SplitCoder<Io>::vertex(const SplitStep& step) {
     const uint32_t v = mesh_.vertices() - 1, first = mesh_.first_wedge(v), wedges = mesh_.wedges_of(v);
-    if constexpr (Io::reading)
+    if constexpr (Io::reading) {
         vertices_.resize(first + wedges, MeshVertex{{0, 0, 0}, {0, 0}, {0, 0}, {255, 255, 255, 255}, 0});
+        if (has_.second_uvs) second_uvs_.resize(first + wedges, glm::vec2(0));
+    }
     for (uint32_t w = 0; w < wedges; ++w) {
         const uint32_t parent =
             step.split.parent == none ? none : mesh_.first_wedge(step.split.parent) + step.parents[w];
         around_ = {};
-        if (parent != none) around_.add(vertices_[parent], has_.uvs);
+        if (parent != none) add_around(parent);
         Corner last;
         for (uint32_t i = 0; i < step.split.arc.size(); ++i) {
             if (wedges > 1 && step.arc_locals[i] != w) continue;
             last = step.split.arc[i];
-            around_.add(vertices_[mesh_.wedge({last.face, SplitMesh::next(last.k)})], has_.uvs);
+            add_around(mesh_.wedge({last.face, SplitMesh::next(last.k)}));
         }
-        if (last.face != none) around_.add(vertices_[mesh_.wedge({last.face, SplitMesh::previous(last.k)})], has_.uvs);
+        if (last.face != none) add_around(mesh_.wedge({last.face, SplitMesh::previous(last.k)}));
         if (w == 0) position(first, wedges, parent);
         attributes(first + w, parent);
     }
 }
 
 template <class Io>
-void SplitCoder<Io>::Around::add(const MeshVertex& v, bool uvs) {
-    ++count;
-    for (size_t axis = 0; axis < 3; ++axis) position[axis] += static_cast<double>(v.position[axis]);
-    for (size_t axis = 0; axis < 2; ++axis) normal[axis] += v.normal[axis];
-    for (size_t axis = 0; axis < 2 && uvs; ++axis) uv[axis] += static_cast<double>(v.uv[axis]);
+void SplitCoder<Io>::add_around(uint32_t wedge) {
+    const MeshVertex& v = vertices_[wedge];
+    ++around_.count;
+    for (size_t axis = 0; axis < 3; ++axis) around_.position[axis] += static_cast<double>(v.position[axis]);
+    for (size_t axis = 0; axis < 2; ++axis) around_.normal[axis] += v.normal[axis];
+    for (size_t axis = 0; axis < 2 && has_.uvs; ++axis) around_.uv[axis] += static_cast<double>(v.uv[axis]);
+    if (!has_.second_uvs) return;
+    around_.second_uv[0] += static_cast<double>(second_uvs_[wedge].x);
+    around_.second_uv[1] += static_cast<double>(second_uvs_[wedge].y);
 }
 
 template <class Io>
@@ -377,10 +383,15 @@ void SplitCoder<Io>::attributes(uint32_t wedge, uint32_t parent) {
         difference(split_streams::normal + axis, apart, 0);
         made.normal[axis] = static_cast<int16_t>(mean + static_cast<uint32_t>(apart));
     }
+    const double share = around_.count == 0 ? 0 : 1 / static_cast<double>(around_.count);
     for (size_t axis = 0; axis < 2 && has_.uvs; ++axis) {
-        const double share = around_.count == 0 ? 0 : 1 / static_cast<double>(around_.count);
         floating(split_streams::uv + axis, made.uv[axis], static_cast<float>(around_.uv[axis] * share),
                  before.uv[axis]);
+    }
+    for (int axis = 0; axis < 2 && has_.second_uvs; ++axis) {
+        floating(split_streams::second_uv + static_cast<size_t>(axis), second_uvs_[wedge][axis],
+                 static_cast<float>(around_.second_uv[axis] * share),
+                 parent == none ? 0.0f : second_uvs_[parent][axis]);
     }
     for (size_t channel = 0; channel < 4 && has_.colours; ++channel) {
         uint32_t apart = static_cast<uint8_t>(made.colour[channel] - before.colour[channel]);

@@ -21,18 +21,19 @@ namespace lodestone {
 // The streams of a block.
 namespace split_streams {
 enum : size_t {
-    fan = 0,                // of closed fans of 2 .. 15 faces, a stream per number
-    other_fan = 16,         // of all others
-    wedges,                 // of the new vertex, less 1
-    parents,                // of each wedge, among those of the parent vertex
-    locals,                 // wedges of corners, less what is expected
-    position,               // three streams: sizes of differences
-    normal = position + 3,  // two
-    uv = normal + 2,        // two
-    colour = uv + 2,        // four
-    material = colour + 4,  // difference to the parent's
-    base = material + 1,    // faces of the base
-    walk = base + 1,        // face orders (face_walk.h): a stream per context
+    fan = 0,                 // of closed fans of 2 .. 15 faces, a stream per number
+    other_fan = 16,          // of all others
+    wedges,                  // of the new vertex, less 1
+    parents,                 // of each wedge, among those of the parent vertex
+    locals,                  // wedges of corners, less what is expected
+    position,                // three streams: sizes of differences
+    normal = position + 3,   // two
+    uv = normal + 2,         // two
+    second_uv = uv + 2,      // two
+    colour = second_uv + 2,  // four
+    material = colour + 4,   // difference to the parent's
+    base = material + 1,     // faces of the base
+    walk = base + 1,         // face orders (face_walk.h): a stream per context
     count = walk + 12
 };
 // Bits, numbered by themselves.
@@ -47,15 +48,27 @@ struct SplitStep {
     std::array<uint32_t, 3> right_locals{}, left_locals{};  // wedges of the new faces' corners
 };
 
+// What wedges look like, in their order.
+struct WedgeLooks {
+    std::vector<MeshVertex>& vertices;
+    std::vector<glm::vec2>& second_uvs;  // as many where there are some, else none
+};
+
 // Codes splits, one after another, into or out of one block; the mesh and its vertices grow.
-// Io: NumberWriter or NumberReader. Where it writes, the step is given, and `vertices` holds those of all wedges; where
-// it reads, the step is filled, and new vertices are appended.
+// Io: NumberWriter or NumberReader. Where it writes, the step is given, and `looks` holds those of all wedges; where it
+// reads, the step is filled, and those of new wedges are appended.
 template <class Io>
 class SplitCoder {
 public:
     // grid: positions are multiples of it, a power of two; 0 where they are any numbers.
-    SplitCoder(Io& io, SplitMesh& mesh, std::vector<MeshVertex>& vertices, const PresentAttributes& has, double grid)
-        : io_(io), mesh_(mesh), vertices_(vertices), has_(has), grid_(grid), per_grid_(grid > 0 ? 1 / grid : 0) {}
+    SplitCoder(Io& io, SplitMesh& mesh, const WedgeLooks& looks, const PresentAttributes& has, double grid)
+        : io_(io),
+          mesh_(mesh),
+          vertices_(looks.vertices),
+          second_uvs_(looks.second_uvs),
+          has_(has),
+          grid_(grid),
+          per_grid_(grid > 0 ? 1 / grid : 0) {}
 
     // A vertex of the base, of so many wedges, and a face of it.
     void base_vertex(uint32_t wedges);
@@ -67,10 +80,10 @@ private:
     using Corner = SplitMesh::Corner;
     // Sums over the wedges that a prediction is made from.
     struct Around {
-        double position[3] = {}, uv[2] = {};
+        double position[3] = {}, uv[2] = {}, second_uv[2] = {};
         int64_t normal[2] = {}, count = 0;
-        void add(const MeshVertex& v, bool uvs);
     };
+    void add_around(uint32_t wedge);
     bool arc(SplitMesh::Split& split);
     bool small_fan(SplitMesh::Split& split, const SplitMesh::Fan& fan);
     bool large_fan(SplitMesh::Split& split);
@@ -91,6 +104,7 @@ private:
     Io& io_;
     SplitMesh& mesh_;
     std::vector<MeshVertex>& vertices_;
+    std::vector<glm::vec2>& second_uvs_;
     const PresentAttributes has_;
     const double grid_, per_grid_;  // powers of two, so that both are exact
     SplitMesh::Fan fan_;

@@ -23,6 +23,7 @@ namespace lodestone {
 // What is stored of a mesh, before it is packed. Wedges are numbered as in a ProgressiveMesh, faces as in a PlayedMesh.
 struct MeshPlan {
     std::vector<MeshVertex> vertices;    // per wedge; those of one vertex at one position
+    std::vector<glm::vec2> second_uvs;   // as ProgressiveMesh
     std::vector<uint32_t> wedge_vertex;  // per wedge, rising
     std::vector<Ecol> ecols;
     std::vector<uint32_t> parents;  // as ProgressiveMesh; a vertex' wedges become wedges of one vertex
@@ -59,6 +60,7 @@ public:
     // What its blocks hold, level 0 the finest that is there.
     struct Unpacked {
         std::vector<MeshVertex> vertices;
+        std::vector<glm::vec2> second_uvs;
         std::vector<uint32_t> wedge_vertex, parents;
         std::vector<Ecol> ecols;
         std::vector<PlannedOrder> orders;

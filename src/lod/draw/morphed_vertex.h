@@ -1,4 +1,5 @@
-// What shaders/lod/morph.vert makes of an index, done on the CPU from the same buffers: for measurements and tests.
+// What shaders/lod/morph_vert.glsl makes of an index, done on the CPU from the same buffers: for measurements and
+// tests.
 #pragma once
 
 #include "frame/plan_mirror.h"

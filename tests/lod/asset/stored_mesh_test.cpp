@@ -8,9 +8,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/random.h"
+#include "fixtures/crafted.h"
 #include "fixtures/faces.h"
 #include "fixtures/meshes.h"
 #include "lod/asset/cursor.h"
@@ -37,7 +39,14 @@ ProgressiveMesh baked(const TriMesh& mesh, const std::vector<std::string>& order
     return std::move(*pm);
 }
 
-// Closed and open, with seams, in pieces, with colours and materials.
+// What its second texture coordinates are.
+glm::vec2 second_at(const glm::vec3& p) { return {p.x - p.z, 3 * p.y}; }
+TriMesh of_two_sets(TriMesh mesh) {
+    for (const uint32_t v : mesh.wedge_vertex) mesh.second_uvs.push_back(second_at(mesh.positions[v]));
+    return mesh;
+}
+
+// Closed and open, with seams, in pieces, with colours and materials, and a second set of texture coordinates.
 std::vector<Fixture> all_meshes() {
     std::vector<Fixture> all = fixtures::manifold_meshes();
     for (const auto& [name, shape, seed] :
@@ -51,6 +60,7 @@ std::vector<Fixture> all_meshes() {
         painted.colours.emplace_back(w % 256, 3 * w % 256, 128, 255);
     }
     all.push_back({"painted rock", std::move(painted)});
+    all.push_back({"torus of two sets", of_two_sets(generate(Shape::torus, 1500, 1))});
     return all;
 }
 
@@ -91,6 +101,7 @@ TEST_F(StoredMeshTest, EveryOrderComesBackBitForBit) {
         const auto read = open();
         ASSERT_TRUE(read) << read.error().message;
         EXPECT_TRUE(equal(read->vertices, pm.vertices));
+        EXPECT_TRUE(equal(read->second_uvs, pm.second_uvs));
         EXPECT_TRUE(equal(read->wedge_vertex, pm.wedge_vertex));
         EXPECT_TRUE(equal(read->ecols, pm.ecols));
         EXPECT_TRUE(equal(read->parents, pm.parents));
@@ -144,6 +155,36 @@ TEST_F(StoredMeshTest, FullDetailIsTheSource) {
 }
 
 // Multiples of a power of two come back as they are, and take less.
+TEST_F(StoredMeshTest, SecondTextureCoordinatesGoWithTheirWedges) {
+    const TriMesh mesh = of_two_sets(generate(Shape::torus, 1500, 1));
+    write(baked(mesh, {"static"}));
+    const auto read = open();
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_TRUE(read->attributes.second_uvs);
+    for (const uint32_t level : {0u, read->levels() / 2, read->levels() - 1}) {
+        const auto shown = extract_level(*read, level);
+        ASSERT_TRUE(shown);
+        ASSERT_TRUE(shown->validate());
+        ASSERT_EQ(shown->second_uvs.size(), shown->wedge_count());
+        for (size_t w = 0; w < shown->wedge_count(); ++w)
+            ASSERT_EQ(shown->second_uvs[w], second_at(shown->positions[shown->wedge_vertex[w]])) << level;
+    }
+    // The chunk that tells of them may say something else.
+    const auto said_of = [&](const char* attribute, bool there) {
+        const auto bytes = fixtures::chunk_of(path_, "lod/mesh");
+        auto told = nlohmann::json::parse(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+        told["attributes"][attribute] = there;
+        const std::string text = told.dump();
+        const fs::path bad = path_.string() + ".bad";
+        fixtures::replace_chunk(path_, "lod/mesh", std::as_bytes(std::span(text)), bad);
+        const auto opened = ProgressiveMesh::open(*ChunkFile::open(bad));
+        fs::remove(bad);
+        return opened ? "nothing" : opened.error().message;
+    };
+    EXPECT_THAT(said_of("uvs", false), testing::HasSubstr("second texture coordinates without first ones"));
+    EXPECT_THAT(said_of("second_uvs", false), testing::HasSubstr("holds something else"));
+}
+
 TEST_F(StoredMeshTest, PositionsOnAGridTakeLess) {
     TriMesh mesh = fixtures::repaired(Shape::rock, 3000);
     const auto bytes = [&] {

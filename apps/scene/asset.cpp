@@ -111,7 +111,7 @@ Result<vgi::Atlas> Asset::atlas() const {
 std::string baked_textures_warning(const std::string& path) {
     return path +
            ": textures are baked into the atlas; what is written has colours of samples in their place. Bake with "
-           "--keep-uv to keep textures and their coordinates";
+           "--keep-uv to keep textures and their coordinates, if these are one set";
 }
 
 const std::vector<Material>& Asset::material_table() const {

@@ -324,6 +324,10 @@ private:
     Result<void> add_vgi(ChunkWriter& writer) {
         auto atlas = bake_atlas(input_.mesh, options_, report["vgi"], progress_, work_);
         if (!atlas) return fail_at(input_.name, atlas.error());
+        if (atlas->attributes.baked && !options_.atlas.bake_textures)
+            progress_.warning(input_.name +
+                              ": its textures lie on two sets of texture coordinates, and an atlas keeps one; they are "
+                              "baked into it");
         if (atlas->attributes.baked && options_.backends.size() == 1) leave_out_textures(*atlas);
         Json words;
         for (const char* figure :

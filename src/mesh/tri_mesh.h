@@ -48,6 +48,9 @@ struct TriMesh {
     // Where that vertex is.
     const glm::vec3& position_of(size_t triangle, int corner) const { return positions[vertex_of(triangle, corner)]; }
 
+    // What a texture of the mesh is looked up by; may be empty.
+    const std::vector<glm::vec2>& uvs_of(const Texture& texture) const { return texture.second ? second_uvs : uvs; }
+
     // One wedge per vertex, in vertex order: wedge_vertex becomes 0, 1, 2, ... For meshes without seams.
     void set_identity_wedges();
 

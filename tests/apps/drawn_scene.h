@@ -35,8 +35,8 @@ protected:
         renderer_ = std::move(*made);
     }
     // The still life of every kind of material, with smoke in it, lit from above.
-    void make_still_life(uint32_t width, uint32_t height) {
-        ASSERT_TRUE(write_mesh(fixtures::still_life(), folder_ / "still.glb"));
+    void make_still_life(uint32_t width, uint32_t height, const TriMesh& mesh = fixtures::still_life()) {
+        ASSERT_TRUE(write_mesh(mesh, folder_ / "still.glb"));
         std::ofstream(folder_ / "s.scene.json") << R"({"lodestone": "scene", "version": 1,
             "assets": [{"name": "a", "file": "still.glb"}], "light": {"direction": [-0.1, -0.9, 0.4]},
             "volumes": [{"position": [0.3, 0, 0.3], "spread": 0.8, "velocity": [0, 0, 0], "radius": [0.2, 0.4], "density": 3}],

@@ -1,4 +1,5 @@
 // Materials of a glTF file as each backend draws them, against the picture of `full`.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "fixtures/materials.h"
 #include "mesh/generate.h"
 #include "mesh/io/image_file.h"
+#include "mesh/io/read.h"
 #include "mesh/io/write.h"
 #include "report/image_metrics.h"
 
@@ -28,15 +30,15 @@ protected:
     // Odd, so that nothing rests on halves.
     static constexpr uint32_t wide = 333, tall = 251;
 
-    void make_still_life() {
-        DrawnSceneTest::make_still_life(wide, tall);
+    void make_still_life(const TriMesh& mesh = fixtures::still_life()) {
+        DrawnSceneTest::make_still_life(wide, tall, mesh);
         camera_.eye = {1.2f, 1.3f, 3.4f};
         camera_.target = {0, -0.1f, 0};
     }
     // Lit, the channels, and lit with smoke.
     std::vector<Picture> drawn(const Technique& way, const Budget& budget) {
         auto session = DrawSession::open(scene_, *renderer_, way, false, {});
-        EXPECT_TRUE(session);
+        EXPECT_TRUE(session) << session.error().message;
         (*session)->time = 3;
         std::vector<Picture> all;
         const auto draw = [&](DebugView view, bool smoke) {
@@ -86,6 +88,80 @@ TEST_F(MaterialsProgramTest, WhichBackendDrawsThemHardlyShows) {
     is_near(full, {"lod", "keyframe", "geomorph"}, 0.5, {76, 77, 77, 89, 82, 89, 98, 98, 77});
     is_near(full, {"vgi", "", ""}, 0.25, {38.5, 42, 39.5, 40.5, 35, 36.5, 35.5, 44, 41});
     EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty());
+}
+
+// Maps of normals, occlusion and emission on a second set of texture coordinates.
+TEST_F(MaterialsProgramTest, WhichBackendDrawsTwoSetsHardlyShows) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    make_still_life(fixtures::still_life_of_two_sets());
+    ASSERT_NE(renderer_, nullptr);
+    const auto full = drawn({"full", "", ""}, {});
+    is_near(full, {"discrete", "", ""}, 0.5, {99, 99, 99, 99, 99, 99, 99, 99, 99});
+    is_near(full, {"lod", "keyframe", ""}, 0.5, {47, 47, 56, 52, 54, 50, 47, 56, 47});
+    is_near(full, {"lod", "keyframe", "geomorph"}, 0.5, {76, 77, 77, 89, 82, 89, 89, 98, 77});
+    // Its textures are baked into the atlas, whose samples are coarser than texels.
+    is_near(full, {"vgi", "", ""}, 0.25, {37, 35, 35, 34, 32.5, 31.5, 29.5, 38, 38.5});
+    EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty());
+}
+
+// The second set, where the mesh has it, and what is said of it. Returns how many textures are on it.
+size_t second_set_of(const fs::path& path) {
+    ReadReport told;
+    const auto mesh = read_mesh(path, {}, &told);
+    EXPECT_TRUE(mesh) << mesh.error().message;
+    if (!mesh) return 0;
+    EXPECT_THAT(told.warnings, testing::IsEmpty());
+    size_t textures = 0;
+    for (const Material& m : mesh->material_table)
+        textures += std::ranges::count_if(m.textures(), [](const Texture* t) { return t->there() && t->second; });
+    EXPECT_EQ(mesh->second_uvs.empty(), textures == 0);
+    // As fixtures::still_life_of_two_sets() has it.
+    for (const Triangle& t : mesh->triangles) {
+        if (textures == 0 || !use_second_set({&mesh->material_table[mesh->materials[t[0]]], 1})) continue;
+        const glm::vec3& p = mesh->positions[mesh->wedge_vertex[t[0]]];
+        EXPECT_NEAR(mesh->second_uvs[t[0]].x, 0.5f * p.x + 0.3f * p.z, 2e-5f);
+        EXPECT_NEAR(mesh->second_uvs[t[0]].y, 0.2f * p.z - 0.5f * p.y, 2e-5f);
+    }
+    return textures;
+}
+
+TEST_F(MaterialsProgramTest, TwoSetsComeThroughAssetsAndFiles) {
+    ASSERT_TRUE(write_mesh(fixtures::still_life_of_two_sets(), folder_ / "two.glb"));
+    succeeds("bake two.glb -o two.lode --backends lod,discrete,full");
+    succeeds("verify two.lode");
+    for (const char* level : {"0", "30"}) {
+        succeeds(std::string("extract two.lode -o out.glb --level ") + level);
+        EXPECT_EQ(second_set_of(folder_ / "out.glb"), 3u) << level;
+    }
+    const Ended obj = run("extract two.lode -o out.obj --level 0");
+    EXPECT_EQ(obj.code, 0) << obj.err;
+    for (const char* kind : {"normals", "occlusion", "emission"})
+        EXPECT_NE(obj.err.find(std::string("OBJ does not hold the textures of ") + kind), std::string::npos) << obj.err;
+    // What is laid out anew has one set.
+    for (const char* made :
+         {"unwrap two.glb -o one.glb --bake", "bake two.glb -o one.lode --backends lod --retexture"}) {
+        const Ended ended = run(made);
+        EXPECT_EQ(ended.code, 0) << ended.err;
+    }
+    EXPECT_EQ(second_set_of(folder_ / "one.glb"), 0u);
+    succeeds("extract one.lode -o one.glb --level 0");
+    EXPECT_EQ(second_set_of(folder_ / "one.glb"), 0u);
+}
+
+TEST_F(MaterialsProgramTest, TwoSetsAreBakedIntoAtlasesWhateverIsAsked) {
+    ASSERT_TRUE(write_mesh(fixtures::still_life_of_two_sets(), folder_ / "two.glb"));
+    const auto said = [&](const std::string& command) {
+        const Ended ended = run(command);
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        return ended.err;
+    };
+    const auto note = testing::HasSubstr("textures lie on two sets of texture coordinates, and an atlas keeps one");
+    EXPECT_THAT(said("bake two.glb -o a.lode --backends vgi"), testing::Not(note));
+    EXPECT_THAT(said("bake two.glb -o b.lode --backends vgi --keep-uv"), note);
+    EXPECT_NE(content_of(folder_ / "b.lode").find(R"("baked":true)"), std::string::npos);
+    EXPECT_EQ(run("info b.lode").out.find("mesh/image"), std::string::npos);
+    succeeds("verify b.lode");
+    EXPECT_THAT(said("tile two.glb -o tiles"), testing::HasSubstr("textures are baked into the atlas"));
 }
 
 // A sheet that looks up stands there mirrored, and beside it as it is.

@@ -652,7 +652,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     if (source.normals.empty()) made = vertex_normals(source);
     const std::span<const glm::vec3> normals = made.empty() ? source.normals : made;
     std::optional<BakedLooks> looks;
-    if (options.bake_textures) looks.emplace(source, normals);
+    if (options.bake_textures || must_bake_textures(source)) looks.emplace(source, normals);
     const bool bakes = looks && looks->attributes().baked;
     const RoundContext context{source, normals, options, progress, work, bakes ? &*looks : nullptr};
     const auto surface_now = [&] {

@@ -23,22 +23,32 @@ const Material& white() {
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
+// Where a texture is looked up at places of a triangle of the source.
+std::array<glm::dvec2, 3> looked_up_at(const TriMesh& source, const Triangle& triangle, const Texture& texture,
+                                       const CutPlaces::Corners& places) {
+    const std::vector<glm::vec2>& uvs = source.uvs_of(texture);
+    std::array<glm::dvec2, 3> at{};
+    for (size_t k = 0; k < 3; ++k) {
+        const glm::dvec2 place(places[k]);
+        glm::dvec2 uv(0);
+        if (!uvs.empty())
+            uv = glm::dvec2(uvs[triangle[0]]) * (1 - place.x - place.y) + glm::dvec2(uvs[triangle[1]]) * place.x +
+                 glm::dvec2(uvs[triangle[2]]) * place.y;
+        at[k] = glm::dmat3x2(texture.place) * glm::dvec3(uv, 1);
+    }
+    return at;
+}
+
 }  // namespace
 
 OldLooks::OldLooks(const TriMesh& source, const Unwrapped& unwrapped, uint32_t triangle, uint32_t resolution, Look look,
                    float brightest)
     : look_(look), brightest_(brightest), material_(&white()) {
     const SurfaceTriangle& part = unwrapped.parts[triangle];
-    const CutPlaces::Corners& places = unwrapped.places.of(part);
     const Triangle& was = source.triangles[part.source];
-    std::array<glm::dvec2, 3> old{};
     for (size_t k = 0; k < 3; ++k) {
         const uint32_t wedge = unwrapped.mesh.triangles[triangle][k];
         corners_[k] = glm::dvec2(unwrapped.mesh.uvs[wedge]) * static_cast<double>(resolution);
-        if (source.uvs.empty()) continue;
-        const glm::dvec2 place(places[k]);
-        old[k] = glm::dvec2(source.uvs[was[0]]) * (1 - place.x - place.y) + glm::dvec2(source.uvs[was[1]]) * place.x +
-                 glm::dvec2(source.uvs[was[2]]) * place.y;
     }
     twice_area_ = cross(corners_[1] - corners_[0], corners_[2] - corners_[0]);
     if (source.material_table.empty() || flat()) return;
@@ -47,18 +57,21 @@ OldLooks::OldLooks(const TriMesh& source, const Unwrapped& unwrapped, uint32_t t
     const std::array<const Texture*, look_count> textures = {&material_->base_colour_texture,
                                                              &material_->metallic_roughness_texture,
                                                              &material_->normal_texture, &material_->emission_texture};
-    place(images_[0], source, *textures[static_cast<size_t>(look)], old);
-    if (look == Look::surface) place(images_[1], source, material_->occlusion_texture, old);
-    if (look == Look::normals && images_[0].image != nullptr) set_frames(unwrapped, triangle, old);
+    const auto old = [&](const Texture& texture) {
+        return looked_up_at(source, was, texture, unwrapped.places.of(part));
+    };
+    const Texture& texture = *textures[static_cast<size_t>(look)];
+    place(images_[0], source, texture, old(texture));
+    if (look == Look::surface)
+        place(images_[1], source, material_->occlusion_texture, old(material_->occlusion_texture));
+    if (look == Look::normals && images_[0].image != nullptr) set_frames(unwrapped, triangle, old(texture));
 }
 
 void OldLooks::place(OldImage& image, const TriMesh& source, const Texture& texture,
-                     const std::array<glm::dvec2, 3>& old) const {
+                     const std::array<glm::dvec2, 3>& at) const {
     if (!texture.there()) return;
     image.image = &source.images[static_cast<size_t>(texture.image)];
     image.wrap = texture.wrap;
-    std::array<glm::dvec2, 3> at;
-    for (size_t k = 0; k < 3; ++k) at[k] = glm::dmat3x2(texture.place) * glm::dvec3(old[k], 1);
     const glm::dvec2 e = corners_[1] - corners_[0], f = corners_[2] - corners_[0], old_e = at[1] - at[0],
                      old_f = at[2] - at[0];
     image.at = at[0];
@@ -66,17 +79,15 @@ void OldLooks::place(OldImage& image, const TriMesh& source, const Texture& text
     image.by_y = (old_f * e.x - old_e * f.x) / twice_area_;
 }
 
-void OldLooks::set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& old) {
+void OldLooks::set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& at) {
     const TriMesh& mesh = unwrapped.mesh;
     const glm::dvec3 p(mesh.position_of(triangle, 0));
     const glm::dvec3 first = glm::dvec3(mesh.position_of(triangle, 1)) - p,
                      second = glm::dvec3(mesh.position_of(triangle, 2)) - p;
-    std::array<glm::dvec2, 3> placed;
-    for (size_t k = 0; k < 3; ++k) placed[k] = glm::dmat3x2(material_->normal_texture.place) * glm::dvec3(old[k], 1);
     const auto frame_of = [&](const std::array<glm::dvec2, 3>& texcoords) {
         return tangent_frame(first, second, texcoords[1] - texcoords[0], texcoords[2] - texcoords[0]);
     };
-    old_frame_ = frame_of(placed);
+    old_frame_ = frame_of(at);
     new_frame_ = frame_of(corners_);
     normal_ = glm::cross(first, second);
     if (mesh.normals.empty()) return;

@@ -42,9 +42,10 @@ public:
     glm::vec4 at(const glm::dvec2& offset) const;  // as the look says; w is alpha, 1 of all but colour
 
 private:
+    // at: the old texture coordinates of the corners, where the texture is looked up.
     void place(OldImage& image, const TriMesh& source, const Texture& texture,
-               const std::array<glm::dvec2, 3>& old) const;
-    void set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& old);
+               const std::array<glm::dvec2, 3>& at) const;
+    void set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& at);
     glm::vec4 normal_at(const glm::dvec2& offset) const;
 
     std::array<glm::dvec2, 3> corners_;

@@ -104,11 +104,11 @@ void paint(TriMesh& mesh) {
     mesh.images.push_back(std::move(image));
 }
 
-Atlas baked(const TriMesh& mesh) {
+Atlas baked(const TriMesh& mesh, bool bake_textures = true) {
     AtlasOptions options;
     options.clusters.clusters = 8;
     options.cells = 16;
-    options.bake_textures = true;
+    options.bake_textures = bake_textures;
     AtlasReport report;
     auto atlas = make_atlas(mesh, options, report);
     EXPECT_TRUE(atlas);
@@ -270,6 +270,51 @@ TEST(BakedLooks, KeepsEveryKindOfTexture) {
         ASSERT_EQ(atlas.emissions[i], (std::array<uint8_t, 3>{90, 100, 110}));
         ASSERT_GT(glm::dot(atlas.normal(i), wanted), 0.999f);
     }
+}
+
+// Every kind but base colour, of images that differ all over.
+TriMesh with_maps() {
+    TriMesh mesh = fixtures::bumpy_grid(12, 12);
+    mesh.materials.assign(mesh.wedge_count(), 0);
+    mesh.material_table.resize(1);
+    Random random(5);
+    for (const size_t k : {1, 2, 3, 4}) {
+        mesh.material_table[0].textures()[k]->image = static_cast<int32_t>(mesh.images.size());
+        Image image{16, 24, {}};
+        for (int i = 0; i < 16 * 24; ++i) {
+            const auto byte = [&] { return static_cast<uint8_t>(64 + random.below(128)); };
+            image.texels.emplace_back(byte(), byte(), 220, 255);
+        }
+        mesh.images.push_back(std::move(image));
+    }
+    EXPECT_TRUE(repair(mesh));
+    return mesh;
+}
+
+TEST(BakedLooks, TexturesOfTheSecondSetAreBakedLikeThoseOfTheFirst) {
+    const TriMesh first = with_maps();
+    TriMesh second = first;
+    second.second_uvs = first.uvs;
+    for (glm::vec2& uv : second.uvs) uv = {0.5f * uv.y, 0.5f};
+    for (const size_t k : {1, 2, 3, 4}) second.material_table[0].textures()[k]->second = true;
+    const Atlas expected = baked(first), found = baked(second);
+    EXPECT_TRUE(found.attributes.baked);
+    EXPECT_EQ(found.attribute_cells, expected.attribute_cells);
+    EXPECT_EQ(found.surfaces, expected.surfaces);
+    EXPECT_EQ(found.emissions, expected.emissions);
+    EXPECT_EQ(found.normals, expected.normals);
+}
+
+TEST(BakedLooks, TexturesOnTwoSetsAreBakedWhateverIsAsked) {
+    TriMesh mesh = with_maps();
+    EXPECT_FALSE(baked(mesh, false).attributes.baked);
+    mesh.second_uvs = mesh.uvs;
+    EXPECT_FALSE(baked(mesh, false).attributes.baked) << "no texture is on the second";
+    mesh.material_table[0].occlusion_texture.second = true;
+    const Atlas atlas = baked(mesh, false);
+    EXPECT_TRUE(atlas.attributes.baked);
+    EXPECT_FALSE(atlas.attributes.uvs);
+    EXPECT_FALSE(atlas.surfaces.empty());
 }
 
 TEST(BakedLooks, AMeshWithoutTexturesIsAsEver) {

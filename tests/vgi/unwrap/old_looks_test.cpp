@@ -212,6 +212,24 @@ TEST(OldLooks, NormalsAreTurnedIntoTheFrameOfTheNewCoordinates) {
     }
 }
 
+TEST(OldLooks, TexturesOfTheSecondSetAreBakedLikeThoseOfTheFirst) {
+    TriMesh first = bent_everywhere(fixtures::repaired(Shape::torus, 600));
+    Material& m = first.material_table[0];
+    m.emission = {1, 1, 1};
+    m.occlusion_texture.image = m.emission_texture.image = m.metallic_roughness_texture.image = 0;
+    TriMesh second = first;
+    second.second_uvs = first.uvs;
+    for (glm::vec2& uv : second.uvs) uv = {0.5f * uv.y, 0.25f};
+    for (Texture* texture : second.material_table[0].textures()) texture->second = texture->there();
+    const Unwrapped one = laid_out(first), other = laid_out(second);
+    EXPECT_TRUE(other.mesh.second_uvs.empty());
+    const BakedTextures expected = bake_textures(first, one, 1, 256), found = bake_textures(second, other, 1, 256);
+    for (const Look look : {Look::surface, Look::normals, Look::emission}) {
+        ASSERT_EQ(found.of(look).size(), 1u);
+        EXPECT_EQ(found.of(look)[0].texels, expected.of(look)[0].texels) << static_cast<int>(look);
+    }
+}
+
 TEST(OldLooks, MaterialsBecomeOnePerSquareUnlessTheyAreShownOtherwise) {
     TriMesh source = fixtures::repaired(Shape::rock, 3000);
     source.material_table.resize(5);

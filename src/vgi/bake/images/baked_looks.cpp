@@ -17,16 +17,24 @@ namespace {
 
 double parallelogram(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
-// Of the finest texture of a material, for texture coordinates 0 .. 1.
-double most_texels(const Material& m, const std::vector<Image>& images) {
-    double most = 0;
+// Of the finest textures of a material, for texture coordinates 0 .. 1 of the first set and of the second.
+std::array<double, 2> most_texels(const Material& m, const std::vector<Image>& images) {
+    std::array<double, 2> most{};
     for (const Texture* texture : m.textures()) {
         if (!texture->there()) continue;
         const Image& image = images[static_cast<size_t>(texture->image)];
         const double turned = std::abs(parallelogram(texture->place[0], texture->place[1]));
-        most = std::max(most, turned * static_cast<double>(image.width) * image.height);
+        double& of_set = most[texture->second ? 1 : 0];
+        of_set = std::max(of_set, turned * static_cast<double>(image.width) * image.height);
     }
     return most;
+}
+
+// Twice the area of a triangle in the plane of texture coordinates; 0 where there are none.
+double twice_area(const std::vector<glm::vec2>& uvs, const Triangle& t) {
+    if (uvs.empty()) return 0;
+    return std::abs(
+        parallelogram(glm::dvec2(uvs[t[1]]) - glm::dvec2(uvs[t[0]]), glm::dvec2(uvs[t[2]]) - glm::dvec2(uvs[t[0]])));
 }
 
 }  // namespace
@@ -64,20 +72,15 @@ AtlasAttributes BakedLooks::attributes() const {
     return has.baked ? has : AtlasAttributes{};
 }
 
-double BakedLooks::twice_uv_area(uint32_t triangle) const {
-    const Triangle& t = mesh_.triangles[triangle];
-    return std::abs(parallelogram(glm::dvec2(mesh_.uvs[t[1]]) - glm::dvec2(mesh_.uvs[t[0]]),
-                                  glm::dvec2(mesh_.uvs[t[2]]) - glm::dvec2(mesh_.uvs[t[0]])));
-}
-
 const Material& BakedLooks::material_of(uint32_t triangle) const {
     return mesh_.material_table[mesh_.materials.empty() ? 0 : mesh_.materials[mesh_.triangles[triangle][0]]];
 }
 
 double BakedLooks::texels(uint32_t triangle) const {
     if (finest_.empty()) return 0;
-    const size_t material = mesh_.materials.empty() ? 0 : mesh_.materials[mesh_.triangles[triangle][0]];
-    return 0.5 * twice_uv_area(triangle) * finest_[material];
+    const Triangle& t = mesh_.triangles[triangle];
+    const auto& [first, second] = finest_[mesh_.materials.empty() ? 0 : mesh_.materials[t[0]]];
+    return 0.5 * std::max(twice_area(mesh_.uvs, t) * first, twice_area(mesh_.second_uvs, t) * second);
 }
 
 std::optional<BakedLooks::LookedUp> BakedLooks::texture_of(const Texture& texture, Texels texels) const {
@@ -86,11 +89,12 @@ std::optional<BakedLooks::LookedUp> BakedLooks::texture_of(const Texture& textur
     return LookedUp{&*images[static_cast<size_t>(texture.image)], &texture};
 }
 
-glm::vec4 BakedLooks::at(const LookedUp& from, const glm::dvec2& uv, double uv_per_sample) const {
+glm::vec4 BakedLooks::at(const LookedUp& from, const Places& places) {
+    const Place& where = places[from.texture->second ? 1 : 0];
     const glm::dmat3x2 place(from.texture->place);
     const double turned = std::abs(parallelogram(place[0], place[1]));
-    const double texels = uv_per_sample * turned * from.image->width() * from.image->height();
-    return from.image->at(place * glm::dvec3(uv, 1), 0.5 * std::log2(std::max(texels, 1.0)), from.texture->wrap);
+    const double texels = where.uv_per_sample * turned * from.image->width() * from.image->height();
+    return from.image->at(place * glm::dvec3(where.uv, 1), 0.5 * std::log2(std::max(texels, 1.0)), from.texture->wrap);
 }
 
 // As shaders/shared/materials.glsl has it, but of a triangle of the source.
@@ -98,7 +102,9 @@ glm::vec3 BakedLooks::mapped_normal(uint32_t triangle, const Texture& texture, g
                                     const glm::dvec3& normal) const {
     const Triangle& t = mesh_.triangles[triangle];
     const glm::dmat3x2 place(texture.place);
-    const auto placed = [&](uint32_t wedge) { return place * glm::dvec3(mesh_.uvs[wedge], 1); };
+    const std::vector<glm::vec2>& uvs = mesh_.uvs_of(texture);
+    if (uvs.empty()) return normal;
+    const auto placed = [&](uint32_t wedge) { return place * glm::dvec3(uvs[wedge], 1); };
     const glm::dvec3 p(mesh_.positions[mesh_.wedge_vertex[t[0]]]),
         e = glm::dvec3(mesh_.positions[mesh_.wedge_vertex[t[1]]]) - p,
         f = glm::dvec3(mesh_.positions[mesh_.wedge_vertex[t[2]]]) - p;
@@ -109,37 +115,40 @@ glm::vec3 BakedLooks::mapped_normal(uint32_t triangle, const Texture& texture, g
     return glm::normalize((*axes)[0] * bent.x + (*axes)[1] * bent.y + normal * bent.z);
 }
 
-void BakedLooks::put(uint32_t triangle, const glm::dvec2& place, double uv_per_sample, TexelAttributes& is) const {
+void BakedLooks::put(uint32_t triangle, const glm::dvec2& place, double share, TexelAttributes& is) const {
     const Triangle& t = mesh_.triangles[triangle];
     const double w[3] = {1 - place.x - place.y, place.x, place.y};
-    glm::dvec2 uv(0);
+    Places places;
     glm::dvec3 normal(0);
     for (uint32_t k = 0; k < 3; ++k) {
-        uv += w[k] * glm::dvec2(mesh_.uvs[t[k]]);
+        places[0].uv += w[k] * glm::dvec2(mesh_.uvs[t[k]]);
+        if (!mesh_.second_uvs.empty()) places[1].uv += w[k] * glm::dvec2(mesh_.second_uvs[t[k]]);
         normal += w[k] * glm::dvec3(normals_[t[k]]);
     }
+    places[0].uv_per_sample = share * twice_area(mesh_.uvs, t);
+    places[1].uv_per_sample = share * twice_area(mesh_.second_uvs, t);
     const Material& m = material_of(triangle);
     if (const auto colour = texture_of(m.base_colour_texture, Texels::colours)) {
-        const glm::vec4 texture = at(*colour, uv, uv_per_sample);
+        const glm::vec4 texture = at(*colour, places);
         for (int k = 0; k < 3; ++k) is.colour[k] = srgb_byte_of(texture[k] * linear_of_byte(is.colour[k]));
         is.colour.w = byte_of_share(texture.w * static_cast<float>(is.colour.w) / 255);
     }
     if (const auto factors = texture_of(m.metallic_roughness_texture, Texels::numbers)) {
-        const glm::vec4 texture = at(*factors, uv, uv_per_sample);
+        const glm::vec4 texture = at(*factors, places);
         is.surface[1] = byte_of_share(texture.y);
         is.surface[2] = byte_of_share(texture.z);
     }
     if (const auto occlusion = texture_of(m.occlusion_texture, Texels::numbers))
-        is.surface[0] = byte_of_share(at(*occlusion, uv, uv_per_sample).x);
+        is.surface[0] = byte_of_share(at(*occlusion, places).x);
     if (const auto emission = texture_of(m.emission_texture, Texels::colours)) {
-        const glm::vec4 texture = at(*emission, uv, uv_per_sample);
+        const glm::vec4 texture = at(*emission, places);
         for (int k = 0; k < 3; ++k) is.emission[static_cast<size_t>(k)] = srgb_byte_of(texture[k]);
     }
     const auto map = texture_of(m.normal_texture, Texels::numbers);
     const double length = glm::length(normal);
     if (map && length > 1e-12) {
         is.normal = pack_octahedral(
-            mapped_normal(triangle, m.normal_texture, at(*map, uv, uv_per_sample), m.normal_scale, normal / length));
+            mapped_normal(triangle, m.normal_texture, at(*map, places), m.normal_scale, normal / length));
     }
 }
 

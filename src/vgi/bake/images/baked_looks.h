@@ -2,6 +2,7 @@
 // texture coordinates. Factors of materials are not in it: they stay in the material.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <optional>
@@ -14,6 +15,9 @@
 
 namespace lodestone::vgi {
 
+// An atlas keeps one set of texture coordinates at most: textures on two sets are baked, whatever options say.
+inline bool must_bake_textures(const TriMesh& mesh) { return use_second_set(mesh.material_table); }
+
 class BakedLooks {
 public:
     // The mesh must outlive this; normals: per wedge.
@@ -24,27 +28,32 @@ public:
     // Of textures, as far as a triangle uses them, parts of texels included: those of its material's finest.
     double texels(uint32_t triangle) const;
 
-    // What is at a place of a triangle of the source. place: weights of its corners 1 and 2. uv_per_sample: area in the
-    // plane of texture coordinates that a sample stands for. Sets colour, surface, emission and normal where textures
-    // say something of them.
-    void put(uint32_t triangle, const glm::dvec2& place, double uv_per_sample, TexelAttributes& is) const;
-    // Twice the area of a triangle in the plane of texture coordinates.
-    double twice_uv_area(uint32_t triangle) const;
+    // What is at a place of a triangle of the source. place: weights of its corners 1 and 2. share: what a sample
+    // stands for, as a share of twice the triangle's area. Sets colour, surface, emission and normal where textures say
+    // something of them.
+    void put(uint32_t triangle, const glm::dvec2& place, double share, TexelAttributes& is) const;
 
 private:
+    // By what textures of a set are looked up.
+    struct Place {
+        glm::dvec2 uv{0};
+        double uv_per_sample = 0;  // area in the plane of texture coordinates that a sample stands for
+    };
+    using Places = std::array<Place, 2>;
     struct LookedUp {
         const MippedImage* image;
         const Texture* texture;
     };
     const Material& material_of(uint32_t triangle) const;
     std::optional<LookedUp> texture_of(const Texture& texture, Texels texels) const;
-    glm::vec4 at(const LookedUp& from, const glm::dvec2& uv, double uv_per_sample) const;
+    static glm::vec4 at(const LookedUp& from, const Places& places);
     glm::vec3 mapped_normal(uint32_t triangle, const Texture& texture, glm::vec3 map, float scale,
                             const glm::dvec3& normal) const;
 
     const TriMesh& mesh_;
     const std::span<const glm::vec3> normals_;
-    std::vector<double> finest_;  // per material: most texels that a texture of it has for texture coordinates 0 .. 1
+    // Per material: most texels that a texture of it has for texture coordinates 0 .. 1, of the first set and the second.
+    std::vector<std::array<double, 2>> finest_;
     std::vector<std::optional<MippedImage>> colours_, numbers_;  // per image, where some texture means it so
 };
 

@@ -167,8 +167,8 @@ void Resampler::put_new(Sampling& s, uint32_t x, uint32_t y, const SurfaceSample
     if (x % s.ratio == 0 && y % s.ratio == 0) s.places[size_t{y} / s.ratio * s.row + x / s.ratio] = place;
 }
 
-// Area of texture coordinates under a sample of the attributes, in a triangle of the chart.
-double Resampler::uv_per_sample(const Sampling& s, uint32_t triangle) const {
+// What a sample of the attributes stands for in a triangle of the chart, as a share of twice the area of the source's.
+double Resampler::share_per_sample(const Sampling& s, uint32_t triangle) const {
     const ChartMesh& patch = s.chart.patch;
     const SurfaceTriangle& part = patch.triangles[triangle];
     const auto twice = [](const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
@@ -180,7 +180,7 @@ double Resampler::uv_per_sample(const Sampling& s, uint32_t triangle) const {
                  flat =
                      twice(patch.flat[part.vertices[0]], patch.flat[part.vertices[1]], patch.flat[part.vertices[2]]) *
                      s.cells * s.cells;
-    return flat > 0 ? of_source * input_.looks->twice_uv_area(part.source) / flat : 0;
+    return flat > 0 ? of_source / flat : 0;
 }
 
 void Resampler::put_attributes(const Sampling& s, size_t texel, const SurfaceSample& sample) {
@@ -191,7 +191,7 @@ void Resampler::put_attributes(const Sampling& s, size_t texel, const SurfaceSam
     glm::dvec2 place(0);
     for (int k = 0; k < 3; ++k) place += sample.weights[k] * glm::dvec2(corners[static_cast<size_t>(k)]);
     TexelAttributes is = source_attributes(input_, atlas_, triangle.source, place);
-    if (input_.looks != nullptr) input_.looks->put(triangle.source, place, uv_per_sample(s, sample.triangle), is);
+    if (input_.looks != nullptr) input_.looks->put(triangle.source, place, share_per_sample(s, sample.triangle), is);
     atlas_.normals[texel] = is.normal;
     if (!atlas_.surfaces.empty()) atlas_.surfaces[texel] = is.surface;
     if (!atlas_.emissions.empty()) atlas_.emissions[texel] = is.emission;

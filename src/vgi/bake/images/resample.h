@@ -78,7 +78,7 @@ private:
     void put_new(Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place);
     void put(const Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place);
     void put_attributes(const Sampling& s, size_t texel, const SurfaceSample& place);
-    double uv_per_sample(const Sampling& s, uint32_t triangle) const;
+    double share_per_sample(const Sampling& s, uint32_t triangle) const;
 
     const ResampleInput input_;
     const ChartComplex& patches_;

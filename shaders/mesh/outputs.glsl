@@ -3,7 +3,6 @@
 #define LODESTONE_MESH_OUTPUTS_GLSL
 
 #include "shared/frame.glsl"
-#include "shared/looks.glsl"
 #include "shared/surface.glsl"
 
 // Packed: rasterisers set up four numbers at the price of one.

@@ -12,8 +12,8 @@ LODE_POOL(LODE_MESH_SECOND_UVS, second_uvs, uvec2, 2)
 
 // vertex: of the asset.
 vec2 second_uv_of(uint vertex) {
-    uint first = draw_constants.words[LODE_MESH_WORD_SECOND_UVS];
-    return first == LODE_NO_SECOND_UVS ? vec2(0.0) : uintBitsToFloat(second_uvs_at(first + vertex));
+    uint begin = draw_constants.words[LODE_MESH_WORD_SECOND_UVS];
+    return begin == 0u ? vec2(0.0) : uintBitsToFloat(second_uvs_at(begin - 1u + vertex));
 }
 #else
 vec2 second_uv_of(uint vertex) { return vec2(0.0); }

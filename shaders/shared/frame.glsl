@@ -4,6 +4,7 @@
 
 #include "shared/draw_constants.h"
 #include "shared/frame_constants.h"
+#include "shared/materials.h"
 
 layout(set = 0, binding = LODE_FRAME_CONSTANTS, std140) uniform FrameBlock { FrameConstants frame; };
 // Pipelines that show no debug view say so: software rasterisers run every branch of a shader.
@@ -12,6 +13,9 @@ layout(constant_id = LODE_DEBUG_CONSTANT) const bool shows_debug_views = true;
 layout(constant_id = LODE_EFFECT_CONSTANT) const bool beside_effect = false;
 // False where nothing but depths is drawn: vertices need no more than their places.
 layout(constant_id = LODE_FRAGMENTS_CONSTANT) const bool has_fragments = true;
+// What the materials of the scene ask for: LODE_LOOKS_ bits.
+layout(constant_id = LODE_LOOKS_CONSTANT) const uint scene_looks = 0x1ffffu;
+bool scene_has(uint looks) { return (scene_looks & looks) != 0u; }
 // Of the triangle drawn, in triangle_marks.
 #define LODE_MARK_OF_PRIMITIVE                                    \
     (draw_constants.first_mark == LODE_NO_MARKS ? LODE_NO_MARKS \

@@ -3,7 +3,6 @@
 #define LODESTONE_MATERIALS_GLSL
 
 #include "shared/frame.glsl"
-#include "shared/looks.glsl"
 #include "shared/materials.h"
 #include "shared/surface.glsl"
 

@@ -10,9 +10,8 @@
 
 // Second texture coordinates lie beside the vertices, where a mesh has some: vec2, by vertex. Set 1.
 #define LODE_MESH_SECOND_UVS 2
-// Of Draw::words: where the asset's begin, or LODE_NO_SECOND_UVS.
+// Of Draw::words: 1 + where the asset's begin; 0 where it has none.
 #define LODE_MESH_WORD_SECOND_UVS 6
-#define LODE_NO_SECOND_UVS 0xffffffffu
 
 #ifdef __cplusplus
 #include <cstdint>

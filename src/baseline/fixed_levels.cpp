@@ -23,7 +23,7 @@ public:
             asset.vertex_offset = vertex_bytes;
             vertex_bytes += levels.vertices.size_bytes();
             LODE_CHECK(levels.second_uvs.empty() || levels.second_uvs.size() == levels.vertices.size());
-            if (!levels.second_uvs.empty()) asset.first_second_uv = static_cast<uint32_t>(second_uvs);
+            if (!levels.second_uvs.empty()) asset.second_uvs_word = static_cast<uint32_t>(second_uvs + 1);
             second_uvs += levels.second_uvs.size();
             for (const FixedLevel& level : levels.levels) {
                 asset.index_offsets.push_back(index_bytes);
@@ -63,7 +63,7 @@ public:
                 range.level = static_cast<uint32_t>(l);
                 range.error = asset.levels.levels[l].error;
                 range.levels = static_cast<uint32_t>(chosen[a].size());
-                range.words[LODE_MESH_WORD_SECOND_UVS] = asset.first_second_uv;
+                range.words[LODE_MESH_WORD_SECOND_UVS] = asset.second_uvs_word;
                 range.instances = std::move(chosen[a][l]);
                 ranges.push_back(std::move(range));
             }
@@ -96,7 +96,7 @@ private:
         FixedLevels levels;
         Sphere sphere;
         uint64_t vertex_offset = 0;
-        uint32_t first_second_uv = LODE_NO_SECOND_UVS;
+        uint32_t second_uvs_word = 0;  // LODE_MESH_WORD_SECOND_UVS
         std::vector<uint64_t> index_offsets;
     };
 
@@ -146,8 +146,9 @@ private:
         };
         for (const Asset& asset : assets_) {
             add(vertex_buffer, asset.vertex_offset, asset.levels, std::as_bytes(asset.levels.vertices));
-            add(second_uv_buffer, uint64_t{asset.first_second_uv} * sizeof(glm::vec2), asset.levels,
-                std::as_bytes(asset.levels.second_uvs));
+            if (asset.second_uvs_word > 0)
+                add(second_uv_buffer, (asset.second_uvs_word - 1) * sizeof(glm::vec2), asset.levels,
+                    std::as_bytes(asset.levels.second_uvs));
             for (size_t l = 0; l < asset.index_offsets.size(); ++l) {
                 add(index_buffer, asset.index_offsets[l], asset.levels, std::as_bytes(asset.levels.levels[l].indices));
             }

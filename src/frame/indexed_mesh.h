@@ -16,7 +16,7 @@ namespace lodestone {
 
 // The pipeline over shaders/mesh, drawing MeshVertex (shaders/shared/mesh_vertex.h) vertices.
 // second_uvs: the buffer of second texture coordinates, where some asset has them; word LODE_MESH_WORD_SECOND_UVS of a
-// draw then says where the asset's begin.
+// draw then says where the asset's are.
 PipelineSpec indexed_mesh_pipeline(uint32_t second_uvs = no_buffer);
 // That buffer, of so many texture coordinates, at least one.
 BufferSpec second_uvs_buffer(uint64_t count);

@@ -53,8 +53,8 @@ public:
         std::shared_ptr<const ProgressiveMesh> pm;
         Sphere sphere;
         uint64_t vertex_offset = 0;
-        uint32_t first_second_uv = LODE_NO_SECOND_UVS;
-        bool own_cursors = false;  // cursor i belongs to the asset's i-th instance
+        uint32_t second_uvs_word = 0;  // LODE_MESH_WORD_SECOND_UVS
+        bool own_cursors = false;      // cursor i belongs to the asset's i-th instance
         std::vector<Served> cursors;
     };
 
@@ -117,7 +117,7 @@ private:
             range.vertex_buffer = vertex_buffer;
             range.vertex_offset = asset.vertex_offset;
         }
-        range.words[LODE_MESH_WORD_SECOND_UVS] = asset.first_second_uv;
+        range.words[LODE_MESH_WORD_SECOND_UVS] = asset.second_uvs_word;
         range.index_buffer = index_buffer;
         range.index_offset = served.first_byte + uint64_t{served.cursor.drawn().first} * 4;
         range.index_count = served.cursor.slot_count() * 3;
@@ -154,7 +154,7 @@ private:
         const auto bytes = std::as_bytes(asset.pm->second_uvs);
         if (bytes.empty()) return;
         plan.commands.push_back({Stage::update, Upload{static_cast<uint32_t>(recipe_.buffers.size()) - 1,
-                                                       asset.first_second_uv * sizeof(glm::vec2),
+                                                       (asset.second_uvs_word - 1) * sizeof(glm::vec2),
                                                        Blob(asset.pm, bytes.data(), bytes.size())}});
         plan.stats.uploaded_bytes += bytes.size();
     }
@@ -435,7 +435,7 @@ Result<std::unique_ptr<FrameSource>> open_lod(const std::vector<std::shared_ptr<
         asset.vertex_offset = vertex_bytes;
         vertex_bytes += pm->vertices.size_bytes();
         if (options.geomorph) parent_bytes += pm->vertices.size() * sizeof(uint32_t);
-        if (!pm->second_uvs.empty()) asset.first_second_uv = static_cast<uint32_t>(second_uvs);
+        if (!pm->second_uvs.empty()) asset.second_uvs_word = static_cast<uint32_t>(second_uvs + 1);
         second_uvs += pm->second_uvs.size();
         assets.push_back(std::move(asset));
     }

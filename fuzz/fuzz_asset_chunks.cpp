@@ -68,10 +68,6 @@ TriMesh with_fans(TriMesh mesh) {
 // Every backend's part of an asset of a mesh.
 std::vector<Chunk> chunks_of(TriMesh mesh, bool leaves) {
     check(repair(mesh).has_value());
-    auto list = make_quadric_simplifier()->simplify(mesh, {});
-    check(list.has_value());
-    auto pm = bake_progressive_mesh(mesh, *list, {"keyframe", "greedy", "classic"});
-    check(pm.has_value());
     vgi::AtlasOptions options;
     options.clusters.clusters = 2;
     options.cells = leaves ? 32 : 64;
@@ -79,6 +75,13 @@ std::vector<Chunk> chunks_of(TriMesh mesh, bool leaves) {
     options.leaves = leaves;
     vgi::AtlasReport report;
     const auto atlas = vgi::make_atlas(mesh, options, report);
+    // Of two sets of texture coordinates an atlas would keep none.
+    mesh.second_uvs = mesh.uvs;
+    for (Material& material : mesh.material_table) material.emission_texture.second = material.emission_texture.there();
+    const auto list = make_quadric_simplifier()->simplify(mesh, {});
+    check(list.has_value());
+    auto pm = bake_progressive_mesh(mesh, *list, {"keyframe", "greedy", "classic"});
+    check(pm.has_value());
     const auto chain = make_discrete_chain(mesh);
     check(atlas && chain);
     {

@@ -154,9 +154,19 @@ std::string odd_glb() {
                bytes);
 }
 
+// With all textures but that of base colour on a second set of texture coordinates.
+TriMesh of_two_sets(TriMesh mesh) {
+    for (const glm::vec2& uv : mesh.uvs) mesh.second_uvs.emplace_back(uv.y, 2 * uv.x);
+    for (Material& material : mesh.material_table) {
+        for (Texture* texture : material.textures()) texture->second = texture != &material.base_colour_texture;
+    }
+    return mesh;
+}
+
 void make_gltf(Seeds& seeds, const TriMesh& plain, const TriMesh& rich) {
     seeds.put_packed("gltf", "plain.glb", seeds.written(plain, "a.glb"));
     seeds.put("gltf", "rich.glb", seeds.written(rich, "b.glb"));
+    seeds.put("gltf", "two_sets.glb", seeds.written(of_two_sets(rich), "t.glb"));
     seeds.put("gltf", "text.gltf",
               "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":60,\"uri\":\"data:application/"
               "octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/"

@@ -14,10 +14,16 @@ void add_attributes(TriMesh& mesh, FuzzedDataProvider& from) {
     const size_t wedges = mesh.wedge_vertex.size();
     mesh.normals.clear();
     mesh.uvs.clear();
+    mesh.second_uvs.clear();
     if (kinds & 1) compute_normals(mesh);
     if (kinds & 2) {
         for (size_t w = 0; w < wedges; ++w)
             mesh.uvs.push_back({from.ConsumeIntegral<uint8_t>() / 16.0f, from.ConsumeIntegral<uint8_t>() / 16.0f});
+    }
+    if ((kinds & 2) && (kinds & 16)) {
+        for (size_t w = 0; w < wedges; ++w)
+            mesh.second_uvs.push_back(
+                {from.ConsumeIntegral<uint8_t>() / 16.0f, from.ConsumeIntegral<uint8_t>() / 8.0f});
     }
     if (kinds & 4) {
         for (size_t w = 0; w < wedges; ++w) {

@@ -151,9 +151,11 @@ void add_cluster_weights(CLI::App& command, BakeWords& o) {
 }
 
 void add_sampling_options(CLI::App& command, BakeWords& o) {
-    command.add_flag("--keep-uv", o.keep_uv,
-                     "vgi: keep texture coordinates, by which textures are looked up. Unless given, what textures hold "
-                     "is kept by chart and place, as fine as their texels, in place of texture coordinates");
+    command.add_flag(
+        "--keep-uv", o.keep_uv,
+        "vgi: keep texture coordinates, by which textures are looked up, if all are on one set of them. "
+        "Unless given, what textures hold is kept by chart and place, as fine as their texels, in place of "
+        "texture coordinates");
     command
         .add_option("--texture-quality", o.texture_quality,
                     "vgi: how well what textures hold is kept, 1 to 100; or lossless, for several times the bytes")

@@ -170,6 +170,7 @@ py::object texture_of(const Texture& t) {
     texture["wrap"] = py::make_tuple(word(t.wrap[0]), word(t.wrap[1]));
     texture["place"] = py::make_tuple(py::make_tuple(t.place[0].x, t.place[1].x, t.place[2].x),
                                       py::make_tuple(t.place[0].y, t.place[1].y, t.place[2].y));
+    texture["second"] = t.second;
     return texture;
 }
 
@@ -262,6 +263,9 @@ void bind_meshes(py::module_& module) {
                                "(n, 3) float32 of unit length, or None.")
         .def_property_readonly("uvs", of_mesh([](Self s, TheMesh m) { return attribute<float>(s, m.uvs, 2); }),
                                "(n, 2) float32, origin at the top left, or None.")
+        .def_property_readonly("second_uvs",
+                               of_mesh([](Self s, TheMesh m) { return attribute<float>(s, m.second_uvs, 2); }),
+                               "The second set of them, of a mesh that was read or made from one, or None.")
         .def_property_readonly("colours",
                                of_mesh([](Self s, TheMesh m) { return attribute<uint8_t>(s, m.colours, 4); }),
                                "(n, 4) uint8, sRGB and alpha, or None.")
@@ -274,8 +278,8 @@ void bind_meshes(py::module_& module) {
             "None), "
             "double_sided; shading, alpha_mode, alpha_cutoff, metallic, roughness, normal_scale, occlusion_strength, "
             "emission (linear RGB), textures (docs/materials.md): a dict of base_colour, metallic_roughness, normal, "
-            "occlusion, emission, each None or a dict of image, wrap and place, 2 x 3 numbers by which (u, v, 1) is "
-            "where it is looked up.")
+            "occlusion, emission, each None or a dict of image, wrap, place, 2 x 3 numbers by which (u, v, 1) is "
+            "where it is looked up, and second, whether (u, v) are of second_uvs.")
         .def_property_readonly("images", images_of, "Textures: a list of (height, width, 4) uint8; colours are sRGB.")
         .def_property_readonly(
             "name", [](const Mesh& mesh) { return mesh.named->name; }, "What it is called: of a file, its name.")

@@ -62,6 +62,8 @@ class Mesh:
     @property
     def uvs(self) -> Optional[NDArray[np.float32]]: ...  # (n, 2)
     @property
+    def second_uvs(self) -> Optional[NDArray[np.float32]]: ...  # (n, 2)
+    @property
     def colours(self) -> Optional[NDArray[np.uint8]]: ...  # (n, 4), sRGB and alpha
     @property
     def materials(self) -> Optional[NDArray[np.uint16]]: ...  # (n,), into material_table

@@ -577,8 +577,8 @@ Result<void> StoredMesh::read_description(std::string_view text) {
                          std::to_string(progressive_mesh_version));
         }
         const Json& has = json.at("attributes");
-        attributes_ = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("second_uvs").get<bool>(),
-                       has.at("colours").get<bool>(), has.at("materials").get<bool>()};
+        attributes_ = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
+                       has.at("materials").get<bool>(), has.at("second_uvs").get<bool>()};
         levels_ = json.at("levels").get<uint32_t>();
         if (json.contains("grid_exponent")) grid_exponent_ = json.at("grid_exponent").get<int>();
         base_vertices_ = json.at("base").at("vertices").get<uint32_t>();

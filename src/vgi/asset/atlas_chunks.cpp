@@ -145,10 +145,7 @@ Result<uint32_t> read_about(const ChunkFile& file, Atlas& atlas) {
         }
         const Json& has = about.at("attributes");
         const auto flag = [&](const char* name) { return has.at(name).get<bool>(); };
-        atlas.attributes = {{.normals = flag("normals"),
-                             .uvs = flag("uvs"),
-                             .colours = flag("colours"),
-                             .materials = flag("materials")},
+        atlas.attributes = {{flag("normals"), flag("uvs"), flag("colours"), flag("materials")},
                             flag("surfaces"),
                             flag("emissions"),
                             flag("baked"),

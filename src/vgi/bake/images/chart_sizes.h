@@ -29,8 +29,8 @@ struct SizesWanted {
 ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uint32_t>>& members,
                        const ChartComplex& patches, const SizesWanted& wanted);
 
-// Of attributes, where textures are baked into them: every component has as many samples as texels, or up to four times
-// as many, but no fewer than of positions. texels: of each chart, parts of texels included.
+// Of attributes, where textures are baked into them: every component has three quarters to three times as many samples
+// as texels, but no fewer than of positions. texels: of each chart, parts of texels included.
 ChartSizes texture_sizes(std::span<const double> texels, const ChartComplex& patches, const ChartSizes& positions);
 // Per chart: samples of attributes for a texel of its component; 0 where there are no texels.
 std::vector<double> samples_per_texel(std::span<const double> texels, const ChartComplex& patches,

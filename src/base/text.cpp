@@ -1,5 +1,7 @@
 #include "base/text.h"
 
+#include <algorithm>
+
 namespace lodestone {
 
 std::string as_utf8(const std::string& text) {
@@ -58,6 +60,14 @@ std::string printable(const std::string& text) {
         i += length;
     }
     return out;
+}
+
+std::string one_line(std::string text) {
+    constexpr size_t most_bytes = 400;
+    while (!text.empty() && (text.back() == '\n' || text.back() == '\r' || text.back() == ' ')) text.pop_back();
+    std::ranges::replace_if(
+        text, [](char c) { return c == '\n' || c == '\r'; }, ' ');
+    return text.substr(0, most_bytes);
 }
 
 }  // namespace lodestone

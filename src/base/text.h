@@ -14,4 +14,7 @@ std::string as_utf8(const std::string& text);
 // stays as it is.
 std::string printable(const std::string& text);
 
+// What a library says, for the end of an error's line: without line ends, of 400 bytes at most.
+std::string one_line(std::string text);
+
 }  // namespace lodestone

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base/text.h"
 #include "mesh/io/formats.h"
 #include "mesh/io/image_file.h"
 
@@ -114,7 +115,7 @@ int on_tiff_error(thandle_t handle, const char* module, const char* format, va_l
     std::vsnprintf(text, sizeof text, format, arguments);
     auto* input = static_cast<TiffInput*>(handle);
     if (input != nullptr && input->message.empty())
-        input->message = std::string(module != nullptr ? module : "") + ": " + text;
+        input->message = one_line(std::string(module != nullptr ? module : "") + ": " + text);
     return 1;
 }
 thread_local TiffInput* g_tiff = nullptr;

@@ -273,7 +273,7 @@ private:
     }
     // Of images of attributes. whole: cells of images that hold everything.
     ChartSizes attribute_sizes(const ChartSizes& positions, uint32_t whole) {
-        const ChartSizes alike{positions.cells * attribute_ratio(positions.cells, whole), positions.trimmed_levels};
+        ChartSizes alike{positions.cells * attribute_ratio(positions.cells, whole), positions.trimmed_levels};
         if (context_.looks == nullptr) return alike;
         const std::vector<double> texels = texels_of_charts();
         ChartSizes sizes = options_.attribute_ratio > 1 ? alike : texture_sizes(texels, patches_, positions);

@@ -14,6 +14,7 @@
 #include <span>
 
 #include "base/looks/srgb.h"
+#include "base/text.h"
 #include "mesh/io/compressed/unpack_gltf.h"
 #include "mesh/io/formats.h"
 #include "mesh/io/gltf/materials.h"
@@ -191,12 +192,6 @@ private:
             meshes.insert(number);
         });
         unpack_gltf(model_, meshes, file_.limits, [&](const std::string& line) { warn(line); });
-    }
-
-    static std::string one_line(std::string text) {
-        while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-        std::replace(text.begin(), text.end(), '\n', ' ');
-        return text.substr(0, 400);
     }
 
     static bool begins_with_one_of(const std::string& name, std::initializer_list<std::string_view> prefixes) {

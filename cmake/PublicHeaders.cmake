@@ -11,6 +11,7 @@ set(LODESTONE_PUBLIC_HEADERS
   base/progress.h
   base/result.h
   base/structures/byte_lists.h
+  base/structures/former_holders.h
   base/threads.h
   baseline/discrete.h
   baseline/fixed_levels.h

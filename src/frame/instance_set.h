@@ -15,6 +15,8 @@
 #include <span>
 #include <vector>
 
+#include "base/structures/former_holders.h"
+
 namespace lodestone {
 
 // An asset as it stands in the scene.
@@ -145,8 +147,7 @@ private:
     Instance& slot(size_t i) {
         std::shared_ptr<Block>& block = state_->blocks[i / block_size];
         if (block.use_count() > 1) block = std::make_shared<Block>(*block);
-        // What other handles have read of it, they read before they let go.
-        std::atomic_thread_fence(std::memory_order_acquire);
+        synchronise_with_former_holders(block);
         return (*block)[i % block_size];
     }
     std::shared_ptr<State> state_;

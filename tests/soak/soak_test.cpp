@@ -18,7 +18,8 @@
 #include "base/random.h"
 #include "base/sanitized.h"
 #if LODE_SANITIZED
-#include <sanitizer/allocator_interface.h>
+// Of the sanitizers' runtime. GCC has no header that declares it.
+extern "C" size_t __sanitizer_get_current_allocated_bytes();  // NOLINT
 #endif
 
 namespace lodestone {

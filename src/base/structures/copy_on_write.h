@@ -1,9 +1,10 @@
 // A value with one owner, of which others may hold what it was at some moment.
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <utility>
+
+#include "base/structures/former_holders.h"
 
 namespace lodestone {
 
@@ -17,8 +18,7 @@ public:
     const T* operator->() const { return value_.get(); }
     T& write() {
         if (value_.use_count() > 1) value_ = std::make_shared<T>(*value_);
-        // What holders of snapshots have read of it, they read before they let go.
-        std::atomic_thread_fence(std::memory_order_acquire);
+        synchronise_with_former_holders(value_);
         return *value_;
     }
     std::shared_ptr<const T> snapshot() const { return value_; }

@@ -16,14 +16,18 @@
 namespace lodestone::vgi {
 namespace {
 
+Result<Clusters> clusters_of(const Surface& surface, uint32_t wanted) {
+    ClusterOptions options;
+    options.clusters = wanted;
+    return make_clusters(surface, options);
+}
+
 TEST(Quadrangulate, MakesFourSidedDisksThatCoverTheSurface) {
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         for (const uint32_t wanted : {1u, 8u, 30u}) {
             SCOPED_TRACE(f.name + " " + std::to_string(wanted));
             const Surface surface = surface_of(f.mesh);
-            ClusterOptions options;
-            options.clusters = wanted;
-            const auto clusters = make_clusters(surface, options);
+            const auto clusters = clusters_of(surface, wanted);
             ASSERT_TRUE(clusters);
             const auto quads = quadrangulate(surface, *clusters);
             ASSERT_TRUE(quads) << quads.error().message;
@@ -125,9 +129,7 @@ double borders_inwards(const Quads& quads) {
 
 TEST(Quadrangulate, EndsWhereItIsStopped) {
     const Surface surface = surface_of(fixtures::repaired(Shape::rock, 4000));
-    ClusterOptions options;
-    options.clusters = 12;
-    const auto clusters = make_clusters(surface, options);
+    const auto clusters = clusters_of(surface, 12);
     ASSERT_TRUE(clusters);
     std::atomic<bool> stop = true;
     Progress progress;
@@ -146,9 +148,7 @@ TEST(Quadrangulate, EndsWhereItIsStopped) {
 
 TEST(Recentre, MakesBordersStraightUpToTheBoundary) {
     const Surface surface = surface_of(fixtures::repaired(Shape::terrain, 20000));
-    ClusterOptions options;
-    options.clusters = 40;
-    const auto clusters = make_clusters(surface, options);
+    const auto clusters = clusters_of(surface, 40);
     ASSERT_TRUE(clusters);
     auto quads = quadrangulate(surface, *clusters);
     ASSERT_TRUE(quads && quads->failed.empty());

@@ -200,7 +200,7 @@ private:
             for (uint32_t side = 0; side < 4; ++side) {
                 together_.join(number(c, side, n), number(c, (side + 1) % 4, 0));
                 const GluedSide& glued = atlas_.sides[4 * c + side];
-                if (glued.chart == ~0u || atlas_.attribute_cells_of(glued.chart) != n) continue;
+                if (glued.chart == ~0u) continue;
                 for (uint32_t step = 0; step <= n; ++step) {
                     const uint32_t a = number(c, side, step), b = number(glued.chart, glued.side, n - step);
                     if (alike(texels_[a], texels_[b])) together_.join(a, b);

@@ -10,7 +10,7 @@
 namespace lodestone {
 
 Result<std::shared_ptr<const Environment>> environment_of(const Scene& scene) {
-    if (scene.environment.empty()) return nullptr;
+    if (scene.environment == no_environment) return nullptr;
     if (scene.environment == built_in_sky) {
         const ShadingOptions usual;
         SkyLook look;

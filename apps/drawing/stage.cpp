@@ -45,8 +45,8 @@ void add_stage_options(CLI::App& command, StageOptions& options) {
         ->check(CLI::IsMember({"exp", "rational"}));
     command.add_option("--environment", options.environment,
                        "Light from all around, and what is seen behind everything: sky, a clear one whose sun stands "
-                       "where the light comes from; or a Radiance picture (.hdr), equirectangular. A sky and a ground "
-                       "of one colour each unless given");
+                       "where the light comes from; a Radiance picture (.hdr), equirectangular; or none, a sky and a "
+                       "ground of one colour each. What the scene says unless given, or none");
     command.add_flag("--validation", options.validation,
                      "Run under Vulkan validation; exit with 1 if it reports anything");
     add_outside_option(command, options.allow_outside);
@@ -77,7 +77,7 @@ Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs
     if (!options.absorption.empty())
         scene->volumes.quality.absorption =
             options.absorption == "exp" ? volume::Absorption::exponential : volume::Absorption::rational;
-    scene->environment = options.environment;
+    if (!options.environment.empty()) scene->environment = options.environment;
     auto environment = environment_of(*scene);
     if (!environment) return tl::unexpected(environment.error());
     RendererOptions renderer_options;

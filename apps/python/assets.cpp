@@ -116,6 +116,7 @@ py::array picture(const Asset& asset, const py::kwargs& given) {
     options.pixel_error = given["pixel_error"].cast<double>();
     options.level = given["level"].is_none() ? -1 : int64_t{given["level"].cast<uint32_t>()};
     options.shadows = given["shadows"].cast<bool>();
+    options.environment = given["environment"].cast<std::string>();
     if (!given["eye"].is_none()) {
         CutView view;
         options.camera =

@@ -3,6 +3,7 @@
 #ifdef LODESTONE_WITH_RENDER
 #include <algorithm>
 
+#include "apps/drawing/environment.h"
 #include "apps/drawing/session.h"
 #include "apps/drawing/stage.h"
 #include "apps/scene/backends.h"
@@ -17,11 +18,12 @@ namespace lodestone {
 namespace {
 
 // The asset alone at the origin.
-ReadyScene scene_of(const Asset& asset, bool shadows) {
+ReadyScene scene_of(const Asset& asset, const PictureOptions& options) {
     ReadyScene scene;
     scene.scene.assets.push_back({asset.about["name"].get<std::string>(), asset.file.path(), -1, {}});
     scene.scene.instances.emplace_back();
-    scene.scene.shadows = shadows;
+    scene.scene.shadows = options.shadows;
+    scene.scene.environment = options.environment;
     scene.assets.push_back(asset);
     scene.instances.push_back(Instance{});
     std::vector<uint32_t> first_material;
@@ -45,7 +47,10 @@ Result<Picture> draw_picture(const Asset& asset, const PictureOptions& options, 
     renderer_options.height = options.height;
     auto renderer = Renderer::create(renderer_options);
     if (!renderer) return tl::unexpected(renderer.error());
-    const ReadyScene scene = scene_of(asset, options.shadows);
+    ReadyScene scene = scene_of(asset, options);
+    auto environment = environment_of(scene.scene);
+    if (!environment) return tl::unexpected(environment.error());
+    scene.materials.environment = std::move(*environment);
     auto session = DrawSession::open(scene, **renderer, {options.backend, options.order, options.raster},
                                      *debug == DebugView::misses, progress);
     if (!session) return tl::unexpected(session.error());

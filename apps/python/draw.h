@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/scene/asset.h"
+#include "apps/scene/scene.h"
 #include "base/progress.h"
 #include "base/result.h"
 #include "frame/picture.h"
@@ -21,6 +22,7 @@ struct PictureOptions {
     int64_t level = -1;                                  // >= 0: this level whatever its error
     std::string debug = "none";                          // what is coloured, as --debug of `lodestone render`
     bool shadows = true;                                 // of the light
+    std::string environment = no_environment;            // as Scene::environment
 };
 
 // Fault::machine where there is no Vulkan, in this build or on this machine.

@@ -227,9 +227,9 @@ Result<void> read_light(const Node& node, Scene& scene) {
 }
 
 Result<void> read_head(const Node& root, Scene& scene) {
-    if (auto done =
-            only_members(root, {"lodestone", "version", "comment", "assets", "instances", "scatter", "light", "camera",
-                                "resident_mib", "upload_mib", "max_triangles", "volumes", "volume_options"});
+    if (auto done = only_members(
+            root, {"lodestone", "version", "comment", "assets", "instances", "scatter", "light", "camera",
+                   "environment", "resident_mib", "upload_mib", "max_triangles", "volumes", "volume_options"});
         !done) {
         return done;
     }
@@ -245,6 +245,15 @@ Result<void> read_head(const Node& root, Scene& scene) {
     if (version != 1) return root.wrong("version must be 1; this program reads no other");
     budget.resident_bytes = resident_mib << 20;
     if (root.json.contains("upload_mib")) budget.upload_bytes = upload_mib << 20;
+    return {};
+}
+
+Result<void> read_environment(const Node& root, const Beside& beside, Scene& scene) {
+    if (auto done = text(root, "environment", scene.environment); !done) return done;
+    if (scene.environment == no_environment || scene.environment == built_in_sky) return {};
+    auto path = path_named_by(beside.scene, scene.environment, beside.allow_outside);
+    if (!path) return tl::unexpected(path.error());
+    scene.environment = path->string();
     return {};
 }
 
@@ -264,6 +273,7 @@ Result<Scene> scene_from(const Node& root, const fs::path& path, bool allow_outs
     if (const auto light = root.json.find("light"); light != root.json.end()) {
         if (auto done = read_light({*light, root.place + ": light"}, scene); !done) return tl::unexpected(done.error());
     }
+    if (auto done = read_environment(root, beside, scene); !done) return tl::unexpected(done.error());
     if (auto done = read_volumes(root, beside, scene.volumes); !done) return tl::unexpected(done.error());
     if (const auto camera = root.json.find("camera"); camera != root.json.end()) {
         auto read = camera->is_string() ? read_named_path(beside, camera->get<std::string>())

@@ -23,7 +23,7 @@ namespace lodestone {
 inline constexpr uint64_t most_mib = 1 << 20, most_triangles = uint64_t{1} << 40;
 
 // As Scene::environment.
-inline constexpr const char* built_in_sky = "sky";
+inline constexpr const char *built_in_sky = "sky", *no_environment = "none";
 
 struct GeneratedSource {
     Shape shape = Shape::rock;
@@ -51,14 +51,14 @@ struct Scene {
     std::vector<SceneInstance> instances;
     std::optional<glm::vec3> light_direction;  // from the light towards the scene
     bool shadows = true;
-    std::optional<CameraPath> camera;  // absent: chosen from the bounds of what stands there
-    std::string environment;           // light from all around: built_in_sky, or a .hdr file; empty for none
-    SceneVolumes volumes;              // smoke and fire; none where it has no emitters
-    Budget budget;                     // what frames may cost; of its members those that scenes can set
-    bool allow_outside = false;        // as it was read: its meshes are read likewise
-    ReadOptions heights;               // how its height maps are read; other members count nothing
-    std::vector<ClipPlane> clip;       // what they keep of meshes is baked; no asset that is named is cut
-    Extent extent = Extent::whole;     // of named assets
+    std::optional<CameraPath> camera;          // absent: chosen from the bounds of what stands there
+    std::string environment = no_environment;  // light from all around: built_in_sky, or a .hdr file
+    SceneVolumes volumes;                      // smoke and fire; none where it has no emitters
+    Budget budget;                             // what frames may cost; of its members those that scenes can set
+    bool allow_outside = false;                // as it was read: its meshes are read likewise
+    ReadOptions heights;                       // how its height maps are read; other members count nothing
+    std::vector<ClipPlane> clip;               // what they keep of meshes is baked; no asset that is named is cut
+    Extent extent = Extent::whole;             // of named assets
 };
 
 // A scene file; a glTF file, whose meshes stand where its nodes put them; or a single mesh or asset, which then stands

@@ -303,7 +303,7 @@ void Viewer::bake(const std::string& name, bool is_better, const std::function<R
                            auto scene = read();
                            if (!scene) return tl::unexpected(scene.error());
                            if (auto grids = read_grids(scene->volumes); !grids) return tl::unexpected(grids.error());
-                           scene->environment = environment;
+                           if (scene->environment == no_environment) scene->environment = environment;
                            Result<std::shared_ptr<const Environment>> light = around;
                            if (!bake->is_better) light = environment_of(*scene);  // what is better is lit as before
                            if (!light) return tl::unexpected(light.error());

@@ -40,8 +40,13 @@ protected:
         for (int i = 0; i < 32; ++i) file += texel;
         std::ofstream(folder_ / name, std::ios::binary) << file;
     }
-    Image rendered(const std::string& options) const {
-        succeeds("render rock.ply --size 96x64 -o out.png " + options);
+    void write_scene(const std::string& name, const std::string& environment) const {
+        std::ofstream(folder_ / (name + ".scene.json"))
+            << R"({"lodestone": "scene", "version": 1, "assets": [{"name": "rock", "file": "rock.ply"}], "environment": ")"
+            << environment << "\"}";
+    }
+    Image rendered(const std::string& options, const std::string& scene = "rock.ply") const {
+        succeeds("render " + scene + " --size 96x64 -o out.png " + options);
         auto image = read_image(folder_ / "out.png");
         EXPECT_TRUE(image);
         return image ? *image : Image{1, 1, {glm::u8vec4(0)}};
@@ -95,6 +100,23 @@ TEST_F(EnvironmentProgramTest, IsASkyOrAPictureOfSurroundings) {
     // The stone, grey in white light, is lit by it.
     const glm::u8vec4 middle = hdr.texels[size_t{32} * 96 + 48];
     EXPECT_GT(middle.y, middle.x + 10);
+}
+
+TEST_F(EnvironmentProgramTest, IsWhatTheSceneSaysUnlessTheOptionDoes) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    succeeds("generate rock --triangles 800 -o rock.ply");
+    write_hdr("one.hdr", std::string("\x40\x80\0\x80", 4));
+    write_scene("hdr", "one.hdr");
+    write_scene("sky", "sky");
+    EXPECT_EQ(rendered("", "hdr.scene.json").texels, rendered("--environment one.hdr").texels);
+    EXPECT_EQ(rendered("", "sky.scene.json").texels, rendered("--environment sky").texels);
+    EXPECT_EQ(rendered("--environment none", "sky.scene.json").texels, rendered("").texels);
+    EXPECT_EQ(rendered("--environment sky", "hdr.scene.json").texels, rendered("--environment sky").texels);
+    fs::create_directory(folder_ / "inner");
+    fs::copy_file(folder_ / "rock.ply", folder_ / "inner/rock.ply");
+    write_scene("inner/outside", "../one.hdr");
+    fails("render inner/outside.scene.json -o none.png", 3, "../one.hdr");
+    succeeds("render inner/outside.scene.json --size 96x64 -o out.png --allow-outside");
 }
 
 TEST_F(EnvironmentProgramTest, WhatIsNoneIsToldBeforeAnythingIsBaked) {

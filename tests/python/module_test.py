@@ -344,6 +344,10 @@ class Pictures(unittest.TestCase):
             self.assertLess((np.abs(picture[..., :3].astype(int) - full[..., :3]) > 40).mean(), 0.05)
         from_right = ASSET.render(eye=(3, 0, 0), width=160, height=120)
         self.assertGreater(int(from_right[60, 80, 0]), int(from_right[60, 80, 1]), "the sphere is red at x = 1")
+        under_sky = ASSET.render(backend="full", eye=(0, 0, 4), target=(0, 1, 0), width=160, height=120, environment="sky")
+        self.assertGreater(int(under_sky[0, 0, 2]), int(under_sky[0, 0, 0]) + 20, "the sky is blue")
+        with self.assertRaisesRegex(lodestone.Error, "none such.hdr"):
+            ASSET.render(width=16, height=16, environment="none such.hdr")
         for wrong in (dict(backend="none"), dict(debug="none such"), dict(width=0), dict(eye=(0, 0, np.nan)), dict(pixel_error=0)):
             with self.assertRaises(lodestone.UsageError):
                 ASSET.render(**wrong)

@@ -120,17 +120,17 @@ class Asset:
         return Cutter(_lodestone.open_cutter(self._asset, backend, resident_bytes), self.bounds)
 
     def render(self, *, backend="lod", eye=None, target=None, up=(0, 1, 0), fov_y=0.785, width=1280, height=720, pixel_error=1.0, level=None,
-               order="", raster="", debug="none", shadows=True, device="", progress=None):
+               order="", raster="", debug="none", shadows=True, environment="none", device="", progress=None):
         """A picture: (height, width, 4) uint8, sRGB, rows top to bottom; alpha is 255 where a surface was drawn and 0 elsewhere.
 
         Drawn off screen by Vulkan; MachineError where there is none. backend: "full", "discrete", "lod" or "vgi", as it was baked for.
         eye, target: world units; everything is in the frame unless eye is given, and looked at is the middle of the object unless target
         is. fov_y: radians from the bottom to the top. pixel_error: how far what is drawn may be off, pixels. level: draw this one instead.
-        order, raster, debug, device: as the options of `lodestone render`.
+        environment: light from all around: "sky", or the path of a Radiance picture. order, raster, debug, device: as the options of `lodestone render`.
         """
         return self._asset.render(backend=backend, eye=eye, target=target, up=up, fov_y=fov_y, width=width, height=height,
                                   pixel_error=pixel_error, level=level, order=order, raster=raster, debug=debug, shadows=shadows,
-                                  device=device, progress=progress)
+                                  environment=str(environment), device=device, progress=progress)
 
     def __repr__(self):
         return f"<lodestone.Asset {self.about['name']!r} of {', '.join(self.backends)}>"

@@ -159,6 +159,7 @@ class Asset:
         raster: str = "",
         debug: str = "none",
         shadows: bool = True,
+        environment: Path = "none",
         device: str = "",
         progress: Progress = None,
     ) -> NDArray[np.uint8]: ...  # (height, width, 4), sRGB

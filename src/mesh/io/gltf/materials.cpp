@@ -215,7 +215,7 @@ private:
                                                        : "image " + std::to_string(source);
         const auto added = file_.add_image(decoded(image, name.substr(0, 80)), mesh_);
         if (!added) {
-            warn("texture '" + name.substr(0, 80) + "' is missing or cannot be decoded (" + added.error().message +
+            warn("texture '" + name.substr(0, 80) + "' cannot be used (" + added.error().message +
                  "); its material keeps its plain colour");
             return -1;
         }

@@ -7,6 +7,7 @@
 
 #include "fuzz/mutators.h"
 #include "fuzz/promise.h"
+#include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/leaves.h"
 
 using namespace lodestone;
@@ -27,7 +28,7 @@ LeafVertex random_vertex(FuzzedDataProvider& from, const LeafVertex& before, con
     v.step = v.border > 0 && !v.is_corner() ? from.ConsumeIntegral<uint8_t>() : uint8_t{0};
     for (int8_t& n : v.attributes.normal) n = from.ConsumeIntegral<int8_t>();
     if (has.uvs) v.attributes.uv = {from.ConsumeIntegral<uint16_t>(), from.ConsumeIntegral<uint16_t>()};
-    if (has.colours) v.attributes.colour = glm::u8vec4(from.ConsumeIntegral<uint8_t>());
+    if (has.colours && !has.baked) v.attributes.colour = glm::u8vec4(from.ConsumeIntegral<uint8_t>());
     if (has.materials) v.attributes.material = from.ConsumeIntegral<uint16_t>();
     return v;
 }
@@ -57,7 +58,8 @@ LeafPart random_part(FuzzedDataProvider& from, const AtlasAttributes& has) {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (size < 2) return 0;
     const auto bit = [&](int number) { return (data[0] >> number & 1) != 0; };
-    const AtlasAttributes attributes{{true, bit(0), bit(1), bit(2)}, false, false};
+    AtlasAttributes attributes{{true, bit(0), bit(1), bit(2)}, false, false};
+    attributes.baked = bit(4);
     const std::span<const uint8_t> rest(data + 2, size - 2);
     std::vector<std::byte> bytes;
     if (data[1] % 4 == 0) {
@@ -73,6 +75,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
             fuzz::require_good(read, "a part is read");
             fuzz::require(*read == part, "a part is read as it was coded");
         }
+        const LeafPart ordered = in_coding_order(part);
+        fuzz::require(ordered.triangles.size() == part.triangles.size() &&
+                          ordered.vertices.size() == part.vertices.size() && in_coding_order(ordered) == ordered,
+                      "the order of coding leaves nothing out, and stays as it is");
+        if (bit(3)) bytes = encode_leaf(ordered, attributes);
         fuzz::damage(bytes, rest.last(damage));
     }
     const auto part = decode_leaf(bytes, attributes);

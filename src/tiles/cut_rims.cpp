@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/threads.h"
 #include "mesh/topology.h"
+#include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/leaves.h"
 
 namespace lodestone::tiles {
@@ -95,13 +96,13 @@ std::vector<Loop> loops_of(const PieceOfSource& piece) {
 std::vector<std::vector<uint32_t>> rims_of(const Atlas& atlas) {
     const auto ends = [&](uint32_t side) { return atlas.sides[side].chart == ~0u; };
     const auto next = [](uint32_t side) { return side % 4 == 3 ? side - 3 : side + 1; };
-    std::vector<char> seen(atlas.sides.size(), 0);
+    std::vector<bool> seen(atlas.sides.size());
     std::vector<std::vector<uint32_t>> rims;
     for (uint32_t first = 0; first < seen.size(); ++first) {
         if (!ends(first) || seen[first]) continue;
         rims.emplace_back();
         for (uint32_t side = first; !seen[side];) {
-            seen[side] = 1;
+            seen[side] = true;
             rims.back().push_back(side);
             for (side = next(side); !ends(side);) {
                 const vgi::GluedSide& across = atlas.sides[side];

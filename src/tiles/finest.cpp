@@ -5,6 +5,7 @@
 #include <span>
 
 #include "base/threads.h"
+#include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/leaves.h"
 
 namespace lodestone::tiles {
@@ -28,12 +29,13 @@ void for_leaf_squares(const Atlas& atlas, const ChartSquare& s, Visit&& visit) {
     }
 }
 
-TileVertex of_leaf(const Atlas& atlas, const LeafVertex& v) {
+TileVertex of_leaf(const Atlas& atlas, uint32_t chart, const LeafVertex& v) {
+    const vgi::TexelAttributes attributes = attributes_at(atlas, chart, v);
     TileVertex vertex;
     vertex.position = v.position;
-    vertex.normal = v.attributes.normal;
-    if (!atlas.uvs.empty()) vertex.uv = v.attributes.uv;
-    if (!atlas.colours.empty()) vertex.colour = v.attributes.colour;
+    vertex.normal = attributes.normal;
+    if (!atlas.uvs.empty()) vertex.uv = attributes.uv;
+    if (!atlas.colours.empty()) vertex.colour = attributes.colour;
     return vertex;
 }
 
@@ -92,7 +94,7 @@ private:
     }
     uint32_t add_own(const LeafVertex& v) {
         const glm::dvec2 at = glm::dvec2(v.place[0], v.place[1]) * (atlas_.cells_of(chart_) / double{vgi::leaf_places});
-        return add(of_leaf(atlas_, v), at, v.attributes.material);
+        return add(of_leaf(atlas_, chart_, v), at, v.attributes.material);
     }
     // That of the leaf, where a triangle has any vertex of it.
     uint16_t material_of(uint32_t a, uint32_t b, uint32_t c) const {
@@ -160,7 +162,7 @@ private:
     uint32_t number(const LeafVertex& v) {
         const double at = v.place[side_ % 2] * (atlas_.cells_of(square_.chart) / double{vgi::leaf_places}),
                      along = at - (side_ % 2 == 0 ? square_.x : square_.y) * cells_;
-        SideVertex of{of_leaf(atlas_, v), side_ < 2 ? along : cells_ - along};
+        SideVertex of{of_leaf(atlas_, square_.chart, v), side_ < 2 ? along : cells_ - along};
         const bool begins = v.border == 5 + side_;
         if (v.is_corner()) {
             const auto [x, y] = vgi::on_side(v.border - 5u, 0u, cells_);

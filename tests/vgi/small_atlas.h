@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/leaves.h"
 #include "vgi/bake/bake.h"
 

@@ -6,6 +6,7 @@
 // Integers alone: the same bytes and the same numbers on every machine.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -51,6 +52,8 @@ protected:
     uint32_t range_ = 0xffffffffu;
 };
 
+inline constexpr uint32_t most_even_bits = 16;
+
 class RangeEncoder : CodingRange {
 public:
     // What decodes is the same sequence of calls of RangeDecoder with the same models.
@@ -65,6 +68,12 @@ public:
     void even_bit(bool& value) {
         range_ >>= 1;
         if (value) low_ += range_;
+        settle([this] { shift(); });
+    }
+    // So many such bits, 0 .. most_even_bits, the highest first.
+    void even_bits(uint32_t count, uint32_t& value) {
+        range_ >>= count;
+        low_ += uint64_t{range_} * value;
         settle([this] { shift(); });
     }
     // Appends all that was coded. It is the last call.
@@ -111,6 +120,12 @@ public:
         range_ >>= 1;
         value = code_ >= range_;
         if (value) code_ -= range_;
+        settle([this] { shift(); });
+    }
+    void even_bits(uint32_t count, uint32_t& value) {
+        range_ >>= count;
+        value = std::min(code_ / range_, (1u << count) - 1);
+        code_ -= value * range_;
         settle([this] { shift(); });
     }
     // Whether as many bytes were there as were read.

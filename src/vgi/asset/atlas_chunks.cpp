@@ -9,6 +9,7 @@
 #include "base/json.h"
 #include "base/threads.h"
 #include "mesh/io/material_chunks.h"
+#include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/codec/page_family.h"
 #include "vgi/asset/corners.h"
 #include "vgi/asset/leaves.h"

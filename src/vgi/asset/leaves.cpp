@@ -7,238 +7,13 @@
 #include <unordered_map>
 
 #include "base/check.h"
-#include "base/files/entropy_coder.h"
 #include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
+#include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/leaf_triangles.h"
 #include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {
-
-namespace {
-
-// A part as streams of small numbers: which vertices triangles have, and what vertices differ by from what the triangle
-// that first has them lets expect. Vertices are numbered as triangles first use them.
-struct Streams {
-    std::vector<uint8_t> links;              // per corner: 0 for the next new vertex, else how many before that
-    std::vector<uint8_t> low, middle, high;  // of positions
-    std::vector<uint8_t> place_low, place_high, border, step;
-    std::vector<uint8_t> normal, uv_low, uv_high, colour, material_low, material_high;
-
-    // Calls visit(stream) for those that there are, in order. The number of steps follows from the borders.
-    template <class Visit>
-    void for_each(const AtlasAttributes& has, Visit&& visit) {
-        for (auto* stream : {&links, &low, &middle, &high, &place_low, &place_high, &border, &step, &normal})
-            visit(*stream);
-        if (has.uvs) {
-            visit(uv_low);
-            visit(uv_high);
-        }
-        if (has.colours) visit(colour);
-        if (has.materials) {
-            visit(material_low);
-            visit(material_high);
-        }
-    }
-};
-
-uint32_t zigzag(int32_t off) { return (static_cast<uint32_t>(off) << 1) ^ (0u - (static_cast<uint32_t>(off) >> 31)); }
-int32_t unzigzag(uint32_t folded) { return static_cast<int32_t>((folded >> 1) ^ (0u - (folded & 1u))); }
-uint8_t byte_of(uint32_t number, uint32_t shift = 0) { return static_cast<uint8_t>(number >> shift & 255u); }
-
-// What a vertex is expected to be like: the mean of two known ones.
-struct Expected {
-    const LeafVertex *a, *b;
-    int32_t position(size_t k) const { return static_cast<int32_t>((a->position[k] + b->position[k]) / 2); }
-    int32_t place(size_t k) const { return (int32_t{a->place[k]} + b->place[k]) / 2; }
-};
-
-// Of every vertex, those that its first triangle has besides it and that come before; or the one before.
-std::vector<std::array<uint8_t, 2>> known_before(const LeafPart& part) {
-    std::vector<std::array<uint8_t, 2>> known;
-    for (const auto& t : part.triangles) {
-        for (uint32_t k = 0; k < 3; ++k) {
-            if (t[k] != known.size()) continue;
-            std::array<uint8_t, 2> of{};
-            uint32_t count = 0;
-            for (const uint8_t other : {t[(k + 1) % 3], t[(k + 2) % 3]}) {
-                if (other < t[k]) of[count++] = other;
-            }
-            if (count == 0) of[0] = t[k] == 0 ? uint8_t{0} : static_cast<uint8_t>(t[k] - 1);
-            if (count < 2) of[1] = of[0];
-            known.push_back(of);
-        }
-    }
-    return known;
-}
-
-void put_attributes(const TexelAttributes& is, const TexelAttributes& like, Streams& to) {
-    for (size_t k = 0; k < 2; ++k) {
-        to.normal.push_back(byte_of(zigzag(static_cast<int8_t>(is.normal[k] - like.normal[k]))));
-        const uint32_t uv = zigzag(static_cast<int16_t>(is.uv[k] - like.uv[k]));
-        to.uv_low.push_back(byte_of(uv));
-        to.uv_high.push_back(byte_of(uv, 8));
-    }
-    for (int k = 0; k < 4; ++k)
-        to.colour.push_back(byte_of(zigzag(static_cast<int8_t>(is.colour[k] - like.colour[k]))));
-    const uint32_t material = zigzag(static_cast<int16_t>(is.material - like.material));
-    to.material_low.push_back(byte_of(material));
-    to.material_high.push_back(byte_of(material, 8));
-}
-
-// v: of the vertices, whose attributes the streams have where the atlas has them.
-TexelAttributes taken_attributes(const Streams& from, size_t v, const TexelAttributes& like,
-                                 const AtlasAttributes& has) {
-    TexelAttributes is;
-    const auto wide = [&](const std::vector<uint8_t>& low, const std::vector<uint8_t>& high, size_t i) {
-        return unzigzag(uint32_t{low[i]} | uint32_t{high[i]} << 8);
-    };
-    for (size_t k = 0; k < 2; ++k) {
-        is.normal[k] = static_cast<int8_t>(like.normal[k] + unzigzag(from.normal[2 * v + k]));
-        if (has.uvs) is.uv[k] = static_cast<uint16_t>(like.uv[k] + wide(from.uv_low, from.uv_high, 2 * v + k));
-    }
-    for (int k = 0; k < 4 && has.colours; ++k)
-        is.colour[k] = static_cast<uint8_t>(like.colour[k] + unzigzag(from.colour[4 * v + static_cast<size_t>(k)]));
-    if (has.materials)
-        is.material = static_cast<uint16_t>(like.material + wide(from.material_low, from.material_high, v));
-    return is;
-}
-
-void put_vertex(const LeafVertex& v, const Expected& expected, Streams& to) {
-    for (size_t k = 0; k < 3; ++k) {
-        const uint32_t off = zigzag(static_cast<int32_t>(v.position[k]) - expected.position(k));
-        to.low.push_back(byte_of(off));
-        to.middle.push_back(byte_of(off, 8));
-        to.high.push_back(byte_of(off, 16));
-    }
-    for (size_t k = 0; k < 2; ++k) {
-        const uint32_t off = zigzag(int32_t{v.place[k]} - expected.place(k));
-        to.place_low.push_back(byte_of(off));
-        to.place_high.push_back(byte_of(off, 8));
-    }
-    to.border.push_back(v.border);
-    if (v.border > 0 && !v.is_corner()) to.step.push_back(v.step);
-    put_attributes(v.attributes, expected.a->attributes, to);
-}
-
-tl::unexpected<Error> broken() { return fail(Fault::format, "cannot be unpacked"); }
-
-// Triangles out of their links; false where a link leads nowhere.
-bool take_triangles(const Streams& from, size_t vertices, LeafPart& part) {
-    uint32_t next = 0;
-    for (size_t i = 0; i < from.links.size(); ++i) {
-        const uint32_t link = from.links[i];
-        if (link > next || (link == 0 && next == vertices)) return false;
-        part.triangles[i / 3][i % 3] = static_cast<uint8_t>(link == 0 ? next++ : next - link);
-    }
-    return next == vertices;
-}
-
-}  // namespace
-
-std::vector<std::byte> encode_leaf(const LeafPart& part, const AtlasAttributes& attributes) {
-    LODE_CHECK(!part.vertices.empty() && part.vertices.size() <= most_leaf_vertices, part.vertices.size());
-    LODE_CHECK(part.triangles.size() <= most_leaf_triangles, part.triangles.size());
-    Streams streams;
-    uint32_t next = 0;
-    for (const auto& t : part.triangles) {
-        for (const uint8_t v : t) {
-            LODE_CHECK(v <= next, v, next);
-            streams.links.push_back(v == next ? uint8_t{0} : static_cast<uint8_t>(next - v));
-            next += v == next;
-        }
-    }
-    LODE_CHECK(next == part.vertices.size(), next);
-    const LeafVertex nothing;
-    const auto known = known_before(part);
-    for (size_t v = 0; v < part.vertices.size(); ++v) {
-        const LeafVertex *a = &nothing, *b = &nothing;
-        if (v > 0) {
-            a = &part.vertices[known[v][0]];
-            b = &part.vertices[known[v][1]];
-        }
-        put_vertex(part.vertices[v], {a, b}, streams);
-    }
-    const auto triangles = static_cast<uint32_t>(part.triangles.size());
-    std::vector<std::byte> packed{static_cast<std::byte>(part.vertices.size() - 1),
-                                  static_cast<std::byte>(triangles & 255), static_cast<std::byte>(triangles >> 8)};
-    streams.for_each(attributes, [&](const std::vector<uint8_t>& stream) { encode_numbers(stream, packed); });
-    return packed;
-}
-
-namespace {
-
-// Makes room for the streams of a part, whose number of steps is not known yet.
-void make_room(Streams& streams, size_t vertices, size_t triangles) {
-    streams.links.resize(3 * triangles);
-    for (auto* stream : {&streams.low, &streams.middle, &streams.high}) stream->resize(3 * vertices);
-    for (auto* stream : {&streams.place_low, &streams.place_high, &streams.normal, &streams.uv_low, &streams.uv_high})
-        stream->resize(2 * vertices);
-    for (auto* stream : {&streams.border, &streams.material_low, &streams.material_high}) stream->resize(vertices);
-    streams.colour.resize(4 * vertices);
-}
-
-// False where the bytes are not those of such streams, and no more.
-bool unpack(std::span<const std::byte> bytes, const AtlasAttributes& attributes, Streams& streams) {
-    bool good = true;
-    streams.for_each(attributes, [&](std::vector<uint8_t>& stream) {
-        if (&stream == &streams.step) {
-            good = good && std::ranges::all_of(streams.border, [](uint8_t border) { return border <= 8; });
-            stream.resize(static_cast<size_t>(
-                std::ranges::count_if(streams.border, [](uint8_t border) { return border >= 1 && border <= 4; })));
-        }
-        if (!good) return;
-        const auto rest = decode_numbers(bytes, stream);
-        good = rest.has_value();
-        if (good) bytes = *rest;
-    });
-    return good && bytes.empty();
-}
-
-// Vertex i, all but its attributes and its step; false where it is out of range.
-bool take_vertex(const Streams& from, size_t i, const Expected& expected, LeafVertex& v) {
-    for (size_t k = 0; k < 3; ++k) {
-        const size_t at = 3 * i + k;
-        const uint32_t off = from.low[at] | uint32_t{from.middle[at]} << 8 | uint32_t{from.high[at]} << 16;
-        v.position[k] = static_cast<uint32_t>(expected.position(k) + unzigzag(off));
-        if (v.position[k] >> leaf_bits != 0) return false;
-    }
-    for (size_t k = 0; k < 2; ++k) {
-        const uint32_t off = from.place_low[2 * i + k] | uint32_t{from.place_high[2 * i + k]} << 8;
-        const int32_t place = expected.place(k) + unzigzag(off);
-        if (place < 0 || place > static_cast<int32_t>(leaf_places)) return false;
-        v.place[k] = static_cast<uint16_t>(place);
-    }
-    v.border = from.border[i];
-    return true;
-}
-
-}  // namespace
-
-Result<LeafPart> decode_leaf(std::span<const std::byte> bytes, const AtlasAttributes& attributes) {
-    if (bytes.size() < leaf_header_bytes) return broken();
-    const size_t vertices = static_cast<size_t>(bytes[0]) + 1, triangles = triangles_in_leaf(bytes);
-    if (triangles == 0 || triangles > most_leaf_triangles || vertices > most_leaf_vertices) return broken();
-    Streams streams;
-    make_room(streams, vertices, triangles);
-    if (!unpack(bytes.subspan(leaf_header_bytes), attributes, streams)) return broken();
-    LeafPart part;
-    part.vertices.resize(vertices);
-    part.triangles.resize(triangles);
-    if (!take_triangles(streams, vertices, part)) return broken();
-    const LeafVertex nothing;
-    const auto known = known_before(part);
-    size_t step = 0;
-    for (size_t i = 0; i < vertices; ++i) {
-        LeafVertex& v = part.vertices[i];
-        Expected expected{&nothing, &nothing};
-        if (i > 0) expected = {&part.vertices[known[i][0]], &part.vertices[known[i][1]]};
-        if (!take_vertex(streams, i, expected, v)) return broken();
-        if (v.border > 0 && !v.is_corner()) v.step = streams.step[step++];
-        v.attributes = taken_attributes(streams, i, expected.a->attributes, attributes);
-    }
-    return part;
-}
 
 Result<void> LeafPart::validate(const Atlas& atlas, uint32_t cells) const {
     const size_t materials = std::max<size_t>(1, atlas.material_table.size());
@@ -312,6 +87,28 @@ LeafBorder LeafBorders::of(const Atlas& atlas, Atlas::Tile square) const {
     return border;
 }
 
+TexelAttributes attributes_at(const Atlas& atlas, uint32_t chart, const LeafVertex& vertex) {
+    TexelAttributes is = vertex.attributes;
+    if (!atlas.attributes.baked || !atlas.attributes.colours) return is;
+    const uint32_t cells = atlas.attribute_cells_of(chart);
+    std::array<uint32_t, 2> low{}, share{};
+    for (size_t k = 0; k < 2; ++k) {
+        const uint32_t at = vertex.place[k] * cells;  // in shares of a cell
+        low[k] = std::min(at / leaf_places, cells - 1);
+        share[k] = at - low[k] * leaf_places;
+    }
+    glm::u64vec4 sum(0);
+    for (uint32_t corner = 0; corner < 4; ++corner) {
+        const uint32_t right = corner % 2, below = corner / 2, across = right != 0 ? share[0] : leaf_places - share[0],
+                       down = below != 0 ? share[1] : leaf_places - share[1];
+        sum += glm::u64vec4(atlas.colours[atlas.attribute_texel(chart, low[0] + right, low[1] + below)]) *
+               (uint64_t{across} * down);
+    }
+    constexpr uint64_t whole = uint64_t{leaf_places} * leaf_places;
+    is.colour = glm::u8vec4((sum + whole / 2) / whole);
+    return is;
+}
+
 LeafPart decoded_leaf(const Atlas& atlas, uint32_t part) {
     auto of = decode_leaf(atlas.leaf_parts[part], atlas.attributes);
     LODE_CHECK(of.has_value(), part);
@@ -350,7 +147,10 @@ private:
             const LeafPart part = decoded_leaf(atlas_, p);
             for_drawn_triangles(
                 part, border, cells,
-                [&](uint32_t v) { return wedge(part.vertices[v].position, part.vertices[v].attributes); },
+                [&](uint32_t v) {
+                    const LeafVertex& vertex = part.vertices[v];
+                    return wedge(vertex.position, attributes_at(atlas_, square_.chart, vertex));
+                },
                 [&](GridPoint at) { return sample(at); },
                 [&](uint32_t a, uint32_t b, uint32_t c) { add_triangle(a, b, c); });
         }

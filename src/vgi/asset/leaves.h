@@ -47,7 +47,7 @@ struct LeafVertex {
     // 0: inside the square; 1 + s: on side s; 5 + k: corner k, where side k begins.
     uint8_t border = 0;
     uint8_t step = 0;  // on a side: the nearest sample, by its x or y in the page; else 0
-    TexelAttributes attributes;
+    TexelAttributes attributes;    // what leaves hold of them
     bool operator==(const LeafVertex&) const = default;
 
     bool is_corner() const { return border >= 5; }
@@ -86,17 +86,9 @@ struct LeafPart {
 };
 static_assert(most_leaf_vertices <= 256);
 
-// How many triangles a coded part has, as its beginning says; 0 of fewer bytes.
-inline constexpr size_t leaf_header_bytes = 3;
-inline uint32_t triangles_in_leaf(std::span<const std::byte> begin) {
-    return begin.size() < leaf_header_bytes ? 0
-                                            : static_cast<uint32_t>(begin[1]) | static_cast<uint32_t>(begin[2]) << 8;
-}
-
-// What is coded. Vertices must be numbered in the order that triangles first use them.
-std::vector<std::byte> encode_leaf(const LeafPart& part, const AtlasAttributes& attributes);
-// Fault::format where the bytes are those of no part.
-Result<LeafPart> decode_leaf(std::span<const std::byte> bytes, const AtlasAttributes& attributes);
+// Of a vertex of a leaf of a chart. Colours of baked textures are those of the samples around its place; leaves do not
+// hold them. atlas: with its samples.
+TexelAttributes attributes_at(const Atlas& atlas, uint32_t chart, const LeafVertex& vertex);
 
 // Part number `part` of an atlas that is whole and good (open_atlas).
 LeafPart decoded_leaf(const Atlas& atlas, uint32_t part);

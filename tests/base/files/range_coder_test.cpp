@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "base/random.h"
 
@@ -42,6 +44,38 @@ TEST(RangeCoder, CodesBitsAtTheirEntropy) {
         }
         EXPECT_TRUE(decoder.at_end());
     }
+}
+
+TEST(RangeCoder, GivesBackEvenBitsTogether) {
+    Random random(3);
+    std::vector<std::array<uint32_t, 2>> coded;
+    RangeEncoder encoder;
+    BitModel model;
+    size_t whole = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const auto count = static_cast<uint32_t>(random.below(most_even_bits + 1));
+        // All of them set carries far.
+        uint32_t value = i % 3 == 0 ? (1u << count) - 1 : static_cast<uint32_t>(random.below(uint64_t{1} << count));
+        bool bit = value % 2 != 0;
+        encoder.even_bits(count, value);
+        encoder.bit(model, bit);
+        coded.push_back({count, value});
+        whole += count + 1;
+    }
+    std::vector<std::byte> bytes;
+    encoder.finish(bytes);
+    EXPECT_LT(bytes.size() * 8, whole + whole / 100);
+    RangeDecoder decoder(bytes);
+    BitModel same;
+    for (const auto& [count, value] : coded) {
+        uint32_t decoded = 0;
+        bool bit = false;
+        decoder.even_bits(count, decoded);
+        decoder.bit(same, bit);
+        ASSERT_EQ(decoded, value);
+        ASSERT_EQ(bit, value % 2 != 0);
+    }
+    EXPECT_TRUE(decoder.at_end());
 }
 
 // Carries run through many bytes of 0xff.

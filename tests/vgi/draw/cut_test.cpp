@@ -20,6 +20,7 @@
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "shaders/shared/vgi_texels.h"
+#include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/corners.h"
 #include "vgi/asset/leaves.h"
 #include "vgi/bake/images/sample_errors.h"

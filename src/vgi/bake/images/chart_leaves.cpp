@@ -12,6 +12,7 @@
 
 #include "base/check.h"
 #include "mesh/distance/closest_point.h"
+#include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/error_codes.h"
 #include "vgi/asset/leaves.h"
 #include "vgi/asset/pages.h"
@@ -361,13 +362,8 @@ private:
             leaf.place[k] = static_cast<uint16_t>((place[k] * leaf_places + side_length / 2) / side_length);
         cutting_.place_on_border(v, square, leaf);
         const SurfaceTriangle& t = mesh.triangles[triangle];
-        const glm::dvec2 of_source(mesh.places.of(t)[corner]);
-        leaf.attributes = source_attributes(input_, atlas_, t.source, of_source);
-        if (input_.looks != nullptr) {
-            TexelAttributes baked = leaf.attributes;
-            input_.looks->put(t.source, of_source, 0, baked);
-            leaf.attributes.colour = baked.colour;
-        }
+        leaf.attributes = source_attributes(input_, atlas_, t.source, glm::dvec2(mesh.places.of(t)[corner]));
+        if (atlas_.attributes.baked) leaf.attributes.colour = TexelAttributes().colour;
         return leaf;
     }
 
@@ -382,7 +378,7 @@ private:
     }
     void close(ByteLists& coded) {
         if (part_.triangles.empty()) return;
-        coded.add(encode_leaf(part_, atlas_.attributes));
+        coded.add(encode_leaf(in_coding_order(part_), atlas_.attributes));
         part_ = {};
         of_.clear();
     }

@@ -9,6 +9,7 @@
 #include "base/threads.h"
 #include "mesh/distance/closest_point.h"
 #include "vgi/asset/bintree.h"
+#include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/leaves.h"
 #include "vgi/asset/node_triangles.h"
 #include "vgi/asset/pages.h"

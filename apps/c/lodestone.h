@@ -220,7 +220,8 @@ lodestone_status lodestone_asset_level_for_triangles(const lodestone_asset* asse
 // none is.
 lodestone_status lodestone_asset_level_for_error(const lodestone_asset* asset, lodestone_backend backend, double error,
                                                  uint32_t* level);
-// A level as a mesh, triangles in drawing order. Of an atlas, every page is decoded.
+// A level as a mesh, triangles in drawing order. Of an atlas, every page is decoded; where textures were baked into it,
+// the mesh has colours of samples, and no texture coordinates.
 lodestone_status lodestone_asset_extract(const lodestone_asset* asset, lodestone_backend backend, uint32_t level,
                                          lodestone_mesh** mesh);
 // Frees an asset; cutters and meshes made from it live on. NULL is ignored.

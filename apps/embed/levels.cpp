@@ -54,7 +54,8 @@ Result<Levels> levels_of(const Asset& asset, const std::string& backend) {
     return Levels(asset.atlas_file, {asset.atlas_file->about(), *errors, *leaves});
 }
 
-Result<TriMesh> extract(const Asset& asset, const std::string& backend, uint32_t level, const std::string& order) {
+Result<TriMesh> extract(const Asset& asset, const std::string& backend, uint32_t level, const std::string& order,
+                        const Progress& progress) {
     const auto levels = levels_of(asset, backend);
     if (!levels) return tl::unexpected(levels.error());
     if (auto good = levels->check(level); !good) return tl::unexpected(good.error());
@@ -62,6 +63,7 @@ Result<TriMesh> extract(const Asset& asset, const std::string& backend, uint32_t
         if (!order.empty()) return fail(Fault::usage, "order " + order + ": is for the progressive mesh");
         auto atlas = asset.atlas();
         if (!atlas) return tl::unexpected(atlas.error());
+        if (atlas->attributes.baked) progress.warning(baked_textures_warning(asset.file.path().string()));
         return vgi::extract_level(*atlas, vgi::levels_of(*atlas), level);
     }
     const ProgressiveMesh& pm = *asset.lod;

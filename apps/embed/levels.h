@@ -8,6 +8,7 @@
 #include <string>
 
 #include "apps/scene/asset.h"
+#include "base/progress.h"
 #include "base/result.h"
 #include "mesh/cache/vertex_cache.h"
 #include "mesh/tri_mesh.h"
@@ -39,8 +40,9 @@ private:
 Result<Levels> levels_of(const Asset& asset, const std::string& backend);
 
 // A level as a mesh, faces in drawing order. order: of a progressive mesh, its first where empty. Fault::usage where
-// level or order is none.
-Result<TriMesh> extract(const Asset& asset, const std::string& backend, uint32_t level, const std::string& order = "");
+// level or order is none. Warns of textures that are baked into an atlas, which the mesh has not.
+Result<TriMesh> extract(const Asset& asset, const std::string& backend, uint32_t level, const std::string& order = "",
+                        const Progress& progress = {});
 
 // An asset of the bytes of its file, which are copied.
 Result<Asset> open_asset_in_memory(std::span<const std::byte> bytes);

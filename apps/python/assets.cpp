@@ -100,7 +100,7 @@ uint32_t chosen_level(const Asset& asset, const std::string& backend, const py::
 
 std::shared_ptr<Mesh> extracted(const Asset& asset, const std::string& backend, uint32_t level,
                                 const std::string& order) {
-    TriMesh mesh = run_long(py::none(), [&](const Progress&) { return extract(asset, backend, level, order); });
+    TriMesh mesh = run_long(py::none(), [&](const Progress& p) { return extract(asset, backend, level, order, p); });
     return mesh_object({std::move(mesh), asset.about["name"].get<std::string>()});
 }
 

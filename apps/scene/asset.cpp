@@ -110,7 +110,7 @@ Result<vgi::Atlas> Asset::atlas() const {
 
 std::string baked_textures_warning(const std::string& path) {
     return path +
-           ": textures are baked into the atlas; what is written has colours of samples in their place. Bake with "
+           ": textures are baked into the atlas; colours of samples stand in their place here. Bake with "
            "--keep-uv to keep textures and their coordinates, if these are one set";
 }
 

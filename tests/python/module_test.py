@@ -209,6 +209,16 @@ class Unwrapping(unittest.TestCase):
         self.assertTrue(report["baked"])
         self.assertEqual({material["image"] for material in made.material_table} - {None}, {0, 1})
 
+    def test_warns_of_textures_that_an_atlas_holds(self):
+        vase = lodestone.generate("vase", 3000)
+        asset = lodestone.bake(vase, backends=["lod", "vgi"], order="static", resolution=9, clusters=8, attribute_resolution=17)
+        with self.assertWarnsRegex(UserWarning, "textures are baked into the atlas"):
+            made = asset.extract("vgi", level=1)
+        self.assertEqual((made.uvs is None, made.colours is None), (True, False))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            asset.extract("lod", level=1)
+
     def test_refuses_options_by_name_and_is_stopped_by_what_progress_raises(self):
         with self.assertRaisesRegex(lodestone.UsageError, "no-such"):
             lodestone.unwrap(sphere(), no_such=1)

@@ -70,7 +70,7 @@ BAKE = {
     "discrete.bytes": "size of the chain in the asset",
     "discrete.levels": "levels of the chain, full detail included",
     "discrete.seconds": "time to make it",
-    "input.attributes": "which of normals, uvs, second_uvs, colours, materials the mesh has",
+    "input.attributes": "which of normals, uvs, second_uvs, tangents, colours, materials the mesh has",
     "input.boundary_loops": "closed chains of boundary edges, after repair as all of `input`",
     "input.components": "pieces connected through shared vertices",
     "input.genus": "sum over components, with holes filled; -1 where the mesh is no oriented manifold",

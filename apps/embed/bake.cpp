@@ -49,7 +49,7 @@ Hash128 source_of(const TriMesh& mesh) {
     const std::array<uint64_t, 6> sizes{
         mesh.positions.size(),
         mesh.triangles.size(),
-        has.normals + 2u * has.uvs + 4u * has.colours + 8u * has.materials + 16u * has.second_uvs,
+        has.normals + 2u * has.uvs + 4u * has.colours + 8u * has.materials + 16u * has.second_uvs + 32u * has.tangents,
         mesh.material_table.size(),
         mesh.images.size(),
         mesh.wedge_count()};

@@ -257,6 +257,7 @@ Json about_of(const BakeInput& input, const Json& options, const RepairReport& r
     if (has.normals) about["input"]["attributes"].push_back("normals");
     if (has.uvs) about["input"]["attributes"].push_back("uvs");
     if (has.second_uvs) about["input"]["attributes"].push_back("second_uvs");
+    if (has.tangents) about["input"]["attributes"].push_back("tangents");
     if (has.colours) about["input"]["attributes"].push_back("colours");
     if (has.materials) about["input"]["attributes"].push_back("materials");
     about["repair"] = to_json(repaired);

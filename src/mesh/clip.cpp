@@ -28,6 +28,13 @@ struct OutlineCorner {
 };
 using Outline = std::vector<OutlineCorner>;
 
+// A share of the way from one to the other: between tangents of two frames that mirror each other there is none.
+glm::vec4 tangent_between(const glm::vec4& a, const glm::vec4& b, float share) {
+    const glm::vec3 tangent = glm::mix(glm::vec3(a), glm::vec3(b), share);
+    const float length = glm::length(tangent);
+    return a.w == b.w && length > 0 ? glm::vec4(tangent / length, a.w) : a;
+}
+
 std::array<float, 3> key_of(const glm::vec3& p) { return {p.x, p.y, p.z}; }
 
 class Clipping {
@@ -142,6 +149,7 @@ private:
         for (auto* uvs : {&mesh_.uvs, &mesh_.second_uvs}) {
             if (!uvs->empty()) uvs->push_back(glm::mix((*uvs)[a], (*uvs)[b], f));
         }
+        if (!mesh_.tangents.empty()) mesh_.tangents.push_back(tangent_between(mesh_.tangents[a], mesh_.tangents[b], f));
         if (!mesh_.colours.empty())
             mesh_.colours.emplace_back(
                 glm::round(glm::mix(glm::vec4(mesh_.colours[a]), glm::vec4(mesh_.colours[b]), f)));

@@ -20,6 +20,7 @@ struct MeshBatch {
     std::vector<glm::vec3> normals;     // unit length
     std::vector<glm::vec2> uvs;         // origin at the top left
     std::vector<glm::vec2> second_uvs;  // likewise; only where there are uvs
+    std::vector<glm::vec4> tangents;    // as TriMesh has them; only where there are normals
     std::vector<glm::u8vec4> colours;   // sRGB and alpha
     std::vector<uint16_t> materials;    // into material_table()
     std::vector<Triangle> triangles;    // stream-wide vertex numbers

@@ -61,8 +61,8 @@ std::vector<MeshVertex> pack_vertices(const TriMesh& mesh) {
 }
 
 PresentAttributes attributes_of(const TriMesh& mesh) {
-    return {!mesh.normals.empty(), !mesh.uvs.empty(), !mesh.colours.empty(), !mesh.materials.empty(),
-            !mesh.second_uvs.empty()};
+    return {!mesh.normals.empty(),   !mesh.uvs.empty(),        !mesh.colours.empty(),
+            !mesh.materials.empty(), !mesh.second_uvs.empty(), !mesh.tangents.empty()};
 }
 
 TriMesh unpack_vertices(std::span<const MeshVertex> wedges, std::span<const uint32_t> wedge_vertex,

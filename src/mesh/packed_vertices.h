@@ -17,7 +17,7 @@ std::vector<MeshVertex> pack_vertices(const TriMesh& mesh);
 // The attributes of `mesh` that pack_vertices would have to invent.
 struct PresentAttributes {
     bool normals = false, uvs = false, colours = false, materials = false;  // whether the mesh has them
-    bool second_uvs = false;                                                // likewise; never of an atlas
+    bool second_uvs = false, tangents = false;                              // likewise; never of an atlas
     bool operator==(const PresentAttributes&) const = default;
 };
 // Which arrays of the mesh are not empty.

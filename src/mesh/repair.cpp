@@ -71,6 +71,7 @@ uint64_t attribute_hash(const TriMesh& mesh, uint32_t w) {
     for (int k = 0; k < 3 && !mesh.normals.empty(); ++k) add(mesh.normals[w][k]);
     for (int k = 0; k < 2 && !mesh.uvs.empty(); ++k) add(mesh.uvs[w][k]);
     for (int k = 0; k < 2 && !mesh.second_uvs.empty(); ++k) add(mesh.second_uvs[w][k]);
+    for (int k = 0; k < 4 && !mesh.tangents.empty(); ++k) add(mesh.tangents[w][k]);
     if (!mesh.colours.empty()) hash = mix64(hash ^ std::bit_cast<uint32_t>(mesh.colours[w]));
     if (!mesh.materials.empty()) hash = mix64(hash ^ mesh.materials[w]);
     return hash;

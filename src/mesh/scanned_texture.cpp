@@ -173,6 +173,7 @@ void lay_out_as_scanned(TriMesh& mesh, uint64_t seed) {
     const Cells cells = cells_for(fragments.size());
     mesh.uvs.assign(mesh.wedge_count(), glm::vec2(0));
     mesh.second_uvs.clear();
+    mesh.tangents.clear();
     for (size_t t = 0; t < mesh.triangle_count(); ++t) {
         const Fragment& f = fragments[fragment_of[t]];
         for (const uint32_t wedge : mesh.triangles[t]) {

@@ -11,16 +11,38 @@ void TriMesh::set_identity_wedges() {
     std::iota(wedge_vertex.begin(), wedge_vertex.end(), 0u);
 }
 
+namespace {
+
+bool is_tangent(const glm::vec4& t) {
+    if (t == glm::vec4(0)) return true;
+    return std::abs(glm::length(glm::vec3(t)) - 1) < 1e-3f && std::abs(t.w) == 1;
+}
+
+// What is wrong with a mesh's arrays of attributes, or nothing.
+std::string wrong_attributes(const TriMesh& mesh) {
+    const auto wrong_length = [&](const auto& values) {
+        return !values.empty() && values.size() != mesh.wedge_count();
+    };
+    if (wrong_length(mesh.normals)) return "normals are not one per wedge";
+    if (wrong_length(mesh.uvs)) return "texture coordinates are not one per wedge";
+    if (wrong_length(mesh.second_uvs)) return "second texture coordinates are not one per wedge";
+    if (!mesh.second_uvs.empty() && mesh.uvs.empty()) return "there are second texture coordinates without first ones";
+    if (wrong_length(mesh.tangents)) return "tangents are not one per wedge";
+    if (!mesh.tangents.empty() && mesh.normals.empty()) return "there are tangents without normals";
+    if (wrong_length(mesh.colours)) return "colours are not one per wedge";
+    if (wrong_length(mesh.materials)) return "materials are not one per wedge";
+    for (size_t w = 0; w < mesh.tangents.size(); ++w) {
+        if (!is_tangent(mesh.tangents[w])) return "the tangent of wedge " + std::to_string(w) + " is none";
+    }
+    return {};
+}
+
+}  // namespace
+
 Result<void> TriMesh::validate() const {
     const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "mesh: " + what); };
     const size_t vertices = positions.size(), wedges = wedge_vertex.size();
-    const auto wrong_length = [&](size_t length) { return length != 0 && length != wedges; };
-    if (wrong_length(normals.size())) return wrong("normals are not one per wedge");
-    if (wrong_length(uvs.size())) return wrong("texture coordinates are not one per wedge");
-    if (wrong_length(second_uvs.size())) return wrong("second texture coordinates are not one per wedge");
-    if (!second_uvs.empty() && uvs.empty()) return wrong("there are second texture coordinates without first ones");
-    if (wrong_length(colours.size())) return wrong("colours are not one per wedge");
-    if (wrong_length(materials.size())) return wrong("materials are not one per wedge");
+    if (const std::string what = wrong_attributes(*this); !what.empty()) return wrong(what);
     for (size_t v = 0; v < vertices; ++v) {
         const glm::vec3 p = positions[v];
         if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {

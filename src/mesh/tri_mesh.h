@@ -32,8 +32,13 @@ struct TriMesh {
     std::vector<glm::vec3> normals;     // unit length
     std::vector<glm::vec2> uvs;         // texture coordinates, origin at the top left (glTF's convention), any range
     std::vector<glm::vec2> second_uvs;  // the second set of them; only where there is a first
+    std::vector<glm::vec4> tangents;    // glTF's: see below; only where there are normals
     std::vector<glm::u8vec4> colours;   // sRGB and alpha
     std::vector<uint16_t> materials;    // into material_table; empty means material 0 everywhere
+
+    // A tangent is of unit length, and its w is +1 or -1: maps of normals are in the frame of it, of
+    // cross(normal, tangent) * w, and of the normal. A wedge without one has (0, 0, 0, 0), and the frame of its texture
+    // coordinates.
 
     std::vector<Material> material_table;  // empty only where `materials` is
     std::vector<Image> images;             // what materials refer to
@@ -54,8 +59,8 @@ struct TriMesh {
     // One wedge per vertex, in vertex order: wedge_vertex becomes 0, 1, 2, ... For meshes without seams.
     void set_identity_wedges();
 
-    // Every index in range, every array of the right length, coordinates finite. Fault::invariant names the first fault
-    // found.
+    // Every index in range, every array of the right length, coordinates finite, tangents as above. Fault::invariant
+    // names the first fault found.
     Result<void> validate() const;
 };
 
@@ -66,6 +71,7 @@ void for_attributes(Visit&& visit, Meshes&... meshes) {
     visit(meshes.normals...);
     visit(meshes.uvs...);
     visit(meshes.second_uvs...);
+    visit(meshes.tangents...);
     visit(meshes.colours...);
     visit(meshes.materials...);
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <glm/geometric.hpp>
 #include <map>
@@ -100,6 +101,7 @@ TEST(Clip, AttributesAreThoseOfThePlace) {
         mesh.uvs.emplace_back(2 * p.x + p.z, p.y);
         mesh.second_uvs.emplace_back(p.z, p.x - p.y);
         mesh.normals.emplace_back(0, 1, 0);
+        mesh.tangents.emplace_back(glm::normalize(glm::vec3(1 + p.x * p.x, 0, p.z)), -1);
         mesh.colours.emplace_back(10, 20, 30, 255);
     }
     const TriMesh piece = piece_of(mesh, {{slanted, 0.3, true}});
@@ -114,10 +116,23 @@ TEST(Clip, AttributesAreThoseOfThePlace) {
         EXPECT_NEAR(piece.second_uvs[w].x, p.z, 1e-5f);
         EXPECT_NEAR(piece.second_uvs[w].y, p.x - p.y, 1e-5f);
         EXPECT_EQ(piece.normals[w], glm::vec3(0, 1, 0));
+        EXPECT_GT(glm::dot(glm::vec3(piece.tangents[w]), glm::normalize(glm::vec3(1 + p.x * p.x, 0, p.z))), 0.99f);
+        EXPECT_EQ(piece.tangents[w].w, -1);
         EXPECT_EQ(piece.colours[w], glm::u8vec4(10, 20, 30, 255));
         fresh += lies_on({slanted, 0.3, true}, p, p, 10) ? 1 : 0;
     }
     EXPECT_GT(fresh, 8u);
+}
+
+// Where one end has no tangent, or that of a mirrored frame, nothing lies between.
+TEST(Clip, BetweenTangentsOfUnlikeFramesIsOneOfThem) {
+    TriMesh mesh = fixtures::bumpy_grid(8, 8);
+    mesh.normals.assign(mesh.wedge_count(), glm::vec3(0, 1, 0));
+    const std::array<glm::vec4, 3> kinds{glm::vec4(0), glm::vec4(1, 0, 0, 1), glm::vec4(0, 0, 1, -1)};
+    for (size_t w = 0; w < mesh.wedge_count(); ++w) mesh.tangents.push_back(kinds[w % 3]);
+    const TriMesh piece = piece_of(mesh, {{slanted, 0.3, true}});
+    ASSERT_TRUE(piece.validate()) << piece.validate().error().message;
+    for (const glm::vec4& tangent : piece.tangents) EXPECT_EQ(std::ranges::count(kinds, tangent), 1);
 }
 
 TEST(Clip, WhatLiesInThePlaneIsBelow) {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "base/random.h"
 #include "fixtures/meshes.h"
@@ -147,6 +148,51 @@ TEST(TriMesh, SecondTextureCoordinatesAreOnePerWedgeAndBehindFirstOnes) {
     EXPECT_FALSE(mesh.validate());
     mesh.second_uvs = mesh.uvs;
     mesh.uvs.clear();
+    EXPECT_FALSE(mesh.validate());
+}
+
+TEST(Repair, KeepsSeamsOfTangentsAlone) {
+    TriMesh mesh = fixtures::cube_with_seams();
+    mesh.uvs.clear();
+    for (size_t w = 0; w < mesh.wedge_count(); ++w) {
+        const glm::vec3 n = mesh.normals[w];
+        mesh.tangents.emplace_back(n.y, n.z, n.x, 1);
+    }
+    mesh.normals.assign(mesh.wedge_count(), glm::vec3(0, 0, 1));
+    ASSERT_TRUE(mesh.validate());
+    repaired(mesh);
+    ASSERT_TRUE(mesh.validate());
+    EXPECT_EQ(mesh.wedge_count(), 24u);
+    // Frames that are mirrored, and those that are none, are others.
+    for (glm::vec4& t : mesh.tangents)
+        t = t.x > 0 ? glm::vec4(1, 0, 0, 1) : t.x < 0 ? glm::vec4(1, 0, 0, -1) : glm::vec4(0);
+    repaired(mesh);
+    EXPECT_EQ(mesh.wedge_count(), 16u) << "one of a y side, one of both others, at every corner";
+    mesh.tangents.assign(mesh.wedge_count(), glm::vec4(1, 0, 0, 1));
+    repaired(mesh);
+    EXPECT_EQ(mesh.wedge_count(), 8u);
+}
+
+TEST(TriMesh, TangentsAreUnitVectorsWithASignBesideNormals) {
+    TriMesh mesh = fixtures::cube_with_seams();
+    const auto said = [&](const glm::vec4& tangent) {
+        mesh.tangents.assign(mesh.wedge_count(), glm::vec4(0));
+        mesh.tangents[5] = tangent;
+        const auto valid = mesh.validate();
+        return valid ? "" : valid.error().message;
+    };
+    EXPECT_EQ(said({0, 0.6f, -0.8f, -1}), "");
+    EXPECT_EQ(said({0, 0, 0, 0}), "");
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (const glm::vec4& wrong : {glm::vec4(1, 0, 0, 0), glm::vec4(1, 0, 0, 0.5f), glm::vec4(2, 0, 0, 1),
+                                   glm::vec4(0, 0, 0, 1), glm::vec4(nan, 0, 0, 1), glm::vec4(1, 0, 0, nan)})
+        EXPECT_EQ(said(wrong), "mesh: the tangent of wedge 5 is none");
+    EXPECT_EQ(said({1, 0, 0, 1}), "");
+    mesh.tangents.pop_back();
+    EXPECT_FALSE(mesh.validate());
+    mesh.tangents.clear();
+    mesh.tangents.assign(mesh.wedge_count(), glm::vec4(1, 0, 0, 1));
+    mesh.normals.clear();
     EXPECT_FALSE(mesh.validate());
 }
 

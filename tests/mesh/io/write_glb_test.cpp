@@ -5,9 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "fixtures/materials.h"
@@ -49,7 +51,7 @@ TriMesh rich_mesh() {
 }
 
 std::vector<TriMesh> meshes() {
-    return {rich_mesh(), fixtures::mesh_of_every_material(), fixtures::torus(20, 12),
+    return {rich_mesh(), fixtures::mesh_of_every_material(), fixtures::mesh_of_tangents(), fixtures::torus(20, 12),
             fixtures::repaired(Shape::vase, 2000)};
 }
 
@@ -92,6 +94,50 @@ TEST_F(WriteGlbTest, EveryEncodingReadsBackWithinQuantisation) {
             }
             EXPECT_EQ(read->images.size(), mesh.images.size());
         }
+    }
+}
+
+// By the places of its corners, each with its tangent.
+using TangentsOfTriangle = std::vector<std::pair<std::array<int, 3>, glm::vec4>>;
+std::vector<TangentsOfTriangle> tangents_of(const TriMesh& mesh) {
+    std::vector<TangentsOfTriangle> all;
+    for (size_t t = 0; t < mesh.triangle_count(); ++t) {
+        TangentsOfTriangle triangle;
+        for (int k = 0; k < 3; ++k) {
+            const glm::ivec3 p(glm::round(mesh.position_of(t, k) * 100.0f));
+            triangle.push_back({{p.x, p.y, p.z}, mesh.tangents.at(mesh.triangles[t][static_cast<size_t>(k)])});
+        }
+        std::ranges::sort(triangle, {}, [](const auto& corner) { return corner.first; });
+        all.push_back(triangle);
+    }
+    std::ranges::sort(all, {}, [](const auto& t) { return std::array{t[0].first, t[1].first, t[2].first}; });
+    return all;
+}
+
+TEST_F(WriteGlbTest, TangentsComeBackWhereTheyAre) {
+    const TriMesh mesh = fixtures::mesh_of_tangents();
+    ASSERT_TRUE(mesh.validate()) << mesh.validate().error().message;
+    const auto expected = tangents_of(mesh);
+    for (const Encoding encoding : {Encoding::plain, Encoding::quantised, Encoding::meshopt}) {
+        WriteOptions options;
+        options.encoding = encoding;
+        ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb", options));
+        auto read = read_mesh(folder_ / "a.glb");
+        ASSERT_TRUE(read) << read.error().message;
+        ASSERT_EQ(read->tangents.size(), read->wedge_count());
+        const auto found = tangents_of(*read);
+        ASSERT_EQ(found.size(), expected.size());
+        size_t none = 0;
+        for (size_t t = 0; t < found.size(); ++t) {
+            for (size_t k = 0; k < 3; ++k) {
+                EXPECT_EQ(found[t][k].first, expected[t][k].first);
+                const glm::vec4 &is = found[t][k].second, &was = expected[t][k].second;
+                EXPECT_EQ(is.w, was.w);
+                EXPECT_LE(glm::distance(glm::vec3(is), glm::vec3(was)), encoding == Encoding::plain ? 1e-6f : 5e-5f);
+                none += was.w == 0 ? 1 : 0;
+            }
+        }
+        EXPECT_EQ(none, 6u) << "of the side that has none";
     }
 }
 
@@ -261,7 +307,7 @@ TEST_F(WriteGlbTest, KhronosValidatorFindsNoErrors) {
         GTEST_SKIP() << "gltf-validator of npm is not there: npm install -g gltf-validator, or name its folder by "
                         "NODE_PATH";
     EXPECT_EQ(code, 0) << found;
-    EXPECT_THAT(found, testing::HasSubstr("24 files"));
+    EXPECT_THAT(found, testing::HasSubstr("30 files"));
     // It does find something where there is something.
     std::fstream file(folder_ / "0.glb", std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(8);

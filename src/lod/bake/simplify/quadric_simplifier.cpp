@@ -301,7 +301,8 @@ private:
         fields_.resize(attributes_.size());
     }
 
-    // Wedges of a vertex that agree in texture coordinates and material form a group, named by its first wedge.
+    // Wedges of a vertex that agree in texture coordinates, in whether their tangents' frame is mirrored, and in
+    // material form a group, named by its first wedge.
     void group_wedges() {
         if (!seams_) return;
         group_.resize(mesh_.wedge_count());
@@ -312,6 +313,7 @@ private:
             for (uint32_t other = newest[v]; other != none; other = before[other]) {
                 const bool same = (mesh_.uvs.empty() || mesh_.uvs[other] == mesh_.uvs[w]) &&
                                   (mesh_.second_uvs.empty() || mesh_.second_uvs[other] == mesh_.second_uvs[w]) &&
+                                  (mesh_.tangents.empty() || mesh_.tangents[other].w == mesh_.tangents[w].w) &&
                                   (mesh_.materials.empty() || mesh_.materials[other] == mesh_.materials[w]);
                 if (same) {
                     group_[w] = group_[other];

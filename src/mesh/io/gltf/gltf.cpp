@@ -1,5 +1,5 @@
-// glTF 2.0 and GLB, parsed by tinygltf: nodes and their transforms, primitives, normals, texture coordinates, colours.
-// Materials are read by materials.h. Quantised attributes are decoded, compressed ones unpacked
+// glTF 2.0 and GLB, parsed by tinygltf: nodes and their transforms, primitives, normals, tangents, texture coordinates,
+// colours. Materials are read by materials.h. Quantised attributes are decoded, compressed ones unpacked
 // (compressed/unpack_gltf.h).
 #include <algorithm>
 #include <array>
@@ -361,11 +361,18 @@ private:
         add_normals(attribute("NORMAL"), name, world, count);
         add_uvs(primitive, name, count);
         add_colours(attribute("COLOR_0"), name, count);
-        const bool has_material =
-            primitive.material >= 0 && static_cast<size_t>(primitive.material) < model_.materials.size();
-        mesh_.materials.resize(first + count, static_cast<uint16_t>(has_material ? primitive.material + 1 : 0));
+        const uint16_t material = material_of(primitive);
+        mesh_.materials.resize(first + count, material);
+        if (attribute("NORMAL") >= 0 && mesh_.material_table[material].normal_texture.there())
+            add_tangents(attribute("TANGENT"), name, world, count);
         add_triangles(primitive, mode, name, static_cast<uint32_t>(first), static_cast<uint32_t>(count),
                       glm::determinant(glm::dmat3(world)) < 0);
+    }
+
+    // In the mesh's table.
+    uint16_t material_of(const tinygltf::Primitive& primitive) const {
+        const bool there = primitive.material >= 0 && static_cast<size_t>(primitive.material) < model_.materials.size();
+        return static_cast<uint16_t>(there ? primitive.material + 1 : 0);
     }
 
     void add_normals(int accessor, const std::string& name, const glm::dmat4& world, size_t count) {
@@ -383,6 +390,22 @@ private:
             const glm::dvec3 n = to_world * glm::dvec3(normals(i, 0), normals(i, 1), normals(i, 2));
             const double length = glm::length(n);
             mesh_.normals.push_back(length > 0 && std::isfinite(length) ? glm::vec3(n / length) : glm::vec3(0, 0, 1));
+        }
+    }
+
+    // What comes before has none, likewise what comes behind.
+    void add_tangents(int accessor, const std::string& name, const glm::dmat4& world, size_t count) {
+        if (accessor < 0) return;
+        const GltfValues tangents = values_of(accessor, name + " TANGENT", 4);
+        if (tangents.size() != count) throw GltfFault{name, "has another number of tangents than of positions"};
+        const glm::dmat3 linear(world);
+        const double side = glm::determinant(linear) < 0 ? -1 : 1;
+        mesh_.tangents.resize(mesh_.positions.size() - count, glm::vec4(0));
+        for (size_t i = 0; i < count; ++i) {
+            const glm::dvec3 t = linear * glm::dvec3(tangents(i, 0), tangents(i, 1), tangents(i, 2));
+            const double length = glm::length(t), w = tangents(i, 3) * side;
+            const bool there = length > 0 && std::isfinite(length) && (w > 0 || w < 0);
+            mesh_.tangents.push_back(there ? glm::vec4(t / length, w > 0 ? 1 : -1) : glm::vec4(0));
         }
     }
 
@@ -480,6 +503,8 @@ private:
 
     void finish() {
         if (without_normals_) mesh_.normals.clear();
+        const bool none = std::ranges::all_of(mesh_.tangents, [](const glm::vec4& t) { return t.w == 0; });
+        mesh_.tangents.resize(none || without_normals_ ? 0 : mesh_.positions.size(), glm::vec4(0));
         if (!mesh_.second_uvs.empty()) {
             mesh_.second_uvs.resize(mesh_.positions.size(), glm::vec2(0));
         } else if (!has_uvs_) {

@@ -3,6 +3,7 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -179,6 +180,10 @@ private:
                                         ? add_accessor(small_normals(), {signed_short, "VEC3", true}, vertex_target)
                                         : add_accessor(mesh_.normals, {real, "VEC3"}, vertex_target);
         }
+        if (!mesh_.tangents.empty()) {
+            tangents_ = quantised ? add_accessor(small_tangents(), {signed_short, "VEC4", true}, vertex_target)
+                                  : add_accessor(written_tangents(), {real, "VEC4"}, vertex_target);
+        }
         for (const auto& [name, uvs] : {std::pair{"TEXCOORD_0", &mesh_.uvs}, {"TEXCOORD_1", &mesh_.second_uvs}}) {
             if (uvs->empty()) continue;
             attributes_[name] = quantised && !options_.exact_uvs && within_square(*uvs)
@@ -201,6 +206,19 @@ private:
     std::vector<glm::i16vec4> small_normals() const {
         std::vector<glm::i16vec4> small;
         for (const glm::vec3& n : mesh_.normals) small.emplace_back(glm::i16vec3(glm::round(n * 32767.0f)), 0);
+        return small;
+    }
+    // glTF has one for every vertex of a primitive; any will do for those of primitives without.
+    std::vector<glm::vec4> written_tangents() const {
+        std::vector<glm::vec4> written = mesh_.tangents;
+        for (glm::vec4& t : written) {
+            if (t.w == 0) t = {1, 0, 0, 1};
+        }
+        return written;
+    }
+    std::vector<glm::i16vec4> small_tangents() const {
+        std::vector<glm::i16vec4> small;
+        for (const glm::vec4& t : written_tangents()) small.emplace_back(glm::round(t * 32767.0f));
         return small;
     }
     static bool within_square(const std::vector<glm::vec2>& uvs) {
@@ -232,25 +250,33 @@ private:
     void add_primitives() {
         nlohmann::json primitives = nlohmann::json::array();
         const size_t materials = mesh_.materials.empty() ? 1 : mesh_.material_table.size();
-        for (size_t m = 0; m < materials; ++m) {
-            std::vector<uint32_t> indices;
-            for (const Triangle& t : mesh_.triangles) {
-                if (mesh_.materials.empty() || mesh_.materials[t[0]] == m)
-                    indices.insert(indices.end(), t.begin(), t.end());
-            }
-            if (indices.empty()) continue;
+        // A material's triangles that have tangents, and those that have none.
+        std::vector<std::array<std::vector<uint32_t>, 2>> indices(materials);
+        for (const Triangle& t : mesh_.triangles) {
+            auto& to = indices[mesh_.materials.empty() ? 0 : mesh_.materials[t[0]]][has_tangents(t) ? 0 : 1];
+            to.insert(to.end(), t.begin(), t.end());
+        }
+        for (size_t i = 0; i < 2 * materials; ++i) {
+            const std::vector<uint32_t>& of = indices[i / 2][i % 2];
+            if (of.empty()) continue;
             nlohmann::json primitive = {{"attributes", attributes_},
-                                        {"indices", add_accessor(indices, {unsigned_int, "SCALAR"}, index_target)}};
-            if (!mesh_.material_table.empty()) primitive["material"] = m;
+                                        {"indices", add_accessor(of, {unsigned_int, "SCALAR"}, index_target)}};
+            if (i % 2 == 0) primitive["attributes"]["TANGENT"] = tangents_;
+            if (!mesh_.material_table.empty()) primitive["material"] = i / 2;
             primitives.push_back(primitive);
         }
         json_["meshes"] = {{{"primitives", primitives}}};
+    }
+    bool has_tangents(const Triangle& triangle) const {
+        return !mesh_.tangents.empty() &&
+               std::ranges::all_of(triangle, [&](uint32_t w) { return mesh_.tangents[w].w != 0; });
     }
 
     const TriMesh& mesh_;
     const WriteOptions options_;
     nlohmann::json json_, attributes_;
     std::vector<std::byte> bin_;
+    size_t tangents_ = 0;         // their accessor
     size_t unpacked_bytes_ = 0;   // of what is compressed
     std::set<std::string> used_;  // extensions
 };

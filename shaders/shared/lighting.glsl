@@ -171,12 +171,14 @@ vec3 debug_channel(Surface s, Look look, vec3 normal) {
 // Linear colour of the surface as seen from the view being drawn.
 vec3 lit(Surface s, Look look) {
     vec3 to_eye = normalize(frame.views[draw_constants.view].eye.xyz - s.position);
-    vec3 normal = s.normal;
-    if ((frame.double_sided != 0u || (scene_has(LODE_LOOKS_TWO_SIDED) && look.two_sided)) && dot(normal, to_eye) < 0.0)
-        normal = -normal;
-    vec3 of_shape = normal;
+    vec3 normal = s.normal, of_shape = normal;
     if (scene_has(1u << LODE_TEXTURE_NORMAL) && !s.baked && (look.textures & (1u << LODE_TEXTURE_NORMAL)) != 0u)
         normal = mapped_normal(s, normal);
+    // From behind all of it is turned: what is a bump on one side is a dent on the other.
+    if ((frame.double_sided != 0u || (scene_has(LODE_LOOKS_TWO_SIDED) && look.two_sided)) && dot(of_shape, to_eye) < 0.0) {
+        normal = -normal;
+        of_shape = -of_shape;
+    }
 
     vec3 albedo = look.base;
     // Bare geometry: light stone, so that shading shows.

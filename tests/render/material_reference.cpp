@@ -162,9 +162,9 @@ Shaded shaded(const MaterialSet& set, const LookedAtSquare& square, const dvec3&
          dvec2(square.second_low) + second_span * dvec2(down, across)},
         {{{rightwards / span.x, downwards / span.y}, {downwards / second_span.x, rightwards / second_span.y}}}};
     const dvec3 v = glm::normalize(eye - p);
-    dvec3 n(0, 0, square.turned ? -1 : 1);
-    if (glm::dot(n, v) < 0) n = -n;
-    n = mapped(set, m, uv, n);
+    const dvec3 front(0, 0, square.turned ? -1 : 1);
+    dvec3 n = mapped(set, m, uv, front);
+    if (glm::dot(front, v) < 0) n = -n;
     const dvec4 texture = looked_up(set, m.base_colour_texture, Holds::colours, uv);
     const dvec3 base = dvec3(m.base_colour) * dvec3(texture);
     Shaded s{base, static_cast<double>(m.base_colour.w) * texture.w};

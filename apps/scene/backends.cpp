@@ -38,8 +38,8 @@ Result<std::unique_ptr<FrameSource>> open_full(const Technique&, const ReadyScen
     for (const Asset& asset : scene.assets) {
         const auto& chain = asset.full != nullptr ? asset.full : asset.discrete;
         levels.push_back(chain != nullptr
-                             ? full_level(chain->vertices, chain->levels[0].indices, chain->second_uvs)
-                             : full_level(asset.lod->vertices, asset.lod->orders[0].indices, asset.lod->second_uvs));
+                             ? full_level(chain->vertices, chain->levels[0].indices, chain->further)
+                             : full_level(asset.lod->vertices, asset.lod->orders[0].indices, asset.lod->further));
     }
     return open_fixed_levels(std::move(levels), scene.scene.budget.resident_bytes);
 }

@@ -1,4 +1,4 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Progressive meshes of one set of texture coordinates, or none.
+// Progressive meshes that have nothing beside their vertices.
 #include "lod/morph_vert.glsl"

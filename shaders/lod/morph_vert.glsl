@@ -1,7 +1,6 @@
 // Vertices of a progressive mesh on their way to what they become: Hoppe, "Progressive Meshes", SIGGRAPH 1996, section
 // 3.1. morphed_vertex.cpp does the same on the CPU.
 #include "mesh/outputs.glsl"
-#include "mesh/second_uvs.glsl"
 #include "shared/lod_morph.h"
 #include "shared/texels.glsl"
 
@@ -13,7 +12,8 @@ void main() {
     float morphing = float(draw_constants.words[LODE_LOD_WORD_ARRIVED] - staying);
     uint wedge = uint(gl_VertexIndex), material = vertices_at((first + wedge) * LODE_LOD_VERTEX_WORDS + 7u);
     vec3 position = vec3(0.0), normal = vec3(0.0);
-    vec2 uv = vec2(0.0), second_uv = vec2(0.0);
+    vec2 uv = vec2(0.0);
+    Further further = Further(vec2(0.0), vec4(0.0));
     vec4 colour = vec4(0.0);
     // A wedge is where it belongs by what is left, and for the rest where its parent is, which may be on its way, too.
     for (float left = 1.0; left > 0.0; wedge = parents_at(first + wedge)) {
@@ -22,9 +22,11 @@ void main() {
         position += here * uintBitsToFloat(uvec3(vertices_at(word), vertices_at(word + 1u), vertices_at(word + 2u)));
         normal += here * unpack_normal(unpackSnorm2x16(vertices_at(word + 3u)));
         uv += here * uintBitsToFloat(uvec2(vertices_at(word + 4u), vertices_at(word + 5u)));
-        if (scene_has(LODE_LOOKS_SECOND_UVS)) second_uv += here * second_uv_of(wedge);
+        Further there = further_of(wedge);
+        further.second_uv += here * there.second_uv;
+        further.tangent += here * there.tangent;
         colour += here * unpackUnorm4x8(vertices_at(word + 6u));
         left *= away;
     }
-    pass_on(position, normal, uv, second_uv, colour, material);
+    pass_on(position, normal, uv, further, colour, material);
 }

@@ -2,6 +2,7 @@
 #ifndef LODESTONE_MESH_INPUTS_GLSL
 #define LODESTONE_MESH_INPUTS_GLSL
 
+#include "mesh/tangents.glsl"
 #include "shared/materials.glsl"
 
 layout(location = 0) in vec4 in_position_and_u;
@@ -9,6 +10,7 @@ layout(location = 1) in vec4 in_normal_and_v;
 layout(location = 2) in vec4 in_colour;
 layout(location = 3) flat in uint in_material;
 layout(location = 4) in vec2 in_second_uv;  // where the scene has textures on it
+layout(location = 5) in vec4 in_tangent;    // where the scene uses tangents
 
 UvSet uv_set(vec2 at, vec3 position) {
     UvSet set = UvSet(at, dFdx(at), dFdy(at), mat2x3(0.0));
@@ -25,6 +27,8 @@ Surface mesh_surface() {
     s.uv = uv_set(vec2(in_position_and_u.w, in_normal_and_v.w), s.position);
     s.second_uv = no_uvs();
     if (scene_has(LODE_LOOKS_SECOND_UVS)) s.second_uv = uv_set(in_second_uv, s.position);
+    s.tangent = vec4(0.0);
+    if (uses_tangents()) s.tangent = in_tangent;
     s.colour = in_colour;
     s.material = in_material & ~LODE_MIRRORED;
     s.baked = false;

@@ -1,4 +1,4 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Indexed meshes of one set of texture coordinates, or none.
+// Indexed meshes that have nothing beside their vertices.
 #include "mesh/mesh_vert.glsl"

@@ -1,6 +1,5 @@
 // Vertices of indexed meshes: full, discrete and lod.
 #include "mesh/outputs.glsl"
-#include "mesh/second_uvs.glsl"
 #include "shared/mesh_vertex.h"
 
 layout(location = LODE_MESH_POSITION) in vec3 in_position;
@@ -10,5 +9,5 @@ layout(location = LODE_MESH_COLOUR) in vec4 in_colour;
 layout(location = LODE_MESH_MATERIAL) in uint in_material;
 
 void main() {
-    pass_on(in_position, unpack_normal(in_normal), in_uv, second_uv_of(uint(gl_VertexIndex)), in_colour, in_material);
+    pass_on(in_position, unpack_normal(in_normal), in_uv, further_of(uint(gl_VertexIndex)), in_colour, in_material);
 }

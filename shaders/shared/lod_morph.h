@@ -2,7 +2,7 @@
 #ifndef LODESTONE_LOD_MORPH_H
 #define LODESTONE_LOD_MORPH_H
 
-// Set 1, beside LODE_MESH_SECOND_UVS.
+// Set 1, beside LODE_MESH_FURTHER.
 #define LODE_LOD_VERTICES 0  // MeshVertex, as words; all assets'
 #define LODE_LOD_PARENTS 1   // by wedge: what it becomes when it goes; all assets'
 

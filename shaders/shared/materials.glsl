@@ -136,9 +136,10 @@ bool is_drawn(Look look) {
     return shadow ? look.alpha >= 0.5 : blending;
 }
 
-// The normal that a map tells in the frame of its texture coordinates, as MikkTSpace (Mikkelsen, 2008) has it where it is
-// made anew for each pixel: along the first coordinate, upright to the normal, and upright to both. glTF's second
-// coordinate points down, green points up.
+// The normal that a map tells in the frame of the surface's tangent, made upright to the normal, and of what is upright to
+// both. Where there is none, it is the frame of the map's texture coordinates, as MikkTSpace (Mikkelsen, 2008) has it
+// where it is made anew for each pixel: the tangent is along the first coordinate. glTF's second coordinate points down,
+// green points up.
 vec3 mapped_normal(Surface s, vec3 normal) {
     int texel = LODE_MATERIAL_TEXELS * int(s.material);
     uint array_and_layer = texelFetch(material_texels, texel + 5 + 2 * LODE_TEXTURE_NORMAL).z;
@@ -147,12 +148,14 @@ vec3 mapped_normal(Surface s, vec3 normal) {
     map = 2.0 * map - 1.0;
     map.xy *= uintBitsToFloat(texelFetch(material_texels, texel + 2).z);
     mat2x3 along = place.along * inverse(place.turn);
-    vec3 tangent = along[0] - normal * dot(normal, along[0]);
+    bool given = s.tangent.w != 0.0;
+    vec3 across = given ? s.tangent.xyz : along[0];
+    vec3 tangent = across - normal * dot(normal, across);
     float size = length(tangent);
     if (!(size > 0.0) || dot(map, map) < 1e-6) return normal;
     tangent /= size;
     vec3 up = cross(normal, tangent);
-    if (dot(up, along[1]) > 0.0) up = -up;
+    if (given ? s.tangent.w < 0.0 : dot(up, along[1]) > 0.0) up = -up;
     return normalize(tangent * map.x + up * map.y + normal * map.z);
 }
 

@@ -8,10 +8,21 @@
 #define LODE_MESH_COLOUR 3    // unorm8 x 4, sRGB and alpha
 #define LODE_MESH_MATERIAL 4  // uint, before the instance's first_material is added
 
-// Second texture coordinates lie beside the vertices, where a mesh has some: vec2, by vertex. Set 1.
-#define LODE_MESH_SECOND_UVS 2
+// What lies beside the vertices, where a mesh has second texture coordinates or tangents: FurtherAttributes, by vertex.
+// Set 1.
+#define LODE_MESH_FURTHER 2
+#define LODE_MESH_FURTHER_WORDS 3
 // Of Draw::words: 1 + where the asset's begin; 0 where it has none.
-#define LODE_MESH_WORD_SECOND_UVS 6
+#define LODE_MESH_WORD_FURTHER 6
+// Specialisation constant: 1 where some asset has tangents.
+#define LODE_MESH_TANGENTS_CONSTANT 0
+
+// A tangent is a word: octahedral, in two numbers of 15 bits, of so many steps to 1; whether there is one; and whether
+// the bitangent is against cross(normal, tangent).
+#define LODE_TANGENT_BITS 15
+#define LODE_TANGENT_STEPS 16383
+#define LODE_TANGENT_THERE 0x40000000u
+#define LODE_TANGENT_MIRRORED 0x80000000u
 
 #ifdef __cplusplus
 #include <cstdint>
@@ -25,6 +36,12 @@ struct MeshVertex {
     bool operator==(const MeshVertex&) const = default;
 };
 static_assert(sizeof(MeshVertex) == 32);
+struct FurtherAttributes {
+    float second_uv[2];
+    uint32_t tangent;
+    bool operator==(const FurtherAttributes&) const = default;
+};
+static_assert(sizeof(FurtherAttributes) == 4 * LODE_MESH_FURTHER_WORDS);
 }  // namespace lodestone
 #endif
 

@@ -19,6 +19,9 @@ struct Surface {
     vec3 normal;       // world space, unit length
     UvSet uv;          // of the first set
     UvSet second_uv;   // where the scene has textures on it
+    // The mesh's own: world space, of any length, and w above 0 where the bitangent is along cross(normal, tangent),
+    // below 0 where it is against it. 0 where there is none: the frame of maps of normals is then that of uv.along.
+    vec4 tangent;
     vec4 colour;    // sRGB as stored with the vertex, linear where `baked`; and alpha
     uint material;  // into the scene's materials
     // What textures say is in `colour` and `normal`, and in these: occlusion, roughness, metal; linear emission. Else

@@ -93,6 +93,7 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
     if ((ever & LODE_VGI_HAS_MATERIALS) != 0u && (has & LODE_VGI_HAS_MATERIALS) != 0u)
         s.material += word0[nearest] >> 16;
     s.uv = s.second_uv = no_uvs();
+    s.tangent = vec4(0.0);
     float uv_span = 0.0;
     if ((ever & LODE_VGI_HAS_UVS) != 0u && (has & LODE_VGI_HAS_UVS) != 0u) {
         vec2 uvs[4];

@@ -43,8 +43,8 @@ TriMesh bare_mesh(std::span<const MeshVertex> vertices, std::span<const uint32_t
 DiscreteChain source_chain(const TriMesh& mesh) {
     std::vector<uint32_t> indices;
     for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
-    const FixedLevels full = full_level(pack_vertices(mesh), indices, mesh.second_uvs);
-    return {full.vertices, full.second_uvs, {{full.levels[0].indices, 0, 0}}, full.owner};
+    const FixedLevels full = full_level(pack_vertices(mesh), indices, pack_further(mesh));
+    return {full.vertices, full.further, {{full.levels[0].indices, 0, 0}}, full.owner};
 }
 
 Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& progress) {
@@ -53,7 +53,7 @@ Result<DiscreteChain> make_discrete_chain(const TriMesh& mesh, const Progress& p
     store->vertices_owner = full.owner;
     DiscreteChain chain;
     chain.vertices = full.vertices;
-    chain.second_uvs = full.second_uvs;
+    chain.further = full.further;
     chain.owner = store;
 
     store->indices.emplace_back(full.levels[0].indices.begin(), full.levels[0].indices.end());
@@ -99,8 +99,8 @@ Result<void> DiscreteChain::write_chunks(ChunkWriter& writer, const std::string&
         indices.insert(indices.end(), level.indices.begin(), level.indices.end());
     }
     if (auto done = writer.add_array(room + "/vertices", vertices); !done) return done;
-    if (!second_uvs.empty()) {
-        if (auto done = writer.add_array(room + "/second_uvs", second_uvs); !done) return done;
+    if (!further.empty()) {
+        if (auto done = writer.add_array(room + "/further", further); !done) return done;
     }
     if (auto done = writer.add_array(room + "/indices", std::span<const uint32_t>(indices)); !done) return done;
     return writer.add_array(room + "/levels", std::span<const LevelRecord>(records));
@@ -118,11 +118,11 @@ Result<DiscreteChain> DiscreteChain::open(const ChunkFile& file, size_t material
     if (!records) return tl::unexpected(records.error());
     DiscreteChain chain;
     chain.vertices = *vertices;
-    if (const std::string name = room + "/second_uvs"; file.contains(name)) {
-        auto second = file.array<glm::vec2>(name);
-        if (!second) return tl::unexpected(second.error());
-        if (second->size() != vertices->size()) return wrong("second texture coordinates are not one per vertex");
-        chain.second_uvs = *second;
+    if (const std::string name = room + "/further"; file.contains(name)) {
+        auto further = file.array<FurtherAttributes>(name);
+        if (!further) return tl::unexpected(further.error());
+        if (further->size() != vertices->size()) return wrong("further attributes are not as many as vertices");
+        chain.further = *further;
     }
     chain.owner = std::make_shared<ChunkFile>(file);
     uint64_t end = 0;
@@ -167,7 +167,7 @@ Result<void> DiscreteChain::validate() const {
 FixedLevels fixed_levels_of(std::shared_ptr<const DiscreteChain> chain) {
     FixedLevels levels;
     levels.vertices = chain->vertices;
-    levels.second_uvs = chain->second_uvs;
+    levels.further = chain->further;
     for (const DiscreteLevel& level : chain->levels) levels.levels.push_back({level.indices, level.max_error});
     levels.owner = std::move(chain);
     return levels;

@@ -24,12 +24,12 @@ struct DiscreteLevel {
 
 // Meshes of falling size over one vertex buffer. Copies share what the spans refer to.
 struct DiscreteChain {
-    std::span<const MeshVertex> vertices;   // of all levels
-    std::span<const glm::vec2> second_uvs;  // second texture coordinates: none, or one per vertex
-    std::vector<DiscreteLevel> levels;      // finest first: the source mesh itself, error 0
-    std::shared_ptr<const void> owner;      // keeps what the spans refer to
+    std::span<const MeshVertex> vertices;        // of all levels
+    std::span<const FurtherAttributes> further;  // none, or as many as vertices
+    std::vector<DiscreteLevel> levels;           // finest first: the source mesh itself, error 0
+    std::shared_ptr<const void> owner;           // keeps what the spans refer to
 
-    // Adds chunks ROOM/vertices, ROOM/indices and ROOM/levels, and ROOM/second_uvs where there are some. Fault::machine
+    // Adds chunks ROOM/vertices, ROOM/indices and ROOM/levels, and ROOM/further where there are some. Fault::machine
     // where they cannot be written.
     Result<void> write_chunks(ChunkWriter& writer, const std::string& room = "discrete") const;
     // The chain that write_chunks() wrote. materials: of the asset, at least 1; a vertex with another is Fault::format,

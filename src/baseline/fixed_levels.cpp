@@ -10,21 +10,21 @@ namespace lodestone {
 
 namespace {
 
-constexpr uint32_t vertex_buffer = 0, index_buffer = 1, second_uv_buffer = 2;
+constexpr uint32_t vertex_buffer = 0, index_buffer = 1, further_buffer = 2;
 constexpr double most_pixel_error = 1e12;  // that a budget of triangles raises errors to: coarser than any level
 
 class FixedLevelsSource final : public FrameSource {
 public:
     explicit FixedLevelsSource(std::vector<FixedLevels> assets) {
-        uint64_t vertex_bytes = 0, index_bytes = 0, second_uvs = 0;
+        uint64_t vertex_bytes = 0, index_bytes = 0;
+        FurtherBuffer further;
         for (FixedLevels& levels : assets) {
             Asset asset;
             asset.sphere = bounding_sphere(levels.vertices);
             asset.vertex_offset = vertex_bytes;
             vertex_bytes += levels.vertices.size_bytes();
-            LODE_CHECK(levels.second_uvs.empty() || levels.second_uvs.size() == levels.vertices.size());
-            if (!levels.second_uvs.empty()) asset.second_uvs_word = static_cast<uint32_t>(second_uvs + 1);
-            second_uvs += levels.second_uvs.size();
+            LODE_CHECK(levels.further.empty() || levels.further.size() == levels.vertices.size());
+            asset.further_word = further.add(levels.further);
             for (const FixedLevel& level : levels.levels) {
                 asset.index_offsets.push_back(index_bytes);
                 index_bytes += level.indices.size_bytes();
@@ -35,8 +35,8 @@ public:
         instances_ = InstanceTree(assets_, &Asset::sphere);
         recipe_.buffers = {{"level vertices", std::max<uint64_t>(vertex_bytes, 4), use_vertex, 4},
                            {"level indices", std::max<uint64_t>(index_bytes, 4), use_index, 4}};
-        if (second_uvs > 0) recipe_.buffers.push_back(second_uvs_buffer(second_uvs));
-        recipe_.pipelines = {indexed_mesh_pipeline(second_uvs > 0 ? second_uv_buffer : no_buffer)};
+        if (!further.empty()) recipe_.buffers.push_back(further.spec());
+        recipe_.pipelines = {indexed_mesh_pipeline(further, further_buffer)};
     }
 
     const Recipe& recipe() const override { return recipe_; }
@@ -63,7 +63,7 @@ public:
                 range.level = static_cast<uint32_t>(l);
                 range.error = asset.levels.levels[l].error;
                 range.levels = static_cast<uint32_t>(chosen[a].size());
-                range.words[LODE_MESH_WORD_SECOND_UVS] = asset.second_uvs_word;
+                range.words[LODE_MESH_WORD_FURTHER] = asset.further_word;
                 range.instances = std::move(chosen[a][l]);
                 ranges.push_back(std::move(range));
             }
@@ -96,7 +96,7 @@ private:
         FixedLevels levels;
         Sphere sphere;
         uint64_t vertex_offset = 0;
-        uint32_t second_uvs_word = 0;  // LODE_MESH_WORD_SECOND_UVS
+        uint32_t further_word = 0;  // LODE_MESH_WORD_FURTHER
         std::vector<uint64_t> index_offsets;
     };
 
@@ -146,9 +146,9 @@ private:
         };
         for (const Asset& asset : assets_) {
             add(vertex_buffer, asset.vertex_offset, asset.levels, std::as_bytes(asset.levels.vertices));
-            if (asset.second_uvs_word > 0)
-                add(second_uv_buffer, (asset.second_uvs_word - 1) * sizeof(glm::vec2), asset.levels,
-                    std::as_bytes(asset.levels.second_uvs));
+            if (asset.further_word > 0)
+                add(further_buffer, FurtherBuffer::offset(asset.further_word), asset.levels,
+                    std::as_bytes(asset.levels.further));
             for (size_t l = 0; l < asset.index_offsets.size(); ++l) {
                 add(index_buffer, asset.index_offsets[l], asset.levels, std::as_bytes(asset.levels.levels[l].indices));
             }
@@ -169,7 +169,7 @@ Result<std::unique_ptr<FrameSource>> open_fixed_levels(std::vector<FixedLevels> 
     uint64_t bytes = 0;
     for (const FixedLevels& asset : assets) {
         LODE_CHECK(!asset.levels.empty());
-        bytes += asset.vertices.size_bytes() + asset.second_uvs.size_bytes();
+        bytes += asset.vertices.size_bytes() + asset.further.size_bytes();
         for (const FixedLevel& level : asset.levels) bytes += level.indices.size_bytes();
     }
     if (bytes > resident_bytes) return over_budget("the levels", bytes, resident_bytes);

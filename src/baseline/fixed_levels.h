@@ -2,7 +2,6 @@
 // per instance by the same projection of the same kind of error as the backends. `full` is the case of one level.
 #pragma once
 
-#include <glm/vec2.hpp>
 #include <memory>
 #include <span>
 #include <vector>
@@ -21,10 +20,10 @@ struct FixedLevel {
 
 // An asset: all its meshes.
 struct FixedLevels {
-    std::span<const MeshVertex> vertices;   // of all levels
-    std::span<const glm::vec2> second_uvs;  // second texture coordinates: none, or one per vertex
-    std::vector<FixedLevel> levels;         // finest first, at least one; the finest is drawn where none is good enough
-    std::shared_ptr<const void> owner;      // keeps what the spans refer to
+    std::span<const MeshVertex> vertices;        // of all levels
+    std::span<const FurtherAttributes> further;  // none, or as many as vertices
+    std::vector<FixedLevel> levels;     // finest first, at least one; the finest is drawn where none is good enough
+    std::shared_ptr<const void> owner;  // keeps what the spans refer to
 };
 
 // A backend that draws the assets, at least one. They are kept and uploaded with the first plan.

@@ -7,11 +7,11 @@
 namespace lodestone {
 
 FixedLevels full_level(std::span<const MeshVertex> vertices, std::span<const uint32_t> indices,
-                       std::span<const glm::vec2> second_uvs) {
-    LODE_CHECK(second_uvs.empty() || second_uvs.size() == vertices.size(), second_uvs.size());
+                       std::span<const FurtherAttributes> further) {
+    LODE_CHECK(further.empty() || further.size() == vertices.size(), further.size());
     struct Store {
         std::vector<MeshVertex> vertices;
-        std::vector<glm::vec2> second_uvs;
+        std::vector<FurtherAttributes> further;
         std::vector<uint32_t> indices;
     };
     const auto store = std::make_shared<Store>();
@@ -30,8 +30,8 @@ FixedLevels full_level(std::span<const MeshVertex> vertices, std::span<const uin
             meshopt_remapVertexBuffer(to.data(), from.data(), from.size(), sizeof from[0], becomes.data());
     };
     moved(store->vertices, vertices);
-    moved(store->second_uvs, second_uvs);
-    return {store->vertices, store->second_uvs, {{store->indices, 0}}, store};
+    moved(store->further, further);
+    return {store->vertices, store->further, {{store->indices, 0}}, store};
 }
 
 }  // namespace lodestone

@@ -9,8 +9,8 @@
 namespace lodestone {
 
 // The mesh as one level: faces in meshoptimizer's vertex-cache order, vertices in the order they are then fetched.
-// Degenerate triangles are left out. second_uvs: none, or one per vertex.
+// Degenerate triangles are left out. further: none, or as many as vertices.
 FixedLevels full_level(std::span<const MeshVertex> vertices, std::span<const uint32_t> indices,
-                       std::span<const glm::vec2> second_uvs = {});
+                       std::span<const FurtherAttributes> further = {});
 
 }  // namespace lodestone

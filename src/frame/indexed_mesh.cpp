@@ -5,17 +5,31 @@
 #include <cstddef>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/vec2.hpp>
 
 #include "base/check.h"
 
 namespace lodestone {
 
-PipelineSpec indexed_mesh_pipeline(uint32_t second_uvs) {
+uint32_t FurtherBuffer::add(std::span<const FurtherAttributes> further) {
+    if (further.empty()) return 0;
+    const auto word = static_cast<uint32_t>(count_ + 1);
+    count_ += further.size();
+    has_tangents_ = has_tangents_ || std::ranges::any_of(further, [](const auto& f) { return f.tangent != 0; });
+    return word;
+}
+
+BufferSpec FurtherBuffer::spec() const {
+    LODE_CHECK(!empty());
+    return {"further attributes", bytes(), use_storage, 4};
+}
+
+PipelineSpec indexed_mesh_pipeline(const FurtherBuffer& further, uint32_t buffer) {
     PipelineSpec spec;
     spec.name = "indexed mesh";
-    spec.vertex = second_uvs == no_buffer ? "mesh/mesh.vert" : "mesh/two_uvs.vert";
-    if (second_uvs != no_buffer) spec.storage = {StorageBinding::pool(LODE_MESH_SECOND_UVS, second_uvs, 2)};
+    spec.vertex = further.empty() ? "mesh/mesh.vert" : "mesh/further.vert";
+    if (!further.empty()) spec.storage = {StorageBinding::pool(LODE_MESH_FURTHER, buffer, 1)};
+    static_assert(LODE_MESH_TANGENTS_CONSTANT == 0);
+    if (further.has_tangents()) spec.constants = {1};
     spec.fragment = spec.blended = "mesh/mesh.frag";
     spec.cutout = "mesh/cutout.frag";
     spec.layout.stride = sizeof(MeshVertex);
@@ -27,11 +41,6 @@ PipelineSpec indexed_mesh_pipeline(uint32_t second_uvs) {
         {LODE_MESH_MATERIAL, VertexFormat::u32, offsetof(MeshVertex, material)},
     };
     return spec;
-}
-
-BufferSpec second_uvs_buffer(uint64_t count) {
-    LODE_CHECK(count > 0);
-    return {"second texture coordinates", count * sizeof(glm::vec2), use_storage, sizeof(glm::vec2)};
 }
 
 Words indexed_mesh_words(uint32_t level, uint32_t levels, float pixels) {

@@ -14,12 +14,26 @@
 
 namespace lodestone {
 
+// What lies beside the vertices of several assets, one behind another in a buffer that is there where some asset has
+// something.
+class FurtherBuffer {
+public:
+    // Adds those of an asset, and returns word LODE_MESH_WORD_FURTHER of its draws.
+    uint32_t add(std::span<const FurtherAttributes> further);
+    bool empty() const { return count_ == 0; }                             // whether no asset has something
+    uint64_t bytes() const { return count_ * sizeof(FurtherAttributes); }  // of all
+    bool has_tangents() const { return has_tangents_; }                    // whether some asset has any
+    BufferSpec spec() const;                                               // where it is not empty
+    static uint64_t offset(uint32_t word) { return (word - 1) * sizeof(FurtherAttributes); }  // of a word above 0
+
+private:
+    uint64_t count_ = 0;
+    bool has_tangents_ = false;
+};
+
 // The pipeline over shaders/mesh, drawing MeshVertex (shaders/shared/mesh_vertex.h) vertices.
-// second_uvs: the buffer of second texture coordinates, where some asset has them; word LODE_MESH_WORD_SECOND_UVS of a
-// draw then says where the asset's are.
-PipelineSpec indexed_mesh_pipeline(uint32_t second_uvs = no_buffer);
-// That buffer, of so many texture coordinates, at least one.
-BufferSpec second_uvs_buffer(uint64_t count);
+// buffer: the number of `further` in the recipe, where it is not empty.
+PipelineSpec indexed_mesh_pipeline(const FurtherBuffer& further = {}, uint32_t buffer = no_buffer);
 
 // Words of a draw with that pipeline, for the debug views: [0] the level, [1] the levels there are, [2] float bits of
 // the pixels that the level is off by at distance 1.

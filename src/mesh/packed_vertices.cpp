@@ -10,10 +10,10 @@ namespace lodestone {
 
 namespace {
 float sign_not_zero(float x) { return x < 0 ? -1.0f : 1.0f; }
-int16_t snorm(float x) { return static_cast<int16_t>(std::lround(std::clamp(x, -1.0f, 1.0f) * 32767)); }
-}  // namespace
+int16_t snorm(float x, int steps) { return static_cast<int16_t>(std::lround(std::clamp(x, -1.0f, 1.0f) * steps)); }
 
-std::array<int16_t, 2> pack_normal(const glm::vec3& unit) {
+// Octahedral, so many steps to 1.
+std::array<int16_t, 2> packed_in(int steps, const glm::vec3& unit) {
     const float sum = std::abs(unit.x) + std::abs(unit.y) + std::abs(unit.z);
     if (!(sum > 0)) return {0, 0};
     float x = unit.x / sum, y = unit.y / sum;
@@ -22,16 +22,50 @@ std::array<int16_t, 2> pack_normal(const glm::vec3& unit) {
         y = (1 - std::abs(x)) * sign_not_zero(y);
         x = folded;
     }
-    return {snorm(x), snorm(y)};
+    return {snorm(x, steps), snorm(y, steps)};
 }
-
-glm::vec3 unpack_normal(const std::array<int16_t, 2>& packed) {
-    const float x = static_cast<float>(packed[0]) / 32767, y = static_cast<float>(packed[1]) / 32767;
+glm::vec3 unpacked_of(int steps, int packed_x, int packed_y) {
+    const float x = static_cast<float>(packed_x) / static_cast<float>(steps),
+                y = static_cast<float>(packed_y) / static_cast<float>(steps);
     glm::vec3 n(x, y, 1 - std::abs(x) - std::abs(y));
     const float fold = std::max(-n.z, 0.0f);
     n.x -= sign_not_zero(n.x) * fold;
     n.y -= sign_not_zero(n.y) * fold;
     return glm::normalize(n);
+}
+
+constexpr int normal_steps = 32767;
+}  // namespace
+
+std::array<int16_t, 2> pack_normal(const glm::vec3& unit) { return packed_in(normal_steps, unit); }
+glm::vec3 unpack_normal(const std::array<int16_t, 2>& packed) {
+    return unpacked_of(normal_steps, packed[0], packed[1]);
+}
+
+uint32_t pack_tangent(const glm::vec4& tangent) {
+    if (tangent.w == 0) return 0;
+    const auto [x, y] = packed_in(LODE_TANGENT_STEPS, glm::vec3(tangent));
+    constexpr uint32_t mask = (1u << LODE_TANGENT_BITS) - 1;
+    return (static_cast<uint32_t>(x) & mask) | (static_cast<uint32_t>(y) & mask) << LODE_TANGENT_BITS |
+           LODE_TANGENT_THERE | (tangent.w < 0 ? LODE_TANGENT_MIRRORED : 0u);
+}
+
+glm::vec4 unpack_tangent(uint32_t word) {
+    if ((word & LODE_TANGENT_THERE) == 0) return glm::vec4(0);
+    const auto number = [&](int first) {
+        return static_cast<int32_t>(word << (32 - LODE_TANGENT_BITS - first)) >> (32 - LODE_TANGENT_BITS);
+    };
+    return {unpacked_of(LODE_TANGENT_STEPS, number(0), number(LODE_TANGENT_BITS)),
+            (word & LODE_TANGENT_MIRRORED) != 0 ? -1 : 1};
+}
+
+std::vector<FurtherAttributes> pack_further(const TriMesh& mesh) {
+    std::vector<FurtherAttributes> further(attributes_of(mesh).further() ? mesh.wedge_count() : 0);
+    for (size_t w = 0; w < further.size(); ++w) {
+        if (!mesh.second_uvs.empty()) further[w] = {{mesh.second_uvs[w].x, mesh.second_uvs[w].y}, 0};
+        if (!mesh.tangents.empty()) further[w].tangent = pack_tangent(mesh.tangents[w]);
+    }
+    return further;
 }
 
 std::vector<MeshVertex> pack_vertices(const TriMesh& mesh) {
@@ -65,9 +99,10 @@ PresentAttributes attributes_of(const TriMesh& mesh) {
             !mesh.materials.empty(), !mesh.second_uvs.empty(), !mesh.tangents.empty()};
 }
 
-TriMesh unpack_vertices(std::span<const MeshVertex> wedges, std::span<const uint32_t> wedge_vertex,
-                        const PresentAttributes& present) {
+TriMesh unpack_vertices(std::span<const MeshVertex> wedges, std::span<const FurtherAttributes> further,
+                        std::span<const uint32_t> wedge_vertex, const PresentAttributes& present) {
     LODE_CHECK(wedges.size() == wedge_vertex.size(), wedges.size(), wedge_vertex.size());
+    LODE_CHECK(further.size() == (present.further() ? wedges.size() : 0), further.size(), wedges.size());
     TriMesh mesh;
     mesh.wedge_vertex.assign(wedge_vertex.begin(), wedge_vertex.end());
     uint32_t vertices = 0;
@@ -82,6 +117,10 @@ TriMesh unpack_vertices(std::span<const MeshVertex> wedges, std::span<const uint
         if (present.uvs) mesh.uvs.emplace_back(v.uv[0], v.uv[1]);
         if (present.colours) mesh.colours.emplace_back(v.colour[0], v.colour[1], v.colour[2], v.colour[3]);
         if (present.materials) mesh.materials.push_back(static_cast<uint16_t>(v.material));
+    }
+    for (const FurtherAttributes& f : further) {
+        if (present.second_uvs) mesh.second_uvs.emplace_back(f.second_uv[0], f.second_uv[1]);
+        if (present.tangents) mesh.tangents.push_back(unpack_tangent(f.tangent));
     }
     return mesh;
 }

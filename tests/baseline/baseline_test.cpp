@@ -93,12 +93,16 @@ TEST(DiscreteChain, SurvivesTheAssetFile) {
     std::filesystem::remove(path);
 }
 
-TEST(DiscreteChain, SecondTextureCoordinatesGoWithTheirVertices) {
+TEST(DiscreteChain, SecondTextureCoordinatesAndTangentsGoWithTheirVertices) {
     const auto path =
         std::filesystem::temp_directory_path() / ("lodestone_chain_" + std::to_string(getpid()) + ".lode");
     TriMesh mesh = rock(2000);
     const auto second_at = [](const glm::vec3& p) { return glm::vec2(p.z, p.x + p.y); };
-    for (const uint32_t v : mesh.wedge_vertex) mesh.second_uvs.push_back(second_at(mesh.positions[v]));
+    const auto tangent_at = [](const glm::vec3& p) { return glm::vec4(1, 0, 0, p.y > 0 ? 1 : -1); };
+    for (const uint32_t v : mesh.wedge_vertex) {
+        mesh.second_uvs.push_back(second_at(mesh.positions[v]));
+        mesh.tangents.push_back(tangent_at(mesh.positions[v]));
+    }
     const auto written = [&](const DiscreteChain& chain) {
         auto writer = ChunkWriter::create(path, {});
         EXPECT_TRUE(chain.write_chunks(*writer));
@@ -108,10 +112,12 @@ TEST(DiscreteChain, SecondTextureCoordinatesGoWithTheirVertices) {
     const auto chain = chain_of(mesh);
     const auto read = written(*chain);
     ASSERT_TRUE(read) << read.error().message;
-    ASSERT_EQ(read->second_uvs.size(), read->vertices.size());
+    ASSERT_EQ(read->further.size(), read->vertices.size());
     for (size_t v = 0; v < read->vertices.size(); ++v) {
         const auto& p = read->vertices[v].position;
-        EXPECT_EQ(read->second_uvs[v], second_at({p[0], p[1], p[2]}));
+        const FurtherAttributes& f = read->further[v];
+        EXPECT_EQ(glm::vec2(f.second_uv[0], f.second_uv[1]), second_at({p[0], p[1], p[2]}));
+        EXPECT_EQ(unpack_tangent(f.tangent), tangent_at({p[0], p[1], p[2]}));
     }
     // Beside an asset without.
     auto source = open_fixed_levels({fixed_levels_of(chain_of(rock(500))), fixed_levels_of(chain)}, uint64_t{1} << 30);
@@ -122,10 +128,10 @@ TEST(DiscreteChain, SecondTextureCoordinatesGoWithTheirVertices) {
     const auto executed = mirror.execute((*source)->plan(input), input);
     EXPECT_TRUE(executed) << executed.error().message;
     DiscreteChain bad = *chain;
-    bad.second_uvs = bad.second_uvs.first(7);
+    bad.further = bad.further.first(7);
     const auto refused = written(bad);
     ASSERT_FALSE(refused);
-    EXPECT_THAT(refused.error().message, testing::HasSubstr("second texture coordinates are not one per vertex"));
+    EXPECT_THAT(refused.error().message, testing::HasSubstr("further attributes are not as many as vertices"));
     std::filesystem::remove(path);
 }
 

@@ -40,10 +40,11 @@ dvec2 moved(const Texture& texture, const dvec2& uv) {
     return dvec2(texture.place[0]) * uv.x + dvec2(texture.place[1]) * uv.y + dvec2(texture.place[2]);
 }
 
-// Of a point of a square: by set, its texture coordinates, and the ways along which they grow.
+// Of a point of a square: by set, its texture coordinates, and the ways along which they grow; its tangent.
 struct Coordinates {
     std::array<dvec2, 2> uv;
     std::array<std::array<dvec3, 2>, 2> along;
+    dvec4 tangent;
 };
 
 // Bilinear, of the finest level. White where there is no texture.
@@ -135,6 +136,10 @@ dvec3 mapped(const MaterialSet& set, const Material& m, const Coordinates& coord
     dvec3 map = dvec3(looked_up(set, texture, Holds::numbers, coordinates)) * 2.0 - 1.0;
     map.x *= static_cast<double>(m.normal_scale);
     map.y *= static_cast<double>(m.normal_scale);
+    if (coordinates.tangent.w != 0) {
+        const dvec3 given(coordinates.tangent), tangent = glm::normalize(given - n * glm::dot(n, given));
+        return glm::normalize(tangent * map.x + glm::cross(n, tangent) * coordinates.tangent.w * map.y + n * map.z);
+    }
     // The way along which the texture's own first coordinate grows, and its second does not.
     const dvec2 a = texture.place[0], b = texture.place[1];
     const double det = a.x * b.y - b.x * a.y;
@@ -160,7 +165,8 @@ Shaded shaded(const MaterialSet& set, const LookedAtSquare& square, const dvec3&
     const Coordinates uv{
         {dvec2(square.uv_low) + span * dvec2(across, down),
          dvec2(square.second_low) + second_span * dvec2(down, across)},
-        {{{rightwards / span.x, downwards / span.y}, {downwards / second_span.x, rightwards / second_span.y}}}};
+        {{{rightwards / span.x, downwards / span.y}, {downwards / second_span.x, rightwards / second_span.y}}},
+        dvec4(square.tangent)};
     const dvec3 v = glm::normalize(eye - p);
     const dvec3 front(0, 0, square.turned ? -1 : 1);
     dvec3 n = mapped(set, m, uv, front);

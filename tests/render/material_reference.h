@@ -17,13 +17,14 @@ namespace lodestone {
 
 // A square of side 2 in the plane z = `height` that looks towards +z, or away from it. Its texture coordinates are
 // uv_low at the upper left and uv_high at the lower right, as seen from where it looks. Those of the second set
-// likewise, but the first of them runs down, and the second across.
+// likewise, but the first of them runs down, and the second across. Its tangent is as TriMesh has it; 0 for none.
 struct LookedAtSquare {
     float height = 0;
     bool turned = false;
     glm::vec2 uv_low{0}, uv_high{1};
     glm::vec2 second_low{0}, second_high{1};
     uint32_t material = 0;
+    glm::vec4 tangent{0};
 };
 
 // Linear radiance from a direction of unit length; empty for a sky and a ground of one colour each.

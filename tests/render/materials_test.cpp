@@ -47,6 +47,46 @@ TEST_F(MaterialsTest, MapsOfNormals) {
     EXPECT_GT(against_reference({{.uv_low = {0.1f, 0.9f}, .uv_high = {0.8f, 0.2f}}}), 50);
 }
 
+// Which are not what texture coordinates tell: a quarter of a turn, mirrored, slanting and not upright to the normal.
+constexpr glm::vec4 odd_tangents[] = {{0, 1, 0, 1}, {0, 1, 0, -1}, {-1, 0, 0, 1}, {0.48f, 0.6f, 0.64f, -1}};
+
+TEST_F(MaterialsTest, MapsOfNormalsAreInTheFrameOfTangents) {
+    add_texture(first().normal_texture, normals_of(20, 20, 2));
+    const Picture without = drawn({{}});
+    for (const glm::vec4& tangent : odd_tangents) {
+        EXPECT_GT(against_reference({{.tangent = tangent}}), 50);
+        EXPECT_LT(psnr_db(without, drawn({{.tangent = tangent}}), covered_union(without, without)), 30);
+        // Beside a square that has none.
+        EXPECT_GT(against_reference({{.tangent = tangent}, {.height = -1, .uv_low = {0.2f, 0.9f}}}), 50);
+    }
+    // They are not turned with the texture.
+    const float turn = 0.6f;
+    first().normal_texture.place = {
+        {0.8f * std::cos(turn), -0.8f * std::sin(turn)}, {0.8f * std::sin(turn), 0.8f * std::cos(turn)}, {0.1f, 0.6f}};
+    EXPECT_GT(against_reference({{.tangent = odd_tangents[0]}}), 50);
+    EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty());
+}
+
+TEST_F(MaterialsTest, TangentsSeenFromBehind) {
+    add_texture(first().normal_texture, normals_of(20, 20, 2));
+    first().double_sided = true;
+    for (const glm::vec4& tangent : odd_tangents)
+        EXPECT_GT(against_reference({{.turned = true, .tangent = tangent}}), 50);
+}
+
+// Of an instance that is mirrored from left to right the bitangent is, too.
+TEST_F(MaterialsTest, TangentsOfWhatIsMirrored) {
+    add_texture(first().normal_texture, normals_of(20, 20, 2));
+    set_.mirrors = true;
+    Instance instance;
+    instance.object_to_world[0].x = -1;
+    for (const glm::vec4& t : odd_tangents) {
+        const TriMesh mesh = mesh_of({{.tangent = t}}, 1);
+        const LookedAtSquare shown{.uv_low = {1, 0}, .uv_high = {0, 1}, .tangent = {-t.x, t.y, t.z, -t.w}};
+        EXPECT_GT(against_reference(drawn(mesh, set_, instance), {shown}), 50);
+    }
+}
+
 TEST_F(MaterialsTest, OcclusionLeavesTheLightAlone) {
     add_texture(first().occlusion_texture, image_of(16, 16, 3));
     first().occlusion_strength = 0.8f;
@@ -129,8 +169,19 @@ TEST_F(MaterialsTest, TexturesOfTheSecondSetMovedAndTurned) {
     EXPECT_GT(against_reference({turned}), 50);
 }
 
+TEST_F(MaterialsTest, TangentsBesideASecondSet) {
+    add_texture(first().base_colour_texture, image_of(12, 12, 31));
+    add_texture(first().normal_texture, normals_of(20, 20, 2));
+    first().normal_texture.second = true;
+    LookedAtSquare square = of_two_sets;
+    for (const glm::vec4& tangent : odd_tangents) {
+        square.tangent = tangent;
+        EXPECT_GT(against_reference({square}), 50);
+    }
+}
+
 // A GLB with them, read back.
-TEST_F(MaterialsTest, TexturesOfTheSecondSetOfAFile) {
+TEST_F(MaterialsTest, TexturesOfTheSecondSetAndTangentsOfAFile) {
     for (Texture* texture : first().textures()) texture->second = texture != &first().base_colour_texture;
     add_texture(first().base_colour_texture, image_of(12, 12, 51));
     add_texture(first().normal_texture, normals_of(12, 12, 53));
@@ -141,7 +192,9 @@ TEST_F(MaterialsTest, TexturesOfTheSecondSetOfAFile) {
     }
     first().emission = {0.3f, 0.4f, 0.2f};
     first().normal_texture.place = {{0, -0.8f}, {0.8f, 0}, {0.1f, 0.6f}};
-    TriMesh mesh = mesh_of({of_two_sets}, 0);
+    LookedAtSquare square = of_two_sets;
+    square.tangent = odd_tangents[3];
+    TriMesh mesh = mesh_of({square}, 0);
     mesh.material_table = set_.materials;
     mesh.images = set_.images;
     const auto path =
@@ -152,7 +205,8 @@ TEST_F(MaterialsTest, TexturesOfTheSecondSetOfAFile) {
     std::filesystem::remove(path);
     ASSERT_TRUE(read) << read.error().message;
     EXPECT_TRUE(told.warnings.empty());
-    EXPECT_GT(against_reference(drawn(*read, {read->material_table, read->images}), {of_two_sets}), 50);
+    EXPECT_EQ(read->tangents.size(), read->wedge_count());
+    EXPECT_GT(against_reference(drawn(*read, {read->material_table, read->images}), {square}), 50);
 }
 
 // What is drawn where a material is on a second set and the mesh has none is not left to chance.
@@ -163,6 +217,7 @@ TEST_F(MaterialsTest, WithoutASecondSetItIsZero) {
     const LookedAtSquare square{.second_low = {0, 0}, .second_high = {1e-6f, 1e-6f}};
     TriMesh mesh = mesh_of({square}, set_.materials.size());
     mesh.second_uvs.clear();
+    mesh.tangents.clear();
     EXPECT_GT(against_reference(drawn(mesh, set_), {square}), 50);
 }
 

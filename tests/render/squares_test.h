@@ -1,6 +1,7 @@
 // Flat squares with materials, drawn by the device and computed by the CPU (material_reference.h).
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/random.h"
@@ -28,6 +29,7 @@ inline TriMesh mesh_of(const std::vector<LookedAtSquare>& squares, size_t materi
             mesh.uvs.push_back(square.uv_low + (square.uv_high - square.uv_low) * at);
             mesh.second_uvs.push_back(square.second_low +
                                       (square.second_high - square.second_low) * glm::vec2(at.y, at.x));
+            mesh.tangents.push_back(square.tangent);
             mesh.materials.push_back(static_cast<uint16_t>(square.material));
         }
         for (uint32_t q = 0; q < side * side; ++q) {
@@ -80,18 +82,20 @@ protected:
     Picture drawn(const std::vector<LookedAtSquare>& squares) {
         TriMesh mesh = mesh_of(squares, set_.materials.size());
         if (!use_second_set(set_.materials)) mesh.second_uvs.clear();
+        if (std::ranges::all_of(squares, [](const auto& s) { return s.tangent.w == 0; })) mesh.tangents.clear();
         return drawn(mesh, set_);
     }
-    Picture drawn(const TriMesh& mesh, const MaterialSet& set) {
+    Picture drawn(const TriMesh& mesh, const MaterialSet& set, const Instance& instance = {}) {
         std::vector<uint32_t> indices;
         for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
-        auto source = open_fixed_levels({full_level(pack_vertices(mesh), indices, mesh.second_uvs)}, uint64_t{1} << 26);
+        auto source =
+            open_fixed_levels({full_level(pack_vertices(mesh), indices, pack_further(mesh))}, uint64_t{1} << 26);
         EXPECT_TRUE(source);
         if (renderer_ == nullptr) make();
         EXPECT_TRUE(renderer_->load((*source)->recipe(), set));
         FrameInput input;
         input.views = {view_of(camera_, width_, height_)};
-        input.instances = {Instance{}};
+        input.instances = {instance};
         EXPECT_TRUE(renderer_->submit((*source)->plan(input), input, look_));
         auto picture = renderer_->read_picture();
         EXPECT_TRUE(picture);

@@ -358,8 +358,8 @@ Result<void> PmCursor::validate() const {
 TriMesh mesh_of(const PmCursor& cursor) {
     const ProgressiveMesh& pm = cursor.mesh();
     const size_t wedges = cursor.vertex_count();
-    TriMesh mesh = unpack_vertices(pm.vertices.first(wedges), pm.wedge_vertex.first(wedges), pm.attributes);
-    if (!pm.second_uvs.empty()) mesh.second_uvs.assign(pm.second_uvs.begin(), pm.second_uvs.begin() + wedges);
+    TriMesh mesh = unpack_vertices(pm.vertices.first(wedges), pm.further.first(pm.further.empty() ? 0 : wedges),
+                                   pm.wedge_vertex.first(wedges), pm.attributes);
     mesh.material_table = pm.material_table;
     mesh.images = pm.images;
     const auto indices = cursor.drawn_indices();

@@ -260,8 +260,8 @@ Result<void> ProgressiveMesh::count_shared() {
         triangles_at_.push_back(triangles_at_.back() - step.faces);
     }
     if (wedge_vertex.size() != vertices.size()) return wrong("lod/wedge_vertex", "not one per wedge");
-    if (second_uvs.size() != (attributes.second_uvs ? vertices.size() : 0))
-        return wrong("lod/vertices", "second texture coordinates are not one per wedge");
+    if (further.size() != (attributes.further() ? vertices.size() : 0))
+        return wrong("lod/vertices", "further attributes are not as many as wedges");
     for (const uint32_t v : wedge_vertex) {
         if (v >= vertices.size()) return wrong("lod/wedge_vertex", "a vertex is out of range");
     }
@@ -360,7 +360,7 @@ Result<ProgressiveMesh> ProgressiveMesh::unpack(std::shared_ptr<const StoredMesh
     opened->mesh.orders = {};
     opened->errors.assign(mesh.ecols.size() + 1, 0.0f);
     pm.vertices = mesh.vertices;
-    pm.second_uvs = mesh.second_uvs;
+    pm.further = mesh.further;
     pm.wedge_vertex = mesh.wedge_vertex;
     pm.ecols = mesh.ecols;
     pm.parents = mesh.parents;

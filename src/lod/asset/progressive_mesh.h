@@ -35,8 +35,8 @@ namespace lodestone {
 
 // Raised whenever what a progressive mesh stores, or what it means, is no longer what it was; others are refused.
 // 2: errors rise strictly from level to level, each measured. 3: packed, from coarse to fine. 4: second texture
-// coordinates.
-inline constexpr int progressive_mesh_version = 4;
+// coordinates. 5: tangents.
+inline constexpr int progressive_mesh_version = 5;
 
 // How much one edge collapse takes away.
 struct Ecol {
@@ -145,11 +145,11 @@ struct StoredParts {
 
 // The mesh as it is played. Copies share what the spans refer to.
 struct ProgressiveMesh {
-    std::span<const MeshVertex> vertices;    // per wedge; level L uses the first wedges_at(L)
-    std::span<const glm::vec2> second_uvs;   // second texture coordinates: none, or one per wedge
-    std::span<const uint32_t> wedge_vertex;  // per wedge: its vertex, so that seams are known
-    std::span<const Ecol> ecols;             // one from each level to the next coarser one
-    std::span<const uint32_t> parents;       // per removed wedge r (0 = first to go): the wedge it becomes
+    std::span<const MeshVertex> vertices;        // per wedge; level L uses the first wedges_at(L)
+    std::span<const FurtherAttributes> further;  // likewise, or none
+    std::span<const uint32_t> wedge_vertex;      // per wedge: its vertex, so that seams are known
+    std::span<const Ecol> ecols;                 // one from each level to the next coarser one
+    std::span<const uint32_t> parents;           // per removed wedge r (0 = first to go): the wedge it becomes
     std::span<const float> errors;  // per level: object units, never decreasing; errors[0] == 0 where none is missing
     std::vector<FaceOrder> orders;  // at least one; all play the same collapses
     PresentAttributes attributes;   // that the source had

@@ -25,6 +25,14 @@ uint32_t magnitude(int32_t value) {
     return (static_cast<uint32_t>(value) ^ sign) - sign;
 }
 
+constexpr uint32_t tangent_mask = (1u << LODE_TANGENT_BITS) - 1;
+// The lowest bits as a number with a sign.
+int32_t as_tangent_number(uint32_t bits) {
+    return static_cast<int32_t>(bits << (32 - LODE_TANGENT_BITS)) >> (32 - LODE_TANGENT_BITS);
+}
+// One of the two of a tangent's direction.
+int32_t tangent_number(uint32_t word, uint32_t axis) { return as_tangent_number(word >> (axis * LODE_TANGENT_BITS)); }
+
 uint32_t bits_of(uint32_t value) { return static_cast<uint32_t>(std::bit_width(uint64_t{value} << 1 | 1)) - 1; }
 
 }  // namespace
@@ -322,7 +330,7 @@ void SplitCoder<Io>::vertex(const SplitStep& step) {
     const uint32_t v = mesh_.vertices() - 1, first = mesh_.first_wedge(v), wedges = mesh_.wedges_of(v);
     if constexpr (Io::reading) {
         vertices_.resize(first + wedges, MeshVertex{{0, 0, 0}, {0, 0}, {0, 0}, {255, 255, 255, 255}, 0});
-        if (has_.second_uvs) second_uvs_.resize(first + wedges, glm::vec2(0));
+        if (has_.further()) further_.resize(first + wedges, FurtherAttributes{});
     }
     for (uint32_t w = 0; w < wedges; ++w) {
         const uint32_t parent =
@@ -348,9 +356,12 @@ void SplitCoder<Io>::add_around(uint32_t wedge) {
     for (size_t axis = 0; axis < 3; ++axis) around_.position[axis] += static_cast<double>(v.position[axis]);
     for (size_t axis = 0; axis < 2; ++axis) around_.normal[axis] += v.normal[axis];
     for (size_t axis = 0; axis < 2 && has_.uvs; ++axis) around_.uv[axis] += static_cast<double>(v.uv[axis]);
-    if (!has_.second_uvs) return;
-    around_.second_uv[0] += static_cast<double>(second_uvs_[wedge].x);
-    around_.second_uv[1] += static_cast<double>(second_uvs_[wedge].y);
+    if (!has_.further()) return;
+    const FurtherAttributes& f = further_[wedge];
+    for (size_t axis = 0; axis < 2; ++axis) around_.second_uv[axis] += static_cast<double>(f.second_uv[axis]);
+    if ((f.tangent & LODE_TANGENT_THERE) == 0) return;
+    ++around_.tangents;
+    for (uint32_t axis = 0; axis < 2; ++axis) around_.tangent[axis] += tangent_number(f.tangent, axis);
 }
 
 template <class Io>
@@ -388,11 +399,7 @@ void SplitCoder<Io>::attributes(uint32_t wedge, uint32_t parent) {
         floating(split_streams::uv + axis, made.uv[axis], static_cast<float>(around_.uv[axis] * share),
                  before.uv[axis]);
     }
-    for (int axis = 0; axis < 2 && has_.second_uvs; ++axis) {
-        floating(split_streams::second_uv + static_cast<size_t>(axis), second_uvs_[wedge][axis],
-                 static_cast<float>(around_.second_uv[axis] * share),
-                 parent == none ? 0.0f : second_uvs_[parent][axis]);
-    }
+    if (has_.further()) further(further_[wedge], parent == none ? FurtherAttributes{} : further_[parent]);
     for (size_t channel = 0; channel < 4 && has_.colours; ++channel) {
         uint32_t apart = static_cast<uint8_t>(made.colour[channel] - before.colour[channel]);
         apart = (apart << 1 ^ (apart >= 128 ? 0xff : 0)) & 0xff;  // small ones near 0 on both sides
@@ -409,6 +416,38 @@ void SplitCoder<Io>::attributes(uint32_t wedge, uint32_t parent) {
         number(split_streams::material, apart);
         made.material = before.material + apart;
     }
+}
+
+template <class Io>
+void SplitCoder<Io>::further(FurtherAttributes& made, const FurtherAttributes& before) {
+    const double share = around_.count == 0 ? 0 : 1 / static_cast<double>(around_.count);
+    for (size_t axis = 0; axis < 2 && has_.second_uvs; ++axis) {
+        floating(split_streams::second_uv + axis, made.second_uv[axis],
+                 static_cast<float>(around_.second_uv[axis] * share), before.second_uv[axis]);
+    }
+    if (has_.tangents) tangent(made.tangent, before.tangent);
+}
+
+// Whether there is one, and on which side its bitangent is, against the parent's; then where it points.
+template <class Io>
+void SplitCoder<Io>::tangent(uint32_t& made, uint32_t before) {
+    const auto kind_of = [](uint32_t word) { return word >> (2 * LODE_TANGENT_BITS); };
+    uint32_t apart = kind_of(made) ^ kind_of(before);
+    number(split_streams::material, apart);
+    const uint32_t kind = (apart ^ kind_of(before)) << (2 * LODE_TANGENT_BITS);
+    if ((kind & LODE_TANGENT_THERE) == 0) {
+        made = 0;
+        return;
+    }
+    uint32_t word = kind;
+    for (uint32_t axis = 0; axis < 2; ++axis) {
+        const auto mean = static_cast<uint32_t>(around_.tangents == 0 ? 0 : around_.tangent[axis] / around_.tangents);
+        auto difference_to_mean = as_tangent_number(static_cast<uint32_t>(tangent_number(made, axis)) - mean);
+        difference(split_streams::normal + axis, difference_to_mean, 0);
+        const uint32_t is = mean + static_cast<uint32_t>(difference_to_mean);
+        word |= (is & tangent_mask) << (axis * LODE_TANGENT_BITS);
+    }
+    made = word;
 }
 
 template class SplitCoder<NumberWriter>;

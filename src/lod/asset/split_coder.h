@@ -27,11 +27,11 @@ enum : size_t {
     parents,                 // of each wedge, among those of the parent vertex
     locals,                  // wedges of corners, less what is expected
     position,                // three streams: sizes of differences
-    normal = position + 3,   // two
+    normal = position + 3,   // two; of tangents, too
     uv = normal + 2,         // two
     second_uv = uv + 2,      // two
     colour = second_uv + 2,  // four
-    material = colour + 4,   // difference to the parent's
+    material = colour + 4,   // difference to the parent's; and what tangents are there, likewise
     base = material + 1,     // faces of the base
     walk = base + 1,         // face orders (face_walk.h): a stream per context
     count = walk + 12
@@ -51,7 +51,7 @@ struct SplitStep {
 // What wedges look like, in their order.
 struct WedgeLooks {
     std::vector<MeshVertex>& vertices;
-    std::vector<glm::vec2>& second_uvs;  // as many where there are some, else none
+    std::vector<FurtherAttributes>& further;  // as many where there are some, else none
 };
 
 // Codes splits, one after another, into or out of one block; the mesh and its vertices grow.
@@ -65,7 +65,7 @@ public:
         : io_(io),
           mesh_(mesh),
           vertices_(looks.vertices),
-          second_uvs_(looks.second_uvs),
+          further_(looks.further),
           has_(has),
           grid_(grid),
           per_grid_(grid > 0 ? 1 / grid : 0) {}
@@ -81,7 +81,7 @@ private:
     // Sums over the wedges that a prediction is made from.
     struct Around {
         double position[3] = {}, uv[2] = {}, second_uv[2] = {};
-        int64_t normal[2] = {}, count = 0;
+        int64_t normal[2] = {}, tangent[2] = {}, count = 0, tangents = 0;
     };
     void add_around(uint32_t wedge);
     bool arc(SplitMesh::Split& split);
@@ -94,6 +94,8 @@ private:
     void vertex(const SplitStep& step);
     void position(uint32_t first_wedge, uint32_t wedges, uint32_t parent);
     void attributes(uint32_t wedge, uint32_t parent);
+    void further(FurtherAttributes& made, const FurtherAttributes& before);
+    void tangent(uint32_t& made, uint32_t before);
     void floating(size_t stream, float& value, float expected, float reference);
     void on_grid(size_t stream, float& value, float expected, float reference);
     void difference(size_t stream, int32_t& value, uint32_t expected_bits);
@@ -104,7 +106,7 @@ private:
     Io& io_;
     SplitMesh& mesh_;
     std::vector<MeshVertex>& vertices_;
-    std::vector<glm::vec2>& second_uvs_;
+    std::vector<FurtherAttributes>& further_;
     const PresentAttributes has_;
     const double grid_, per_grid_;  // powers of two, so that both are exact
     SplitMesh::Fan fan_;

@@ -94,7 +94,7 @@ public:
         : plan_(plan),
           stored_(stored),
           vertices_(plan.vertices),
-          second_uvs_(plan.second_uvs),
+          further_(plan.further),
           marks_(plan.born.size() / 3, none) {}
 
     Result<void> run() {
@@ -132,7 +132,7 @@ private:
     }
 
     void add_base() {
-        Coder coder(io_, mesh_, {vertices_, second_uvs_}, plan_.attributes, stored_.grid());
+        Coder coder(io_, mesh_, {vertices_, further_}, plan_.attributes, stored_.grid());
         const uint32_t removed = static_cast<uint32_t>(plan_.parents.size());
         const auto wedges = static_cast<uint32_t>(plan_.wedge_vertex.size()) - removed;
         for (uint32_t w = 0, end = 0; w < wedges; w = end) {
@@ -168,7 +168,7 @@ private:
             step_.parents.push_back(parent(w) - mesh_.first_wedge(split.parent));
         }
         return find_arc(ecol, first) && find_births(ecol, first) &&
-               Coder(io_, mesh_, {vertices_, second_uvs_}, plan_.attributes, stored_.grid()).step(step_);
+               Coder(io_, mesh_, {vertices_, further_}, plan_.attributes, stored_.grid()).step(step_);
     }
 
     // The faces that take the new vertex, in their order around the parent.
@@ -299,7 +299,7 @@ private:
     StoredMesh& stored_;
     SplitMesh mesh_;
     std::vector<MeshVertex> vertices_;
-    std::vector<glm::vec2> second_uvs_;
+    std::vector<FurtherAttributes> further_;
     std::vector<uint32_t> marks_;  // per face: its place in the arc that is looked for
     SplitStep step_;
     NumberWriter io_{streams, split_streams::bit_count};
@@ -356,7 +356,7 @@ private:
         const auto splits = static_cast<size_t>(std::min<uint64_t>(stored_.levels_ - 1 - last.level, most));
         mesh_.reserve(wedges, faces);
         made_.vertices.reserve(wedges);
-        if (stored_.attributes_.second_uvs) made_.second_uvs.reserve(wedges);
+        if (stored_.attributes_.further()) made_.further.reserve(wedges);
         made_.ecols.reserve(splits);
         made_.parents.reserve(wedges);
         made_.arc_ends.reserve(splits);
@@ -378,7 +378,7 @@ private:
                               uint64_t{stored_.base_vertices_} * 8 + (block.entry.level == 0 ? swaps_most() : 0);
         auto io = NumberReader::unpack(block.content, streams, split_streams::bit_count, most, std::move(room_));
         if (!io) return broken(place + " cannot be unpacked");
-        Coder coder(*io, mesh_, {made_.vertices, made_.second_uvs}, stored_.attributes_, grid_);
+        Coder coder(*io, mesh_, {made_.vertices, made_.further}, stored_.attributes_, grid_);
         if (b == 0) {
             if (!read_base(*io, coder)) return broken("the base is none");
             if (!read_orders(*io)) return broken("an order of the base is none");
@@ -548,11 +548,9 @@ nlohmann::json StoredMesh::describe() const {
     Json json;
     if (grid_exponent_) json["grid_exponent"] = *grid_exponent_;
     json["version"] = progressive_mesh_version;
-    json["attributes"] = {{"normals", attributes_.normals},
-                          {"uvs", attributes_.uvs},
-                          {"second_uvs", attributes_.second_uvs},
-                          {"colours", attributes_.colours},
-                          {"materials", attributes_.materials}};
+    json["attributes"] = {{"normals", attributes_.normals},       {"uvs", attributes_.uvs},
+                          {"second_uvs", attributes_.second_uvs}, {"tangents", attributes_.tangents},
+                          {"colours", attributes_.colours},       {"materials", attributes_.materials}};
     json["levels"] = levels_;
     json["base"] = {{"vertices", base_vertices_}, {"triangles", base_faces_}};
     for (const Order& o : orders_) {
@@ -577,8 +575,9 @@ Result<void> StoredMesh::read_description(std::string_view text) {
                          std::to_string(progressive_mesh_version));
         }
         const Json& has = json.at("attributes");
-        attributes_ = {has.at("normals").get<bool>(), has.at("uvs").get<bool>(), has.at("colours").get<bool>(),
-                       has.at("materials").get<bool>(), has.at("second_uvs").get<bool>()};
+        const auto there = [&](const char* attribute) { return has.at(attribute).get<bool>(); };
+        attributes_ = {there("normals"),   there("uvs"),        there("colours"),
+                       there("materials"), there("second_uvs"), there("tangents")};
         levels_ = json.at("levels").get<uint32_t>();
         if (json.contains("grid_exponent")) grid_exponent_ = json.at("grid_exponent").get<int>();
         base_vertices_ = json.at("base").at("vertices").get<uint32_t>();
@@ -591,6 +590,7 @@ Result<void> StoredMesh::read_description(std::string_view text) {
     } catch (const Json::exception& e) { return wrong(e.what()); }
     if (attributes_.second_uvs && !attributes_.uvs)
         return wrong("there are second texture coordinates without first ones");
+    if (attributes_.tangents && !attributes_.normals) return wrong("there are tangents without normals");
     const Limits limits;
     if (levels_ == 0 || levels_ > limits.vertices) return wrong("there are no levels, or too many");
     if (grid_exponent_ && (*grid_exponent_ < least_exponent || *grid_exponent_ > largest_exponent))

@@ -22,9 +22,9 @@ namespace lodestone {
 
 // What is stored of a mesh, before it is packed. Wedges are numbered as in a ProgressiveMesh, faces as in a PlayedMesh.
 struct MeshPlan {
-    std::vector<MeshVertex> vertices;    // per wedge; those of one vertex at one position
-    std::vector<glm::vec2> second_uvs;   // as ProgressiveMesh
-    std::vector<uint32_t> wedge_vertex;  // per wedge, rising
+    std::vector<MeshVertex> vertices;        // per wedge; those of one vertex at one position
+    std::vector<FurtherAttributes> further;  // as ProgressiveMesh
+    std::vector<uint32_t> wedge_vertex;      // per wedge, rising
     std::vector<Ecol> ecols;
     std::vector<uint32_t> parents;  // as ProgressiveMesh; a vertex' wedges become wedges of one vertex
     // Per face: its wedges at the level before it dies, that of the vertex removed there first; of faces of the base as
@@ -60,7 +60,7 @@ public:
     // What its blocks hold, level 0 the finest that is there.
     struct Unpacked {
         std::vector<MeshVertex> vertices;
-        std::vector<glm::vec2> second_uvs;
+        std::vector<FurtherAttributes> further;
         std::vector<uint32_t> wedge_vertex, parents;
         std::vector<Ecol> ecols;
         std::vector<PlannedOrder> orders;

@@ -294,7 +294,7 @@ Result<void> check_entries(const FaceOrder& order, const Limits& limits) {
 
 // Whether what was packed is what was planned; where it is not, a collapse was none that can be stored.
 bool same(const ProgressiveMesh& pm, const MeshPlan& plan, const std::vector<uint32_t>& indices) {
-    if (!std::ranges::equal(pm.vertices, plan.vertices) || !std::ranges::equal(pm.second_uvs, plan.second_uvs) ||
+    if (!std::ranges::equal(pm.vertices, plan.vertices) || !std::ranges::equal(pm.further, plan.further) ||
         !std::ranges::equal(pm.wedge_vertex, plan.wedge_vertex) || !std::ranges::equal(pm.ecols, plan.ecols) ||
         !std::ranges::equal(pm.parents, plan.parents))
         return false;
@@ -317,8 +317,9 @@ Result<std::pair<std::vector<uint32_t>, Deaths>> plan_mesh(const TriMesh& mesh, 
     const std::vector<MeshVertex> packed = pack_vertices(mesh);
     plan.vertices.resize(packed.size());
     for (uint32_t w = 0; w < packed.size(); ++w) plan.vertices[wedges.new_wedge(w)] = packed[w];
-    plan.second_uvs.resize(mesh.second_uvs.size());
-    for (uint32_t w = 0; w < mesh.second_uvs.size(); ++w) plan.second_uvs[wedges.new_wedge(w)] = mesh.second_uvs[w];
+    const std::vector<FurtherAttributes> further = pack_further(mesh);
+    plan.further.resize(further.size());
+    for (uint32_t w = 0; w < further.size(); ++w) plan.further[wedges.new_wedge(w)] = further[w];
     plan.attributes = attributes_of(mesh);
     std::vector<uint32_t> face_indices;
     face_indices.reserve(mesh.triangle_count() * 3);

@@ -53,8 +53,8 @@ public:
         std::shared_ptr<const ProgressiveMesh> pm;
         Sphere sphere;
         uint64_t vertex_offset = 0;
-        uint32_t second_uvs_word = 0;  // LODE_MESH_WORD_SECOND_UVS
-        bool own_cursors = false;      // cursor i belongs to the asset's i-th instance
+        uint32_t further_word = 0;  // LODE_MESH_WORD_FURTHER
+        bool own_cursors = false;   // cursor i belongs to the asset's i-th instance
         std::vector<Served> cursors;
     };
 
@@ -117,7 +117,7 @@ private:
             range.vertex_buffer = vertex_buffer;
             range.vertex_offset = asset.vertex_offset;
         }
-        range.words[LODE_MESH_WORD_SECOND_UVS] = asset.second_uvs_word;
+        range.words[LODE_MESH_WORD_FURTHER] = asset.further_word;
         range.index_buffer = index_buffer;
         range.index_offset = served.first_byte + uint64_t{served.cursor.drawn().first} * 4;
         range.index_count = served.cursor.slot_count() * 3;
@@ -135,7 +135,7 @@ private:
             plan.commands.push_back({Stage::update, Upload{vertex_buffer, asset.vertex_offset,
                                                            Blob(asset.pm, bytes.data(), bytes.size())}});
             plan.stats.uploaded_bytes += bytes.size();
-            upload_second_uvs(asset, plan);
+            upload_further(asset, plan);
             if (!geomorph_) continue;
             // By wedge; those of the base have none, and are never asked.
             std::vector<uint32_t> parents(asset.pm->vertices.size(), 0);
@@ -150,11 +150,11 @@ private:
     }
 
     // They lie in the last buffer.
-    void upload_second_uvs(const Asset& asset, Plan& plan) const {
-        const auto bytes = std::as_bytes(asset.pm->second_uvs);
+    void upload_further(const Asset& asset, Plan& plan) const {
+        const auto bytes = std::as_bytes(asset.pm->further);
         if (bytes.empty()) return;
         plan.commands.push_back({Stage::update, Upload{static_cast<uint32_t>(recipe_.buffers.size()) - 1,
-                                                       (asset.second_uvs_word - 1) * sizeof(glm::vec2),
+                                                       FurtherBuffer::offset(asset.further_word),
                                                        Blob(asset.pm, bytes.data(), bytes.size())}});
         plan.stats.uploaded_bytes += bytes.size();
     }
@@ -393,20 +393,19 @@ uint64_t share_slots(std::vector<LodSource::Asset>& assets, std::span<const uint
     return index_bytes;
 }
 
-Recipe recipe_of(uint64_t vertex_bytes, uint64_t index_bytes, uint64_t parent_bytes, uint64_t second_uvs,
+Recipe recipe_of(uint64_t vertex_bytes, uint64_t index_bytes, uint64_t parent_bytes, const FurtherBuffer& further,
                  bool geomorph) {
     Recipe recipe;
     recipe.buffers = {{"lod vertices", std::max<uint64_t>(vertex_bytes, 4),
                        static_cast<uint32_t>(geomorph ? use_storage : use_vertex), 4},
                       {"lod indices", std::max<uint64_t>(index_bytes, 4), use_index, 4}};
     if (geomorph) recipe.buffers.push_back({"lod parents", std::max<uint64_t>(parent_bytes, 4), use_storage, 4});
-    recipe.pipelines = {
-        indexed_mesh_pipeline(second_uvs > 0 ? static_cast<uint32_t>(recipe.buffers.size()) : no_buffer)};
-    if (second_uvs > 0) recipe.buffers.push_back(second_uvs_buffer(second_uvs));
+    recipe.pipelines = {indexed_mesh_pipeline(further, static_cast<uint32_t>(recipe.buffers.size()))};
+    if (!further.empty()) recipe.buffers.push_back(further.spec());
     if (geomorph) {
         PipelineSpec& morphing = recipe.pipelines[0];
         morphing.name = "morphing mesh";
-        morphing.vertex = second_uvs > 0 ? "lod/morph_two_uvs.vert" : "lod/morph.vert";
+        morphing.vertex = further.empty() ? "lod/morph.vert" : "lod/morph_further.vert";
         morphing.layout = {};
         morphing.storage.push_back(StorageBinding::pool(LODE_LOD_VERTICES, vertex_buffer, 1));
         morphing.storage.push_back(StorageBinding::pool(LODE_LOD_PARENTS, parent_buffer, 1));
@@ -421,7 +420,8 @@ Result<std::unique_ptr<FrameSource>> open_lod(const std::vector<std::shared_ptr<
     LODE_CHECK(!pms.empty() && options.instances > 0);
     std::vector<LodSource::Asset> assets;
     std::vector<uint32_t> orders;
-    uint64_t vertex_bytes = 0, parent_bytes = 0, second_uvs = 0;
+    uint64_t vertex_bytes = 0, parent_bytes = 0;
+    FurtherBuffer further;
     for (const auto& pm : pms) {
         const FaceOrder* order = options.order.empty() ? pm->orders.data() : pm->order_named(options.order);
         if (order == nullptr) {
@@ -435,16 +435,15 @@ Result<std::unique_ptr<FrameSource>> open_lod(const std::vector<std::shared_ptr<
         asset.vertex_offset = vertex_bytes;
         vertex_bytes += pm->vertices.size_bytes();
         if (options.geomorph) parent_bytes += pm->vertices.size() * sizeof(uint32_t);
-        if (!pm->second_uvs.empty()) asset.second_uvs_word = static_cast<uint32_t>(second_uvs + 1);
-        second_uvs += pm->second_uvs.size();
+        asset.further_word = further.add(pm->further);
         assets.push_back(std::move(asset));
     }
-    const uint64_t all_bytes = vertex_bytes + parent_bytes + second_uvs * sizeof(glm::vec2);
+    const uint64_t all_bytes = vertex_bytes + parent_bytes + further.bytes();
     if (all_bytes >= options.resident_bytes)
         return over_budget("the vertices", all_bytes + slot_bytes, options.resident_bytes);
     const uint64_t slots = (options.resident_bytes - all_bytes) / slot_bytes;
     const uint64_t index_bytes = share_slots(assets, orders, slots, options.instances);
-    Recipe recipe = recipe_of(vertex_bytes, index_bytes, parent_bytes, second_uvs, options.geomorph);
+    Recipe recipe = recipe_of(vertex_bytes, index_bytes, parent_bytes, further, options.geomorph);
     return std::make_unique<LodSource>(std::move(assets), std::move(recipe), options);
 }
 

@@ -8,12 +8,15 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <glm/geometric.hpp>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/random.h"
 #include "fixtures/crafted.h"
 #include "fixtures/faces.h"
+#include "fixtures/materials.h"
 #include "fixtures/meshes.h"
 #include "lod/asset/cursor.h"
 #include "lod/asset/number_streams.h"
@@ -21,6 +24,7 @@
 #include "lod/bake/error_curve.h"
 #include "lod/bake/simplify/simplifier.h"
 #include "mesh/generate.h"
+#include "mesh/repair.h"
 
 namespace lodestone {
 namespace {
@@ -46,7 +50,19 @@ TriMesh of_two_sets(TriMesh mesh) {
     return mesh;
 }
 
-// Closed and open, with seams, in pieces, with colours and materials, and a second set of texture coordinates.
+// Round an axis; mirrored on one half, and none on a part of it.
+glm::vec4 tangent_at(const glm::vec3& p) {
+    if (p.z > 0.7f) return glm::vec4(0);
+    return {glm::normalize(glm::vec3(p.y, -p.x, 0.1f)), p.x < 0 ? -1 : 1};
+}
+TriMesh of_tangents(TriMesh mesh) {
+    if (mesh.normals.empty()) compute_normals(mesh);
+    for (const uint32_t v : mesh.wedge_vertex) mesh.tangents.push_back(tangent_at(mesh.positions[v]));
+    return mesh;
+}
+
+// Closed and open, with seams, in pieces, with colours and materials, a second set of texture coordinates, and
+// tangents.
 std::vector<Fixture> all_meshes() {
     std::vector<Fixture> all = fixtures::manifold_meshes();
     for (const auto& [name, shape, seed] :
@@ -61,6 +77,9 @@ std::vector<Fixture> all_meshes() {
     }
     all.push_back({"painted rock", std::move(painted)});
     all.push_back({"torus of two sets", of_two_sets(generate(Shape::torus, 1500, 1))});
+    all.push_back({"rock of tangents", of_tangents(generate(Shape::rock, 1500, 1))});
+    all.push_back({"torus of both", of_tangents(of_two_sets(generate(Shape::torus, 1500, 1)))});
+    all.push_back({"cube of tangents", fixtures::mesh_of_tangents()});
     return all;
 }
 
@@ -90,6 +109,18 @@ protected:
         if (!file) return tl::unexpected(file.error());
         return ProgressiveMesh::open(*file);
     }
+    // What is said where the chunk that tells of attributes says something else of one.
+    std::string said_of(const char* attribute, bool there) const {
+        const auto bytes = fixtures::chunk_of(path_, "lod/mesh");
+        auto told = nlohmann::json::parse(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+        told["attributes"][attribute] = there;
+        const std::string text = told.dump();
+        const fs::path bad = path_.string() + ".bad";
+        fixtures::replace_chunk(path_, "lod/mesh", std::as_bytes(std::span(text)), bad);
+        const auto opened = ProgressiveMesh::open(*ChunkFile::open(bad));
+        fs::remove(bad);
+        return opened ? "nothing" : opened.error().message;
+    }
     const fs::path path_ = fs::temp_directory_path() / ("lodestone-stored-test-" + std::to_string(getpid()) + ".lode");
 };
 
@@ -101,7 +132,7 @@ TEST_F(StoredMeshTest, EveryOrderComesBackBitForBit) {
         const auto read = open();
         ASSERT_TRUE(read) << read.error().message;
         EXPECT_TRUE(equal(read->vertices, pm.vertices));
-        EXPECT_TRUE(equal(read->second_uvs, pm.second_uvs));
+        EXPECT_TRUE(equal(read->further, pm.further));
         EXPECT_TRUE(equal(read->wedge_vertex, pm.wedge_vertex));
         EXPECT_TRUE(equal(read->ecols, pm.ecols));
         EXPECT_TRUE(equal(read->parents, pm.parents));
@@ -154,7 +185,6 @@ TEST_F(StoredMeshTest, FullDetailIsTheSource) {
     }
 }
 
-// Multiples of a power of two come back as they are, and take less.
 TEST_F(StoredMeshTest, SecondTextureCoordinatesGoWithTheirWedges) {
     const TriMesh mesh = of_two_sets(generate(Shape::torus, 1500, 1));
     write(baked(mesh, {"static"}));
@@ -169,22 +199,72 @@ TEST_F(StoredMeshTest, SecondTextureCoordinatesGoWithTheirWedges) {
         for (size_t w = 0; w < shown->wedge_count(); ++w)
             ASSERT_EQ(shown->second_uvs[w], second_at(shown->positions[shown->wedge_vertex[w]])) << level;
     }
-    // The chunk that tells of them may say something else.
-    const auto said_of = [&](const char* attribute, bool there) {
-        const auto bytes = fixtures::chunk_of(path_, "lod/mesh");
-        auto told = nlohmann::json::parse(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-        told["attributes"][attribute] = there;
-        const std::string text = told.dump();
-        const fs::path bad = path_.string() + ".bad";
-        fixtures::replace_chunk(path_, "lod/mesh", std::as_bytes(std::span(text)), bad);
-        const auto opened = ProgressiveMesh::open(*ChunkFile::open(bad));
-        fs::remove(bad);
-        return opened ? "nothing" : opened.error().message;
-    };
     EXPECT_THAT(said_of("uvs", false), testing::HasSubstr("second texture coordinates without first ones"));
     EXPECT_THAT(said_of("second_uvs", false), testing::HasSubstr("holds something else"));
 }
 
+TEST_F(StoredMeshTest, TangentsGoWithTheirWedges) {
+    const TriMesh mesh = of_tangents(generate(Shape::torus, 1500, 1));
+    write(baked(mesh, {"static"}));
+    const auto read = open();
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_TRUE(read->attributes.tangents);
+    for (const uint32_t level : {0u, read->levels() / 2, read->levels() - 1}) {
+        const auto shown = extract_level(*read, level);
+        ASSERT_TRUE(shown);
+        ASSERT_TRUE(shown->validate()) << shown->validate().error().message;
+        ASSERT_EQ(shown->tangents.size(), shown->wedge_count());
+        for (size_t w = 0; w < shown->wedge_count(); ++w) {
+            const glm::vec4 is = shown->tangents[w], was = tangent_at(shown->positions[shown->wedge_vertex[w]]);
+            ASSERT_EQ(is.w, was.w);
+            ASSERT_LE(glm::distance(glm::vec3(is), glm::vec3(was)), 2e-4f) << level;
+        }
+    }
+    EXPECT_THAT(said_of("normals", false), testing::HasSubstr("there are tangents without normals"));
+    EXPECT_THAT(said_of("tangents", false), testing::HasSubstr("bake the asset again"));
+    EXPECT_THAT(said_of("second_uvs", true), testing::Not("nothing"));
+}
+
+// A level's tangents of mirrored frames are never those of one triangle.
+TEST_F(StoredMeshTest, MirroredFramesStayApart) {
+    TriMesh mesh = generate(Shape::sphere, 3000, 1);
+    TriMesh halves = mesh;
+    halves.uvs.clear();
+    halves.wedge_vertex.clear();
+    halves.normals.clear();
+    std::map<std::pair<uint32_t, bool>, uint32_t> wedges;
+    for (size_t t = 0; t < mesh.triangle_count(); ++t) {
+        const bool mirrored = mesh.position_of(t, 0).x + mesh.position_of(t, 1).x + mesh.position_of(t, 2).x < 0;
+        for (size_t k = 0; k < 3; ++k) {
+            const uint32_t v = mesh.vertex_of(t, static_cast<int>(k));
+            const auto [at, fresh] =
+                wedges.try_emplace({v, mirrored}, static_cast<uint32_t>(halves.wedge_vertex.size()));
+            if (fresh) {
+                const glm::vec3 n = glm::normalize(mesh.positions[v]);
+                halves.wedge_vertex.push_back(v);
+                halves.normals.push_back(n);
+                halves.tangents.emplace_back(glm::normalize(glm::cross(n, glm::vec3(0.9f, 0.1f, 0.2f))),
+                                             mirrored ? -1 : 1);
+            }
+            halves.triangles[t][k] = at->second;
+        }
+    }
+    ASSERT_TRUE(repair(halves));
+    ASSERT_TRUE(halves.has_seams());
+    const ProgressiveMesh pm = baked(halves, {"static"});
+    EXPECT_GT(pm.levels(), mesh.vertex_count() / 2);
+    for (const uint32_t level : {pm.levels() / 2, pm.levels() * 9 / 10, pm.levels() - 1}) {
+        const TriMesh shown = *extract_level(pm, level);
+        size_t mixed = 0;
+        for (const Triangle& t : shown.triangles) {
+            mixed +=
+                shown.tangents[t[0]].w != shown.tangents[t[1]].w || shown.tangents[t[0]].w != shown.tangents[t[2]].w;
+        }
+        EXPECT_EQ(mixed, 0u) << level;
+    }
+}
+
+// Multiples of a power of two come back as they are, and take less.
 TEST_F(StoredMeshTest, PositionsOnAGridTakeLess) {
     TriMesh mesh = fixtures::repaired(Shape::rock, 3000);
     const auto bytes = [&] {

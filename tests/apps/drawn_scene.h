@@ -37,11 +37,16 @@ protected:
     // The still life of every kind of material, with smoke in it, lit from above.
     void make_still_life(uint32_t width, uint32_t height, const TriMesh& mesh = fixtures::still_life()) {
         ASSERT_TRUE(write_mesh(mesh, folder_ / "still.glb"));
+        write_still_life("still.glb");
+        make_ready("s.scene.json", width, height);
+    }
+    // file: of the mesh, or an asset.
+    void write_still_life(const std::string& file) const {
         std::ofstream(folder_ / "s.scene.json") << R"({"lodestone": "scene", "version": 1,
-            "assets": [{"name": "a", "file": "still.glb"}], "light": {"direction": [-0.1, -0.9, 0.4]},
+            "assets": [{"name": "a", "file": ")" << file
+                                                << R"("}], "light": {"direction": [-0.1, -0.9, 0.4]},
             "volumes": [{"position": [0.3, 0, 0.3], "spread": 0.8, "velocity": [0, 0, 0], "radius": [0.2, 0.4], "density": 3}],
             "volume_options": {"metavoxels": 8, "voxels": 16}})";
-        make_ready("s.scene.json", width, height);
     }
     ReadyScene scene_;
     std::unique_ptr<Renderer> renderer_;

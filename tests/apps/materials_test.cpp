@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "apps/drawing/session.h"
 #include "apps/drawn_scene.h"
 #include "base/looks/srgb.h"
 #include "fixtures/materials.h"
+#include "fixtures/real_data.h"
 #include "mesh/generate.h"
 #include "mesh/io/image_file.h"
 #include "mesh/io/read.h"
@@ -34,6 +36,10 @@ protected:
         DrawnSceneTest::make_still_life(wide, tall, mesh);
         camera_.eye = {1.2f, 1.3f, 3.4f};
         camera_.target = {0, -0.1f, 0};
+    }
+    void make_still_life(const std::string& file) {
+        write_still_life(file);
+        make_ready("s.scene.json", wide, tall);
     }
     // Lit, the channels, and lit with smoke.
     std::vector<Picture> drawn(const Technique& way, const Budget& budget) {
@@ -146,6 +152,116 @@ TEST_F(MaterialsProgramTest, TwoSetsComeThroughAssetsAndFiles) {
     EXPECT_EQ(second_set_of(folder_ / "one.glb"), 0u);
     succeeds("extract one.lode -o one.glb --level 0");
     EXPECT_EQ(second_set_of(folder_ / "one.glb"), 0u);
+}
+
+// The rock's tangents are not what its texture coordinates tell.
+TEST_F(MaterialsProgramTest, WhichBackendDrawsTangentsHardlyShows) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    make_still_life();
+    const auto without = drawn({"full", "", ""}, {});
+    make_still_life(fixtures::still_life_of_tangents());
+    ASSERT_NE(renderer_, nullptr);
+    const auto full = drawn({"full", "", ""}, {});
+    EXPECT_LT(psnr_db(without[1], full[1], covered_union(without[1], full[1])), 35) << "of normals";
+    is_near(full, {"discrete", "", ""}, 0.5, {99, 99, 99, 99, 99, 99, 99, 99, 99});
+    is_near(full, {"lod", "keyframe", ""}, 0.5, {47, 47, 56, 52, 54, 50, 47, 56, 47});
+    is_near(full, {"lod", "keyframe", "geomorph"}, 0.5, {76, 77, 77, 89, 82, 89, 98, 98, 77});
+    // An atlas has no tangents: they count where its normals are baked.
+    is_near(full, {"vgi", "", ""}, 0.25, {27, 30, 39.5, 40.5, 35, 36.5, 35.5, 44, 31.5});
+    succeeds("bake still.glb -o still.lode --backends lod,vgi");
+    make_still_life("still.lode");
+    is_near(full, {"vgi", "", ""}, 0.25, {38.5, 41, 38, 40.5, 33.5, 36.5, 35.5, 44, 39.5});
+    EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty());
+}
+
+// How far two squares of 49 x 49 pixels are from each other, the mean of a channel.
+double apart(const Picture& picture, const glm::ivec2& a, const glm::ivec2& b) {
+    double sum = 0;
+    for (int i = 0; i < 49 * 49; ++i) {
+        const glm::ivec2 from(i % 49 - 24, i / 49 - 24);
+        const auto at = [&](const glm::ivec2& middle, int channel) -> int {
+            const glm::ivec2 p = middle + from;
+            return picture.colour.at(4 * (static_cast<size_t>(p.y) * picture.width + static_cast<size_t>(p.x)) +
+                                     static_cast<size_t>(channel));
+        };
+        for (int k = 0; k < 3; ++k) sum += std::abs(at(a, k) - at(b, k));
+    }
+    return sum / (3 * 49 * 49);
+}
+
+// Balls of normals in five turns; in frames that are mirrored along one direction of their texture, or the other, they
+// are the same.
+TEST_F(MaterialsProgramTest, MirroredTangentsOfKhronosShowTheSameBalls) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    const char* file = "materials/NormalTangentMirrorTest/NormalTangentMirrorTest.glb";
+    const auto path = fixtures::real_data(file);
+    if (!path) GTEST_SKIP() << fixtures::missing_data_note(file);
+    fs::copy_file(*path, folder_ / "mirror.glb");
+    succeeds("bake mirror.glb -o mirror.lode --backends full,lod,vgi");
+    std::ofstream(folder_ / "s.scene.json") << R"({"lodestone": "scene", "version": 1,
+        "assets": [{"name": "a", "file": "mirror.lode"}], "light": {"shadows": false}})";
+    constexpr uint32_t side = 800;
+    make_ready("s.scene.json", side, side);
+    ASSERT_NE(renderer_, nullptr);
+    camera_.eye = {0, 0, 3.2f};
+    camera_.target = {0, 0, 0};
+    for (const char* backend : {"full", "lod", "vgi"}) {
+        auto session = DrawSession::open(scene_, *renderer_, {backend, "", ""}, false, {});
+        ASSERT_TRUE(session) << session.error().message;
+        (*session)->look.debug = DebugView::normal;
+        EXPECT_TRUE((*session)->settle(camera_, {.pixel_error = 0.25}, side, side));
+        const auto picture = renderer_->read_picture();
+        ASSERT_TRUE(picture);
+        for (const int row : {158, 279, 400, 520, 641}) {
+            EXPECT_LT(apart(*picture, {112, row}, {210, row}), 3) << backend << ", across, row " << row;
+            EXPECT_LT(apart(*picture, {112, row}, {312, row}), 3) << backend << ", down, row " << row;
+        }
+        EXPECT_GT(apart(*picture, {112, 158}, {112, 190}), 20) << "it does see where they differ";
+    }
+    EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty());
+}
+
+// How many wedges have tangents, which are those of fixtures::still_life_of_tangents().
+size_t tangents_of(const fs::path& path) {
+    auto mesh = read_mesh(path);
+    EXPECT_TRUE(mesh) << mesh.error().message;
+    if (!mesh || mesh->tangents.empty()) return 0;
+    drop_unreferenced(*mesh);
+    size_t there = 0;
+    for (size_t w = 0; w < mesh->wedge_count(); ++w) {
+        const glm::vec4 &is = mesh->tangents[w], expected = fixtures::still_life_tangent(mesh->normals[w]);
+        EXPECT_EQ(is.w != 0, mesh->material_table[mesh->materials[w]].normal_texture.there());
+        if (is.w == 0) continue;
+        ++there;
+        EXPECT_EQ(is.w, expected.w);
+        EXPECT_LT(glm::distance(glm::vec3(is), glm::vec3(expected)), 2e-3f);
+    }
+    return there;
+}
+
+TEST_F(MaterialsProgramTest, TangentsComeThroughAssetsAndFiles) {
+    ASSERT_TRUE(write_mesh(fixtures::still_life_of_tangents(), folder_ / "bent.glb"));
+    succeeds("bake bent.glb -o bent.lode --backends lod,discrete,full");
+    succeeds("verify bent.lode");
+    EXPECT_NE(run("info bent.lode --json").out.find("tangents"), std::string::npos);
+    size_t before = ~size_t{0};
+    for (const char* level : {"0", "30", "2000"}) {
+        for (const char* encoding : {"plain", "meshopt"}) {
+            succeeds(std::string("extract bent.lode -o out.glb --level ") + level + " --encoding " + encoding);
+            const size_t there = tangents_of(folder_ / "out.glb");
+            EXPECT_GT(there, 100u) << level;
+            EXPECT_LE(there, before) << level;
+            before = there;
+        }
+    }
+    for (const char* made :
+         {"unwrap bent.glb -o new.glb --bake", "bake bent.glb -o new.lode --backends lod --retexture"}) {
+        const Ended ended = run(made);
+        EXPECT_EQ(ended.code, 0) << ended.err;
+    }
+    EXPECT_EQ(tangents_of(folder_ / "new.glb"), 0u) << "what is laid out anew has none";
+    succeeds("extract new.lode -o new.glb --level 0");
+    EXPECT_EQ(tangents_of(folder_ / "new.glb"), 0u);
 }
 
 TEST_F(MaterialsProgramTest, TwoSetsAreBakedIntoAtlasesWhateverIsAsked) {

@@ -11,6 +11,11 @@ TangentFrame tangent_frame(const glm::dvec3& e, const glm::dvec3& f, const glm::
     return {(e * uv_f.y - f * uv_e.y) / area, (f * uv_e.x - e * uv_f.x) / area};
 }
 
+TangentFrame tangent_frame(const glm::dvec4& tangent, const glm::dvec3& normal) {
+    const glm::dvec3 across(tangent), up = glm::cross(normal, across);
+    return {across, tangent.w < 0 ? up : -up};
+}
+
 std::optional<std::array<glm::dvec3, 2>> TangentFrame::upright(const glm::dvec3& normal) const {
     const glm::dvec3 tangent = across - normal * glm::dot(normal, across);
     const double length = glm::length(tangent);

@@ -23,19 +23,24 @@ const Material& white() {
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
-// Where a texture is looked up at places of a triangle of the source.
+// What an attribute of wedges is at places of a triangle of the source; 0 where there is none.
+template <class T, class Value>
+std::array<T, 3> attribute_at(const std::vector<Value>& values, const Triangle& triangle,
+                              const CutPlaces::Corners& places) {
+    std::array<T, 3> at{};
+    for (size_t k = 0; k < 3 && !values.empty(); ++k) {
+        const glm::dvec2 place(places[k]);
+        at[k] = T(values[triangle[0]]) * (1 - place.x - place.y) + T(values[triangle[1]]) * place.x +
+                T(values[triangle[2]]) * place.y;
+    }
+    return at;
+}
+
+// Where a texture is looked up there.
 std::array<glm::dvec2, 3> looked_up_at(const TriMesh& source, const Triangle& triangle, const Texture& texture,
                                        const CutPlaces::Corners& places) {
-    const std::vector<glm::vec2>& uvs = source.uvs_of(texture);
-    std::array<glm::dvec2, 3> at{};
-    for (size_t k = 0; k < 3; ++k) {
-        const glm::dvec2 place(places[k]);
-        glm::dvec2 uv(0);
-        if (!uvs.empty())
-            uv = glm::dvec2(uvs[triangle[0]]) * (1 - place.x - place.y) + glm::dvec2(uvs[triangle[1]]) * place.x +
-                 glm::dvec2(uvs[triangle[2]]) * place.y;
-        at[k] = glm::dmat3x2(texture.place) * glm::dvec3(uv, 1);
-    }
+    auto at = attribute_at<glm::dvec2>(source.uvs_of(texture), triangle, places);
+    for (glm::dvec2& uv : at) uv = glm::dmat3x2(texture.place) * glm::dvec3(uv, 1);
     return at;
 }
 
@@ -64,7 +69,9 @@ OldLooks::OldLooks(const TriMesh& source, const Unwrapped& unwrapped, uint32_t t
     place(images_[0], source, texture, old(texture));
     if (look == Look::surface)
         place(images_[1], source, material_->occlusion_texture, old(material_->occlusion_texture));
-    if (look == Look::normals && images_[0].image != nullptr) set_frames(unwrapped, triangle, old(texture));
+    if (look == Look::normals && images_[0].image != nullptr)
+        set_frames(unwrapped, triangle, old(texture),
+                   attribute_at<glm::dvec4>(source.tangents, was, unwrapped.places.of(part)));
 }
 
 void OldLooks::place(OldImage& image, const TriMesh& source, const Texture& texture,
@@ -79,7 +86,8 @@ void OldLooks::place(OldImage& image, const TriMesh& source, const Texture& text
     image.by_y = (old_f * e.x - old_e * f.x) / twice_area_;
 }
 
-void OldLooks::set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& at) {
+void OldLooks::set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& at,
+                          const std::array<glm::dvec4, 3>& tangents) {
     const TriMesh& mesh = unwrapped.mesh;
     const glm::dvec3 p(mesh.position_of(triangle, 0));
     const glm::dvec3 first = glm::dvec3(mesh.position_of(triangle, 1)) - p,
@@ -89,15 +97,18 @@ void OldLooks::set_frames(const Unwrapped& unwrapped, uint32_t triangle, const s
     };
     old_frame_ = frame_of(at);
     new_frame_ = frame_of(corners_);
+    const glm::dvec2 e = corners_[1] - corners_[0], f = corners_[2] - corners_[0];
+    const auto spread = [&](const auto& of, auto& start, auto& by_x, auto& by_y) {
+        start = of[0];
+        by_x = ((of[1] - of[0]) * f.y - (of[2] - of[0]) * e.y) / twice_area_;
+        by_y = ((of[2] - of[0]) * e.x - (of[1] - of[0]) * f.x) / twice_area_;
+    };
+    spread(tangents, tangent_, tangent_by_x_, tangent_by_y_);
     normal_ = glm::cross(first, second);
     if (mesh.normals.empty()) return;
-    const Triangle& wedges = mesh.triangles[triangle];
-    const glm::dvec3 n(mesh.normals[wedges[0]]), n_e = glm::dvec3(mesh.normals[wedges[1]]) - n,
-                                                 n_f = glm::dvec3(mesh.normals[wedges[2]]) - n;
-    const glm::dvec2 e = corners_[1] - corners_[0], f = corners_[2] - corners_[0];
-    normal_ = n;
-    normal_by_x_ = (n_e * f.y - n_f * e.y) / twice_area_;
-    normal_by_y_ = (n_f * e.x - n_e * f.x) / twice_area_;
+    std::array<glm::dvec3, 3> normals{};
+    for (size_t k = 0; k < 3; ++k) normals[k] = mesh.normals[mesh.triangles[triangle][k]];
+    spread(normals, normal_, normal_by_x_, normal_by_y_);
 }
 
 double OldLooks::texels_per_texel() const {
@@ -120,7 +131,8 @@ glm::vec4 OldLooks::normal_at(const glm::dvec2& offset) const {
     const double length = glm::length(n);
     if (!(length > 0)) return straight;
     n /= length;
-    const auto was = old_frame_.upright(n), is = new_frame_.upright(n);
+    const glm::dvec4 tangent = tangent_ + tangent_by_x_ * offset.x + tangent_by_y_ * offset.y;
+    const auto was = (tangent.w != 0 ? tangent_frame(tangent, n) : old_frame_).upright(n), is = new_frame_.upright(n);
     const double bent_length = glm::length(bent);
     if (!was || !is || !(bent_length > 0)) return straight;
     const glm::dvec3 along = bent.x * (*was)[0] + bent.y * (*was)[1];

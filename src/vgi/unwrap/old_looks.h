@@ -45,7 +45,8 @@ private:
     // at: the old texture coordinates of the corners, where the texture is looked up.
     void place(OldImage& image, const TriMesh& source, const Texture& texture,
                const std::array<glm::dvec2, 3>& at) const;
-    void set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& at);
+    void set_frames(const Unwrapped& unwrapped, uint32_t triangle, const std::array<glm::dvec2, 3>& at,
+                    const std::array<glm::dvec4, 3>& tangents);
     glm::vec4 normal_at(const glm::dvec2& offset) const;
 
     std::array<glm::dvec2, 3> corners_;
@@ -54,8 +55,9 @@ private:
     float brightest_;
     const Material* material_;            // of the source, or a white one
     std::array<OldImage, 2> images_;      // of the look; the second is occlusion's
-    TangentFrame old_frame_, new_frame_;  // of normals
+    TangentFrame old_frame_, new_frame_;  // of normals, by texture coordinates
     glm::dvec3 normal_{0}, normal_by_x_{0}, normal_by_y_{0};
+    glm::dvec4 tangent_{0}, tangent_by_x_{0}, tangent_by_y_{0};  // of the source; of the old frame where w is not 0
 };
 
 }  // namespace lodestone::vgi

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -15,6 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fixtures/gltf_files.h"
+#include "fixtures/real_data.h"
 #include "mesh/io/image_file.h"
 #include "mesh/io/read.h"
 
@@ -234,6 +236,22 @@ TEST_F(GltfTangents, OfAnotherNumberOrKindAreRefusedByName) {
     EXPECT_THAT(said("count", 2), HasSubstr("mesh 0 primitive 0: has another number of tangents than of positions"));
     EXPECT_THAT(said("type", "VEC3"), HasSubstr("mesh 0 primitive 0 TANGENT: has 3 numbers per element; 4 are needed"));
     EXPECT_THAT(said("count", 300), HasSubstr("TANGENT: reaches past the end of its buffer"));
+}
+
+TEST(GltfTangentsOfKhronos, AreReadWithBothSigns) {
+    const char* file = "materials/NormalTangentMirrorTest/NormalTangentMirrorTest.glb";
+    const auto path = fixtures::real_data(file);
+    if (!path) GTEST_SKIP() << fixtures::missing_data_note(file);
+    const auto mesh = read_mesh(*path);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_TRUE(mesh->validate());
+    ASSERT_EQ(mesh->tangents.size(), mesh->wedge_count());
+    for (const float side : {-1.0f, 1.0f})
+        EXPECT_GT(std::ranges::count(mesh->tangents, side, &glm::vec4::w), 50) << side;
+    const char* without = "materials/NormalTangentTest/NormalTangentTest.glb";
+    const auto plain = fixtures::real_data(without);
+    if (!plain) GTEST_SKIP() << fixtures::missing_data_note(without);
+    EXPECT_THAT(read_mesh(*plain)->tangents, IsEmpty());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "base/looks/srgb.h"
+#include "fixtures/materials.h"
 #include "fixtures/meshes.h"
 #include "mesh/repair.h"
 #include "vgi/asset/pages.h"
@@ -303,6 +304,31 @@ TEST(BakedLooks, TexturesOfTheSecondSetAreBakedLikeThoseOfTheFirst) {
     EXPECT_EQ(found.surfaces, expected.surfaces);
     EXPECT_EQ(found.emissions, expected.emissions);
     EXPECT_EQ(found.normals, expected.normals);
+}
+
+// The tangents say what texture coordinates say, or are mirrored where the map's green is upside down.
+TEST(BakedLooks, MapsOfNormalsAreInTheFrameOfTangents) {
+    TriMesh mesh = fixtures::with_tangents_of_triangles(with_maps(), false);
+    mesh.tangents.clear();
+    const Atlas by_texcoords = baked(mesh);
+    const auto furthest = [&](const TriMesh& of) {
+        const Atlas atlas = baked(of);
+        EXPECT_EQ(atlas.attribute_cells, by_texcoords.attribute_cells);
+        double worst = 0;
+        for (size_t i = 0; i < atlas.attribute_texels(); ++i)
+            worst = std::max(worst, static_cast<double>(glm::distance(atlas.normal(i), by_texcoords.normal(i))));
+        return worst;
+    };
+    const double step = 0.03;  // of packed normals
+    EXPECT_LT(furthest(fixtures::with_tangents_of_triangles(mesh, false)), step);
+    TriMesh mirrored = fixtures::with_tangents_of_triangles(mesh, true);
+    EXPECT_GT(furthest(mirrored), 0.3);
+    fixtures::turn_green_over(mirrored.images[1]);
+    EXPECT_LT(furthest(mirrored), step);
+    // Those that are none leave it to texture coordinates.
+    mirrored = mesh;
+    mirrored.tangents.assign(mesh.wedge_count(), glm::vec4(0));
+    EXPECT_LT(furthest(mirrored), step);
 }
 
 TEST(BakedLooks, TexturesOnTwoSetsAreBakedWhateverIsAsked) {

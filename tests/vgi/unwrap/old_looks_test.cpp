@@ -4,11 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
 
 #include "base/random.h"
+#include "fixtures/materials.h"
 #include "fixtures/meshes.h"
 #include "vgi/unwrap/texture_bake.h"
 
@@ -228,6 +230,31 @@ TEST(OldLooks, TexturesOfTheSecondSetAreBakedLikeThoseOfTheFirst) {
         ASSERT_EQ(found.of(look).size(), 1u);
         EXPECT_EQ(found.of(look)[0].texels, expected.of(look)[0].texels) << static_cast<int>(look);
     }
+}
+
+// The old tangents say what the old texture coordinates say, or are mirrored where the map's green is upside down.
+TEST(OldLooks, NormalsAreTurnedFromTheFrameOfTangents) {
+    TriMesh mesh = fixtures::with_tangents_of_triangles(bent_everywhere(fixtures::repaired(Shape::torus, 600)), false);
+    mesh.tangents.clear();
+    const auto normals_of = [&](const TriMesh& of) {
+        const Unwrapped made = laid_out(of);
+        EXPECT_TRUE(made.mesh.tangents.empty());
+        return bake_textures(of, made, 1, 256).of(Look::normals).at(0).texels;
+    };
+    const auto expected = normals_of(mesh);
+    const auto furthest = [&](const TriMesh& of) {
+        const auto found = normals_of(of);
+        int worst = 0;
+        for (size_t i = 0; i < found.size(); ++i) {
+            for (int k = 0; k < 3; ++k) worst = std::max(worst, std::abs(found.at(i)[k] - expected.at(i)[k]));
+        }
+        return worst;
+    };
+    EXPECT_LE(furthest(fixtures::with_tangents_of_triangles(mesh, false)), 1);
+    TriMesh mirrored = fixtures::with_tangents_of_triangles(mesh, true);
+    EXPECT_GT(furthest(mirrored), 30);
+    fixtures::turn_green_over(mirrored.images[0]);
+    EXPECT_LE(furthest(mirrored), 1);
 }
 
 TEST(OldLooks, MaterialsBecomeOnePerSquareUnlessTheyAreShownOtherwise) {

@@ -8,7 +8,6 @@
 #include "base/looks/srgb.h"
 #include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
-#include "mesh/textures/tangent_frame.h"
 #include "vgi/asset/atlas.h"
 
 namespace lodestone::vgi {
@@ -35,6 +34,14 @@ double twice_area(const std::vector<glm::vec2>& uvs, const Triangle& t) {
     if (uvs.empty()) return 0;
     return std::abs(
         parallelogram(glm::dvec2(uvs[t[1]]) - glm::dvec2(uvs[t[0]]), glm::dvec2(uvs[t[2]]) - glm::dvec2(uvs[t[0]])));
+}
+
+// As shaders/shared/materials.glsl has it.
+glm::vec3 mapped_normal(const TangentFrame& frame, glm::vec3 map, float scale, const glm::dvec3& normal) {
+    const auto axes = frame.upright(normal);
+    const glm::dvec3 bent = (2.0 * glm::dvec3(map) - 1.0) * glm::dvec3(scale, scale, 1);
+    if (!axes || !(glm::dot(bent, bent) > 1e-6)) return normal;
+    return glm::normalize((*axes)[0] * bent.x + (*axes)[1] * bent.y + normal * bent.z);
 }
 
 }  // namespace
@@ -97,27 +104,27 @@ glm::vec4 BakedLooks::at(const LookedUp& from, const Places& places) {
     return from.image->at(place * glm::dvec3(where.uv, 1), 0.5 * std::log2(std::max(texels, 1.0)), from.texture->wrap);
 }
 
-// As shaders/shared/materials.glsl has it, but of a triangle of the source.
-glm::vec3 BakedLooks::mapped_normal(uint32_t triangle, const Texture& texture, glm::vec3 map, float scale,
-                                    const glm::dvec3& normal) const {
+// Without tangents that of the triangle's texture coordinates.
+TangentFrame BakedLooks::frame_at(uint32_t triangle, const std::array<double, 3>& weights, const Texture& map,
+                                  const glm::dvec3& normal) const {
     const Triangle& t = mesh_.triangles[triangle];
-    const glm::dmat3x2 place(texture.place);
-    const std::vector<glm::vec2>& uvs = mesh_.uvs_of(texture);
-    if (uvs.empty()) return normal;
+    glm::dvec4 tangent(0);
+    for (size_t k = 0; k < 3 && !mesh_.tangents.empty(); ++k) tangent += weights[k] * glm::dvec4(mesh_.tangents[t[k]]);
+    if (tangent.w != 0) return tangent_frame(tangent, normal);
+    const glm::dmat3x2 place(map.place);
+    const std::vector<glm::vec2>& uvs = mesh_.uvs_of(map);
+    if (uvs.empty()) return {};
     const auto placed = [&](uint32_t wedge) { return place * glm::dvec3(uvs[wedge], 1); };
     const glm::dvec3 p(mesh_.positions[mesh_.wedge_vertex[t[0]]]),
         e = glm::dvec3(mesh_.positions[mesh_.wedge_vertex[t[1]]]) - p,
         f = glm::dvec3(mesh_.positions[mesh_.wedge_vertex[t[2]]]) - p;
     const glm::dvec2 first = placed(t[0]), uv_e = placed(t[1]) - first, uv_f = placed(t[2]) - first;
-    const auto axes = tangent_frame(e, f, uv_e, uv_f).upright(normal);
-    const glm::dvec3 bent = (2.0 * glm::dvec3(map) - 1.0) * glm::dvec3(scale, scale, 1);
-    if (!axes || !(glm::dot(bent, bent) > 1e-6)) return normal;
-    return glm::normalize((*axes)[0] * bent.x + (*axes)[1] * bent.y + normal * bent.z);
+    return tangent_frame(e, f, uv_e, uv_f);
 }
 
 void BakedLooks::put(uint32_t triangle, const glm::dvec2& place, double share, TexelAttributes& is) const {
     const Triangle& t = mesh_.triangles[triangle];
-    const double w[3] = {1 - place.x - place.y, place.x, place.y};
+    const std::array<double, 3> w{1 - place.x - place.y, place.x, place.y};
     Places places;
     glm::dvec3 normal(0);
     for (uint32_t k = 0; k < 3; ++k) {
@@ -147,8 +154,8 @@ void BakedLooks::put(uint32_t triangle, const glm::dvec2& place, double share, T
     const auto map = texture_of(m.normal_texture, Texels::numbers);
     const double length = glm::length(normal);
     if (map && length > 1e-12) {
-        is.normal = pack_octahedral(
-            mapped_normal(triangle, m.normal_texture, at(*map, places), m.normal_scale, normal / length));
+        const TangentFrame frame = frame_at(triangle, w, m.normal_texture, normal / length);
+        is.normal = pack_octahedral(mapped_normal(frame, at(*map, places), m.normal_scale, normal / length));
     }
 }
 

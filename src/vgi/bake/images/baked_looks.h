@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "mesh/textures/tangent_frame.h"
 #include "mesh/textures/texture_lookup.h"
 #include "mesh/tri_mesh.h"
 #include "vgi/asset/leaves.h"
@@ -47,12 +48,14 @@ private:
     const Material& material_of(uint32_t triangle) const;
     std::optional<LookedUp> texture_of(const Texture& texture, Texels texels) const;
     static glm::vec4 at(const LookedUp& from, const Places& places);
-    glm::vec3 mapped_normal(uint32_t triangle, const Texture& texture, glm::vec3 map, float scale,
-                            const glm::dvec3& normal) const;
+    // Of a map, at weights of a triangle's corners.
+    TangentFrame frame_at(uint32_t triangle, const std::array<double, 3>& weights, const Texture& map,
+                          const glm::dvec3& normal) const;
 
     const TriMesh& mesh_;
     const std::span<const glm::vec3> normals_;
-    // Per material: most texels that a texture of it has for texture coordinates 0 .. 1, of the first set and the second.
+    // Per material: most texels that a texture of it has for texture coordinates 0 .. 1, of the first set and the
+    // second.
     std::vector<std::array<double, 2>> finest_;
     std::vector<std::optional<MippedImage>> colours_, numbers_;  // per image, where some texture means it so
 };

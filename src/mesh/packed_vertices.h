@@ -37,8 +37,9 @@ std::array<int16_t, 2> pack_normal(const glm::vec3& unit);
 // The unit vector that pack_normal() packed.
 glm::vec3 unpack_normal(const std::array<int16_t, 2>& packed);
 
-// A tangent as TriMesh has it as a word, and back: any word is one, or none.
+// A tangent as TriMesh has it, as a word (shaders/shared/mesh_vertex.h); 0 where there is none.
 uint32_t pack_tangent(const glm::vec4& tangent);
+// The tangent that pack_tangent() packed. Any word is one, or none.
 glm::vec4 unpack_tangent(uint32_t word);
 
 }  // namespace lodestone

@@ -78,6 +78,8 @@ std::vector<Chunk> chunks_of(TriMesh mesh, bool leaves) {
     // Of two sets of texture coordinates an atlas would keep none.
     mesh.second_uvs = mesh.uvs;
     for (Material& material : mesh.material_table) material.emission_texture.second = material.emission_texture.there();
+    for (size_t w = 0; w < mesh.wedge_count(); ++w)
+        mesh.tangents.push_back(w % 5 == 0 ? glm::vec4(0) : glm::vec4(0, 1, 0, w % 2 == 0 ? 1 : -1));
     const auto list = make_quadric_simplifier()->simplify(mesh, {});
     check(list.has_value());
     auto pm = bake_progressive_mesh(mesh, *list, {"keyframe", "greedy", "classic"});

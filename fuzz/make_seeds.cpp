@@ -163,10 +163,19 @@ TriMesh of_two_sets(TriMesh mesh) {
     return mesh;
 }
 
+// In a frame of its own, where a map of normals is.
+TriMesh of_tangents(TriMesh mesh) {
+    for (size_t w = 0; w < mesh.wedge_count(); ++w)
+        mesh.tangents.emplace_back(w % 3 == 0 ? 1 : 0, w % 3 == 1 ? 1 : 0, w % 3 == 2 ? 1 : 0, w % 2 == 0 ? 1 : -1);
+    for (Material& material : mesh.material_table) material.normal_texture.image = 0;
+    return mesh;
+}
+
 void make_gltf(Seeds& seeds, const TriMesh& plain, const TriMesh& rich) {
     seeds.put_packed("gltf", "plain.glb", seeds.written(plain, "a.glb"));
     seeds.put("gltf", "rich.glb", seeds.written(rich, "b.glb"));
     seeds.put("gltf", "two_sets.glb", seeds.written(of_two_sets(rich), "t.glb"));
+    seeds.put("gltf", "tangents.glb", seeds.written(of_tangents(rich), "n.glb"));
     seeds.put("gltf", "text.gltf",
               "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":60,\"uri\":\"data:application/"
               "octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/"

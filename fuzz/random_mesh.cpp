@@ -1,5 +1,6 @@
 #include "fuzz/random_mesh.h"
 
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -15,6 +16,7 @@ void add_attributes(TriMesh& mesh, FuzzedDataProvider& from) {
     mesh.normals.clear();
     mesh.uvs.clear();
     mesh.second_uvs.clear();
+    mesh.tangents.clear();
     if (kinds & 1) compute_normals(mesh);
     if (kinds & 2) {
         for (size_t w = 0; w < wedges; ++w)
@@ -24,6 +26,10 @@ void add_attributes(TriMesh& mesh, FuzzedDataProvider& from) {
         for (size_t w = 0; w < wedges; ++w)
             mesh.second_uvs.push_back(
                 {from.ConsumeIntegral<uint8_t>() / 16.0f, from.ConsumeIntegral<uint8_t>() / 8.0f});
+    }
+    if ((kinds & 1) && (kinds & 32)) {
+        const std::array<glm::vec4, 4> some{glm::vec4(0), {1, 0, 0, 1}, {0, 1, 0, -1}, {0, 0, -1, 1}};
+        for (size_t w = 0; w < wedges; ++w) mesh.tangents.push_back(some[from.ConsumeIntegral<uint8_t>() % 4]);
     }
     if (kinds & 4) {
         for (size_t w = 0; w < wedges; ++w) {

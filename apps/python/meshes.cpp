@@ -266,6 +266,9 @@ void bind_meshes(py::module_& module) {
         .def_property_readonly("second_uvs",
                                of_mesh([](Self s, TheMesh m) { return attribute<float>(s, m.second_uvs, 2); }),
                                "The second set of them, of a mesh that was read or made from one, or None.")
+        .def_property_readonly("tangents",
+                               of_mesh([](Self s, TheMesh m) { return attribute<float>(s, m.tangents, 4); }),
+                               "(n, 4) float32, likewise, or None: glTF's TANGENT; zeros where a vertex has none.")
         .def_property_readonly("colours",
                                of_mesh([](Self s, TheMesh m) { return attribute<uint8_t>(s, m.colours, 4); }),
                                "(n, 4) uint8, sRGB and alpha, or None.")

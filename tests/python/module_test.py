@@ -122,9 +122,15 @@ class Meshes(unittest.TestCase):
             lodestone.generate("vase", 500).write(folder / "vase.obj")
             image = next(folder.glob("vase-0.*")).name
 
+            def tangents(normals):
+                across = np.cross(normals, [0.36, 0.48, 0.8])
+                across /= np.linalg.norm(across, axis=1, keepdims=True)
+                return np.hstack([across, -np.ones((len(across), 1))])
+
             def read(second):
                 mesh = sphere(600)
-                arrays = [mesh.positions, mesh.positions[:, :2], second(mesh.positions)]
+                normals = mesh.positions / np.linalg.norm(mesh.positions, axis=1, keepdims=True)
+                arrays = [mesh.positions, mesh.positions[:, :2], second(mesh.positions), normals, tangents(normals)]
                 binary = b"".join(a.astype(np.float32).tobytes() for a in arrays) + mesh.triangles.tobytes()
                 offsets = np.cumsum([0] + [4 * a.size for a in arrays])
                 counts = [len(a) for a in arrays] + [mesh.triangles.size]
@@ -132,27 +138,30 @@ class Meshes(unittest.TestCase):
                     "asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
                     "buffers": [{"byteLength": len(binary), "uri": "m.bin"}],
                     "bufferViews": [{"buffer": 0, "byteOffset": int(o), "byteLength": len(binary) - int(o)} for o in offsets],
-                    "accessors": [{"bufferView": i, "componentType": 5125 if i == 3 else 5126, "count": counts[i],
-                                   "type": ("VEC3", "VEC2", "VEC2", "SCALAR")[i]} for i in range(4)],
+                    "accessors": [{"bufferView": i, "componentType": 5125 if i == 5 else 5126, "count": counts[i],
+                                   "type": ("VEC3", "VEC2", "VEC2", "VEC3", "VEC4", "SCALAR")[i]} for i in range(6)],
                     "images": [{"uri": image}], "textures": [{"source": 0}],
                     "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
-                                   "occlusionTexture": {"index": 0, "texCoord": 1}}],
-                    "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1, "TEXCOORD_1": 2},
-                                                "indices": 3, "material": 0}]}]}
+                                   "normalTexture": {"index": 0}, "occlusionTexture": {"index": 0, "texCoord": 1}}],
+                    "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1, "TEXCOORD_1": 2,
+                                                               "NORMAL": 3, "TANGENT": 4},
+                                                "indices": 5, "material": 0}]}]}
                 (folder / "m.bin").write_bytes(binary)
                 (folder / "m.gltf").write_text(json.dumps(document))
                 return lodestone.read(folder / "m.gltf")
 
             first = read(lambda p: p[:, 1:])
             self.assertEqual([t and t["second"] for t in first.material_table[1]["textures"].values()],
-                             [False, None, None, True, None])
+                             [False, None, False, True, None])
             np.testing.assert_array_equal(first.second_uvs, first.positions[:, 1:])
             asset = lodestone.bake(first, backends=["lod"], order="static")
             lodestone.simplify(first, triangles=200).write(folder / "small.glb")
             for made in (lodestone.simplify(first, triangles=200), asset.extract("lod", level=len(asset.levels("lod").triangles) // 2),
                          lodestone.read(folder / "small.glb")):
                 np.testing.assert_array_equal(made.second_uvs, made.positions[:, 1:])
+                np.testing.assert_allclose(made.tangents, tangents(made.normals), atol=2e-3)
             self.assertIsNone(sphere().second_uvs)
+            self.assertIsNone(sphere().tangents)
 
 
 class Simplification(unittest.TestCase):

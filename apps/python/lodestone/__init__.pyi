@@ -64,6 +64,8 @@ class Mesh:
     @property
     def second_uvs(self) -> Optional[NDArray[np.float32]]: ...  # (n, 2)
     @property
+    def tangents(self) -> Optional[NDArray[np.float32]]: ...  # (n, 4), unit length and a sign, or zeros
+    @property
     def colours(self) -> Optional[NDArray[np.uint8]]: ...  # (n, 4), sRGB and alpha
     @property
     def materials(self) -> Optional[NDArray[np.uint16]]: ...  # (n,), into material_table

@@ -154,7 +154,7 @@ uint32_t sample_shift_of(const LeafPart& part) {
 }
 
 // Of the triangles around each vertex, weighted by their areas, as samples have them (octahedral).
-std::vector<std::array<int8_t, 2>> expected_normals(const LeafPart& part) {
+std::vector<std::array<int32_t, 2>> expected_normals(const LeafPart& part) {
     std::vector<std::array<int64_t, 3>> sums(part.vertices.size());
     for (const auto& t : part.triangles) {
         const auto side = [&](size_t corner, size_t k) {
@@ -165,7 +165,7 @@ std::vector<std::array<int8_t, 2>> expected_normals(const LeafPart& part) {
             for (const uint8_t v : t) sums[v][k] += side(1, i) * side(2, j) - side(1, j) * side(2, i);
         }
     }
-    std::vector<std::array<int8_t, 2>> normals;
+    std::vector<std::array<int32_t, 2>> normals;
     for (auto& sum : sums) {
         int64_t length = std::abs(sum[0]) + std::abs(sum[1]) + std::abs(sum[2]);
         const int32_t most_bits = 48, bits = std::bit_width(static_cast<uint64_t>(length));
@@ -176,8 +176,8 @@ std::vector<std::array<int8_t, 2>> expected_normals(const LeafPart& part) {
             flat = {(length - std::abs(sum[1])) * (sum[0] < 0 ? -1 : 1),
                     (length - std::abs(sum[0])) * (sum[1] < 0 ? -1 : 1)};
         }
-        normals.push_back({static_cast<int8_t>(rounded_share(127 * flat[0], length)),
-                           static_cast<int8_t>(rounded_share(127 * flat[1], length))});
+        normals.push_back({static_cast<int32_t>(rounded_share(127 * flat[0], length)),
+                           static_cast<int32_t>(rounded_share(127 * flat[1], length))});
     }
     return normals;
 }
@@ -344,7 +344,7 @@ private:
     // A number that wraps around.
     template <class Difference, class Number>
     void code_wrapped(NumberModel& model, int32_t expected, Number& number) {
-        int32_t more = static_cast<Difference>(number - expected);
+        int32_t more = int32_t{static_cast<Difference>(number - expected)};
         model.code(coder_, more);
         number = static_cast<Number>(expected + more);
     }

@@ -23,18 +23,22 @@
 #define LODE_VGI_CORNER_CHARTS 8388608   // at most, 2^23
 #define LODE_VGI_NO_CORNERS 0xffffffffu  // VgiAsset::first_corners_of_charts where none is drawn elsewhere
 #define LODE_VGI_CORNER_LEVEL 15u        // that such triangles have in the visibility buffer
-// Or LODE_VGI_LEAF: slot of a leaf's part times LODE_VGI_LEAF_VERTICES, plus the vertex in it.
+// Or LODE_VGI_LEAF: slot of a leaf's part times LODE_VGI_LEAF_VERTICES, plus the vertex in it; with LODE_VGI_LEAF_MOVES
+// where some vertex of the part may not have come to its place.
 #define LODE_VGI_LEAF 0x40000000u
+#define LODE_VGI_LEAF_MOVES 0x20000000u
 #define LODE_VGI_LEAF_VERTICES 256
 #define LODE_VGI_LEAF_CHARTS 1048576  // at most, 2^20
 #define LODE_VGI_LEAF_PLACES 8192u    // in a chart, along a side
 #define LODE_VGI_LEAF_LEVEL 14u       // that triangles of leaves have in the visibility buffer
 
-// Kinds of vertices that indices name: LODE_VGI_LEAF; samples; and what may be a corner of charts, LODE_VGI_CORNER or a
-// sample in the corner of a page. Draws are of triangles of one kind alone or of any, so that each costs what it needs.
+// Kinds of vertices that indices name: LODE_VGI_LEAF, those that may move apart; samples; and what may be a corner of
+// charts, LODE_VGI_CORNER or a sample in the corner of a page. Draws are of triangles of one kind alone or of any, so
+// that each costs what it needs.
 #define LODE_VGI_KIND_SAMPLES 1u
 #define LODE_VGI_KIND_CORNERS 2u
 #define LODE_VGI_KIND_LEAVES 4u
+#define LODE_VGI_KIND_MOVING_LEAVES 8u
 
 // Bindings of descriptor set 1.
 #define LODE_VGI_GEOMETRY 0  // pool of positions
@@ -48,9 +52,15 @@
 // Four words to each: corners (x | y << 16, z | error << 16 | radius << 24, parent, normal as packSnorm2x16 has
 // octahedral coordinates), numbered in their atlas; and charts (numbers of their corners).
 #define LODE_VGI_CORNERS 17
-// Per vertex of parts of leaves: x | y << 21, y >> 11 | z << 10 on the leaves' lattice; place x | place y << 14 | low 4
-// bits of the chart << 28; normal x | normal y << 8 | the chart's other bits << 16.
+// Of each four vertices of parts of leaves four words to each, then a word to each. The four: x | y << 21, y >> 11 |
+// z << 10 on the leaves' lattice; place x | place y << 14 | low 4 bits of the chart << 28; normal x | normal y << 8 |
+// the chart's other bits << 16. The one says how it comes to its place (vgi/draw/leaves/leaf_morph.h): error |
+// exponent << 8 | off x << 11 | off y << 18 | off z << 25.
 #define LODE_VGI_LEAVES 18
+// In four words, where a vertex is; and where the words of the second kind are, in which it has that of number % 4.
+#define LODE_VGI_LEAF_TEXEL(number) ((number) + ((number) >> 2))
+#define LODE_VGI_LEAF_MORPHS(number) (5u * ((number) >> 2) + 4u)
+#define LODE_VGI_LEAF_SLOT_TEXELS 320  // of LODE_VGI_LEAF_VERTICES
 
 // A node of a grid cut as a patch to tessellate: level | log2 of its cells << 4 | levels that the node across side s is
 // coarser << (8 + 2 s) | views it is drawn in << 16, a bit each; lowest corner x | y << 16, in finest cells; slots of

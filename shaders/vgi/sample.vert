@@ -4,7 +4,8 @@
 #include "shared/vgi_vertex.glsl"
 
 // LODE_VGI_KIND_..., of the vertices there may be. Software rasterisers run every branch.
-layout(constant_id = 0) const uint kinds = 7u;
+layout(constant_id = 0) const uint kinds = 15u;
+const uint leaves = LODE_VGI_KIND_LEAVES | LODE_VGI_KIND_MOVING_LEAVES;
 
 void main() {
     uint id = instance_id_at(gl_InstanceIndex);
@@ -12,9 +13,10 @@ void main() {
         pass_on(pull_corner(uint(gl_VertexIndex) & ~LODE_VGI_CORNER, instance_at(id).object_to_world), id);
         return;
     }
-    if (kinds == LODE_VGI_KIND_LEAVES ||
-        ((kinds & LODE_VGI_KIND_LEAVES) != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u)) {
-        pass_on(pull_leaf(uint(gl_VertexIndex) & ~LODE_VGI_LEAF, instance_at(id).object_to_world), id);
+    if ((kinds & ~leaves) == 0u || ((kinds & leaves) != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u)) {
+        pass_on(pull_leaf(uint(gl_VertexIndex) & ~(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES),
+                          (kinds & LODE_VGI_KIND_MOVING_LEAVES) != 0u, instance_at(id).object_to_world),
+                id);
         return;
     }
     uint place = uint(gl_VertexIndex) % LODE_VGI_PAGE_TEXELS;

@@ -54,6 +54,10 @@ PageCache::PageId PageCache::page_of(Layer layer, uint32_t key) const {
 }
 
 PageCache::PageId PageCache::parent_of(const PageId& id) const {
+    if (id.layer == Layer::leaves) {
+        const PageTopology& topology = *atlases_[id.atlas].topology;
+        return {Layer::geometry, id.atlas, topology.page_of_leaf(topology.leaf_of_part(id.number))};
+    }
     const PageTree& tree = atlases_[id.atlas].trees[index_of(id.layer)];
     const uint32_t page = id.number % tree.pages();
     return {id.layer, id.atlas, id.number - page + tree.parent(page)};
@@ -121,7 +125,8 @@ PageCache::Decoded PageCache::DecodeTask::run() const {
     if (id.layer == Layer::leaves) {
         auto part = file.decode_leaf(id.number, std::span(blob.data(), blob.size()));
         if (part) {
-            decoded.leaf = std::make_shared<const DrawnLeafPart>(packed_leaf(std::move(*part), name.chart));
+            decoded.leaf = std::make_shared<const DrawnLeafPart>(
+                packed_leaf(*atlas->topology, id.number, std::move(*part), *parent_geometry));
         } else {
             decoded.fault = part.error().message;
         }
@@ -196,8 +201,11 @@ void PageCache::start_decoding(const FrameInput& input) {
         }
         const AtlasPages& known = pages(id.atlas);
         DecodeTask task{id, name_of(id), &atlases_[id.atlas], arrival.blob, nullptr, nullptr, texel_words_};
-        if (id.layer == Layer::geometry) task.parent_geometry = known.geometry.entry(parent_of(id).number).texels;
-        if (id.layer == Layer::attributes) task.parent_attributes = known.attributes.entry(parent_of(id).number).texels;
+        if (id.layer == Layer::attributes) {
+            task.parent_attributes = known.attributes.entry(parent_of(id).number).texels;
+        } else {
+            task.parent_geometry = known.geometry.entry(parent_of(id).number).texels;
+        }
         set_state(id, PageState::decoding);
         decoding_.push_back(decoder_.start<Decoded>([task = std::move(task)] { return task.run(); }));
     }

@@ -85,7 +85,7 @@ private:
         const OpenAtlas* atlas;
         Blob blob;
         std::shared_ptr<const GeometryPage> parent_geometry;
-        std::shared_ptr<const AttributePage> parent_attributes;  // both null: a coarsest page, or no page
+        std::shared_ptr<const AttributePage> parent_attributes;  // both null: a coarsest page
         uint32_t texel_words;
         Decoded run() const;
     };
@@ -96,7 +96,7 @@ private:
     const AtlasPages& pages(uint32_t atlas) const { return *pages_[atlas]; }
     uint32_t key_of(const PageId& id) const { return atlases_[id.atlas].first[index_of(id.layer)] + id.number; }
     PageId page_of(Layer layer, uint32_t key) const;
-    // Of a page that is not a coarsest one.
+    // Of a page that is not a coarsest one; of a leaf's part, the page in whose square it is.
     PageId parent_of(const PageId& id) const;
     void set_state(const PageId& id, PageState state) {
         pages_[id.atlas].write().set_state(id.layer, id.number, state);
@@ -113,9 +113,11 @@ private:
     bool is_base(const PageId& id) const {
         return id.layer != Layer::leaves && id.number % atlases_[id.atlas].trees[index_of(id.layer)].pages() == 0;
     }
-    // Whether it is coded against another, and this is not there.
+    // Whether it is made from another, and this is not there.
     bool lacks_parent(const PageId& id) const {
-        return id.layer != Layer::leaves && !is_base(id) && !pages(id.atlas).holds(id.layer, parent_of(id).number);
+        if (is_base(id)) return false;
+        const PageId parent = parent_of(id);
+        return !pages(id.atlas).holds(parent.layer, parent.number);
     }
     AtlasFile::ByteRange place_of(const PageId& id) const;
     bool place_one(const Decoded& page, Plan& plan);

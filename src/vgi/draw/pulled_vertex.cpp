@@ -11,6 +11,7 @@
 #include "vgi/asset/saturation.h"
 #include "vgi/draw/corner_tree.h"
 #include "vgi/draw/cut/refinement_test.h"
+#include "vgi/draw/leaves/leaf_morph.h"
 #include "vgi/draw/recipe_layout.h"
 #include "vgi/draw/residency.h"
 
@@ -19,6 +20,7 @@ namespace lodestone::vgi {
 namespace {
 
 glm::vec3 lattice(const GeometryTexel& t) { return {t.x, t.y, t.z}; }
+uint32_t number_of_leaf(uint32_t index) { return index & ~(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES); }
 
 class Pulling {
 public:
@@ -33,22 +35,25 @@ public:
           magnification_(std::bit_cast<float>(draw.words[LODE_VGI_WORD_MAGNIFICATION])) {}
 
     glm::vec3 vertex(uint32_t index) const {
-        if ((index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0) return leaf(index & ~LODE_VGI_LEAF);
+        if ((index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0) return leaf(number_of_leaf(index));
         return origin_ +
                asset_.step * ((index & LODE_VGI_CORNER) != 0 ? corner(index & ~LODE_VGI_CORNER) : sample(index));
     }
 
 private:
-    // How far it has come to its place, 0 .. 1.
-    float arrived(const GeometryTexel& texel) const {
-        const auto scale = std::bit_cast<float>(draw_.words[LODE_VGI_WORD_SCALE]);
-        const float error =
-            mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + texel.error) * magnification_ * scale;
-        const float radius = mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + 256 + texel.radius) * scale;
-        const glm::vec3 world(to_world_ * glm::vec4(origin_ + asset_.step * lattice(texel), 1));
+    // How far what is in a place has come to it, 0 .. 1. error: code; radius: within which it is wanted, world units.
+    float arrived(const glm::vec3& place, uint32_t error_code, float radius) const {
+        const float error = mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + error_code) * magnification_ *
+                            std::bit_cast<float>(draw_.words[LODE_VGI_WORD_SCALE]);
+        const glm::vec3 world(to_world_ * glm::vec4(place, 1));
         constexpr auto morph_share = static_cast<float>(1 - 1 / error_ratio);
         const float away = distance_metric(view_, world);
         return error == 0 ? 1 : std::clamp((error + radius - away) / (morph_share * error), 0.0f, 1.0f);
+    }
+    float arrived(const GeometryTexel& texel) const {
+        const float radius = mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + 256 + texel.radius) *
+                             std::bit_cast<float>(draw_.words[LODE_VGI_WORD_SCALE]);
+        return arrived(origin_ + asset_.step * lattice(texel), texel.error, radius);
     }
 
     glm::vec3 corner_point(uint32_t number) const {
@@ -66,9 +71,13 @@ private:
     uint32_t corner_of_chart(uint32_t chart, uint32_t k) const {
         return mirror_.stored<CornerRecord>(draw_, LODE_VGI_CORNERS, asset_.first_corners_of_charts + chart)[k];
     }
-    glm::vec3 leaf(uint32_t index) const {
-        const auto v = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, index);
-        return origin_ + asset_.leaf_step * glm::vec3(v[0] & 0x1fffff, v[0] >> 21 | (v[1] & 0x3ff) << 11, v[1] >> 10);
+    glm::vec3 leaf(uint32_t number) const {
+        const auto v = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, LODE_VGI_LEAF_TEXEL(number));
+        const glm::vec3 at(v[0] & 0x1fffff, v[0] >> 21 | (v[1] & 0x3ff) << 11, v[1] >> 10);
+        const LeafMorph morph = LeafMorph::unpacked(
+            mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, LODE_VGI_LEAF_MORPHS(number))[number % 4]);
+        const float before = 1 - arrived(origin_ + asset_.leaf_step * at, morph.error, 0);
+        return origin_ + asset_.leaf_step * (at + before * glm::vec3(morph.start()));
     }
     glm::vec3 corner(uint32_t index) const {
         const uint32_t of_chart = index >> LODE_VGI_CORNER_STEPS;
@@ -141,7 +150,7 @@ public:
     }
 
     PulledAttributes at(uint32_t index) const {
-        if ((index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0) return leaf(index & ~LODE_VGI_LEAF);
+        if ((index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0) return leaf(number_of_leaf(index));
         if ((index & LODE_VGI_CORNER) == 0) return at(place_of_sample(index));
         PulledAttributes pulled = at(place_of_corner(index & ~LODE_VGI_CORNER));
         pulled.normal = corner_normal(index & ~LODE_VGI_CORNER);
@@ -149,8 +158,8 @@ public:
     }
 
 private:
-    PulledAttributes leaf(uint32_t index) const {
-        const auto v = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, index);
+    PulledAttributes leaf(uint32_t number) const {
+        const auto v = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, LODE_VGI_LEAF_TEXEL(number));
         ChartPlace place;
         place.chart = v[2] >> 28 | (v[3] >> 16) << 4;
         place.is_leaf = true;

@@ -15,7 +15,8 @@ enum Pipelines : uint32_t {
     lighting_pipeline,
     first_pass,
     samples_pipeline = first_pass,
-    leaves_pipeline
+    leaves_pipeline,
+    moving_leaves_pipeline
 };
 enum Buffers : uint32_t {
     geometry_pool,
@@ -40,7 +41,8 @@ enum Buffers : uint32_t {
     cut_entries
 };
 inline constexpr uint64_t geometry_slot_bytes = uint64_t{LODE_VGI_PAGE_TEXELS} * sizeof(GeometryTexel);
-inline constexpr uint64_t leaf_slot_bytes = uint64_t{LODE_VGI_LEAF_VERTICES} * 16;
+inline constexpr uint64_t leaf_slot_bytes = uint64_t{LODE_VGI_LEAF_SLOT_TEXELS} * 16;
+static_assert(LODE_VGI_LEAF_SLOT_TEXELS == LODE_VGI_LEAF_TEXEL(LODE_VGI_LEAF_VERTICES));
 
 // Adds an upload to the plan's update stage.
 inline void add_upload(Plan& plan, uint32_t buffer, uint64_t offset, Blob blob) {

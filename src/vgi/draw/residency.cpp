@@ -1,10 +1,13 @@
 #include "vgi/draw/residency.h"
 
 #include <algorithm>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <string>
 #include <utility>
 
 #include "base/check.h"
+#include "vgi/draw/leaves/leaf_morph.h"
 
 namespace lodestone::vgi {
 
@@ -89,18 +92,52 @@ void PageTopology::place_leaves() {
     beside_leaves_ = samples_beside_leaves(tree_.cells_per_page());
 }
 
-DrawnLeafPart packed_leaf(LeafPart part, uint32_t chart) {
+namespace {
+
+std::array<uint32_t, 4> packed_vertex(const LeafVertex& v, uint32_t chart) {
+    const auto& p = v.position;
+    const auto& n = v.attributes.normal;
+    return {p[0] | p[1] << 21, p[1] >> 11 | p[2] << 10,
+            uint32_t{v.place[0]} | uint32_t{v.place[1]} << 14 | (chart & 15u) << 28,
+            uint32_t{static_cast<uint8_t>(n[0])} | uint32_t{static_cast<uint8_t>(n[1])} << 8 | (chart >> 4) << 16};
+}
+
+// Puts the sphere around the vertices into what is drawn.
+void bound(const Atlas& about, DrawnLeafPart& drawn) {
+    const auto at = [&](const LeafVertex& v) {
+        return glm::vec3(v.position[0], v.position[1], v.position[2]) / static_cast<float>(1u << about.leaf_shift);
+    };
+    glm::vec3 low = at(drawn.part.vertices[0]), high = low;
+    for (const LeafVertex& v : drawn.part.vertices) {
+        low = glm::min(low, at(v));
+        high = glm::max(high, at(v));
+    }
+    drawn.centre = 0.5f * (low + high);
+    for (const LeafVertex& v : drawn.part.vertices)
+        drawn.radius = std::max(drawn.radius, glm::distance(drawn.centre, at(v)));
+}
+
+}  // namespace
+
+DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPart part, const GeometryPage& samples) {
+    const Atlas& about = topology.about();
+    const uint32_t leaf = topology.leaf_of_part(number), chart = topology.page_of_leaf(leaf) / topology.tree().pages(),
+                   in_chart = leaf - about.first_leaf[chart], per_side = about.leaves_per_side(chart);
+    std::vector<LeafSample> points;
+    points.reserve(samples.size());
+    for (const GeometryTexel& t : samples) points.push_back({{t.x, t.y, t.z}, t.error});
+    const auto morphs =
+        leaf_morphs(about, topology.leaf_neighbours(), {chart, in_chart % per_side, in_chart / per_side}, part, points);
     DrawnLeafPart drawn;
-    drawn.words.reserve(part.vertices.size());
-    for (const LeafVertex& v : part.vertices) {
-        const auto& p = v.position;
-        const auto& n = v.attributes.normal;
-        drawn.words.push_back(
-            {p[0] | p[1] << 21, p[1] >> 11 | p[2] << 10,
-             uint32_t{v.place[0]} | uint32_t{v.place[1]} << 14 | (chart & 15u) << 28,
-             uint32_t{static_cast<uint8_t>(n[0])} | uint32_t{static_cast<uint8_t>(n[1])} << 8 | (chart >> 4) << 16});
+    drawn.words.resize((part.vertices.size() + 3) / 4 * 5);
+    drawn.least_error = 255;
+    for (uint32_t v = 0; v < part.vertices.size(); ++v) {
+        drawn.words[LODE_VGI_LEAF_TEXEL(v)] = packed_vertex(part.vertices[v], chart);
+        drawn.words[LODE_VGI_LEAF_MORPHS(v)][v % 4] = morphs[v].packed();
+        drawn.least_error = std::min(drawn.least_error, morphs[v].error);
     }
     drawn.part = std::move(part);
+    bound(about, drawn);
     return drawn;
 }
 

@@ -38,7 +38,7 @@ constexpr uint64_t most_list_bytes = uint64_t{48} << 20;
 constexpr uint64_t first_list_bytes = uint64_t{240} << 10;  // what lists have until they need more; whole patches
 constexpr uint64_t list_step = 120;                         // whole triangles, and whole patches
 constexpr uint64_t most_slots = LODE_VGI_LEAF / LODE_VGI_PAGE_TEXELS;  // of a pool: its texels are numbered below
-constexpr uint64_t most_leaf_slots = LODE_VGI_LEAF / LODE_VGI_LEAF_VERTICES;
+constexpr uint64_t most_leaf_slots = LODE_VGI_LEAF_MOVES / LODE_VGI_LEAF_VERTICES;
 // To a draw: lavapipe takes time by their square (800 at once: 2.5 times as long as 100 at a time).
 constexpr uint32_t most_patches = LODE_CUT_RECORD_PATCHES;
 
@@ -329,6 +329,8 @@ private:
             cuts_->level >= 0 || input.level_view || raster_ == Raster::grid_area
                 ? 0
                 : magnification_of(input.views[0], std::max(input.budget.pixel_error, cuts_->pixel_error));
+        // Then what had arrived by the cuts' error may be on its way.
+        const bool as_cut = magnification == 0 || input.budget.pixel_error <= cuts_->pixel_error;
         uint64_t first = 0;
         for (auto part = cuts_->parts.begin(); part != cuts_->parts.end();) {
             const uint32_t instance = part->instance;
@@ -339,7 +341,7 @@ private:
                     if ((part->views >> v & 1) == 0) continue;
                     Draw draw = whole;
                     draw.view = v;
-                    draw.pipeline = pipeline_of(part->kinds);
+                    draw.pipeline = pipeline_of(part->kinds, as_cut);
                     draw_list(draw, input.views[v].kind, first, part->words, plan);
                     drawn = drawn || v == 0;
                 }
@@ -350,9 +352,11 @@ private:
         plan.stats.instances_culled = static_cast<uint32_t>(input.instances.size()) - plan.stats.instances_drawn;
     }
 
-    static uint32_t pipeline_of(uint32_t kinds) {
+    // as_cut: leaves that had arrived by the cut have.
+    static uint32_t pipeline_of(uint32_t kinds, bool as_cut) {
         if (kinds == LODE_VGI_KIND_SAMPLES) return samples_pipeline;
-        return kinds == LODE_VGI_KIND_LEAVES ? leaves_pipeline : visibility_pipeline;
+        if (kinds == LODE_VGI_KIND_LEAVES && as_cut) return leaves_pipeline;
+        return (kinds & ~kinds_of_leaves) == 0 ? moving_leaves_pipeline : visibility_pipeline;
     }
     // The triangles or patches of `words` words of the lists, from `first` on.
     void draw_list(Draw draw, View::Kind kind, uint64_t first, uint32_t words, Plan& plan) const {
@@ -596,10 +600,11 @@ struct AttributeConstants {
 // kinds: LODE_VGI_KIND_..., of vertices of triangles.
 PipelineSpec drawing_pipeline(bool tess, uint32_t kinds, const AttributeConstants& attributes) {
     PipelineSpec pipeline;
-    pipeline.name = tess                             ? "patches"
-                    : kinds == LODE_VGI_KIND_LEAVES  ? "leaves"
-                    : kinds == LODE_VGI_KIND_SAMPLES ? "samples"
-                                                     : "samples and corners";
+    pipeline.name = tess                                   ? "patches"
+                    : kinds == LODE_VGI_KIND_LEAVES        ? "leaves"
+                    : kinds == LODE_VGI_KIND_MOVING_LEAVES ? "moving leaves"
+                    : kinds == LODE_VGI_KIND_SAMPLES       ? "samples"
+                                                           : "samples and corners";
     pipeline.vertex = tess ? "vgi/patch.vert" : "vgi/sample.vert";
     if (tess) {
         pipeline.tessellation_control = "vgi/patch.tesc";
@@ -654,11 +659,11 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     }
     Recipe recipe;
     recipe.buffers = buffers_of(totals, *shares, atlases.size());
-    const uint32_t kinds = shares->pools[2].most_slots > 0 ? every_kind : every_kind & ~LODE_VGI_KIND_LEAVES;
+    const uint32_t kinds = shares->pools[2].most_slots > 0 ? every_kind : every_kind & ~kinds_of_leaves;
     const AttributeConstants attributes{attributes_ever(atlases), totals.texel_words};
     recipe.pipelines = {drawing_pipeline(shares->tess, kinds, attributes), lighting_pipeline_of(attributes)};
     if (!shares->tess) {
-        for (const uint32_t alone : {LODE_VGI_KIND_SAMPLES, LODE_VGI_KIND_LEAVES}) {
+        for (const uint32_t alone : {LODE_VGI_KIND_SAMPLES, LODE_VGI_KIND_LEAVES, LODE_VGI_KIND_MOVING_LEAVES}) {
             if ((kinds & alone) != 0) recipe.pipelines.push_back(drawing_pipeline(false, alone, attributes));
         }
     }

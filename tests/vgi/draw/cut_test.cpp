@@ -22,10 +22,13 @@
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/corners.h"
+#include "vgi/asset/error_codes.h"
 #include "vgi/asset/leaves.h"
+#include "vgi/asset/saturation.h"
 #include "vgi/bake/images/sample_errors.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/visibility.h"
+#include "vgi/draw/leaves/leaf_morph.h"
 #include "vgi/draw/vgi_source.h"
 #include "vgi/small_atlas.h"
 #include "vgi/study/grid_cut.h"
@@ -34,15 +37,28 @@
 namespace lodestone::vgi {
 namespace {
 
-void put_leaf_part(Residency& residency, const Atlas& atlas, uint32_t part, uint32_t slot) {
+// own_errors: vertices move by the errors of their own leaves, whatever those beside have.
+void put_leaf_part(Residency& residency, const Atlas& atlas, uint32_t part, uint32_t slot, bool own_errors = false) {
     auto decoded = decode_leaf(atlas.leaf_parts[part], atlas.attributes);
     ASSERT_TRUE(decoded);
-    residency.put_leaf_part(part, std::make_shared<const DrawnLeafPart>(packed_leaf(std::move(*decoded), 0)), slot);
+    const PageTopology& topology = residency.topology();
+    const uint32_t page = topology.page_of_leaf(topology.leaf_of_part(part)), per_chart = topology.tree().pages();
+    const GeometryPage samples =
+        packed_geometry(read_page(atlas, Layer::geometry, page / per_chart, page % per_chart), topology.tree());
+    DrawnLeafPart drawn = packed_leaf(topology, part, std::move(*decoded), samples);
+    if (own_errors) {
+        for (uint32_t v = 0; v < drawn.part.vertices.size(); ++v) {
+            uint32_t& word = drawn.words[LODE_VGI_LEAF_MORPHS(v)][v % 4];
+            word = (word & ~255u) | atlas.leaves[topology.leaf_of_part(part)].error;
+        }
+    }
+    residency.put_leaf_part(part, std::make_shared<const DrawnLeafPart>(std::move(drawn)), slot);
 }
 
 // Pages that are there with probability `share`, base pages always, whether their parents are or not; slot = number.
 // So are parts of leaves with probability `leaf_share`.
-Residency partly_resident(const Atlas& atlas, double share, uint64_t seed, double leaf_share = 0) {
+Residency partly_resident(const Atlas& atlas, double share, uint64_t seed, double leaf_share = 0,
+                          bool own_errors = false) {
     Residency residency(atlas);
     Random random(seed);
     for (uint32_t number = 0; number < residency.pages(); ++number) {
@@ -55,7 +71,7 @@ Residency partly_resident(const Atlas& atlas, double share, uint64_t seed, doubl
                       number);
     }
     for (uint32_t part = 0; part < residency.topology().leaf_parts() && leaf_share > 0; ++part) {
-        if (random.unit() < leaf_share) put_leaf_part(residency, atlas, part, part);
+        if (random.unit() < leaf_share) put_leaf_part(residency, atlas, part, part, own_errors);
     }
     residency.update();
     return residency;
@@ -80,7 +96,8 @@ struct Glue {
     DisjointSets sets;
     std::vector<uint32_t> texel_of_corner;
     std::set<uint32_t> ends_surface;  // samples of corners at its end, and of what may stand for them
-    std::map<std::array<uint32_t, 3>, uint32_t> leaf_points;  // by place: their numbers, beyond those of samples
+    // By place and LeafMorph, of which where they are drawn is a function: their numbers, beyond those of samples.
+    std::map<std::pair<std::array<uint32_t, 3>, uint32_t>, uint32_t> leaf_points;
     explicit Glue(const Atlas& a) : atlas(a), sets(a.texels()), texel_of_corner(a.corners.size()) {
         glue_sides();
         for (uint32_t c = 0; c < atlas.charts(); ++c) {
@@ -136,8 +153,14 @@ struct Vertex {
     bool moved;                              // LODE_VGI_CORNER
     bool is_leaf = false, may_meet = false;  // of a leaf; a sample on a page's side, to which several points may go
 };
-// slot: the number of the part.
+// Of a vertex of a leaf. slot: the number of the part.
+LeafMorph morph_of(const Residency& residency, uint32_t index) {
+    index &= ~(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES);
+    const uint32_t part = index / LODE_VGI_LEAF_VERTICES, v = index % LODE_VGI_LEAF_VERTICES;
+    return LeafMorph::unpacked(residency.leaf_part(part).part->words[LODE_VGI_LEAF_MORPHS(v)][v % 4]);
+}
 Vertex leaf_vertex_of(const Residency& residency, Glue& glue, uint32_t index) {
+    index &= ~LODE_VGI_LEAF_MOVES;
     const uint32_t part = index / LODE_VGI_LEAF_VERTICES, leaf = residency.topology().leaf_of_part(part),
                    number = residency.topology().page_of_leaf(leaf), chart = number / residency.tree().pages();
     const LeafVertex& v = residency.leaf_part(part).part->part.vertices[index % LODE_VGI_LEAF_VERTICES];
@@ -149,7 +172,8 @@ Vertex leaf_vertex_of(const Residency& residency, Glue& glue, uint32_t index) {
         return std::clamp(v.place[k] * n / leaf_places, 1u, n - 1);
     };
     const auto [at, fresh] =
-        glue.leaf_points.try_emplace(v.position, static_cast<uint32_t>(glue.atlas.texels() + glue.leaf_points.size()));
+        glue.leaf_points.try_emplace({v.position, morph_of(residency, index).packed()},
+                                     static_cast<uint32_t>(glue.atlas.texels() + glue.leaf_points.size()));
     return {{chart, along(0, square % per_side, 3, 1), along(1, square / per_side, 0, 2)}, at->second, false, true};
 }
 // What is drawn is what the atlas has there, or `bad` counts it.
@@ -280,9 +304,37 @@ INSTANTIATE_TEST_SUITE_P(By, ErrorCuts, testing::Values(Raster::bintree, Raster:
 // What cuts were made of, all together.
 struct Met {
     size_t triangles = 0, of_leaves = 0, mixed = 0;  // of them: with corners of leaves alone; with others besides
+    size_t arrived = 0, on_their_way = 0;            // vertices of leaves that are in their places, as cuts say; others
 };
+
+// Of vertices that a cut says are in their places, those that are not, seen from some eye within its margin.
+size_t count_not_there(const Residency& residency, const CutRequest& request, const std::vector<uint32_t>& indices,
+                       Random& random, Met& met) {
+    const Atlas& about = residency.about();
+    const ErrorCodes codes(about.extent());
+    const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+    View view = request.views[0];
+    view.eye += glm::normalize(glm::vec3(unit(), unit(), unit()) + 1e-3f) * request.margin.distance;
+    const double magnification = magnification_of(view, request.pixel_error);
+    size_t bad = 0;
+    for (const uint32_t index : indices) {
+        if ((index & LODE_VGI_CORNER) != 0 || (index & LODE_VGI_LEAF) == 0) continue;
+        if ((index & LODE_VGI_LEAF_MOVES) != 0) {
+            ++met.on_their_way;
+            continue;
+        }
+        ++met.arrived;
+        const uint32_t number = index & ~LODE_VGI_LEAF;
+        const LeafVertex& v =
+            residency.leaf_part(number / LODE_VGI_LEAF_VERTICES).part->part.vertices[number % LODE_VGI_LEAF_VERTICES];
+        const double reach = static_cast<double>(codes.error(morph_of(residency, index).error)) * magnification;
+        bad +=
+            static_cast<double>(distance_metric(view, glm::vec3(about.leaf_point(v.position)))) > reach / error_ratio;
+    }
+    return bad;
+}
 size_t count_bad(Raster raster, const Atlas& atlas, const Atlas& gluing, uint32_t cameras, uint64_t seed,
-                 Met* met = nullptr, bool leaves = false) {
+                 Met* met = nullptr, bool leaves = false, bool own_errors = false) {
     Glue glue(atlas);
     Random random(seed);
     size_t bad = 0;
@@ -292,7 +344,8 @@ size_t count_bad(Raster raster, const Atlas& atlas, const Atlas& gluing, uint32_
         const Residency residency = partly_resident(about, share, mix64(seed + i),
                                                     !leaves      ? 0
                                                     : i % 3 == 0 ? 1
-                                                                 : 0.5 + random.unit() / 2);
+                                                                 : 0.5 + random.unit() / 2,
+                                                    own_errors);
         PageDemand demand(residency.units());
         const auto views = random_views(atlas, random);
         CutRequest request;
@@ -310,6 +363,8 @@ size_t count_bad(Raster raster, const Atlas& atlas, const Atlas& gluing, uint32_
                 met->of_leaves += of_leaves == 3;
                 met->mixed += of_leaves == 1 || of_leaves == 2;
             }
+            Random eyes(mix64(seed + i));
+            bad += count_not_there(residency, request, all, eyes, *met);
         }
         bad += bad_edges(residency, glue, all);
     }
@@ -349,6 +404,8 @@ TEST(Cuts, FitTogetherWithAnyLeaves) {
     EXPECT_GT(met.triangles, 100000u);
     EXPECT_GT(met.of_leaves, 10000u);
     EXPECT_GT(met.mixed, 1000u);
+    EXPECT_GT(met.arrived, 10000u);
+    EXPECT_GT(met.on_their_way, 10000u);
 }
 
 TEST(Cuts, FallApartWhereRulesOfLeavesAreBroken) {
@@ -362,6 +419,8 @@ TEST(Cuts, FallApartWhereRulesOfLeavesAreBroken) {
     broken = atlas;
     move_points(broken, [](size_t p) { return p % 7 == 0; });
     EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5, nullptr, true), 0u);
+    // Leaves that move by errors of their own along sides that they share.
+    EXPECT_GT(count_bad(Raster::bintree, atlas, atlas, 16, 5, nullptr, true, true), 0u);
     // Leaves that do not know what is next to them.
     broken = atlas;
     broken.sides.assign(broken.sides.size(), GluedSide{});

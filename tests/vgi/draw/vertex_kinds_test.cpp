@@ -17,6 +17,7 @@ TEST(VertexKinds, ACornerOfAPageMayBeOneOfCharts) {
         EXPECT_EQ(kind_of(page + 1, cells), LODE_VGI_KIND_SAMPLES);
     }
     EXPECT_EQ(kind_of(LODE_VGI_LEAF | 5, 32), LODE_VGI_KIND_LEAVES);
+    EXPECT_EQ(kind_of(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES | 5, 32), LODE_VGI_KIND_MOVING_LEAVES);
     EXPECT_EQ(kind_of(LODE_VGI_CORNER | LODE_VGI_LEAF | 5, 32), LODE_VGI_KIND_CORNERS) << "any bits may follow";
 }
 
@@ -35,20 +36,23 @@ TEST(VertexKinds, LongRunsOfOneKindFollowEachOtherInTheirOrder) {
     const std::vector<uint32_t> samples = triangles_of(40, 20), more_samples = triangles_of(140, 16),
                                 few_samples = triangles_of(240, 15);
     const std::vector<uint32_t> leaves = triangles_of(LODE_VGI_LEAF, 30),
-                                few_leaves = triangles_of(LODE_VGI_LEAF | 256, 2);
+                                few_leaves = triangles_of(LODE_VGI_LEAF | 256, 2),
+                                moving = triangles_of(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES, 20);
     const std::vector<uint32_t> corner = {LODE_VGI_CORNER | 1, 2, 3}, mixed = {5, LODE_VGI_LEAF | 4, 6};
     std::vector<uint32_t> list = {9};
     TrianglesByKind by_kind;
-    const auto runs =
-        by_kind.append(all_of({samples, leaves, few_samples, corner, more_samples, mixed, few_leaves}), 32, list);
-    ASSERT_EQ(runs.size(), 3u);
+    const auto runs = by_kind.append(
+        all_of({samples, leaves, few_samples, moving, corner, more_samples, mixed, few_leaves}), 32, list);
+    ASSERT_EQ(runs.size(), 4u);
     EXPECT_EQ(runs[0].kinds, LODE_VGI_KIND_SAMPLES);
     EXPECT_EQ(runs[0].words, 3u * 36);
     EXPECT_EQ(runs[1].kinds, LODE_VGI_KIND_LEAVES);
     EXPECT_EQ(runs[1].words, 3u * 30);
-    EXPECT_EQ(runs[2].kinds, every_kind);
-    EXPECT_EQ(runs[2].words, 3u * 19);
-    EXPECT_EQ(list, all_of({{9}, samples, more_samples, leaves, few_samples, corner, mixed, few_leaves}));
+    EXPECT_EQ(runs[2].kinds, LODE_VGI_KIND_MOVING_LEAVES);
+    EXPECT_EQ(runs[2].words, 3u * 20);
+    EXPECT_EQ(runs[3].kinds, every_kind);
+    EXPECT_EQ(runs[3].words, 3u * 19);
+    EXPECT_EQ(list, all_of({{9}, samples, more_samples, leaves, moving, few_samples, corner, mixed, few_leaves}));
     list.clear();
     EXPECT_THAT(by_kind.append({}, 32, list), testing::IsEmpty());
 }

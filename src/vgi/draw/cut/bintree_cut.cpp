@@ -11,8 +11,8 @@
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/leaf_triangles.h"
 #include "vgi/draw/cut/corner_front.h"
-#include "vgi/draw/cut/leaf_front.h"
 #include "vgi/draw/cut/visibility.h"
+#include "vgi/draw/leaves/leaf_front.h"
 
 namespace lodestone::vgi {
 
@@ -292,7 +292,8 @@ private:
         for (uint32_t p = about.first_part(leaf); p < about.leaves[leaf].parts_end; ++p) {
             const Residency::LeafEntry& of = residency_.leaf_part(p);
             touch(residency_.pages() + p);
-            const uint32_t first = LODE_VGI_LEAF | of.slot * LODE_VGI_LEAF_VERTICES;
+            const uint32_t first = LODE_VGI_LEAF | of.slot * LODE_VGI_LEAF_VERTICES |
+                                   (leaves_.has_arrived(*of.part, part.slack) ? 0u : LODE_VGI_LEAF_MOVES);
             for_drawn_triangles(
                 of.part->part, border, cells, [&](uint32_t v) { return first + v; }, sample, add);
         }

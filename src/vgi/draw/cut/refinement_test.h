@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "shaders/shared/vgi_cut.h"
+#include "vgi/asset/saturation.h"
 #include "vgi/draw/cut/cut.h"
 #include "vgi/draw/cut/slack.h"
 
@@ -43,6 +44,15 @@ public:
     bool is_wanted(const GeometryTexel& t, Slack& slack) const {
         const float left = left_of_reach(t);
         slack.add(std::abs(left), glm::length(place_of(t)) * most_change_);
+        return left > 0;
+    }
+    // Whether whatever moves by at least an error has come to its place (shaders/shared/vgi_sample.glsl), all within a
+    // sphere, for every eye of the margin. Near the end of its way it may be told to be on it. Lattice units.
+    bool has_arrived(uint8_t least_error, const glm::vec3& centre, float radius, Slack& slack) const {
+        constexpr float most_left = 0.98f / static_cast<float>(error_ratio);
+        const float away = glm::length(lattice_.seen(centre)) + radius * lattice_scale_ + margin_,
+                    left = most_left * errors_[least_error] - away;
+        slack.add(std::abs(left), 0);
         return left > 0;
     }
     // The same of samples that are not looked at: whether any may be wanted, of the most there can be among them, all
@@ -101,6 +111,7 @@ private:
 
     std::array<float, 256> errors_, reach_, radii_;
     float magnification_, scale_, margin_;
+    float lattice_scale_;                  // world units of a lattice unit, at most
     float corner_, turn_;                  // radians: from the middle of the picture to its corners; the margin's
     float corner_cosine_squared_;          // a little more
     float ahead_, cosine_, sine_squared_;  // as gpu::lode_metric_within takes them

@@ -19,6 +19,7 @@ uint32_t kinds_of(std::span<const uint32_t> triangles, size_t first, uint32_t ce
 std::span<const TrianglesByKind::Run> TrianglesByKind::append(std::span<const uint32_t> triangles, uint32_t cells,
                                                               std::vector<uint32_t>& list) {
     leaves_.clear();
+    moving_.clear();
     others_.clear();
     runs_.clear();
     const size_t before = list.size();
@@ -26,9 +27,11 @@ std::span<const TrianglesByKind::Run> TrianglesByKind::append(std::span<const ui
         const uint32_t kinds = kinds_of(triangles, begin, cells);
         for (end = begin + 3; end < triangles.size() && kinds_of(triangles, end, cells) == kinds;) end += 3;
         const bool alone = end - begin >= 3 * shortest_run;
-        std::vector<uint32_t>& to = alone && kinds == LODE_VGI_KIND_SAMPLES  ? list
-                                    : alone && kinds == LODE_VGI_KIND_LEAVES ? leaves_
-                                                                             : others_;
+        std::vector<uint32_t>& to = !alone                                 ? others_
+                                    : kinds == LODE_VGI_KIND_SAMPLES       ? list
+                                    : kinds == LODE_VGI_KIND_LEAVES        ? leaves_
+                                    : kinds == LODE_VGI_KIND_MOVING_LEAVES ? moving_
+                                                                           : others_;
         const auto run = triangles.subspan(begin, end - begin);
         to.insert(to.end(), run.begin(), run.end());
     }
@@ -37,9 +40,9 @@ std::span<const TrianglesByKind::Run> TrianglesByKind::append(std::span<const ui
     };
     add(LODE_VGI_KIND_SAMPLES, list.size() - before);
     add(LODE_VGI_KIND_LEAVES, leaves_.size());
+    add(LODE_VGI_KIND_MOVING_LEAVES, moving_.size());
     add(every_kind, others_.size());
-    list.insert(list.end(), leaves_.begin(), leaves_.end());
-    list.insert(list.end(), others_.begin(), others_.end());
+    for (const auto* more : {&leaves_, &moving_, &others_}) list.insert(list.end(), more->begin(), more->end());
     return runs_;
 }
 

@@ -1,4 +1,4 @@
-#include "vgi/draw/cut/leaf_front.h"
+#include "vgi/draw/leaves/leaf_front.h"
 
 #include <algorithm>
 

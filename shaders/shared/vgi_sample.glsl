@@ -26,10 +26,7 @@ float distance_metric(vec3 seen) {
     return lode_distance_metric(dot(seen, forward.xyz), length(seen), 1.0, cosine, 1.0 - cosine * cosine);
 }
 
-// How far what has an error has come to its place, 0 .. 1: it sets out where it is wanted. World units.
-float share_of_way(float nearer, float error) { return clamp(nearer / (morph_share * error), 0.0, 1.0); }
-
-// The same of a sample. at: its place, lattice units. codes: z | error << 16 | radius << 24.
+// How far a sample, or a leaf, has come to its place, 0 .. 1. at: its place, lattice units. codes: z | error << 16 | radius << 24.
 float arrived(vec3 at, uint codes, mat4 to_world, VgiAsset asset) {
     float magnification = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]);
     float scale = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_SCALE]);
@@ -39,7 +36,7 @@ float arrived(vec3 at, uint codes, mat4 to_world, VgiAsset asset) {
     vec3 world = (to_world * vec4(vec3(asset.origin_x, asset.origin_y, asset.origin_z) + asset.step * at, 1.0)).xyz;
     // Always of the eye that chose the samples, in every view.
     vec3 seen = world - frame.views[0].eye.xyz;
-    return error == 0.0 ? 1.0 : share_of_way(error + radius - distance_metric(seen), error);
+    return error == 0.0 ? 1.0 : clamp((error + radius - distance_metric(seen)) / (morph_share * error), 0.0, 1.0);
 }
 
 // Where a corner of charts is on its way from where its parent is; lattice units.
@@ -78,16 +75,16 @@ PulledSample pull_corner(uint index, mat4 to_world) {
 }
 
 // How much of its way a leaf's vertex has before it, as where it starts is seen from its place; units of the leaves'
-// lattice. at: its place.
-vec3 way_of_leaf(uint number, vec3 at, mat4 to_world, VgiAsset asset) {
-    uint morph = leaf_at(LODE_VGI_LEAF_MORPHS(number))[number & 3u];
-    float magnification = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]);
-    float scale = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_SCALE]);
-    float error = decoded_at(draw_constants.words[LODE_VGI_WORD_ASSET] * 512u + (morph & 255u)) * magnification * scale;
-    vec3 world = (to_world * vec4(vec3(asset.origin_x, asset.origin_y, asset.origin_z) + asset.leaf_step * at, 1.0)).xyz;
-    float before = error == 0.0 ? 0.0 : 1.0 - share_of_way(error - distance_metric(world - frame.views[0].eye.xyz), error);
+// lattice. It goes as the leaves that have it appear: no farther than the one that has come less far.
+vec3 way_of_leaf(uint number, mat4 to_world, VgiAsset asset) {
+    uint morph = leaf_at(LODE_VGI_LEAF_MORPHS(number))[number & 3u], side = morph & 7u;
+    uvec2 own = leaf_at(LODE_VGI_LEAF_HEADER(number)).xy;
+    uvec4 sides = leaf_at(LODE_VGI_LEAF_HEADER(number) + (side >> 1));
+    uvec2 other = (side & 1u) != 0u ? sides.zw : sides.xy;
+    float t = min(arrived(lattice(own), own.y, to_world, asset), arrived(lattice(other), other.y, to_world, asset));
+    if (uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]) == 0.0) t = 1.0;
     vec3 off = vec3(bitfieldExtract(int(morph), 11, 7), bitfieldExtract(int(morph), 18, 7), bitfieldExtract(int(morph), 25, 7));
-    return before * float(1u << (2u * (morph >> 8 & 7u))) * off;
+    return (1.0 - t) * float(1u << (2u * (morph >> 8 & 7u))) * off;
 }
 
 // number: the index without LODE_VGI_LEAF and LODE_VGI_LEAF_MOVES. moves: whether it may not have come to its place.
@@ -95,7 +92,7 @@ PulledSample pull_leaf(uint number, bool moves, mat4 to_world) {
     VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
     uvec4 vertex = leaf_at(LODE_VGI_LEAF_TEXEL(number));
     vec3 at = vec3(float(vertex.x & 0x1fffffu), float(vertex.x >> 21 | (vertex.y & 0x3ffu) << 11), float(vertex.y >> 10 & 0x1fffffu));
-    if (moves) at += way_of_leaf(number, at, to_world, asset);
+    if (moves) at += way_of_leaf(number, to_world, asset);
     PulledSample s;
     s.world = to_world * vec4(vec3(asset.origin_x, asset.origin_y, asset.origin_z) + asset.leaf_step * at, 1.0);
     s.place = vec2(float(vertex.z & 0x3fffu), float(vertex.z >> 14 & 0x3fffu)) / float(LODE_VGI_LEAF_PLACES);

@@ -41,19 +41,16 @@ public:
     }
 
 private:
-    // How far what is in a place has come to it, 0 .. 1. error: code; radius: within which it is wanted, world units.
-    float arrived(const glm::vec3& place, uint32_t error_code, float radius) const {
-        const float error = mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + error_code) * magnification_ *
-                            std::bit_cast<float>(draw_.words[LODE_VGI_WORD_SCALE]);
-        const glm::vec3 world(to_world_ * glm::vec4(place, 1));
+    // How far it has come to its place, 0 .. 1.
+    float arrived(const GeometryTexel& texel) const {
+        const auto scale = std::bit_cast<float>(draw_.words[LODE_VGI_WORD_SCALE]);
+        const float error =
+            mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + texel.error) * magnification_ * scale;
+        const float radius = mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + 256 + texel.radius) * scale;
+        const glm::vec3 world(to_world_ * glm::vec4(origin_ + asset_.step * lattice(texel), 1));
         constexpr auto morph_share = static_cast<float>(1 - 1 / error_ratio);
         const float away = distance_metric(view_, world);
         return error == 0 ? 1 : std::clamp((error + radius - away) / (morph_share * error), 0.0f, 1.0f);
-    }
-    float arrived(const GeometryTexel& texel) const {
-        const float radius = mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + 256 + texel.radius) *
-                             std::bit_cast<float>(draw_.words[LODE_VGI_WORD_SCALE]);
-        return arrived(origin_ + asset_.step * lattice(texel), texel.error, radius);
     }
 
     glm::vec3 corner_point(uint32_t number) const {
@@ -71,12 +68,20 @@ private:
     uint32_t corner_of_chart(uint32_t chart, uint32_t k) const {
         return mirror_.stored<CornerRecord>(draw_, LODE_VGI_CORNERS, asset_.first_corners_of_charts + chart)[k];
     }
+    // Of a leaf's vertex, or four words of its part.
+    std::array<uint32_t, 4> leaf_words(uint32_t texel) const {
+        return mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, texel);
+    }
     glm::vec3 leaf(uint32_t number) const {
-        const auto v = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, LODE_VGI_LEAF_TEXEL(number));
+        const auto v = leaf_words(LODE_VGI_LEAF_TEXEL(number));
         const glm::vec3 at(v[0] & 0x1fffff, v[0] >> 21 | (v[1] & 0x3ff) << 11, v[1] >> 10);
-        const LeafMorph morph = LeafMorph::unpacked(
-            mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, LODE_VGI_LEAF_MORPHS(number))[number % 4]);
-        const float before = 1 - arrived(origin_ + asset_.leaf_step * at, morph.error, 0);
+        if (magnification_ <= 0) return origin_ + asset_.leaf_step * at;
+        const LeafMorph morph = LeafMorph::unpacked(leaf_words(LODE_VGI_LEAF_MORPHS(number))[number % 4]);
+        const auto leaf_of = [&](uint32_t i) {
+            const auto words = leaf_words(LODE_VGI_LEAF_HEADER(number) + i / 2);
+            return std::bit_cast<GeometryTexel>(std::array{words[i % 2 * 2], words[i % 2 * 2 + 1]});
+        };
+        const float before = 1 - std::min(arrived(leaf_of(0)), arrived(leaf_of(morph.border)));
         return origin_ + asset_.leaf_step * (at + before * glm::vec3(morph.start()));
     }
     glm::vec3 corner(uint32_t index) const {

@@ -42,7 +42,8 @@ enum Buffers : uint32_t {
 };
 inline constexpr uint64_t geometry_slot_bytes = uint64_t{LODE_VGI_PAGE_TEXELS} * sizeof(GeometryTexel);
 inline constexpr uint64_t leaf_slot_bytes = uint64_t{LODE_VGI_LEAF_SLOT_TEXELS} * 16;
-static_assert(LODE_VGI_LEAF_SLOT_TEXELS == LODE_VGI_LEAF_TEXEL(LODE_VGI_LEAF_VERTICES));
+static_assert(LODE_VGI_LEAF_SLOT_TEXELS == LODE_VGI_LEAF_HEADER(LODE_VGI_LEAF_VERTICES) &&
+              LODE_VGI_LEAF_SLOT_TEXELS == LODE_VGI_LEAF_MORPHS(LODE_VGI_LEAF_VERTICES - 1) + 1);
 
 // Adds an upload to the plan's update stage.
 inline void add_upload(Plan& plan, uint32_t buffer, uint64_t offset, Blob blob) {

@@ -1,8 +1,7 @@
 #include "vgi/draw/residency.h"
 
 #include <algorithm>
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
+#include <bit>
 #include <string>
 #include <utility>
 
@@ -102,19 +101,13 @@ std::array<uint32_t, 4> packed_vertex(const LeafVertex& v, uint32_t chart) {
             uint32_t{static_cast<uint8_t>(n[0])} | uint32_t{static_cast<uint8_t>(n[1])} << 8 | (chart >> 4) << 16};
 }
 
-// Puts the sphere around the vertices into what is drawn.
-void bound(const Atlas& about, DrawnLeafPart& drawn) {
-    const auto at = [&](const LeafVertex& v) {
-        return glm::vec3(v.position[0], v.position[1], v.position[2]) / static_cast<float>(1u << about.leaf_shift);
-    };
-    glm::vec3 low = at(drawn.part.vertices[0]), high = low;
-    for (const LeafVertex& v : drawn.part.vertices) {
-        low = glm::min(low, at(v));
-        high = glm::max(high, at(v));
+// Puts the leaf and those across its sides into the beginning of what is drawn.
+void put_leaves(const std::array<Leaf, 5>& leaves, DrawnLeafPart& drawn) {
+    for (size_t i = 0; i < leaves.size(); ++i) {
+        const auto [low, high] = std::bit_cast<std::array<uint32_t, 2>>(texel_of(leaves[i]));
+        drawn.words[i / 2][i % 2 * 2] = low;
+        drawn.words[i / 2][i % 2 * 2 + 1] = high;
     }
-    drawn.centre = 0.5f * (low + high);
-    for (const LeafVertex& v : drawn.part.vertices)
-        drawn.radius = std::max(drawn.radius, glm::distance(drawn.centre, at(v)));
 }
 
 }  // namespace
@@ -126,18 +119,16 @@ DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPar
     std::vector<LeafSample> points;
     points.reserve(samples.size());
     for (const GeometryTexel& t : samples) points.push_back({{t.x, t.y, t.z}, t.error});
-    const auto morphs =
-        leaf_morphs(about, topology.leaf_neighbours(), {chart, in_chart % per_side, in_chart / per_side}, part, points);
+    const Atlas::Tile square{chart, in_chart % per_side, in_chart / per_side};
+    const auto morphs = leaf_morphs(about, square, part, points);
     DrawnLeafPart drawn;
-    drawn.words.resize((part.vertices.size() + 3) / 4 * 5);
-    drawn.least_error = 255;
+    drawn.words.resize(LODE_VGI_LEAF_TEXEL(0u) + (part.vertices.size() + 3) / 4 * 5);
+    put_leaves(leaf_and_across(about, square), drawn);
     for (uint32_t v = 0; v < part.vertices.size(); ++v) {
         drawn.words[LODE_VGI_LEAF_TEXEL(v)] = packed_vertex(part.vertices[v], chart);
         drawn.words[LODE_VGI_LEAF_MORPHS(v)][v % 4] = morphs[v].packed();
-        drawn.least_error = std::min(drawn.least_error, morphs[v].error);
     }
     drawn.part = std::move(part);
-    bound(about, drawn);
     return drawn;
 }
 

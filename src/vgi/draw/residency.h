@@ -110,10 +110,6 @@ private:
 struct DrawnLeafPart {
     LeafPart part;
     std::vector<std::array<uint32_t, 4>> words;
-    // The sphere around its vertices, lattice units of samples, and the least error that one moves by (leaf_morph.h).
-    glm::vec3 centre{0};
-    float radius = 0;
-    uint8_t least_error = 0;
 };
 // number: of all parts. samples: of the page in whose square it is.
 DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPart part, const GeometryPage& samples);

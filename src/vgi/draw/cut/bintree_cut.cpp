@@ -287,13 +287,14 @@ private:
                 list.insert(list.end(), {c, a, b});
             }
         };
+        const uint32_t kind =
+            leaves_.has_arrived(number, border, part.slack) ? LODE_VGI_LEAF : LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES;
         const Atlas& about = residency_.about();
         const uint32_t leaf = residency_.topology().leaf(number);
         for (uint32_t p = about.first_part(leaf); p < about.leaves[leaf].parts_end; ++p) {
             const Residency::LeafEntry& of = residency_.leaf_part(p);
             touch(residency_.pages() + p);
-            const uint32_t first = LODE_VGI_LEAF | of.slot * LODE_VGI_LEAF_VERTICES |
-                                   (leaves_.has_arrived(*of.part, part.slack) ? 0u : LODE_VGI_LEAF_MOVES);
+            const uint32_t first = kind | of.slot * LODE_VGI_LEAF_VERTICES;
             for_drawn_triangles(
                 of.part->part, border, cells, [&](uint32_t v) { return first + v; }, sample, add);
         }

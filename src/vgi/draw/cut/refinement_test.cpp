@@ -24,7 +24,6 @@ RefinementTest::RefinementTest(const CutRequest& request, const Atlas& about) {
     const View& view = request.sets_levels();
     scale_ = largest_scale(request.object_to_world);
     margin_ = request.margin.distance;
-    lattice_scale_ = scale_ * static_cast<float>(about.step);
     magnification_ = static_cast<float>(magnification_of(view, request.pixel_error));
     const ErrorCodes codes(about.extent());
     for (size_t code = 0; code < 256; ++code) {

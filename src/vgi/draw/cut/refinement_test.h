@@ -46,12 +46,12 @@ public:
         slack.add(std::abs(left), glm::length(place_of(t)) * most_change_);
         return left > 0;
     }
-    // Whether whatever moves by at least an error has come to its place (shaders/shared/vgi_sample.glsl), all within a
-    // sphere, for every eye of the margin. Near the end of its way it may be told to be on it. Lattice units.
-    bool has_arrived(uint8_t least_error, const glm::vec3& centre, float radius, Slack& slack) const {
+    // Whether it has come to its place (shaders/shared/vgi_sample.glsl) for every eye of the margin; near the end of
+    // its way it may be told to be on it.
+    bool has_arrived(const GeometryTexel& t, Slack& slack) const {
         constexpr float most_left = 0.98f / static_cast<float>(error_ratio);
-        const float away = glm::length(lattice_.seen(centre)) + radius * lattice_scale_ + margin_,
-                    left = most_left * errors_[least_error] - away;
+        const float left =
+            most_left * errors_[t.error] + 0.999f * radii_[t.radius] - glm::length(place_of(t)) - margin_;
         slack.add(std::abs(left), 0);
         return left > 0;
     }

@@ -23,6 +23,19 @@ LeafBorder LeafFront::border(uint32_t page, Slack& slack) const {
     return border;
 }
 
+bool LeafFront::has_arrived(uint32_t page, const LeafBorder& border, Slack& slack) const {
+    const auto has = [&](uint32_t of) {
+        return wanted_.has_arrived(texel_of(residency_.about().leaves[residency_.topology().leaf(of)]), slack);
+    };
+    if (forced_) return true;
+    if (!has(page)) return false;
+    for (uint32_t s = 0; s < 4; ++s) {
+        const uint32_t across = residency_.neighbour(page, s);
+        if (across != ~0u && !border.sampled[s] && !has(across)) return false;
+    }
+    return true;
+}
+
 uint32_t LeafFront::beside_wanted(uint32_t page, Slack& slack) const {
     const PageTopology& topology = residency_.topology();
     const uint32_t square = topology.square(page);

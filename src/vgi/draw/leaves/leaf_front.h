@@ -31,10 +31,8 @@ public:
     uint32_t beside_wanted(uint32_t page, Slack& slack) const;
     // Whether leaves ask for the sample in corner (x, y) of a chart's squares.
     bool ask_for_corner(uint32_t chart, uint32_t x, uint32_t y, Slack& slack) const;
-    // Whether all vertices of a part that is there are in their places; where not told, they may be.
-    bool has_arrived(const DrawnLeafPart& part, Slack& slack) const {
-        return forced_ || wanted_.has_arrived(part.least_error, part.centre, part.radius, slack);
-    }
+    // Whether all vertices of one that is drawn are in their places; where not told, they may be.
+    bool has_arrived(uint32_t page, const LeafBorder& border, Slack& slack) const;
     // As RefinementTest::excess. leaf: into Atlas::leaves.
     float excess(uint32_t leaf) const { return wanted_.excess(texel_of(residency_.about().leaves[leaf])); }
 

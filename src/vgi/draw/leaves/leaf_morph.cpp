@@ -14,20 +14,20 @@ namespace lodestone::vgi {
 
 uint32_t LeafMorph::packed() const {
     const auto seven = [](int8_t number) { return uint32_t{static_cast<uint8_t>(number)} & 127u; };
-    return uint32_t{error} | uint32_t{exponent} << 8 | seven(off[0]) << 11 | seven(off[1]) << 18 | seven(off[2]) << 25;
+    return uint32_t{border} | uint32_t{exponent} << 8 | seven(off[0]) << 11 | seven(off[1]) << 18 | seven(off[2]) << 25;
 }
 
 LeafMorph LeafMorph::unpacked(uint32_t word) {
     const auto seven = [&](uint32_t shift) {
         return static_cast<int8_t>(std::bit_cast<int32_t>(word << (25 - shift)) >> 25);
     };
-    return {static_cast<uint8_t>(word & 255), static_cast<uint8_t>(word >> 8 & 7), {seven(11), seven(18), seven(25)}};
+    return {static_cast<uint8_t>(word & 7), static_cast<uint8_t>(word >> 8 & 7), {seven(11), seven(18), seven(25)}};
 }
 
-LeafMorph leaf_morph(const glm::dvec3& start, uint8_t error) {
+LeafMorph leaf_morph(const glm::dvec3& start, uint8_t border) {
     constexpr double most = 63;
     const double longest = std::max({std::abs(start.x), std::abs(start.y), std::abs(start.z)});
-    LeafMorph morph{error};
+    LeafMorph morph{border};
     while (morph.exponent < 7 && std::round(std::ldexp(longest, -2 * morph.exponent)) > most) ++morph.exponent;
     for (int k = 0; k < 3; ++k) {
         const double steps = std::round(std::ldexp(start[k], -2 * morph.exponent));
@@ -54,7 +54,7 @@ public:
     // Where a vertex of the square's leaf starts that moves as samples of an error do.
     glm::dvec3 start_of(const LeafVertex& v, uint8_t error) const {
         const glm::dvec3 at(v.position[0], v.position[1], v.position[2]);
-        if (v.is_corner()) return point(v.nearest_sample(static_cast<int32_t>(cells_)));
+        if (v.is_corner()) return at;
         return v.border > 0 ? nearest_on_side(v.border - 1u, at, error) : inside(v, at, error);
     }
 
@@ -121,34 +121,29 @@ private:
     const bool rising_;
 };
 
-// By LeafVertex::border, the least error of the leaves that have such a vertex.
-std::array<uint8_t, 9> least_errors(const Atlas& about, const LeafNeighbours& neighbours, Atlas::Tile square) {
-    const uint32_t leaf = about.leaf(square.chart, square.x, square.y);
-    std::array<uint8_t, 9> least{};
-    least.fill(about.leaves[leaf].error);
-    const auto take = [&](uint8_t& to, uint32_t other) {
-        // What has none is never drawn as a leaf.
-        if (about.leaves[other].error > 0) to = std::min(to, about.leaves[other].error);
-    };
-    for (uint32_t k = 0; k < 4; ++k) {
-        const LeafSide across = leaf_across(about, square, k);
-        if (across.leaf != ~0u) take(least[1 + k], across.leaf);
-        for (const uint32_t other : neighbours.around(leaf, k)) take(least[5 + k], other);
-    }
-    return least;
-}
-
 }  // namespace
 
-std::vector<LeafMorph> leaf_morphs(const Atlas& about, const LeafNeighbours& neighbours, Atlas::Tile square,
-                                   const LeafPart& part, std::span<const LeafSample> samples) {
+std::array<Leaf, 5> leaf_and_across(const Atlas& about, Atlas::Tile square) {
+    std::array<Leaf, 5> leaves;
+    leaves.fill(about.leaves[about.leaf(square.chart, square.x, square.y)]);
+    for (uint32_t s = 0; s < 4; ++s) {
+        const LeafSide across = leaf_across(about, square, s);
+        if (across.leaf != ~0u && about.leaves[across.leaf].error > 0) leaves[1 + s] = about.leaves[across.leaf];
+    }
+    return leaves;
+}
+
+std::vector<LeafMorph> leaf_morphs(const Atlas& about, Atlas::Tile square, const LeafPart& part,
+                                   std::span<const LeafSample> samples) {
     const SquareSamples of_square(about, square, samples);
-    const std::array<uint8_t, 9> errors = least_errors(about, neighbours, square);
+    const std::array<Leaf, 5> leaves = leaf_and_across(about, square);
     std::vector<LeafMorph> morphs;
     morphs.reserve(part.vertices.size());
     for (const LeafVertex& v : part.vertices) {
+        const uint8_t border = v.is_corner() ? uint8_t{0} : v.border;
         const glm::dvec3 at(v.position[0], v.position[1], v.position[2]);
-        morphs.push_back(leaf_morph(of_square.start_of(v, errors[v.border]) - at, errors[v.border]));
+        const glm::dvec3 start = of_square.start_of(v, std::min(leaves[0].error, leaves[border].error));
+        morphs.push_back(leaf_morph(start - at, border));
     }
     return morphs;
 }

@@ -82,7 +82,6 @@ vec3 way_of_leaf(uint number, mat4 to_world, VgiAsset asset) {
     uvec4 sides = leaf_at(LODE_VGI_LEAF_HEADER(number) + (side >> 1));
     uvec2 other = (side & 1u) != 0u ? sides.zw : sides.xy;
     float t = min(arrived(lattice(own), own.y, to_world, asset), arrived(lattice(other), other.y, to_world, asset));
-    if (uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]) == 0.0) t = 1.0;
     vec3 off = vec3(bitfieldExtract(int(morph), 11, 7), bitfieldExtract(int(morph), 18, 7), bitfieldExtract(int(morph), 25, 7));
     return (1.0 - t) * float(1u << (2u * (morph >> 8 & 7u))) * off;
 }

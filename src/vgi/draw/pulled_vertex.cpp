@@ -75,7 +75,6 @@ private:
     glm::vec3 leaf(uint32_t number) const {
         const auto v = leaf_words(LODE_VGI_LEAF_TEXEL(number));
         const glm::vec3 at(v[0] & 0x1fffff, v[0] >> 21 | (v[1] & 0x3ff) << 11, v[1] >> 10);
-        if (magnification_ <= 0) return origin_ + asset_.leaf_step * at;
         const LeafMorph morph = LeafMorph::unpacked(leaf_words(LODE_VGI_LEAF_MORPHS(number))[number % 4]);
         const auto leaf_of = [&](uint32_t i) {
             const auto words = leaf_words(LODE_VGI_LEAF_HEADER(number) + i / 2);

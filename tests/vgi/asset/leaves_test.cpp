@@ -89,7 +89,7 @@ std::vector<std::array<uint32_t, 9>> sorted_triangles(const LeafPart& part) {
     for (const auto& t : part.triangles) {
         std::array<std::array<uint32_t, 3>, 3> corners{};
         for (size_t k = 0; k < 3; ++k) corners[k] = part.vertices[t[k]].position;
-        std::ranges::rotate(corners, std::ranges::min_element(corners));
+        std::rotate(corners.begin(), std::ranges::min_element(corners), corners.end());
         std::array<uint32_t, 9> all{};
         for (size_t i = 0; i < 9; ++i) all[i] = corners[i / 3][i % 3];
         sorted.push_back(all);
@@ -110,7 +110,7 @@ TEST(Leaves, AreCodedInAnyOrderAndSmallInOne) {
         std::vector<std::array<uint8_t, 3>> order = part.triangles;
         for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
         for (auto t : order) {
-            std::ranges::rotate(t, t.begin() + static_cast<ptrdiff_t>(random.below(3)));
+            std::rotate(t.begin(), t.begin() + static_cast<ptrdiff_t>(random.below(3)), t.end());
             for (uint8_t& v : t) {
                 if (numbers[v] < 0) {
                     numbers[v] = static_cast<int>(other.vertices.size());

@@ -346,7 +346,7 @@ private:
     void code_wrapped(NumberModel& model, int32_t expected, Number& number) {
         int32_t more = int32_t{static_cast<Difference>(number - expected)};
         model.code(coder_, more);
-        number = static_cast<Number>(expected + more);
+        number = static_cast<Number>(static_cast<uint32_t>(expected) + static_cast<uint32_t>(more));
     }
 
     Coder& coder_;

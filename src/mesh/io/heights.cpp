@@ -275,14 +275,18 @@ struct TiffSample {
     }
 };
 
-// Samples by tiles; what is wrong, or nothing.
-std::string read_tiles(TIFF* tiff, const TiffSample& sample, HeightMap& map) {
+// Bytes that no way of packing makes of one; and of a tile that is larger than its picture.
+constexpr size_t most_unpacked = 4096, most_small_tile = size_t{1} << 24;
+
+// Samples by tiles; what is wrong, or nothing. file_bytes: of the whole file.
+std::string read_tiles(TIFF* tiff, size_t file_bytes, const TiffSample& sample, HeightMap& map) {
     uint32_t tile_width = 0, tile_height = 0;
     TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &tile_width);
     TIFFGetField(tiff, TIFFTAG_TILELENGTH, &tile_height);
     const auto tile_bytes = static_cast<size_t>(TIFFTileSize(tiff));
+    const size_t picture_bytes = size_t{map.width} * map.height * sample.bytes();
     if (tile_width == 0 || tile_height == 0 || tile_bytes < size_t{tile_width} * tile_height * sample.bytes() ||
-        tile_bytes > (size_t{1} << 30))
+        tile_bytes / most_unpacked > file_bytes || tile_bytes > std::max(4 * picture_bytes, most_small_tile))
         return "has tiles of a wrong size";
     std::vector<uint8_t> tile(tile_bytes);
     for (uint32_t y0 = 0; y0 < map.height; y0 += tile_height) {
@@ -355,7 +359,8 @@ Result<TriMesh> read_geotiff(const SourceFile& file, const ReadOptions& options,
         return wrong("is " + std::to_string(map.width) + "x" + std::to_string(map.height) +
                      " samples; the limit is 2 to " + std::to_string(most_side) + " a side");
     }
-    const std::string fault = TIFFIsTiled(tiff) != 0 ? read_tiles(tiff, sample, map) : read_rows(tiff, sample, map);
+    const std::string fault = TIFFIsTiled(tiff) != 0 ? read_tiles(tiff, file.content.bytes.size(), sample, map)
+                                                     : read_rows(tiff, sample, map);
     if (!fault.empty()) return wrong(fault);
     read_spacing(tiff, map);
     make_holes(tiff, map);

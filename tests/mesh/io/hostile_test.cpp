@@ -395,6 +395,14 @@ TEST_F(HostileTest, GltfImagesReachNoFurtherThanTheirBuffer) {
     EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("past the end of its buffer")));
 }
 
+// A file of 4 KB whose tile would take 854 MB.
+TEST_F(HostileTest, TilesOfHeightsAreNoLargerThanTheirFileCanHold) {
+    const auto read =
+        read_mesh(std::filesystem::path(LODESTONE_SOURCE_DIR) / "tests/mesh/io/found/tile-larger-than-its-picture.tif");
+    ASSERT_FALSE(read);
+    EXPECT_THAT(read.error().message, testing::HasSubstr("has tiles of a wrong size"));
+}
+
 // What fuzzing found once (make fuzz), made small: read or refused, like anything else.
 TEST_F(HostileTest, WhatWasFoundOnceIsReadOrRefused) {
     size_t files = 0;

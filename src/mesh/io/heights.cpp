@@ -275,8 +275,8 @@ struct TiffSample {
     }
 };
 
-// Bytes that no way of packing makes of one; and of a tile that is larger than its picture.
-constexpr size_t most_unpacked = 4096, most_small_tile = size_t{1} << 24;
+// Bytes that no way of packing makes of one; of any tile; and of one that is larger than four of its pictures.
+constexpr size_t most_unpacked = 4096, most_tile = size_t{1} << 30, most_small_tile = size_t{1} << 24;
 
 // Samples by tiles; what is wrong, or nothing. file_bytes: of the whole file.
 std::string read_tiles(TIFF* tiff, size_t file_bytes, const TiffSample& sample, HeightMap& map) {
@@ -286,7 +286,8 @@ std::string read_tiles(TIFF* tiff, size_t file_bytes, const TiffSample& sample, 
     const auto tile_bytes = static_cast<size_t>(TIFFTileSize(tiff));
     const size_t picture_bytes = size_t{map.width} * map.height * sample.bytes();
     if (tile_width == 0 || tile_height == 0 || tile_bytes < size_t{tile_width} * tile_height * sample.bytes() ||
-        tile_bytes / most_unpacked > file_bytes || tile_bytes > std::max(4 * picture_bytes, most_small_tile))
+        tile_bytes / most_unpacked > file_bytes ||
+        tile_bytes > std::clamp(4 * picture_bytes, most_small_tile, most_tile))
         return "has tiles of a wrong size";
     std::vector<uint8_t> tile(tile_bytes);
     for (uint32_t y0 = 0; y0 < map.height; y0 += tile_height) {

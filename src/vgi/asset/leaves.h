@@ -46,8 +46,8 @@ struct LeafVertex {
     std::array<uint16_t, 2> place{};     // in the chart, 0 .. leaf_places
     // 0: inside the square; 1 + s: on side s; 5 + k: corner k, where side k begins.
     uint8_t border = 0;
-    uint8_t step = 0;  // on a side: the nearest sample, by its x or y in the page; else 0
-    TexelAttributes attributes;    // what leaves hold of them
+    uint8_t step = 0;            // on a side: the nearest sample, by its x or y in the page; else 0
+    TexelAttributes attributes;  // what leaves hold of them
     bool operator==(const LeafVertex&) const = default;
 
     bool is_corner() const { return border >= 5; }

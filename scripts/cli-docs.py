@@ -57,6 +57,7 @@ each of its fields is. The row of `render --stats` has those that one frame can 
 | `period_median_ms`, `period_p95_ms`, `fps_median` | of `tune`: the time from the end of a frame to that of the next, where frames overlap, which is what it searches by; its `ms_*` are those of one frame in flight at the error found; `controlled.ms` are periods, too |
 | `resident_bytes`, `buffer_bytes` | of all buffers of the backend, with what frames under way read of sizes that buffers had before: as the backend counts them, and as the renderer allocated them |
 | `cpu_plan_ms`, `cpu_ms`, `gpu_ms` | processor time of the plan on the render thread, of the threads that cut, decode and read beside it; device time of all passes; milliseconds a frame |
+| `stages_gpu_ms` | of `bench`: device time of each stage, by its name; medians |
 | `triangles`, `vertex_invocations` | per frame; vertices are counted in all passes |
 | `acmr`, `acmr_fifo16` | vertex shader runs per triangle of the colour pass: counted by the device; simulated for a FIFO of 16 |
 | `psnr_db`, `ssim` | luminance against a picture of the whole mesh with 16 samples a pixel, over pixels that either covers |

@@ -265,6 +265,10 @@ private:
         row.cpu_plan_ms = mean(of_frames(flown, [](const FlownFrame& f) { return f.plan_cpu_ms; }));
         row.cpu_ms = mean(of_frames(flown, [](const FlownFrame& f) { return f.cpu_ms; }));
         row.gpu_ms = median(of_frames(flown, [](const FlownFrame& f) { return f.gpu_ms; }));
+        for (size_t s = 0; s < stage_count; ++s) {
+            row.stages_gpu_ms.emplace_back(name_of(static_cast<Stage>(s)),
+                                           median(of_frames(flown, [s](const FlownFrame& f) { return f.stage_gpu_ms[s]; })));
+        }
         row.triangles = mean(of_frames(flown, [](const FlownFrame& f) { return f.triangles; }));
         row.vertex_invocations = mean(of_frames(flown, [](const FlownFrame& f) { return f.vertex_invocations; }));
         row.uploaded_bytes = mean(of_frames(flown, [](const FlownFrame& f) { return f.uploaded_bytes; }));

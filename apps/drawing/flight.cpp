@@ -19,7 +19,10 @@ FlownFrame flown_as(const DrawnFrame& drawn, double period_ms) {
     frame.gpu_ms = drawn.counters.gpu_ms;
     frame.pixel_error = drawn.pixel_error;
     frame.triangles = drawn.stats.triangles;
-    for (const auto& pass : drawn.counters.pass) frame.vertex_invocations += pass.vertices();
+    for (size_t s = 0; s < drawn.counters.pass.size(); ++s) {
+        frame.vertex_invocations += drawn.counters.pass[s].vertices();
+        frame.stage_gpu_ms[s] = drawn.counters.pass[s].gpu_ms;
+    }
     frame.camera_invocations = drawn.counters.camera_vertices();
     frame.uploaded_bytes = drawn.stats.uploaded_bytes;
     frame.resident_bytes = drawn.stats.resident_bytes;

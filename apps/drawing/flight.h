@@ -1,6 +1,7 @@
 // A flight along a camera path, frame by frame, with what every frame took.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "apps/drawing/budget_use.h"
@@ -15,6 +16,7 @@ inline constexpr double flight_frame_seconds = 1.0 / 30;
 
 struct FlownFrame {
     double ms = 0, plan_cpu_ms = 0, cpu_ms = 0, gpu_ms = 0;
+    std::array<double, stage_count> stage_gpu_ms{};  // by Stage
     double period_ms = 0;  // since the frame before was done
     double pixel_error = 0;
     uint64_t triangles = 0;

@@ -53,6 +53,7 @@ Json json_of(const Row& r) {
                  {"bake_seconds", r.bake_seconds},
                  {"asset_bytes", r.asset_bytes},
                  {"flight", {{"ms", r.flight_ms}, {"triangles", r.flight_triangles}}}};
+    for (const auto& [stage, ms] : r.stages_gpu_ms) json["stages_gpu_ms"][stage] = ms;
     if (r.volume) {
         json["volume"] = {{"bin_ms", r.volume->bin_ms},
                           {"fill_ms", r.volume->fill_ms},

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace lodestone {
@@ -43,6 +44,7 @@ struct Row : Technique {
     double throughput_fps = 0, throughput_fps_min = 0, throughput_fps_max = 0;
     uint32_t frames_in_flight = 1;                   // at most, where they overlap
     double cpu_plan_ms = 0, cpu_ms = 0, gpu_ms = 0;  // processor time of plans, and of threads beside; device time
+    std::vector<std::pair<std::string, double>> stages_gpu_ms;  // device time by stage; medians
     double uploaded_bytes = 0;                       // per frame, the first left out
     uint64_t resident_bytes = 0;                     // of all buffers, in the last frame
     double triangles = 0, vertex_invocations = 0;    // per frame; all passes

@@ -106,7 +106,10 @@ protected:
     }
     double against_reference(const Picture& picture, const std::vector<LookedAtSquare>& squares) {
         const Picture reference = reference_picture(squares, set_, camera_, width_, height_, look_, around_);
-        const auto mask = covered_union(picture, reference);
+        return against_reference(picture, reference, covered_union(picture, reference));
+    }
+    // mask: of the pixels to compare, 1.
+    double against_reference(const Picture& picture, const Picture& reference, const std::vector<uint8_t>& mask) {
         EXPECT_GT(std::count(mask.begin(), mask.end(), 1), width_ * height_ / 9);
         const double psnr = psnr_db(picture, reference, mask);
         RecordProperty("psnr_db", std::to_string(psnr));

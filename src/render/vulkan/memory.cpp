@@ -101,11 +101,13 @@ void BlockAllocator::free(const Piece& piece) {
             hole = before;
         }
     }
-    if (hole->first == 0 && hole->second == (*found)->bytes) {
-        vkFreeMemory(device_.handle(), (*found)->memory, nullptr);
-        allocated_ -= (*found)->bytes;
-        blocks.erase(found);
-    }
+    if (!(*found)->empty()) return;
+    const bool another = std::any_of(blocks.begin(), blocks.end(),
+                                     [&](const auto& b) { return b != *found && b->empty() && b->is_like(**found); });
+    if (!(*found)->dedicated && !another) return;
+    vkFreeMemory(device_.handle(), (*found)->memory, nullptr);
+    allocated_ -= (*found)->bytes;
+    blocks.erase(found);
 }
 
 Buffer::Buffer(BlockAllocator& allocator, VkDeviceSize bytes, VkBufferUsageFlags usage, MemoryKind kind,

@@ -13,7 +13,8 @@ namespace lodestone {
 enum class MemoryKind { device_local, staging, readback };
 
 // Hands out pieces of large blocks, one list of blocks per memory type. A piece of half a block or more gets its own
-// allocation. Pieces are reused first-fit; freed neighbours merge.
+// allocation. Pieces are reused first-fit; freed neighbours merge. One empty block of each kind is kept: drivers take
+// up to 20 ms to map one anew, and what is read back of a frame would ask for that in every frame.
 class BlockAllocator {
 public:
     explicit BlockAllocator(const Device& device) : device_(device) {}
@@ -40,6 +41,10 @@ private:
         std::byte* mapped;
         bool linear, dedicated;
         std::map<VkDeviceSize, VkDeviceSize> holes;  // offset to size
+        bool empty() const { return holes.size() == 1 && holes.begin()->second == bytes; }
+        bool is_like(const Block& o) const {  // the same pieces fit
+            return linear == o.linear && dedicated == o.dedicated && (mapped != nullptr) == (o.mapped != nullptr);
+        }
     };
     uint32_t memory_type(uint32_t allowed, MemoryKind kind) const;
     Block& add_block(uint32_t type, VkDeviceSize bytes, bool mapped, bool linear, bool dedicated);

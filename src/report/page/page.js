@@ -33,7 +33,7 @@ function fill(table, heads, lines) {
 
 // Columns of the table: heading, value, digits, and which way is better.
 const columns = [
-  ['ms', r => r.ms_median, 2, -1], ['p95', r => r.ms_p95, 2, -1], ['p99', r => r.ms_p99, 2, -1], ['max', r => r.ms_max, 2, -1],
+  ['ms', r => r.ms_median, 2, -1], ['p95', r => r.ms_p95, 2, -1], ['p99', r => r.ms_p99, 2, -1], ['max', r => r.ms_max, 2, -1], ['device ms', r => r.gpu_ms, 2, -1],
   ['floor', r => r.ms_floor, 2, 0], ['jolt', r => r.ms_jolt, 2, -1], ['FPS', r => r.fps_mean, 1, 1], ['plan ms', r => r.cpu_plan_ms, 2, -1], ['other threads ms', r => r.cpu_ms, 2, -1],
   ['triangles', r => r.triangles, 0, 0], ['vertex runs', r => r.vertex_invocations, 0, -1], ['ACMR', r => r.acmr, 3, -1],
   ['FIFO-16', r => r.acmr_fifo16, 3, -1], ['SSIM', r => r.ssim, 4, 1], ['PSNR dB', r => r.psnr_db, 2, 1],

@@ -7,6 +7,7 @@
 #include "base/check.h"
 #include "frame/indexed_mesh.h"
 #include "lod/asset/cursor.h"
+#include "lod/asset/vertex_places.h"
 #include "shaders/shared/lod_morph.h"
 
 namespace lodestone {
@@ -15,15 +16,24 @@ namespace {
 
 constexpr uint32_t vertex_buffer = 0, index_buffer = 1, parent_buffer = 2;
 constexpr uint64_t slot_bytes = 12;
-constexpr uint32_t most_cursors = 64;        // per asset, of falling size
-constexpr uint64_t reserve = 4;              // times what a level has changed, of what a frame may upload
-constexpr uint32_t levels_at_once = 16;      // that a cursor goes, where what it uploads is watched
+constexpr uint32_t most_cursors = 64;    // per asset, of falling size
+constexpr uint64_t reserve = 4;          // times what a level has changed, of what a frame may upload
+constexpr uint32_t levels_at_once = 16;  // that a cursor goes, where what it uploads is watched
+// What is kept by place of every wedge that may be on its way.
+struct Ancestry {
+    uint32_t parent = 0, wedge = 0;  // the parent's place; the wedge's own number
+};
+static_assert(sizeof(Ancestry) == LODE_LOD_PARENT_WORDS * sizeof(uint32_t));
+
 constexpr uint32_t smallest_capacity = 256;  // slots; smaller cursors would not be worth their draw
 
 // The slots of an asset's cursors, largest first, in at most `budget` slots.
 std::vector<uint32_t> cursor_capacities(uint32_t full_slots, uint64_t budget, uint32_t instances) {
     if (uint64_t{full_slots} * instances <= budget) return std::vector<uint32_t>(instances, full_slots);
-    for (const double steps_per_octave : {16.0, 8.0, 4.0, 2.0, 1.0, 0.5}) {
+    // As near to each other as lets them reach down to the smallest.
+    const double octaves = std::log2(std::max(2.0, static_cast<double>(full_slots) / smallest_capacity));
+    for (double steps_per_octave = 16; steps_per_octave >= 0.5; steps_per_octave /= 2) {
+        if (steps_per_octave > 1 && octaves * steps_per_octave + 1 > std::min(instances, most_cursors)) continue;
         std::vector<uint32_t> capacities;
         uint64_t sum = 0;
         double capacity = full_slots;
@@ -51,6 +61,7 @@ public:
     };
     struct Asset {
         std::shared_ptr<const ProgressiveMesh> pm;
+        std::vector<uint32_t> places;  // of its wedges in the vertex buffer
         Sphere sphere;
         uint64_t vertex_offset = 0;
         uint32_t further_word = 0;  // LODE_MESH_WORD_FURTHER
@@ -78,7 +89,8 @@ public:
         std::vector<IndexedRange> ranges;
         for (const InUse& used : in_use_) {
             Served& served = served_by(used);
-            const uint64_t bytes = upload_dirty(served, go_towards(served, left), plan);
+            const auto changed = go_towards(served, left);
+            const uint64_t bytes = upload_dirty(served, assets_[used.asset].places, changed, plan);
             left -= std::min(left, bytes);
             ranges.push_back(range_of(assets_[used.asset], served, input));
         }
@@ -131,32 +143,39 @@ private:
 
     void upload_vertices(Plan& plan) {
         for (const Asset& asset : assets_) {
-            const auto bytes = std::as_bytes(asset.pm->vertices);
-            plan.commands.push_back({Stage::update, Upload{vertex_buffer, asset.vertex_offset,
-                                                           Blob(asset.pm, bytes.data(), bytes.size())}});
-            plan.stats.uploaded_bytes += bytes.size();
-            upload_further(asset, plan);
-            if (!geomorph_) continue;
-            // By wedge; those of the base have none, and are never asked.
-            std::vector<uint32_t> parents(asset.pm->vertices.size(), 0);
-            std::ranges::copy(asset.pm->parents, parents.rbegin());
-            const Blob blob = Blob::copy_of(parents.data(), parents.size());
-            plan.commands.push_back(
-                {Stage::update,
-                 Upload{parent_buffer, asset.vertex_offset / sizeof(MeshVertex) * sizeof(uint32_t), blob}});
-            plan.stats.uploaded_bytes += blob.size();
+            upload_by_place<MeshVertex>(asset, asset.pm->vertices, vertex_buffer, asset.vertex_offset, plan);
+            // They lie in the last buffer.
+            upload_by_place<FurtherAttributes>(asset, asset.pm->further,
+                                               static_cast<uint32_t>(recipe_.buffers.size()) - 1,
+                                               FurtherBuffer::offset(asset.further_word), plan);
+            if (geomorph_)
+                upload_by_place<Ancestry>(asset, ancestry_of(asset), parent_buffer,
+                                          asset.vertex_offset / sizeof(MeshVertex) * sizeof(Ancestry), plan);
         }
         vertices_uploaded_ = true;
     }
 
-    // They lie in the last buffer.
-    void upload_further(const Asset& asset, Plan& plan) const {
-        const auto bytes = std::as_bytes(asset.pm->further);
-        if (bytes.empty()) return;
-        plan.commands.push_back({Stage::update, Upload{static_cast<uint32_t>(recipe_.buffers.size()) - 1,
-                                                       FurtherBuffer::offset(asset.further_word),
-                                                       Blob(asset.pm, bytes.data(), bytes.size())}});
-        plan.stats.uploaded_bytes += bytes.size();
+    // What there is of every wedge, in the order of their places. Nothing where there is nothing.
+    template <class T>
+    static void upload_by_place(const Asset& asset, std::span<const T> of_wedges, uint32_t buffer, uint64_t offset,
+                                Plan& plan) {
+        if (of_wedges.empty()) return;
+        std::vector<T> of_places(of_wedges.size());
+        for (size_t w = 0; w < of_wedges.size(); ++w) of_places[asset.places[w]] = of_wedges[w];
+        const Blob blob = Blob::copy_of(of_places.data(), of_places.size());
+        plan.commands.push_back({Stage::update, Upload{buffer, offset, blob}});
+        plan.stats.uploaded_bytes += blob.size();
+    }
+
+    // By wedge. Those of the base have no parent, and are never asked.
+    static std::vector<Ancestry> ancestry_of(const Asset& asset) {
+        const auto wedges = static_cast<uint32_t>(asset.places.size());
+        std::vector<Ancestry> all(wedges);
+        for (uint32_t w = 0; w < wedges; ++w) {
+            const uint32_t gone = wedges - 1 - w;
+            all[w] = {gone < asset.pm->parents.size() ? asset.places[asset.pm->parents[gone]] : 0, w};
+        }
+        return all;
     }
 
     // How many instances of its asset come before each.
@@ -317,23 +336,24 @@ private:
     }
 
     // Returns how many bytes these are.
-    static uint64_t upload_dirty(const Served& served, std::span<const IndexRange> ranges, Plan& plan) {
+    static uint64_t upload_dirty(const Served& served, std::span<const uint32_t> places,
+                                 std::span<const IndexRange> ranges, Plan& plan) {
         if (ranges.empty()) return 0;
         const auto indices = served.cursor.all_indices();
-        const auto bytes = std::make_shared<std::vector<uint32_t>>();
+        const auto uploaded = std::make_shared<std::vector<uint32_t>>();
+        uploaded->reserve(bytes_of(ranges) / sizeof(uint32_t));
         for (const IndexRange& range : ranges) {
-            const auto begin = indices.begin() + range.first;
-            bytes->insert(bytes->end(), begin, begin + range.count);
+            for (const uint32_t wedge : indices.subspan(range.first, range.count)) uploaded->push_back(places[wedge]);
         }
         size_t at = 0;
         for (const IndexRange& range : ranges) {
-            const auto* data = reinterpret_cast<const std::byte*>(bytes->data() + at);
+            const auto* data = reinterpret_cast<const std::byte*>(uploaded->data() + at);
             plan.commands.push_back({Stage::update, Upload{index_buffer, served.first_byte + uint64_t{range.first} * 4,
-                                                           Blob(bytes, data, uint64_t{range.count} * 4)}});
+                                                           Blob(uploaded, data, uint64_t{range.count} * 4)}});
             at += range.count;
         }
-        plan.stats.uploaded_bytes += bytes->size() * 4;
-        return bytes->size() * 4;
+        plan.stats.uploaded_bytes += bytes_of(ranges);
+        return bytes_of(ranges);
     }
 
     size_t cursor_count() const {
@@ -431,10 +451,11 @@ Result<std::unique_ptr<FrameSource>> open_lod(const std::vector<std::shared_ptr<
         orders.push_back(static_cast<uint32_t>(order - pm->orders.data()));
         LodSource::Asset asset;
         asset.pm = pm;
+        asset.places = vertex_places(*pm, orders.back());
         asset.sphere = bounding_sphere(pm->vertices);
         asset.vertex_offset = vertex_bytes;
         vertex_bytes += pm->vertices.size_bytes();
-        if (options.geomorph) parent_bytes += pm->vertices.size() * sizeof(uint32_t);
+        if (options.geomorph) parent_bytes += pm->vertices.size() * sizeof(Ancestry);
         asset.further_word = further.add(pm->further);
         assets.push_back(std::move(asset));
     }

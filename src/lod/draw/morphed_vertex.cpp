@@ -11,8 +11,12 @@ glm::vec3 morphed_vertex(const PlanMirror& mirror, const Draw& draw, const Frame
     const uint32_t first = draw.words[LODE_LOD_WORD_FIRST], staying = draw.words[LODE_LOD_WORD_STAYING];
     const auto morphing = static_cast<float>(draw.words[LODE_LOD_WORD_ARRIVED] - staying);
     glm::vec3 position(0);
-    for (float left = 1; left > 0; index = mirror.stored<uint32_t>(draw, LODE_LOD_PARENTS, first + index)) {
-        const float away = index < staying ? 0 : static_cast<float>(index - staying + 1) / (morphing + 1);
+    const auto ancestry = [&](uint32_t word) {
+        return mirror.stored<uint32_t>(draw, LODE_LOD_PARENTS, (first + index) * LODE_LOD_PARENT_WORDS + word);
+    };
+    for (float left = 1; left > 0; index = ancestry(0)) {
+        const uint32_t wedge = ancestry(1);
+        const float away = wedge < staying ? 0 : static_cast<float>(wedge - staying + 1) / (morphing + 1);
         const auto vertex = mirror.stored<MeshVertex>(draw, LODE_LOD_VERTICES, first + index);
         position += left * (1 - away) * glm::vec3(vertex.position[0], vertex.position[1], vertex.position[2]);
         left *= away;

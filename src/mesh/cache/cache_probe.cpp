@@ -44,6 +44,12 @@ std::vector<uint32_t> hub() {
     return indices;
 }
 
+// The same indices with every second vertex so much further on.
+std::vector<uint32_t> apart(std::vector<uint32_t> indices, uint32_t distance) {
+    for (uint32_t& index : indices) index += index % 2 * distance;
+    return indices;
+}
+
 std::vector<CacheModel> candidates() {
     std::vector<CacheModel> models;
     for (const char* name : {"nvidia", "amd", "intel"}) models.push_back(*cache_model_named(name));
@@ -65,6 +71,9 @@ std::vector<ProbePattern> probe_patterns() {
     for (const uint32_t band : {2u, 4u, 6u, 8u, 10u, 12u, 14u, 16u, 20u, 24u, 32u, 48u, 80u})
         patterns.push_back({"grid in bands of " + std::to_string(band), banded_grid(80, 80, band)});
     patterns.push_back({"hub", hub()});
+    for (const uint32_t distance : {1u << 12, 1u << 15, 1u << 16})
+        patterns.push_back(
+            {"every second vertex " + std::to_string(distance) + " on", apart(banded_grid(80, 80, 6), distance)});
     std::vector<uint32_t> shuffled = banded_grid(80, 80, 80);
     Random random(1);
     for (size_t t = shuffled.size() / 3; t > 1; --t) {

@@ -18,10 +18,10 @@ struct ProbePattern {
     std::string name;
     std::vector<uint32_t> indices;  // three per triangle, each below probe_vertices
 };
-constexpr uint32_t probe_vertices = 8192;
+constexpr uint32_t probe_vertices = (1u << 16) + 8192;
 
-// Triangles that come back after so many others, bands of a grid of several widths, a grid in random order: what
-// tells sizes, replacement rules and batches apart.
+// Triangles that come back after so many others, bands of a grid of several widths, a grid in random order, one whose
+// indices are far apart: what tells sizes, replacement rules and batches apart.
 std::vector<ProbePattern> probe_patterns();
 
 struct ProbeResult {

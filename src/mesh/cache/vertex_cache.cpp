@@ -67,29 +67,40 @@ uint64_t run(Cache& cache, std::span<const uint32_t> indices, std::vector<uint8_
     return transforms;
 }
 
-// Batches: a small FIFO inside each, closed when the next triangle would pass a limit.
-uint64_t run_batches(const CacheModel& model, std::span<const uint32_t> indices, uint32_t vertices,
-                     std::vector<uint8_t>* misses) {
+// Batches: a small FIFO inside each, closed when the next triangle would pass a limit, or where the bits of `seen`, the
+// indices as the device has them, do not agree.
+uint64_t run_batches(const CacheModel& model, std::span<const uint32_t> indices, std::span<const uint32_t> seen,
+                     uint32_t vertices, std::vector<uint8_t>* misses) {
     std::vector<uint64_t> entered(vertices, 0);
     const uint64_t size = model.size;
     uint64_t clock = size + 1, transforms = 0;
     uint32_t batch_vertices = 0, batch_triangles = 0;
+    const uint32_t shift = model.batch_index_bits;
+    uint32_t high_bits = shift > 0 ? seen[0] >> shift : 0;
+    const auto close = [&] {
+        batch_vertices = batch_triangles = 0;
+        clock += size + 1;  // forget everything
+    };
     const auto cached = [&](uint32_t v) { return clock - entered[v] <= size; };
     for (size_t i = 0; i < indices.size(); i += 3) {
         const uint32_t a = indices[i], b = indices[i + 1], c = indices[i + 2];
         const auto wanted = static_cast<uint32_t>(!cached(a)) + !cached(b) + !cached(c);
         if ((model.batch_triangles > 0 && batch_triangles == model.batch_triangles) ||
             (model.batch_vertices > 0 && batch_vertices + wanted > model.batch_vertices)) {
-            batch_vertices = batch_triangles = 0;
-            clock += size + 1;  // forget everything
+            close();
         }
         uint8_t missed = 0;
-        for (const uint32_t v : {a, b, c}) {
+        for (size_t k = 0; k < 3; ++k) {
+            if (shift > 0 && seen[i + k] >> shift != high_bits) {
+                high_bits = seen[i + k] >> shift;
+                close();
+            }
+            const uint32_t v = indices[i + k];
             if (cached(v)) continue;
             entered[v] = clock++;
+            ++batch_vertices;
             ++missed;
         }
-        batch_vertices += missed;
         ++batch_triangles;
         transforms += missed;
         if (misses != nullptr) (*misses)[i / 3] = missed;
@@ -97,8 +108,8 @@ uint64_t run_batches(const CacheModel& model, std::span<const uint32_t> indices,
     return transforms;
 }
 
-uint64_t run_model(const CacheModel& model, std::span<const uint32_t> indices, uint32_t vertices,
-                   std::vector<uint8_t>* misses) {
+uint64_t run_model(const CacheModel& model, std::span<const uint32_t> indices, std::span<const uint32_t> seen,
+                   uint32_t vertices, std::vector<uint8_t>* misses) {
     switch (model.kind) {
         case CacheModel::Kind::fifo: {
             Fifo cache(vertices, model.size);
@@ -111,10 +122,10 @@ uint64_t run_model(const CacheModel& model, std::span<const uint32_t> indices, u
         case CacheModel::Kind::batch:
             break;
     }
-    return run_batches(model, indices, vertices, misses);
+    return indices.empty() ? 0 : run_batches(model, indices, seen, vertices, misses);
 }
 
-constexpr CacheModel nvidia{CacheModel::Kind::batch, 32, 32, 32};
+constexpr CacheModel nvidia{CacheModel::Kind::batch, 32, 32, 32, 16};
 constexpr CacheModel amd{CacheModel::Kind::batch, 14, 64, 128};
 constexpr CacheModel intel{CacheModel::Kind::batch, 128, 0, 0};
 
@@ -149,7 +160,7 @@ std::string name_of(const CacheModel& model) {
             break;
     }
     return "batch(" + std::to_string(model.size) + "," + std::to_string(model.batch_vertices) + "," +
-           std::to_string(model.batch_triangles) + ")";
+           std::to_string(model.batch_triangles) + "," + std::to_string(model.batch_index_bits) + ")";
 }
 
 CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indices, std::vector<uint8_t>* misses) {
@@ -157,11 +168,12 @@ CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indi
     CacheStatistics statistics;
     if (misses != nullptr) misses->assign(indices.size() / 3, 0);
     if (indices.empty()) return statistics;
-    // A cache has room for every number up to the largest; what the numbers are makes no difference.
-    const uint32_t largest = std::ranges::max(indices);
-    if (largest / 4 >= indices.size()) return simulate(model, ranked(indices), misses);
-    const uint32_t vertices = largest + 1;
-    statistics.transforms = run_model(model, indices, vertices, misses);
+    // A cache has room for every number up to the largest.
+    std::vector<uint32_t> ranks;
+    const std::span<const uint32_t> seen = indices;
+    if (std::ranges::max(indices) / 4 >= indices.size()) indices = ranks = ranked(indices);
+    const uint32_t vertices = std::ranges::max(indices) + 1;
+    statistics.transforms = run_model(model, indices, seen, vertices, misses);
     std::vector<bool> used(vertices, false);
     for (size_t i = 0; i < indices.size(); i += 3) {
         if (degenerate(&indices[i])) continue;
@@ -176,7 +188,7 @@ CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indi
 
 uint64_t count_transforms(const CacheModel& model, std::span<const uint32_t> indices, uint32_t vertices) {
     LODE_CHECK(indices.size() % 3 == 0 && model.size >= 3, indices.size(), model.size);
-    return run_model(model, indices, vertices, nullptr);
+    return run_model(model, indices, indices, vertices, nullptr);
 }
 
 }  // namespace lodestone

@@ -28,6 +28,9 @@ struct CacheModel {
     // the cache_size, warp_size and primgroup_size of meshoptimizer's analysis.
     uint32_t batch_vertices = 0;   // transforms of a batch at most, 0 for no limit
     uint32_t batch_triangles = 0;  // triangles of a batch at most, 0 for no limit
+    // batch: indices of a batch agree above this many low bits, 0 for any; an index that does not agree closes it. Not
+    // of meshoptimizer: measured on an NVIDIA H200 (16 bits; cache_probe.cpp draws what tells).
+    uint32_t batch_index_bits = 0;
     bool operator==(const CacheModel&) const = default;
 };
 
@@ -47,7 +50,8 @@ struct CacheStatistics {
     double atvr() const { return vertices ? static_cast<double>(transforms) / static_cast<double>(vertices) : 0; }
 };
 // Draws the triangles through an empty cache.
-// indices: three per triangle, in drawing order, of any size: memory follows how many there are. Degenerate triangles
+// indices: three per triangle, in drawing order, of any size, as the device sees them where the model has index bits;
+// memory follows how many there are. Degenerate triangles
 // cost what their vertices cost, but are not counted. misses, if given: per triangle, how many of its corners missed (0
 // .. 3); resized to fit.
 CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indices,

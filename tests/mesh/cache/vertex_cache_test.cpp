@@ -86,12 +86,37 @@ TEST(VertexCache, DegenerateTrianglesCostButDoNotCount) {
     EXPECT_EQ(misses, (std::vector<uint8_t>{3, 2}));
 }
 
+// A grid of 80 x 80 quads in bands of 10, its indices changed. What an NVIDIA H200 counted.
+TEST(VertexCache, BatchesOfNvidiaHoldIndicesThatAgreeAbove16Bits) {
+    const auto cost = [](auto&& changed) {
+        std::vector<uint32_t> indices;
+        for (uint32_t first = 0; first < 80; first += 10) {
+            for (uint32_t y = 0; y < 80; ++y) {
+                for (uint32_t x = first; x < first + 10; ++x) {
+                    const uint32_t v = y * 81 + x;
+                    for (const uint32_t corner : {v, v + 1, v + 81, v + 81, v + 1, v + 82})
+                        indices.push_back(changed(corner));
+                }
+            }
+        }
+        return static_cast<double>(simulate(*cache_model_named("nvidia"), indices).transforms);
+    };
+    const double together = cost([](uint32_t v) { return v; });
+    EXPECT_EQ(cost([](uint32_t v) { return v + v % 2 * 32768; }), together);
+    EXPECT_EQ(cost([](uint32_t v) { return 9 * v; }), together);
+    EXPECT_EQ(cost([](uint32_t v) { return v + v % 2 * 65536; }), 25600);
+    // Near to each other, but on both sides of a border.
+    EXPECT_EQ(cost([](uint32_t v) { return v % 2 ? 65536 + v / 2 : 65535 - v / 2; }), 25600);
+    EXPECT_NEAR(cost([](uint32_t v) { return v / 81 % 2 * 65536 + v; }), 32000, 0.04 * 32000);
+    EXPECT_NEAR(cost([](uint32_t v) { return v % 3 * 65536 + v / 3; }), 26880, 0.04 * 26880);
+}
+
 // Plans name vertices by numbers with marks in their highest bits.
 TEST(VertexCache, CostsWhatTheCountOfIndicesAsksFor) {
     std::vector<uint32_t> indices, marked;
     for (uint32_t i = 0; i < 50; ++i) indices.insert(indices.end(), {i, i + 1, (7 * i) % 50});
     for (const uint32_t i : indices) marked.push_back(i % 2 == 0 ? i : ~uint32_t{0} - i);
-    for (const char* name : {"fifo16", "lru16", "nvidia"}) {
+    for (const char* name : {"fifo16", "lru16", "amd"}) {
         std::vector<uint8_t> misses, marked_misses;
         const auto a = simulate(*cache_model_named(name), indices, &misses);
         const auto b = simulate(*cache_model_named(name), marked, &marked_misses);

@@ -41,6 +41,12 @@ struct Candidate {
     FanWeights weights;
 };
 
+// As far as the order of faces goes: indices near to each other are what places are for (vertex_places.h).
+CacheModel for_order(CacheModel model) {
+    model.batch_index_bits = 0;
+    return model;
+}
+
 // Sizes around the real one: an order made for a smaller cache loses less when gaps open.
 std::vector<Candidate> candidates_for(const CacheModel& model) {
     std::vector<uint32_t> sizes;
@@ -73,7 +79,7 @@ double ratio_for(double moves_per_ecol) { return moves_per_ecol / (2 + moves_per
 class KeyframeOrderer final : public FaceOrderer {
 public:
     explicit KeyframeOrderer(const OrderOptions& options)
-        : model_(options.cache),
+        : model_(for_order(options.cache)),
           ratio_(ratio_for(0.98 * options.moves_per_ecol)),  // what small intervals add
           seconds_(options.seconds),
           stop_(options.stop),

@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/random.h"
 #include "lod/asset/cursor.h"
+#include "lod/asset/vertex_places.h"
 #include "mesh/cache/tipsify.h"
 
 namespace lodestone {
@@ -101,8 +102,9 @@ std::vector<uint32_t> sample_levels(const ProgressiveMesh& pm, uint32_t count, L
 OrderCost cost_of_order(const ProgressiveMesh& pm, uint32_t order, const CacheModel& model,
                         const std::vector<uint32_t>& levels) {
     OrderCost cost;
+    const std::vector<uint32_t> places = vertex_places(pm, order);
     for_levels(pm, order, levels, [&](const PmCursor& cursor, const std::vector<uint32_t>&) {
-        const CacheStatistics s = simulate(model, cursor.drawn_indices());
+        const CacheStatistics s = simulate(model, placed(cursor.drawn_indices(), places));
         cost.levels.push_back({cursor.level(), s.triangles, s.vertices, s.atvr(), s.acmr()});
     });
     std::reverse(cost.levels.begin(), cost.levels.end());
@@ -122,6 +124,7 @@ OrderCost cost_of_order(const ProgressiveMesh& pm, uint32_t order, const CacheMo
 double atvr_of_fresh_order(const ProgressiveMesh& pm, FreshOrder order, const CacheModel& model,
                            const std::vector<uint32_t>& levels) {
     double sum = 0;
+    const std::vector<uint32_t> places = vertex_places(pm, 0);
     const uint32_t fifo = model.kind == CacheModel::Kind::batch ? 16 : model.size;
     for_levels(pm, 0, levels, [&](const PmCursor& cursor, const std::vector<uint32_t>& alive) {
         std::vector<uint32_t> ordered(alive.size());
@@ -134,7 +137,7 @@ double atvr_of_fresh_order(const ProgressiveMesh& pm, FreshOrder order, const Ca
         } else {
             ordered = shuffled(alive);
         }
-        sum += simulate(model, ordered).atvr();
+        sum += simulate(model, placed(ordered, places)).atvr();
     });
     return sum / static_cast<double>(levels.size());
 }
@@ -153,9 +156,12 @@ double worst_atvr(const ProgressiveMesh& pm, const std::vector<uint32_t>& levels
 double atvr_of_static_order(const ProgressiveMesh& pm, const CacheModel& model, const std::vector<uint32_t>& levels) {
     const FaceOrder* order = pm.order_named("static");
     if (order == nullptr) return 0;
+    const auto number = static_cast<uint32_t>(order - pm.orders.data());
+    const std::vector<uint32_t> places = vertex_places(pm, number);
     double sum = 0;
-    for_levels(pm, static_cast<uint32_t>(order - pm.orders.data()), levels,
-               [&](const PmCursor&, const std::vector<uint32_t>& alive) { sum += simulate(model, alive).atvr(); });
+    for_levels(pm, number, levels, [&](const PmCursor&, const std::vector<uint32_t>& alive) {
+        sum += simulate(model, placed(alive, places)).atvr();
+    });
     return sum / static_cast<double>(levels.size());
 }
 

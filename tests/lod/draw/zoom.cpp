@@ -7,6 +7,7 @@
 #include "base/check.h"
 #include "frame/plan_mirror.h"
 #include "frame/screen_error.h"
+#include "lod/asset/vertex_places.h"
 #include "lod/draw/morphed_vertex.h"
 #include "shaders/shared/lod_morph.h"
 
@@ -17,12 +18,13 @@ namespace {
 // What is drawn where each wedge of full detail is: itself while it lasts, and then what it became. wedges: drawn.
 std::vector<glm::vec3> drawn_places(const ProgressiveMesh& pm, const PlanMirror& mirror, bool geomorph,
                                     uint32_t wedges) {
+    const std::vector<uint32_t> at = vertex_places(pm, 0);
     std::vector<glm::vec3> places(pm.vertices.size());
     for (uint32_t w = 0; w < places.size(); ++w) {
         if (w >= wedges) {
             places[w] = places[pm.parents[pm.wedges_at(0) - 1 - w]];
         } else if (geomorph) {
-            places[w] = morphed_vertex(mirror, mirror.draws().back().draw, {}, 0, w);
+            places[w] = morphed_vertex(mirror, mirror.draws().back().draw, {}, 0, at[w]);
         } else {
             const auto& p = pm.vertices[w].position;
             places[w] = {p[0], p[1], p[2]};

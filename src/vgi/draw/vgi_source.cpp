@@ -106,7 +106,7 @@ public:
         if (device_) take_findings(input);
         pages_.touch(cuts_->touched);
         if (last) {
-            const uint64_t lists = uploaded_ || device_ ? 0 : cuts_->words->size() * sizeof(uint32_t);
+            const uint64_t lists = uploaded_ || device_ ? 0 : cuts_->word_count * sizeof(uint32_t);
             pages_.place(input, input.budget.upload_bytes - std::min(input.budget.upload_bytes, lists), plan);
         }
         device_ ? draw_device_cuts(input, plan) : draw_cuts(input, plan);
@@ -154,7 +154,7 @@ private:
 
     CutLimits limits(const FrameInput& input) const {
         if (!cuts_) return {most_words(~uint64_t{0})};
-        return {most_words(input.budget.upload_bytes), cuts_->raised, cuts_->triangles, cuts_->words->size()};
+        return {most_words(input.budget.upload_bytes), cuts_->raised, cuts_->triangles, cuts_->word_count};
     }
 
     void take_cuts(FrameCuts cuts) {
@@ -307,7 +307,7 @@ private:
     void upload_lists(Plan& plan) {
         if (uploaded_) return;
         uploaded_ = true;
-        const auto bytes = std::as_bytes(std::span(*cuts_->words));
+        const auto bytes = std::as_bytes(std::span(cuts_->words.get(), cuts_->word_count));
         if (bytes.empty()) return;
         if (bytes.size() > list_sizes_.bytes(draw_lists)) grow_lists(bytes.size(), plan);
         add_upload(plan, draw_lists, 0, Blob(cuts_->words, bytes.data(), bytes.size()));

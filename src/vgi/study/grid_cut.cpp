@@ -66,12 +66,14 @@ public:
         each_run_of_charts([&](uint32_t chart, Found&) { see({nodes_.levels, {chart, 0, 0}}, visibility_.all()); });
         auto found = each_run_of_charts([&](uint32_t chart, Found& to) { draw({nodes_.levels, {chart, 0, 0}}, to); });
         CutParts parts;
+        std::vector<const CutParts*> made;
         Cut cut;
         for (auto& f : found) {
-            parts.add(f->parts);
+            made.push_back(&f->parts);
             cut.triangles += f->triangles;
             demand_.add_marked(f->marked);
         }
+        parts.add(made);
         cut.parts = parts.take();
         return cut;
     }

@@ -39,10 +39,18 @@ TEST(VertexKinds, LongRunsOfOneKindFollowEachOtherInTheirOrder) {
                                 few_leaves = triangles_of(LODE_VGI_LEAF | 256, 2),
                                 moving = triangles_of(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES, 20);
     const std::vector<uint32_t> corner = {LODE_VGI_CORNER | 1, 2, 3}, mixed = {5, LODE_VGI_LEAF | 4, 6};
-    std::vector<uint32_t> list = {9};
-    TrianglesByKind by_kind;
-    const auto runs = by_kind.append(
-        all_of({samples, leaves, few_samples, moving, corner, more_samples, mixed, few_leaves}), 32, list);
+    const std::vector<uint32_t> all =
+        all_of({samples, leaves, few_samples, moving, corner, more_samples, mixed, few_leaves});
+    std::vector<TrianglesByKind::Run> runs;
+    const auto ordered = [&](const std::vector<uint32_t>& triangles, bool told_apart) {
+        TrianglesByKind by_kind(triangles, 32, told_apart);
+        for (size_t c = by_kind.chunks(); c-- > 0;) by_kind.look_at(c);
+        runs = by_kind.runs();
+        std::vector<uint32_t> list(triangles.size());
+        for (size_t c = by_kind.chunks(); c-- > 0;) by_kind.copy(c, list.data());
+        return list;
+    };
+    const std::vector<uint32_t> list = ordered(all, true);
     ASSERT_EQ(runs.size(), 4u);
     EXPECT_EQ(runs[0].kinds, LODE_VGI_KIND_SAMPLES);
     EXPECT_EQ(runs[0].words, 3u * 36);
@@ -52,9 +60,22 @@ TEST(VertexKinds, LongRunsOfOneKindFollowEachOtherInTheirOrder) {
     EXPECT_EQ(runs[2].words, 3u * 20);
     EXPECT_EQ(runs[3].kinds, every_kind);
     EXPECT_EQ(runs[3].words, 3u * 19);
-    EXPECT_EQ(list, all_of({{9}, samples, more_samples, leaves, moving, few_samples, corner, mixed, few_leaves}));
-    list.clear();
-    EXPECT_THAT(by_kind.append({}, 32, list), testing::IsEmpty());
+    EXPECT_EQ(list, all_of({samples, more_samples, leaves, moving, few_samples, corner, mixed, few_leaves}));
+    EXPECT_EQ(ordered(all, false), all);
+    ASSERT_EQ(runs.size(), 1u);
+    EXPECT_EQ(runs[0].kinds, every_kind);
+    EXPECT_EQ(runs[0].words, all.size());
+    EXPECT_TRUE(ordered({}, true).empty());
+    EXPECT_TRUE(runs.empty());
+    // Of several chunks.
+    std::vector<uint32_t> much, much_of_samples, much_of_leaves;
+    for (int i = 0; i < 1000; ++i) {
+        much = all_of({much, samples, leaves});
+        much_of_samples = all_of({much_of_samples, samples});
+        much_of_leaves = all_of({much_of_leaves, leaves});
+    }
+    EXPECT_EQ(ordered(much, true), all_of({much_of_samples, much_of_leaves}));
+    EXPECT_EQ(runs.size(), 2u);
 }
 
 }  // namespace

@@ -586,12 +586,14 @@ std::optional<Changes> changes_since(const IncrementalCut& kept, const PageTopol
 Cut joined(std::span<const std::optional<ChartCut>> groups, std::span<const uint32_t> charts,
            std::span<const size_t> first_of_group, CutParts parts, PageDemand& demand, IncrementalCut& kept) {
     kept.taken_over = 0;
+    std::vector<const CutParts*> made;
     for (size_t g = 0; g < groups.size(); ++g) {
-        parts.add(kept.charts[charts[first_of_group[g]] / charts_at_once].parts);
+        made.push_back(&kept.charts[charts[first_of_group[g]] / charts_at_once].parts);
         kept.taken_over += groups[g]->taken_over();
         demand.add_marked(groups[g]->marked());
         for (const auto& [page, wish] : groups[g]->asked()) demand.ask(page, wish);
     }
+    parts.add(made);
     return cut_of(parts);
 }
 

@@ -1,15 +1,30 @@
 #include "vgi/draw/cut/cut.h"
 
+#include "base/threads.h"
+
 #include <algorithm>
 
 namespace lodestone::vgi {
 
-void CutParts::add(const CutParts& other) {
-    for (const auto& [mask, words] : other.parts_) {
-        if (words.empty()) continue;
-        auto& to = list(mask);
-        to.insert(to.end(), words.begin(), words.end());
+void CutParts::add(std::span<const CutParts* const> others) {
+    for (const CutParts* other : others) {
+        for (const auto& part : other->parts_) {
+            if (!part.second.empty()) list(part.first);
+        }
     }
+    parallel_for(parts_.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t p = begin; p < end; ++p) {
+            auto& [mask, to] = parts_[p];
+            size_t words = to.size();
+            for (const CutParts* other : others) {
+                if (const auto* from = other->find(mask)) words += from->size();
+            }
+            to.reserve(words);
+            for (const CutParts* other : others) {
+                if (const auto* from = other->find(mask)) to.insert(to.end(), from->begin(), from->end());
+            }
+        }
+    });
 }
 
 std::vector<std::pair<uint32_t, std::vector<uint32_t>>> CutParts::take() {

@@ -71,8 +71,8 @@ public:
     void clear() {
         for (auto& part : parts_) part.second.clear();
     }
-    // Appends those of another.
-    void add(const CutParts& other);
+    // Appends those of others, in their order.
+    void add(std::span<const CutParts* const> others);
     // In order of their masks.
     std::vector<std::pair<uint32_t, std::vector<uint32_t>>> take();
 

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/check.h"
+#include "base/threads.h"
 #include "frame/screen_error.h"
 #include "vgi/asset/saturation.h"
 #include "vgi/draw/cut/corner_front.h"
@@ -327,28 +328,41 @@ private:
         return words;
     }
 
+    // All lists one after another. They are megabytes: copied by all threads, which also are the first to touch them.
     void put_together() {
-        auto lists = std::make_shared<std::vector<uint32_t>>();
-        size_t total = 0;
-        for (const Cut& cut : cuts_) {
-            for (const auto& part : cut.parts) total += part.second.size();
-        }
-        lists->reserve(total);
-        TrianglesByKind by_kind;
+        struct Chunk {
+            size_t list, chunk;
+        };
+        std::vector<TrianglesByKind> lists;
+        std::vector<Chunk> chunks;
         for (size_t i = 0; i < cuts_.size(); ++i) {
-            const CutInstance& of = input_.seen[i];
-            for (const auto& [mask, words] : cuts_[i].parts) {
-                if (!cutter_->makes_triangles()) {
-                    result_.parts.push_back({of.number, mask, every_kind, static_cast<uint32_t>(words.size())});
-                    lists->insert(lists->end(), words.begin(), words.end());
-                    continue;
-                }
-                const uint32_t cells = atlas_of(of).pages->geometry.tree().cells_per_page();
-                for (const auto& run : by_kind.append(words, cells, *lists))
-                    result_.parts.push_back({of.number, mask, run.kinds, run.words});
+            const uint32_t cells = atlas_of(input_.seen[i]).pages->geometry.tree().cells_per_page();
+            for (const auto& part : cuts_[i].parts) {
+                lists.emplace_back(part.second, cells, cutter_->makes_triangles());
+                for (size_t c = 0; c < lists.back().chunks(); ++c) chunks.push_back({lists.size() - 1, c});
             }
         }
-        result_.words = std::move(lists);
+        const size_t grain = 1 + chunks.size() / 256;
+        const auto for_chunks = [&](auto&& work) {
+            parallel_for(chunks.size(), grain, [&](size_t begin, size_t end) {
+                for (size_t c = begin; c < end; ++c) work(chunks[c]);
+            });
+        };
+        for_chunks([&](const Chunk& c) { lists[c.list].look_at(c.chunk); });
+        std::vector<size_t> first;
+        size_t next = 0;
+        for (size_t i = 0; i < cuts_.size(); ++i) {
+            for (const auto& part : cuts_[i].parts) {
+                for (const auto& run : lists[first.size()].runs())
+                    result_.parts.push_back({input_.seen[i].number, part.first, run.kinds, run.words});
+                first.push_back(next);
+                next += part.second.size();
+            }
+        }
+        const auto words = std::make_shared_for_overwrite<uint32_t[]>(next);
+        for_chunks([&](const Chunk& c) { lists[c.list].copy(c.chunk, words.get() + first[c.list]); });
+        result_.words = words;
+        result_.word_count = next;
     }
 
     void look_for_attributes() {

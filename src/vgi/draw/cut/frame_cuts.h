@@ -74,8 +74,9 @@ struct FrameCuts {
         uint32_t kinds;            // LODE_VGI_KIND_... that vertices of triangles may be of
         uint32_t words;
     };
-    std::vector<Part> parts;  // one after another in `words`, instances rising, and for each its views
-    std::shared_ptr<const std::vector<uint32_t>> words;  // as Cut::parts has them
+    std::vector<Part> parts;                  // one after another in `words`, instances rising, and for each its views
+    std::shared_ptr<const uint32_t[]> words;  // as Cut::parts has them
+    size_t word_count = 0;
     double pixel_error = 1;  // that cuts were made with, at most: what had to be raised to stay within the budget
     double raised = 1;       // by how much
     int64_t level = -1;      // drawn everywhere, as Budget::forced_level, or -1

@@ -1,5 +1,7 @@
 #include "vgi/draw/cut/vertex_kinds.h"
 
+#include <algorithm>
+
 namespace lodestone::vgi {
 
 namespace {
@@ -7,6 +9,16 @@ namespace {
 // Triangles one after another of a kind that are worth a place of their own: they no longer share vertices with those
 // between which they were.
 constexpr size_t shortest_run = 16;
+
+constexpr size_t chunk_words = 3 * 8192;
+
+// Groups of triangles, in the order in which they come.
+constexpr uint32_t kinds_of_groups[] = {LODE_VGI_KIND_SAMPLES, LODE_VGI_KIND_LEAVES, LODE_VGI_KIND_MOVING_LEAVES,
+                                        every_kind};
+constexpr uint8_t others = 3;
+uint8_t group_of(uint32_t kinds) {
+    return static_cast<uint8_t>(std::ranges::find(kinds_of_groups, kinds_of_groups + others, kinds) - kinds_of_groups);
+}
 
 uint32_t kinds_of(std::span<const uint32_t> triangles, size_t first, uint32_t cells) {
     uint32_t kinds = 0;
@@ -16,34 +28,61 @@ uint32_t kinds_of(std::span<const uint32_t> triangles, size_t first, uint32_t ce
 
 }  // namespace
 
-std::span<const TrianglesByKind::Run> TrianglesByKind::append(std::span<const uint32_t> triangles, uint32_t cells,
-                                                              std::vector<uint32_t>& list) {
-    leaves_.clear();
-    moving_.clear();
-    others_.clear();
-    runs_.clear();
-    const size_t before = list.size();
-    for (size_t begin = 0, end = 0; begin < triangles.size(); begin = end) {
-        const uint32_t kinds = kinds_of(triangles, begin, cells);
-        for (end = begin + 3; end < triangles.size() && kinds_of(triangles, end, cells) == kinds;) end += 3;
-        const bool alone = end - begin >= 3 * shortest_run;
-        std::vector<uint32_t>& to = !alone                                 ? others_
-                                    : kinds == LODE_VGI_KIND_SAMPLES       ? list
-                                    : kinds == LODE_VGI_KIND_LEAVES        ? leaves_
-                                    : kinds == LODE_VGI_KIND_MOVING_LEAVES ? moving_
-                                                                           : others_;
-        const auto run = triangles.subspan(begin, end - begin);
-        to.insert(to.end(), run.begin(), run.end());
+TrianglesByKind::TrianglesByKind(std::span<const uint32_t> triangles, uint32_t cells, bool told_apart)
+    : triangles_(triangles),
+      cells_(cells),
+      told_apart_(told_apart),
+      chunks_((triangles.size() + chunk_words - 1) / chunk_words) {}
+
+std::span<const uint32_t> TrianglesByKind::of(size_t chunk) const {
+    const size_t begin = chunk * chunk_words;
+    return triangles_.subspan(begin, std::min(chunk_words, triangles_.size() - begin));
+}
+
+void TrianglesByKind::look_at(size_t chunk) {
+    const std::span<const uint32_t> triangles = of(chunk);
+    Chunk& found = chunks_[chunk];
+    if (!told_apart_) {
+        found.words[others] = static_cast<uint32_t>(triangles.size());
+        found.ends.emplace_back(found.words[others], others);
+        return;
     }
-    const auto add = [&](uint32_t kinds, size_t words) {
-        if (words > 0) runs_.push_back({kinds, static_cast<uint32_t>(words)});
-    };
-    add(LODE_VGI_KIND_SAMPLES, list.size() - before);
-    add(LODE_VGI_KIND_LEAVES, leaves_.size());
-    add(LODE_VGI_KIND_MOVING_LEAVES, moving_.size());
-    add(every_kind, others_.size());
-    for (const auto* more : {&leaves_, &moving_, &others_}) list.insert(list.end(), more->begin(), more->end());
-    return runs_;
+    for (size_t begin = 0, end = 0; begin < triangles.size(); begin = end) {
+        const uint32_t kinds = kinds_of(triangles, begin, cells_);
+        for (end = begin + 3; end < triangles.size() && kinds_of(triangles, end, cells_) == kinds;) end += 3;
+        const uint8_t group = end - begin < 3 * shortest_run ? others : group_of(kinds);
+        found.words[group] += static_cast<uint32_t>(end - begin);
+        if (!found.ends.empty() && found.ends.back().second == group) {
+            found.ends.back().first = static_cast<uint32_t>(end);
+        } else {
+            found.ends.emplace_back(static_cast<uint32_t>(end), group);
+        }
+    }
+}
+
+std::vector<TrianglesByKind::Run> TrianglesByKind::runs() {
+    std::vector<Run> runs;
+    uint32_t words = 0;
+    for (size_t group = 0; group < groups; ++group) {
+        const uint32_t before = words;
+        for (Chunk& chunk : chunks_) {
+            chunk.first[group] = words;
+            words += chunk.words[group];
+        }
+        if (words > before) runs.push_back({kinds_of_groups[group], words - before});
+    }
+    return runs;
+}
+
+void TrianglesByKind::copy(size_t chunk, uint32_t* to) const {
+    const std::span<const uint32_t> triangles = of(chunk);
+    std::array<uint32_t, groups> next = chunks_[chunk].first;
+    uint32_t begin = 0;
+    for (const auto& [end, group] : chunks_[chunk].ends) {
+        std::copy(triangles.begin() + begin, triangles.begin() + end, to + next[group]);
+        next[group] += end - begin;
+        begin = end;
+    }
 }
 
 }  // namespace lodestone::vgi

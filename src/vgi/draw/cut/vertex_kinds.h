@@ -1,8 +1,10 @@
 // Triangles of a cut by what their vertices are, so that each is drawn by shaders that know no more than they need.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "shaders/shared/vgi_texels.h"
@@ -22,19 +24,37 @@ inline uint32_t kind_of(uint32_t index, uint32_t cells) {
     return corner ? LODE_VGI_KIND_CORNERS : LODE_VGI_KIND_SAMPLES;
 }
 
-// The same triangles: long runs of samples alone, those of leaves alone, of leaves alone that may move, and all others,
-// each in the order they had.
+// A list of triangles in another order: long runs of samples alone, those of leaves alone, of leaves alone that may
+// move, and all others, each in the order they had. It is looked at and copied chunk by chunk, by any threads.
 class TrianglesByKind {
 public:
+    // triangles: must outlive this. cells: along a side of a page of positions. told_apart: if not, all are of every
+    // kind (patches that are to be tessellated, say).
+    TrianglesByKind(std::span<const uint32_t> triangles, uint32_t cells, bool told_apart = true);
+
+    size_t chunks() const { return chunks_.size(); }
+    void look_at(size_t chunk);
+
     struct Run {
-        uint32_t kinds, words;  // LODE_VGI_KIND_... there may be; indices
+        uint32_t kinds, words;  // LODE_VGI_KIND_... there may be; indices, > 0
     };
-    // Appends them to a list. Valid until the next call.
-    std::span<const Run> append(std::span<const uint32_t> triangles, uint32_t cells, std::vector<uint32_t>& list);
+    // In their order. Call it when all chunks have been looked at; then they can be copied.
+    std::vector<Run> runs();
+    // to: of the whole list.
+    void copy(size_t chunk, uint32_t* to) const;
 
 private:
-    std::vector<uint32_t> leaves_, moving_, others_;
-    std::vector<Run> runs_;
+    static constexpr size_t groups = 4;
+    struct Chunk {
+        std::vector<std::pair<uint32_t, uint8_t>> ends;  // of its runs, in triangles_; and the group of each
+        std::array<uint32_t, groups> words{}, first{};   // of each group; where they go
+    };
+    std::span<const uint32_t> of(size_t chunk) const;
+
+    std::span<const uint32_t> triangles_;
+    uint32_t cells_;
+    bool told_apart_;
+    std::vector<Chunk> chunks_;
 };
 
 }  // namespace lodestone::vgi

@@ -161,6 +161,7 @@ public:
 
 private:
     Result<void> draw_references() {
+        if (options_.quality_frames == 0) return {};
         auto session = DrawSession::open(scene_, renderer_, {"full", "", ""}, true, progress_);
         if (!session) return tl::unexpected(session.error());
         for (uint32_t i = 0; i < options_.quality_frames; ++i) {
@@ -266,8 +267,9 @@ private:
         row.cpu_ms = mean(of_frames(flown, [](const FlownFrame& f) { return f.cpu_ms; }));
         row.gpu_ms = median(of_frames(flown, [](const FlownFrame& f) { return f.gpu_ms; }));
         for (size_t s = 0; s < stage_count; ++s) {
-            row.stages_gpu_ms.emplace_back(name_of(static_cast<Stage>(s)),
-                                           median(of_frames(flown, [s](const FlownFrame& f) { return f.stage_gpu_ms[s]; })));
+            row.stages_gpu_ms.emplace_back(
+                name_of(static_cast<Stage>(s)),
+                median(of_frames(flown, [s](const FlownFrame& f) { return f.stage_gpu_ms[s]; })));
         }
         row.triangles = mean(of_frames(flown, [](const FlownFrame& f) { return f.triangles; }));
         row.vertex_invocations = mean(of_frames(flown, [](const FlownFrame& f) { return f.vertex_invocations; }));
@@ -296,6 +298,8 @@ private:
 
     // keep: the pictures go into the report, with the row that is added next.
     Result<void> measure_quality(Row& row, bool keep) {
+        row.compared = !references_.empty();
+        if (!row.compared) return {};
         const Technique& way = row;
         const Budget budget = budget_of(row);
         if (auto done = renderer_.resize(width_, height_); !done) return done;
@@ -400,6 +404,8 @@ Result<Compared> compared_of(const BenchArguments& o) {
     const auto metric = std::ranges::find(error_metrics(), o.equal_error, &ErrorMetric::name);
     if (metric != error_metrics().end()) {
         compared.metric = &*metric;
+        if (o.quality_frames == 0)
+            return fail(Fault::usage, "--equal-error compares pictures: give --quality-frames 1 or more");
     } else if (!o.equal_error.empty()) {
         return fail(Fault::usage, "--equal-error " + o.equal_error + ": choose ssim or max_pixel_deviation");
     }
@@ -489,7 +495,7 @@ Result<int> bench(const BenchArguments& o) {
     const Progress progress = terminal_progress();
     SceneNeeds needs = needs_of(compared->backends);
     note_rasters(compared->rasters, needs);
-    needs.full = Need::must;                            // pictures are compared with it
+    if (o.quality_frames > 0) needs.full = Need::must;  // pictures are compared with it
     if (compared->metric) needs.discrete = Need::must;  // and so is what looks alike
     StageOptions of_stage = o.stage;
     if (!compared->volumes.empty()) of_stage.volumes = "on";
@@ -545,9 +551,11 @@ void add_bench(CLI::App& app, Run& run) {
         ->check(CLI::Range(1u, 1000000u))
         ->capture_default_str();
     command
-        ->add_option("--quality-frames", o->quality_frames,
-                     "Pictures along the flight that are compared with the whole mesh")
-        ->check(CLI::Range(1u, 1000u))
+        ->add_option(
+            "--quality-frames", o->quality_frames,
+            "Pictures along the flight that are compared with the whole mesh; 0 for none, where the whole of a "
+            "scene is too much to draw")
+        ->check(CLI::Range(0u, 1000u))
         ->capture_default_str();
     command->add_option(
         "--equal-error", o->equal_error,

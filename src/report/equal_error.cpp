@@ -50,10 +50,13 @@ std::span<const ErrorMetric> error_metrics() { return metrics; }
 
 std::vector<EqualError> at_equal_error(std::span<const Row> rows) {
     std::map<Technique, Curve> curves;
-    for (const Row& row : rows) curves[row].push_back(&row);
+    for (const Row& row : rows) {
+        if (row.compared) curves[row].push_back(&row);
+    }
     for (auto& [name, curve] : curves) std::ranges::sort(curve, {}, &Row::pixel_error);
     std::vector<EqualError> result;
     for (uint32_t i = 0; i < rows.size(); ++i) {
+        if (!rows[i].compared) continue;
         for (const auto& [name, curve] : curves) {
             if (name == static_cast<const Technique&>(rows[i])) continue;
             for (const ErrorMetric& metric : metrics) {

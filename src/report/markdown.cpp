@@ -57,15 +57,16 @@ std::string headings(const std::vector<std::string>& cells) {
 
 std::string rows_table(const Report& report) {
     std::string text = headings({"drawn by", "pixel error", "triangles", "ms, median", "p99", "device ms",
-                                 "frames/s, overlapping",
-                                 "least", "most", "plan, CPU ms", "other threads, CPU ms", "ACMR", "PSNR, dB", "SSIM",
-                                 "deviation, px", "leaks", "MB held"});
+                                 "frames/s, overlapping", "least", "most", "plan, CPU ms", "other threads, CPU ms",
+                                 "ACMR", "PSNR, dB", "SSIM", "deviation, px", "leaks", "MB held"});
     for (const Row& row : report.rows) {
+        const auto of_pictures = [&](const std::string& cell) { return row.compared ? cell : "-"; };
         text += line({name_of(row), row.backend == "full" ? "-" : rounded(row.pixel_error), number(row.triangles, 0),
                       rounded(row.ms_median), rounded(row.ms_p99), rounded(row.gpu_ms), number(row.throughput_fps, 1),
                       number(row.throughput_fps_min, 1), number(row.throughput_fps_max, 1), number(row.cpu_plan_ms, 2),
-                      number(row.cpu_ms, 2), number(row.acmr, 3), number(row.psnr_db, 2), number(row.ssim, 4),
-                      number(row.max_pixel_deviation, 2), std::to_string(row.background_leaks),
+                      number(row.cpu_ms, 2), number(row.acmr, 3), of_pictures(number(row.psnr_db, 2)),
+                      of_pictures(number(row.ssim, 4)), of_pictures(number(row.max_pixel_deviation, 2)),
+                      of_pictures(std::to_string(row.background_leaks)),
                       number(static_cast<double>(row.resident_bytes) / 1e6, 0)});
     }
     return text;

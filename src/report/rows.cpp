@@ -53,6 +53,10 @@ Json json_of(const Row& r) {
                  {"bake_seconds", r.bake_seconds},
                  {"asset_bytes", r.asset_bytes},
                  {"flight", {{"ms", r.flight_ms}, {"triangles", r.flight_triangles}}}};
+    if (!r.compared) {
+        for (const char* of_pictures : {"acmr_fifo16", "psnr_db", "ssim", "max_pixel_deviation", "background_leaks"})
+            json[of_pictures] = nullptr;
+    }
     for (const auto& [stage, ms] : r.stages_gpu_ms) json["stages_gpu_ms"][stage] = ms;
     if (r.volume) {
         json["volume"] = {{"bin_ms", r.volume->bin_ms},
@@ -132,11 +136,13 @@ std::string report_table(std::span<const Row> rows) {
     std::string table = line;
     for (const Row& r : rows) {
         const std::string chosen = choices_of(r);
-        std::snprintf(line, sizeof line,
-                      "\n%-9s %-17s %6g %10.0f %9.2f %9.2f %7.1f %7.1f %7.1f %12.0f %6.3f %8.2f %7.4f %6.2f px %6llu",
+        std::snprintf(line, sizeof line, "\n%-9s %-17s %6g %10.0f %9.2f %9.2f %7.1f %7.1f %7.1f %12.0f %6.3f",
                       r.backend.c_str(), chosen.empty() ? "-" : chosen.c_str(), r.pixel_error, r.triangles, r.ms_median,
                       r.ms_floor, r.throughput_fps, r.throughput_fps_min, r.throughput_fps_max, r.vertex_invocations,
-                      r.acmr, r.psnr_db, r.ssim, r.max_pixel_deviation,
+                      r.acmr);
+        table += line;
+        if (!r.compared) continue;
+        std::snprintf(line, sizeof line, " %8.2f %7.4f %6.2f px %6llu", r.psnr_db, r.ssim, r.max_pixel_deviation,
                       static_cast<unsigned long long>(r.background_leaks));
         table += line;
     }

@@ -45,11 +45,12 @@ struct Row : Technique {
     uint32_t frames_in_flight = 1;                   // at most, where they overlap
     double cpu_plan_ms = 0, cpu_ms = 0, gpu_ms = 0;  // processor time of plans, and of threads beside; device time
     std::vector<std::pair<std::string, double>> stages_gpu_ms;  // device time by stage; medians
-    double uploaded_bytes = 0;                       // per frame, the first left out
-    uint64_t resident_bytes = 0;                     // of all buffers, in the last frame
-    double triangles = 0, vertex_invocations = 0;    // per frame; all passes
+    double uploaded_bytes = 0;                                  // per frame, the first left out
+    uint64_t resident_bytes = 0;                                // of all buffers, in the last frame
+    double triangles = 0, vertex_invocations = 0;               // per frame; all passes
     double acmr = 0;                 // vertex invocations per drawn triangle of the colour pass, counted by the device
-    double acmr_fifo16 = 0;          // simulated
+    double acmr_fifo16 = 0;          // simulated, of the pictures compared
+    bool compared = true;            // false: no picture was, and what follows up to the leaks is null
     double psnr_db = 0, ssim = 0;    // means over the pictures compared (image_metrics.h)
     double max_pixel_deviation = 0;  // the largest over the pictures compared
     uint64_t background_leaks = 0;   // the sum

@@ -43,7 +43,7 @@ const bests = columns.map(([, of, , way]) => {
   const values = rows.filter(r => r.backend !== 'full').map(of);
   return way === 0 || values.length < 2 ? NaN : way > 0 ? Math.max(...values) : Math.min(...values);
 });
-const number = (value, digits) => value.toLocaleString('en', { minimumFractionDigits: digits, maximumFractionDigits: digits });
+const number = (value, digits) => value === null ? '-' : value.toLocaleString('en', { minimumFractionDigits: digits, maximumFractionDigits: digits });
 fill(at('rows'), [{ text: 'row' }, ...columns.map(([text]) => ({ text }))], rows.map(r => [{ text: rowName(r) },
   ...columns.map(([, of, digits], i) => ({ text: number(of(r), digits), kind: r.backend !== 'full' && of(r) === bests[i] ? 'best' : '' }))]));
 

@@ -39,6 +39,8 @@ constexpr uint64_t first_list_bytes = uint64_t{240} << 10;  // what lists have u
 constexpr uint64_t list_step = 120;                         // whole triangles, and whole patches
 constexpr uint64_t most_slots = LODE_VGI_LEAF / LODE_VGI_PAGE_TEXELS;  // of a pool: its texels are numbered below
 constexpr uint64_t most_leaf_slots = LODE_VGI_LEAF_MOVES / LODE_VGI_LEAF_VERTICES;
+// Words of a cut that is made ahead: so many times those that are drawn, or so many in any case.
+constexpr uint64_t most_growth = 4, always_worth = uint64_t{4} << 20;
 // To a draw: lavapipe takes time by their square (800 at once: 2.5 times as long as 100 at a time).
 constexpr uint32_t most_patches = LODE_CUT_RECORD_PATCHES;
 
@@ -126,7 +128,8 @@ public:
                            {"pages_failed", pages_.failed()},
                            {"requests_waiting", pages_.waiting()},
                            {"raised_error", device_ ? raised_ : cuts_->raised},
-                           {"cut_in_frame", missed ? 1 : 0}};
+                           {"cut_in_frame", missed ? 1 : 0},
+                           {"cuts_given_up", given_up_}};
         return plan;
     }
 
@@ -167,7 +170,8 @@ private:
         if (!next_.valid()) return;
         NextCuts next = next_.get();
         memory_ = std::move(next.memory);
-        if (next.cuts.region.covers(input)) {
+        given_up_ += next.cuts.given_up;
+        if (!next.cuts.given_up && next.cuts.region.covers(input)) {
             take_cuts(std::move(next.cuts));
         } else {
             behind_ = true;
@@ -184,11 +188,12 @@ private:
         auto input =
             std::make_shared<const CutInput>(cut_input(std::move(*region), pages_.snapshot(), instances_, &now));
         auto memory = std::make_shared<CutMemory>(std::move(memory_));
-        next_ = beside_.start<NextCuts>(
-            [cutter = cutter_, input = std::move(input), memory = std::move(memory), limits = limits(now)] {
-                FrameCuts cuts = make_cuts(cutter.get(), *input, limits, *memory);
-                return NextCuts{std::move(cuts), std::move(*memory)};
-            });
+        CutLimits to = limits(now);
+        to.worth = std::max(most_growth * cuts_->word_count, always_worth);
+        next_ = beside_.start<NextCuts>([cutter = cutter_, input = std::move(input), memory = std::move(memory), to] {
+            FrameCuts cuts = make_cuts(cutter.get(), *input, to, *memory);
+            return NextCuts{std::move(cuts), std::move(*memory)};
+        });
     }
 
     void upload_tables(Plan& plan) const {
@@ -416,6 +421,7 @@ private:
     InstanceTree instances_;
     std::optional<DeviceCut> device_;
     DeviceCut::Findings found_;  // of the last frame that is known of
+    uint64_t given_up_ = 0;      // cuts made ahead that came to too much
     double raised_ = 1;          // times the pixel error, to save triangles where the device cuts
     uint64_t raised_in_ = 0;     // the frame that first had it
     std::optional<FrameInput> last_;

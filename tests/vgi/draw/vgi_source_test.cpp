@@ -441,6 +441,42 @@ TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereTheCameraMovesSteadily) 
     }
 }
 
+// Where it will be next, by the way it came, it would be among hundreds at once.
+TEST_F(VgiSourceTest, GivesUpOnWhatACameraThatJumpsMightSeeNext) {
+    const auto vgi = source();
+    const auto at = [&](float distance, uint64_t frame) {
+        FrameInput input = look_from({0, 0, distance}, frame);
+        input.views.resize(1);
+        input.instances.assign(400, Instance{});
+        for (uint32_t i = 0; i < 400; ++i) {
+            const float angle = 0.0157f * static_cast<float>(i);
+            input.instances.edit(i).object_to_world[3] = glm::vec4(60 * std::sin(angle), 60 * std::cos(angle), -100, 1);
+        }
+        return input;
+    };
+    // The finest pages are there, so that what is near has many triangles.
+    std::vector<Arrival> arrivals;
+    uint64_t frame = 0;
+    const auto settle = [&](float distance) {
+        for (int i = 0; i < 20; ++i) {
+            FrameInput input = at(distance, frame++);
+            input.budget.forced_level = 1;
+            input.arrivals = std::move(arrivals);
+            arrivals.clear();
+            for (const PageRequest& r : vgi->plan(input).requests) arrivals.push_back(answer(r));
+        }
+    };
+    settle(600);
+    for (const float distance : {600.0f, 599.0f, 598.0f, 597.0f})
+        EXPECT_EQ(figure(vgi->plan(at(distance, frame++)), "cuts_given_up"), 0);
+    const Plan jumped = vgi->plan(at(250, frame++)), after = vgi->plan(at(250, frame++));
+    EXPECT_EQ(figure(after, "cuts_given_up"), 1);
+    EXPECT_EQ(figure(after, "cut_in_frame"), 0) << "what was cut in the frame before is as good";
+    EXPECT_EQ(figure(after, "raised_error"), 1);
+    EXPECT_EQ(after.stats.triangles, jumped.stats.triangles);
+    EXPECT_EQ(after.stats.instances_drawn, jumped.stats.instances_drawn);
+}
+
 TEST_F(VgiSourceTest, MakesCutsBesideTheFrameBeforeWhereInstancesMoveSteadilyAndLosesNothingWhenTheyStop) {
     // A rock that moves and stops is drawn as one that has stood there all the time.
     std::array<uint64_t, 2> triangles{};

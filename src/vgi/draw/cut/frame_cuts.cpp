@@ -251,6 +251,7 @@ public:
 
     FrameCuts run() {
         fit();
+        if (result_.given_up) return std::move(result_);
         put_together();
         look_for_attributes();
         look_ahead();
@@ -301,31 +302,44 @@ private:
         result_.level = budget.forced_level;
         const View& sets_levels = region_.level_view ? *region_.level_view : region_.views[0];
         for (;;) {
-            const uint64_t words = cut_all();
-            if (result_.triangles <= budget.max_triangles && words <= limits_.most_words) break;
+            const double beyond = cut_all(result_.level >= levels - 1);
+            if (beyond <= 1 || result_.given_up) break;
             if (result_.level >= 0) {
                 if (result_.level >= levels - 1) break;
                 ++result_.level;
             } else if (magnification_of(sets_levels, budget.pixel_error * result_.raised) <= least_magnification) {
                 result_.level = 1;
             } else {
-                result_.raised *= error_scale_step;
+                // Where it is far too much, not step by step: triangles fall at least as errors rise.
+                const double steps = std::floor(std::log(beyond) / 2 / std::log(error_scale_step));
+                result_.raised *= std::pow(error_scale_step, std::max(1.0, steps));
             }
         }
         result_.pixel_error = budget.pixel_error * result_.raised;
     }
-    uint64_t cut_all() {
+    // How many times what there may be all instances are, about. Ends where they are too much already, unless all are
+    // wanted.
+    double cut_all(bool whole) {
         cuts_.clear();
         for (CutMemory::Demand& demand : memory_.atlases) demand.positions.clear();
         result_.triangles = 0;
         if (cutter_ == nullptr) return 0;
         uint64_t words = 0;
+        double beyond = 0;
         for (const CutInstance& i : input_.seen) {
             cuts_.push_back(cut(i));
             result_.triangles += cuts_.back().triangles;
             for (const auto& part : cuts_.back().parts) words += part.second.size();
+            result_.given_up = words > limits_.worth;
+            if (result_.given_up) return 0;
+            beyond = std::max(of(words, limits_.most_words), of(result_.triangles, region_.budget.max_triangles));
+            if (beyond > 1 && !whole)
+                return beyond * static_cast<double>(input_.seen.size()) / static_cast<double>(cuts_.size());
         }
-        return words;
+        return beyond;
+    }
+    static double of(uint64_t count, uint64_t most) {
+        return static_cast<double>(count) / static_cast<double>(std::max<uint64_t>(most, 1));
     }
 
     // All lists one after another. They are megabytes: copied by all threads, which also are the first to touch them.

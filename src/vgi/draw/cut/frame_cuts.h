@@ -81,6 +81,7 @@ struct FrameCuts {
     double raised = 1;       // by how much
     int64_t level = -1;      // drawn everywhere, as Budget::forced_level, or -1
     uint64_t triangles = 0;  // of views[0]
+    bool given_up = false;   // it came to more than CutLimits::worth, and there is nothing
 
     // Pages used, children before their parents, numbered over all atlases, by layer.
     std::array<std::vector<uint32_t>, 3> touched;
@@ -109,6 +110,9 @@ struct CutLimits {
     // Of the cuts before.
     double raised = 1;
     uint64_t triangles = 0, words = 0;
+    // Words beyond which cuts are not worth while. What a camera that jumps may see next can be a thousand times what
+    // it sees; then the next frame cuts for itself.
+    uint64_t worth = ~uint64_t{0};
 };
 
 // What a cut goes on from, and room that is used again: of the cuts before, whatever they were of.

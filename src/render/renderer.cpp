@@ -147,6 +147,12 @@ public:
     }
 
     uint64_t allocated_bytes() const override { return allocator_.allocated_bytes(); }
+    Result<void> trim() override {
+        return guarded([&] {
+            finish_all();
+            allocator_.trim();
+        });
+    }
     uint64_t buffer_bytes(uint32_t place) const override {
         const auto held = [](const SplitBuffer& buffer) {
             uint64_t bytes = 0;

@@ -165,6 +165,8 @@ public:
     virtual Result<Picture> read_picture() = 0;
 
     virtual uint64_t allocated_bytes() const = 0;  // device memory held, all kinds
+    // Gives back what of it is kept for what may come; waits for every submitted frame.
+    virtual Result<void> trim() = 0;
     // Whether the device is lost: nothing draws on it any more, and a new renderer is to be made. Waits for the device.
     virtual bool lost() const = 0;
     // Of that, what buffers of the place's recipes take, with those replaced that frames under way read.

@@ -173,6 +173,7 @@ protected:
         width_ = 64;
         height_ = 48;
         EXPECT_TRUE(renderer_->resize(width_, height_));
+        EXPECT_TRUE(renderer_->trim());
         return held_now(*renderer_);
     }
 

@@ -44,7 +44,10 @@ BlockAllocator::Block& BlockAllocator::add_block(uint32_t type, VkDeviceSize byt
     info.allocationSize = bytes;
     info.memoryTypeIndex = type;
     auto block = std::make_unique<Block>(Block{VK_NULL_HANDLE, bytes, nullptr, linear, dedicated, {{0, bytes}}});
-    LODE_VK(vkAllocateMemory(device_.handle(), &info, nullptr, &block->memory));
+    VkResult made = vkAllocateMemory(device_.handle(), &info, nullptr, &block->memory);
+    if (made == VK_ERROR_OUT_OF_DEVICE_MEMORY && trim() > 0)
+        made = vkAllocateMemory(device_.handle(), &info, nullptr, &block->memory);
+    vulkan_check(made, "vkAllocateMemory");
     if (mapped) {
         void* address = nullptr;
         const VkResult done = vkMapMemory(device_.handle(), block->memory, 0, VK_WHOLE_SIZE, 0, &address);
@@ -108,6 +111,20 @@ void BlockAllocator::free(const Piece& piece) {
     vkFreeMemory(device_.handle(), (*found)->memory, nullptr);
     allocated_ -= (*found)->bytes;
     blocks.erase(found);
+}
+
+uint64_t BlockAllocator::trim() {
+    uint64_t freed = 0;
+    for (auto& [type, blocks] : blocks_) {
+        std::erase_if(blocks, [&](const auto& block) {
+            if (!block->empty()) return false;
+            vkFreeMemory(device_.handle(), block->memory, nullptr);
+            freed += block->bytes;
+            return true;
+        });
+    }
+    allocated_ -= freed;
+    return freed;
 }
 
 Buffer::Buffer(BlockAllocator& allocator, VkDeviceSize bytes, VkBufferUsageFlags usage, MemoryKind kind,

@@ -31,6 +31,8 @@ public:
     // linear: buffers; images are kept in blocks of their own (bufferImageGranularity).
     Piece allocate(const VkMemoryRequirements& requirements, MemoryKind kind, bool linear);
     void free(const Piece& piece);
+    // Gives empty blocks back; returns how many bytes they had.
+    uint64_t trim();
     uint64_t allocated_bytes() const { return allocated_; }
     const Device& device() const { return device_; }
 

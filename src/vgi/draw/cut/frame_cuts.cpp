@@ -1,9 +1,11 @@
 #include "vgi/draw/cut/frame_cuts.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <mutex>
 #include <optional>
 
 #include "base/check.h"
@@ -21,7 +23,10 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr float frames_ahead = 12;  // that the camera's way is prefetched
-constexpr float most_wasted = 2;    // times smaller than wanted, that an error may be
+constexpr size_t first_at_once = 16,
+                 most_at_once = 512;       // instances, after which it is looked whether they are too much
+constexpr uint64_t much_words = 3 * 4096;  // of an instance that all threads are worth while for
+constexpr float most_wasted = 2;           // times smaller than wanted, that an error may be
 
 // How the camera moved from one view to the next.
 struct Step {
@@ -283,10 +288,11 @@ private:
         });
     }
 
-    Cut cut(const CutInstance& i) {
+    // demand: of the instance's atlas. Results do not depend on what is in it before.
+    Cut cut(const CutInstance& i, PageDemand& demand) {
         const CutRequest request = request_of(i);
-        return cutter_->cut(atlas_of(i).pages->geometry, request, charts_of(i, request), demand_of(i).positions,
-                            memory_.instances[i.number]);
+        return cutter_->cut(atlas_of(i).pages->geometry, request, charts_of(i, request), demand,
+                            memory_.instances.at(i.number));
     }
 
     // Cuts all instances, with larger errors where there is too much: all rise alike, and where they may not rise
@@ -320,23 +326,80 @@ private:
     // How many times what there may be all instances are, about. Ends where they are too much already, unless all are
     // wanted.
     double cut_all(bool whole) {
-        cuts_.clear();
         for (CutMemory::Demand& demand : memory_.atlases) demand.positions.clear();
+        cuts_.assign(input_.seen.size(), {});
         result_.triangles = 0;
+        words_ = 0;
         if (cutter_ == nullptr) return 0;
-        uint64_t words = 0;
+        for (const CutInstance& i : input_.seen) memory_.instances.try_emplace(i.number);
+        // Whatever is beyond this is not cut, and counts as if it was just this.
+        const uint64_t far_too_much = whole ? limits_.worth : std::min(limits_.worth, 4 * limits_.most_words);
         double beyond = 0;
-        for (const CutInstance& i : input_.seen) {
-            cuts_.push_back(cut(i));
-            result_.triangles += cuts_.back().triangles;
-            for (const auto& part : cuts_.back().parts) words += part.second.size();
-            result_.given_up = words > limits_.worth;
+        size_t end = 0;
+        for (size_t at_once = first_at_once; end < input_.seen.size(); at_once = std::min(2 * at_once, most_at_once)) {
+            const size_t begin = std::exchange(end, std::min(end + at_once, input_.seen.size()));
+            const bool all = cut_some(begin, end, far_too_much);
+            result_.given_up = !all && far_too_much == limits_.worth;
             if (result_.given_up) return 0;
-            beyond = std::max(of(words, limits_.most_words), of(result_.triangles, region_.budget.max_triangles));
+            beyond = std::max(of(words_, limits_.most_words), of(result_.triangles, region_.budget.max_triangles));
+            if (!all) beyond = of(words_, limits_.most_words);  // how many triangles these have, nobody knows
             if (beyond > 1 && !whole)
-                return beyond * static_cast<double>(input_.seen.size()) / static_cast<double>(cuts_.size());
+                return beyond * static_cast<double>(input_.seen.size()) / static_cast<double>(end);
         }
         return beyond;
+    }
+    // Those that were little are cut side by side, each by one thread; the others one after another, by all threads.
+    // False where all words together come to more than `most`; these are then as many as that.
+    bool cut_some(size_t begin, size_t end, uint64_t most) {
+        std::vector<size_t> little, much;
+        for (size_t i = begin; i < end; ++i) {
+            const IncrementalCut& kept = memory_.instances.at(input_.seen[i].number);
+            (kept.words < much_words ? little : much).push_back(i);
+        }
+        std::atomic<uint64_t> words = words_, triangles = result_.triangles;
+        const auto cut_one = [&](size_t number, auto&& demand) {
+            if (words > most) return;
+            const CutInstance& i = input_.seen[number];
+            cuts_[number] = cut(i, demand);
+            uint64_t& its = memory_.instances.at(i.number).words;
+            its = 0;
+            for (const auto& part : cuts_[number].parts) its += part.second.size();
+            words += its;
+            triangles += cuts_[number].triangles;
+        };
+        std::mutex mutex;
+        parallel_for(little.size(), 1 + little.size() / 128, [&](size_t first, size_t last) {
+            CutMemory::Scratch found = take_scratch(mutex);
+            for (size_t k = first; k < last; ++k) cut_one(little[k], found[input_.seen[little[k]].there.asset]);
+            const std::lock_guard lock(mutex);
+            memory_.scratch.push_back(std::move(found));
+        });
+        for (CutMemory::Scratch& found : memory_.scratch) {
+            for (size_t a = 0; a < found.size(); ++a) {
+                memory_.atlases[a].positions.add(found[a]);
+                found[a].clear();
+            }
+        }
+        for (const size_t number : much) cut_one(number, demand_of(input_.seen[number]).positions);
+        words_ = std::min<uint64_t>(words, most);
+        result_.triangles = triangles;
+        return words <= most;
+    }
+    // Room for what one thread finds, empty.
+    CutMemory::Scratch take_scratch(std::mutex& mutex) {
+        {
+            const std::lock_guard lock(mutex);
+            while (!memory_.scratch.empty()) {
+                CutMemory::Scratch found = std::move(memory_.scratch.back());
+                memory_.scratch.pop_back();
+                const bool fits = std::ranges::equal(found, memory_.atlases, {}, &PageDemand::pages,
+                                                     [](const auto& demand) { return demand.positions.pages(); });
+                if (fits) return found;
+            }
+        }
+        CutMemory::Scratch found;
+        for (const CutMemory::Demand& demand : memory_.atlases) found.emplace_back(demand.positions.pages());
+        return found;
     }
     static double of(uint64_t count, uint64_t most) {
         return static_cast<double>(count) / static_cast<double>(std::max<uint64_t>(most, 1));
@@ -436,6 +499,7 @@ private:
     CutMemory& memory_;
     FrameCuts result_;
     std::vector<Cut> cuts_;  // of CutInput::seen
+    uint64_t words_ = 0;     // of them
 };
 
 }  // namespace

@@ -122,6 +122,9 @@ struct CutMemory {
         PageDemand positions, prefetched, attributes;
     };
     std::vector<Demand> atlases;
+    // What threads found of positions, by atlas: empty between cuts.
+    using Scratch = std::vector<PageDemand>;
+    std::vector<Scratch> scratch;
 };
 
 // cutter: null where the device cuts; then what comes of it are attributes, and what is prefetched of positions.

@@ -56,6 +56,7 @@ struct IncrementalCut {
     uint64_t updates = 0;                    // Residency::updates
     int64_t forced_level = -1;
     uint64_t taken_over = 0;  // triangles of the last cut, for statistics
+    uint64_t words = 0;       // of the last cut
 };
 
 }  // namespace lodestone::vgi

@@ -46,6 +46,11 @@ public:
             wish_[page] = std::max(wish_[page], wish);
         }
     }
+    // What another one of the same pages found, too.
+    void add(const PageDemand& other) {
+        for (const uint32_t page : other.touched_) touch(page);
+        for (const uint32_t page : other.asked_) ask(page, other.wish_[page]);
+    }
     bool touched(uint32_t page) const { return touched_at_[page] == now_; }
     float wish(uint32_t page) const { return asked_at_[page] == now_ ? wish_[page] : 0; }  // 0: not asked for
 

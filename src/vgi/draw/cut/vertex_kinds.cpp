@@ -50,7 +50,9 @@ void TrianglesByKind::look_at(size_t chunk) {
     for (size_t begin = 0, end = 0; begin < triangles.size(); begin = end) {
         const uint32_t kinds = kinds_of(triangles, begin, cells_);
         for (end = begin + 3; end < triangles.size() && kinds_of(triangles, end, cells_) == kinds;) end += 3;
-        const uint8_t group = end - begin < 3 * shortest_run ? others : group_of(kinds);
+        // What a chunk's end cuts off goes on in the next.
+        const bool cut_off = (begin == 0 && chunk > 0) || (end == triangles.size() && chunk + 1 < chunks_.size());
+        const uint8_t group = end - begin < 3 * shortest_run && !cut_off ? others : group_of(kinds);
         found.words[group] += static_cast<uint32_t>(end - begin);
         if (!found.ends.empty() && found.ends.back().second == group) {
             found.ends.back().first = static_cast<uint32_t>(end);

@@ -17,6 +17,23 @@ Json json_of(const Machine& machine) {
 
 namespace {
 
+void add_what_not_all_have(const Row& r, Json& json) {
+    if (!r.compared) {
+        for (const char* of_pictures : {"acmr_fifo16", "psnr_db", "ssim", "max_pixel_deviation", "background_leaks"})
+            json[of_pictures] = nullptr;
+    }
+    for (const auto& [stage, ms] : r.stages_gpu_ms) json["stages_gpu_ms"][stage] = ms;
+    if (r.volume) {
+        json["volume"] = {{"bin_ms", r.volume->bin_ms},
+                          {"fill_ms", r.volume->fill_ms},
+                          {"light_ms", r.volume->light_ms},
+                          {"march_ms", r.volume->march_ms},
+                          {"composite_ms", r.volume->composite_ms},
+                          {"bricks", r.volume->bricks},
+                          {"bytes", r.volume->bytes}};
+    }
+}
+
 Json json_of(const Row& r) {
     Json json = {{"backend", r.backend},
                  {"order", r.order},
@@ -53,20 +70,7 @@ Json json_of(const Row& r) {
                  {"bake_seconds", r.bake_seconds},
                  {"asset_bytes", r.asset_bytes},
                  {"flight", {{"ms", r.flight_ms}, {"triangles", r.flight_triangles}}}};
-    if (!r.compared) {
-        for (const char* of_pictures : {"acmr_fifo16", "psnr_db", "ssim", "max_pixel_deviation", "background_leaks"})
-            json[of_pictures] = nullptr;
-    }
-    for (const auto& [stage, ms] : r.stages_gpu_ms) json["stages_gpu_ms"][stage] = ms;
-    if (r.volume) {
-        json["volume"] = {{"bin_ms", r.volume->bin_ms},
-                          {"fill_ms", r.volume->fill_ms},
-                          {"light_ms", r.volume->light_ms},
-                          {"march_ms", r.volume->march_ms},
-                          {"composite_ms", r.volume->composite_ms},
-                          {"bricks", r.volume->bricks},
-                          {"bytes", r.volume->bytes}};
-    }
+    add_what_not_all_have(r, json);
     return json;
 }
 

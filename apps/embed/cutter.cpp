@@ -5,6 +5,7 @@
 #include <cstring>
 #include <glm/matrix.hpp>
 
+#include "lod/asset/vertex_places.h"
 #include "lod/draw/lod_source.h"
 #include "mesh/packed_vertices.h"
 #include "vgi/draw/pulled_vertex.h"
@@ -139,8 +140,9 @@ Result<PlanStats> Cutter::settle(const CutView& view) {
 
 void Cutter::gather_lod(const PlanMirror::MirroredDraw& draw) {
     if (version_ == 0) {
-        vertices_.reserve(lod_->vertices.size());
-        for (const MeshVertex& packed : lod_->vertices) vertices_.push_back(unpacked(packed));
+        const std::vector<uint32_t> places = vertex_places(*lod_, 0);  // the order that was opened
+        vertices_.resize(places.size());
+        for (size_t w = 0; w < places.size(); ++w) vertices_[places[w]] = unpacked(lod_->vertices[w]);
         version_ = 1;
     }
     for (size_t i = 0; i + 2 < draw.indices.size(); i += 3) {

@@ -399,6 +399,24 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     fails("render s.scene.json --device nosuch -o x.png", 4, "nosuch");
 }
 
+TEST_F(ProgramTest, BenchesWithoutPicturesToCompare) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    succeeds("generate rock --triangles 4000 -o rock.ply");
+    succeeds("bench rock.ply --size 160x120 --frames 3 --quality-frames 0 --backends discrete,vgi -o fast");
+    const json report = json::parse(content_of(folder_ / "fast/report.json"));
+    ASSERT_EQ(report["rows"].size(), 2u);
+    for (const json& row : report["rows"]) {
+        EXPECT_GT(row["triangles"], 100);
+        EXPECT_TRUE(row["stages_gpu_ms"].contains("colour"));
+        for (const char* of_pictures : {"ssim", "psnr_db", "max_pixel_deviation", "background_leaks"})
+            EXPECT_TRUE(row[of_pictures].is_null()) << of_pictures;
+    }
+    EXPECT_TRUE(report["equal_error"].empty());
+    EXPECT_TRUE(report["references"].empty());
+    EXPECT_THAT(content_of(folder_ / "fast/report.md"), HasSubstr("| - | - |"));
+    fails("bench rock.ply --quality-frames 0 --equal-error ssim -o x", 2, "--quality-frames 1");
+}
+
 #if !LODE_SANITIZED  // which take terabytes of addresses
 TEST_F(ProgramTest, MemoryThatIsRefusedIsOneClearLine) {
     fails("generate rock --triangles 20000000 -o rock.ply", 4, "out of memory", "ulimit -v 400000 && ");

@@ -83,7 +83,7 @@ function lines(id, heading, x, y, datasets, plugins = []) {
 const curveSets = (xOf, yOf, withFull = true) => curves.filter(c => withFull || c !== 'full').map(c => ({
   label: c, borderColor: colourOf(c), backgroundColor: colourOf(c), borderWidth: 2, pointRadius: 3,
   data: rows.filter(r => curveName(r) === c).sort((a, b) => a.pixel_error - b.pixel_error)
-    .map(r => ({ x: xOf(r), y: yOf(r), label: c === 'full' ? '' : `${+r.pixel_error.toPrecision(3)}` })),
+    .map(r => ({ x: xOf(r), y: yOf(r), label: c === 'full' ? '' : `${+r.pixel_error.toPrecision(3)}` })).filter(point => point.y !== null),
 }));
 const meanMs = r => 1000 / r.fps_mean;
 lines('ssim', 'SSIM to supersampled full', axis('mean ms per frame', 'logarithmic'), axis('SSIM'), curveSets(meanMs, r => r.ssim), [labels]);

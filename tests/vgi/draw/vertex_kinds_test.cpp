@@ -69,10 +69,14 @@ TEST(VertexKinds, LongRunsOfOneKindFollowEachOtherInTheirOrder) {
     EXPECT_TRUE(runs.empty());
     // Of several chunks.
     std::vector<uint32_t> much, much_of_samples, much_of_leaves;
+    const auto append = [](std::vector<uint32_t>& to, const std::vector<uint32_t>& more) {
+        to.insert(to.end(), more.begin(), more.end());
+    };
     for (int i = 0; i < 1000; ++i) {
-        much = all_of({much, samples, leaves});
-        much_of_samples = all_of({much_of_samples, samples});
-        much_of_leaves = all_of({much_of_leaves, leaves});
+        append(much, samples);
+        append(much, leaves);
+        append(much_of_samples, samples);
+        append(much_of_leaves, leaves);
     }
     EXPECT_EQ(ordered(much, true), all_of({much_of_samples, much_of_leaves}));
     EXPECT_EQ(runs.size(), 2u);

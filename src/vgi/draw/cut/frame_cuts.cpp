@@ -26,6 +26,7 @@ constexpr float frames_ahead = 12;  // that the camera's way is prefetched
 constexpr size_t first_at_once = 16,
                  most_at_once = 512;       // instances, after which it is looked whether they are too much
 constexpr uint64_t much_words = 3 * 4096;  // of an instance that all threads are worth while for
+constexpr size_t fewest_side_by_side = 8;  // instances: fewer may be large, and threads would be idle
 constexpr float most_wasted = 2;           // times smaller than wanted, that an error may be
 
 // How the camera moved from one view to the next.
@@ -356,8 +357,12 @@ private:
             const IncrementalCut& kept = memory_.instances.at(input_.seen[i].number);
             (kept.words < much_words ? little : much).push_back(i);
         }
+        if (little.size() < fewest_side_by_side) {
+            much.insert(much.end(), little.begin(), little.end());
+            little.clear();
+        }
         std::atomic<uint64_t> words = words_, triangles = result_.triangles;
-        const auto cut_one = [&](size_t number, auto&& demand) {
+        const auto cut_one = [&](size_t number, PageDemand& demand) {
             if (words > most) return;
             const CutInstance& i = input_.seen[number];
             cuts_[number] = cut(i, demand);

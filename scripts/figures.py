@@ -401,14 +401,14 @@ def main():
     parser.add_argument("verb", choices=("measure", "write", "check", "list", "take"))
     parser.add_argument("names", nargs="*", metavar="NAME")
     given = parser.parse_args()
+    unknown = [name for name in given.names if name not in MEASUREMENTS]
     if given.verb == "take":
         if len(given.names) != 2 or given.names[0] not in ON_A_GPU:
             sys.exit(f"figures: take NAME REPORT; names are {', '.join(ON_A_GPU)}")
-        return take(*given.names)
-    unknown = [name for name in given.names if name not in MEASUREMENTS]
-    if unknown:
+        take(*given.names)
+    elif unknown:
         sys.exit(f"figures: no measurement is named {unknown[0]}; there are {', '.join(MEASUREMENTS)}")
-    if given.verb == "list":
+    elif given.verb == "list":
         print("\n".join(MEASUREMENTS))
     elif given.verb == "measure":
         measure(given.names)
@@ -418,7 +418,6 @@ def main():
         write_history(found)
     elif PAGE.read_text(encoding="utf-8") != page(results()):
         sys.exit("figures: docs/figures.md is not what bench/results says; run scripts/figures.py write")
-    return None
 
 
 if __name__ == "__main__":

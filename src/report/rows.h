@@ -50,7 +50,7 @@ struct Row : Technique {
     double triangles = 0, vertex_invocations = 0;               // per frame; all passes
     double acmr = 0;                 // vertex invocations per drawn triangle of the colour pass, counted by the device
     double acmr_fifo16 = 0;          // simulated, of the pictures compared
-    bool compared = true;            // false: no picture was, and what follows up to the leaks is null
+    bool compared = true;            // false: no picture was, and the JSON has null for what is of pictures
     double psnr_db = 0, ssim = 0;    // means over the pictures compared (image_metrics.h)
     double max_pixel_deviation = 0;  // the largest over the pictures compared
     uint64_t background_leaks = 0;   // the sum

@@ -33,10 +33,11 @@ struct LodOptions {
 //
 // Cursors. Where memory allows, every instance has its own. Otherwise an asset's cursors are of falling size: the
 // finest serves every level, the next only levels of at most 1/2^(1/m) of its slots, and so on, m as large as the
-// budget allows; all together stay below a fixed multiple of one index buffer however many instances there are. An
-// instance uses the smallest cursor that can hold what it asks for, at the finest level any of that cursor's instances
-// asks for: never coarser than asked, and at most 2^(1/m) times the slots. Where not even one full index buffer fits,
-// the finest levels are out of reach, and stats "levels_out_of_reach" counts the instances that had to be coarser.
+// budget allows, and as lets them reach down to 256 slots; all together stay below a fixed multiple of one index buffer
+// however many instances there are. An instance uses the smallest cursor that can hold what it asks for, at the finest
+// level any of that cursor's instances asks for: never coarser than asked, and at most 2^(1/m) times the slots. Where
+// not even one full index buffer fits, the finest levels are out of reach, and stats "levels_out_of_reach" counts the
+// instances that had to be coarser.
 //
 // Geomorphs. The level that errors ask for is what is morphed to; drawn is the level with a third more wedges, and
 // those more are the further on their way to their parents the sooner they go. A parent may be on its way, too. When

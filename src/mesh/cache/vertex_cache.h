@@ -51,9 +51,8 @@ struct CacheStatistics {
 };
 // Draws the triangles through an empty cache.
 // indices: three per triangle, in drawing order, of any size, as the device sees them where the model has index bits;
-// memory follows how many there are. Degenerate triangles
-// cost what their vertices cost, but are not counted. misses, if given: per triangle, how many of its corners missed (0
-// .. 3); resized to fit.
+// memory follows how many there are. Degenerate triangles cost what their vertices cost, but are not counted. misses,
+// if given: per triangle, how many of its corners missed (0 .. 3); resized to fit.
 CacheStatistics simulate(const CacheModel& model, std::span<const uint32_t> indices,
                          std::vector<uint8_t>* misses = nullptr);
 

@@ -107,6 +107,7 @@ TEST(VertexCache, BatchesOfNvidiaHoldIndicesThatAgreeAbove16Bits) {
     EXPECT_EQ(cost([](uint32_t v) { return v + v % 2 * 65536; }), 25600);
     // Near to each other, but on both sides of a border.
     EXPECT_EQ(cost([](uint32_t v) { return v % 2 ? 65536 + v / 2 : 65535 - v / 2; }), 25600);
+    EXPECT_EQ(cost([](uint32_t v) { return v + v % 2 * (1u << 20); }), 25600);
     EXPECT_NEAR(cost([](uint32_t v) { return v / 81 % 2 * 65536 + v; }), 32000, 0.04 * 32000);
     EXPECT_NEAR(cost([](uint32_t v) { return v % 3 * 65536 + v / 3; }), 26880, 0.04 * 26880);
 }
@@ -116,10 +117,12 @@ TEST(VertexCache, CostsWhatTheCountOfIndicesAsksFor) {
     std::vector<uint32_t> indices, marked;
     for (uint32_t i = 0; i < 50; ++i) indices.insert(indices.end(), {i, i + 1, (7 * i) % 50});
     for (const uint32_t i : indices) marked.push_back(i % 2 == 0 ? i : ~uint32_t{0} - i);
-    for (const char* name : {"fifo16", "lru16", "amd"}) {
+    for (const char* name : {"fifo16", "lru16", "nvidia", "amd"}) {
+        CacheModel model = *cache_model_named(name);
+        model.batch_index_bits = 0;  // for which marks make a difference
         std::vector<uint8_t> misses, marked_misses;
-        const auto a = simulate(*cache_model_named(name), indices, &misses);
-        const auto b = simulate(*cache_model_named(name), marked, &marked_misses);
+        const auto a = simulate(model, indices, &misses);
+        const auto b = simulate(model, marked, &marked_misses);
         EXPECT_EQ(a.transforms, b.transforms) << name;
         EXPECT_EQ(a.vertices, b.vertices) << name;
         EXPECT_EQ(a.triangles, b.triangles) << name;

@@ -1,8 +1,8 @@
 #include "vgi/draw/cut/cut.h"
 
-#include "base/threads.h"
-
 #include <algorithm>
+
+#include "base/threads.h"
 
 namespace lodestone::vgi {
 

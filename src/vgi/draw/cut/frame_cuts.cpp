@@ -27,6 +27,7 @@ constexpr size_t first_at_once = 16,
                  most_at_once = 512;       // instances, after which it is looked whether they are too much
 constexpr uint64_t much_words = 3 * 4096;  // of an instance that all threads are worth while for
 constexpr size_t fewest_side_by_side = 8;  // instances: fewer may be large, and threads would be idle
+constexpr uint64_t far_beyond = 4;         // times what there may be, where cutting ends
 constexpr float most_wasted = 2;           // times smaller than wanted, that an error may be
 
 // How the camera moved from one view to the next.
@@ -333,8 +334,7 @@ private:
         words_ = 0;
         if (cutter_ == nullptr) return 0;
         for (const CutInstance& i : input_.seen) memory_.instances.try_emplace(i.number);
-        // Whatever is beyond this is not cut, and counts as if it was just this.
-        const uint64_t far_too_much = whole ? limits_.worth : std::min(limits_.worth, 4 * limits_.most_words);
+        const uint64_t far_too_much = whole ? limits_.worth : std::min(limits_.worth, far_beyond * limits_.most_words);
         double beyond = 0;
         size_t end = 0;
         for (size_t at_once = first_at_once; end < input_.seen.size(); at_once = std::min(2 * at_once, most_at_once)) {
@@ -342,15 +342,17 @@ private:
             const bool all = cut_some(begin, end, far_too_much);
             result_.given_up = !all && far_too_much == limits_.worth;
             if (result_.given_up) return 0;
-            beyond = std::max(of(words_, limits_.most_words), of(result_.triangles, region_.budget.max_triangles));
-            if (!all) beyond = of(words_, limits_.most_words);  // how many triangles these have, nobody knows
+            // Where not all were cut, nobody knows how many triangles they have.
+            beyond = !all ? static_cast<double>(far_beyond)
+                          : std::max(share(words_, limits_.most_words),
+                                     share(result_.triangles, region_.budget.max_triangles));
             if (beyond > 1 && !whole)
                 return beyond * static_cast<double>(input_.seen.size()) / static_cast<double>(end);
         }
         return beyond;
     }
     // Those that were little are cut side by side, each by one thread; the others one after another, by all threads.
-    // False where all words together come to more than `most`; these are then as many as that.
+    // False where all words together come to more than `most`: then the last were not cut.
     bool cut_some(size_t begin, size_t end, uint64_t most) {
         std::vector<size_t> little, much;
         for (size_t i = begin; i < end; ++i) {
@@ -386,9 +388,9 @@ private:
             }
         }
         for (const size_t number : much) cut_one(number, demand_of(input_.seen[number]).positions);
-        words_ = std::min<uint64_t>(words, most);
+        words_ = words;
         result_.triangles = triangles;
-        return words <= most;
+        return words_ <= most;
     }
     // Room for what one thread finds, empty.
     CutMemory::Scratch take_scratch(std::mutex& mutex) {
@@ -406,7 +408,7 @@ private:
         for (const CutMemory::Demand& demand : memory_.atlases) found.emplace_back(demand.positions.pages());
         return found;
     }
-    static double of(uint64_t count, uint64_t most) {
+    static double share(uint64_t count, uint64_t most) {
         return static_cast<double>(count) / static_cast<double>(std::max<uint64_t>(most, 1));
     }
 

@@ -1,6 +1,7 @@
 #include "vgi/draw/cut/vertex_kinds.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace lodestone::vgi {
 
@@ -63,6 +64,7 @@ void TrianglesByKind::look_at(size_t chunk) {
 }
 
 std::vector<TrianglesByKind::Run> TrianglesByKind::runs() {
+    static_assert(std::size(kinds_of_groups) == groups);
     std::vector<Run> runs;
     uint32_t words = 0;
     for (size_t group = 0; group < groups; ++group) {

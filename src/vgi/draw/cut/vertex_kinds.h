@@ -44,7 +44,7 @@ public:
     void copy(size_t chunk, uint32_t* to) const;
 
 private:
-    static constexpr size_t groups = 4;
+    static constexpr size_t groups = 4;  // of kinds
     struct Chunk {
         std::vector<std::pair<uint32_t, uint8_t>> ends;  // of its runs, in triangles_; and the group of each
         std::array<uint32_t, groups> words{}, first{};   // of each group; where they go

@@ -1,6 +1,6 @@
 // Tilesets as strangers write them: a small sound one of which one file is replaced or damaged. The first byte chooses
-// the file, the second what happens to it: the rest is its content, or damages it, or its text. What is read is told of
-// and checked, random cuts included.
+// the file, the second the tileset, mostly that of a single file, and what happens to it: the rest is its content, or
+// damages it, or its text. What is read is told of and checked, random cuts included.
 #include <unistd.h>
 
 #include <algorithm>
@@ -24,25 +24,30 @@ namespace {
 namespace fs = std::filesystem;
 
 struct TilesetFiles {
-    fs::path folder = "/dev/shm/lodestone-fuzz-tiles-" + std::to_string(getpid());
+    fs::path folder;
     std::vector<std::pair<fs::path, std::string>> files;
 
-    TilesetFiles() {
-        TriMesh mesh = generate(Shape::rock, 300, 1);
+    // Of so many clusters, from so many tiles on in several files.
+    TilesetFiles(const char* name, uint32_t clusters, uint32_t external)
+        : folder(std::string("/dev/shm/lodestone-fuzz-tiles-") + name + std::to_string(getpid())) {
+        TriMesh mesh = generate(Shape::rock, 100, 1);
         require_good(repair(mesh), "a rock is repaired");
         vgi::AtlasOptions options;
-        options.clusters.clusters = 2;
+        options.clusters.clusters = clusters;
         options.cells = 16;
         options.error_samples = 500;
         vgi::AtlasReport report;
         const auto atlas = vgi::make_atlas(mesh, options, report);
         require_good(atlas, "a rock is baked");
         tiles::TilesetOptions tile_options;
-        tile_options.tile_triangles = 512;
-        tile_options.external = 4;
+        tile_options.tile_triangles = 256;
+        tile_options.external = external;
         fs::remove_all(folder);
         fs::create_directories(folder);
         require_good(tiles::write_tileset(*atlas, folder, tile_options, {}), "tiles are written");
+        const auto facts = tiles::tileset_facts(folder);
+        require_good(facts, "and read");
+        require((facts->files > 1) == (facts->tiles >= external), "large ones are several files");
         for (const auto& entry : fs::recursive_directory_iterator(folder)) {
             if (!entry.is_regular_file()) continue;
             std::ifstream in(entry.path(), std::ios::binary);
@@ -58,8 +63,9 @@ void put(const fs::path& path, const std::string& content) { std::ofstream(path,
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    static const TilesetFiles tileset;
+    static const TilesetFiles small("small-", 1, 1000), large("large-", 2, 20);
     if (size < 3) return 0;
+    const TilesetFiles& tileset = data[1] / 64 == 3 ? large : small;
     const auto& [path, sound] = tileset.files[data[0] % tileset.files.size()];
     const std::span<const uint8_t> rest(data + 2, size - 2);
     std::string content = sound;

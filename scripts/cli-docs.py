@@ -62,7 +62,7 @@ each of its fields is. The row of `render --stats` has those that one frame can 
 | `acmr`, `acmr_fifo16` | vertex shader runs per triangle of the colour pass: counted by the device; simulated for a FIFO of 16 |
 | `psnr_db`, `ssim` | luminance against a picture of the whole mesh with 16 samples a pixel, over pixels that either covers |
 | `max_pixel_deviation` | largest distance between the surfaces drawn and the whole mesh, both ways, in pixels at that depth |
-| `background_leaks` | pixels that show the background where the whole mesh covers the 5 x 5 pixels around |
+| `background_leaks` | pixels that show the background inside the whole mesh, by at least two pixels more than the pixel error |
 """
 
 # What each field is, of the subcommands whose JSON is looked at here.

@@ -319,7 +319,7 @@ private:
             const auto mask = covered_union(*picture, reference.supersampled);
             psnrs.push_back(psnr_db(*picture, reference.supersampled, mask));
             ssims.push_back(ssim(*picture, reference.supersampled, mask));
-            row.background_leaks += background_leaks(*picture, reference.full);
+            row.background_leaks += background_leaks(*picture, reference.full, row.pixel_error);
             acmrs.push_back(simulated_acmr(*(*session)->mirror()));
             const auto surface = drawn_surface(*(*session)->mirror(), scene_);
             if (surface != nullptr && reference.surface != nullptr) {

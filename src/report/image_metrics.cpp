@@ -173,15 +173,19 @@ Picture difference_map(const Picture& a, const Picture& b) {
     return map;
 }
 
-uint64_t background_leaks(const Picture& picture, const Picture& full) {
+uint64_t background_leaks(const Picture& picture, const Picture& full, double pixel_error) {
     LODE_CHECK(same_size(picture, full), picture.width, full.width);
+    const size_t side = std::min(full.width, full.height),
+                 around = std::min(side, static_cast<size_t>(std::ceil(pixel_error)) + 2);
     uint64_t leaks = 0;
-    for (size_t y = 2; y + 2 < full.height; ++y) {
-        for (size_t x = 2; x + 2 < full.width; ++x) {
+    for (size_t y = around; y + around < full.height; ++y) {
+        for (size_t x = around; x + around < full.width; ++x) {
             if (covered(picture, y * full.width + x)) continue;
             bool inside = true;
-            for (size_t k = 0; k < 25 && inside; ++k)
-                inside = covered(full, (y + k / 5 - 2) * full.width + x + k % 5 - 2);
+            for (size_t row = y - around; row <= y + around && inside; ++row) {
+                for (size_t column = x - around; column <= x + around && inside; ++column)
+                    inside = covered(full, row * full.width + column);
+            }
             leaks += inside ? 1 : 0;
         }
     }

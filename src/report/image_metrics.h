@@ -32,8 +32,9 @@ double ssim(const Picture& a, const Picture& b, const std::vector<uint8_t>& mask
 // range; pixels that neither covers are dark blue. Opaque.
 Picture difference_map(const Picture& a, const Picture& b);
 
-// Pixels `picture` leaves uncovered though `full` covers their whole 5x5 neighbourhood: cracks and holes.
-uint64_t background_leaks(const Picture& picture, const Picture& full);
+// Pixels that `picture` leaves uncovered though `full` covers all pixels around them to a distance of two more than the
+// outline may be off by: cracks and holes. pixel_error: that, in pixels.
+uint64_t background_leaks(const Picture& picture, const Picture& full, double pixel_error);
 
 // The largest distance, in pixels at its depth, from the surface one picture shows to the surface drawn in the other,
 // both ways. Surfaces in world space; both pictures drawn from `view`.

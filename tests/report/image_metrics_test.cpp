@@ -51,10 +51,16 @@ TEST(BackgroundLeaks, CountsHolesAndNotTheOutline) {
     for (uint32_t y = 4; y < 16; ++y) {
         for (uint32_t x = 4; x < 16; ++x) full.colour[4 * (y * 20 + x) + 3] = shown.colour[4 * (y * 20 + x) + 3] = 255;
     }
-    EXPECT_EQ(background_leaks(shown, full), 0u);
+    EXPECT_EQ(background_leaks(shown, full, 0), 0u);
     shown.colour[4 * (10 * 20 + 10) + 3] = 0;  // a hole
     shown.colour[4 * (4 * 20 + 4) + 3] = 0;    // a corner of the outline
-    EXPECT_EQ(background_leaks(shown, full), 1u);
+    EXPECT_EQ(background_leaks(shown, full, 0), 1u);
+    // An outline that may be off by more is no hole so much farther inside.
+    shown.colour[4 * (7 * 20 + 10) + 3] = 0;  // three pixels from it
+    EXPECT_EQ(background_leaks(shown, full, 0), 2u);
+    EXPECT_EQ(background_leaks(shown, full, 1), 2u);
+    EXPECT_EQ(background_leaks(shown, full, 1.5), 1u);
+    EXPECT_EQ(background_leaks(shown, full, 1e9), 0u);
 }
 
 TEST(Downsampled, AveragesInLinearLight) {

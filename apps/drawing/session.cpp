@@ -53,6 +53,8 @@ std::vector<View> views_of(const ReadyScene& scene, const ShadingOptions& look, 
     if (scene.scene.shadows) {
         views.push_back(shadow_view(look.light_direction, scene.bounds.centre, std::max(scene.bounds.radius, 1e-6f),
                                     shadow_texels));
+        // Volumes are lit wherever they are.
+        views.back().shades_first_view_alone = scene.scene.volumes.emitters.empty();
     }
     return views;
 }

@@ -55,9 +55,7 @@ Sphere bounding_sphere(std::span<const MeshVertex> vertices) {
 }
 
 std::vector<InstanceTree::Seen> seen_instances(const InstanceTree& tree, std::span<const View> views) {
-    std::vector<Frustum> frusta;
-    for (const View& view : views) frusta.push_back(frustum_of(view));
-    return tree.seen(frusta);
+    return tree.seen(frusta_of(views));
 }
 
 void draw_ranges(Plan& plan, const FrameInput& input, std::span<const IndexedRange> ranges) {

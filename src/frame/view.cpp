@@ -1,6 +1,7 @@
 #include "frame/view.h"
 
 #define GLM_FORCE_DEPTH_ZERO_TO_ONE
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_access.hpp>
@@ -73,22 +74,56 @@ View shadow_view(const glm::vec3& direction, const glm::vec3& centre, float radi
     return view;
 }
 
+Frustum::Frustum(const std::array<glm::vec4, view_planes>& of_view) { std::ranges::copy(of_view, planes_.begin()); }
+
+bool Frustum::touches(const glm::vec3& centre, float radius) const {
+    return std::ranges::none_of(
+        planes(), [&](const glm::vec4& plane) { return glm::dot(glm::vec3(plane), centre) + plane.w < -radius; });
+}
+
+void Frustum::keep_casters_into(const Frustum& lit, const glm::vec3& to_light) {
+    // Towards the light nothing leaves a plane that faces it. Sums of one that does and one that does not, weighted so
+    // that they stand along the light, are left by nothing either; together they bound what is swept (Farkas).
+    const auto add = [&](const glm::vec4& plane) {
+        const float length = glm::length(glm::vec3(plane));
+        if (length > 1e-3f && count_ < most_planes) planes_[count_++] = plane / length;
+    };
+    const auto along = [&](const glm::vec4& plane) { return glm::dot(glm::vec3(plane), to_light); };
+    for (const glm::vec4& facing : lit.planes().first(view_planes)) {
+        if (along(facing) < 0) continue;
+        add(facing);
+        for (const glm::vec4& averted : lit.planes().first(view_planes)) {
+            if (along(averted) < 0) add(facing * -along(averted) + averted * along(facing));
+        }
+    }
+}
+
 Frustum frustum_of(const View& view) {
     const glm::mat4 m = view.world_to_clip();
     const glm::vec4 x = glm::row(m, 0), y = glm::row(m, 1), z = glm::row(m, 2), w = glm::row(m, 3);
-    Frustum frustum{{w + x, w - x, w + y, w - y, z, w - z}};
-    for (glm::vec4& plane : frustum.planes) {
+    Frustum frustum({w + x, w - x, w + y, w - y, z, w - z});
+    for (glm::vec4& plane : frustum.planes()) {
         const float length = glm::length(glm::vec3(plane));
         if (length > 0) plane /= length;
     }
     return frustum;
 }
 
-bool Frustum::touches(const glm::vec3& centre, float radius) const {
-    for (const glm::vec4& plane : planes) {
-        if (glm::dot(glm::vec3(plane), centre) + plane.w < -radius) return false;
+float shadow_reach(const View& shadow) {
+    // The filter, and what is lit is lifted off its surface: by less than eight texels.
+    return 8 * 2 / (shadow.view_to_clip[0][0] * static_cast<float>(shadow.width));
+}
+
+std::vector<Frustum> frusta_of(std::span<const View> views) {
+    std::vector<Frustum> frusta;
+    for (const View& view : views) frusta.push_back(frustum_of(view));
+    for (size_t v = 1; v < views.size(); ++v) {
+        if (!views[v].shades_first_view_alone) continue;
+        Frustum lit = frusta[0];
+        for (glm::vec4& plane : lit.planes()) plane.w += shadow_reach(views[v]);
+        frusta[v].keep_casters_into(lit, -views[v].forward());
     }
-    return true;
+    return frusta;
 }
 
 }  // namespace lodestone

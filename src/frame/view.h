@@ -6,6 +6,8 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <span>
+#include <vector>
 
 namespace lodestone {
 
@@ -26,6 +28,9 @@ struct View {
     float focal_px = 0;  // pixels spanned by a length of 1 at distance 1 in the centre; 0 for an orthographic view
     uint32_t width = 0, height = 0;  // pixels
     bool culls_back_faces = false;   // drawn without back faces: a backend may leave out what shows it nothing else
+    // Of a shadow view: its depths are looked up for what the first view shows, and nothing else. A backend may leave
+    // out what casts no shadow there.
+    bool shades_first_view_alone = false;
 
     glm::mat4 world_to_clip() const { return view_to_clip * world_to_view; }  // both, one after the other
     glm::vec3 forward() const;                                                // unit vector, world space
@@ -48,12 +53,29 @@ View view_of(const Camera& camera, uint32_t width, uint32_t height);
 // An orthographic view along `direction` (from the light towards the scene) that just contains the sphere.
 View shadow_view(const glm::vec3& direction, const glm::vec3& centre, float radius, uint32_t size);
 
-// The six planes of a view's frustum in world space, pointing inwards: inside iff dot(plane.xyz, p) + plane.w >= 0.
-struct Frustum {
-    std::array<glm::vec4, 6> planes;  // left, right, top, bottom, far, near; unit normals
+// A part of space between planes that point inwards: inside iff dot(plane.xyz, p) + plane.w >= 0 for all.
+class Frustum {
+public:
+    static constexpr size_t view_planes = 6, most_planes = 32;
+
+    // Of a view, in world space: left, right, top, bottom, far, near; unit normals.
+    explicit Frustum(const std::array<glm::vec4, view_planes>& of_view);
+    std::span<glm::vec4> planes() { return std::span(planes_).first(count_); }
+    std::span<const glm::vec4> planes() const { return std::span(planes_).first(count_); }
     // False only when the sphere is wholly outside; may be true for some spheres that are.
     bool touches(const glm::vec3& centre, float radius) const;
+    // Leaves out what casts no shadow into another one that has the planes of a view: what is in this one stays that is
+    // in the other or, seen from somewhere in it, towards the light. to_light: a unit vector.
+    void keep_casters_into(const Frustum& lit, const glm::vec3& to_light);
+
+private:
+    std::array<glm::vec4, most_planes> planes_{};
+    uint32_t count_ = view_planes;
 };
 Frustum frustum_of(const View& view);  // of the whole picture
+// How far beside what is lit a shadow map is looked up (shaders/shared/lighting.glsl), at most. World units.
+float shadow_reach(const View& shadow);
+// Of each view; of shadow views that shade the first alone, of what casts a shadow there.
+std::vector<Frustum> frusta_of(std::span<const View> views);
 
 }  // namespace lodestone

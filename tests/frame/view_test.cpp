@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "base/random.h"
 #include "frame/camera_path.h"
 #include "frame/screen_error.h"
 
@@ -75,6 +76,58 @@ TEST(Frustum, TouchesWhatIsInsideAndNotWhatIsFarOutside) {
     EXPECT_FALSE(frustum.touches({0, 0, -100}, 1));  // past the far plane
     EXPECT_FALSE(frustum.touches({100, 0, 0}, 1));
     EXPECT_TRUE(frustum.touches({0, 0, 10.5f}, 1));  // around the eye
+}
+
+// A point of what a camera sees, near its sides as often as in its middle.
+glm::vec3 point_seen(const View& view, Random& random) {
+    const auto side = [&] { return static_cast<float>(2 * random.unit() - 1); };
+    const glm::vec4 clip(side(), side(), std::exp2(-10 * static_cast<float>(random.unit())), 1);
+    const glm::vec4 p = glm::inverse(view.world_to_clip()) * clip;
+    return glm::vec3(p) / p.w;
+}
+
+TEST(Frustum, OfAShadowViewKeepsWhatCastsAShadowOnWhatIsSeenAndLittleElse) {
+    Random random(1);
+    const auto any = [&](float size) { return size * static_cast<float>(2 * random.unit() - 1); };
+    size_t kept = 0, others = 0;
+    for (int i = 0; i < 200; ++i) {
+        Camera camera;
+        camera.eye = {any(10), any(10), any(10)};
+        camera.target = {any(10), any(10), any(10)};
+        camera.near_plane = 0.1f;
+        camera.far_plane = 30;
+        const glm::vec3 light = glm::normalize(glm::vec3(any(1), any(1), any(1)));
+        std::vector<View> views = {view_of(camera, 640, 360), shadow_view(light, {0, 0, 0}, 20, 2048)};
+        views[1].shades_first_view_alone = true;
+        const std::vector<Frustum> frusta = frusta_of(views);
+        EXPECT_LE(frusta[1].planes().size(), Frustum::most_planes);
+        const Frustum whole = frustum_of(views[1]);
+        for (int k = 0; k < 200; ++k) {
+            const glm::vec3 caster = point_seen(views[0], random) - light * static_cast<float>(40 * random.unit());
+            EXPECT_EQ(frusta[1].touches(caster, 1e-3f), whole.touches(caster, 1e-3f)) << i;
+        }
+        // Away from what is seen by more than is looked up beside it, nothing is kept whose ray from the light meets it
+        // nowhere.
+        Frustum near = frusta[0];
+        for (glm::vec4& plane : near.planes()) plane.w += 2 * shadow_reach(views[1]);
+        for (int k = 0; k < 200; ++k) {
+            const glm::vec3 p(any(12), any(12), any(12));
+            bool meets = false;
+            for (float way = 0; way < 60 && !meets; way += 0.02f) meets = near.touches(p + light * way, 0);
+            if (meets) continue;
+            ++others;
+            kept += frusta[1].touches(p, 0) ? 1 : 0;
+        }
+    }
+    EXPECT_GT(others, 10000u);
+    EXPECT_LT(kept, others / 100);
+    // Without, all of them are.
+    std::vector<View> views = {view_of(camera_at_z(10), 64, 64), shadow_view({0, -1, 0}, {0, 0, 0}, 20, 2048)};
+    EXPECT_EQ(frusta_of(views)[1].planes().size(), Frustum::view_planes);
+    EXPECT_TRUE(frusta_of(views)[1].touches({0, 0, 15}, 0));
+    views[1].shades_first_view_alone = true;
+    EXPECT_FALSE(frusta_of(views)[1].touches({0, 0, 15}, 0)) << "behind the eye";
+    EXPECT_TRUE(frusta_of(views)[1].touches({0, 15, 0}, 0)) << "above what is seen";
 }
 
 TEST(ScreenError, AnErrorAtTheLimitProjectsToThePixelError) {

@@ -283,9 +283,7 @@ private:
 
     void draw_device_cuts(const FrameInput& input, Plan& plan) {
         const double pixel_error = input.budget.pixel_error * raised_;
-        std::vector<Frustum> frusta;
-        for (const View& view : input.views) frusta.push_back(frustum_of(view));
-        const auto seen = instances_.seen(frusta);
+        const auto seen = instances_.seen(frusta_of(input.views));
         const auto places = device_->cut(input, seen, pixel_error, plan);
         const double magnification =
             input.budget.forced_level >= 0 || input.level_view ? 0 : magnification_of(input.views[0], pixel_error);

@@ -943,7 +943,7 @@ TEST_P(Cuts, CullOnlyWhatAViewCannotSee) {
                 const glm::vec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
                 if (glm::dot(normal, views[0].eye - p[0]) <= 0) continue;
                 bool outside = false;
-                for (const glm::vec4& plane : frustum.planes) {
+                for (const glm::vec4& plane : frustum.planes()) {
                     bool all = true;
                     for (const glm::vec3& q : p) all = all && glm::dot(glm::vec3(plane), q) + plane.w < 0;
                     outside = outside || all;

@@ -33,6 +33,7 @@ struct CutRequest {
     int64_t forced_level = -1;         // >= 0: this level of samples everywhere
     bool forced_leaves = false;        // with a forced level: leaves wherever they are
     bool cull_back_faces = true;       // views[0] may leave out what shows it none but back faces
+    bool casters_alone = true;         // View::shades_first_view_alone is heeded
     CutMargin margin;
     const View& sets_levels() const { return level_view != nullptr ? *level_view : views[0]; }
 };

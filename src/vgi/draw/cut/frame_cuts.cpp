@@ -96,7 +96,7 @@ bool inside(const View& view, const Frustum& frustum) {
     for (int corner = 0; corner < 8; ++corner) {
         const glm::dvec4 p = to_world * glm::dvec4(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : 0, 1);
         const glm::dvec3 at = glm::dvec3(p) / p.w;
-        for (const glm::vec4& plane : frustum.planes) {
+        for (const glm::vec4& plane : frustum.planes()) {
             const double distance = glm::dot(glm::dvec3(plane), at) + static_cast<double>(plane.w);
             if (distance < -1e-5 * glm::length(at)) return false;
         }
@@ -115,6 +115,8 @@ CutRequest request_for(const CutRegion& region, const CutInstance& instance, dou
     request.forced_leaves = level == 0;
     request.cull_back_faces = region.views[0].culls_back_faces;
     request.margin = instance.margin;
+    // What moved may turn while the cut is drawn, and the light's direction with it.
+    request.casters_alone = region.find_moved(instance.number) == nullptr;
     return request;
 }
 
@@ -163,6 +165,10 @@ bool CutRegion::covers(const FrameInput& input) const {
         return false;
     if (std::abs(input.views[0].focal_px / views[0].focal_px - 1) > 1e-5f) return false;
     for (size_t v = 0; v < views.size(); ++v) {
+        // What casts shadows was told by the light's direction.
+        if (input.views[v].shades_first_view_alone != views[v].shades_first_view_alone ||
+            (views[v].shades_first_view_alone && input.views[v].forward() != views[v].forward()))
+            return false;
         if (input.views[v].kind != views[v].kind || input.views[v].culls_back_faces != views[v].culls_back_faces)
             return false;
     }
@@ -210,18 +216,13 @@ CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const I
     // Those that stand are looked for in the tree, the others one by one.
     const auto seen_from = [&](std::span<const View> views) {
         std::vector<CutInstance> seen;
-        const auto frusta = [&](const CutMargin& margin) {
-            std::vector<Frustum> wide;
-            for (const View& view : views) wide.push_back(widened_frustum(view, margin));
-            return wide;
-        };
-        for (const InstanceTree::Seen& s : tree.seen(frusta(region.margin))) {
+        for (const InstanceTree::Seen& s : tree.seen(widened_frusta(views, region.margin, true))) {
             if (region.find_moved(s.instance) == nullptr)
                 seen.push_back({s.instance, region.instances[s.instance], region.margin});
         }
         for (const CutRegion::Moved& m : region.moved) {
             const Sphere sphere = sphere_of(m.there);
-            if (std::ranges::any_of(frusta(m.margin),
+            if (std::ranges::any_of(widened_frusta(views, m.margin, false),
                                     [&](const Frustum& f) { return f.touches(sphere.centre, sphere.radius); }))
                 seen.push_back({m.instance, m.there, m.margin});
         }

@@ -19,11 +19,23 @@ Frustum widened_frustum(const View& view, const CutMargin& margin) {
         wide.view_to_clip[1][1] /= 1 + margin.widening;
     }
     Frustum frustum = frustum_of(wide);
-    for (glm::vec4& plane : frustum.planes) plane.w += margin.distance;
+    for (glm::vec4& plane : frustum.planes()) plane.w += margin.distance;
     // Near and far planes follow the scene.
-    frustum.planes[4].w += 0.1f * view.far_plane;
-    frustum.planes[5].w += 0.5f * view.near_plane;
+    frustum.planes()[4].w += 0.1f * view.far_plane;
+    frustum.planes()[5].w += 0.5f * view.near_plane;
     return frustum;
+}
+
+std::vector<Frustum> widened_frusta(std::span<const View> views, const CutMargin& margin, bool casters_alone) {
+    std::vector<Frustum> wide;
+    for (const View& view : views) wide.push_back(widened_frustum(view, margin));
+    for (size_t v = 1; v < views.size() && casters_alone; ++v) {
+        if (!views[v].shades_first_view_alone) continue;
+        Frustum lit = wide[0];
+        for (glm::vec4& plane : lit.planes()) plane.w += shadow_reach(views[v]);
+        wide[v].keep_casters_into(lit, -views[v].forward());
+    }
+    return wide;
 }
 
 Visibility::Visibility(const CutRequest& request, const Atlas& about) : about_(&about) {
@@ -34,14 +46,13 @@ Visibility::Visibility(const CutRequest& request, const Atlas& about) : about_(&
     eye_ = glm::vec3(to_object * glm::vec4(request.views[0].eye, 1));
     scale_ = largest_scale(request.object_to_world);
     eye_margin_ = request.margin.distance * largest_scale(to_object);
-    for (const View& view : request.views) {
-        Frustum frustum = widened_frustum(view, request.margin);
-        for (glm::vec4& plane : frustum.planes) {
+    frusta_ = widened_frusta(request.views, request.margin, request.casters_alone);
+    for (Frustum& frustum : frusta_) {
+        for (glm::vec4& plane : frustum.planes()) {
             plane = plane * request.object_to_world;  // a row vector times the matrix: the plane pulled back
             const float length = glm::length(glm::vec3(plane));
             if (length > 0) plane /= length;
         }
-        frusta_.push_back(frustum);
     }
 }
 
@@ -51,7 +62,7 @@ uint32_t Visibility::seen(uint32_t mask, const PageBounds& bounds) const {
             const glm::vec3& c = bounds.centre;
             return gpu::lode_outside(p.x, p.y, p.z, p.w, c.x, c.y, c.z, bounds.radius);
         };
-        if ((mask >> v & 1) != 0 && std::ranges::any_of(frusta_[v].planes, outside)) mask &= ~(1u << v);
+        if ((mask >> v & 1) != 0 && std::ranges::any_of(frusta_[v].planes(), outside)) mask &= ~(1u << v);
     }
     if ((mask & 1) != 0 && cones_ && bounds.cosine > 0 && turned_away(bounds)) mask &= ~1u;
     return mask;
@@ -66,7 +77,7 @@ uint32_t Visibility::seen(uint32_t mask, uint32_t number, Slack& slack) const {
         if ((mask >> v & 1) == 0) continue;
         float least = std::numeric_limits<float>::infinity();
         bool outside = false;
-        for (const glm::vec4& p : frusta_[v].planes) {
+        for (const glm::vec4& p : frusta_[v].planes()) {
             least = std::min(least, glm::dot(glm::vec3(p), c) + p.w + bounds.radius);
             outside = outside || gpu::lode_outside(p.x, p.y, p.z, p.w, c.x, c.y, c.z, bounds.radius);
         }
@@ -91,8 +102,10 @@ std::optional<Motion> Visibility::since(const Visibility& before) const {
     float distance = glm::distance(eye_, before.eye_) + std::abs(eye_margin_ - before.eye_margin_), angle = 0;
     float largest = glm::length(before.eye_);
     for (size_t v = 0; v < frusta_.size(); ++v) {
-        for (size_t k = 0; k < frusta_[v].planes.size(); ++k) {
-            const glm::vec4 &now = frusta_[v].planes[k], &then = before.frusta_[v].planes[k];
+        const auto is = frusta_[v].planes(), was = before.frusta_[v].planes();
+        if (is.size() != was.size()) return std::nullopt;
+        for (size_t k = 0; k < is.size(); ++k) {
+            const glm::vec4 &now = is[k], &then = was[k];
             const glm::vec4 at(before.eye_, 1);
             distance = std::max(distance, std::abs(glm::dot(now, at) - glm::dot(then, at)));
             angle = std::max(angle, glm::distance(glm::vec3(now), glm::vec3(then)));
@@ -139,7 +152,7 @@ void Visibility::describe(gpu::VgiCutInstance& instance) const {
     instance.cones = cones_ ? 1 : 0;
     float* to = instance.planes;
     for (const Frustum& frustum : frusta_) {
-        for (const glm::vec4& plane : frustum.planes) {
+        for (const glm::vec4& plane : frustum.planes().first(Frustum::view_planes)) {
             for (int k = 0; k < 4; ++k) *to++ = plane[k];
         }
     }

@@ -14,6 +14,8 @@ namespace lodestone::vgi {
 
 // Holds the frusta of all views that differ from this one by no more than the margin; planes as frustum_of.
 Frustum widened_frustum(const View& view, const CutMargin& margin);
+// Of each view. casters_alone: as CutRequest::casters_alone.
+std::vector<Frustum> widened_frusta(std::span<const View> views, const CutMargin& margin, bool casters_alone);
 
 // A page as a device looks at it. below: Residency::below.
 gpu::VgiCutPage cut_page_of(const PageBounds& bounds, SampleCodes below);

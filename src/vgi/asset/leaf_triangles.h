@@ -36,7 +36,13 @@ public:
 
     LeafTriangles(const LeafPart& part, const LeafBorder& border, int32_t cells, const Own& own, const Sample& sample,
                   const Visit& visit)
-        : part_(part), border_(border), cells_(cells), own_(own), sample_(sample), visit_(visit) {}
+        : part_(part),
+          border_(border),
+          alone_(border.sampled == std::array<bool, 4>{}),
+          cells_(cells),
+          own_(own),
+          sample_(sample),
+          visit_(visit) {}
 
     void all() const {
         for (const auto& triangle : part_.triangles) one(triangle);
@@ -97,6 +103,10 @@ private:
     }
 
     void one(const Triangle& t) const {
+        if (alone_) {
+            emit(point(t[0]), point(t[1]), point(t[2]));
+            return;
+        }
         std::array<bool, 3> walks{};
         for (uint32_t k = 0; k < 3; ++k) walks[k] = walk(t[k], t[(k + 1) % 3], [](GridPoint, GridPoint) {});
         const int count = walks[0] + walks[1] + walks[2];
@@ -113,6 +123,7 @@ private:
 
     const LeafPart& part_;
     const LeafBorder& border_;
+    const bool alone_;  // no side is beside samples
     const int32_t cells_;
     const Own& own_;
     const Sample& sample_;

@@ -56,12 +56,13 @@ View shadow_view(const glm::vec3& direction, const glm::vec3& centre, float radi
 // A part of space between planes that point inwards: inside iff dot(plane.xyz, p) + plane.w >= 0 for all.
 class Frustum {
 public:
-    static constexpr size_t view_planes = 6, most_planes = 32;
+    static constexpr size_t view_planes = 6;   // of a view
+    static constexpr size_t most_planes = 32;  // that there is room for
 
     // Of a view, in world space: left, right, top, bottom, far, near; unit normals.
     explicit Frustum(const std::array<glm::vec4, view_planes>& of_view);
-    std::span<glm::vec4> planes() { return std::span(planes_).first(count_); }
-    std::span<const glm::vec4> planes() const { return std::span(planes_).first(count_); }
+    std::span<glm::vec4> planes() { return std::span(planes_).first(count_); }              // those of the view first
+    std::span<const glm::vec4> planes() const { return std::span(planes_).first(count_); }  // the same
     // False only when the sphere is wholly outside; may be true for some spheres that are.
     bool touches(const glm::vec3& centre, float radius) const;
     // Leaves out what casts no shadow into another one that has the planes of a view: what is in this one stays that is

@@ -114,15 +114,19 @@ float shadow_reach(const View& shadow) {
     return 8 * 2 / (shadow.view_to_clip[0][0] * static_cast<float>(shadow.width));
 }
 
-std::vector<Frustum> frusta_of(std::span<const View> views) {
-    std::vector<Frustum> frusta;
-    for (const View& view : views) frusta.push_back(frustum_of(view));
+void keep_casters(std::span<const View> views, std::span<Frustum> frusta) {
     for (size_t v = 1; v < views.size(); ++v) {
         if (!views[v].shades_first_view_alone) continue;
         Frustum lit = frusta[0];
         for (glm::vec4& plane : lit.planes()) plane.w += shadow_reach(views[v]);
         frusta[v].keep_casters_into(lit, -views[v].forward());
     }
+}
+
+std::vector<Frustum> frusta_of(std::span<const View> views) {
+    std::vector<Frustum> frusta;
+    for (const View& view : views) frusta.push_back(frustum_of(view));
+    keep_casters(views, frusta);
     return frusta;
 }
 

@@ -76,6 +76,9 @@ private:
 Frustum frustum_of(const View& view);  // of the whole picture
 // How far beside what is lit a shadow map is looked up (shaders/shared/lighting.glsl), at most. World units.
 float shadow_reach(const View& shadow);
+// Leaves out of the frusta of shadow views that shade the first alone what casts no shadow there. frusta: one per view,
+// at least as wide as its own.
+void keep_casters(std::span<const View> views, std::span<Frustum> frusta);
 // Of each view; of shadow views that shade the first alone, of what casts a shadow there.
 std::vector<Frustum> frusta_of(std::span<const View> views);
 

@@ -29,12 +29,7 @@ Frustum widened_frustum(const View& view, const CutMargin& margin) {
 std::vector<Frustum> widened_frusta(std::span<const View> views, const CutMargin& margin, bool casters_alone) {
     std::vector<Frustum> wide;
     for (const View& view : views) wide.push_back(widened_frustum(view, margin));
-    for (size_t v = 1; v < views.size() && casters_alone; ++v) {
-        if (!views[v].shades_first_view_alone) continue;
-        Frustum lit = wide[0];
-        for (glm::vec4& plane : lit.planes()) plane.w += shadow_reach(views[v]);
-        wide[v].keep_casters_into(lit, -views[v].forward());
-    }
+    if (casters_alone) keep_casters(views, wide);
     return wide;
 }
 

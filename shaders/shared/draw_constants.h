@@ -12,6 +12,7 @@ struct DrawConstants {
     uint32_t first_mark;   // of the draw's triangles in triangle_marks; LODE_NO_MARKS where they have none
     uint32_t reserved[2];
     uint32_t words[8];     // Draw::words, Dispatch::words
+    bool operator==(const DrawConstants&) const = default;
 };
 static_assert(sizeof(DrawConstants) == 48);
 }  // namespace lodestone

@@ -238,11 +238,14 @@ void FrameRecorder::bind(uint32_t number, VkPipeline variant, uint32_t view, con
         const VkDescriptorSet sets[] = {c_.slot.frame_set, p_->built.sets.pipelines[number]};
         vkCmdBindDescriptorSets(commands_, pipeline.bind_point, pipeline.layout.get(), 0, 2, sets, 0, nullptr);
         bound_pipeline_ = variant;
+        pushed_.reset();
     }
     DrawConstants constants{};
     constants.view = view;
     constants.first_mark = first_mark;
     std::copy(words.begin(), words.end(), constants.words);
+    if (pushed_ == constants) return;
+    pushed_ = constants;
     vkCmdPushConstants(commands_, pipeline.layout.get(), pipeline.stages, 0, sizeof constants, &constants);
 }
 
@@ -351,16 +354,19 @@ void FrameRecorder::draw(const Command& command) {
         bound_vertex_offset_ = d.vertex_offset;
     }
     const bool indexed = d.index_buffer != no_buffer;
+    // Where the first index is said by the draw, the buffer stays bound from draw to draw.
+    const uint64_t first_index = indirect == nullptr ? d.index_offset / sizeof(uint32_t) : 0;
     if (indexed) {
         const VkBuffer indices = p_->built.buffers[d.index_buffer].whole();
-        if (indices != bound_indices_ || d.index_offset != bound_index_offset_)
-            vkCmdBindIndexBuffer(commands_, indices, d.index_offset, VK_INDEX_TYPE_UINT32);
+        const uint64_t offset = d.index_offset - first_index * sizeof(uint32_t);
+        if (indices != bound_indices_ || offset != bound_index_offset_)
+            vkCmdBindIndexBuffer(commands_, indices, offset, VK_INDEX_TYPE_UINT32);
         bound_indices_ = indices;
-        bound_index_offset_ = d.index_offset;
+        bound_index_offset_ = offset;
     }
     if (indirect == nullptr) {
         if (indexed) {
-            vkCmdDrawIndexed(commands_, d.count, d.instances, 0, 0, d.first_id);
+            vkCmdDrawIndexed(commands_, d.count, d.instances, static_cast<uint32_t>(first_index), 0, d.first_id);
         } else {
             vkCmdDraw(commands_, d.count, d.instances, d.first_vertex, d.first_id);
         }

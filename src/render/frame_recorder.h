@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -106,6 +107,7 @@ private:
     std::map<std::pair<uint32_t, uint64_t>, uint64_t> pending_ranges_;  // buffer and first byte to end
 
     VkPipeline bound_pipeline_ = VK_NULL_HANDLE;
+    std::optional<DrawConstants> pushed_;  // for it
     VkBuffer bound_vertices_ = VK_NULL_HANDLE, bound_indices_ = VK_NULL_HANDLE;
     uint64_t bound_vertex_offset_ = 0, bound_index_offset_ = 0;
 };

@@ -150,6 +150,8 @@ public:
     Result<void> trim() override {
         return guarded([&] {
             finish_all();
+            // Drivers may keep what was destroyed until something is submitted again (lavapipe its pipelines).
+            pool_.run([](VkCommandBuffer) {});
             allocator_.trim();
         });
     }

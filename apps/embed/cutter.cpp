@@ -165,7 +165,7 @@ void Cutter::gather_vgi(const PlanMirror::MirroredDraw& draw) {
         indices_[i] = base + static_cast<uint32_t>(std::ranges::lower_bound(pulled_, indices_[i]) - pulled_.begin());
     for (const uint32_t index : pulled_) {
         const glm::vec3 position = vgi::pulled_vertex(mirror_, draw.draw, input_, 0, index);
-        const vgi::PulledAttributes looks = vgi::pulled_attributes(mirror_, draw.draw, index);
+        const vgi::PulledAttributes looks = vgi::pulled_attributes(mirror_, draw.draw, input_, 0, index);
         CutVertex vertex{};
         std::memcpy(vertex.position, &position, sizeof vertex.position);
         std::memcpy(vertex.normal, &looks.normal, sizeof vertex.normal);

@@ -27,37 +27,41 @@ float distance_metric(vec3 seen) {
 }
 
 // How far a sample, or a leaf, has come to its place, 0 .. 1. at: its place, lattice units. codes: z | error << 16 | radius << 24.
-float arrived(vec3 at, uint codes, mat4 to_world, VgiAsset asset) {
+float arrived(vec3 at, uint codes, InstanceConstants instance, VgiAsset asset) {
     float magnification = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]);
-    float scale = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_SCALE]);
     uint code = draw_constants.words[LODE_VGI_WORD_ASSET] * 512u;
-    float error = decoded_at(code + ((codes >> 16) & 255u)) * magnification * scale;
-    float radius = decoded_at(code + 256u + (codes >> 24)) * scale;
-    vec3 world = (to_world * vec4(vec3(asset.origin_x, asset.origin_y, asset.origin_z) + asset.step * at, 1.0)).xyz;
+    float error = decoded_at(code + ((codes >> 16) & 255u)) * magnification * instance.scale;
+    float radius = decoded_at(code + 256u + (codes >> 24)) * instance.scale;
+    vec3 world = (instance.object_to_world * vec4(vec3(asset.origin_x, asset.origin_y, asset.origin_z) + asset.step * at, 1.0)).xyz;
     // Always of the eye that chose the samples, in every view.
     vec3 seen = world - frame.views[0].eye.xyz;
     return error == 0.0 ? 1.0 : clamp((error + radius - distance_metric(seen)) / (morph_share * error), 0.0, 1.0);
 }
 
-// Where a corner of charts is on its way from where its parent is; lattice units.
-vec3 corner_point(uint number, mat4 to_world, VgiAsset asset) {
-    vec3 point = vec3(0.0);
+// A corner of charts on its way from where its parent is.
+struct MovedCorner {
+    vec3 point;   // lattice units
+    vec3 normal;  // object space
+};
+MovedCorner moved_corner(uint number, InstanceConstants instance, VgiAsset asset) {
+    MovedCorner moved = MovedCorner(vec3(0.0), vec3(0.0));
     bool moves = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]) > 0.0;
     for (float share = 1.0; share > 0.0;) {
         uvec4 corner = corner_at(asset.first_corner + number);
         vec3 own = lattice(corner.xy);
-        float t = moves && corner.z != number ? arrived(own, corner.y, to_world, asset) : 1.0;
-        point += share * t * own;
+        float t = moves && corner.z != number ? arrived(own, corner.y, instance, asset) : 1.0;
+        moved.point += share * t * own;
+        if (has_fragments) moved.normal += share * t * normalize(unfolded(unpackSnorm2x16(corner.w)));
         share *= 1.0 - t;
         number = corner.z;
     }
-    return point;
+    return moved;
 }
 // Corner k of a chart, where the corners of charts have parents.
 uint corner_of_chart(uint chart, uint k, VgiAsset asset) { return corner_at(asset.first_corners_of_charts + chart)[k]; }
 
 // index: without LODE_VGI_CORNER.
-PulledSample pull_corner(uint index, mat4 to_world) {
+PulledSample pull_corner(uint index, InstanceConstants instance) {
     VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
     uint of_chart = index >> LODE_VGI_CORNER_STEPS, k = of_chart & 3u;
     PulledSample s;
@@ -66,34 +70,35 @@ PulledSample pull_corner(uint index, mat4 to_world) {
     for (uint step = index & ((1u << LODE_VGI_CORNER_STEPS) - 1u); step > 0u; --step)
         number = corner_at(asset.first_corner + number).z;
     vec3 origin = vec3(asset.origin_x, asset.origin_y, asset.origin_z);
-    s.world = to_world * vec4(origin + asset.step * corner_point(number, to_world, asset), 1.0);
+    MovedCorner moved = moved_corner(number, instance, asset);
+    s.world = instance.object_to_world * vec4(origin + asset.step * moved.point, 1.0);
     s.place = vec2(k == 1u || k == 2u ? 1.0 : 0.0, k >= 2u ? 1.0 : 0.0);
     s.level = LODE_VGI_CORNER_LEVEL;
-    s.normal = unfolded(unpackSnorm2x16(corner_at(asset.first_corner + number).w));
+    s.normal = dot(moved.normal, moved.normal) > 1e-6 ? moved.normal : vec3(0.0, 0.0, 1.0);
     s.measure = 0.0;
     return s;
 }
 
 // How much of its way a leaf's vertex has before it, as where it starts is seen from its place; units of the leaves'
 // lattice. It goes as the leaves that have it appear: no farther than the one that has come less far.
-vec3 way_of_leaf(uint number, mat4 to_world, VgiAsset asset) {
+vec3 way_of_leaf(uint number, InstanceConstants instance, VgiAsset asset) {
     uint morph = leaf_at(LODE_VGI_LEAF_MORPHS(number))[number & 3u], side = morph & 7u;
     uvec2 own = leaf_at(LODE_VGI_LEAF_HEADER(number)).xy;
     uvec4 sides = leaf_at(LODE_VGI_LEAF_HEADER(number) + (side >> 1));
     uvec2 other = (side & 1u) != 0u ? sides.zw : sides.xy;
-    float t = min(arrived(lattice(own), own.y, to_world, asset), arrived(lattice(other), other.y, to_world, asset));
+    float t = min(arrived(lattice(own), own.y, instance, asset), arrived(lattice(other), other.y, instance, asset));
     vec3 off = vec3(bitfieldExtract(int(morph), 11, 7), bitfieldExtract(int(morph), 18, 7), bitfieldExtract(int(morph), 25, 7));
     return (1.0 - t) * float(1u << (2u * (morph >> 8 & 7u))) * off;
 }
 
 // number: the index without LODE_VGI_LEAF and LODE_VGI_LEAF_MOVES. moves: whether it may not have come to its place.
-PulledSample pull_leaf(uint number, bool moves, mat4 to_world) {
+PulledSample pull_leaf(uint number, bool moves, InstanceConstants instance) {
     VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
     uvec4 vertex = leaf_at(LODE_VGI_LEAF_TEXEL(number));
     vec3 at = vec3(float(vertex.x & 0x1fffffu), float(vertex.x >> 21 | (vertex.y & 0x3ffu) << 11), float(vertex.y >> 10 & 0x1fffffu));
-    if (moves) at += way_of_leaf(number, to_world, asset);
+    if (moves) at += way_of_leaf(number, instance, asset);
     PulledSample s;
-    s.world = to_world * vec4(vec3(asset.origin_x, asset.origin_y, asset.origin_z) + asset.leaf_step * at, 1.0);
+    s.world = instance.object_to_world * vec4(vec3(asset.origin_x, asset.origin_y, asset.origin_z) + asset.leaf_step * at, 1.0);
     s.place = vec2(float(vertex.z & 0x3fffu), float(vertex.z >> 14 & 0x3fffu)) / float(LODE_VGI_LEAF_PLACES);
     s.chart = vertex.z >> 28 | (vertex.w >> 16) << 4;
     s.level = LODE_VGI_LEAF_LEVEL;
@@ -103,7 +108,7 @@ PulledSample pull_leaf(uint number, bool moves, mat4 to_world) {
 }
 
 // p: in the page, which must be of the sample's own level, or the coarsest. corners: whether it may be a corner of the page.
-PulledSample pull_sample(uint slot, ivec2 p, bool corners, mat4 to_world) {
+PulledSample pull_sample(uint slot, ivec2 p, bool corners, InstanceConstants instance) {
     VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
     int row = int(asset.page_cells) + 1;
     uvec2 header = slot_at(slot);
@@ -119,9 +124,9 @@ PulledSample pull_sample(uint slot, ivec2 p, bool corners, mat4 to_world) {
                  float(asset.cells);
     if (corner && asset.first_corners_of_charts != LODE_VGI_NO_CORNERS && place == round(place)) {
         uint k = place.y == 0.0 ? uint(place.x) : 3u - uint(place.x);
-        sample_point = corner_point(corner_of_chart(chart, k, asset), to_world, asset);
+        sample_point = moved_corner(corner_of_chart(chart, k, asset), instance, asset).point;
     } else if (magnification > 0.0 && !corner) {
-        float t = arrived(sample_point, texel.y, to_world, asset);
+        float t = arrived(sample_point, texel.y, instance, asset);
         // Ends of the hypotenuse it halves; in the same page (vgi/asset/bintree.h).
         int h = 1 << findLSB(uint(p.x | p.y | int(asset.page_cells)));
         bool odd_x = (p.x & h) != 0, odd_y = (p.y & h) != 0;
@@ -135,14 +140,14 @@ PulledSample pull_sample(uint slot, ivec2 p, bool corners, mat4 to_world) {
         sample_point = middle + (sample_point - middle) * t;
     }
     PulledSample s;
-    s.world = to_world * vec4(origin + asset.step * sample_point, 1.0);
+    s.world = instance.object_to_world * vec4(origin + asset.step * sample_point, 1.0);
     s.place = place;
     s.chart = chart;
     s.level = level;
     s.measure = 0.0;
     s.normal = vec3(0.0);
     if (debug_view() == LODE_DEBUG_ERROR) {
-        float pixel = pixel_at(s.world.xyz, uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_SCALE]));
+        float pixel = pixel_at(s.world.xyz, instance.scale);
         float error = decoded_at(draw_constants.words[LODE_VGI_WORD_ASSET] * 512u + ((texel.y >> 16) & 255u));
         s.measure = corner ? 0.0 : error / pixel;
     }

@@ -32,13 +32,15 @@
 #define LODE_VGI_LEAF_PLACES 8192u    // in a chart, along a side
 #define LODE_VGI_LEAF_LEVEL 14u       // that triangles of leaves have in the visibility buffer
 
-// Kinds of vertices that indices name: LODE_VGI_LEAF, those that may move apart; samples; and what may be a corner of
-// charts, LODE_VGI_CORNER or a sample in the corner of a page. Draws are of triangles of one kind alone or of any, so
+// Kinds of vertices that indices name: samples, those in the corner of a page apart, for they may be corners of charts;
+// LODE_VGI_LEAF, those that may move apart; LODE_VGI_CORNER. Draws are of triangles of one kind alone or of any, so
 // that each costs what it needs.
 #define LODE_VGI_KIND_SAMPLES 1u
-#define LODE_VGI_KIND_CORNERS 2u
+#define LODE_VGI_KIND_CORNER_SAMPLES 2u
 #define LODE_VGI_KIND_LEAVES 4u
 #define LODE_VGI_KIND_MOVING_LEAVES 8u
+#define LODE_VGI_KIND_CORNERS 16u
+#define LODE_VGI_EVERY_KIND 31u
 
 // Bindings of descriptor set 1.
 #define LODE_VGI_GEOMETRY 0  // pool of positions
@@ -52,15 +54,15 @@
 // Four words to each: corners (x | y << 16, z | error << 16 | radius << 24, parent, normal as packSnorm2x16 has
 // octahedral coordinates), numbered in their atlas; and charts (numbers of their corners).
 #define LODE_VGI_CORNERS 17
-// Of parts of leaves, slot by slot: the leaf as a sample (two words: x | y << 16, z | error << 16 | radius << 24), and so
-// the leaves across its four sides, itself where there is none; two words unused. Then of each four vertices four words
-// to each, and a word to each. The four: x | y << 21, y >> 11 |
-// z << 10 on the leaves' lattice; place x | place y << 14 | low 4 bits of the chart << 28; normal x | normal y << 8 |
-// the chart's other bits << 16. The one says how it comes to its place (vgi/draw/leaves/leaf_morph.h): 1 + side
-// that it lies on, or 0 | exponent << 8 | off x << 11 | off y << 18 | off z << 25.
+// Of parts of leaves, slot by slot: the leaf as a sample (two words: x | y << 16, z | error << 16 | radius << 24), and
+// so the leaves across its four sides, itself where there is none; two words unused. Then of each four vertices four
+// words to each, and a word to each. The four: x | y << 21, y >> 11 | z << 10 on the leaves' lattice; place x | place y
+// << 14 | low 4 bits of the chart << 28; normal x | normal y << 8 | the chart's other bits << 16. The one says how it
+// comes to its place (vgi/draw/leaves/leaf_morph.h): 1 + side that it lies on, or 0 | exponent << 8 | off x << 11 | off
+// y << 18 | off z << 25.
 #define LODE_VGI_LEAVES 18
-// Counted in four words: where a slot begins; where a vertex is; and where the words of the second kind are, in which it
-// has that of number % 4.
+// Counted in four words: where a slot begins; where a vertex is; and where the words of the second kind are, in which
+// it has that of number % 4.
 #define LODE_VGI_LEAF_HEADER(number) (323u * ((number) / 256u))
 #define LODE_VGI_LEAF_TEXEL(number) ((number) + ((number) >> 2) + 3u * ((number) / 256u) + 3u)
 #define LODE_VGI_LEAF_MORPHS(number) (5u * ((number) >> 2) + 3u * ((number) / 256u) + 7u)
@@ -76,8 +78,7 @@
 // Draw words.
 #define LODE_VGI_WORD_ASSET 0
 #define LODE_VGI_WORD_MAGNIFICATION 1  // float bits: world units of distance for one of error; 0 does not morph
-#define LODE_VGI_WORD_SCALE 2          // float bits: largest scale of the instance
-#define LODE_VGI_WORD_PATCH 3          // patches: word of vertex 0 in their list
+#define LODE_VGI_WORD_PATCH 2          // patches: word of vertex 0 in their list
 
 // VgiAsset::has.
 #define LODE_VGI_HAS_UVS 1

@@ -26,5 +26,5 @@ void main() {
     uint lowest = min(level, base), own = uint(findLSB(at.x | at.y | asset.cells));
     uint page_level = clamp(own, lowest, base), down = page_level + shift;
     ivec2 p = ivec2((at >> page_level) - (low >> down << shift));
-    pass_on(pull_sample(patch_words[first + 2u + page_level - lowest], p, true, instance_at(id).object_to_world), id);
+    pass_on(pull_sample(patch_words[first + 2u + page_level - lowest], p, true, instance_at(id)), id);
 }

@@ -71,7 +71,12 @@ CornerTree::CornerTree(const Atlas& about) {
         most_from_[i] = most;
     }
     std::vector<std::pair<uint32_t, Face>> born;
+    of_charts_.assign(about.corners.size(), ~0u);
     for (uint32_t c = 0; c < about.charts(); ++c) {
+        for (uint32_t k = 0; k < 4; ++k) {
+            uint32_t& first = of_charts_[about.chart_corners[c][k]];
+            first = std::min(first, 4 * c + k);
+        }
         first_whole_ = std::min(first_whole_, *std::ranges::max_element(about.chart_corners[c]) + 1);
         for (const bool upper : {false, true}) {
             const Face face{c, upper};

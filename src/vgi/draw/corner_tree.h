@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -53,8 +54,14 @@ public:
         // Its corner i, 0 .. 2, as a corner of the chart.
         uint32_t corner(uint32_t i) const { return i == 0 ? 0 : upper ? i + 1 : i; }
     };
-    // How many of the first corners a chart needs to have all of its own among them.
-    uint32_t first_whole() const { return first_whole_; }
+    // The first of the charts' corners, 4 * chart + k, that is this corner.
+    uint32_t of_chart(uint32_t corner) const { return of_charts_[corner]; }
+    // The most there is from the last of those corners on without which no chart has all of its own: none has them
+    // where none of these may be wanted. Nothing where all corners of some chart always are.
+    std::optional<SampleCodes> most_of_whole() const {
+        if (first_whole_ <= roots_) return std::nullopt;
+        return most_from_[first_whole_ - 1 - roots_];
+    }
     // Those that may have an area where only the first `wanted` corners are wanted.
     std::span<const Face> faces(uint32_t wanted) const {
         const auto end = std::ranges::upper_bound(births_, wanted);
@@ -70,9 +77,10 @@ public:
 
 private:
     PageBounds bounds_;
-    uint32_t roots_ = 0, first_whole_ = ~0u;
-    std::vector<SampleCodes> most_from_;  // per corner behind the roots: of it and those after it
-    std::vector<uint32_t> births_;        // per face, rising: with how many corners it may have an area
+    uint32_t roots_ = 0, first_whole_ = ~0u;  // how many of the first corners some chart needs to have all of its own
+    std::vector<SampleCodes> most_from_;      // per corner behind the roots: of it and those after it
+    std::vector<uint32_t> of_charts_;         // per corner
+    std::vector<uint32_t> births_;            // per face, rising: with how many corners it may have an area
     std::vector<Face> faces_;
 };
 

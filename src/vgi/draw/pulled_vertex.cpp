@@ -5,6 +5,7 @@
 #include <bit>
 #include <glm/geometric.hpp>
 
+#include "frame/screen_error.h"
 #include "mesh/packed_vertices.h"
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/bintree.h"
@@ -28,6 +29,7 @@ public:
         : mirror_(mirror),
           draw_(draw),
           to_world_(input.instances[instance].object_to_world),
+          scale_(largest_scale(to_world_)),
           view_(input.views[0]),
           number_(draw.words[LODE_VGI_WORD_ASSET]),
           asset_(mirror.stored<gpu::VgiAsset>(draw, LODE_VGI_ASSETS, number_)),
@@ -37,33 +39,45 @@ public:
     glm::vec3 vertex(uint32_t index) const {
         if ((index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0) return leaf(number_of_leaf(index));
         return origin_ +
-               asset_.step * ((index & LODE_VGI_CORNER) != 0 ? corner(index & ~LODE_VGI_CORNER) : sample(index));
+               asset_.step * ((index & LODE_VGI_CORNER) != 0 ? corner(index & ~LODE_VGI_CORNER).point : sample(index));
+    }
+    // Of LODE_VGI_CORNER.
+    glm::vec3 normal(uint32_t index) const {
+        const glm::vec3 normal = corner(index & ~LODE_VGI_CORNER).normal;
+        const float length = glm::length(normal);
+        return length > 1e-3f ? normal / length : glm::vec3(0, 0, 1);
     }
 
 private:
     // How far it has come to its place, 0 .. 1.
     float arrived(const GeometryTexel& texel) const {
-        const auto scale = std::bit_cast<float>(draw_.words[LODE_VGI_WORD_SCALE]);
         const float error =
-            mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + texel.error) * magnification_ * scale;
-        const float radius = mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + 256 + texel.radius) * scale;
+            mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + texel.error) * magnification_ * scale_;
+        const float radius = mirror_.stored<float>(draw_, LODE_VGI_CODES, number_ * 512 + 256 + texel.radius) * scale_;
         const glm::vec3 world(to_world_ * glm::vec4(origin_ + asset_.step * lattice(texel), 1));
         constexpr auto morph_share = static_cast<float>(1 - 1 / error_ratio);
         const float away = distance_metric(view_, world);
         return error == 0 ? 1 : std::clamp((error + radius - away) / (morph_share * error), 0.0f, 1.0f);
     }
 
-    glm::vec3 corner_point(uint32_t number) const {
-        glm::vec3 point(0);
+    // A corner of charts, on its way from where its parent is.
+    struct MovedCorner {
+        glm::vec3 point{0}, normal{0};  // lattice units; object space, not of unit length
+    };
+    MovedCorner moved_corner(uint32_t number) const {
+        MovedCorner moved;
         for (float share = 1; share > 0;) {
             const auto record = mirror_.stored<CornerRecord>(draw_, LODE_VGI_CORNERS, asset_.first_corner + number);
             const auto texel = std::bit_cast<GeometryTexel>(std::array{record[0], record[1]});
             const float t = magnification_ > 0 && record[2] != number ? arrived(texel) : 1;
-            point += share * t * lattice(texel);
+            moved.point += share * t * lattice(texel);
+            moved.normal +=
+                share * t *
+                unpack_normal({static_cast<int16_t>(record[3] & 0xffff), static_cast<int16_t>(record[3] >> 16)});
             share *= 1 - t;
             number = record[2];
         }
-        return point;
+        return moved;
     }
     uint32_t corner_of_chart(uint32_t chart, uint32_t k) const {
         return mirror_.stored<CornerRecord>(draw_, LODE_VGI_CORNERS, asset_.first_corners_of_charts + chart)[k];
@@ -83,12 +97,12 @@ private:
         const float before = 1 - std::min(arrived(leaf_of(0)), arrived(leaf_of(morph.border)));
         return origin_ + asset_.leaf_step * (at + before * glm::vec3(morph.start()));
     }
-    glm::vec3 corner(uint32_t index) const {
+    MovedCorner corner(uint32_t index) const {
         const uint32_t of_chart = index >> LODE_VGI_CORNER_STEPS;
         uint32_t number = corner_of_chart(of_chart / 4, of_chart % 4);
         for (uint32_t step = index % (1u << LODE_VGI_CORNER_STEPS); step > 0; --step)
             number = mirror_.stored<CornerRecord>(draw_, LODE_VGI_CORNERS, asset_.first_corner + number)[2];
-        return corner_point(number);
+        return moved_corner(number);
     }
 
     // The corner of its chart that a corner of a page is; 4 where it is none.
@@ -117,7 +131,7 @@ private:
         if (tree.is_corner(p)) {
             uint32_t chart = 0;
             const uint32_t k = asset_.first_corners_of_charts == LODE_VGI_NO_CORNERS ? 4 : corner_at(slot, p, &chart);
-            return k < 4 ? corner_point(corner_of_chart(chart, k)) : point;
+            return k < 4 ? moved_corner(corner_of_chart(chart, k)).point : point;
         }
         if (magnification_ <= 0) return point;
         const auto [a, b] = tree.hypotenuse(p);
@@ -128,6 +142,7 @@ private:
     const PlanMirror& mirror_;
     const Draw& draw_;
     const glm::mat4 to_world_;
+    const float scale_;
     const View& view_;
     const uint32_t number_;
     const gpu::VgiAsset asset_;
@@ -156,9 +171,7 @@ public:
     PulledAttributes at(uint32_t index) const {
         if ((index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0) return leaf(number_of_leaf(index));
         if ((index & LODE_VGI_CORNER) == 0) return at(place_of_sample(index));
-        PulledAttributes pulled = at(place_of_corner(index & ~LODE_VGI_CORNER));
-        pulled.normal = corner_normal(index & ~LODE_VGI_CORNER);
-        return pulled;
+        return at(place_of_corner(index & ~LODE_VGI_CORNER));
     }
 
 private:
@@ -184,18 +197,6 @@ private:
         const uint32_t of_chart = index >> LODE_VGI_CORNER_STEPS, k = of_chart % 4;
         return {of_chart / 4, k == 1 || k == 2 ? asset_.cells : 0, k >= 2 ? asset_.cells : 0, LODE_VGI_CORNER_LEVEL};
     }
-    glm::vec3 corner_normal(uint32_t index) const {
-        const uint32_t of_chart = index >> LODE_VGI_CORNER_STEPS;
-        const auto record = [&](uint32_t number) {
-            return mirror_.stored<CornerRecord>(draw_, LODE_VGI_CORNERS, number);
-        };
-        uint32_t number = record(asset_.first_corners_of_charts + of_chart / 4)[of_chart % 4];
-        for (uint32_t step = index % (1u << LODE_VGI_CORNER_STEPS); step > 0; --step)
-            number = record(asset_.first_corner + number)[2];
-        const uint32_t packed = record(asset_.first_corner + number)[3];
-        return unpack_normal({static_cast<int16_t>(packed & 0xffff), static_cast<int16_t>(packed >> 16)});
-    }
-
     // Four samples around a place: words of each begin there, and how much it counts.
     struct Around {
         std::array<uint64_t, 4> word{};
@@ -284,8 +285,11 @@ glm::vec3 pulled_vertex(const PlanMirror& mirror, const Draw& draw, const FrameI
     return Pulling(mirror, draw, input, instance).vertex(index);
 }
 
-PulledAttributes pulled_attributes(const PlanMirror& mirror, const Draw& draw, uint32_t index) {
-    return PullingAttributes(mirror, draw).at(index);
+PulledAttributes pulled_attributes(const PlanMirror& mirror, const Draw& draw, const FrameInput& input,
+                                   uint32_t instance, uint32_t index) {
+    PulledAttributes pulled = PullingAttributes(mirror, draw).at(index);
+    if ((index & LODE_VGI_CORNER) != 0) pulled.normal = Pulling(mirror, draw, input, instance).normal(index);
+    return pulled;
 }
 
 }  // namespace lodestone::vgi

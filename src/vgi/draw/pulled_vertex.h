@@ -22,6 +22,7 @@ struct PulledAttributes {
 };
 // As shaders/vgi/atlas.frag has them at the place of the vertex, of the level that the vertex is of; of a coarser one
 // where that is not there.
-PulledAttributes pulled_attributes(const PlanMirror& mirror, const Draw& draw, uint32_t index);
+PulledAttributes pulled_attributes(const PlanMirror& mirror, const Draw& draw, const FrameInput& input,
+                                   uint32_t instance, uint32_t index);
 
 }  // namespace lodestone::vgi

@@ -15,6 +15,8 @@ enum Pipelines : uint32_t {
     lighting_pipeline,
     first_pass,
     samples_pipeline = first_pass,
+    any_samples_pipeline,
+    corners_pipeline,
     leaves_pipeline,
     moving_leaves_pipeline
 };

@@ -289,7 +289,9 @@ private:
             input.budget.forced_level >= 0 || input.level_view ? 0 : magnification_of(input.views[0], pixel_error);
         for (size_t i = 0; i < seen.size(); ++i) {
             DrawIndirect draw;
-            const Draw whole = draw_of(input, seen[i].instance, magnification, plan);
+            Draw whole = draw_of(input.instances[seen[i].instance].asset, magnification);
+            whole.first_id = static_cast<uint32_t>(plan.instance_ids.size());
+            plan.instance_ids.push_back(seen[i].instance);
             draw.arguments = cut_records;
             draw.offset = places[i].record_offset;
             draw.draws = places[i].records;
@@ -334,43 +336,46 @@ private:
                 : magnification_of(input.views[0], std::max(input.budget.pixel_error, cuts_->pixel_error));
         // Then what had arrived by the cuts' error may be on its way.
         const bool as_cut = magnification == 0 || input.budget.pixel_error <= cuts_->pixel_error;
-        uint64_t first = 0;
-        for (auto part = cuts_->parts.begin(); part != cuts_->parts.end();) {
-            const uint32_t instance = part->instance;
-            const Draw whole = draw_of(input, instance, magnification, plan);
-            bool drawn = false;
-            for (; part != cuts_->parts.end() && part->instance == instance; ++part) {
-                for (uint32_t v = 0; v < input.views.size(); ++v) {
-                    if ((part->views >> v & 1) == 0) continue;
-                    Draw draw = whole;
-                    draw.view = v;
-                    draw.pipeline = pipeline_of(part->kinds, as_cut);
-                    draw_list(draw, input.views[v].kind, first, part->words, plan);
-                    drawn = drawn || v == 0;
-                }
-                first += part->words;
+        const auto first_id = static_cast<uint32_t>(plan.instance_ids.size());
+        plan.instance_ids.insert(plan.instance_ids.end(), cuts_->instances.begin(), cuts_->instances.end());
+        // What is drawn alike follows each other, whatever instances it is of.
+        std::vector<std::pair<uint32_t, const FrameCuts::Part*>> by_pipeline;
+        for (const FrameCuts::Part& part : cuts_->parts)
+            by_pipeline.emplace_back(pipeline_of(part.kinds, as_cut), &part);
+        std::ranges::stable_sort(by_pipeline, {}, &std::pair<uint32_t, const FrameCuts::Part*>::first);
+        for (uint32_t v = 0; v < input.views.size(); ++v) {
+            for (const auto& [pipeline, part] : by_pipeline) {
+                if ((part->views >> v & 1) == 0) continue;
+                Draw draw = draw_of(input.instances[cuts_->instances[part->first_instance]].asset, magnification);
+                draw.pipeline = pipeline;
+                draw.view = v;
+                draw.first_id = first_id + part->first_instance;
+                draw.instances = part->instances;
+                draw_list(draw, input.views[v].kind, *part, plan);
             }
-            plan.stats.instances_drawn += drawn;
         }
+        plan.stats.instances_drawn = cuts_->instances_drawn;
         plan.stats.instances_culled = static_cast<uint32_t>(input.instances.size()) - plan.stats.instances_drawn;
     }
 
     // as_cut: leaves that had arrived by the cut have.
     static uint32_t pipeline_of(uint32_t kinds, bool as_cut) {
         if (kinds == LODE_VGI_KIND_SAMPLES) return samples_pipeline;
+        if (kinds == kinds_of_samples) return any_samples_pipeline;
+        if (kinds == LODE_VGI_KIND_CORNERS) return corners_pipeline;
         if (kinds == LODE_VGI_KIND_LEAVES && as_cut) return leaves_pipeline;
         return (kinds & ~kinds_of_leaves) == 0 ? moving_leaves_pipeline : visibility_pipeline;
     }
-    // The triangles or patches of `words` words of the lists, from `first` on.
-    void draw_list(Draw draw, View::Kind kind, uint64_t first, uint32_t words, Plan& plan) const {
+    // The triangles or patches of a part.
+    void draw_list(Draw draw, View::Kind kind, const FrameCuts::Part& part, Plan& plan) const {
         if (raster_ != Raster::tess) {
             draw.index_buffer = draw_lists;
-            draw.index_offset = first * sizeof(uint32_t);
-            draw.count = words;
+            draw.index_offset = uint64_t{part.first_word} * sizeof(uint32_t);
+            draw.count = part.words;
             return add_draw(draw, kind, plan);
         }
-        draw.words[LODE_VGI_WORD_PATCH] = static_cast<uint32_t>(first);
-        const uint32_t patches = words / LODE_VGI_PATCH_WORDS;
+        draw.words[LODE_VGI_WORD_PATCH] = part.first_word;
+        const uint32_t patches = part.words / LODE_VGI_PATCH_WORDS;
         for (draw.first_vertex = 0; draw.first_vertex < patches; draw.first_vertex += most_patches) {
             draw.count = std::min(most_patches, patches - draw.first_vertex);
             add_draw(draw, kind, plan);
@@ -394,16 +399,12 @@ private:
         }
     }
 
-    // What all draws of an instance have in common; adds it to the plan's instances.
-    Draw draw_of(const FrameInput& input, uint32_t i, double magnification, Plan& plan) const {
-        const Instance& instance = input.instances[i];
+    // What all draws of instances of an asset have in common.
+    static Draw draw_of(uint32_t asset, double magnification) {
         Draw draw;
         draw.pipeline = visibility_pipeline;
-        draw.first_id = static_cast<uint32_t>(plan.instance_ids.size());
-        plan.instance_ids.push_back(i);
-        draw.words[LODE_VGI_WORD_ASSET] = instance.asset;
+        draw.words[LODE_VGI_WORD_ASSET] = asset;
         draw.words[LODE_VGI_WORD_MAGNIFICATION] = std::bit_cast<uint32_t>(static_cast<float>(magnification));
-        draw.words[LODE_VGI_WORD_SCALE] = std::bit_cast<uint32_t>(largest_scale(instance.object_to_world));
         return draw;
     }
 
@@ -608,6 +609,8 @@ PipelineSpec drawing_pipeline(bool tess, uint32_t kinds, const AttributeConstant
                     : kinds == LODE_VGI_KIND_LEAVES        ? "leaves"
                     : kinds == LODE_VGI_KIND_MOVING_LEAVES ? "moving leaves"
                     : kinds == LODE_VGI_KIND_SAMPLES       ? "samples"
+                    : kinds == kinds_of_samples            ? "any samples"
+                    : kinds == LODE_VGI_KIND_CORNERS       ? "corners"
                                                            : "samples and corners";
     pipeline.vertex = tess ? "vgi/patch.vert" : "vgi/sample.vert";
     if (tess) {
@@ -667,7 +670,8 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     const AttributeConstants attributes{attributes_ever(atlases), totals.texel_words};
     recipe.pipelines = {drawing_pipeline(shares->tess, kinds, attributes), lighting_pipeline_of(attributes)};
     if (!shares->tess) {
-        for (const uint32_t alone : {LODE_VGI_KIND_SAMPLES, LODE_VGI_KIND_LEAVES, LODE_VGI_KIND_MOVING_LEAVES}) {
+        for (const uint32_t alone : {LODE_VGI_KIND_SAMPLES, kinds_of_samples, LODE_VGI_KIND_CORNERS,
+                                     LODE_VGI_KIND_LEAVES, LODE_VGI_KIND_MOVING_LEAVES}) {
             if ((kinds & alone) != 0) recipe.pipelines.push_back(drawing_pipeline(false, alone, attributes));
         }
     }

@@ -10,10 +10,10 @@ TEST(VertexKinds, ACornerOfAPageMayBeOneOfCharts) {
         const uint32_t row = cells + 1, page = 7 * LODE_VGI_PAGE_TEXELS;
         uint32_t corners = 0;
         for (uint32_t place = 0; place < row * row; ++place)
-            corners += kind_of(page + place, cells) == LODE_VGI_KIND_CORNERS;
+            corners += kind_of(page + place, cells) == LODE_VGI_KIND_CORNER_SAMPLES;
         EXPECT_EQ(corners, 4u);
         for (const uint32_t place : {0u, cells, row * cells, row * row - 1})
-            EXPECT_EQ(kind_of(page + place, cells), LODE_VGI_KIND_CORNERS) << place;
+            EXPECT_EQ(kind_of(page + place, cells), LODE_VGI_KIND_CORNER_SAMPLES) << place;
         EXPECT_EQ(kind_of(page + 1, cells), LODE_VGI_KIND_SAMPLES);
     }
     EXPECT_EQ(kind_of(LODE_VGI_LEAF | 5, 32), LODE_VGI_KIND_LEAVES);
@@ -38,9 +38,12 @@ TEST(VertexKinds, LongRunsOfOneKindFollowEachOtherInTheirOrder) {
     const std::vector<uint32_t> leaves = triangles_of(LODE_VGI_LEAF, 30),
                                 few_leaves = triangles_of(LODE_VGI_LEAF | 256, 2),
                                 moving = triangles_of(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES, 20);
-    const std::vector<uint32_t> corner = {LODE_VGI_CORNER | 1, 2, 3}, mixed = {5, LODE_VGI_LEAF | 4, 6};
-    const std::vector<uint32_t> all =
-        all_of({samples, leaves, few_samples, moving, corner, more_samples, mixed, few_leaves});
+    const std::vector<uint32_t> corners = triangles_of(LODE_VGI_CORNER, 16), corner = {LODE_VGI_CORNER | 1, 2, 3},
+                                mixed = {5, LODE_VGI_LEAF | 4, 6};
+    // 0 is in the corner of a page.
+    const std::vector<uint32_t> page_corner = {0, 1, 2};
+    const std::vector<uint32_t> all = all_of({samples, page_corner, few_samples, corners, leaves, few_samples, moving,
+                                              corner, more_samples, mixed, few_leaves});
     std::vector<TrianglesByKind::Run> runs;
     const auto ordered = [&](const std::vector<uint32_t>& triangles, bool told_apart) {
         TrianglesByKind by_kind(triangles, 32, told_apart);
@@ -51,22 +54,29 @@ TEST(VertexKinds, LongRunsOfOneKindFollowEachOtherInTheirOrder) {
         return list;
     };
     const std::vector<uint32_t> list = ordered(all, true);
-    ASSERT_EQ(runs.size(), 4u);
-    EXPECT_EQ(runs[0].kinds, LODE_VGI_KIND_SAMPLES);
-    EXPECT_EQ(runs[0].words, 3u * 36);
-    EXPECT_EQ(runs[1].kinds, LODE_VGI_KIND_LEAVES);
-    EXPECT_EQ(runs[1].words, 3u * 30);
-    EXPECT_EQ(runs[2].kinds, LODE_VGI_KIND_MOVING_LEAVES);
-    EXPECT_EQ(runs[2].words, 3u * 20);
-    EXPECT_EQ(runs[3].kinds, every_kind);
-    EXPECT_EQ(runs[3].words, 3u * 19);
-    EXPECT_EQ(list, all_of({samples, more_samples, leaves, moving, few_samples, corner, mixed, few_leaves}));
+    const auto expect_run = [&](size_t at, uint32_t kinds, uint32_t triangles) {
+        EXPECT_EQ(runs[at].kinds, kinds) << at;
+        EXPECT_EQ(runs[at].words, 3 * triangles) << at;
+    };
+    ASSERT_EQ(runs.size(), 6u);
+    expect_run(0, LODE_VGI_KIND_SAMPLES, 36);
+    expect_run(1, kinds_of_samples, 16);
+    expect_run(2, LODE_VGI_KIND_LEAVES, 30);
+    expect_run(3, LODE_VGI_KIND_MOVING_LEAVES, 20);
+    expect_run(4, LODE_VGI_KIND_CORNERS, 16);
+    expect_run(5, every_kind, 19);
+    EXPECT_EQ(list, all_of({samples, more_samples, page_corner, few_samples, leaves, moving, corners, few_samples,
+                            corner, mixed, few_leaves}));
     EXPECT_EQ(ordered(all, false), all);
     ASSERT_EQ(runs.size(), 1u);
     EXPECT_EQ(runs[0].kinds, every_kind);
     EXPECT_EQ(runs[0].words, all.size());
     EXPECT_TRUE(ordered({}, true).empty());
     EXPECT_TRUE(runs.empty());
+    // However short, where there is nothing else.
+    EXPECT_EQ(ordered(few_leaves, true), few_leaves);
+    ASSERT_EQ(runs.size(), 1u);
+    expect_run(0, LODE_VGI_KIND_LEAVES, 2);
     // Of several chunks.
     std::vector<uint32_t> much, much_of_samples, much_of_leaves;
     const auto append = [](std::vector<uint32_t>& to, const std::vector<uint32_t>& more) {

@@ -19,11 +19,13 @@
 #include "base/random.h"
 #include "fixtures/meshes.h"
 #include "frame/plan_mirror.h"
+#include "frame/screen_error.h"
 #include "mesh/distance/distance.h"
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/bake/bake.h"
+#include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/pulled_vertex.h"
 #include "vgi/study/patch_indices.h"
 
@@ -597,6 +599,134 @@ TEST_F(VgiSourceTest, DrawsEveryInstanceAndCullsForEachView) {
     EXPECT_GT(shadow, 0u);
     EXPECT_EQ(shown / 3, plan.stats.triangles);
     EXPECT_LT(shown, shadow) << "the camera sees no back faces, the light needs them";
+}
+
+// What is drawn of an instance none of whose charts may be whole, as a cut for this view and this instance has it.
+std::vector<std::array<glm::vec3, 3>> cut_for_itself(const Atlas& about, const PlanMirror& mirror,
+                                                     const FrameInput& input, uint32_t instance) {
+    const Residency nothing(about);
+    CutRequest request;
+    request.views = std::span(input.views).first(1);
+    request.object_to_world = input.instances[instance].object_to_world;
+    request.pixel_error = input.budget.pixel_error;
+    PageDemand demand(nothing.units());
+    IncrementalCut kept;
+    const Cut cut = cut_bintree(nothing, request, {}, demand, kept);
+    // Any draw of the asset has what its vertices are told.
+    const auto draw = std::ranges::find_if(mirror.draws(), [&](const auto& d) { return mirror.is_shown(d); });
+    std::vector<std::array<glm::vec3, 3>> triangles;
+    for (const auto& [mask, indices] : cut.parts) {
+        for (size_t t = 0; t < indices.size(); t += 3) {
+            std::array<glm::vec3, 3> corners;
+            for (size_t k = 0; k < 3; ++k)
+                corners[k] = pulled_vertex(mirror, draw->draw, input, instance, indices[t + k]);
+            triangles.push_back(corners);
+        }
+    }
+    return triangles;
+}
+// Those with three corners, each from its least on, in order.
+std::vector<std::array<float, 9>> sorted(const std::vector<std::array<glm::vec3, 3>>& triangles) {
+    std::vector<std::array<float, 9>> all;
+    for (const auto& corners : triangles) {
+        if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+        std::array<float, 9> least{};
+        for (size_t first = 0; first < 3; ++first) {
+            std::array<float, 9> turned{};
+            for (size_t k = 0; k < 9; ++k) turned[k] = corners[(first + k / 3) % 3][static_cast<int>(k % 3)];
+            if (first == 0 || turned < least) least = turned;
+        }
+        all.push_back(least);
+    }
+    std::ranges::sort(all);
+    return all;
+}
+
+// Rocks all around a camera that flies and turns, some of which turn, too.
+class FarRocks {
+public:
+    explicit FarRocks(uint32_t count) {
+        Random random(5);
+        std::vector<Instance> all(count);
+        for (Instance& rock : all) {
+            const auto at = [&] { return static_cast<float>(random.uniform(-1, 1)); };
+            rock.object_to_world = glm::mat4(static_cast<float>(random.uniform(0.5, 2)));
+            rock.object_to_world[3] = glm::vec4(1500 * at(), 300 * at(), 1500 * at(), 1);
+        }
+        input_.instances = all;
+        input_.views.resize(2);
+        input_.budget.pixel_error = 0.5;
+    }
+    const FrameInput& frame(uint64_t number) {
+        const auto t = static_cast<float>(number);
+        Camera camera;
+        camera.eye = glm::vec3(3 * t, 10, 500 - 4 * t);
+        camera.target = camera.eye + glm::vec3(std::sin(0.02f * t), -0.05f, -std::cos(0.02f * t));
+        camera.far_plane = 5000;
+        input_.views = {view_of(camera, 640, 360), shadow_view({0.2f, -1, 0.1f}, {0, 0, 0}, 900, 256)};
+        input_.frame = number;
+        input_.completed_frame = number > 1 ? number - 1 : 0;
+        for (uint32_t i = 0; i < input_.instances.size(); i += 7) {
+            glm::mat4& to_world = input_.instances.edit(i).object_to_world;
+            const float s = std::sin(0.01f), c = std::cos(0.01f);
+            const glm::vec4 x = to_world[0], z = to_world[2];
+            to_world[0] = c * x + s * z;
+            to_world[2] = c * z - s * x;
+        }
+        return input_;
+    }
+    // Whether all of it is in the picture.
+    bool is_within(uint32_t i) const {
+        const Sphere around = to_world(Sphere{glm::vec3(0), 2}, input_.instances[i].object_to_world);
+        const Frustum seen = frustum_of(input_.views[0]);
+        return std::ranges::all_of(seen.planes(), [&](const glm::vec4& plane) {
+            return glm::dot(glm::vec3(plane), around.centre) + plane.w > around.radius;
+        });
+    }
+
+private:
+    FrameInput input_;
+};
+
+// Many draw what one of them would, by few draws.
+TEST_F(VgiSourceTest, SharesCutsAmongInstancesThatAreFarAwayAndDrawsEachAsItIsSeen) {
+    const auto vgi = source();
+    const auto file = atlas();
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
+    FarRocks rocks(3000);
+    size_t compared = 0, triangles = 0, shared = 0;
+    for (uint64_t frame = 0; frame < 8; ++frame) {
+        const FrameInput& input = rocks.frame(frame);
+        const Plan plan = vgi->plan(input);
+        ASSERT_TRUE(mirror.execute(plan, input));
+        EXPECT_EQ(figure(plan, "cut_in_frame"), frame < 2 ? 1 : 0) << frame;
+        std::vector<uint32_t> drawn_with(input.instances.size(), 0), draws(input.instances.size(), 0);
+        uint64_t shown = 0;
+        for (const auto& draw : mirror.draws()) {
+            if (!mirror.is_shown(draw)) continue;
+            shown += draw.indices.size() / 3 * draw.instances.size();
+            for (const uint32_t i : draw.instances) {
+                drawn_with[i] = static_cast<uint32_t>(draw.instances.size());
+                ++draws[i];
+            }
+        }
+        EXPECT_EQ(shown, plan.stats.triangles);
+        EXPECT_EQ(plan.stats.instances_drawn, std::ranges::count_if(draws, [](uint32_t n) { return n > 0; }));
+        EXPECT_GT(plan.stats.instances_drawn, 500u);
+        EXPECT_LT(mirror.draws().size(), plan.stats.instances_drawn / 2);
+        for (uint32_t i = static_cast<uint32_t>(frame); i < input.instances.size(); i += 8) {
+            if (!rocks.is_within(i) || drawn_with[i] < 2) continue;
+            ASSERT_EQ(draws[i], 1u);
+            const auto all = sorted(mirror.triangles_of(i));
+            EXPECT_EQ(all, sorted(cut_for_itself(file->about(), mirror, input, i))) << frame << ", " << i;
+            ++compared;
+            shared += drawn_with[i];
+            triangles += all.size();
+        }
+    }
+    EXPECT_GT(compared, 400u);
+    EXPECT_GT(triangles, 4 * compared);
+    EXPECT_GT(shared, 10 * compared) << "instances to a draw";
 }
 
 TEST_F(VgiSourceTest, MovesNothingFarInOneFrame) {

@@ -4,8 +4,8 @@
 #include <array>
 #include <glm/geometric.hpp>
 
+#include "mesh/cache/tipsify.h"
 #include "shaders/shared/vgi_texels.h"
-#include "vgi/draw/corner_tree.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/cut/visibility.h"
 
@@ -13,32 +13,16 @@ namespace lodestone::vgi {
 
 namespace {
 
-uint32_t count_to_look_at(const CornerTree& tree, const RefinementTest& wanted) {
-    return tree.first_not([&](SampleCodes most) { return wanted.may_be(tree.bounds(), most); });
-}
+constexpr uint32_t cache_entries = 16;  // of a vertex cache: few enough for any
 
 }  // namespace
 
-bool any_chart_may_be_whole(const CornerTree& tree, const CutRequest& request, const Atlas& about) {
-    return tree.empty() || request.forced_level >= 0 ||
-           count_to_look_at(tree, RefinementTest(request, about)) >= tree.first_whole();
-}
-
 CornerFront::CornerFront(const CornerTree& tree, const Atlas& about, const RefinementTest& wanted, bool all)
-    : tree_(tree), about_(about), all_(all || tree.empty()) {
-    if (all_) return;
-    const uint32_t count = count_to_look_at(tree, wanted);
-    front_.reserve(count);
-    for (uint32_t i = 0; i < count; ++i) {
-        const Corner& c = about.corners[i];
-        const bool is_root = c.parent == i;
-        const GeometryTexel texel{c.position[0], c.position[1], c.position[2], c.error, c.radius};
-        if (is_root || (front_[c.parent].steps == 0 && wanted(texel))) {
-            front_.push_back({i, 0});
-        } else {
-            front_.push_back({front_[c.parent].corner, front_[c.parent].steps + 1});
-        }
-    }
+    : CornerFront(tree, about, all || tree.empty() ? 0 : tree.first_not([&](SampleCodes most) {
+          return wanted.may_be(tree.bounds(), most);
+      }),
+                  wanted) {
+    all_ = all || tree.empty();
 }
 
 CornerFront::Drawn CornerFront::drawn(uint32_t corner) const {
@@ -70,7 +54,8 @@ PageBounds CornerFront::around(const std::array<uint32_t, 3>& corners) const {
     return box.sphere(about_);
 }
 
-void CornerFront::add_triangles(const Visibility& visibility, CutParts& parts) const {
+template <class Add>
+void CornerFront::for_triangles(Add&& add) const {
     if (all_) return;
     for (const CornerTree::Face& face : tree_.faces(static_cast<uint32_t>(front_.size()))) {
         if (is_whole(face.chart)) continue;
@@ -82,11 +67,38 @@ void CornerFront::add_triangles(const Visibility& visibility, CutParts& parts) c
             indices[i] = LODE_VGI_CORNER | (4 * face.chart + k) << LODE_VGI_CORNER_STEPS | its.steps;
         }
         if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+        add(corners, indices);
+    }
+}
+
+void CornerFront::add_triangles(const Visibility& visibility, CutParts& parts) const {
+    for_triangles([&](const std::array<uint32_t, 3>& corners, const std::array<uint32_t, 3>& indices) {
         const uint32_t mask = visibility.seen(visibility.all(), around(corners));
-        if (mask == 0) continue;
+        if (mask == 0) return;
         std::vector<uint32_t>& list = parts.list(mask);
         list.insert(list.end(), indices.begin(), indices.end());
-    }
+    });
+}
+
+std::vector<uint32_t> CornerFront::triangles(bool by_chart) const {
+    std::vector<uint32_t> list, numbers(front_.size(), ~0u), vertices;  // numbers: in `vertices`, of corners
+    for_triangles([&](const std::array<uint32_t, 3>& corners, const std::array<uint32_t, 3>& indices) {
+        if (by_chart) {
+            list.insert(list.end(), indices.begin(), indices.end());
+            return;
+        }
+        for (const uint32_t corner : corners) {
+            if (numbers[corner] == ~0u) {
+                numbers[corner] = static_cast<uint32_t>(vertices.size());
+                vertices.push_back(LODE_VGI_CORNER | tree_.of_chart(corner) << LODE_VGI_CORNER_STEPS);
+            }
+            list.push_back(numbers[corner]);
+        }
+    });
+    if (by_chart) return list;
+    list = tipsify(list, static_cast<uint32_t>(vertices.size()), cache_entries);
+    for (uint32_t& index : list) index = vertices[index];
+    return list;
 }
 
 }  // namespace lodestone::vgi

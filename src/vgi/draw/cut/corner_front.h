@@ -5,28 +5,47 @@
 #include <span>
 #include <vector>
 
+#include "vgi/draw/corner_tree.h"
 #include "vgi/draw/cut/cut.h"
 
 namespace lodestone::vgi {
 
-class CornerTree;
 class RefinementTest;
 class Visibility;
-
-// Whether the four corners of any chart may be wanted; else nothing is drawn from samples.
-bool any_chart_may_be_whole(const CornerTree& tree, const CutRequest& request, const Atlas& about);
 
 class CornerFront {
 public:
     // Corners of the atlas; all of them where `all`. tree, about: must outlive this.
     CornerFront(const CornerTree& tree, const Atlas& about, const RefinementTest& wanted, bool all);
+    // Those of the first `count` corners that are wanted(texel), and whose parents are.
+    template <class Wanted>
+    CornerFront(const CornerTree& tree, const Atlas& about, uint32_t count, Wanted&& wanted)
+        : tree_(tree), about_(about), all_(false) {
+        front_.reserve(count);
+        for (uint32_t i = 0; i < count; ++i) {
+            const Corner& c = about.corners[i];
+            const bool is_root = c.parent == i;
+            const GeometryTexel texel{c.position[0], c.position[1], c.position[2], c.error, c.radius};
+            if (is_root || (front_[c.parent].steps == 0 && wanted(texel))) {
+                front_.push_back({i, 0});
+            } else {
+                front_.push_back({front_[c.parent].corner, front_[c.parent].steps + 1});
+            }
+        }
+    }
 
     // Of these charts, rising, those whose four corners are all wanted.
     std::vector<uint32_t> whole_of(std::span<const uint32_t> charts) const;
     // The triangles of all other charts that have an area, for the views that may see them.
     void add_triangles(const Visibility& visibility, CutParts& parts) const;
+    // All of them, as Cut::parts has them. by_chart: vertices are corners of the chart that each is a triangle of;
+    // if not, corners have an index each, whatever their charts, and triangles the order that vertex caches like.
+    std::vector<uint32_t> triangles(bool by_chart) const;
 
 private:
+    // Calls add(the three corners that are drawn, the indices that draw them) for each.
+    template <class Add>
+    void for_triangles(Add&& add) const;
     bool is_whole(uint32_t chart) const;
     // A corner's nearest wanted ancestor, and how many parents up that is.
     struct Drawn {
@@ -37,7 +56,7 @@ private:
 
     const CornerTree& tree_;
     const Atlas& about_;
-    const bool all_;
+    bool all_;
     std::vector<Drawn> front_;  // of the first corners, all those that may be wanted
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <map>
 #include <mutex>
 #include <optional>
 
@@ -12,7 +13,6 @@
 #include "base/threads.h"
 #include "frame/screen_error.h"
 #include "vgi/asset/saturation.h"
-#include "vgi/draw/cut/corner_front.h"
 #include "vgi/draw/cut/prefetch.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/cut/vertex_kinds.h"
@@ -218,13 +218,15 @@ CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const I
         std::vector<CutInstance> seen;
         for (const InstanceTree::Seen& s : tree.seen(widened_frusta(views, region.margin, true))) {
             if (region.find_moved(s.instance) == nullptr)
-                seen.push_back({s.instance, region.instances[s.instance], region.margin});
+                seen.push_back({s.instance, s.views, region.instances[s.instance], region.margin});
         }
         for (const CutRegion::Moved& m : region.moved) {
             const Sphere sphere = sphere_of(m.there);
-            if (std::ranges::any_of(widened_frusta(views, m.margin, false),
-                                    [&](const Frustum& f) { return f.touches(sphere.centre, sphere.radius); }))
-                seen.push_back({m.instance, m.there, m.margin});
+            const std::vector<Frustum> frusta = widened_frusta(views, m.margin, false);
+            uint32_t mask = 0;
+            for (size_t v = 0; v < frusta.size(); ++v)
+                mask |= frusta[v].touches(sphere.centre, sphere.radius) ? 1u << v : 0u;
+            if (mask != 0) seen.push_back({m.instance, mask, m.there, m.margin});
         }
         std::ranges::sort(seen, {}, &CutInstance::number);
         return seen;
@@ -254,7 +256,10 @@ public:
             demand = {PageDemand(pages.geometry.units()), PageDemand(pages.geometry.units()),
                       PageDemand(pages.attributes.pages())};
         }
-        forget_unseen();
+        if (cutter_ != nullptr && cutter_->moves_corners() && memory_.distant.empty()) {
+            for (const AtlasSnapshot& a : input_.atlases)
+                memory_.distant.emplace_back(a.atlas->topology->corners(), a.atlas->file->about());
+        }
     }
 
     FrameCuts run() {
@@ -278,17 +283,56 @@ private:
     // Charts that some view of the request sees and that may be drawn from samples.
     std::vector<uint32_t> charts_of(const CutInstance& i, const CutRequest& request) const {
         const OpenAtlas& atlas = *atlas_of(i).atlas;
-        if (cutter_ != nullptr && cutter_->moves_corners() &&
-            !any_chart_may_be_whole(atlas.topology->corners(), request, atlas.file->about()))
-            return {};
         return atlas.charts.seen(Visibility(request, atlas.file->about()), atlas.file->about());
     }
 
-    // What is kept of instances that no view sees any more.
-    void forget_unseen() {
-        std::erase_if(memory_.instances, [&](const auto& kept) {
-            return !std::ranges::binary_search(input_.seen, kept.first, {}, &CutInstance::number);
+    // The steps (DistantCuts) of instances that share cuts, for errors raised so much; nothing for all others.
+    std::vector<std::optional<int32_t>> steps_of(std::span<const CutInstance> instances, const View& sets_levels) {
+        std::vector<std::optional<int32_t>> steps(instances.size());
+        if (memory_.distant.empty() || result_.level >= 0) return steps;
+        const double magnification = magnification_of(sets_levels, region_.budget.pixel_error * result_.raised);
+        for (DistantCuts& of_atlas : memory_.distant) of_atlas.begin(magnification);
+        const InstanceDistance usual(sets_levels, region_.margin);
+        parallel_for(instances.size(), 256, [&](size_t begin, size_t end) {
+            for (size_t k = begin; k < end; ++k) {
+                const CutInstance& i = instances[k];
+                const PageBounds& around = atlas_of(i).atlas->topology->corners().bounds();
+                const glm::mat4& to_world = i.there.object_to_world;
+                const double nearest = i.margin == region_.margin
+                                           ? usual.nearest(to_world, around)
+                                           : InstanceDistance(sets_levels, i.margin).nearest(to_world, around);
+                steps[k] = memory_.distant[i.there.asset].step_of(nearest);
+            }
         });
+        return steps;
+    }
+    const View& sets_levels() const { return region_.level_view ? *region_.level_view : region_.views[0]; }
+
+    // Tells instances that share cuts from those that have their own, and forgets what is kept of all others.
+    void tell_apart() {
+        const auto steps = steps_of(input_.seen, sets_levels());
+        shared_.clear();
+        near_.clear();
+        words_ = 0;
+        for (size_t k = 0; k < steps.size(); ++k) {
+            if (!steps[k]) {
+                near_.push_back(k);
+                continue;
+            }
+            const CutInstance& i = input_.seen[k];
+            const auto [at, is_new] = shared_.try_emplace({i.there.asset, *steps[k]});
+            if (is_new) {
+                at->second.words = &memory_.distant[i.there.asset].triangles(*steps[k]);
+                words_ += at->second.words->size();
+            }
+            at->second.instances[i.views].push_back(i.number);
+            result_.triangles += (i.views & 1) != 0 ? at->second.words->size() / 3 : 0;
+        }
+        std::erase_if(memory_.instances, [&](const auto& kept) {
+            const auto number = [&](size_t k) { return input_.seen[k].number; };
+            return !std::ranges::binary_search(near_, kept.first, {}, number);
+        });
+        for (const size_t k : near_) memory_.instances.try_emplace(input_.seen[k].number);
     }
 
     // demand: of the instance's atlas. Results do not depend on what is in it before.
@@ -309,14 +353,13 @@ private:
         if (may_lower(limits_.triangles, budget.max_triangles) && may_lower(limits_.words, limits_.most_words))
             result_.raised = std::max(1.0, result_.raised / error_scale_step);
         result_.level = budget.forced_level;
-        const View& sets_levels = region_.level_view ? *region_.level_view : region_.views[0];
         for (;;) {
             const double beyond = cut_all(result_.level >= levels - 1);
             if (beyond <= 1 || result_.given_up) break;
             if (result_.level >= 0) {
                 if (result_.level >= levels - 1) break;
                 ++result_.level;
-            } else if (magnification_of(sets_levels, budget.pixel_error * result_.raised) <= least_magnification) {
+            } else if (magnification_of(sets_levels(), budget.pixel_error * result_.raised) <= least_magnification) {
                 result_.level = 1;
             } else {
                 // Where it is far too much, not step by step: triangles fall at least as errors rise.
@@ -330,25 +373,24 @@ private:
     // wanted.
     double cut_all(bool whole) {
         for (CutMemory::Demand& demand : memory_.atlases) demand.positions.clear();
-        cuts_.assign(input_.seen.size(), {});
         result_.triangles = 0;
-        words_ = 0;
+        tell_apart();
+        cuts_.assign(near_.size(), {});
         if (cutter_ == nullptr) return 0;
-        for (const CutInstance& i : input_.seen) memory_.instances.try_emplace(i.number);
         const uint64_t far_too_much = whole ? limits_.worth : std::min(limits_.worth, far_beyond * limits_.most_words);
-        double beyond = 0;
+        const auto beyond_now = [&] {
+            return std::max(share(words_, limits_.most_words), share(result_.triangles, region_.budget.max_triangles));
+        };
+        double beyond = beyond_now();
         size_t end = 0;
-        for (size_t at_once = first_at_once; end < input_.seen.size(); at_once = std::min(2 * at_once, most_at_once)) {
-            const size_t begin = std::exchange(end, std::min(end + at_once, input_.seen.size()));
+        for (size_t at_once = first_at_once; end < near_.size(); at_once = std::min(2 * at_once, most_at_once)) {
+            const size_t begin = std::exchange(end, std::min(end + at_once, near_.size()));
             const bool all = cut_some(begin, end, far_too_much);
             result_.given_up = !all && far_too_much == limits_.worth;
             if (result_.given_up) return 0;
             // Where not all were cut, nobody knows how many triangles they have.
-            beyond = !all ? static_cast<double>(far_beyond)
-                          : std::max(share(words_, limits_.most_words),
-                                     share(result_.triangles, region_.budget.max_triangles));
-            if (beyond > 1 && !whole)
-                return beyond * static_cast<double>(input_.seen.size()) / static_cast<double>(end);
+            beyond = !all ? static_cast<double>(far_beyond) : beyond_now();
+            if (beyond > 1 && !whole) return beyond * static_cast<double>(near_.size()) / static_cast<double>(end);
         }
         return beyond;
     }
@@ -357,7 +399,7 @@ private:
     bool cut_some(size_t begin, size_t end, uint64_t most) {
         std::vector<size_t> little, much;
         for (size_t i = begin; i < end; ++i) {
-            const IncrementalCut& kept = memory_.instances.at(input_.seen[i].number);
+            const IncrementalCut& kept = memory_.instances.at(near(i).number);
             (kept.words < much_words ? little : much).push_back(i);
         }
         if (little.size() < fewest_side_by_side) {
@@ -367,7 +409,7 @@ private:
         std::atomic<uint64_t> words = words_, triangles = result_.triangles;
         const auto cut_one = [&](size_t number, PageDemand& demand) {
             if (words > most) return;
-            const CutInstance& i = input_.seen[number];
+            const CutInstance& i = near(number);
             cuts_[number] = cut(i, demand);
             uint64_t& its = memory_.instances.at(i.number).words;
             its = 0;
@@ -378,7 +420,7 @@ private:
         std::mutex mutex;
         parallel_for(little.size(), 1 + little.size() / 128, [&](size_t first, size_t last) {
             CutMemory::Scratch found = take_scratch(mutex);
-            for (size_t k = first; k < last; ++k) cut_one(little[k], found[input_.seen[little[k]].there.asset]);
+            for (size_t k = first; k < last; ++k) cut_one(little[k], found[near(little[k]).there.asset]);
             const std::lock_guard lock(mutex);
             memory_.scratch.push_back(std::move(found));
         });
@@ -388,7 +430,7 @@ private:
                 found[a].clear();
             }
         }
-        for (const size_t number : much) cut_one(number, demand_of(input_.seen[number]).positions);
+        for (const size_t number : much) cut_one(number, demand_of(near(number)).positions);
         words_ = words;
         result_.triangles = triangles;
         return words_ <= most;
@@ -413,19 +455,56 @@ private:
         return static_cast<double>(count) / static_cast<double>(std::max<uint64_t>(most, 1));
     }
 
+    // Which list draws which instances, without its words.
+    struct Listed {
+        const std::vector<uint32_t>* words;
+        uint32_t cells;  // along a side of a page of positions
+        std::vector<FrameCuts::Part> parts;
+    };
+    // Adds the instances to the result, as a part of these views.
+    FrameCuts::Part part_of(std::span<const uint32_t> instances, uint32_t views) {
+        const auto first = static_cast<uint32_t>(result_.instances.size());
+        result_.instances.insert(result_.instances.end(), instances.begin(), instances.end());
+        return {first, static_cast<uint32_t>(instances.size()), views, 0, 0, 0};
+    }
+    std::vector<Listed> all_lists() {
+        std::vector<Listed> lists;
+        const auto cells = [&](uint32_t asset) {
+            return input_.atlases[asset].pages->geometry.tree().cells_per_page();
+        };
+        for (const auto& [of, shared] : shared_) {
+            if (shared.words->empty()) continue;
+            lists.push_back({shared.words, cells(of.first), {}});
+            for (const auto& [views, instances] : shared.instances) {
+                lists.back().parts.push_back(part_of(instances, views));
+                result_.instances_drawn += (views & 1) != 0 ? static_cast<uint32_t>(instances.size()) : 0;
+            }
+        }
+        for (size_t k = 0; k < cuts_.size(); ++k) {
+            if (cuts_[k].parts.empty()) continue;
+            const FrameCuts::Part whole = part_of(std::span(&near(k).number, 1), 0);
+            uint32_t views = 0;
+            for (const auto& part : cuts_[k].parts) {
+                lists.push_back({&part.second, cells(near(k).there.asset), {whole}});
+                lists.back().parts[0].views = part.first;
+                views |= part.first;
+            }
+            result_.instances_drawn += views & 1;
+        }
+        return lists;
+    }
+
     // All lists one after another. They are megabytes: copied by all threads, which also are the first to touch them.
     void put_together() {
         struct Chunk {
             size_t list, chunk;
         };
+        const std::vector<Listed> listed = all_lists();
         std::vector<TrianglesByKind> lists;
         std::vector<Chunk> chunks;
-        for (size_t i = 0; i < cuts_.size(); ++i) {
-            const uint32_t cells = atlas_of(input_.seen[i]).pages->geometry.tree().cells_per_page();
-            for (const auto& part : cuts_[i].parts) {
-                lists.emplace_back(part.second, cells, cutter_->makes_triangles());
-                for (size_t c = 0; c < lists.back().chunks(); ++c) chunks.push_back({lists.size() - 1, c});
-            }
+        for (const Listed& l : listed) {
+            lists.emplace_back(*l.words, l.cells, cutter_->makes_triangles());
+            for (size_t c = 0; c < lists.back().chunks(); ++c) chunks.push_back({lists.size() - 1, c});
         }
         const size_t grain = 1 + chunks.size() / 256;
         const auto for_chunks = [&](auto&& work) {
@@ -436,12 +515,16 @@ private:
         for_chunks([&](const Chunk& c) { lists[c.list].look_at(c.chunk); });
         std::vector<size_t> first;
         size_t next = 0;
-        for (size_t i = 0; i < cuts_.size(); ++i) {
-            for (const auto& part : cuts_[i].parts) {
-                for (const auto& run : lists[first.size()].runs())
-                    result_.parts.push_back({input_.seen[i].number, part.first, run.kinds, run.words});
-                first.push_back(next);
-                next += part.second.size();
+        for (size_t l = 0; l < lists.size(); ++l) {
+            first.push_back(next);
+            for (const auto& run : lists[l].runs()) {
+                for (FrameCuts::Part part : listed[l].parts) {
+                    part.kinds = run.kinds;
+                    part.first_word = static_cast<uint32_t>(next);
+                    part.words = run.words;
+                    result_.parts.push_back(part);
+                }
+                next += run.words;
             }
         }
         const auto words = std::make_shared_for_overwrite<uint32_t[]>(next);
@@ -452,7 +535,8 @@ private:
 
     void look_for_attributes() {
         for (CutMemory::Demand& demand : memory_.atlases) demand.attributes.clear();
-        for (const CutInstance& i : input_.seen) {
+        for (const size_t k : near_) {
+            const CutInstance& i = input_.seen[k];
             CutRequest request = request_of(i);
             request.views = request.views.subspan(0, 1);
             atlas_of(i).pages->attributes.want(atlas_of(i).atlas->file->about(), atlas_of(i).atlas->spacing, request,
@@ -463,7 +547,10 @@ private:
     void look_ahead() {
         for (CutMemory::Demand& demand : memory_.atlases) demand.prefetched.clear();
         if (!input_.ahead || result_.level >= 0) return;
-        for (const CutInstance& i : input_.seen_ahead) {
+        const auto steps = steps_of(input_.seen_ahead, *input_.ahead);
+        for (size_t k = 0; k < steps.size(); ++k) {
+            if (steps[k]) continue;
+            const CutInstance& i = input_.seen_ahead[k];
             CutRequest request = request_of(i);
             request.views = std::span(&*input_.ahead, 1);
             prefetch(atlas_of(i).pages->geometry, request, charts_of(i, request), demand_of(i).positions,
@@ -505,9 +592,17 @@ private:
     const CutRegion& region_;
     const CutLimits& limits_;
     CutMemory& memory_;
+    const CutInstance& near(size_t k) const { return input_.seen[near_[k]]; }
+
     FrameCuts result_;
-    std::vector<Cut> cuts_;  // of CutInput::seen
-    uint64_t words_ = 0;     // of them
+    struct Shared {
+        const std::vector<uint32_t>* words = nullptr;         // a list of DistantCuts
+        std::map<uint32_t, std::vector<uint32_t>> instances;  // numbers, rising, by the views that may see them
+    };
+    std::map<std::pair<uint32_t, int32_t>, Shared> shared_;  // by asset and step
+    std::vector<size_t> near_;                               // of CutInput::seen, all others
+    std::vector<Cut> cuts_;                                  // of near_
+    uint64_t words_ = 0;                                     // of all
 };
 
 }  // namespace

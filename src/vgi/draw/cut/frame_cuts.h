@@ -16,6 +16,7 @@
 #include "frame/frame_source.h"
 #include "frame/instance_tree.h"
 #include "vgi/draw/cut/cut.h"
+#include "vgi/draw/cut/distant_cuts.h"
 #include "vgi/draw/cut/incremental_cut.h"
 #include "vgi/draw/open_atlas.h"
 
@@ -51,6 +52,7 @@ struct CutRegion {
 // An instance that is cut.
 struct CutInstance {
     uint32_t number;  // in the region's set
+    uint32_t views;   // that may see it, bit v for views[v]
     Instance there;
     CutMargin margin;
 };
@@ -70,18 +72,22 @@ CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const I
 struct FrameCuts {
     CutRegion region;
     struct Part {
-        uint32_t instance, views;  // views: bit v for views[v]
-        uint32_t kinds;            // LODE_VGI_KIND_... that vertices of triangles may be of
-        uint32_t words;
+        uint32_t first_instance, instances;  // in `instances`; all are of one asset
+        uint32_t views;                      // bit v for views[v]
+        uint32_t kinds;                      // LODE_VGI_KIND_... that vertices of triangles may be of
+        uint32_t first_word, words;          // in `words`
     };
-    std::vector<Part> parts;                  // one after another in `words`, instances rising, and for each its views
+    // Those that share cuts first (distant_cuts.h), then those of instances that have their own, which rise.
+    std::vector<Part> parts;
+    std::vector<uint32_t> instances;          // numbers, each once
     std::shared_ptr<const uint32_t[]> words;  // as Cut::parts has them
     size_t word_count = 0;
-    double pixel_error = 1;  // that cuts were made with, at most: what had to be raised to stay within the budget
-    double raised = 1;       // by how much
-    int64_t level = -1;      // drawn everywhere, as Budget::forced_level, or -1
-    uint64_t triangles = 0;  // of views[0]
-    bool given_up = false;   // it came to more than CutLimits::worth, and there is nothing
+    uint32_t instances_drawn = 0;  // in views[0]
+    double pixel_error = 1;        // that cuts were made with, at most: what had to be raised to stay within the budget
+    double raised = 1;             // by how much
+    int64_t level = -1;            // drawn everywhere, as Budget::forced_level, or -1
+    uint64_t triangles = 0;        // of views[0]
+    bool given_up = false;         // it came to more than CutLimits::worth, and there is nothing
 
     // Pages used, children before their parents, numbered over all atlases, by layer.
     std::array<std::vector<uint32_t>, 3> touched;
@@ -117,11 +123,12 @@ struct CutLimits {
 
 // What a cut goes on from, and room that is used again: of the cuts before, whatever they were of.
 struct CutMemory {
-    std::unordered_map<uint32_t, IncrementalCut> instances;  // of those seen by the last cut
+    std::unordered_map<uint32_t, IncrementalCut> instances;  // of those that had their own in the last cut
     struct Demand {
         PageDemand positions, prefetched, attributes;
     };
     std::vector<Demand> atlases;
+    std::vector<DistantCuts> distant;  // by atlas; none where the technique has none
     // What threads found of positions, by atlas: empty between cuts.
     using Scratch = std::vector<PageDemand>;
     std::vector<Scratch> scratch;

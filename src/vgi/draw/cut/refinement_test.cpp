@@ -20,7 +20,21 @@ float distance_metric(const View& view, const glm::vec3& world) {
     return gpu::lode_distance_metric(glm::dot(seen, view.forward()), glm::length(seen), 1, cosine, 1 - cosine * cosine);
 }
 
-RefinementTest::RefinementTest(const CutRequest& request, const Atlas& about) {
+CountedDistance::CountedDistance(const View& view, float most_turned) {
+    const double turned = most_turned, to_corner = std::acos(std::min(1.0, double{view.corner_cosine()}));
+    const double across = std::min(2 * (to_corner + turned), std::numbers::pi);
+    turn = most_turned;
+    corner = static_cast<float>(to_corner);
+    corner_cosine_squared = 1.0001f * view.corner_cosine() * view.corner_cosine();
+    most_change = static_cast<float>(
+        std::sin(std::min(to_corner + 2 * std::max(turned, double{most_turn}), std::numbers::pi / 2)));
+    ahead = static_cast<float>(std::max(0.0, std::cos(turned) - std::sin(turned) * std::tan(to_corner)));
+    cosine = static_cast<float>(std::cos(across));
+    sine_squared = static_cast<float>(std::pow(std::sin(across), 2));
+}
+
+RefinementTest::RefinementTest(const CutRequest& request, const Atlas& about)
+    : away_(request.sets_levels(), request.margin.turn) {
     const View& view = request.sets_levels();
     scale_ = largest_scale(request.object_to_world);
     margin_ = request.margin.distance;
@@ -32,19 +46,8 @@ RefinementTest::RefinementTest(const CutRequest& request, const Atlas& about) {
         reach_[code] = gpu::lode_reach(error, magnification_, scale_, margin_);
         radii_[code] = codes.radius(static_cast<uint8_t>(code)) * scale_;
     }
-    // As far as the nearest of all views has it that look no more than the margin's turn aside.
-    const double turn = request.margin.turn, corner = std::acos(std::min(1.0, double{view.corner_cosine()}));
-    const double across = std::min(2 * (corner + turn), std::numbers::pi);
-    turn_ = request.margin.turn;
-    corner_ = static_cast<float>(corner);
-    corner_cosine_squared_ = 1.0001f * view.corner_cosine() * view.corner_cosine();
-    most_change_ =
-        static_cast<float>(std::sin(std::min(corner + 2 * std::max(turn, double{most_turn}), std::numbers::pi / 2)));
-    ahead_ = static_cast<float>(std::max(0.0, std::cos(turn) - std::sin(turn) * std::tan(corner)));
-    cosine_ = static_cast<float>(std::cos(across));
-    sine_squared_ = static_cast<float>(std::pow(std::sin(across), 2));
     const glm::dmat4 to_world(request.object_to_world);
-    const glm::dmat3 to_view = glm::dmat3(1, 0, 0, 0, 1, 0, 0, 0, -1) * glm::dmat3(view.world_to_view);
+    const glm::dmat3 to_view = turned_ahead(view);
     const auto seen_from_eye = [&](double step, const glm::dvec3& origin) {
         const glm::dmat3 axes = to_view * glm::dmat3(to_world) * step;
         return SeenFromEye{axes[0], axes[1], axes[2],
@@ -56,14 +59,14 @@ RefinementTest::RefinementTest(const CutRequest& request, const Atlas& about) {
 
 float RefinementTest::excess(const PageBounds& bounds) const {
     const glm::vec3 seen = object_.seen(bounds.centre);
-    const float away = gpu::lode_distance_metric(seen.z, glm::length(seen), ahead_, cosine_, sine_squared_) -
-                       bounds.radius * scale_ - radii_[bounds.sample_radius] - margin_;
+    const float away =
+        away_.aside(seen, glm::dot(seen, seen)) - bounds.radius * scale_ - radii_[bounds.sample_radius] - margin_;
     const float error = errors_[bounds.sample_error];
     return error > 0 ? error / std::max(away, 1e-3f * error) : 0;
 }
 
 float RefinementTest::excess(const GeometryTexel& t) const {
-    const float away = counted(place_of(t)) - radii_[t.radius] - margin_, error = errors_[t.error];
+    const float away = away_.of(place_of(t)) - radii_[t.radius] - margin_, error = errors_[t.error];
     return error > 0 ? error / std::max(away, 1e-3f * error) : 0;
 }
 
@@ -77,15 +80,15 @@ void RefinementTest::describe(gpu::VgiCutInstance& instance) const {
     put(lattice_, instance.lattice);
     put(object_, instance.object);
     instance.magnification = magnification_;
-    instance.ahead = ahead_;
-    instance.cosine = cosine_;
-    instance.sine_squared = sine_squared_;
+    instance.ahead = away_.ahead;
+    instance.cosine = away_.cosine;
+    instance.sine_squared = away_.sine_squared;
     instance.scale = scale_;
 }
 
 std::optional<RefinementChange> RefinementChange::between(const RefinementTest& before, const RefinementTest& now) {
-    if (now.magnification_ != before.magnification_ || now.scale_ != before.scale_ || now.corner_ != before.corner_ ||
-        now.most_change_ != before.most_change_)
+    if (now.magnification_ != before.magnification_ || now.scale_ != before.scale_ ||
+        now.away_.corner != before.away_.corner || now.away_.most_change != before.away_.most_change)
         return std::nullopt;
     RefinementChange since(before, now);
     // Where a point is seen now is turn * (where it was) + shift.
@@ -95,22 +98,23 @@ std::optional<RefinementChange> RefinementChange::between(const RefinementTest& 
     since.seen_ = {static_cast<float>(glm::length(shift)), largest_scale(glm::mat4(glm::mat3(turn - glm::dmat3(1))))};
     // A margin's turn changes what counts in the picture by no more than 1 + tan(corner) times itself, and by no more
     // than twice as much aside.
-    const float turned = std::abs(now.turn_ - before.turn_) * (2 + std::tan(now.corner_));
+    const float turned = std::abs(now.away_.turn - before.away_.turn) * (2 + std::tan(now.away_.corner));
     // What is rounded on the way, of coordinates and of squares.
     const auto size = [](const RefinementTest::SeenFromEye& map) {
         return glm::length(map.offset) + 65535 * (glm::length(map.x) + glm::length(map.y) + glm::length(map.z));
     };
     since.rounding_ = 1e-6f * std::max(size(now.lattice_), size(before.lattice_));
     since.motion_ = {since.seen_.distance + std::abs(now.margin_ - before.margin_) + since.rounding_,
-                     since.seen_.angle + turned / now.most_change_ + 1e-5f};
+                     since.seen_.angle + turned / now.away_.most_change + 1e-5f};
     since.turned_ = since.seen_.angle + 2 * turned;
     const auto depth = [](const RefinementTest& w) {
-        return w.ahead_ * glm::vec3(w.object_.x.z, w.object_.y.z, w.object_.z.z);
+        return w.away_.ahead * glm::vec3(w.object_.x.z, w.object_.y.z, w.object_.z.z);
     };
     since.in_picture_ = glm::distance(depth(now), depth(before)) / now.scale_;
-    const float corner = std::min(now.corner_ + std::max(now.turn_, before.turn_), std::numbers::pi_v<float> / 2);
-    since.picture_sine_ = std::sin(now.corner_);
-    since.picture_cosine_ = std::cos(now.corner_);
+    const float corner =
+        std::min(now.away_.corner + std::max(now.away_.turn, before.away_.turn), std::numbers::pi_v<float> / 2);
+    since.picture_sine_ = std::sin(now.away_.corner);
+    since.picture_cosine_ = std::cos(now.away_.corner);
     since.sine_ = std::sin(corner);
     since.cosine_ = std::cos(corner);
     if (!std::isfinite(since.motion_.of(1)) || !std::isfinite(since.in_picture_)) return std::nullopt;
@@ -136,10 +140,10 @@ Change RefinementChange::of(const GeometryTexel& t) const {
         // There slopes change by no more than twice the way over the distance.
         more = radius * (turned_ + 2 * moved / least);
     } else {
-        const float most = motion_.of(away * now_->most_change_ + radius);
+        const float most = motion_.of(away * now_->away_.most_change + radius);
         return {most, most};
     }
-    const float farther = now_->counted(is) - before_->counted(was) - (now_->margin_ - before_->margin_);
+    const float farther = now_->away_.of(is) - before_->away_.of(was) - (now_->margin_ - before_->margin_);
     return {more - farther + slack, more + farther + slack};
 }
 

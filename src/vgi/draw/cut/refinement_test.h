@@ -23,6 +23,41 @@ double magnification_of(const View& view, double pixel_error);
 // How far from the view a point of the world counts to be, as gpu::lode_metric_within has it. World units.
 float distance_metric(const View& view, const glm::vec3& world);
 
+// How far away points count to be, as gpu::lode_metric_within has it: as far as the nearest has it of all views that
+// look no more than a margin's turn aside.
+class CountedDistance {
+public:
+    CountedDistance(const View& view, float turn);
+
+    // p: seen from the eye, z ahead.
+    bool within(float reach, const glm::vec3& p) const {
+        return gpu::lode_metric_within(reach, p.x, p.y, p.z, ahead, cosine, sine_squared);
+    }
+    // Short of the picture's corners: where it is nothing but depth that tells.
+    bool in_picture(const glm::vec3& p, float squared) const {
+        return p.z > 0 && p.z * p.z > corner_cosine_squared * squared;
+    }
+    float in_depth(const glm::vec3& p) const { return p.z * ahead; }
+    float aside(const glm::vec3& p, float squared) const {
+        return gpu::lode_distance_metric(p.z, std::sqrt(squared), ahead, cosine, sine_squared);
+    }
+    float of(const glm::vec3& p) const {
+        const float squared = glm::dot(p, p);
+        return in_picture(p, squared) ? in_depth(p) : aside(p, squared);
+    }
+
+    float corner, turn;                 // radians: from the middle of the picture to its corners; the margin's
+    float corner_cosine_squared;        // a little more
+    float ahead, cosine, sine_squared;  // as gpu::lode_metric_within takes them
+    // Where the eye turns by an angle, what a point counts to be away changes by that times this times its distance.
+    float most_change;
+};
+
+// Turns the world so that z is ahead of the view.
+inline glm::dmat3 turned_ahead(const View& view) {
+    return glm::dmat3(1, 0, 0, 0, 1, 0, 0, 0, -1) * glm::dmat3(view.world_to_view);
+}
+
 // Whether a sample is wanted, as a pure function of its texel.
 class RefinementTest {
 public:
@@ -30,20 +65,20 @@ public:
 
     bool operator()(const GeometryTexel& t) const {
         const glm::vec3 p = place_of(t);
-        return within(reach_[t.error] + radii_[t.radius], p);
+        return away_.within(reach_[t.error] + radii_[t.radius], p);
     }
     // How much farther away it may count to be, world units, and is still wanted; it is iff that is more than 0.
     float left_of_reach(const GeometryTexel& t) const {
         const glm::vec3 p = place_of(t);
         const float reach = reach_[t.error] + radii_[t.radius], squared = glm::dot(p, p);
-        if (in_picture(p, squared)) return reach - p.z * ahead_;
-        const float left = reach - counted_aside(p, squared);
-        return within(reach, p) ? std::max(left, std::numeric_limits<float>::min()) : std::min(left, 0.0f);
+        if (away_.in_picture(p, squared)) return reach - away_.in_depth(p);
+        const float left = reach - away_.aside(p, squared);
+        return away_.within(reach, p) ? std::max(left, std::numeric_limits<float>::min()) : std::min(left, 0.0f);
     }
     // Whether it is wanted, and how long that holds of anything, wherever it lies.
     bool is_wanted(const GeometryTexel& t, Slack& slack) const {
         const float left = left_of_reach(t);
-        slack.add(std::abs(left), glm::length(place_of(t)) * most_change_);
+        slack.add(std::abs(left), glm::length(place_of(t)) * away_.most_change);
         return left > 0;
     }
     // Whether it has come to its place (shaders/shared/vgi_sample.glsl) for every eye of the margin; near the end of
@@ -58,13 +93,13 @@ public:
     // The same of samples that are not looked at: whether any may be wanted, of the most there can be among them, all
     // within the sphere of `bounds`.
     bool may_be(const PageBounds& bounds, SampleCodes most) const {
-        return reach_[most.error] > 0 && within(reach_to(bounds, most), object_.seen(bounds.centre));
+        return reach_[most.error] > 0 && away_.within(reach_to(bounds, most), object_.seen(bounds.centre));
     }
     bool may_be(const PageBounds& bounds) const { return may_be(bounds, most_of(bounds)); }
     bool may_be(const PageBounds& bounds, Slack& slack) const {
         if (reach_[bounds.sample_error] > 0) {
             const glm::vec3 p = object_.seen(bounds.centre);
-            slack.add(std::abs(reach_to(bounds, most_of(bounds)) - counted(p)), glm::length(p) * most_change_);
+            slack.add(std::abs(reach_to(bounds, most_of(bounds)) - away_.of(p)), glm::length(p) * away_.most_change);
         }
         return may_be(bounds);
     }
@@ -93,30 +128,9 @@ private:
     float reach_to(const PageBounds& bounds, SampleCodes most) const {
         return reach_[most.error] + radii_[most.radius] + bounds.radius * scale_;
     }
-    bool within(float reach, const glm::vec3& p) const {
-        return gpu::lode_metric_within(reach, p.x, p.y, p.z, ahead_, cosine_, sine_squared_);
-    }
-    // Short of its corners: where it is nothing but depth that tells, as gpu::lode_metric_within has it.
-    bool in_picture(const glm::vec3& p, float squared) const {
-        return p.z > 0 && p.z * p.z > corner_cosine_squared_ * squared;
-    }
-    float counted_aside(const glm::vec3& p, float squared) const {
-        return gpu::lode_distance_metric(p.z, std::sqrt(squared), ahead_, cosine_, sine_squared_);
-    }
-    // How far away a point counts to be.
-    float counted(const glm::vec3& p) const {
-        const float squared = glm::dot(p, p);
-        return in_picture(p, squared) ? p.z * ahead_ : counted_aside(p, squared);
-    }
-
     std::array<float, 256> errors_, reach_, radii_;
     float magnification_, scale_, margin_;
-    float lattice_scale_;                  // world units of a lattice unit, at most
-    float corner_, turn_;                  // radians: from the middle of the picture to its corners; the margin's
-    float corner_cosine_squared_;          // a little more
-    float ahead_, cosine_, sine_squared_;  // as gpu::lode_metric_within takes them
-    // Where the eye turns by an angle, what a point counts to be away changes by that times this times its distance.
-    float most_change_;
+    CountedDistance away_;
     SeenFromEye lattice_, object_;
 };
 

@@ -7,18 +7,21 @@ namespace lodestone::vgi {
 
 namespace {
 
-// Triangles one after another of a kind that are worth a place of their own: they no longer share vertices with those
-// between which they were.
+// Triangles one after another of a kind that are worth a place of their own where there are others: they no longer
+// share vertices with those between which they were.
 constexpr size_t shortest_run = 16;
 
 constexpr size_t chunk_words = 3 * 8192;
 
 // Groups of triangles, in the order in which they come.
-constexpr uint32_t kinds_of_groups[] = {LODE_VGI_KIND_SAMPLES, LODE_VGI_KIND_LEAVES, LODE_VGI_KIND_MOVING_LEAVES,
-                                        every_kind};
-constexpr uint8_t others = 3;
-uint8_t group_of(uint32_t kinds) {
-    return static_cast<uint8_t>(std::ranges::find(kinds_of_groups, kinds_of_groups + others, kinds) - kinds_of_groups);
+enum Group : uint8_t { samples, any_samples, leaves, moving_leaves, corners, others };
+constexpr uint32_t kinds_of_groups[] = {LODE_VGI_KIND_SAMPLES,       kinds_of_samples,      LODE_VGI_KIND_LEAVES,
+                                        LODE_VGI_KIND_MOVING_LEAVES, LODE_VGI_KIND_CORNERS, every_kind};
+// The last that a triangle of these kinds may be in but for `others`.
+Group group_of(uint32_t kinds) {
+    if ((kinds & ~kinds_of_samples) == 0) return any_samples;
+    return static_cast<Group>(std::ranges::find(kinds_of_groups + leaves, kinds_of_groups + others, kinds) -
+                              kinds_of_groups);
 }
 
 uint32_t kinds_of(std::span<const uint32_t> triangles, size_t first, uint32_t cells) {
@@ -44,22 +47,38 @@ void TrianglesByKind::look_at(size_t chunk) {
     const std::span<const uint32_t> triangles = of(chunk);
     Chunk& found = chunks_[chunk];
     if (!told_apart_) {
-        found.words[others] = static_cast<uint32_t>(triangles.size());
-        found.ends.emplace_back(found.words[others], others);
+        found.add(triangles.size(), others);
         return;
     }
-    for (size_t begin = 0, end = 0; begin < triangles.size(); begin = end) {
-        const uint32_t kinds = kinds_of(triangles, begin, cells_);
-        for (end = begin + 3; end < triangles.size() && kinds_of(triangles, end, cells_) == kinds;) end += 3;
-        // What a chunk's end cuts off goes on in the next.
-        const bool cut_off = (begin == 0 && chunk > 0) || (end == triangles.size() && chunk + 1 < chunks_.size());
-        const uint8_t group = end - begin < 3 * shortest_run && !cut_off ? others : group_of(kinds);
-        found.words[group] += static_cast<uint32_t>(end - begin);
-        if (!found.ends.empty() && found.ends.back().second == group) {
-            found.ends.back().first = static_cast<uint32_t>(end);
-        } else {
-            found.ends.emplace_back(static_cast<uint32_t>(end), group);
+    // Runs of triangles that are the same by `of`: add(begin, end, what they are, whether they are long).
+    const auto for_runs = [&](size_t begin, size_t last, auto&& of, auto&& add) {
+        for (size_t end = begin; begin < last; begin = end) {
+            const auto its = of(begin);
+            for (end = begin + 3; end < last && of(end) == its;) end += 3;
+            // What a chunk's end cuts off goes on in the next; what is all there is is worth a place of its own.
+            const bool cut_off = (begin == 0 && chunk > 0) || (end == triangles.size() && chunk + 1 < chunks_.size());
+            const bool alone = begin == 0 && end == triangles.size();
+            add(begin, end, its, end - begin >= 3 * shortest_run || cut_off || alone);
         }
+    };
+    const auto group = [&](size_t at) { return group_of(kinds_of(triangles, at, cells_)); };
+    const auto of_samples_alone = [&](size_t at) {
+        return kinds_of(triangles, at, cells_) == LODE_VGI_KIND_SAMPLES ? samples : any_samples;
+    };
+    for_runs(0, triangles.size(), group, [&](size_t begin, size_t end, Group its, bool is_long) {
+        if (its != any_samples || !is_long) return found.add(end, is_long ? its : others);
+        for_runs(begin, end, of_samples_alone,
+                 [&](size_t, size_t to, Group kind, bool long_too) { found.add(to, long_too ? kind : any_samples); });
+    });
+}
+
+void TrianglesByKind::Chunk::add(size_t end, uint8_t group) {
+    const auto to = static_cast<uint32_t>(end);
+    words[group] += to - (ends.empty() ? 0 : ends.back().first);
+    if (!ends.empty() && ends.back().second == group) {
+        ends.back().first = to;
+    } else {
+        ends.emplace_back(to, group);
     }
 }
 

@@ -11,8 +11,9 @@
 
 namespace lodestone::vgi {
 
+inline constexpr uint32_t kinds_of_samples = LODE_VGI_KIND_SAMPLES | LODE_VGI_KIND_CORNER_SAMPLES;
 inline constexpr uint32_t kinds_of_leaves = LODE_VGI_KIND_LEAVES | LODE_VGI_KIND_MOVING_LEAVES;
-inline constexpr uint32_t every_kind = LODE_VGI_KIND_SAMPLES | LODE_VGI_KIND_CORNERS | kinds_of_leaves;
+inline constexpr uint32_t every_kind = LODE_VGI_EVERY_KIND;
 
 // LODE_VGI_KIND_... of a vertex. index: as Cut::parts has it. cells: along a side of a page of positions.
 inline uint32_t kind_of(uint32_t index, uint32_t cells) {
@@ -21,11 +22,12 @@ inline uint32_t kind_of(uint32_t index, uint32_t cells) {
         return (index & LODE_VGI_LEAF_MOVES) != 0 ? LODE_VGI_KIND_MOVING_LEAVES : LODE_VGI_KIND_LEAVES;
     const uint32_t place = index % LODE_VGI_PAGE_TEXELS, row = cells + 1;
     const bool corner = place == 0 || place == cells || place == cells * row || place == row * row - 1;
-    return corner ? LODE_VGI_KIND_CORNERS : LODE_VGI_KIND_SAMPLES;
+    return corner ? LODE_VGI_KIND_CORNER_SAMPLES : LODE_VGI_KIND_SAMPLES;
 }
 
-// A list of triangles in another order: long runs of samples alone, those of leaves alone, of leaves alone that may
-// move, and all others, each in the order they had. It is looked at and copied chunk by chunk, by any threads.
+// A list of triangles in another order: long runs of samples apart from pages' corners, those of any samples, of
+// leaves, of leaves that may move, of corners, and all others, each in the order they had. It is looked at and copied
+// chunk by chunk, by any threads.
 class TrianglesByKind {
 public:
     // triangles: must outlive this. cells: along a side of a page of positions. told_apart: if not, all are of every
@@ -44,10 +46,11 @@ public:
     void copy(size_t chunk, uint32_t* to) const;
 
 private:
-    static constexpr size_t groups = 4;  // of kinds
+    static constexpr size_t groups = 6;  // of kinds
     struct Chunk {
         std::vector<std::pair<uint32_t, uint8_t>> ends;  // of its runs, in triangles_; and the group of each
         std::array<uint32_t, groups> words{}, first{};   // of each group; where they go
+        void add(size_t end, uint8_t group);             // what lies between the last end and this one
     };
     std::span<const uint32_t> of(size_t chunk) const;
 

@@ -1,0 +1,69 @@
+// Cuts that instances share. Where an instance is so far away that no chart of it may have all of its corners, its cut
+// is nothing but triangles of corners (corner_front.h), and which of them are wanted is told from how far away it is:
+// those of all instances that are about as far are one list, drawn once for all of them. It holds whatever any of them
+// wants; what one of them does not want is drawn where the coarser level has it, as vertices move by their own
+// instance.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "frame/instance_set.h"
+#include "vgi/asset/error_codes.h"
+#include "vgi/draw/corner_tree.h"
+#include "vgi/draw/cut/cut.h"
+#include "vgi/draw/cut/refinement_test.h"
+
+namespace lodestone::vgi {
+
+// How far away instances count to be for views that differ from one by no more than a margin.
+class InstanceDistance {
+public:
+    InstanceDistance(const View& view, const CutMargin& margin);
+
+    // What no point of the sphere is nearer than, object units; may be below 0. around: object space.
+    double nearest(const glm::mat4& object_to_world, const PageBounds& around) const;
+
+private:
+    CountedDistance away_;
+    glm::dmat3 to_view_;
+    glm::dvec3 eye_;
+    double margin_;  // world units
+};
+
+// Those of one atlas.
+class DistantCuts {
+public:
+    // tree, about: must outlive this.
+    DistantCuts(const CornerTree& tree, const Atlas& about);
+
+    // For which errors: magnification_of. What was made for others is forgotten.
+    void begin(double magnification);
+    // The step of an instance whose nearest point counts to be so far away; nothing where it has a cut of its own.
+    std::optional<int32_t> step_of(double nearest) const {
+        if (!(nearest > least_)) return std::nullopt;
+        const auto step = static_cast<int32_t>(std::floor(steps_per_octave * std::log2(nearest)));
+        return reach_of(step) >= least_ ? std::optional(step) : std::nullopt;
+    }
+    // Triangles that instances in a step are drawn with, an index list as Cut::parts has it. Good until begin().
+    const std::vector<uint32_t>& triangles(int32_t step);
+
+private:
+    static constexpr double steps_per_octave = 8;
+    static double reach_of(int32_t step) { return std::exp2(step / steps_per_octave); }
+    // From within which distance it is wanted, object units.
+    double reach_of(SampleCodes codes) const;
+
+    const CornerTree* tree_;
+    const Atlas* about_;
+    ErrorCodes codes_;
+    double magnification_ = 0;
+    double least_;  // object units: nearer than that some chart may have all of its corners
+    std::map<int32_t, std::vector<uint32_t>> made_;
+};
+
+}  // namespace lodestone::vgi

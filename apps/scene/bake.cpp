@@ -329,6 +329,10 @@ private:
             progress_.warning(input_.name +
                               ": its textures lie on two sets of texture coordinates, and an atlas keeps one; they are "
                               "baked into it");
+        if (!atlas->attributes.baked && atlas->attributes.uvs && !input_.mesh.tangents.empty())
+            progress_.warning(input_.name +
+                              ": an atlas keeps no tangents, so vgi draws normal maps in the frame of the texture "
+                              "coordinates; bake without --keep-uv, and they are baked by the tangents");
         if (atlas->attributes.baked && options_.backends.size() == 1) leave_out_textures(*atlas);
         Json words;
         for (const char* figure :

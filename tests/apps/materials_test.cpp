@@ -264,6 +264,21 @@ TEST_F(MaterialsProgramTest, TangentsComeThroughAssetsAndFiles) {
     EXPECT_EQ(tangents_of(folder_ / "new.glb"), 0u);
 }
 
+TEST_F(MaterialsProgramTest, TangentsThatAnAtlasDoesNotKeepAreToldOf) {
+    ASSERT_TRUE(write_mesh(fixtures::still_life_of_tangents(), folder_ / "bent.glb"));
+    ASSERT_TRUE(write_mesh(fixtures::still_life(), folder_ / "without.glb"));
+    const auto said = [&](const std::string& command) {
+        const Ended ended = run(command);
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        return ended.err;
+    };
+    const auto note = testing::HasSubstr("bent.glb: an atlas keeps no tangents");
+    EXPECT_THAT(said("bake bent.glb -o a.lode --backends vgi --keep-uv"), note);
+    EXPECT_THAT(said("bake bent.glb -o b.lode --backends vgi"), testing::Not(note));
+    EXPECT_THAT(said("bake without.glb -o c.lode --backends vgi --keep-uv"),
+                testing::Not(testing::HasSubstr("tangents")));
+}
+
 TEST_F(MaterialsProgramTest, TwoSetsAreBakedIntoAtlasesWhateverIsAsked) {
     ASSERT_TRUE(write_mesh(fixtures::still_life_of_two_sets(), folder_ / "two.glb"));
     const auto said = [&](const std::string& command) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/threads.h"
 #include "render/shader_library.h"
 #include "render/targets.h"
 #include "shaders/shared/draw_constants.h"
@@ -431,9 +432,9 @@ OwnedPipelineLayout make_pipeline_layout(const Device& device, VkDescriptorSetLa
     return {device.handle(), layout};
 }
 
-BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers,
-                            VkDescriptorSetLayout frame_layout, const SceneLooks& looks, bool has_visibility,
-                            bool with_effect) {
+// Its layouts, and nothing that draws yet.
+BuiltPipeline make_layouts(const Device& device, const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers,
+                           VkDescriptorSetLayout frame_layout) {
     check_bindings(spec, buffers);
     BuiltPipeline built;
     const bool compute = spec.kind == PipelineKind::compute;
@@ -443,20 +444,36 @@ BuiltPipeline make_pipeline(const Device& device, const PipelineSpec& spec, cons
         built.stages |= VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT | VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT;
     built.storage_layout = make_storage_layout(device, spec, built.stages);
     built.layout = make_pipeline_layout(device, frame_layout, built.storage_layout.get(), built.stages);
-    const VkPipelineLayout layout = built.layout.get();
-    if (compute) {
-        const ShaderConstants constants(spec, buffers);
-        built.compute = make_compute_pipeline(device, spec, layout, constants.get());
-    } else {
-        for (int v = 0; v < variant_count; ++v) {
-            const auto variant = static_cast<Variant>(v);
-            if (!is_used(spec, variant, looks, device.draws_lines(), with_effect)) continue;
-            const ShaderConstants constants(spec, buffers, variant, looks);
-            built.draw[v] = make_draw_pipeline(device, spec, layout, constants.get(), variant,
-                                               fragment_of(spec, variant, looks), has_visibility);
+    return built;
+}
+
+// What drivers compile: of all that is drawn with, each variant by itself, side by side.
+void make_pipelines(const Device& device, const Recipe& recipe, const SceneLooks& looks, bool with_effect,
+                    BuiltRecipe& built) {
+    std::vector<std::pair<size_t, int>> wanted;  // pipeline and variant; of what computes, any
+    for (size_t p = 0; p < recipe.pipelines.size(); ++p) {
+        const bool computes = recipe.pipelines[p].kind == PipelineKind::compute;
+        for (int v = 0; v < (computes ? 1 : variant_count); ++v) {
+            if (computes ||
+                is_used(recipe.pipelines[p], static_cast<Variant>(v), looks, device.draws_lines(), with_effect))
+                wanted.emplace_back(p, v);
         }
     }
-    return built;
+    parallel_for(wanted.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t w = begin; w < end; ++w) {
+            const PipelineSpec& spec = recipe.pipelines[wanted[w].first];
+            BuiltPipeline& to = built.pipelines[wanted[w].first];
+            if (spec.kind == PipelineKind::compute) {
+                const ShaderConstants constants(spec, built.buffers);
+                to.compute = make_compute_pipeline(device, spec, to.layout.get(), constants.get());
+                continue;
+            }
+            const auto variant = static_cast<Variant>(wanted[w].second);
+            const ShaderConstants constants(spec, built.buffers, variant, looks);
+            to.draw[wanted[w].second] = make_draw_pipeline(device, spec, to.layout.get(), constants.get(), variant,
+                                                           fragment_of(spec, variant, looks), recipe.has_visibility());
+        }
+    });
 }
 
 // Points the set at the segments of a binding. Those past the last are bound to the first, so that every descriptor is
@@ -554,8 +571,8 @@ BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDesc
             make_buffer(allocator, recipe.buffers[b], segment_limit_of(allocator.device(), recipe, b, segment_limit)));
     }
     for (const PipelineSpec& spec : recipe.pipelines)
-        built.pipelines.push_back(make_pipeline(allocator.device(), spec, built.buffers, frame_layout, looks,
-                                                recipe.has_visibility(), beside_effect));
+        built.pipelines.push_back(make_layouts(allocator.device(), spec, built.buffers, frame_layout));
+    make_pipelines(allocator.device(), recipe, looks, beside_effect, built);
     built.sets = make_storage_sets(allocator.device(), recipe, built);
     return built;
 }

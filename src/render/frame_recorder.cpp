@@ -48,9 +48,13 @@ FrameRecorder::FrameRecorder(const FrameContext& context, const RecordedPlan& ba
     }
     has_shadow_ = c_.shadow_size > 0 && std::any_of(input.views.begin(), input.views.end(),
                                                     [](const View& v) { return v.kind == View::Kind::shadow; });
-    wire_ = look.wireframe && context.device.draws_lines();
+    wire_ = drawn_as(look, context.device, effect != nullptr).wire;
     has_visibility_ = backend_.recipe.has_visibility();
     cull_back_ = !look.double_sided && !c_.looks.two_sided() && !c_.instances.any_mirrored();
+}
+
+DrawnAs drawn_as(const ShadingOptions& look, const Device& device, bool with_effect) {
+    return {look.debug != DebugView::none, look.wireframe && device.draws_lines(), with_effect};
 }
 
 void FrameRecorder::record() {
@@ -331,7 +335,7 @@ void FrameRecorder::use_draw_buffers(const Draw& draw, const DrawIndirect* indir
 }
 
 Variant FrameRecorder::variant_drawn(const Command& command, const PipelineSpec& spec) const {
-    const DrawnAs as{look_.debug != DebugView::none, wire_, effect_ != nullptr};
+    const DrawnAs as = drawn_as(look_, c_.device, effect_ != nullptr);
     return blending_ ? blended_variant_of(as) : variant_of(spec, command.stage, as);
 }
 

@@ -44,6 +44,9 @@ struct RecordedPlan {
     std::vector<FrameSlot::PendingReadback>& readbacks;  // that are to be landed
 };
 
+// How a frame of that look is drawn.
+DrawnAs drawn_as(const ShadingOptions& look, const Device& device, bool with_effect);
+
 class FrameRecorder {
 public:
     // effect: null where there is none.

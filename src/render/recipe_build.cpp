@@ -225,22 +225,15 @@ struct ShaderStages {
     }
 };
 
-// Whether some stage of some ShadingOptions runs it.
-bool is_used(const PipelineSpec& spec, Variant variant, const SceneLooks& looks, bool draws_lines, bool with_effect) {
+// Whether some stage of a frame drawn so runs it.
+bool is_used(const PipelineSpec& spec, Variant variant, const SceneLooks& looks, const DrawnAs& as) {
     if (spec.blend != Blend::replace) return variant == Variant::composite;
-    if (over_all(variant) || (beside_effect(variant) && !with_effect)) return false;
-    if (is_blended(variant)) return looks.blends() && !spec.blended.empty();
     for (const Stage stage : {Stage::shadow, Stage::depth, Stage::colour}) {
         if (spec.whole_view && stage != Stage::colour) continue;
         if (!spec.visibility.empty() && stage == Stage::colour) continue;
-        for (const bool debug : {false, true}) {
-            for (const bool wire : {false, true}) {
-                const DrawnAs as{debug, wire, beside_effect(variant)};
-                if ((!wire || draws_lines) && variant_of(spec, stage, as) == variant) return true;
-            }
-        }
+        if (variant_of(spec, stage, as) == variant) return true;
     }
-    return false;
+    return looks.blends() && !spec.blended.empty() && blended_variant_of(as) == variant;
 }
 
 // The fixed state of a pipeline that draws: what Vulkan points to, so it must not be moved.
@@ -447,35 +440,6 @@ BuiltPipeline make_layouts(const Device& device, const PipelineSpec& spec, const
     return built;
 }
 
-// What drivers compile: of all that is drawn with, each variant by itself, side by side.
-void make_pipelines(const Device& device, const Recipe& recipe, const SceneLooks& looks, bool with_effect,
-                    BuiltRecipe& built) {
-    std::vector<std::pair<size_t, int>> wanted;  // pipeline and variant; of what computes, any
-    for (size_t p = 0; p < recipe.pipelines.size(); ++p) {
-        const bool computes = recipe.pipelines[p].kind == PipelineKind::compute;
-        for (int v = 0; v < (computes ? 1 : variant_count); ++v) {
-            if (computes ||
-                is_used(recipe.pipelines[p], static_cast<Variant>(v), looks, device.draws_lines(), with_effect))
-                wanted.emplace_back(p, v);
-        }
-    }
-    parallel_for(wanted.size(), 1, [&](size_t begin, size_t end) {
-        for (size_t w = begin; w < end; ++w) {
-            const PipelineSpec& spec = recipe.pipelines[wanted[w].first];
-            BuiltPipeline& to = built.pipelines[wanted[w].first];
-            if (spec.kind == PipelineKind::compute) {
-                const ShaderConstants constants(spec, built.buffers);
-                to.compute = make_compute_pipeline(device, spec, to.layout.get(), constants.get());
-                continue;
-            }
-            const auto variant = static_cast<Variant>(wanted[w].second);
-            const ShaderConstants constants(spec, built.buffers, variant, looks);
-            to.draw[wanted[w].second] = make_draw_pipeline(device, spec, to.layout.get(), constants.get(), variant,
-                                                           fragment_of(spec, variant, looks), recipe.has_visibility());
-        }
-    });
-}
-
 // Points the set at the segments of a binding. Those past the last are bound to the first, so that every descriptor is
 // valid.
 void write_binding(const Device& device, const StorageBinding& storage, std::span<const Buffer> segments,
@@ -572,9 +536,44 @@ BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDesc
     }
     for (const PipelineSpec& spec : recipe.pipelines)
         built.pipelines.push_back(make_layouts(allocator.device(), spec, built.buffers, frame_layout));
-    make_pipelines(allocator.device(), recipe, looks, beside_effect, built);
+    build_variants(allocator.device(), recipe, looks, {}, built);
+    if (beside_effect) build_variants(allocator.device(), recipe, looks, {.beside_effect = true}, built);
     built.sets = make_storage_sets(allocator.device(), recipe, built);
     return built;
+}
+
+void build_variants(const Device& device, const Recipe& recipe, const SceneLooks& looks, const DrawnAs& as,
+                    BuiltRecipe& built) {
+    if (std::ranges::find(built.drawn_as, as) != built.drawn_as.end()) return;
+    std::vector<std::pair<size_t, int>> missing;  // pipeline and variant; of what computes, any
+    for (size_t p = 0; p < recipe.pipelines.size(); ++p) {
+        const PipelineSpec& spec = recipe.pipelines[p];
+        if (spec.kind == PipelineKind::compute) {
+            if (built.pipelines[p].compute.get() == VK_NULL_HANDLE) missing.emplace_back(p, 0);
+            continue;
+        }
+        for (int v = 0; v < variant_count; ++v) {
+            if (built.pipelines[p].draw[v].get() == VK_NULL_HANDLE && is_used(spec, static_cast<Variant>(v), looks, as))
+                missing.emplace_back(p, v);
+        }
+    }
+    // Drivers compile them: each by itself, side by side.
+    parallel_for(missing.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t m = begin; m < end; ++m) {
+            const PipelineSpec& spec = recipe.pipelines[missing[m].first];
+            BuiltPipeline& to = built.pipelines[missing[m].first];
+            if (spec.kind == PipelineKind::compute) {
+                const ShaderConstants constants(spec, built.buffers);
+                to.compute = make_compute_pipeline(device, spec, to.layout.get(), constants.get());
+                continue;
+            }
+            const auto variant = static_cast<Variant>(missing[m].second);
+            const ShaderConstants constants(spec, built.buffers, variant, looks);
+            to.draw[missing[m].second] = make_draw_pipeline(device, spec, to.layout.get(), constants.get(), variant,
+                                                            fragment_of(spec, variant, looks), recipe.has_visibility());
+        }
+    });
+    built.drawn_as.push_back(as);
 }
 
 BuiltPipeline build_resolve(const Device& device, VkDescriptorSetLayout frame_layout) {

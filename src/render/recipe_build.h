@@ -55,7 +55,7 @@ inline constexpr int variant_count = 18;
 struct BuiltPipeline {
     OwnedPipelineLayout layout;
     OwnedSetLayout storage_layout;
-    std::array<OwnedPipeline, variant_count> draw;  // empty for compute pipelines, and where variant_of() does not lead
+    std::array<OwnedPipeline, variant_count> draw;  // empty for compute pipelines, and what no frame was drawn as yet
     OwnedPipeline compute;
     VkPipelineBindPoint bind_point = VK_PIPELINE_BIND_POINT_GRAPHICS;
     VkShaderStageFlags stages = 0;  // that see the push constants
@@ -64,6 +64,7 @@ struct BuiltPipeline {
 // How a frame is drawn, as far as pipelines depend on it. wire: lines, on a device that draws them.
 struct DrawnAs {
     bool debug = false, wire = false, beside_effect = false;
+    bool operator==(const DrawnAs&) const = default;
 };
 // What a pipeline runs in a stage that draws.
 Variant variant_of(const PipelineSpec& spec, Stage stage, const DrawnAs& as);
@@ -81,6 +82,7 @@ struct BuiltRecipe {
     std::vector<SplitBuffer> buffers;
     std::vector<BuiltPipeline> pipelines;
     StorageSets sets;
+    std::vector<DrawnAs> drawn_as;  // what pipelines are made for
 };
 
 // What a change of a buffer's size leaves behind: frames under way may still read it.
@@ -107,11 +109,17 @@ struct SceneLooks {
     bool mirrors() const;         // whether fragments know of mirrored instances
 };
 
+// With pipelines for frames as they mostly are (DrawnAs{}), and, where beside_effect, for those with an effect.
 // frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split, or fewer
-// where the device says so. beside_effect: frames may be drawn with an effect, too.
+// where the device says so.
 // Throws VulkanFailure; a shader that is not in the library is named.
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
                          uint64_t segment_limit, const SceneLooks& looks, bool beside_effect);
+
+// Makes what pipelines lack for frames drawn so: those of debug views and lines, mostly, are made when they are first
+// looked at. Throws VulkanFailure; what was there is there.
+void build_variants(const Device& device, const Recipe& recipe, const SceneLooks& looks, const DrawnAs& as,
+                    BuiltRecipe& built);
 
 // The renderer's own pipelines. Variant::resolve: from Targets::radiance to Targets::colour. Variant::background and
 // background_radiance: what is all around.

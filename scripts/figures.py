@@ -181,6 +181,8 @@ MEASUREMENTS = {
     "bake-terrain-3m": bake("terrain", 3000000, "--backends", "vgi", "--clusters", "130"),
     "flight-rock": flight("assets/rock.scene.json", *FLIGHT),
     "flight-cliff": flight("assets/cliff.scene.json", *FLIGHT),
+    "flight-field": flight("assets/field-10k.scene.json", "--backends", "discrete,lod,vgi", "--pixel-error", "1", "--frames", "60",
+                           "--quality-frames", "0"),
     "flight-far": flight("assets/far.scene.json", "--backends", "full,discrete,lod,vgi", "--pixel-error", "1", "--frames", "30", "--quality-frames", "6"),
 }
 
@@ -350,7 +352,8 @@ SECTIONS = [
     ("Bakes", "Fields are those of the bake report ([cli.md](cli.md)).",
      [("bake-rock-300k", bake_section), ("bake-rock-3m", bake_section), ("bake-terrain-3m", bake_section)]),
     ("Flights", "1280x720, every backend through the same scene. Columns are those of the report ([cli.md](cli.md)).",
-     [("flight-rock", flight_section), ("flight-cliff", flight_section), ("flight-far", flight_section)]),
+     [("flight-rock", flight_section), ("flight-cliff", flight_section), ("flight-far", flight_section),
+      ("flight-field", flight_section)]),
     ("Flights on a GPU", "1280x720. ACMR is counted by the device. An H200 is made for computing: of an H100's units two draw "
      "(NVIDIA, *H100 Tensor Core GPU Architecture*). The shadow map takes 0.7 ms or more of every frame.", [(name, gpu_section) for name in ON_A_GPU]),
 ]

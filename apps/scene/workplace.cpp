@@ -31,6 +31,7 @@ BakeOptions cache_options(const char* part, const SceneNeeds& needs, bool quickl
     options.read.fill_voids = heights.fill_voids;
     options.backends = {part};
     options.atlas.bake_textures = false;  // it takes as long again; all parts look textures up alike
+    options.atlas.error_samples = 20000;  // they only say how far off it is
     options.orders = {"keyframe", "greedy", "static", "classic"};
     if (!needs.leaves) {
         options.atlas.leaves = false;

@@ -86,10 +86,6 @@ public:
                           "triangle marks");
             const bool with_effect = effect != nullptr && !effect->commands.empty();
             LODE_CHECK(!with_effect || loaded.effect, place);
-            const DrawnAs as = drawn_as(look, device_, with_effect);
-            build_variants(device_, loaded.backend.recipe, loaded.materials.looks, as, loaded.backend.built);
-            if (with_effect)
-                build_variants(device_, loaded.effect->recipe, {}, as, loaded.effect->built);
             sets_.write(slot, loaded.materials, targets_,
                         with_effect && loaded.light_grid ? loaded.light_grid->get() : no_light_grid_.view.get());
             try {
@@ -274,6 +270,9 @@ private:
 
     void record(const Plans& plans, const FrameInput& input, const ShadingOptions& look, Loaded& loaded,
                 FrameSlot& slot) {
+        const DrawnAs as = drawn_as(look, device_, plans.effect != nullptr);
+        build_variants(device_, loaded.backend.recipe, loaded.materials.looks, as, loaded.backend.built);
+        if (plans.effect != nullptr) build_variants(device_, loaded.effect->recipe, {}, as, loaded.effect->built);
         CommandPool::begin(slot.commands);
         const auto recorded = [&](const Plan& plan, Loaded::Part& part, auto& readbacks) {
             return RecordedPlan{plan, part.recipe, part.built, part.hazards, slot.replaced, readbacks};

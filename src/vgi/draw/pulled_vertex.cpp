@@ -10,7 +10,7 @@
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/bintree.h"
 #include "vgi/asset/saturation.h"
-#include "vgi/draw/corner_tree.h"
+#include "vgi/draw/corners/corner_tree.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/leaves/leaf_morph.h"
 #include "vgi/draw/recipe_layout.h"

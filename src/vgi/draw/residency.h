@@ -16,7 +16,7 @@
 #include "vgi/asset/leaf_demands.h"
 #include "vgi/asset/leaves.h"
 #include "vgi/asset/pages.h"
-#include "vgi/draw/corner_tree.h"
+#include "vgi/draw/corners/corner_tree.h"
 
 namespace lodestone::vgi {
 

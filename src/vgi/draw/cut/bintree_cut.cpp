@@ -10,7 +10,7 @@
 #include "base/threads.h"
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/leaf_triangles.h"
-#include "vgi/draw/cut/corner_front.h"
+#include "vgi/draw/corners/corner_front.h"
 #include "vgi/draw/cut/visibility.h"
 #include "vgi/draw/leaves/leaf_front.h"
 

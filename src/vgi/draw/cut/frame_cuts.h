@@ -13,61 +13,12 @@
 #include <unordered_map>
 #include <vector>
 
-#include "frame/frame_source.h"
-#include "frame/instance_tree.h"
+#include "vgi/draw/corners/distant_cuts.h"
 #include "vgi/draw/cut/cut.h"
-#include "vgi/draw/cut/distant_cuts.h"
+#include "vgi/draw/cut/cut_region.h"
 #include "vgi/draw/cut/incremental_cut.h"
-#include "vgi/draw/open_atlas.h"
 
 namespace lodestone::vgi {
-
-// What cuts are made for.
-struct CutRegion {
-    std::vector<View> views;         // as FrameInput::views, where the camera is thought to be
-    std::optional<View> level_view;  // as FrameInput::level_view
-    CutMargin margin;                // of the views
-    InstanceSet instances;           // as they were last known
-    // Those that are thought to be elsewhere by then, rising.
-    struct Moved {
-        uint32_t instance;
-        Instance there;
-        CutMargin margin;  // of the views as it sees them
-        bool operator==(const Moved&) const = default;
-    };
-    std::vector<Moved> moved;
-    Budget budget;  // pixel_error, forced_level and max_triangles count
-
-    // Exactly this frame.
-    static CutRegion of(const FrameInput& input);
-    // The next frame, if camera and instances go on as they did between the two; exact where nothing has moved. None
-    // where instances came, went, or changed their size or shape.
-    static std::optional<CutRegion> after(const FrameInput& last, const FrameInput& now);
-    bool covers(const FrameInput& input) const;
-    // Where an instance is thought to be.
-    const Moved* find_moved(uint32_t instance) const;
-    bool operator==(const CutRegion&) const = default;
-};
-
-// An instance that is cut.
-struct CutInstance {
-    uint32_t number;  // in the region's set
-    uint32_t views;   // that may see it, bit v for views[v]
-    Instance there;
-    CutMargin margin;
-};
-
-// What the cut of a region is made from; nothing of it changes while it is made.
-struct CutInput {
-    CutRegion region;
-    std::vector<AtlasSnapshot> atlases;
-    std::vector<CutInstance> seen;        // those that some view of the region may see, rising
-    std::optional<View> ahead;            // the camera further along its way, where it moves
-    std::vector<CutInstance> seen_ahead;  // those that this one may see
-};
-// tree: of the region's instances.
-CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const InstanceTree& tree,
-                   const FrameInput* last);
 
 struct FrameCuts {
     CutRegion region;

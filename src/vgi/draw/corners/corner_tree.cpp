@@ -1,4 +1,4 @@
-#include "vgi/draw/corner_tree.h"
+#include "vgi/draw/corners/corner_tree.h"
 
 #include <glm/geometric.hpp>
 #include <tuple>

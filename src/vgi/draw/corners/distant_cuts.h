@@ -14,7 +14,7 @@
 
 #include "frame/instance_set.h"
 #include "vgi/asset/error_codes.h"
-#include "vgi/draw/corner_tree.h"
+#include "vgi/draw/corners/corner_tree.h"
 #include "vgi/draw/cut/cut.h"
 #include "vgi/draw/cut/refinement_test.h"
 

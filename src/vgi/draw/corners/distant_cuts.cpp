@@ -1,10 +1,10 @@
-#include "vgi/draw/cut/distant_cuts.h"
+#include "vgi/draw/corners/distant_cuts.h"
 
 #include <glm/geometric.hpp>
 #include <limits>
 
 #include "frame/screen_error.h"
-#include "vgi/draw/cut/corner_front.h"
+#include "vgi/draw/corners/corner_front.h"
 
 namespace lodestone::vgi {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "vgi/draw/corner_tree.h"
+#include "vgi/draw/corners/corner_tree.h"
 #include "vgi/draw/cut/cut.h"
 
 namespace lodestone::vgi {

@@ -1,4 +1,4 @@
-#include "vgi/draw/cut/corner_front.h"
+#include "vgi/draw/corners/corner_front.h"
 
 #include <algorithm>
 #include <array>

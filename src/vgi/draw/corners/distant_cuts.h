@@ -45,7 +45,7 @@ public:
     void begin(double magnification);
     // The step of an instance whose nearest point counts to be so far away; nothing where it has a cut of its own.
     std::optional<int32_t> step_of(double nearest) const {
-        if (!(nearest > least_)) return std::nullopt;
+        if (!(nearest > least_) || !std::isfinite(nearest)) return std::nullopt;
         const auto step = static_cast<int32_t>(std::floor(steps_per_octave * std::log2(nearest)));
         return reach_of(step) >= least_ ? std::optional(step) : std::nullopt;
     }

@@ -41,6 +41,12 @@ protected:
         write_still_life(file);
         make_ready("s.scene.json", wide, tall);
     }
+    // What a command that ends well says beside its output.
+    std::string said(const std::string& command) const {
+        const Ended ended = run(command);
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        return ended.err;
+    }
     // Lit, the channels, and lit with smoke.
     std::vector<Picture> drawn(const Technique& way, const Budget& budget) {
         auto session = DrawSession::open(scene_, *renderer_, way, false, {});
@@ -267,11 +273,6 @@ TEST_F(MaterialsProgramTest, TangentsComeThroughAssetsAndFiles) {
 TEST_F(MaterialsProgramTest, TangentsThatAnAtlasDoesNotKeepAreToldOf) {
     ASSERT_TRUE(write_mesh(fixtures::still_life_of_tangents(), folder_ / "bent.glb"));
     ASSERT_TRUE(write_mesh(fixtures::still_life(), folder_ / "without.glb"));
-    const auto said = [&](const std::string& command) {
-        const Ended ended = run(command);
-        EXPECT_EQ(ended.code, 0) << ended.err;
-        return ended.err;
-    };
     const auto note = testing::HasSubstr("bent.glb: an atlas keeps no tangents");
     EXPECT_THAT(said("bake bent.glb -o a.lode --backends vgi --keep-uv"), note);
     EXPECT_THAT(said("bake bent.glb -o b.lode --backends vgi"), testing::Not(note));
@@ -281,11 +282,6 @@ TEST_F(MaterialsProgramTest, TangentsThatAnAtlasDoesNotKeepAreToldOf) {
 
 TEST_F(MaterialsProgramTest, TwoSetsAreBakedIntoAtlasesWhateverIsAsked) {
     ASSERT_TRUE(write_mesh(fixtures::still_life_of_two_sets(), folder_ / "two.glb"));
-    const auto said = [&](const std::string& command) {
-        const Ended ended = run(command);
-        EXPECT_EQ(ended.code, 0) << ended.err;
-        return ended.err;
-    };
     const auto note = testing::HasSubstr("textures lie on two sets of texture coordinates, and an atlas keeps one");
     EXPECT_THAT(said("bake two.glb -o a.lode --backends vgi"), testing::Not(note));
     EXPECT_THAT(said("bake two.glb -o b.lode --backends vgi --keep-uv"), note);

@@ -90,6 +90,7 @@ public:
         Plan plan;
         plan.generation = recipe_.generation;
         const std::optional<FrameInput> last = std::exchange(last_, input);
+        foresight_.see(input.views[0]);
         last_->arrivals.clear();
         last_->readbacks.clear();
         instances_.update(input.instances);
@@ -181,7 +182,7 @@ private:
     // Beside what follows of this frame: cuts for the next, unless those there are will be as good as new. All they are
     // made from goes with the task: what it reads never changes, what it writes is its own.
     void begin_next_cuts(const std::optional<FrameInput>& last, const FrameInput& now) {
-        std::optional<CutRegion> region = last ? CutRegion::after(*last, now) : CutRegion::of(now);
+        std::optional<CutRegion> region = last ? CutRegion::after(*last, now, foresight_.share()) : CutRegion::of(now);
         if (!region) return;  // every frame cuts for itself
         const bool changed = pages_.take_changed() || std::exchange(behind_, false);
         if (!changed && *region == cuts_->region) return;
@@ -424,6 +425,7 @@ private:
     double raised_ = 1;          // times the pixel error, to save triangles where the device cuts
     uint64_t raised_in_ = 0;     // the frame that first had it
     std::optional<FrameInput> last_;
+    Foresight foresight_;
     bool uploaded_ = false;  // cuts_, to the lists
     bool behind_ = false;    // pages have changed since cuts_ were made
     struct NextCuts {

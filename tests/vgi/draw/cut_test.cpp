@@ -691,13 +691,13 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
             place = turned(turn * share) * place;
             place[3] += glm::vec4(way * share, 0);
         }
-        const auto region = CutRegion::after(last, now);
+        const auto region = CutRegion::after(last, now, Foresight::most);
         ASSERT_TRUE(region && region->covers(next)) << i;
         EXPECT_FALSE(CutRegion::of(now).covers(next));
-        EXPECT_EQ(CutRegion::after(now, now), CutRegion::of(now));
+        EXPECT_EQ(CutRegion::after(now, now, Foresight::most), CutRegion::of(now));
         FrameInput grown = now;
         grown.instances.edit(0).object_to_world[0] *= 1.01f;
-        EXPECT_FALSE(CutRegion::after(now, grown));
+        EXPECT_FALSE(CutRegion::after(now, grown, Foresight::most));
         EXPECT_FALSE(region->covers(grown));
         const auto samples_of = [&](const CutRegion& of) {
             CutRequest request;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <utility>
 
 #include "frame/screen_error.h"
 #include "vgi/draw/cut/visibility.h"
@@ -30,9 +31,12 @@ Step step_between(const View& from, const View& to) {
 float angle_between(const glm::vec3& a, const glm::vec3& b) {
     return 2 * std::asin(std::min(1.0f, glm::distance(a, b) / 2));  // of unit vectors; exact where they are equal
 }
-CutMargin margin_for(const Step& step, const View& view) {
+constexpr float turn_share = 1.5f;  // of a step's angle, for 1 of its length
+// share: Foresight::share.
+CutMargin margin_for(const Step& step, const View& view, float share) {
     const float half = static_cast<float>(view.height) / 2 / view.focal_px;  // tangent
-    return {0.5f * glm::length(step.eye), std::min(0.75f * step.angle, most_turn), 0.02f + 0.75f * step.angle / half};
+    const float turn = turn_share * share * step.angle;
+    return {share * glm::length(step.eye), std::min(turn, most_turn), 0.02f + turn / half};
 }
 CutMargin sum(const CutMargin& a, const CutMargin& b) {
     return {a.distance + b.distance, std::min(a.turn + b.turn, most_turn), a.widening + b.widening};
@@ -100,14 +104,35 @@ const CutRegion::Moved* CutRegion::find_moved(uint32_t instance) const {
     return at != moved.end() && at->instance == instance ? &*at : nullptr;
 }
 
-std::optional<CutRegion> CutRegion::after(const FrameInput& last, const FrameInput& now) {
+void Foresight::see(const View& now) {
+    if (last_ && before_) {
+        const Step step = step_between(*before_, *last_);
+        const View thought = moved_view(*last_, step.eye, step.turn);
+        const Step off = step_between(thought, now);
+        // What does not move tells nothing of how it will.
+        const float length = glm::length(step.eye), far = glm::length(off.eye), turned = turn_share * step.angle;
+        if (length > 0 || far > 0 || turned > 0 || off.angle > 0) {
+            const auto needed = [](float missed, float gone) { return missed > most * gone ? most : missed / gone; };
+            needed_[next_++ % needed_.size()] =
+                std::max(far > 0 ? needed(far, length) : 0, off.angle > 0 ? needed(off.angle, turned) : 0);
+        }
+    }
+    before_ = std::exchange(last_, now);
+}
+
+float Foresight::share() const {
+    if (next_ < needed_.size()) return most;
+    return std::clamp(1.5f * std::ranges::max(needed_), least, most);
+}
+
+std::optional<CutRegion> CutRegion::after(const FrameInput& last, const FrameInput& now, float share) {
     if (last.instances.size() != now.instances.size()) return std::nullopt;
     CutRegion region = of(now);
     const Step step = step_between(last.views[0], now.views[0]);
     if (last.views.size() != now.views.size() || last.views[0].eye != now.views[0].eye ||
         last.views[0].world_to_view != now.views[0].world_to_view) {
         region.views[0] = moved_view(now.views[0], step.eye, step.turn);
-        region.margin = margin_for(step, now.views[0]);
+        region.margin = margin_for(step, now.views[0], share);
     }
     for (const uint32_t i : differing(last.instances, now.instances)) {
         const auto motion = rigid_motion(last.instances[i], now.instances[i]);
@@ -117,7 +142,7 @@ std::optional<CutRegion> CutRegion::after(const FrameInput& last, const FrameInp
         moved.there.object_to_world = glm::mat4(*motion * glm::dmat4(now.instances[i].object_to_world));
         // As far as the camera would have had to go to be seen so by the instance.
         const Step as_seen = step_between(carried(now.views[0], *motion), now.views[0]);
-        moved.margin = sum(moved.margin, margin_for(as_seen, now.views[0]));
+        moved.margin = sum(moved.margin, margin_for(as_seen, now.views[0], Foresight::most));
     }
     // Errors are thought to go on as they did, too; a smaller one does no harm.
     const double ratio = now.budget.pixel_error / last.budget.pixel_error;

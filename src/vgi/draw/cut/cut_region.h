@@ -2,6 +2,7 @@
 // the instances that some view of it may see.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -12,6 +13,24 @@
 #include "vgi/draw/open_atlas.h"
 
 namespace lodestone::vgi {
+
+// How well a camera's next step is foreseen, told from the last ones. What cuts allow for is what they cost: a camera
+// that goes on as it did needs a margin of little more than nothing.
+class Foresight {
+public:
+    static constexpr float least = 0.1f, most = 0.5f;  // of a step
+
+    // Once a frame. now: FrameInput::views[0].
+    void see(const View& now);
+    // How much of a step the camera may be off from what the last two frames tell, and half as much again; `most` until
+    // enough is known.
+    float share() const;
+
+private:
+    std::optional<View> before_, last_;
+    std::array<float, 6> needed_{};  // by the last steps
+    size_t next_ = 0;
+};
 
 // What cuts are made for.
 struct CutRegion {
@@ -32,8 +51,8 @@ struct CutRegion {
     // Exactly this frame.
     static CutRegion of(const FrameInput& input);
     // The next frame, if camera and instances go on as they did between the two; exact where nothing has moved. None
-    // where instances came, went, or changed their size or shape.
-    static std::optional<CutRegion> after(const FrameInput& last, const FrameInput& now);
+    // where instances came, went, or changed their size or shape. share: of the camera's step, that it may be off.
+    static std::optional<CutRegion> after(const FrameInput& last, const FrameInput& now, float share);
     bool covers(const FrameInput& input) const;
     // Where an instance is thought to be.
     const Moved* find_moved(uint32_t instance) const;

@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 #include <map>
 #include <mutex>
 #include <optional>
 
 #include "base/check.h"
 #include "base/threads.h"
-#include "frame/screen_error.h"
 #include "vgi/asset/saturation.h"
 #include "vgi/draw/cut/prefetch.h"
 #include "vgi/draw/cut/refinement_test.h"

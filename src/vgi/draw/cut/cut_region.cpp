@@ -24,18 +24,22 @@ struct Step {
 };
 Step step_between(const View& from, const View& to) {
     const glm::mat3 a(from.world_to_view), b(to.world_to_view);
-    const glm::mat3 turn = b * glm::transpose(a);
-    const float cosine = (turn[0][0] + turn[1][1] + turn[2][2] - 1) / 2;
-    return {to.eye - from.eye, turn, std::acos(std::clamp(cosine, -1.0f, 1.0f))};
+    // What a turn moves the axes by, all together, is the square root of 8 times the sine of half its angle; the
+    // angle's cosine would not tell less than 4e-4 radians from nothing.
+    const glm::mat3 by = b - a;
+    const float moved = std::sqrt(glm::dot(by[0], by[0]) + glm::dot(by[1], by[1]) + glm::dot(by[2], by[2]));
+    const float angle = 2 * std::asin(std::min(1.0f, moved / std::sqrt(8.0f)));
+    return {to.eye - from.eye, angle > 0 ? b * glm::transpose(a) : glm::mat3(1), angle};
 }
 float angle_between(const glm::vec3& a, const glm::vec3& b) {
     return 2 * std::asin(std::min(1.0f, glm::distance(a, b) / 2));  // of unit vectors; exact where they are equal
 }
-constexpr float turn_share = 1.5f;  // of a step's angle, for 1 of its length
+constexpr float turn_share = 1.5f;   // of a step's angle, for 1 of its length
+constexpr float least_turn = 1e-4f;  // radians: a camera that does not turn is rounded from frame to frame
 // share: Foresight::share.
 CutMargin margin_for(const Step& step, const View& view, float share) {
     const float half = static_cast<float>(view.height) / 2 / view.focal_px;  // tangent
-    const float turn = turn_share * share * step.angle;
+    const float turn = least_turn + turn_share * share * step.angle;
     return {share * glm::length(step.eye), std::min(turn, most_turn), 0.02f + turn / half};
 }
 CutMargin sum(const CutMargin& a, const CutMargin& b) {
@@ -111,10 +115,13 @@ void Foresight::see(const View& now) {
         const Step off = step_between(thought, now);
         // What does not move tells nothing of how it will.
         const float length = glm::length(step.eye), far = glm::length(off.eye), turned = turn_share * step.angle;
-        if (length > 0 || far > 0 || turned > 0 || off.angle > 0) {
-            const auto needed = [](float missed, float gone) { return missed > most * gone ? most : missed / gone; };
-            needed_[next_++ % needed_.size()] =
-                std::max(far > 0 ? needed(far, length) : 0, off.angle > 0 ? needed(off.angle, turned) : 0);
+        const float turned_off = off.angle - least_turn;
+        if (length > 0 || far > 0 || turned > least_turn || turned_off > 0) {
+            const auto needed = [](float missed, float gone) {
+                if (!(missed > 0)) return 0.0f;
+                return missed > most * gone ? most : missed / gone;
+            };
+            needed_[next_++ % needed_.size()] = std::max(needed(far, length), needed(turned_off, turned));
         }
     }
     before_ = std::exchange(last_, now);

@@ -1,14 +1,17 @@
 // What a plan costs where most of a scene is out of view: CPU of the planning thread and of the threads beside it, per
 // frame, by backend. A slow orbit around 20 instances of a rock of 300k triangles, alone and among 10,000, all still or
-// 1% of them moving; and the same of an atlas of 16 times the charts, most of them out of view.
+// 1% of them moving; the same of an atlas of 16 times the charts, most of them out of view; and a flight over a field
+// of 10,000 that are in view.
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
+#include <utility>
 
 #include "base/check.h"
 #include "base/cpu_meter.h"
@@ -70,9 +73,9 @@ void add_behind(TriMesh& row, const TriMesh& mesh, float z) {
     for (const Triangle& t : mesh.triangles) row.triangles.push_back({t[0] + wedges, t[1] + wedges, t[2] + wedges});
 }
 
-// As many rocks in one mesh, in a row far behind the camera but for the first: farther than it may go before its region of
-// views is left (draw/cut/frame_cuts.h), or they would be cut for it, too. A pebble ends the row at the same place however
-// many there are: positions are rounded to a lattice over the whole mesh, and errors tell of it.
+// As many rocks in one mesh, in a row far behind the camera but for the first: farther than it may go before its region
+// of views is left (draw/cut/frame_cuts.h), or they would be cut for it, too. A pebble ends the row at the same place
+// however many there are: positions are rounded to a lattice over the whole mesh, and errors tell of it.
 TriMesh row_of_rocks(uint32_t rocks) {
     TriMesh row;
     for (uint32_t k = 0; k < rocks; ++k) add_behind(row, rock(), k == 0 ? 0 : 30 + 3.0f * static_cast<float>(k));
@@ -112,6 +115,52 @@ Subject open(const std::string& backend, uint32_t instances) {
     return subject;
 }
 
+// Plans one frame after another; what is asked for is there in the next.
+class Planner {
+public:
+    explicit Planner(const Subject& subject) : subject_(subject) {}
+
+    uint64_t frame() const { return frame_; }
+    void plan(FrameInput input) {
+        input.frame = frame_++;
+        input.completed_frame = input.frame > 1 ? input.frame - 1 : 0;
+        input.arrivals = std::exchange(arrivals_, {});
+        const double before = thread_cpu_ms();
+        const Plan made = subject_.source->plan(input);
+        plan_ms_ += thread_cpu_ms() - before;
+        triangles_ += static_cast<double>(made.stats.triangles);
+        for (const PageRequest& r : made.requests) {
+            std::vector<std::byte> part(r.bytes);
+            LODE_CHECK(subject_.file->file().read_part(r.chunk, r.offset, part));
+            arrivals_.push_back({r.id, Blob(std::move(part))});
+        }
+    }
+    // CPU of all threads, and wall clock, of the frames that `step` plans.
+    template <class Step>
+    void measure(benchmark::State& state, Step&& step) {
+        plan_ms_ = triangles_ = 0;
+        const double others = started_threads_cpu_ms();
+        const auto start = std::chrono::steady_clock::now();
+        for (auto _ : state) {
+            const double cpu = plan_ms_ + started_threads_cpu_ms();
+            step();
+            state.SetIterationTime((plan_ms_ + started_threads_cpu_ms() - cpu) * 1e-3);
+        }
+        const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
+        const auto frames = static_cast<double>(state.iterations());
+        state.counters["plan_ms"] = plan_ms_ / frames;
+        state.counters["others_ms"] = (started_threads_cpu_ms() - others) / frames;
+        state.counters["wall_ms"] = wall.count() / frames;
+        state.counters["triangles"] = triangles_ / frames;
+    }
+
+private:
+    const Subject& subject_;
+    std::vector<Arrival> arrivals_;
+    double plan_ms_ = 0, triangles_ = 0;
+    uint64_t frame_ = 0;
+};
+
 enum class Light { none, fitted };  // a shadow view around what is in view
 
 // 20 rocks around the origin, the others far behind the camera.
@@ -131,16 +180,13 @@ InstanceSet scene(uint32_t count) {
 void plan(benchmark::State& state, const std::string& backend, uint32_t count, double moving, Light light) {
     const Subject subject = open(backend, count);
     InstanceSet instances = scene(count);
-    Random random(5);
-    std::vector<Arrival> arrivals;
-    uint64_t frame = 0;
     // Moving ones turn where they are; among 20 alone as many of them as are in view move among 10,000.
     std::vector<uint32_t> movers;
     for (uint32_t i = 0; i < static_cast<uint32_t>(moving * count); ++i) movers.push_back(i * (count / 100));
     if (count == 20 && moving > 0) movers = {0};
-    double plan_ms = 0, triangles = 0;
+    Planner planner(subject);
     const auto step = [&] {
-        const float angle = 0.002f * static_cast<float>(frame);
+        const float angle = 0.002f * static_cast<float>(planner.frame());
         Camera camera;
         camera.eye = {9 * std::sin(angle), 1, -9 * std::cos(angle)};
         camera.near_plane = 0.05f;
@@ -154,32 +200,39 @@ void plan(benchmark::State& state, const std::string& backend, uint32_t count, d
         input.views[0].culls_back_faces = true;
         if (light == Light::fitted) input.views.push_back(shadow_view({-0.4f, -0.8f, -0.45f}, {0, 0, 0}, 6, 2048));
         input.instances = instances;
-        input.frame = frame++;
-        input.completed_frame = input.frame > 1 ? input.frame - 1 : 0;
-        input.arrivals = std::move(arrivals);
-        arrivals.clear();
-        const double before = thread_cpu_ms();
-        const Plan made = subject.source->plan(input);
-        plan_ms += thread_cpu_ms() - before;
-        triangles += static_cast<double>(made.stats.triangles);
-        for (const PageRequest& r : made.requests) {
-            std::vector<std::byte> part(r.bytes);
-            LODE_CHECK(subject.file->file().read_part(r.chunk, r.offset, part));
-            arrivals.push_back({r.id, Blob(std::move(part))});
-        }
+        planner.plan(std::move(input));
     };
     for (int warm = 0; warm < 40; ++warm) step();
-    plan_ms = triangles = 0;
-    const double others = started_threads_cpu_ms();
-    for (auto _ : state) {
-        const double cpu = plan_ms + started_threads_cpu_ms();
-        step();
-        state.SetIterationTime((plan_ms + started_threads_cpu_ms() - cpu) * 1e-3);
+    planner.measure(state, step);
+}
+
+// Over 10,000 rocks on a plain, most of them dots.
+void plan_of_field(benchmark::State& state) {
+    const Subject subject = open("vgi", 10000);
+    Random random(1);
+    std::vector<Instance> all(10000);
+    for (Instance& rock : all) {
+        const auto at = [&] { return static_cast<float>(random.uniform(-450, 450)); };
+        rock.object_to_world = glm::mat4(static_cast<float>(random.uniform(0.4, 1.6)));
+        rock.object_to_world[3] = glm::vec4(at(), 0, at(), 1);
     }
-    const auto frames = static_cast<double>(state.iterations());
-    state.counters["plan_ms"] = plan_ms / frames;
-    state.counters["others_ms"] = (started_threads_cpu_ms() - others) / frames;
-    state.counters["triangles"] = triangles / frames;
+    const InstanceSet instances = all;
+    Planner planner(subject);
+    const auto step = [&] {
+        const float t = static_cast<float>(planner.frame());
+        Camera camera;
+        camera.eye = {-0.5f * t, 30 - 0.1f * t, 400 - 3.2f * t};
+        camera.target = camera.eye + glm::vec3(-0.1f - 0.003f * t, -0.1f, -1);
+        camera.near_plane = 0.05f;
+        camera.far_plane = 1500;
+        FrameInput input;
+        input.views = {view_of(camera, 1280, 720), shadow_view({-0.4f, -0.8f, -0.45f}, {0, 0, 0}, 640, 2048)};
+        input.views[0].culls_back_faces = true;
+        input.instances = instances;
+        planner.plan(std::move(input));
+    };
+    for (int warm = 0; warm < 20; ++warm) step();
+    planner.measure(state, step);
 }
 
 // The first of a row of rocks, seen from close by; the others are behind the camera.
@@ -188,42 +241,21 @@ void plan_of_charts(benchmark::State& state, uint32_t rocks) {
     static std::map<uint32_t, std::shared_ptr<const vgi::AtlasFile>> baked;
     auto& file = baked[rocks];
     if (file == nullptr) file = atlas_of(row_of_rocks(rocks), 60 * rocks);
-    const auto source = std::move(*vgi::open_vgi({file}, {uint64_t{4} << 30, 1}));
-    std::vector<Arrival> arrivals;
-    double plan_ms = 0, triangles = 0;
-    uint64_t frame = 0;
+    const Subject subject{std::move(*vgi::open_vgi({file}, {uint64_t{4} << 30, 1})), file};
+    Planner planner(subject);
     const auto step = [&] {
         Camera camera;
-        camera.eye = {0.3f * std::sin(0.01f * static_cast<float>(frame)), 0.1f, -1.6f};
+        camera.eye = {0.3f * std::sin(0.01f * static_cast<float>(planner.frame())), 0.1f, -1.6f};
         camera.near_plane = 0.05f;
         FrameInput input;
         input.views = {view_of(camera, 1280, 720)};
         input.views[0].culls_back_faces = true;
         input.instances = {Instance{}};
-        input.frame = frame++;
-        input.completed_frame = input.frame > 1 ? input.frame - 1 : 0;
-        input.arrivals = std::move(arrivals);
-        arrivals.clear();
-        const double before = thread_cpu_ms();
-        const Plan made = source->plan(input);
-        plan_ms += thread_cpu_ms() - before;
-        triangles += static_cast<double>(made.stats.triangles);
-        for (const PageRequest& r : made.requests) {
-            std::vector<std::byte> part(r.bytes);
-            LODE_CHECK(file->file().read_part(r.chunk, r.offset, part));
-            arrivals.push_back({r.id, Blob(std::move(part))});
-        }
+        planner.plan(std::move(input));
     };
     for (int warm = 0; warm < 60; ++warm) step();
-    plan_ms = triangles = 0;
-    for (auto _ : state) {
-        const double cpu = plan_ms + started_threads_cpu_ms();
-        step();
-        state.SetIterationTime((plan_ms + started_threads_cpu_ms() - cpu) * 1e-3);
-    }
+    planner.measure(state, step);
     state.counters["charts"] = file->about().charts();
-    state.counters["plan_ms"] = plan_ms / static_cast<double>(state.iterations());
-    state.counters["triangles"] = triangles / static_cast<double>(state.iterations());
 }
 
 // A page comes, and goes, in an atlas of so many pages: what is known of the pages around it is brought up to date.
@@ -280,6 +312,10 @@ int main(int argc, char** argv) {
             ->Unit(benchmark::kMillisecond)
             ->Iterations(60);
     }
+    benchmark::RegisterBenchmark("vgi/field/10000", plan_of_field)
+        ->UseManualTime()
+        ->Unit(benchmark::kMillisecond)
+        ->Iterations(100);
     for (const uint32_t clusters : {6u, 900u})
         benchmark::RegisterBenchmark(("vgi/arrival/" + std::to_string(clusters)).c_str(), arrival, clusters);
     benchmark::RunSpecifiedBenchmarks();

@@ -63,11 +63,11 @@ uint corner_of_chart(uint chart, uint k, VgiAsset asset) { return corner_at(asse
 // index: without LODE_VGI_CORNER.
 PulledSample pull_corner(uint index, InstanceConstants instance) {
     VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
-    uint of_chart = index >> LODE_VGI_CORNER_STEPS, k = of_chart & 3u;
+    uint of_chart = index % LODE_VGI_CORNER_STEP, k = of_chart & 3u;
     PulledSample s;
     s.chart = of_chart >> 2;
     uint number = corner_of_chart(s.chart, k, asset);
-    for (uint step = index & ((1u << LODE_VGI_CORNER_STEPS) - 1u); step > 0u; --step)
+    for (uint step = index / LODE_VGI_CORNER_STEP; step > 0u; --step)
         number = corner_at(asset.first_corner + number).z;
     vec3 origin = vec3(asset.origin_x, asset.origin_y, asset.origin_z);
     MovedCorner moved = moved_corner(number, instance, asset);

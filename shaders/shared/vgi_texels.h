@@ -16,10 +16,10 @@
      2u * ((cells) - ((cells) >> ((level)-1u))) + (level)-1u)
 
 // Indices of samples: slot of the page times LODE_VGI_PAGE_TEXELS, plus the place in it. Or LODE_VGI_CORNER: corner k
-// of a chart, 4 chart + k, times 2^LODE_VGI_CORNER_STEPS, plus how many parents up the corner is in whose place it is
-// drawn.
+// of a chart, 4 chart + k, and LODE_VGI_CORNER_STEP for each parent up the corner is in whose place it is drawn. What
+// tells vertices apart is in the lowest bits: vertex caches go by them.
 #define LODE_VGI_CORNER 0x80000000u
-#define LODE_VGI_CORNER_STEPS 6
+#define LODE_VGI_CORNER_STEP 0x02000000u
 #define LODE_VGI_CORNER_CHARTS 8388608   // at most, 2^23
 #define LODE_VGI_NO_CORNERS 0xffffffffu  // VgiAsset::first_corners_of_charts where none is drawn elsewhere
 #define LODE_VGI_CORNER_LEVEL 15u        // that such triangles have in the visibility buffer

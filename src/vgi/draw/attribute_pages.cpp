@@ -130,10 +130,13 @@ void AttributePages::want(const Atlas& about, std::span<const float> spacing, co
             if (visibility.seen(1, place) == 0) continue;
             const PageBounds& bounds = about.bounds[place];
             const float away =
-                glm::distance(glm::vec3(request.object_to_world * glm::vec4(bounds.centre, 1)), view.eye) -
-                bounds.radius * scale - request.margin.distance;
-            const float pixels = spacing[chart] * static_cast<float>(1u << level) * scale * view.focal_px /
-                                 std::max(away, view.near_plane);
+                request.distance
+                    ? *request.distance
+                    : std::max(
+                          glm::distance(glm::vec3(request.object_to_world * glm::vec4(bounds.centre, 1)), view.eye) -
+                              bounds.radius * scale - request.margin.distance,
+                          view.near_plane);
+            const float pixels = spacing[chart] * static_cast<float>(1u << level) * scale * view.focal_px / away;
             const uint32_t number = chart * tree_.pages() + tree_.page(level, x, y);
             if (!holds(number)) {
                 demand.ask(number, 2 * pixels);  // what is drawn there is its parent

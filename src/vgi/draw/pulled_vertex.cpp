@@ -98,9 +98,9 @@ private:
         return origin_ + asset_.leaf_step * (at + before * glm::vec3(morph.start()));
     }
     MovedCorner corner(uint32_t index) const {
-        const uint32_t of_chart = index >> LODE_VGI_CORNER_STEPS;
+        const uint32_t of_chart = index % LODE_VGI_CORNER_STEP;
         uint32_t number = corner_of_chart(of_chart / 4, of_chart % 4);
-        for (uint32_t step = index % (1u << LODE_VGI_CORNER_STEPS); step > 0; --step)
+        for (uint32_t step = index / LODE_VGI_CORNER_STEP; step > 0; --step)
             number = mirror_.stored<CornerRecord>(draw_, LODE_VGI_CORNERS, asset_.first_corner + number)[2];
         return moved_corner(number);
     }
@@ -194,7 +194,7 @@ private:
                 ((header[1] >> 16) * asset_.page_cells + place / row) << level, level};
     }
     ChartPlace place_of_corner(uint32_t index) const {
-        const uint32_t of_chart = index >> LODE_VGI_CORNER_STEPS, k = of_chart % 4;
+        const uint32_t of_chart = index % LODE_VGI_CORNER_STEP, k = of_chart % 4;
         return {of_chart / 4, k == 1 || k == 2 ? asset_.cells : 0, k >= 2 ? asset_.cells : 0, LODE_VGI_CORNER_LEVEL};
     }
     // Four samples around a place: words of each begin there, and how much it counts.

@@ -191,9 +191,9 @@ Vertex leaf_vertex_of(const Residency& residency, Glue& glue, uint32_t index) {
 Vertex vertex_of(const Residency& residency, Glue& glue, uint32_t index, size_t& bad) {
     const Atlas& atlas = glue.atlas;
     if ((index & LODE_VGI_CORNER) != 0) {
-        const uint32_t of_chart = (index & ~LODE_VGI_CORNER) >> LODE_VGI_CORNER_STEPS, chart = of_chart / 4;
+        const uint32_t of_chart = index % LODE_VGI_CORNER_STEP, chart = of_chart / 4;
         uint32_t corner = atlas.chart_corners[chart][of_chart % 4];
-        for (uint32_t step = index % (1u << LODE_VGI_CORNER_STEPS); step > 0; --step)
+        for (uint32_t step = (index & ~LODE_VGI_CORNER) / LODE_VGI_CORNER_STEP; step > 0; --step)
             corner = atlas.corners[corner].parent;
         const auto [x, y] = on_side(of_chart % 4, 0u, atlas.cells_of(chart));
         return {{chart, x, y}, glue.sets.find(glue.texel_of_corner[corner]), true};
@@ -208,7 +208,9 @@ Vertex vertex_of(const Residency& residency, Glue& glue, uint32_t index, size_t&
     return {s, id, false, false, s.x % page == 0 || s.y % page == 0};
 }
 
+// Corners that charts share may be given as any of these charts has them.
 bool on_rim(const Atlas& atlas, const Sample& a, const Sample& b) {
+    if (a.chart != b.chart) return false;
     const uint32_t n = atlas.cells_of(a.chart);
     const int side = a.y == 0 && b.y == 0   ? 0
                      : a.x == n && b.x == n ? 1
@@ -735,6 +737,111 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
         change(other);
         EXPECT_FALSE(exact.covers(other));
     }
+}
+
+// What instances share that are no nearer than a distance (shared_cuts.h).
+TEST(Cuts, ForADistanceFitTogetherAndHoldWhateverIsNoNearerWants) {
+    size_t triangles = 0, held = 0, more = 0;
+    for (const bool leaves : {false, true}) {
+        for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
+            SCOPED_TRACE(f.name);
+            const Atlas atlas = small_atlas(f.mesh, 64, 8, leaves);
+            const Sphere around = ChartTree(atlas).sphere();
+            Glue glue(atlas);
+            Random random(7);
+            const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+            for (uint32_t i = 0; i < 12; ++i) {
+                const Residency residency = partly_resident(atlas, i % 4 == 0 ? 1 : 0.7 + 0.3 * random.unit(), mix64(i),
+                                                            leaves ? 0.5 + random.unit() / 2 : 0);
+                Camera camera;
+                const glm::vec3 way = glm::normalize(glm::vec3(unit(), unit(), unit()) + 1e-3f);
+                camera.eye = around.centre + way * around.radius * std::exp2(unit() * 2 + 3);
+                camera.target = around.centre + glm::vec3(unit(), unit(), unit()) * around.radius;
+                const View view = view_of(camera, 1280, 720);
+                const auto nearest = static_cast<float>(InstanceDistance(view, {}).nearest(glm::mat4(1), around));
+                ASSERT_GT(nearest, 0);
+                CutRequest request;
+                request.views = std::span(&view, 1);
+                request.pixel_error = std::exp2(random.unit() * 5 - 2);
+                request.distance = nearest * (1 - 0.08f * static_cast<float>(random.unit()));
+                PageDemand demand(residency.units());
+                const Cut shared = from_scratch(residency, request, demand);
+                ASSERT_EQ(shared.parts.size(), 1u);
+                const std::vector<uint32_t>& wide = shared.parts[0].second;
+                triangles += wide.size() / 3;
+                EXPECT_EQ(bad_edges(residency, glue, wide), 0u) << i;
+                if (leaves) continue;
+                // Of samples; corners have other numbers where they are shared.
+                const auto samples_of = [](const Cut& cut) {
+                    std::set<uint32_t> samples;
+                    for (const auto& part : cut.parts) {
+                        std::ranges::copy_if(part.second, std::inserter(samples, samples.end()),
+                                             [](uint32_t index) { return (index & LODE_VGI_CORNER) == 0; });
+                    }
+                    return samples;
+                };
+                request.distance = std::nullopt;
+                request.cull_back_faces = false;
+                const auto all = samples_of(shared), own = samples_of(from_scratch(residency, request, demand));
+                EXPECT_TRUE(std::ranges::includes(all, own)) << i;
+                held += own.size();
+                more += all.size();
+            }
+        }
+    }
+    EXPECT_GT(triangles, 100000u);
+    EXPECT_GT(held, 20000u);
+    EXPECT_LT(static_cast<double>(more) / static_cast<double>(held), 2) << "and not much else";
+}
+
+// While pages come and go.
+TEST(Cuts, ForADistanceGoOnFromTheOnesBefore) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 128, 8, true);
+    Residency residency = partly_resident(atlas, 0.5, 3, 0.5);
+    Random random(9);
+    const View view = random_views(atlas, random)[0];
+    CutRequest request;
+    request.views = std::span(&view, 1);
+    request.distance = extent_of(atlas).size * 0.4f;
+    request.pixel_error = 0.5;
+    SharedCut shared;
+    const BintreeCutter cutter;
+    PageDemand demand(residency.units());
+    EXPECT_FALSE(shared.is_good(residency, 1));
+    size_t changes = 0;
+    std::vector<uint32_t> before;
+    for (uint32_t i = 0; i < 40; ++i) {
+        SCOPED_TRACE(i);
+        shared.make(cutter, residency, request, 1, demand);
+        EXPECT_TRUE(shared.is_good(residency, 1));
+        EXPECT_FALSE(shared.is_good(residency, 2));
+        demand.clear();
+        shared.add_to(demand);
+        PageDemand from_nothing(residency.units());
+        const Cut cut = from_scratch(residency, request, from_nothing);
+        ASSERT_EQ(shared.words(), cut.parts[0].second);
+        EXPECT_EQ(demand.all_touched(), from_nothing.all_touched());
+        EXPECT_EQ(asked(demand), asked(from_nothing));
+        demand.clear();
+        changes += shared.words() != before;
+        before = shared.words();
+        for (int k = 0; k < 8; ++k) {
+            const auto number = static_cast<uint32_t>(random.next() % residency.pages());
+            const uint32_t chart = number / residency.tree().pages(), page = number % residency.tree().pages();
+            if (page == 0 || page >= tree_of(atlas, Layer::geometry, chart).pages()) continue;
+            if (residency.holds(number)) {
+                residency.drop(number);
+            } else {
+                residency.put(number,
+                              std::make_shared<const GeometryPage>(
+                                  packed_geometry(read_page(atlas, Layer::geometry, chart, page), residency.tree())),
+                              number);
+            }
+        }
+        residency.update();
+        EXPECT_FALSE(shared.is_good(residency, 1));
+    }
+    EXPECT_GT(changes, 20u);
 }
 
 TEST(Cuts, CountDepthInThePictureAndNoLessThanIsFarAsideAndNoFasterThanPointsMove) {

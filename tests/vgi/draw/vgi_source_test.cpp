@@ -15,6 +15,7 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "base/random.h"
 #include "fixtures/meshes.h"
@@ -705,12 +706,16 @@ TEST_F(VgiSourceTest, SharesCutsAmongInstancesThatAreFarAwayAndDrawsEachAsItIsSe
         ASSERT_TRUE(mirror.execute(plan, input));
         EXPECT_EQ(figure(plan, "cut_in_frame"), frame < 2 ? 1 : 0) << frame;
         std::vector<uint32_t> drawn_with(input.instances.size(), 0), draws(input.instances.size(), 0);
+        std::vector<bool> of_corners(input.instances.size(), true);
         uint64_t shown = 0;
         for (const auto& draw : mirror.draws()) {
             if (!mirror.is_shown(draw)) continue;
             shown += draw.indices.size() / 3 * draw.instances.size();
             for (const uint32_t i : draw.instances) {
                 drawn_with[i] = static_cast<uint32_t>(draw.instances.size());
+                of_corners[i] = of_corners[i] && std::ranges::all_of(draw.indices, [](uint32_t index) {
+                                    return (index & LODE_VGI_CORNER) != 0;
+                                });
                 ++draws[i];
             }
         }
@@ -719,7 +724,7 @@ TEST_F(VgiSourceTest, SharesCutsAmongInstancesThatAreFarAwayAndDrawsEachAsItIsSe
         EXPECT_GT(plan.stats.instances_drawn, 500u);
         EXPECT_LT(mirror.draws().size(), plan.stats.instances_drawn / 2);
         for (uint32_t i = static_cast<uint32_t>(frame); i < input.instances.size(); i += 8) {
-            if (!rocks.is_within(i) || drawn_with[i] < 2) continue;
+            if (!rocks.is_within(i) || drawn_with[i] < 2 || !of_corners[i]) continue;
             ASSERT_EQ(draws[i], 1u);
             const auto all = sorted(mirror.triangles_of(i));
             EXPECT_EQ(all, sorted(cut_for_itself(file->about(), mirror, input, i))) << frame << ", " << i;
@@ -731,6 +736,73 @@ TEST_F(VgiSourceTest, SharesCutsAmongInstancesThatAreFarAwayAndDrawsEachAsItIsSe
     EXPECT_GT(compared, 400u);
     EXPECT_GT(triangles, 4 * compared);
     EXPECT_GT(shared, 10 * compared) << "instances to a draw";
+}
+
+// At distances where samples are drawn, too: whatever a rock would be drawn with if it were alone is there.
+TEST_F(VgiSourceTest, SharesCutsWithSamplesAndDrawsAllThatOneAloneWants) {
+    const auto path = path_of("shared");
+    bake(mesh_, path, false);
+    const auto file = atlas(path);
+    std::filesystem::remove(path);
+    Random random(11);
+    std::vector<Instance> rocks(60);
+    for (Instance& rock : rocks) {
+        rock.object_to_world = glm::mat4(static_cast<float>(random.uniform(0.5, 1.5)));
+        rock.object_to_world[3] = glm::vec4(random.uniform(-8, 8), random.uniform(-4, 4), random.uniform(-40, -12), 1);
+    }
+    // What is drawn once all pages are there; of each instance its corners' places.
+    struct Seen {
+        std::vector<std::set<std::array<float, 3>>> places;
+        size_t shared = 0;  // draws of samples of several instances
+        uint64_t triangles = 0;
+    };
+    const auto settled = [&](const std::vector<Instance>& instances) {
+        auto vgi = open_vgi({file}, {uint64_t{1} << 28, static_cast<uint32_t>(instances.size())});
+        EXPECT_TRUE(vgi);
+        PlanMirror mirror((*vgi)->recipe(), {pulled_vertex, patch_indices});
+        std::vector<Arrival> arrivals;
+        Seen seen;
+        uint64_t frame = 0;
+        for (int quiet = 0; quiet < 3; ++frame) {
+            FrameInput input = look_from({0, 0, 0.01f}, frame);
+            input.instances = instances;
+            input.arrivals = std::exchange(arrivals, {});
+            const Plan plan = (*vgi)->plan(input);
+            EXPECT_TRUE(mirror.execute(plan, input));
+            for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r, *file));
+            quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
+            seen.triangles = plan.stats.triangles;
+            if (frame > 200) ADD_FAILURE() << "pages come without end";
+            if (frame > 200) break;
+        }
+        for (uint32_t i = 0; i < instances.size(); ++i) {
+            auto& places = seen.places.emplace_back();
+            for (const auto& triangle : mirror.triangles_of(i)) {
+                for (const glm::vec3& p : triangle) places.insert({p.x, p.y, p.z});
+            }
+        }
+        for (const auto& draw : mirror.draws()) {
+            seen.shared += draw.instances.size() > 1 && (draw.indices[0] & LODE_VGI_CORNER) == 0;
+        }
+        return seen;
+    };
+    const Seen among = settled(rocks);
+    EXPECT_GT(among.shared, 10u);
+    size_t compared = 0, places = 0;
+    uint64_t alone = 0;
+    for (size_t i = 0; i < rocks.size(); ++i) {
+        const Seen itself = settled({rocks[i]});
+        EXPECT_EQ(itself.shared, 0u);
+        EXPECT_TRUE(std::ranges::includes(among.places[i], itself.places[0])) << i;
+        compared += itself.places[0].size() > 100;
+        places += itself.places[0].size();
+        alone += itself.triangles;
+    }
+    EXPECT_GT(compared, 20u);
+    EXPECT_GT(places, 10000u);
+    std::printf("%.2f times the triangles that all have alone\n",
+                static_cast<double>(among.triangles) / static_cast<double>(alone));
+    EXPECT_LT(among.triangles, 3 * alone);
 }
 
 // A camera that goes on as it did is foreseen: cuts made beside the frame before hold little more than it sees. One

@@ -15,6 +15,13 @@ namespace {
 
 constexpr uint32_t cache_entries = 16;  // of a vertex cache: few enough for any
 
+// Whether there is anything to look up in a chart but normals.
+bool has_places(const Atlas& about) {
+    const AtlasAttributes& has = about.attributes;
+    return (has.uvs && !about.images.empty()) || has.colours || has.materials || has.surfaces || has.emissions ||
+           has.baked;
+}
+
 }  // namespace
 
 CornerFront::CornerFront(const CornerTree& tree, const Atlas& about, const RefinementTest& wanted, bool all)
@@ -64,7 +71,7 @@ void CornerFront::for_triangles(Add&& add) const {
             const uint32_t k = face.corner(i);
             const Drawn its = drawn(about_.chart_corners[face.chart][k]);
             corners[i] = its.corner;
-            indices[i] = LODE_VGI_CORNER | (4 * face.chart + k) << LODE_VGI_CORNER_STEPS | its.steps;
+            indices[i] = LODE_VGI_CORNER | its.steps * LODE_VGI_CORNER_STEP | (4 * face.chart + k);
         }
         if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
         add(corners, indices);
@@ -80,7 +87,8 @@ void CornerFront::add_triangles(const Visibility& visibility, CutParts& parts) c
     });
 }
 
-std::vector<uint32_t> CornerFront::triangles(bool by_chart) const {
+std::vector<uint32_t> CornerFront::triangles() const {
+    const bool by_chart = has_places(about_);
     std::vector<uint32_t> list, numbers(front_.size(), ~0u), vertices;  // numbers: in `vertices`, of corners
     for_triangles([&](const std::array<uint32_t, 3>& corners, const std::array<uint32_t, 3>& indices) {
         if (by_chart) {
@@ -90,7 +98,7 @@ std::vector<uint32_t> CornerFront::triangles(bool by_chart) const {
         for (const uint32_t corner : corners) {
             if (numbers[corner] == ~0u) {
                 numbers[corner] = static_cast<uint32_t>(vertices.size());
-                vertices.push_back(LODE_VGI_CORNER | tree_.of_chart(corner) << LODE_VGI_CORNER_STEPS);
+                vertices.push_back(LODE_VGI_CORNER | tree_.of_chart(corner));
             }
             list.push_back(numbers[corner]);
         }

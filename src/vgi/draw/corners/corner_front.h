@@ -38,9 +38,9 @@ public:
     std::vector<uint32_t> whole_of(std::span<const uint32_t> charts) const;
     // The triangles of all other charts that have an area, for the views that may see them.
     void add_triangles(const Visibility& visibility, CutParts& parts) const;
-    // All of them, as Cut::parts has them. by_chart: vertices are corners of the chart that each is a triangle of;
-    // if not, corners have an index each, whatever their charts, and triangles the order that vertex caches like.
-    std::vector<uint32_t> triangles(bool by_chart) const;
+    // All of them, as Cut::parts has them. Where there is nothing to look up in charts but normals, which corners have
+    // of their own, corners have an index each, whatever their charts, and triangles the order that vertex caches like.
+    std::vector<uint32_t> triangles() const;
 
 private:
     // Calls add(the three corners that are drawn, the indices that draw them) for each.

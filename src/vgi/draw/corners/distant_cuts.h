@@ -1,8 +1,6 @@
-// Cuts that instances share. Where an instance is so far away that no chart of it may have all of its corners, its cut
-// is nothing but triangles of corners (corner_front.h), and which of them are wanted is told from how far away it is:
-// those of all instances that are about as far are one list, drawn once for all of them. It holds whatever any of them
-// wants; what one of them does not want is drawn where the coarser level has it, as vertices move by their own
-// instance.
+// Cuts of corners alone. Where an instance is so far away that no chart of it may have all of its corners, its cut is
+// nothing but triangles of corners (corner_front.h), and which of them are wanted is told from how far away it is:
+// instances that are about as far share a list (cut/shared_cuts.h).
 #pragma once
 
 #include <cmath>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "frame/instance_set.h"
+#include "frame/screen_error.h"
 #include "vgi/asset/error_codes.h"
 #include "vgi/draw/corners/corner_tree.h"
 #include "vgi/draw/cut/cut.h"
@@ -26,7 +25,7 @@ public:
     InstanceDistance(const View& view, const CutMargin& margin);
 
     // What no point of the sphere is nearer than, object units; may be below 0. around: object space.
-    double nearest(const glm::mat4& object_to_world, const PageBounds& around) const;
+    double nearest(const glm::mat4& object_to_world, const Sphere& around) const;
 
 private:
     CountedDistance away_;
@@ -46,15 +45,21 @@ public:
     // The step of an instance whose nearest point counts to be so far away; nothing where it has a cut of its own.
     std::optional<int32_t> step_of(double nearest) const {
         if (!(nearest > least_) || !std::isfinite(nearest)) return std::nullopt;
-        const auto step = static_cast<int32_t>(std::floor(steps_per_octave * std::log2(nearest)));
+        const int32_t step = step_within(nearest);
         return reach_of(step) >= least_ ? std::optional(step) : std::nullopt;
     }
     // Triangles that instances in a step are drawn with, an index list as Cut::parts has it. Good until begin().
     const std::vector<uint32_t>& triangles(int32_t step);
 
+    // Distances in steps: the one that `nearest` > 0 is in, and where a step begins. Object units.
+    static int32_t step_within(double nearest) {
+        return static_cast<int32_t>(std::floor(steps_per_octave * std::log2(nearest)));
+    }
+    static double reach_of(int32_t step) { return std::exp2(step / steps_per_octave); }
+    static constexpr double rounded = 1e-5;  // of distances, what float arithmetic may lose on the way, as a share
+
 private:
     static constexpr double steps_per_octave = 8;
-    static double reach_of(int32_t step) { return std::exp2(step / steps_per_octave); }
     // From within which distance it is wanted, object units.
     double reach_of(SampleCodes codes) const;
 

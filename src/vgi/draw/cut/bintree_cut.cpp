@@ -607,7 +607,11 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
     const CornerFront front(residency.topology().corners(), residency.about(), wanted, request.forced_level >= 0);
     const std::vector<uint32_t> charts = front.whole_of(seen);
     CutParts corners;
-    front.add_triangles(visibility, corners);
+    if (request.distance) {
+        corners.list(visibility.all()) = front.triangles();
+    } else {
+        front.add_triangles(visibility, corners);
+    }
     if (charts.empty()) {
         kept.topology = nullptr;
         return cut_of(corners);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -35,6 +36,10 @@ struct CutRequest {
     bool cull_back_faces = true;       // views[0] may leave out what shows it none but back faces
     bool casters_alone = true;         // View::shades_first_view_alone is heeded
     CutMargin margin;
+    // Where it is given, all of the atlas counts to be so far away, object units, and is seen from all around: a cut
+    // for whatever instance is no nearer. Of the views only the one that sets the levels counts then, for its
+    // magnification.
+    std::optional<float> distance;
     const View& sets_levels() const { return level_view != nullptr ? *level_view : views[0]; }
 };
 

@@ -54,9 +54,8 @@ public:
             demand = {PageDemand(pages.geometry.units()), PageDemand(pages.geometry.units()),
                       PageDemand(pages.attributes.pages())};
         }
-        if (cutter_ != nullptr && cutter_->moves_corners() && memory_.distant.empty()) {
-            for (const AtlasSnapshot& a : input_.atlases)
-                memory_.distant.emplace_back(a.atlas->topology->corners(), a.atlas->file->about());
+        if (cutter_ != nullptr && cutter_->moves_corners() && memory_.shared.empty()) {
+            for (const AtlasSnapshot& a : input_.atlases) memory_.shared.emplace_back(*a.atlas);
         }
     }
 
@@ -72,72 +71,148 @@ public:
     }
 
 private:
+    // A cut to make: of an instance, or one that instances share.
+    struct Job {
+        uint32_t asset;
+        const CutInstance* instance;  // null: shared
+        size_t shared;                // into shared_
+        SharedCuts::Step step;
+    };
+    // Instances that are drawn with one list.
+    struct Shared {
+        uint32_t asset = 0;
+        SharedCut* cut = nullptr;                             // null: of corners
+        const std::vector<uint32_t>* words = nullptr;         // once it is made
+        std::map<uint32_t, std::vector<uint32_t>> instances;  // numbers, rising, by the views that may see them
+        // Of views[0].
+        uint64_t seen_triangles() const {
+            uint64_t seen = 0;
+            for (const auto& [views, numbers] : instances) seen += (views & 1) != 0 ? numbers.size() : 0;
+            return seen * words->size() / 3;
+        }
+    };
+
     const AtlasSnapshot& atlas_of(const CutInstance& i) const {
         LODE_CHECK(i.there.asset < input_.atlases.size(), i.there.asset, input_.atlases.size());
         return input_.atlases[i.there.asset];
     }
-    CutMemory::Demand& demand_of(const CutInstance& i) { return memory_.atlases[i.there.asset]; }
     CutRequest request_of(const CutInstance& i) const { return request_for(region_, i, result_.raised, result_.level); }
-    // Charts that some view of the request sees and that may be drawn from samples.
-    std::vector<uint32_t> charts_of(const CutInstance& i, const CutRequest& request) const {
-        const OpenAtlas& atlas = *atlas_of(i).atlas;
+    // Charts that some view of the request sees.
+    std::vector<uint32_t> charts_of(uint32_t asset, const CutRequest& request) const {
+        const OpenAtlas& atlas = *input_.atlases[asset].atlas;
         return atlas.charts.seen(Visibility(request, atlas.file->about()), atlas.file->about());
     }
 
-    // The steps (DistantCuts) of instances that share cuts, for errors raised so much; nothing for all others.
-    std::vector<std::optional<int32_t>> steps_of(std::span<const CutInstance> instances, const View& sets_levels) {
-        std::vector<std::optional<int32_t>> steps(instances.size());
-        if (memory_.distant.empty() || result_.level >= 0) return steps;
-        const double magnification = magnification_of(sets_levels, region_.budget.pixel_error * result_.raised);
-        for (DistantCuts& of_atlas : memory_.distant) of_atlas.begin(magnification);
+    const View& sets_levels() const { return region_.level_view ? *region_.level_view : region_.views[0]; }
+    double pixel_error() const { return region_.budget.pixel_error * result_.raised; }
+
+    // Work at each of `count`, side by side. work(k, found): found takes pages of an atlas, asset_of(k), and then goes
+    // to what is known of that.
+    template <class AssetOf, class Work>
+    void find_pages(size_t count, PageDemand CutMemory::Demand::*kind, AssetOf&& asset_of, Work&& work) {
+        parallel_for(count, 1 + count / 128, [&](size_t begin, size_t end) {
+            for (size_t k = begin; k < end; ++k) {
+                PageDemand& all = memory_.atlases[asset_of(k)].*kind;
+                PageDemand found = take_scratch(all.pages());
+                work(k, found);
+                const std::lock_guard lock(mutex_);
+                all.add(found);
+                found.clear();
+                memory_.scratch[found.pages()].push_back(std::move(found));
+            }
+        });
+    }
+    PageDemand take_scratch(uint32_t pages) {
+        {
+            const std::lock_guard lock(mutex_);
+            std::vector<PageDemand>& free = memory_.scratch[pages];
+            if (!free.empty()) {
+                PageDemand found = std::move(free.back());
+                free.pop_back();
+                return found;
+            }
+        }
+        return PageDemand(pages);
+    }
+
+    // Instances of an atlas that share cuts, by their step; and those that have their own.
+    struct Apart {
+        std::map<std::pair<uint32_t, SharedCuts::Step>, std::vector<size_t>> shared;  // into the instances, rising
+        std::vector<size_t> own;                                                      // rising
+    };
+    Apart tell_apart(std::span<const CutInstance> instances, const View& sets_levels) {
+        const std::vector<std::optional<SharedCuts::Step>> steps = steps_of(instances, sets_levels);
+        Apart apart;
+        for (size_t k = 0; k < steps.size(); ++k) {
+            if (steps[k]) {
+                apart.shared[{instances[k].there.asset, *steps[k]}].push_back(k);
+            } else {
+                apart.own.push_back(k);
+            }
+        }
+        std::erase_if(apart.shared, [&](const auto& group) {
+            const bool too_few = group.first.second.of_samples && group.second.size() < SharedCuts::fewest;
+            if (too_few) apart.own.insert(apart.own.end(), group.second.begin(), group.second.end());
+            return too_few;
+        });
+        std::ranges::sort(apart.own);
+        return apart;
+    }
+    // For errors raised so much; nothing for instances that have cuts of their own in any case.
+    std::vector<std::optional<SharedCuts::Step>> steps_of(std::span<const CutInstance> instances,
+                                                          const View& sets_levels) {
+        std::vector<std::optional<SharedCuts::Step>> steps(instances.size());
+        if (memory_.shared.empty() || result_.level >= 0) return steps;
+        const double magnification = magnification_of(sets_levels, pixel_error());
+        for (SharedCuts& of_atlas : memory_.shared) of_atlas.begin(magnification);
         const InstanceDistance usual(sets_levels, region_.margin);
         parallel_for(instances.size(), 256, [&](size_t begin, size_t end) {
             for (size_t k = begin; k < end; ++k) {
                 const CutInstance& i = instances[k];
-                const PageBounds& around = atlas_of(i).atlas->topology->corners().bounds();
+                const Sphere around = atlas_of(i).atlas->charts.sphere();
                 const glm::mat4& to_world = i.there.object_to_world;
                 const double nearest = i.margin == region_.margin
                                            ? usual.nearest(to_world, around)
                                            : InstanceDistance(sets_levels, i.margin).nearest(to_world, around);
-                steps[k] = memory_.distant[i.there.asset].step_of(nearest);
+                steps[k] = memory_.shared[i.there.asset].step_of(nearest);
             }
         });
         return steps;
     }
-    const View& sets_levels() const { return region_.level_view ? *region_.level_view : region_.views[0]; }
 
-    // Tells instances that share cuts from those that have their own, and forgets what is kept of all others.
-    void tell_apart() {
-        const auto steps = steps_of(input_.seen, sets_levels());
+    // Sets what is to be cut and drawn, and forgets what is kept of all else.
+    void set_jobs() {
         shared_.clear();
-        near_.clear();
+        jobs_.clear();
         words_ = 0;
-        for (size_t k = 0; k < steps.size(); ++k) {
-            if (!steps[k]) {
-                near_.push_back(k);
-                continue;
+        const Apart apart = tell_apart(input_.seen, sets_levels());
+        std::vector<std::vector<int32_t>> with_samples(input_.atlases.size());
+        for (const auto& [of, instances] : apart.shared) {
+            const auto& [asset, step] = of;
+            Shared& shared = shared_.emplace_back();
+            shared.asset = asset;
+            for (const size_t k : instances) shared.instances[input_.seen[k].views].push_back(input_.seen[k].number);
+            if (step.of_samples) {
+                with_samples[asset].push_back(step.number);
+                shared.cut = &memory_.shared[asset].of_samples(step.number);
+                jobs_.push_back({asset, nullptr, shared_.size() - 1, step});
+            } else {
+                shared.words = &memory_.shared[asset].of_corners(step.number);
+                words_ += shared.words->size();
+                result_.triangles += shared.seen_triangles();
             }
-            const CutInstance& i = input_.seen[k];
-            const auto [at, is_new] = shared_.try_emplace({i.there.asset, *steps[k]});
-            if (is_new) {
-                at->second.words = &memory_.distant[i.there.asset].triangles(*steps[k]);
-                words_ += at->second.words->size();
-            }
-            at->second.instances[i.views].push_back(i.number);
-            result_.triangles += (i.views & 1) != 0 ? at->second.words->size() / 3 : 0;
         }
+        for (size_t a = 0; a < memory_.shared.size(); ++a) memory_.shared[a].keep(with_samples[a]);
         std::erase_if(memory_.instances, [&](const auto& kept) {
             const auto number = [&](size_t k) { return input_.seen[k].number; };
-            return !std::ranges::binary_search(near_, kept.first, {}, number);
+            return !std::ranges::binary_search(apart.own, kept.first, {}, number);
         });
-        for (const size_t k : near_) memory_.instances.try_emplace(input_.seen[k].number);
-    }
-
-    // demand: of the instance's atlas. Results do not depend on what is in it before.
-    Cut cut(const CutInstance& i, PageDemand& demand) {
-        const CutRequest request = request_of(i);
-        return cutter_->cut(atlas_of(i).pages->geometry, request, charts_of(i, request), demand,
-                            memory_.instances.at(i.number));
+        for (const size_t k : apart.own) {
+            const CutInstance& i = input_.seen[k];
+            memory_.instances.try_emplace(i.number);
+            jobs_.push_back({i.there.asset, &i, 0, {}});
+        }
+        cuts_.assign(jobs_.size(), {});
     }
 
     // Cuts all instances, with larger errors where there is too much: all rise alike, and where they may not rise
@@ -157,7 +232,7 @@ private:
             if (result_.level >= 0) {
                 if (result_.level >= levels - 1) break;
                 ++result_.level;
-            } else if (magnification_of(sets_levels(), budget.pixel_error * result_.raised) <= least_magnification) {
+            } else if (magnification_of(sets_levels(), pixel_error()) <= least_magnification) {
                 result_.level = 1;
             } else {
                 // Where it is far too much, not step by step: triangles fall at least as errors rise.
@@ -165,15 +240,14 @@ private:
                 result_.raised *= std::pow(error_scale_step, std::max(1.0, steps));
             }
         }
-        result_.pixel_error = budget.pixel_error * result_.raised;
+        result_.pixel_error = pixel_error();
     }
     // How many times what there may be all instances are, about. Ends where they are too much already, unless all are
     // wanted.
     double cut_all(bool whole) {
         for (CutMemory::Demand& demand : memory_.atlases) demand.positions.clear();
         result_.triangles = 0;
-        tell_apart();
-        cuts_.assign(near_.size(), {});
+        set_jobs();
         if (cutter_ == nullptr) return 0;
         const uint64_t far_too_much = whole ? limits_.worth : std::min(limits_.worth, far_beyond * limits_.most_words);
         const auto beyond_now = [&] {
@@ -181,14 +255,14 @@ private:
         };
         double beyond = beyond_now();
         size_t end = 0;
-        for (size_t at_once = first_at_once; end < near_.size(); at_once = std::min(2 * at_once, most_at_once)) {
-            const size_t begin = std::exchange(end, std::min(end + at_once, near_.size()));
+        for (size_t at_once = first_at_once; end < jobs_.size(); at_once = std::min(2 * at_once, most_at_once)) {
+            const size_t begin = std::exchange(end, std::min(end + at_once, jobs_.size()));
             const bool all = cut_some(begin, end, far_too_much);
             result_.given_up = !all && far_too_much == limits_.worth;
             if (result_.given_up) return 0;
             // Where not all were cut, nobody knows how many triangles they have.
             beyond = !all ? static_cast<double>(far_beyond) : beyond_now();
-            if (beyond > 1 && !whole) return beyond * static_cast<double>(near_.size()) / static_cast<double>(end);
+            if (beyond > 1 && !whole) return beyond * static_cast<double>(jobs_.size()) / static_cast<double>(end);
         }
         return beyond;
     }
@@ -196,58 +270,60 @@ private:
     // False where all words together come to more than `most`: then the last were not cut.
     bool cut_some(size_t begin, size_t end, uint64_t most) {
         std::vector<size_t> little, much;
-        for (size_t i = begin; i < end; ++i) {
-            const IncrementalCut& kept = memory_.instances.at(near(i).number);
-            (kept.words < much_words ? little : much).push_back(i);
-        }
+        for (size_t j = begin; j < end; ++j) (words_before(jobs_[j]) < much_words ? little : much).push_back(j);
         if (little.size() < fewest_side_by_side) {
             much.insert(much.end(), little.begin(), little.end());
             little.clear();
         }
         std::atomic<uint64_t> words = words_, triangles = result_.triangles;
-        const auto cut_one = [&](size_t number, PageDemand& demand) {
+        const auto cut_one = [&](size_t j, PageDemand& found) {
             if (words > most) return;
-            const CutInstance& i = near(number);
-            cuts_[number] = cut(i, demand);
-            uint64_t& its = memory_.instances.at(i.number).words;
-            its = 0;
-            for (const auto& part : cuts_[number].parts) its += part.second.size();
-            words += its;
-            triangles += cuts_[number].triangles;
+            const CutAlone made = cut(j, found);
+            words += made.words;
+            triangles += made.triangles;
         };
-        std::mutex mutex;
-        parallel_for(little.size(), 1 + little.size() / 128, [&](size_t first, size_t last) {
-            CutMemory::Scratch found = take_scratch(mutex);
-            for (size_t k = first; k < last; ++k) cut_one(little[k], found[near(little[k]).there.asset]);
-            const std::lock_guard lock(mutex);
-            memory_.scratch.push_back(std::move(found));
-        });
-        for (CutMemory::Scratch& found : memory_.scratch) {
-            for (size_t a = 0; a < found.size(); ++a) {
-                memory_.atlases[a].positions.add(found[a]);
-                found[a].clear();
-            }
-        }
-        for (const size_t number : much) cut_one(number, demand_of(near(number)).positions);
+        const auto cut_those = [&](std::span<const size_t> which) {
+            find_pages(
+                which.size(), &CutMemory::Demand::positions, [&](size_t k) { return jobs_[which[k]].asset; },
+                [&](size_t k, PageDemand& found) { cut_one(which[k], found); });
+        };
+        cut_those(little);
+        for (const size_t& j : much) cut_those(std::span(&j, 1));
         words_ = words;
         result_.triangles = triangles;
         return words_ <= most;
     }
-    // Room for what one thread finds, empty.
-    CutMemory::Scratch take_scratch(std::mutex& mutex) {
-        {
-            const std::lock_guard lock(mutex);
-            while (!memory_.scratch.empty()) {
-                CutMemory::Scratch found = std::move(memory_.scratch.back());
-                memory_.scratch.pop_back();
-                const bool fits = std::ranges::equal(found, memory_.atlases, {}, &PageDemand::pages,
-                                                     [](const auto& demand) { return demand.positions.pages(); });
-                if (fits) return found;
+    // Of the cut before.
+    uint64_t words_before(const Job& job) const {
+        return job.instance != nullptr ? memory_.instances.at(job.instance->number).words
+                                       : shared_[job.shared].cut->words().size();
+    }
+    struct CutAlone {
+        uint64_t words, triangles;
+    };
+    // found: empty. Results do not depend on what else is cut.
+    CutAlone cut(size_t j, PageDemand& found) {
+        const Job& job = jobs_[j];
+        const AtlasPages& pages = *input_.atlases[job.asset].pages;
+        if (job.instance == nullptr) {
+            Shared& shared = shared_[job.shared];
+            const SharedCuts& of_atlas = memory_.shared[job.asset];
+            if (!shared.cut->is_good(pages.geometry, of_atlas.magnification())) {
+                shared.cut->make(*cutter_, pages.geometry, of_atlas.request_for(job.step, sets_levels(), pixel_error()),
+                                 of_atlas.magnification(), found);
+                found.clear();
             }
+            shared.cut->add_to(found);
+            shared.words = &shared.cut->words();
+            return {shared.words->size(), shared.seen_triangles()};
         }
-        CutMemory::Scratch found;
-        for (const CutMemory::Demand& demand : memory_.atlases) found.emplace_back(demand.positions.pages());
-        return found;
+        const CutInstance& i = *job.instance;
+        const CutRequest request = request_of(i);
+        IncrementalCut& kept = memory_.instances.at(i.number);
+        cuts_[j] = cutter_->cut(pages.geometry, request, charts_of(job.asset, request), found, kept);
+        kept.words = 0;
+        for (const auto& part : cuts_[j].parts) kept.words += part.second.size();
+        return {kept.words, cuts_[j].triangles};
     }
     static double share(uint64_t count, uint64_t most) {
         return static_cast<double>(count) / static_cast<double>(std::max<uint64_t>(most, 1));
@@ -270,9 +346,9 @@ private:
         const auto cells = [&](uint32_t asset) {
             return input_.atlases[asset].pages->geometry.tree().cells_per_page();
         };
-        for (const auto& [of, shared] : shared_) {
+        for (const Shared& shared : shared_) {
             if (shared.words->empty()) continue;
-            lists.push_back({shared.words, cells(of.first), {}});
+            lists.push_back({shared.words, cells(shared.asset), {}});
             for (const auto& [views, instances] : shared.instances) {
                 lists.back().parts.push_back(part_of(instances, views));
                 result_.instances_drawn += (views & 1) != 0 ? static_cast<uint32_t>(instances.size()) : 0;
@@ -280,10 +356,10 @@ private:
         }
         for (size_t k = 0; k < cuts_.size(); ++k) {
             if (cuts_[k].parts.empty()) continue;
-            const FrameCuts::Part whole = part_of(std::span(&near(k).number, 1), 0);
+            const FrameCuts::Part whole = part_of(std::span(&jobs_[k].instance->number, 1), 0);
             uint32_t views = 0;
             for (const auto& part : cuts_[k].parts) {
-                lists.push_back({&part.second, cells(near(k).there.asset), {whole}});
+                lists.push_back({&part.second, cells(jobs_[k].asset), {whole}});
                 lists.back().parts[0].views = part.first;
                 views |= part.first;
             }
@@ -333,27 +409,42 @@ private:
 
     void look_for_attributes() {
         for (CutMemory::Demand& demand : memory_.atlases) demand.attributes.clear();
-        for (const size_t k : near_) {
-            const CutInstance& i = input_.seen[k];
-            CutRequest request = request_of(i);
-            request.views = request.views.subspan(0, 1);
-            atlas_of(i).pages->attributes.want(atlas_of(i).atlas->file->about(), atlas_of(i).atlas->spacing, request,
-                                               charts_of(i, request), demand_of(i).attributes);
-        }
+        find_pages(
+            jobs_.size(), &CutMemory::Demand::attributes, [&](size_t j) { return jobs_[j].asset; },
+            [&](size_t j, PageDemand& found) {
+                const Job& job = jobs_[j];
+                const AtlasSnapshot& atlas = input_.atlases[job.asset];
+                CutRequest request = job.instance != nullptr ? request_of(*job.instance)
+                                                             : memory_.shared[job.asset].request_for(
+                                                                   job.step, sets_levels(), pixel_error());
+                request.views = request.views.subspan(0, 1);
+                atlas.pages->attributes.want(atlas.atlas->file->about(), atlas.atlas->spacing, request,
+                                             charts_of(job.asset, request), found);
+            });
     }
 
     void look_ahead() {
         for (CutMemory::Demand& demand : memory_.atlases) demand.prefetched.clear();
         if (!input_.ahead || result_.level >= 0) return;
-        const auto steps = steps_of(input_.seen_ahead, *input_.ahead);
-        for (size_t k = 0; k < steps.size(); ++k) {
-            if (steps[k]) continue;
-            const CutInstance& i = input_.seen_ahead[k];
-            CutRequest request = request_of(i);
-            request.views = std::span(&*input_.ahead, 1);
-            prefetch(atlas_of(i).pages->geometry, request, charts_of(i, request), demand_of(i).positions,
-                     demand_of(i).prefetched);
+        const Apart apart = tell_apart(input_.seen_ahead, *input_.ahead);
+        std::vector<std::pair<uint32_t, CutRequest>> requests;  // by asset
+        for (const auto& [of, instances] : apart.shared) {
+            const auto& [asset, step] = of;
+            if (step.of_samples)
+                requests.emplace_back(asset, memory_.shared[asset].request_for(step, *input_.ahead, pixel_error()));
         }
+        for (const size_t k : apart.own) {
+            const CutInstance& i = input_.seen_ahead[k];
+            requests.emplace_back(i.there.asset, request_of(i));
+            requests.back().second.views = std::span(&*input_.ahead, 1);
+        }
+        find_pages(
+            requests.size(), &CutMemory::Demand::prefetched, [&](size_t k) { return requests[k].first; },
+            [&](size_t k, PageDemand& found) {
+                const auto& [asset, request] = requests[k];
+                prefetch(input_.atlases[asset].pages->geometry, request, charts_of(asset, request),
+                         memory_.atlases[asset].positions, found);
+            });
     }
 
     void collect_pages() {
@@ -390,17 +481,14 @@ private:
     const CutRegion& region_;
     const CutLimits& limits_;
     CutMemory& memory_;
-    const CutInstance& near(size_t k) const { return input_.seen[near_[k]]; }
 
     FrameCuts result_;
-    struct Shared {
-        const std::vector<uint32_t>* words = nullptr;         // a list of DistantCuts
-        std::map<uint32_t, std::vector<uint32_t>> instances;  // numbers, rising, by the views that may see them
-    };
-    std::map<std::pair<uint32_t, int32_t>, Shared> shared_;  // by asset and step
-    std::vector<size_t> near_;                               // of CutInput::seen, all others
-    std::vector<Cut> cuts_;                                  // of near_
-    uint64_t words_ = 0;                                     // of all
+
+    std::vector<Shared> shared_;
+    std::vector<Job> jobs_;
+    std::vector<Cut> cuts_;  // of jobs_ for an instance
+    std::mutex mutex_;       // of memory_.scratch, and what pages are found
+    uint64_t words_ = 0;     // of all
 };
 
 }  // namespace

@@ -8,15 +8,16 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
-#include "vgi/draw/corners/distant_cuts.h"
 #include "vgi/draw/cut/cut.h"
 #include "vgi/draw/cut/cut_region.h"
 #include "vgi/draw/cut/incremental_cut.h"
+#include "vgi/draw/cut/shared_cuts.h"
 
 namespace lodestone::vgi {
 
@@ -28,7 +29,7 @@ struct FrameCuts {
         uint32_t kinds;                      // LODE_VGI_KIND_... that vertices of triangles may be of
         uint32_t first_word, words;          // in `words`
     };
-    // Those that share cuts first (distant_cuts.h), then those of instances that have their own, which rise.
+    // Those that share cuts first (shared_cuts.h), then those of instances that have their own, which rise.
     std::vector<Part> parts;
     std::vector<uint32_t> instances;          // numbers, each once
     std::shared_ptr<const uint32_t[]> words;  // as Cut::parts has them
@@ -79,10 +80,9 @@ struct CutMemory {
         PageDemand positions, prefetched, attributes;
     };
     std::vector<Demand> atlases;
-    std::vector<DistantCuts> distant;  // by atlas; none where the technique has none
-    // What threads found of positions, by atlas: empty between cuts.
-    using Scratch = std::vector<PageDemand>;
-    std::vector<Scratch> scratch;
+    std::vector<SharedCuts> shared;  // by atlas; none where the technique has none
+    // Room for what threads find of the pages of an atlas, by their number; empty between cuts.
+    std::map<uint32_t, std::vector<PageDemand>> scratch;
 };
 
 // cutter: null where the device cuts; then what comes of it are attributes, and what is prefetched of positions.

@@ -34,7 +34,7 @@ CountedDistance::CountedDistance(const View& view, float most_turned) {
 }
 
 RefinementTest::RefinementTest(const CutRequest& request, const Atlas& about)
-    : away_(request.sets_levels(), request.margin.turn) {
+    : everywhere_(request.distance.has_value()), away_(request.sets_levels(), request.margin.turn) {
     const View& view = request.sets_levels();
     scale_ = largest_scale(request.object_to_world);
     margin_ = request.margin.distance;
@@ -45,6 +45,11 @@ RefinementTest::RefinementTest(const CutRequest& request, const Atlas& about)
         errors_[code] = gpu::lode_reach(error, magnification_, scale_, 0);
         reach_[code] = gpu::lode_reach(error, magnification_, scale_, margin_);
         radii_[code] = codes.radius(static_cast<uint8_t>(code)) * scale_;
+    }
+    if (everywhere_) {
+        LODE_CHECK(request.object_to_world == glm::mat4(1) && request.margin == CutMargin{});
+        lattice_ = object_ = {glm::vec3(0), glm::vec3(0), glm::vec3(0), {0, 0, *request.distance}};
+        return;
     }
     const glm::dmat4 to_world(request.object_to_world);
     const glm::dmat3 to_view = turned_ahead(view);
@@ -88,9 +93,14 @@ void RefinementTest::describe(gpu::VgiCutInstance& instance) const {
 
 std::optional<RefinementChange> RefinementChange::between(const RefinementTest& before, const RefinementTest& now) {
     if (now.magnification_ != before.magnification_ || now.scale_ != before.scale_ ||
-        now.away_.corner != before.away_.corner || now.away_.most_change != before.away_.most_change)
+        now.away_.corner != before.away_.corner || now.away_.most_change != before.away_.most_change ||
+        now.everywhere_ != before.everywhere_)
         return std::nullopt;
     RefinementChange since(before, now);
+    if (now.everywhere_) {
+        since.none_ = true;
+        return now.object_.offset == before.object_.offset ? std::optional(since) : std::nullopt;
+    }
     // Where a point is seen now is turn * (where it was) + shift.
     const auto axes = [](const RefinementTest::SeenFromEye& map) { return glm::dmat3(map.x, map.y, map.z); };
     const glm::dmat3 turn = axes(now.object_) * glm::inverse(axes(before.object_));
@@ -122,6 +132,7 @@ std::optional<RefinementChange> RefinementChange::between(const RefinementTest& 
 }
 
 Change RefinementChange::of(const GeometryTexel& t) const {
+    if (none_) return {};
     const glm::vec3 was = before_->place_of(t), is = now_->place_of(t);
     const float radius = now_->radii_[t.radius], away = glm::length(was);
     const float slack = rounding_ + 1e-5f * (away + radius);

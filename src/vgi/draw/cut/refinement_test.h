@@ -82,13 +82,13 @@ public:
         return left > 0;
     }
     // Whether it has come to its place (shaders/shared/vgi_sample.glsl) for every eye of the margin; near the end of
-    // its way it may be told to be on it.
+    // its way it may be told to be on it. Of a request for a distance nobody knows.
     bool has_arrived(const GeometryTexel& t, Slack& slack) const {
         constexpr float most_left = 0.98f / static_cast<float>(error_ratio);
         const float left =
             most_left * errors_[t.error] + 0.999f * radii_[t.radius] - glm::length(place_of(t)) - margin_;
         slack.add(std::abs(left), 0);
-        return left > 0;
+        return left > 0 && !everywhere_;
     }
     // The same of samples that are not looked at: whether any may be wanted, of the most there can be among them, all
     // within the sphere of `bounds`.
@@ -126,10 +126,11 @@ private:
     static SampleCodes most_of(const PageBounds& bounds) { return {bounds.sample_error, bounds.sample_radius}; }
     glm::vec3 place_of(const GeometryTexel& t) const { return lattice_.seen(glm::vec3(t.x, t.y, t.z)); }
     float reach_to(const PageBounds& bounds, SampleCodes most) const {
-        return reach_[most.error] + radii_[most.radius] + bounds.radius * scale_;
+        return reach_[most.error] + radii_[most.radius] + (everywhere_ ? 0 : bounds.radius * scale_);
     }
     std::array<float, 256> errors_, reach_, radii_;
     float magnification_, scale_, margin_;
+    bool everywhere_;  // everything counts to be as far away
     CountedDistance away_;
     SeenFromEye lattice_, object_;
 };
@@ -148,6 +149,7 @@ public:
 private:
     RefinementChange(const RefinementTest& before, const RefinementTest& now) : before_(&before), now_(&now) {}
     const RefinementTest *before_, *now_;
+    bool none_ = false;     // nothing has changed
     Motion motion_;         // of what counts
     Motion seen_;           // of where points are seen
     float turned_ = 0;      // how much the gradient of what counts may have turned, of points in the same place

@@ -34,6 +34,7 @@ std::vector<Frustum> widened_frusta(std::span<const View> views, const CutMargin
 }
 
 Visibility::Visibility(const CutRequest& request, const Atlas& about) : about_(&about) {
+    if (request.distance) return;
     const glm::mat4 to_object = glm::inverse(request.object_to_world);
     uint32_t open = 0;  // sides, counted without a branch: it is asked for every instance
     for (const GluedSide& side : about.sides) open += side.chart == ~0u ? 1u : 0u;

@@ -25,7 +25,8 @@ public:
     // about: its bounds are used; must outlive this.
     Visibility(const CutRequest& request, const Atlas& about);
 
-    uint32_t all() const { return (1u << frusta_.size()) - 1; }
+    // Of a request for a distance there is one, which sees everything.
+    uint32_t all() const { return frusta_.empty() ? 1 : (1u << frusta_.size()) - 1; }
     // Of the views in `mask`, those that may see something of the page, numbered over all charts.
     uint32_t seen(uint32_t mask, uint32_t number) const { return seen(mask, about_->bounds[number]); }
     // The same of any sphere and cone.

@@ -1,0 +1,61 @@
+#include "vgi/draw/cut/shared_cuts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+
+#include "base/check.h"
+
+namespace lodestone::vgi {
+
+void SharedCut::make(const Cutter& cutter, const Residency& residency, const CutRequest& request, double magnification,
+                     PageDemand& demand) {
+    LODE_CHECK(request.distance.has_value());
+    std::vector<uint32_t> charts(residency.about().charts());
+    std::iota(charts.begin(), charts.end(), 0u);
+    const Cut cut = cutter.cut(residency, request, charts, demand, kept_);
+    LODE_CHECK(cut.parts.size() <= 1, cut.parts.size());
+    words_ = cut.parts.empty() ? std::vector<uint32_t>{} : cut.parts[0].second;
+    touched_ = demand.all_touched();
+    asked_.clear();
+    for (const uint32_t unit : demand.all_asked()) asked_.emplace_back(unit, demand.wish(unit));
+    made_ = true;
+    magnification_ = magnification;
+    kept_.updates = residency.updates();
+}
+
+void SharedCut::add_to(PageDemand& demand) const {
+    for (const uint32_t unit : touched_) demand.touch(unit);
+    for (const auto& [unit, wish] : asked_) demand.ask(unit, wish);
+}
+
+SharedCuts::SharedCuts(const OpenAtlas& atlas)
+    : distant_(atlas.topology->corners(), atlas.file->about()),
+      least_(least_radii * double{atlas.charts.sphere().radius}) {}
+
+void SharedCuts::begin(double magnification) {
+    distant_.begin(magnification);
+    magnification_ = magnification;
+}
+
+std::optional<SharedCuts::Step> SharedCuts::step_of(double nearest) const {
+    if (const auto number = distant_.step_of(nearest)) return Step{false, *number};
+    if (!(nearest > least_) || !std::isfinite(nearest)) return std::nullopt;
+    const Step step{true, DistantCuts::step_within(nearest)};
+    return SharedCuts::nearest(step) >= least_ ? std::optional(step) : std::nullopt;
+}
+
+CutRequest SharedCuts::request_for(Step step, const View& view, double pixel_error) const {
+    CutRequest request;
+    request.views = std::span(&view, 1);
+    request.pixel_error = pixel_error;
+    request.distance = static_cast<float>((1 - DistantCuts::rounded) * nearest(step));
+    return request;
+}
+
+void SharedCuts::keep(const std::vector<int32_t>& numbers) {
+    std::erase_if(near_, [&](const auto& kept) { return !std::ranges::binary_search(numbers, kept.first); });
+}
+
+}  // namespace lodestone::vgi

@@ -136,6 +136,13 @@ struct Recipe {
     bool has_visibility() const {
         return std::ranges::any_of(pipelines, [](const PipelineSpec& p) { return !p.visibility.empty(); });
     }
+    // Whether all do that are drawn in the depth stage: then what it left something of is told there, and all else is
+    // looked at by nobody.
+    bool writes_all_visible() const {
+        return std::ranges::none_of(pipelines, [](const PipelineSpec& p) {
+            return p.kind == PipelineKind::draw && !p.whole_view && p.visibility.empty();
+        });
+    }
     bool operator==(const Recipe&) const = default;
 };
 

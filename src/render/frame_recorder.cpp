@@ -290,7 +290,11 @@ void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     const TargetImage& coloured_target = effect_ != nullptr ? targets.radiance : targets.colour;
     colour_attachment.imageView = coloured || composed ? coloured_target.view() : targets.visibility.view();
     colour_attachment.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
-    colour_attachment.loadOp = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+    // 16 bytes to clear for each pixel can cost more than all that is drawn.
+    const bool dropped = visible && backend_.recipe.writes_all_visible();
+    colour_attachment.loadOp = !clear    ? VK_ATTACHMENT_LOAD_OP_LOAD
+                               : dropped ? VK_ATTACHMENT_LOAD_OP_DONT_CARE
+                                         : VK_ATTACHMENT_LOAD_OP_CLEAR;
     colour_attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
     if (coloured) {
         colour_attachment.clearValue.color = {{look_.background.r, look_.background.g, look_.background.b, 0}};

@@ -102,7 +102,7 @@ public:
             loop.wanted = helpers;
             open_.push_back(&loop);
         }
-        for (unsigned i = 0; i < helpers; ++i) wake_.notify_one();
+        wake_some(helpers);
         loop.work();
         std::unique_lock lock(mutex_);
         std::erase(open_, &loop);
@@ -117,6 +117,11 @@ private:
         } catch (const std::system_error&) { return; }
     }
 
+    // Those that wake wake others: to wake a thread costs a system call, and whoever opened the loop has better to do.
+    void wake_some(unsigned wanted) {
+        for (unsigned i = 0; i < std::min(wanted, 2u); ++i) wake_.notify_one();
+    }
+
     void serve() {
         const CountedThread counted;
         const InsideLoop inside;
@@ -129,7 +134,9 @@ private:
             Loop& loop = **found;
             --loop.wanted;
             ++loop.helpers;
+            const unsigned more = loop.has_chunks() ? loop.wanted : 0;
             lock.unlock();
+            wake_some(more);
             loop.work();
             lock.lock();
             if (--loop.helpers == 0) left_.notify_all();

@@ -93,8 +93,8 @@ public:
         foresight_.see(input.views[0]);
         last_->arrivals.clear();
         last_->readbacks.clear();
-        instances_.update(input.instances);
         take_next_cuts(input);
+        instances_.update(input.instances);
         pages_.begin_frame(input.frame, input.completed_frame);
         for (BufferSizes* sizes : {&list_sizes_, &pool_sizes_}) sizes->begin_frame(input.frame, input.completed_frame);
         if (!last) {
@@ -179,20 +179,21 @@ private:
         }
     }
 
-    // Beside what follows of this frame: cuts for the next, unless those there are will be as good as new. All they are
-    // made from goes with the task: what it reads never changes, what it writes is its own.
+    // Beside what follows of this frame: cuts for the next, unless those there are will be as good as new. What the
+    // task reads does not change before it is done, which take_next_cuts waits for; what it writes is its own.
     void begin_next_cuts(const std::optional<FrameInput>& last, const FrameInput& now) {
         std::optional<CutRegion> region = last ? CutRegion::after(*last, now, foresight_.share()) : CutRegion::of(now);
         if (!region) return;  // every frame cuts for itself
         const bool changed = pages_.take_changed() || std::exchange(behind_, false);
         if (!changed && *region == cuts_->region) return;
-        auto input =
-            std::make_shared<const CutInput>(cut_input(std::move(*region), pages_.snapshot(), instances_, &now));
+        auto ahead = std::make_shared<CutRegion>(std::move(*region));
         auto memory = std::make_shared<CutMemory>(std::move(memory_));
         CutLimits to = limits(now);
         to.worth = std::max(most_growth * cuts_->word_count, always_worth);
-        next_ = beside_.start<NextCuts>([cutter = cutter_, input = std::move(input), memory = std::move(memory), to] {
-            FrameCuts cuts = make_cuts(cutter.get(), *input, to, *memory);
+        next_ = beside_.start<NextCuts>([this, ahead = std::move(ahead), pages = pages_.snapshot(),
+                                         last_view = now.views[0], memory = std::move(memory), to] {
+            const CutInput input = cut_input(std::move(*ahead), pages, instances_, &last_view);
+            FrameCuts cuts = make_cuts(cutter_.get(), input, to, *memory);
             return NextCuts{std::move(cuts), std::move(*memory)};
         });
     }

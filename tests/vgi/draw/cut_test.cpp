@@ -819,7 +819,16 @@ TEST(Cuts, ForADistanceGoOnFromTheOnesBefore) {
         shared.add_to(demand);
         PageDemand from_nothing(residency.units());
         const Cut cut = from_scratch(residency, request, from_nothing);
-        ASSERT_EQ(shared.words(), cut.parts[0].second);
+        ASSERT_EQ(shared.words().size(), cut.parts[0].second.size());
+        std::vector<uint32_t> in_order(shared.words().size());
+        TrianglesByKind by_kind(cut.parts[0].second, residency.tree().cells_per_page());
+        for (size_t c = 0; c < by_kind.chunks(); ++c) by_kind.look_at(c);
+        const auto runs = by_kind.runs();
+        for (size_t c = 0; c < by_kind.chunks(); ++c) by_kind.copy(c, in_order.data());
+        EXPECT_EQ(shared.words(), in_order);
+        EXPECT_TRUE(std::ranges::equal(shared.runs(), runs, [](const auto& a, const auto& b) {
+            return a.kinds == b.kinds && a.words == b.words;
+        }));
         EXPECT_EQ(demand.all_touched(), from_nothing.all_touched());
         EXPECT_EQ(asked(demand), asked(from_nothing));
         demand.clear();

@@ -6,6 +6,7 @@
 #include <glm/matrix.hpp>
 #include <utility>
 
+#include "base/threads.h"
 #include "frame/screen_error.h"
 #include "vgi/draw/cut/visibility.h"
 
@@ -207,8 +208,7 @@ bool CutRegion::covers(const FrameInput& input) const {
     return true;
 }
 
-CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const InstanceTree& tree,
-                   const FrameInput* last) {
+CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const InstanceTree& tree, const View* last) {
     CutInput input;
     input.atlases = std::move(atlases);
     const auto sphere_of = [&](const Instance& instance) {
@@ -216,11 +216,15 @@ CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const I
     };
     // Those that stand are looked for in the tree, the others one by one.
     const auto seen_from = [&](std::span<const View> views) {
-        std::vector<CutInstance> seen;
-        for (const InstanceTree::Seen& s : tree.seen(widened_frusta(views, region.margin, true))) {
-            if (region.find_moved(s.instance) == nullptr)
-                seen.push_back({s.instance, s.views, region.instances[s.instance], region.margin});
-        }
+        std::vector<InstanceTree::Seen> standing = tree.seen(widened_frusta(views, region.margin, true));
+        std::erase_if(standing, [&](const auto& s) { return region.find_moved(s.instance) != nullptr; });
+        std::vector<CutInstance> seen(standing.size());
+        parallel_for(seen.size(), 1024, [&](size_t begin, size_t end) {
+            for (size_t k = begin; k < end; ++k) {
+                const auto& [instance, by] = standing[k];
+                seen[k] = {instance, by, region.instances[instance], region.margin};
+            }
+        });
         for (const CutRegion::Moved& m : region.moved) {
             const Sphere sphere = sphere_of(m.there);
             const std::vector<Frustum> frusta = widened_frusta(views, m.margin, false);
@@ -229,12 +233,12 @@ CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const I
                 mask |= frusta[v].touches(sphere.centre, sphere.radius) ? 1u << v : 0u;
             if (mask != 0) seen.push_back({m.instance, mask, m.there, m.margin});
         }
-        std::ranges::sort(seen, {}, &CutInstance::number);
+        if (!region.moved.empty()) std::ranges::sort(seen, {}, &CutInstance::number);
         return seen;
     };
     input.seen = seen_from(region.views);
-    if (last != nullptr && !region.level_view && last->views[0].eye != region.views[0].eye) {
-        const glm::vec3 step = region.views[0].eye - last->views[0].eye;
+    if (last != nullptr && !region.level_view && last->eye != region.views[0].eye) {
+        const glm::vec3 step = region.views[0].eye - last->eye;
         input.ahead = moved_view(region.views[0], step * frames_ahead, glm::mat3(1));
         input.seen_ahead = seen_from(std::span(&*input.ahead, 1));
     }

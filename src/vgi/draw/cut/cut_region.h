@@ -75,8 +75,7 @@ struct CutInput {
     std::optional<View> ahead;            // the camera further along its way, where it moves
     std::vector<CutInstance> seen_ahead;  // those that this one may see
 };
-// tree: of the region's instances.
-CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const InstanceTree& tree,
-                   const FrameInput* last);
+// tree: of the region's instances. last: the camera before, if any.
+CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const InstanceTree& tree, const View* last);
 
 }  // namespace lodestone::vgi

@@ -84,6 +84,11 @@ private:
         SharedCut* cut = nullptr;                             // null: of corners
         const std::vector<uint32_t>* words = nullptr;         // once it is made
         std::map<uint32_t, std::vector<uint32_t>> instances;  // numbers, rising, by the views that may see them
+        std::vector<TrianglesByKind::Run> runs() const {
+            return cut != nullptr ? cut->runs()
+                                  : std::vector<TrianglesByKind::Run>{
+                                        {LODE_VGI_KIND_CORNERS, static_cast<uint32_t>(words->size())}};
+        }
         // Of views[0].
         uint64_t seen_triangles() const {
             uint64_t seen = 0;
@@ -331,8 +336,7 @@ private:
 
     // Which list draws which instances, without its words.
     struct Listed {
-        const std::vector<uint32_t>* words;
-        uint32_t cells;  // along a side of a page of positions
+        TrianglesByKind by_kind;
         std::vector<FrameCuts::Part> parts;
     };
     // Adds the instances to the result, as a part of these views.
@@ -348,7 +352,7 @@ private:
         };
         for (const Shared& shared : shared_) {
             if (shared.words->empty()) continue;
-            lists.push_back({shared.words, cells(shared.asset), {}});
+            lists.push_back({{*shared.words, shared.runs()}, {}});
             for (const auto& [views, instances] : shared.instances) {
                 lists.back().parts.push_back(part_of(instances, views));
                 result_.instances_drawn += (views & 1) != 0 ? static_cast<uint32_t>(instances.size()) : 0;
@@ -359,7 +363,7 @@ private:
             const FrameCuts::Part whole = part_of(std::span(&jobs_[k].instance->number, 1), 0);
             uint32_t views = 0;
             for (const auto& part : cuts_[k].parts) {
-                lists.push_back({&part.second, cells(jobs_[k].asset), {whole}});
+                lists.push_back({{part.second, cells(jobs_[k].asset), cutter_->makes_triangles()}, {whole}});
                 lists.back().parts[0].views = part.first;
                 views |= part.first;
             }
@@ -373,12 +377,10 @@ private:
         struct Chunk {
             size_t list, chunk;
         };
-        const std::vector<Listed> listed = all_lists();
-        std::vector<TrianglesByKind> lists;
+        std::vector<Listed> lists = all_lists();
         std::vector<Chunk> chunks;
-        for (const Listed& l : listed) {
-            lists.emplace_back(*l.words, l.cells, cutter_->makes_triangles());
-            for (size_t c = 0; c < lists.back().chunks(); ++c) chunks.push_back({lists.size() - 1, c});
+        for (size_t l = 0; l < lists.size(); ++l) {
+            for (size_t c = 0; c < lists[l].by_kind.chunks(); ++c) chunks.push_back({l, c});
         }
         const size_t grain = 1 + chunks.size() / 256;
         const auto for_chunks = [&](auto&& work) {
@@ -386,13 +388,13 @@ private:
                 for (size_t c = begin; c < end; ++c) work(chunks[c]);
             });
         };
-        for_chunks([&](const Chunk& c) { lists[c.list].look_at(c.chunk); });
+        for_chunks([&](const Chunk& c) { lists[c.list].by_kind.look_at(c.chunk); });
         std::vector<size_t> first;
         size_t next = 0;
         for (size_t l = 0; l < lists.size(); ++l) {
             first.push_back(next);
-            for (const auto& run : lists[l].runs()) {
-                for (FrameCuts::Part part : listed[l].parts) {
+            for (const auto& run : lists[l].by_kind.runs()) {
+                for (FrameCuts::Part part : lists[l].parts) {
                     part.kinds = run.kinds;
                     part.first_word = static_cast<uint32_t>(next);
                     part.words = run.words;
@@ -402,7 +404,7 @@ private:
             }
         }
         const auto words = std::make_shared_for_overwrite<uint32_t[]>(next);
-        for_chunks([&](const Chunk& c) { lists[c.list].copy(c.chunk, words.get() + first[c.list]); });
+        for_chunks([&](const Chunk& c) { lists[c.list].by_kind.copy(c.chunk, words.get() + first[c.list]); });
         result_.words = words;
         result_.word_count = next;
     }

@@ -16,7 +16,12 @@ void SharedCut::make(const Cutter& cutter, const Residency& residency, const Cut
     std::iota(charts.begin(), charts.end(), 0u);
     const Cut cut = cutter.cut(residency, request, charts, demand, kept_);
     LODE_CHECK(cut.parts.size() <= 1, cut.parts.size());
-    words_ = cut.parts.empty() ? std::vector<uint32_t>{} : cut.parts[0].second;
+    const std::vector<uint32_t> words = cut.parts.empty() ? std::vector<uint32_t>{} : cut.parts[0].second;
+    TrianglesByKind by_kind(words, residency.tree().cells_per_page());
+    for (size_t c = 0; c < by_kind.chunks(); ++c) by_kind.look_at(c);
+    runs_ = by_kind.runs();
+    words_.resize(words.size());
+    for (size_t c = 0; c < by_kind.chunks(); ++c) by_kind.copy(c, words_.data());
     touched_ = demand.all_touched();
     asked_.clear();
     for (const uint32_t unit : demand.all_asked()) asked_.emplace_back(unit, demand.wish(unit));

@@ -16,6 +16,7 @@
 #include "vgi/draw/corners/distant_cuts.h"
 #include "vgi/draw/cut/cut.h"
 #include "vgi/draw/cut/incremental_cut.h"
+#include "vgi/draw/cut/vertex_kinds.h"
 #include "vgi/draw/open_atlas.h"
 
 namespace lodestone::vgi {
@@ -33,13 +34,15 @@ public:
     // The pages that it uses and misses.
     void add_to(PageDemand& demand) const;
 
-    const std::vector<uint32_t>& words() const { return words_; }  // as Cut::parts has them
+    const std::vector<uint32_t>& words() const { return words_; }            // as Cut::parts has them
+    const std::vector<TrianglesByKind::Run>& runs() const { return runs_; }  // that they are in
 
 private:
     bool made_ = false;
     double magnification_ = 0;
     IncrementalCut kept_;
     std::vector<uint32_t> words_, touched_;
+    std::vector<TrianglesByKind::Run> runs_;
     std::vector<std::pair<uint32_t, float>> asked_;  // with PageDemand::wish
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 namespace lodestone::vgi {
 
@@ -38,12 +39,18 @@ TrianglesByKind::TrianglesByKind(std::span<const uint32_t> triangles, uint32_t c
       told_apart_(told_apart),
       chunks_((triangles.size() + chunk_words - 1) / chunk_words) {}
 
+TrianglesByKind::TrianglesByKind(std::span<const uint32_t> triangles, std::vector<Run> runs)
+    : TrianglesByKind(triangles, 0) {
+    known_ = std::move(runs);
+}
+
 std::span<const uint32_t> TrianglesByKind::of(size_t chunk) const {
     const size_t begin = chunk * chunk_words;
     return triangles_.subspan(begin, std::min(chunk_words, triangles_.size() - begin));
 }
 
 void TrianglesByKind::look_at(size_t chunk) {
+    if (!known_.empty()) return;
     const std::span<const uint32_t> triangles = of(chunk);
     Chunk& found = chunks_[chunk];
     if (!told_apart_) {
@@ -84,6 +91,7 @@ void TrianglesByKind::Chunk::add(size_t end, uint8_t group) {
 
 std::vector<TrianglesByKind::Run> TrianglesByKind::runs() {
     static_assert(std::size(kinds_of_groups) == groups);
+    if (!known_.empty()) return known_;
     std::vector<Run> runs;
     uint32_t words = 0;
     for (size_t group = 0; group < groups; ++group) {
@@ -99,6 +107,10 @@ std::vector<TrianglesByKind::Run> TrianglesByKind::runs() {
 
 void TrianglesByKind::copy(size_t chunk, uint32_t* to) const {
     const std::span<const uint32_t> triangles = of(chunk);
+    if (!known_.empty()) {
+        std::ranges::copy(triangles, to + chunk * chunk_words);
+        return;
+    }
     std::array<uint32_t, groups> next = chunks_[chunk].first;
     uint32_t begin = 0;
     for (const auto& [end, group] : chunks_[chunk].ends) {

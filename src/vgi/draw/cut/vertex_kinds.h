@@ -33,13 +33,14 @@ public:
     // triangles: must outlive this. cells: along a side of a page of positions. told_apart: if not, all are of every
     // kind (patches that are to be tessellated, say).
     TrianglesByKind(std::span<const uint32_t> triangles, uint32_t cells, bool told_apart = true);
-
-    size_t chunks() const { return chunks_.size(); }
-    void look_at(size_t chunk);
-
     struct Run {
         uint32_t kinds, words;  // LODE_VGI_KIND_... there may be; indices, > 0
     };
+    // Of triangles that are in that order already, in these runs.
+    TrianglesByKind(std::span<const uint32_t> triangles, std::vector<Run> runs);
+
+    size_t chunks() const { return chunks_.size(); }
+    void look_at(size_t chunk);
     // In their order. Call it when all chunks have been looked at; then they can be copied.
     std::vector<Run> runs();
     // to: of the whole list.
@@ -55,8 +56,9 @@ private:
     std::span<const uint32_t> of(size_t chunk) const;
 
     std::span<const uint32_t> triangles_;
-    uint32_t cells_;
-    bool told_apart_;
+    uint32_t cells_ = 0;
+    bool told_apart_ = true;
+    std::vector<Run> known_;  // where they are in order
     std::vector<Chunk> chunks_;
 };
 

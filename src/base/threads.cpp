@@ -167,6 +167,8 @@ unsigned thread_count() {
 void parallel_for(size_t count, size_t grain, const Body& body) {
     LODE_CHECK(grain > 0);
     Loop loop(count, grain, body);
+    // One chunk is no loop: loops in it are for all threads.
+    if (loop.chunks() == 1) return body(0, count);
     const InsideLoop inside;
     const size_t threads = inside.nested() ? 1 : std::min<size_t>(thread_count(), loop.chunks());
     if (threads > 1) {

@@ -86,6 +86,22 @@ TEST_P(ParallelFor, ThrowsWhenAllChunksHaveEnded) {
     }
 }
 
+// What is in the only chunk of a loop has all threads.
+TEST_P(ParallelFor, LeavesThreadsToLoopsInOneChunk) {
+    if (GetParam() == 1) return;  // there is but one
+    std::atomic<int> alone = 0, most = 0;
+    parallel_for(1, 1, [&](size_t, size_t) {
+        parallel_for(2, 1, [&](size_t, size_t) {
+            most = std::max(most.load(), ++alone);
+            const auto start = std::chrono::steady_clock::now();
+            while (most < 2 && std::chrono::steady_clock::now() - start < std::chrono::seconds(20))
+                std::this_thread::yield();
+            --alone;
+        });
+    });
+    EXPECT_EQ(most, 2);
+}
+
 TEST_P(ParallelFor, HandsOnWhatANestedLoopThrows) {
     const auto nested_throw = [](size_t i) {
         if (i % 3 != 2) return false;

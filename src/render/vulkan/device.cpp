@@ -6,6 +6,7 @@
 #include <memory>
 #include <type_traits>
 
+#include "render/vulkan/loaded_libraries.h"
 #include "render/window/surface.h"
 
 namespace lodestone {
@@ -72,7 +73,9 @@ VkInstance bare_instance(const std::vector<const char*>& layers, const std::vect
     create.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
     create.ppEnabledExtensionNames = extensions.data();
     VkInstance instance = VK_NULL_HANDLE;
+    const LoadedLibraries before;
     LODE_VK(vkCreateInstance(&create, nullptr, &instance));
+    before.keep_new();
     return instance;
 }
 
@@ -290,7 +293,9 @@ void Device::make_device(bool presents) {
     const char* swapchain = VK_KHR_SWAPCHAIN_EXTENSION_NAME;
     create.enabledExtensionCount = presents ? 1 : 0;
     create.ppEnabledExtensionNames = &swapchain;
+    const LoadedLibraries before;
     LODE_VK(vkCreateDevice(physical_, &create, nullptr, &device_));
+    before.keep_new();
     vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
     load_debug_functions();
 }

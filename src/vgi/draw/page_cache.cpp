@@ -178,11 +178,12 @@ void PageCache::touch_positions(std::span<const uint32_t> pages) {
 
 // What was decoded since the last frame.
 void PageCache::take_decoded() {
-    for (auto& page : decoding_) ready_.push_back(page.get());
-    decoding_.clear();
+    if (!decoding_.valid()) return;
+    for (Decoded& page : decoding_.get()) ready_.push_back(std::move(page));
 }
 
 void PageCache::start_decoding(const FrameInput& input) {
+    std::vector<DecodeTask> tasks;
     for (const Arrival& arrival : input.arrivals) {
         const PageId id{static_cast<Layer>(arrival.request & 3), static_cast<uint32_t>(arrival.request >> 40),
                         static_cast<uint32_t>(arrival.request >> 2 & 0xffffffffu)};
@@ -207,8 +208,16 @@ void PageCache::start_decoding(const FrameInput& input) {
             task.parent_geometry = known.geometry.entry(parent_of(id).number).texels;
         }
         set_state(id, PageState::decoding);
-        decoding_.push_back(decoder_.start<Decoded>([task = std::move(task)] { return task.run(); }));
+        tasks.push_back(std::move(task));
     }
+    if (tasks.empty()) return;
+    decoding_ = decoder_.start<std::vector<Decoded>>([tasks = std::move(tasks)] {
+        std::vector<Decoded> decoded(tasks.size());
+        parallel_for(tasks.size(), 1, [&](size_t begin, size_t end) {
+            for (size_t k = begin; k < end; ++k) decoded[k] = tasks[k].run();
+        });
+        return decoded;
+    });
 }
 
 void PageCache::forget(const PageId& id) {

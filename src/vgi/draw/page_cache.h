@@ -140,7 +140,7 @@ private:
     std::vector<bool> told_;                                            // by atlas: that a page has failed
     std::vector<std::string> warnings_;                                 // for the next plan
     std::vector<Decoded> ready_;                                        // decoded, without a slot yet
-    std::vector<std::future<Decoded>> decoding_;
+    std::future<std::vector<Decoded>> decoding_;  // what the last frame brought
     uint32_t waiting_ = 0, uploaded_ = 0, evicted_ = 0, failed_ = 0;
     bool changed_ = true;
     Worker decoder_;  // last: its thread ends before what it works for

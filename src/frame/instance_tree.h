@@ -60,8 +60,16 @@ public:
                 if (const uint32_t seen_by = seen_thing(thing, some); seen_by != 0) things.emplace_back(thing, seen_by);
             }
         }
-        std::ranges::sort(things);
-        for (const auto& [thing, views] : things) found(thing, views);
+        if (16 * things.size() < order_.size()) {
+            std::ranges::sort(things);
+            for (const auto& [thing, views] : things) found(thing, views);
+            return;
+        }
+        std::vector<uint32_t> views_of(order_.size(), 0);
+        for (const auto& [thing, views] : things) views_of[thing] = views;
+        for (uint32_t thing = 0; thing < views_of.size(); ++thing) {
+            if (views_of[thing] != 0) found(thing, views_of[thing]);
+        }
     }
 
 private:

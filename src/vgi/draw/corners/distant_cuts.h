@@ -3,11 +3,12 @@
 // instances that are about as far share a list (cut/shared_cuts.h).
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/mat3x3.hpp>
+#include <limits>
 #include <map>
-#include <optional>
 #include <vector>
 
 #include "frame/instance_set.h"
@@ -42,12 +43,9 @@ public:
 
     // For which errors: magnification_of. What was made for others is forgotten.
     void begin(double magnification);
-    // The step of an instance whose nearest point counts to be so far away; nothing where it has a cut of its own.
-    std::optional<int32_t> step_of(double nearest) const {
-        if (!(nearest > least_) || !std::isfinite(nearest)) return std::nullopt;
-        const int32_t step = step_within(nearest);
-        return reach_of(step) >= least_ ? std::optional(step) : std::nullopt;
-    }
+    // Nearer than that some chart may have all of its corners; object units; infinite where
+    // none ever may lack one.
+    double least() const { return least_; }
     // Triangles that instances in a step are drawn with, an index list as Cut::parts has it. Good until begin().
     const std::vector<uint32_t>& triangles(int32_t step);
 
@@ -56,6 +54,13 @@ public:
         return static_cast<int32_t>(std::floor(steps_per_octave * std::log2(nearest)));
     }
     static double reach_of(int32_t step) { return std::exp2(step / steps_per_octave); }
+    // The first step that begins no nearer than `least` >= 0.
+    static int32_t step_from(double least) {
+        if (!std::isfinite(least)) return std::numeric_limits<int32_t>::max();
+        int32_t step = step_within(std::max(least, 1e-30));
+        while (reach_of(step) < least) ++step;
+        return step;
+    }
     static constexpr double rounded = 1e-5;  // of distances, what float arithmetic may lose on the way, as a share
 
 private:
@@ -67,7 +72,7 @@ private:
     const Atlas* about_;
     ErrorCodes codes_;
     double magnification_ = 0;
-    double least_;  // object units: nearer than that some chart may have all of its corners
+    double least_;
     std::map<int32_t, std::vector<uint32_t>> made_;
 };
 

@@ -6,7 +6,6 @@
 #include <glm/matrix.hpp>
 #include <utility>
 
-#include "base/threads.h"
 #include "frame/screen_error.h"
 #include "vgi/draw/cut/visibility.h"
 
@@ -208,39 +207,47 @@ bool CutRegion::covers(const FrameInput& input) const {
     return true;
 }
 
+const Instance& CutRegion::there(const CutInstance& instance) const {
+    return instance.moved != nullptr ? instance.moved->there : instances[instance.number];
+}
+
+const CutMargin& CutRegion::margin_of(const CutInstance& instance) const {
+    return instance.moved != nullptr ? instance.moved->margin : margin;
+}
+
 CutInput cut_input(CutRegion region, std::vector<AtlasSnapshot> atlases, const InstanceTree& tree, const View* last) {
     CutInput input;
     input.atlases = std::move(atlases);
-    const auto sphere_of = [&](const Instance& instance) {
-        return to_world(input.atlases[instance.asset].atlas->charts.sphere(), instance.object_to_world);
-    };
-    // Those that stand are looked for in the tree, the others one by one.
-    const auto seen_from = [&](std::span<const View> views) {
-        std::vector<InstanceTree::Seen> standing = tree.seen(widened_frusta(views, region.margin, true));
-        std::erase_if(standing, [&](const auto& s) { return region.find_moved(s.instance) != nullptr; });
-        std::vector<CutInstance> seen(standing.size());
-        parallel_for(seen.size(), 1024, [&](size_t begin, size_t end) {
-            for (size_t k = begin; k < end; ++k) {
-                const auto& [instance, by] = standing[k];
-                seen[k] = {instance, by, region.instances[instance], region.margin};
-            }
-        });
-        for (const CutRegion::Moved& m : region.moved) {
-            const Sphere sphere = sphere_of(m.there);
-            const std::vector<Frustum> frusta = widened_frusta(views, m.margin, false);
-            uint32_t mask = 0;
-            for (size_t v = 0; v < frusta.size(); ++v)
-                mask |= frusta[v].touches(sphere.centre, sphere.radius) ? 1u << v : 0u;
-            if (mask != 0) seen.push_back({m.instance, mask, m.there, m.margin});
-        }
-        if (!region.moved.empty()) std::ranges::sort(seen, {}, &CutInstance::number);
-        return seen;
-    };
-    input.seen = seen_from(region.views);
     if (last != nullptr && !region.level_view && last->eye != region.views[0].eye) {
         const glm::vec3 step = region.views[0].eye - last->eye;
         input.ahead = moved_view(region.views[0], step * frames_ahead, glm::mat3(1));
-        input.seen_ahead = seen_from(std::span(&*input.ahead, 1));
+    }
+    // Both at once: bits of views, and one more for the one ahead.
+    const auto frusta_of = [&](const CutMargin& margin, bool casters_alone) {
+        std::vector<Frustum> frusta = widened_frusta(region.views, margin, casters_alone);
+        if (input.ahead) frusta.push_back(widened_frustum(*input.ahead, margin));
+        return frusta;
+    };
+    const uint32_t further = 1u << region.views.size();
+    const auto add = [&](uint32_t number, uint32_t seen_by, const CutRegion::Moved* moved) {
+        if ((seen_by & (further - 1)) != 0) input.seen.push_back({number, seen_by & (further - 1), moved});
+        if ((seen_by & further) != 0) input.seen_ahead.push_back({number, 1, moved});
+    };
+    // Those that stand are looked for in the tree, the others one by one.
+    for (const InstanceTree::Seen& s : tree.seen(frusta_of(region.margin, true))) {
+        if (region.find_moved(s.instance) == nullptr) add(s.instance, s.views, nullptr);
+    }
+    for (const CutRegion::Moved& m : region.moved) {
+        const Sphere sphere = to_world(input.atlases[m.there.asset].atlas->charts.sphere(), m.there.object_to_world);
+        const std::vector<Frustum> frusta = frusta_of(m.margin, false);
+        uint32_t seen_by = 0;
+        for (size_t v = 0; v < frusta.size(); ++v)
+            seen_by |= frusta[v].touches(sphere.centre, sphere.radius) ? 1u << v : 0u;
+        add(m.instance, seen_by, &m);
+    }
+    if (!region.moved.empty()) {
+        std::ranges::sort(input.seen, {}, &CutInstance::number);
+        std::ranges::sort(input.seen_ahead, {}, &CutInstance::number);
     }
     input.region = std::move(region);
     return input;

@@ -32,6 +32,8 @@ private:
     size_t next_ = 0;
 };
 
+struct CutInstance;
+
 // What cuts are made for.
 struct CutRegion {
     std::vector<View> views;         // as FrameInput::views, where the camera is thought to be
@@ -54,17 +56,19 @@ struct CutRegion {
     // where instances came, went, or changed their size or shape. share: of the camera's step, that it may be off.
     static std::optional<CutRegion> after(const FrameInput& last, const FrameInput& now, float share);
     bool covers(const FrameInput& input) const;
-    // Where an instance is thought to be.
+    // Null where it stands where it stood.
     const Moved* find_moved(uint32_t instance) const;
+    // Where an instance that is cut is thought to be, and the margin of the views as it sees them.
+    const Instance& there(const CutInstance& instance) const;
+    const CutMargin& margin_of(const CutInstance& instance) const;
     bool operator==(const CutRegion&) const = default;
 };
 
 // An instance that is cut.
 struct CutInstance {
-    uint32_t number;  // in the region's set
-    uint32_t views;   // that may see it, bit v for views[v]
-    Instance there;
-    CutMargin margin;
+    uint32_t number;                // in the region's set
+    uint32_t views;                 // that may see it, bit v for views[v]
+    const CutRegion::Moved* moved;  // of the region; null where it stands
 };
 
 // What the cut of a region is made from; nothing of it changes while it is made.

@@ -19,15 +19,15 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr size_t first_at_once = 16,
-                 most_at_once = 512;       // instances, after which it is looked whether they are too much
-constexpr uint64_t much_words = 3 * 4096;  // of an instance that all threads are worth while for
-constexpr size_t fewest_side_by_side = 8;  // instances: fewer may be large, and threads would be idle
+constexpr size_t first_at_once = 64,
+                 most_at_once = 512;       // cuts, after which it is looked whether they are too much
+constexpr uint64_t much_words = 3 * 4096;  // of a cut that all threads are worth while for
+constexpr size_t fewest_side_by_side = 8;  // cuts: fewer may be large, and threads would be idle
 constexpr uint64_t far_beyond = 4;         // times what there may be, where cutting ends
 
 CutRequest request_for(const CutRegion& region, const CutInstance& instance, double raised, int64_t level) {
     CutRequest request;
-    request.object_to_world = instance.there.object_to_world;
+    request.object_to_world = region.there(instance).object_to_world;
     request.views = region.views;
     request.level_view = region.level_view ? &*region.level_view : nullptr;
     request.pixel_error = region.budget.pixel_error * raised;
@@ -35,9 +35,9 @@ CutRequest request_for(const CutRegion& region, const CutInstance& instance, dou
     request.forced_level = level < 0 ? -1 : std::max<int64_t>(level - 1, 0);
     request.forced_leaves = level == 0;
     request.cull_back_faces = region.views[0].culls_back_faces;
-    request.margin = instance.margin;
+    request.margin = region.margin_of(instance);
     // What moved may turn while the cut is drawn, and the light's direction with it.
-    request.casters_alone = region.find_moved(instance.number) == nullptr;
+    request.casters_alone = instance.moved == nullptr;
     return request;
 }
 
@@ -97,10 +97,12 @@ private:
         }
     };
 
-    const AtlasSnapshot& atlas_of(const CutInstance& i) const {
-        LODE_CHECK(i.there.asset < input_.atlases.size(), i.there.asset, input_.atlases.size());
-        return input_.atlases[i.there.asset];
+    uint32_t asset_of(const CutInstance& i) const {
+        const uint32_t asset = region_.there(i).asset;
+        LODE_CHECK(asset < input_.atlases.size(), asset, input_.atlases.size());
+        return asset;
     }
+    const AtlasSnapshot& atlas_of(const CutInstance& i) const { return input_.atlases[asset_of(i)]; }
     CutRequest request_of(const CutInstance& i) const { return request_for(region_, i, result_.raised, result_.level); }
     // Charts that some view of the request sees.
     std::vector<uint32_t> charts_of(uint32_t asset, const CutRequest& request) const {
@@ -150,7 +152,7 @@ private:
         Apart apart;
         for (size_t k = 0; k < steps.size(); ++k) {
             if (steps[k]) {
-                apart.shared[{instances[k].there.asset, *steps[k]}].push_back(k);
+                apart.shared[{asset_of(instances[k]), *steps[k]}].push_back(k);
             } else {
                 apart.own.push_back(k);
             }
@@ -175,11 +177,11 @@ private:
             for (size_t k = begin; k < end; ++k) {
                 const CutInstance& i = instances[k];
                 const Sphere around = atlas_of(i).atlas->charts.sphere();
-                const glm::mat4& to_world = i.there.object_to_world;
-                const double nearest = i.margin == region_.margin
+                const glm::mat4& to_world = region_.there(i).object_to_world;
+                const double nearest = i.moved == nullptr
                                            ? usual.nearest(to_world, around)
-                                           : InstanceDistance(sets_levels, i.margin).nearest(to_world, around);
-                steps[k] = memory_.shared[i.there.asset].step_of(nearest);
+                                           : InstanceDistance(sets_levels, i.moved->margin).nearest(to_world, around);
+                steps[k] = memory_.shared[asset_of(i)].step_of(nearest);
             }
         });
         return steps;
@@ -215,7 +217,7 @@ private:
         for (const size_t k : apart.own) {
             const CutInstance& i = input_.seen[k];
             memory_.instances.try_emplace(i.number);
-            jobs_.push_back({i.there.asset, &i, 0, {}});
+            jobs_.push_back({asset_of(i), &i, 0, {}});
         }
         cuts_.assign(jobs_.size(), {});
     }
@@ -271,11 +273,17 @@ private:
         }
         return beyond;
     }
-    // Those that were little are cut side by side, each by one thread; the others one after another, by all threads.
+    // Those that were little, or no more than a thread's share, are cut side by side, each by one thread; the others
+    // one after another, by all threads.
     // False where all words together come to more than `most`: then the last were not cut.
     bool cut_some(size_t begin, size_t end, uint64_t most) {
         std::vector<size_t> little, much;
-        for (size_t j = begin; j < end; ++j) (words_before(jobs_[j]) < much_words ? little : much).push_back(j);
+        uint64_t together = 0;
+        for (size_t j = begin; j < end; ++j) together += words_to_make(jobs_[j]);
+        for (size_t j = begin; j < end; ++j) {
+            const uint64_t its = words_to_make(jobs_[j]);
+            (its < much_words || its * thread_count() <= together ? little : much).push_back(j);
+        }
         if (little.size() < fewest_side_by_side) {
             much.insert(much.end(), little.begin(), little.end());
             little.clear();
@@ -298,10 +306,14 @@ private:
         result_.triangles = triangles;
         return words_ <= most;
     }
-    // Of the cut before.
-    uint64_t words_before(const Job& job) const {
-        return job.instance != nullptr ? memory_.instances.at(job.instance->number).words
-                                       : shared_[job.shared].cut->words().size();
+    bool is_good(const Job& job) const {
+        return shared_[job.shared].cut->is_good(input_.atlases[job.asset].pages->geometry,
+                                                memory_.shared[job.asset].magnification());
+    }
+    // As many as there were in the cut before.
+    uint64_t words_to_make(const Job& job) const {
+        if (job.instance != nullptr) return memory_.instances.at(job.instance->number).words;
+        return is_good(job) ? 0 : shared_[job.shared].cut->words().size();
     }
     struct CutAlone {
         uint64_t words, triangles;
@@ -313,7 +325,7 @@ private:
         if (job.instance == nullptr) {
             Shared& shared = shared_[job.shared];
             const SharedCuts& of_atlas = memory_.shared[job.asset];
-            if (!shared.cut->is_good(pages.geometry, of_atlas.magnification())) {
+            if (!is_good(job)) {
                 shared.cut->make(*cutter_, pages.geometry, of_atlas.request_for(job.step, sets_levels(), pixel_error()),
                                  of_atlas.magnification(), found);
                 found.clear();
@@ -437,7 +449,7 @@ private:
         }
         for (const size_t k : apart.own) {
             const CutInstance& i = input_.seen_ahead[k];
-            requests.emplace_back(i.there.asset, request_of(i));
+            requests.emplace_back(asset_of(i), request_of(i));
             requests.back().second.views = std::span(&*input_.ahead, 1);
         }
         find_pages(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <span>
 
@@ -37,18 +38,21 @@ void SharedCut::add_to(PageDemand& demand) const {
 
 SharedCuts::SharedCuts(const OpenAtlas& atlas)
     : distant_(atlas.topology->corners(), atlas.file->about()),
-      least_(least_radii * double{atlas.charts.sphere().radius}) {}
+      least_of_corners_(std::numeric_limits<int32_t>::max()),
+      least_of_samples_(DistantCuts::step_from(least_radii * double{atlas.charts.sphere().radius})) {}
 
 void SharedCuts::begin(double magnification) {
+    if (magnification == magnification_) return;
     distant_.begin(magnification);
+    least_of_corners_ = DistantCuts::step_from(distant_.least());
     magnification_ = magnification;
 }
 
 std::optional<SharedCuts::Step> SharedCuts::step_of(double nearest) const {
-    if (const auto number = distant_.step_of(nearest)) return Step{false, *number};
-    if (!(nearest > least_) || !std::isfinite(nearest)) return std::nullopt;
-    const Step step{true, DistantCuts::step_within(nearest)};
-    return SharedCuts::nearest(step) >= least_ ? std::optional(step) : std::nullopt;
+    if (!(nearest > 0) || !std::isfinite(nearest)) return std::nullopt;
+    const int32_t number = DistantCuts::step_within(nearest);
+    if (number >= least_of_corners_) return Step{false, number};
+    return number >= least_of_samples_ ? std::optional(Step{true, number}) : std::nullopt;
 }
 
 CutRequest SharedCuts::request_for(Step step, const View& view, double pixel_error) const {

@@ -81,7 +81,7 @@ private:
     static constexpr double least_radii = 4;
 
     DistantCuts distant_;
-    double least_;  // object units
+    int32_t least_of_corners_, least_of_samples_;  // the first steps of each
     double magnification_ = 0;
     std::map<int32_t, SharedCut> near_;
 };

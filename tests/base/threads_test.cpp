@@ -89,17 +89,19 @@ TEST_P(ParallelFor, ThrowsWhenAllChunksHaveEnded) {
 // What is in the only chunk of a loop has all threads.
 TEST_P(ParallelFor, LeavesThreadsToLoopsInOneChunk) {
     if (GetParam() == 1) return;  // there is but one
-    std::atomic<int> alone = 0, most = 0;
+    // Each of the two waits for the other: one after the other they would wait in vain.
+    std::atomic<int> here = 0, in_vain = 0;
     parallel_for(1, 1, [&](size_t, size_t) {
         parallel_for(2, 1, [&](size_t, size_t) {
-            most = std::max(most.load(), ++alone);
+            ++here;
             const auto start = std::chrono::steady_clock::now();
-            while (most < 2 && std::chrono::steady_clock::now() - start < std::chrono::seconds(20))
+            while (here < 2 && std::chrono::steady_clock::now() - start < std::chrono::seconds(20))
                 std::this_thread::yield();
-            --alone;
+            in_vain += here < 2 ? 1 : 0;
         });
     });
-    EXPECT_EQ(most, 2);
+    EXPECT_EQ(here, 2);
+    EXPECT_EQ(in_vain, 0);
 }
 
 TEST_P(ParallelFor, HandsOnWhatANestedLoopThrows) {

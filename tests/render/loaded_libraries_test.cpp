@@ -2,6 +2,12 @@
 
 #include <dlfcn.h>
 #include <gtest/gtest.h>
+#include <link.h>
+
+#include <set>
+#include <string>
+
+#include "render/renderer.h"
 
 namespace lodestone {
 namespace {
@@ -27,6 +33,27 @@ TEST(LoadedLibraries, StayThoughNobodyHoldsThem) {
     dlclose(held_before);
     EXPECT_TRUE(is_loaded(kept));
     EXPECT_FALSE(is_loaded(other)) << "it was there before";
+}
+
+std::set<std::string> all_loaded() {
+    std::set<std::string> names;
+    dl_iterate_phdr(
+        [](dl_phdr_info* info, size_t, void* to) {
+            static_cast<std::set<std::string>*>(to)->insert(info->dlpi_name);
+            return 0;
+        },
+        &names);
+    return names;
+}
+
+TEST(LoadedLibraries, ADriverIsStillThereWhenItsDeviceIsGone) {
+    RendererOptions options;
+    options.width = options.height = 16;
+    auto renderer = Renderer::create(options);
+    if (!renderer) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    const std::set<std::string> with_device = all_loaded();
+    renderer->reset();
+    EXPECT_EQ(all_loaded(), with_device);
 }
 
 }  // namespace

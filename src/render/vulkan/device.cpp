@@ -131,6 +131,7 @@ VkBool32 Device::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtils
 }
 
 void Device::make_instance(bool validation, bool presents) {
+    const LoadedLibraries before;  // the loader may load drivers as soon as it is asked anything
     std::vector<const char*> layers, extensions;
     if (presents) extensions = surface_extensions();
     const auto known = enumerate<VkExtensionProperties>(
@@ -165,6 +166,7 @@ void Device::make_instance(bool validation, bool presents) {
     features.enabledValidationFeatureCount = 1;
     features.pEnabledValidationFeatures = enabled;
     instance_ = bare_instance(layers, extensions, validation ? &features : nullptr);
+    before.keep_new();
     if (validation) {
         const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
             vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));

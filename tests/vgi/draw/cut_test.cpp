@@ -797,7 +797,7 @@ TEST(Cuts, ForADistanceFitTogetherAndHoldWhateverIsNoNearerWants) {
 // While pages come and go.
 TEST(Cuts, ForADistanceGoOnFromTheOnesBefore) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 128, 8, true);
-    Residency residency = partly_resident(atlas, 0.5, 3, 0.5);
+    Residency residency = partly_resident(atlas, 0.95, 3, 0.5);
     Random random(9);
     const View view = random_views(atlas, random)[0];
     CutRequest request;
@@ -809,6 +809,7 @@ TEST(Cuts, ForADistanceGoOnFromTheOnesBefore) {
     PageDemand demand(residency.units());
     EXPECT_FALSE(shared.is_good(residency, 1));
     size_t changes = 0;
+    uint64_t taken_over = 0, triangles = 0;
     std::vector<uint32_t> before;
     for (uint32_t i = 0; i < 40; ++i) {
         SCOPED_TRACE(i);
@@ -816,7 +817,8 @@ TEST(Cuts, ForADistanceGoOnFromTheOnesBefore) {
         EXPECT_TRUE(shared.is_good(residency, 1));
         EXPECT_FALSE(shared.is_good(residency, 2));
         demand.clear();
-        shared.add_to(demand);
+        shared.add_to(demand, true);
+        taken_over += shared.taken_over();
         PageDemand from_nothing(residency.units());
         const Cut cut = from_scratch(residency, request, from_nothing);
         ASSERT_EQ(shared.words().size(), cut.parts[0].second.size());
@@ -834,7 +836,8 @@ TEST(Cuts, ForADistanceGoOnFromTheOnesBefore) {
         demand.clear();
         changes += shared.words() != before;
         before = shared.words();
-        for (int k = 0; k < 8; ++k) {
+        triangles += before.size() / 3;
+        for (int k = 0; k < 3; ++k) {
             const auto number = static_cast<uint32_t>(random.next() % residency.pages());
             const uint32_t chart = number / residency.tree().pages(), page = number % residency.tree().pages();
             if (page == 0 || page >= tree_of(atlas, Layer::geometry, chart).pages()) continue;
@@ -851,6 +854,9 @@ TEST(Cuts, ForADistanceGoOnFromTheOnesBefore) {
         EXPECT_FALSE(shared.is_good(residency, 1));
     }
     EXPECT_GT(changes, 20u);
+    std::printf("%.2f of the triangles are taken over\n",
+                static_cast<double>(taken_over) / static_cast<double>(triangles));
+    EXPECT_GT(4 * taken_over, triangles);
 }
 
 TEST(Cuts, CountDepthInThePictureAndNoLessThanIsFarAsideAndNoFasterThanPointsMove) {

@@ -33,6 +33,12 @@
 namespace lodestone::vgi {
 namespace {
 
+// How far away a flight begins and ends, and what it flies to: the first instance counts.
+struct Approach {
+    float from = 3.4f, to = 3.3f;
+    std::vector<Instance> instances = {Instance{}};
+};
+
 class VgiSourceTest : public testing::Test {
 protected:
     static void SetUpTestSuite() {
@@ -104,17 +110,18 @@ protected:
     using Position = decltype(PlanMirror::Puller::position);
     // Flies towards it and calls each(mirror, input) for frames that have all they ask for.
     template <class Each>
-    static void fly(const AtlasFile& file, const Position& position, Each&& each) {
+    static void fly(const AtlasFile& file, const Position& position, Each&& each, const Approach& flight = {}) {
         auto vgi = open_vgi({std::make_shared<const AtlasFile>(file)}, {uint64_t{1} << 28, 3});
         ASSERT_TRUE(vgi);
         PlanMirror mirror((*vgi)->recipe(), {position, patch_indices});
         std::vector<Arrival> arrivals;
         uint64_t frame = 0;
-        for (float distance = 3.4f; distance > 3.3f; distance *= 0.998f) {
+        for (float distance = flight.from; distance > flight.to; distance *= 0.998f) {
             FrameInput input;
             for (int quiet = 0; quiet < 3; ++frame) {
                 input = look_from(glm::vec3(0.3f, 0.2f, 1) * distance, frame);
                 input.views[0].culls_back_faces = false;  // all of it, all the time
+                input.instances = flight.instances;
                 input.arrivals = std::move(arrivals);
                 arrivals.clear();
                 const Plan plan = (*vgi)->plan(input);
@@ -140,20 +147,23 @@ protected:
         }
     };
     // How many pixels what is drawn moves at most from frame to frame.
-    static double farthest_motion(const AtlasFile& file) {
+    static double farthest_motion(const AtlasFile& file, const Approach& flight = {}) {
         std::vector<glm::vec3> last;
         double largest = 0;
-        fly(file, pulled_vertex, [&](const PlanMirror& mirror, const FrameInput& input) {
-            Drawn now(mirror);
-            if (!last.empty()) {
-                const ClosestSurface surface(now.corners, now.indices);
-                for (size_t i = 0; i < last.size(); i += 3) {
-                    const double moved = surface.closest(glm::dvec3(last[i])).distance;
-                    largest = std::max(largest, pixels(moved, last[i], input.views[0]));
+        fly(
+            file, pulled_vertex,
+            [&](const PlanMirror& mirror, const FrameInput& input) {
+                Drawn now(mirror);
+                if (!last.empty()) {
+                    const ClosestSurface surface(now.corners, now.indices);
+                    for (size_t i = 0; i < last.size(); i += 3) {
+                        const double moved = surface.closest(glm::dvec3(last[i])).distance;
+                        largest = std::max(largest, pixels(moved, last[i], input.views[0]));
+                    }
                 }
-            }
-            last = std::move(now.corners);
-        });
+                last = std::move(now.corners);
+            },
+            flight);
         return largest;
     }
     // Of vertices of leaves, in pixels from frame to frame: how far those that stay move at most; how far those that
@@ -850,6 +860,12 @@ TEST_F(VgiSourceTest, MovesNothingFarInOneFrame) {
     std::filesystem::remove(path);
     EXPECT_LT(farthest_motion(*file), 0.35);
     EXPECT_LT(farthest_motion(*atlas()), 1);
+    // Where it shares cuts with another, and goes from one to the next, within the pixel error.
+    Approach shared{8.0f, 6.4f, {Instance{}, Instance{}}};
+    shared.instances[1].object_to_world[3] = glm::vec4(0.5f, 0, 0, 1);
+    const double moved = farthest_motion(*file, shared);
+    std::printf("%.3f pixels where cuts are shared\n", moved);
+    EXPECT_LT(moved, 0.5);
 }
 
 TEST_F(VgiSourceTest, MovesLeavesToTheirPlacesFromWhereSamplesWere) {

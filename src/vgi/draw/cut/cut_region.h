@@ -73,6 +73,10 @@ struct CutInstance {
 
 // What the cut of a region is made from; nothing of it changes while it is made.
 struct CutInput {
+    CutInput() = default;
+    CutInput(CutInput&&) = default;
+    CutInput& operator=(CutInput&&) = default;
+
     CutRegion region;
     std::vector<AtlasSnapshot> atlases;
     std::vector<CutInstance> seen;        // those that some view of the region may see, rising

@@ -89,12 +89,13 @@ private:
                                   : std::vector<TrianglesByKind::Run>{
                                         {LODE_VGI_KIND_CORNERS, static_cast<uint32_t>(words->size())}};
         }
-        // Of views[0].
-        uint64_t seen_triangles() const {
+        // By views[0].
+        uint64_t seen_instances() const {
             uint64_t seen = 0;
             for (const auto& [views, numbers] : instances) seen += (views & 1) != 0 ? numbers.size() : 0;
-            return seen * words->size() / 3;
+            return seen;
         }
+        uint64_t seen_triangles() const { return seen_instances() * words->size() / 3; }
     };
 
     uint32_t asset_of(const CutInstance& i) const {
@@ -257,10 +258,21 @@ private:
         set_jobs();
         if (cutter_ == nullptr) return 0;
         const uint64_t far_too_much = whole ? limits_.worth : std::min(limits_.worth, far_beyond * limits_.most_words);
-        const auto beyond_now = [&] {
-            return std::max(share(words_, limits_.most_words), share(result_.triangles, region_.budget.max_triangles));
+        // all: of instances' own cuts, how many times as many as have been made.
+        const auto beyond_with = [&](double all) {
+            uint64_t words = 0, triangles = 0;
+            for (const Shared& shared : shared_) {
+                words += shared.words != nullptr ? shared.words->size() : 0;
+                triangles += shared.words != nullptr ? shared.seen_triangles() : 0;
+            }
+            const auto so_many = [&](uint64_t of_shared, uint64_t together) {
+                return static_cast<double>(of_shared) + all * static_cast<double>(together - of_shared);
+            };
+            return std::max(share(so_many(words, words_), limits_.most_words),
+                            share(so_many(triangles, result_.triangles), region_.budget.max_triangles));
         };
-        double beyond = beyond_now();
+        double beyond = beyond_with(1);
+        const size_t own = jobs_.size() - static_cast<size_t>(std::ranges::count(jobs_, nullptr, &Job::instance));
         size_t end = 0;
         for (size_t at_once = first_at_once; end < jobs_.size(); at_once = std::min(2 * at_once, most_at_once)) {
             const size_t begin = std::exchange(end, std::min(end + at_once, jobs_.size()));
@@ -268,8 +280,10 @@ private:
             result_.given_up = !all && far_too_much == limits_.worth;
             if (result_.given_up) return 0;
             // Where not all were cut, nobody knows how many triangles they have.
-            beyond = !all ? static_cast<double>(far_beyond) : beyond_now();
-            if (beyond > 1 && !whole) return beyond * static_cast<double>(jobs_.size()) / static_cast<double>(end);
+            beyond = !all ? static_cast<double>(far_beyond) : beyond_with(1);
+            const double done = static_cast<double>(std::max(own + end, jobs_.size()) - jobs_.size());
+            const double times = done > 0 ? static_cast<double>(own) / done : 1;
+            if (beyond > 1 && !whole) return all ? beyond_with(times) : beyond * times;
         }
         return beyond;
     }
@@ -330,7 +344,7 @@ private:
                                  of_atlas.magnification(), found);
                 found.clear();
             }
-            shared.cut->add_to(found);
+            shared.cut->add_to(found, shared.seen_instances() > 0);
             shared.words = &shared.cut->words();
             return {shared.words->size(), shared.seen_triangles()};
         }
@@ -342,8 +356,8 @@ private:
         for (const auto& part : cuts_[j].parts) kept.words += part.second.size();
         return {kept.words, cuts_[j].triangles};
     }
-    static double share(uint64_t count, uint64_t most) {
-        return static_cast<double>(count) / static_cast<double>(std::max<uint64_t>(most, 1));
+    static double share(double count, uint64_t most) {
+        return count / static_cast<double>(std::max<uint64_t>(most, 1));
     }
 
     // Which list draws which instances, without its words.
@@ -427,6 +441,7 @@ private:
             jobs_.size(), &CutMemory::Demand::attributes, [&](size_t j) { return jobs_[j].asset; },
             [&](size_t j, PageDemand& found) {
                 const Job& job = jobs_[j];
+                if (job.instance == nullptr && shared_[job.shared].seen_instances() == 0) return;
                 const AtlasSnapshot& atlas = input_.atlases[job.asset];
                 CutRequest request = job.instance != nullptr ? request_of(*job.instance)
                                                              : memory_.shared[job.asset].request_for(

@@ -65,7 +65,7 @@ RefinementTest::RefinementTest(const CutRequest& request, const Atlas& about)
 float RefinementTest::excess(const PageBounds& bounds) const {
     const glm::vec3 seen = object_.seen(bounds.centre);
     const float away =
-        away_.aside(seen, glm::dot(seen, seen)) - bounds.radius * scale_ - radii_[bounds.sample_radius] - margin_;
+        away_.aside(seen, glm::dot(seen, seen)) - spread_of(bounds) - radii_[bounds.sample_radius] - margin_;
     const float error = errors_[bounds.sample_error];
     return error > 0 ? error / std::max(away, 1e-3f * error) : 0;
 }

@@ -125,8 +125,10 @@ private:
     };
     static SampleCodes most_of(const PageBounds& bounds) { return {bounds.sample_error, bounds.sample_radius}; }
     glm::vec3 place_of(const GeometryTexel& t) const { return lattice_.seen(glm::vec3(t.x, t.y, t.z)); }
+    // By how much nearer than its centre something in it may count to be.
+    float spread_of(const PageBounds& bounds) const { return everywhere_ ? 0 : bounds.radius * scale_; }
     float reach_to(const PageBounds& bounds, SampleCodes most) const {
-        return reach_[most.error] + radii_[most.radius] + (everywhere_ ? 0 : bounds.radius * scale_);
+        return reach_[most.error] + radii_[most.radius] + spread_of(bounds);
     }
     std::array<float, 256> errors_, reach_, radii_;
     float magnification_, scale_, margin_;

@@ -31,9 +31,9 @@ void SharedCut::make(const Cutter& cutter, const Residency& residency, const Cut
     kept_.updates = residency.updates();
 }
 
-void SharedCut::add_to(PageDemand& demand) const {
+void SharedCut::add_to(PageDemand& demand, bool seen) const {
     for (const uint32_t unit : touched_) demand.touch(unit);
-    for (const auto& [unit, wish] : asked_) demand.ask(unit, wish);
+    for (const auto& [unit, wish] : asked_) demand.ask(unit, wish_for(wish, seen ? 1 : 0));
 }
 
 SharedCuts::SharedCuts(const OpenAtlas& atlas)

@@ -1,7 +1,8 @@
 // Cuts that instances share. Which samples of an instance are wanted is told from how far away it is, and instances of
 // an atlas that are about as far are drawn with one list, each once. It holds whatever any of them wants, seen from
-// wherever; what one of them does not want is drawn where the coarser level has it, as vertices move by their own
-// instance. Such a list is as it was for as long as no page comes or goes, wherever the camera flies.
+// wherever. What one of them does not want is drawn in the middle of the edge that it halves, as vertices move by their
+// own instance: on the coarser level, or off it by less than the pixel error where the edge's ends are not wanted
+// either. Such a list is as it was for as long as no page comes or goes, wherever the camera flies.
 //
 // Where instances are so far away that no chart of them may be whole, lists are of corners alone (distant_cuts.h).
 #pragma once
@@ -31,8 +32,9 @@ public:
     // request: for a distance. demand: empty; what is in it afterwards is of no use.
     void make(const Cutter& cutter, const Residency& residency, const CutRequest& request, double magnification,
               PageDemand& demand);
-    // The pages that it uses and misses.
-    void add_to(PageDemand& demand) const;
+    // The pages that it uses and misses. seen: whether views[0] sees an instance of it.
+    void add_to(PageDemand& demand, bool seen) const;
+    uint64_t taken_over() const { return kept_.taken_over; }  // triangles of the cut before, by the last make()
 
     const std::vector<uint32_t>& words() const { return words_; }            // as Cut::parts has them
     const std::vector<TrianglesByKind::Run>& runs() const { return runs_; }  // that they are in

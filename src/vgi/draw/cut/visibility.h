@@ -45,7 +45,7 @@ private:
 
     const Atlas* about_;
     std::vector<Frustum> frusta_;  // object space
-    glm::vec3 eye_;
+    glm::vec3 eye_{0};
     float scale_ = 1;       // world units to one of the object
     float eye_margin_ = 0;  // object units
     bool cones_ = false;    // views[0] leaves out back faces, and the surface is closed

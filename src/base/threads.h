@@ -12,8 +12,8 @@ void set_thread_count(unsigned count);
 unsigned thread_count();  // how many threads a loop uses, at least 1
 
 // Calls body(begin, end) for consecutive chunks of [0, count) of `grain` items (the last may be shorter). Chunks begin
-// in their order, on any thread, the caller's included. grain > 0. Calls within a call of several
-// chunks run on the calling thread. Any number of threads may call at once.
+// in their order, on any thread, the caller's included. grain > 0. Calls within a call of several chunks run
+// on the calling thread. Any number of threads may call at once.
 // Where a body throws, no further chunk begins, and the exception reaches the caller when all that have begun have
 // ended. If several throw, the exception of the first chunk of them does, for any number of threads.
 void parallel_for(size_t count, size_t grain, const std::function<void(size_t begin, size_t end)>& body);

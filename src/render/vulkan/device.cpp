@@ -73,9 +73,7 @@ VkInstance bare_instance(const std::vector<const char*>& layers, const std::vect
     create.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
     create.ppEnabledExtensionNames = extensions.data();
     VkInstance instance = VK_NULL_HANDLE;
-    const LoadedLibraries before;
     LODE_VK(vkCreateInstance(&create, nullptr, &instance));
-    before.keep_new();
     return instance;
 }
 
@@ -91,7 +89,9 @@ std::vector<DeviceInfo> Device::list() {
     struct Destroy {
         void operator()(VkInstance instance) const { vkDestroyInstance(instance, nullptr); }
     };
+    const LoadedLibraries before;
     const std::unique_ptr<std::remove_pointer_t<VkInstance>, Destroy> instance(bare_instance({}, {}, nullptr));
+    before.keep_new();
     std::vector<DeviceInfo> all;
     for (VkPhysicalDevice physical : physical_devices(instance.get())) all.push_back(describe(physical));
     return all;

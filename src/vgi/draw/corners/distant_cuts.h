@@ -43,8 +43,8 @@ public:
 
     // For which errors: magnification_of. What was made for others is forgotten.
     void begin(double magnification);
-    // Nearer than that some chart may have all of its corners; object units; infinite where
-    // some chart always has.
+    // Nearer than that some chart may have all of its corners; object units; infinite where some chart
+    // always has.
     double least() const { return least_; }
     // Triangles that instances in a step are drawn with, an index list as Cut::parts has it. Good until begin().
     const std::vector<uint32_t>& triangles(int32_t step);

@@ -261,9 +261,10 @@ private:
         // all: of instances' own cuts, how many times as many as have been made.
         const auto beyond_with = [&](double all) {
             uint64_t words = 0, triangles = 0;
-            for (const Shared& shared : shared_) {
-                words += shared.words != nullptr ? shared.words->size() : 0;
-                triangles += shared.words != nullptr ? shared.seen_triangles() : 0;
+            for (const Shared& drawn : shared_) {
+                if (drawn.words == nullptr) continue;
+                words += drawn.words->size();
+                triangles += drawn.seen_triangles();
             }
             const auto so_many = [&](uint64_t of_shared, uint64_t together) {
                 return static_cast<double>(of_shared) + all * static_cast<double>(together - of_shared);
@@ -272,7 +273,7 @@ private:
                             share(so_many(triangles, result_.triangles), region_.budget.max_triangles));
         };
         double beyond = beyond_with(1);
-        const size_t own = jobs_.size() - static_cast<size_t>(std::ranges::count(jobs_, nullptr, &Job::instance));
+        const auto shared = static_cast<size_t>(std::ranges::count(jobs_, nullptr, &Job::instance));  // they come first
         size_t end = 0;
         for (size_t at_once = first_at_once; end < jobs_.size(); at_once = std::min(2 * at_once, most_at_once)) {
             const size_t begin = std::exchange(end, std::min(end + at_once, jobs_.size()));
@@ -281,8 +282,8 @@ private:
             if (result_.given_up) return 0;
             // Where not all were cut, nobody knows how many triangles they have.
             beyond = !all ? static_cast<double>(far_beyond) : beyond_with(1);
-            const double done = static_cast<double>(std::max(own + end, jobs_.size()) - jobs_.size());
-            const double times = done > 0 ? static_cast<double>(own) / done : 1;
+            const double times =
+                end > shared ? static_cast<double>(jobs_.size() - shared) / static_cast<double>(end - shared) : 1;
             if (beyond > 1 && !whole) return all ? beyond_with(times) : beyond * times;
         }
         return beyond;

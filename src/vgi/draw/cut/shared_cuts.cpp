@@ -17,7 +17,7 @@ void SharedCut::make(const Cutter& cutter, const Residency& residency, const Cut
     std::iota(charts.begin(), charts.end(), 0u);
     const Cut cut = cutter.cut(residency, request, charts, demand, kept_);
     LODE_CHECK(cut.parts.size() <= 1, cut.parts.size());
-    const std::vector<uint32_t> words = cut.parts.empty() ? std::vector<uint32_t>{} : cut.parts[0].second;
+    const auto words = cut.parts.empty() ? std::span<const uint32_t>() : std::span(cut.parts[0].second);
     TrianglesByKind by_kind(words, residency.tree().cells_per_page());
     for (size_t c = 0; c < by_kind.chunks(); ++c) by_kind.look_at(c);
     runs_ = by_kind.runs();
@@ -26,9 +26,8 @@ void SharedCut::make(const Cutter& cutter, const Residency& residency, const Cut
     touched_ = demand.all_touched();
     asked_.clear();
     for (const uint32_t unit : demand.all_asked()) asked_.emplace_back(unit, demand.wish(unit));
-    made_ = true;
+    made_at_ = residency.updates();
     magnification_ = magnification;
-    kept_.updates = residency.updates();
 }
 
 void SharedCut::add_to(PageDemand& demand, bool seen) const {

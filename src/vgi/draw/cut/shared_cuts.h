@@ -27,7 +27,7 @@ class SharedCut {
 public:
     // Whether make() would change nothing.
     bool is_good(const Residency& residency, double magnification) const {
-        return made_ && magnification == magnification_ && residency.updates() == kept_.updates;
+        return made_at_ == residency.updates() && magnification == magnification_;
     }
     // request: for a distance. demand: empty; what is in it afterwards is of no use.
     void make(const Cutter& cutter, const Residency& residency, const CutRequest& request, double magnification,
@@ -40,7 +40,7 @@ public:
     const std::vector<TrianglesByKind::Run>& runs() const { return runs_; }  // that they are in
 
 private:
-    bool made_ = false;
+    std::optional<uint64_t> made_at_;  // Residency::updates
     double magnification_ = 0;
     IncrementalCut kept_;
     std::vector<uint32_t> words_, touched_;
@@ -64,7 +64,7 @@ public:
     // The atlas must outlive this.
     explicit SharedCuts(const OpenAtlas& atlas);
 
-    // For which errors: magnification_of. What was made for others is forgotten.
+    // For which errors: magnification_of. What was made for others is made anew.
     void begin(double magnification);
     // Of an instance whose nearest point counts to be so far away, object units; nothing where it has a cut of its own.
     std::optional<Step> step_of(double nearest) const;

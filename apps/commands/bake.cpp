@@ -26,7 +26,7 @@ struct BakeArguments {
     BakeWords words;
 };
 
-void print_summary(const nlohmann::json& report) {
+void print_summary(const Json& report) {
     const auto& input = report["input"];
     std::printf("%s: %llu triangles, %llu vertices, %llu components, %llu boundary loops\n",
                 printable(report["name"].get<std::string>()).c_str(), input["triangles"].get<unsigned long long>(),
@@ -66,7 +66,7 @@ Hash128 work_key(const Hash128& bake, const std::string& out) {
 }
 
 // Reads, bakes and writes; returns the report.
-Result<nlohmann::json> bake_file(const BakeArguments& given, const BakeOptions& options) {
+Result<Json> bake_file(const BakeArguments& given, const BakeOptions& options) {
     const Progress progress = terminal_progress();
     auto input = read_bake_input(given.mesh, options, progress);
     if (!input) return tl::unexpected(input.error());

@@ -55,7 +55,7 @@ Result<int> write_level(const ExtractArguments& o, const TriMesh& mesh, uint32_t
     for (const std::string& line : lost_in_writing(mesh, o.out)) terminal_progress().warning(line);
     if (auto done = write_mesh(mesh, o.out, o.write); !done) return tl::unexpected(done.error());
     if (o.json) {
-        const nlohmann::json json = {{"triangles", mesh.triangle_count()}, {"level", level}, {"error", error}};
+        const Json json = {{"triangles", mesh.triangle_count()}, {"level", level}, {"error", error}};
         print_line(json.dump(2));
     } else if (verbosity() != Verbosity::quiet) {
         std::printf("level %u of %u: %zu triangles, error %g\n", level, levels, mesh.triangle_count(),

@@ -169,9 +169,9 @@ private:
     const Progress& progress_;
 };
 
-nlohmann::json json_of(const Made& made, const TilePlace& place, double seconds) {
+Json json_of(const Made& made, const TilePlace& place, double seconds) {
     const tiles::TilesetReport& r = made.report;
-    nlohmann::json json = {
+    Json json = {
         {"assets", made.parts},
         {"tiles", r.tiles},
         {"leaves", r.leaves},

@@ -126,9 +126,9 @@ Result<glm::dmat4> TilePlace::transform(const tiles::TileBox& box, const Progres
     return placement_.to_earth * glm::translate(glm::dmat4(1), origin_);
 }
 
-std::optional<nlohmann::json> TilePlace::json() const {
+std::optional<Json> TilePlace::json() const {
     if (!system_) return std::nullopt;
-    nlohmann::json json = {{"epsg", epsg_},
+    Json json = {{"epsg", epsg_},
                            {"system", system_->name()},
                            {"longitude", placement_.longitude},
                            {"latitude", placement_.latitude},

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
+#include "base/json.h"
 #include "base/progress.h"
 #include "base/result.h"
 #include "tiles/reference_system.h"
@@ -32,7 +32,7 @@ public:
     Result<glm::dmat4> transform(const tiles::TileBox& box, const Progress& progress);
 
     // What is known of the place after transform(), of a reference system alone.
-    std::optional<nlohmann::json> json() const;
+    std::optional<Json> json() const;
     std::string summary() const;  // a line; empty without a reference system
 
 private:

@@ -50,7 +50,7 @@ void print_summary(const vgi::UnwrapReport& r, const Seconds& seconds) {
 
 Result<void> tell(const UnwrapArguments& o, const UnwrapDone& done, const Seconds& seconds) {
     const vgi::UnwrapReport& report = done.report;
-    nlohmann::json json = unwrap_report(report, o.choices);
+    Json json = unwrap_report(report, o.choices);
     json["seconds"] = {{"read", seconds.read},
                        {"cluster", report.cluster_seconds},
                        {"lay_out", report.lay_out_seconds},

@@ -135,8 +135,10 @@ fs::path path_of_json(const Json& json) {
     if (json.is_string()) return json.get<std::string>();
     std::string text;
     if (json.is_object() && json.contains("bytes") && json["bytes"].is_array()) {
-        for (const Json& byte : json["bytes"])
-            if (byte.is_number_unsigned()) text += static_cast<char>(byte.get<uint8_t>());
+        for (const Json& byte : json["bytes"]) {
+            if (!byte.is_number_unsigned() || byte.get<uint64_t>() > 255) return {};
+            text += static_cast<char>(byte.get<uint8_t>());
+        }
     }
     return text;
 }

@@ -43,8 +43,8 @@ Result<std::vector<Item>> find_items(std::span<const std::string> sources, const
 void estimate(Item& item, const BakeRecipe& recipe);
 
 // A path as JSON: text, or an object with its bytes where they are no UTF-8.
-nlohmann::json json_of_path(const std::filesystem::path& path);
+Json json_of_path(const std::filesystem::path& path);
 // Empty where it is none.
-std::filesystem::path path_of_json(const nlohmann::json& json);
+std::filesystem::path path_of_json(const Json& json);
 
 }  // namespace lodestone

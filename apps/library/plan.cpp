@@ -186,9 +186,11 @@ Result<LibraryPlan> read_plan(const fs::path& folder) {
     std::ifstream head(folder / "plan.json");
     const Json json = Json::parse(head, nullptr, false);
     if (!json.is_object()) return bad();
-    plan.out = path_of_json(json.value("out", Json()));
-    plan.words = json.value("options", std::vector<std::string>());
-    plan.shards = json.value("shards", uint64_t{0});
+    try {
+        plan.out = path_of_json(json.value("out", Json()));
+        plan.words = json.value("options", std::vector<std::string>());
+        plan.shards = json.value("shards", uint64_t{0});
+    } catch (const Json::exception&) { return bad(); }
     if (plan.out.empty()) return bad();
     std::ifstream in(manifest_of(folder));
     for (std::string line; std::getline(in, line);) {

@@ -38,12 +38,12 @@ struct Record {
     Stamp source, asset;
     std::vector<std::pair<std::filesystem::path, Stamp>> side_files;  // relative to the mesh's folder
     std::vector<std::string> warnings;
-    nlohmann::json figures = nlohmann::json::object();  // what the asset tells of its mesh
+    Json figures = Json::object();  // what the asset tells of its mesh
 
     bool operator==(const Record&) const = default;
     bool decided() const { return outcome == Outcome::baked || outcome == Outcome::refused; }
 };
-nlohmann::json json_of(const Record& record);
+Json json_of(const Record& record);
 
 using Records = std::map<std::string, Record>;  // by name
 

@@ -16,7 +16,7 @@ std::filesystem::path probe_file() { return cache_folder() / "probe.json"; }
 Result<void> remember_probe(const ProbedCache& probed) {
     std::error_code error;
     std::filesystem::create_directories(cache_folder(), error);
-    const nlohmann::json json = {
+    const Json json = {
         {"device", probed.device}, {"driver", probed.driver}, {"cache", name_of(probed.model)}};
     return write_json(probe_file().string(), json.dump(2));
 }
@@ -24,7 +24,7 @@ Result<void> remember_probe(const ProbedCache& probed) {
 std::optional<ProbedCache> remembered_probe() {
     std::ifstream in(probe_file());
     if (!in) return std::nullopt;
-    const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
+    const Json json = Json::parse(in, nullptr, false);
     if (!json.is_object()) return std::nullopt;
     const auto model = cache_model_named(json.value("cache", ""));
     if (!model) return std::nullopt;

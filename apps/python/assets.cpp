@@ -188,7 +188,7 @@ void bind_assets(py::module_& module) {
     py::class_<Asset, std::shared_ptr<Asset>>(module, "Asset")
         .def_property_readonly("about_text",
                                [](const Asset& asset) {
-                                   return asset.about.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+                                   return asset.about.dump(-1, ' ', false, Json::error_handler_t::replace);
                                })
         .def_property_readonly("backends", backends_of)
         .def_property_readonly("bounds",

@@ -13,7 +13,7 @@ namespace {
 constexpr int most_nested = 32;  // brackets of `about` in one another: JSON is copied and written by recursion
 
 // A chunk that tells something in words.
-Result<nlohmann::json> read_words(const ChunkFile& file, const std::string& chunk) {
+Result<Json> read_words(const ChunkFile& file, const std::string& chunk) {
     auto text = file.text(chunk);
     if (!text) return tl::unexpected(text.error());
     bool too_deep = false;
@@ -32,7 +32,7 @@ Result<nlohmann::json> read_words(const ChunkFile& file, const std::string& chun
 }
 
 // What the file tells of itself, its backends included.
-Result<nlohmann::json> read_about(const ChunkFile& file) {
+Result<Json> read_about(const ChunkFile& file) {
     auto words = read_words(file, "about");
     if (!words) return words;
     Json about = std::move(*words);

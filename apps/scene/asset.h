@@ -19,7 +19,7 @@ namespace lodestone {
 struct Asset {
     ChunkFile file;
     // Chunk "about": name, options, input, repair; what "lod/about" and "vgi/about" tell in "lod" and "vgi".
-    nlohmann::json about;
+    Json about;
     std::shared_ptr<const ProgressiveMesh> lod;        // null where it was baked without
     std::shared_ptr<const DiscreteChain> discrete;     // null where it was baked without
     std::shared_ptr<const vgi::AtlasFile> atlas_file;  // null where it was baked without

@@ -58,7 +58,7 @@ struct BakeOptions {
     std::vector<ClipPlane> clip;  // what all of them keep of the mesh is baked; none for all of it
 
     // Everything the asset's bytes depend on besides the source.
-    nlohmann::json to_json() const;
+    Json to_json() const;
 };
 
 // The mesh a bake starts from, and where it came from.
@@ -77,7 +77,7 @@ Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const
 
 // Writes the asset and returns the bake report of docs/cli.md. Outputs appear whole or not at all. work: stages found
 // there are not made again, others are kept there; null for none. The same asset either way.
-Result<nlohmann::json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
+Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
                                   const Progress& progress, const CheckpointFolder* work = nullptr);
 
 // A hash of everything that an asset's bytes depend on besides its source and its source's name: the options, the

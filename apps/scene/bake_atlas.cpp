@@ -48,7 +48,7 @@ void warn_of(const vgi::AtlasReport& made, const vgi::AtlasOptions& options, dou
 }
 
 // Errors are shares of the diagonal.
-nlohmann::json json_of(const vgi::AtlasReport& made, const vgi::Atlas& atlas, double diagonal) {
+Json json_of(const vgi::AtlasReport& made, const vgi::Atlas& atlas, double diagonal) {
     return {{"clusters", made.clusters},
             {"charts", made.charts},
             {"template_charts", made.template_charts},
@@ -90,7 +90,7 @@ nlohmann::json json_of(const vgi::AtlasReport& made, const vgi::Atlas& atlas, do
 
 }  // namespace
 
-Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, nlohmann::json& report,
+Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, Json& report,
                               const Progress& progress, const CheckpointFolder* work) {
     if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
     vgi::AtlasOptions atlas_options = options.atlas;

@@ -65,7 +65,7 @@ Result<vgi::UnwrapReport> retexture(TriMesh& mesh, const Progress& progress) {
     return done->report;
 }
 
-nlohmann::json unwrap_report(const vgi::UnwrapReport& r, const UnwrapChoices& choices) {
+Json unwrap_report(const vgi::UnwrapReport& r, const UnwrapChoices& choices) {
     const double more = r.source_triangles > 0 ? static_cast<double>(r.triangles - r.source_triangles) /
                                                      static_cast<double>(r.source_triangles)
                                                : 0;

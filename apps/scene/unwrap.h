@@ -34,6 +34,6 @@ Result<UnwrapDone> unwrap_mesh(const TriMesh& mesh, const UnwrapChoices& choices
 Result<vgi::UnwrapReport> retexture(TriMesh& mesh, const Progress& progress);
 
 // What `unwrap --json` tells of the mesh and of what was asked for: all but times and memory.
-nlohmann::json unwrap_report(const vgi::UnwrapReport& report, const UnwrapChoices& choices);
+Json unwrap_report(const vgi::UnwrapReport& report, const UnwrapChoices& choices);
 
 }  // namespace lodestone

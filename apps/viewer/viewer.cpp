@@ -211,7 +211,7 @@ std::string Viewer::camera_text() const {
 }
 
 Result<void> Viewer::take_camera(const std::string& text) {
-    const auto json = nlohmann::json::parse(text, nullptr, false);
+    const auto json = Json::parse(text, nullptr, false);
     const auto vector = [&](const char* name, glm::vec3& v) {
         if (!json.is_object() || !json.contains(name) || !json[name].is_array() || json[name].size() != 3) return false;
         for (int k = 0; k < 3; ++k) {

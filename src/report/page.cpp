@@ -74,10 +74,10 @@ std::string report_page(const Report& report, std::span<const PageImage> images)
     return page.whole();
 }
 
-std::string library_page(const nlohmann::json& rows) {
+std::string library_page(const std::string& rows) {
     Filling page(page_texts::library_html);
     page.put("{{style}}", page_texts::page_css);
-    page.put("{{data}}", json_for_script(rows.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)));
+    page.put("{{data}}", json_for_script(rows));
     page.put("{{script}}", page_texts::library_js);
     return page.whole();
 }

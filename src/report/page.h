@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,8 +21,8 @@ struct PageImage {
 std::string report_page(const Report& report, std::span<const PageImage> images);
 
 // The page of a library, beside its folders `assets` and `thumbnails`: a table that can be sorted and searched.
-// rows: a list of objects with name, outcome, triangles, components, levels, bytes, seconds, peak_rss_bytes, message,
-// warnings, repaired.
-std::string library_page(const nlohmann::json& rows);
+// rows: JSON, a list of objects with name, outcome, triangles, components, levels, bytes, seconds, peak_rss_bytes,
+// message, warnings, repaired.
+std::string library_page(const std::string& rows);
 
 }  // namespace lodestone

@@ -1,7 +1,6 @@
 #include "tiles/view_page.h"
 
-#include <nlohmann/json.hpp>
-
+#include "base/json.h"
 #include "base/text.h"
 
 namespace lodestone::tiles {
@@ -29,7 +28,7 @@ std::string for_html(const std::string& text) {
 // As a string of JavaScript, in which nothing looks like the end of the script.
 std::string for_script(const std::string& text) {
     std::string safe;
-    for (const char c : nlohmann::json(as_utf8(text)).dump()) {
+    for (const char c : Json(as_utf8(text)).dump()) {
         if (c == '<') {
             safe += "\\u003c";
         } else {

@@ -190,6 +190,10 @@ TEST_F(LibraryTest, ShardsMakeWhatOneRunMakes) {
     EXPECT_EQ(json::parse(content_of(folder_ / "next/plan.json"))["shards"], 1);
     fails("library --shard plan 4", 2, "counted from 0");
     fails("library --merge nothing", 2, "holds no plan");
+    for (const char* wrong : {R"({"out": "lib", "shards": 1e30})", R"({"out": {"bytes": [1e9]}, "shards": 1})"}) {
+        put("next/plan.json", wrong);
+        fails("library --merge next", 2, "holds no plan");
+    }
 }
 
 TEST_F(LibraryTest, ARunKilledAtAnyMomentLosesNothing) {

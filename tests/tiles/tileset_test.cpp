@@ -296,6 +296,20 @@ TEST_F(TilesetTest, DamagedTilesAreFound) {
     EXPECT_GT(found, 50) << "no bytes at all are looked at";
 }
 
+// Found by fuzzing: a double was cast to the type of an accessor's components, whatever it was.
+TEST_F(TilesetTest, NumbersThatTheirTypesDoNotHoldAreFound) {
+    const fs::path path = write(rock(), "rock");
+    std::string bad = content_of(path / "t/0.glb");
+    const size_t at = bad.find("\"componentType\":5");
+    ASSERT_NE(at, std::string::npos);
+    bad.replace(at + 16, 4, "5e+9");
+    std::ofstream(path / "t/0.glb", std::ios::binary) << bad;
+    const auto content = read_tile_content(path / "t/0.glb");
+    ASSERT_FALSE(content);
+    EXPECT_EQ(content.error().fault, Fault::format);
+    EXPECT_THAT(content.error().message, HasSubstr("5000000000.0 is no whole number"));
+}
+
 TEST_F(TilesetTest, ATileOnALatticeOfItsOwnIsFound) {
     const fs::path path = write(rock(), "rock");
     vgi::Atlas other = rock();

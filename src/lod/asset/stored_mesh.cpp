@@ -544,7 +544,7 @@ bool StoredMesh::Order::stored_at(uint32_t level) const {
 
 double StoredMesh::grid() const { return grid_exponent_ ? std::ldexp(1.0, *grid_exponent_) : 0; }
 
-nlohmann::json StoredMesh::describe() const {
+std::string StoredMesh::describe() const {
     Json json;
     if (grid_exponent_) json["grid_exponent"] = *grid_exponent_;
     json["version"] = progressive_mesh_version;
@@ -560,7 +560,7 @@ nlohmann::json StoredMesh::describe() const {
                                   {"swaps", o.swaps},
                                   {"keyframes", o.keyframes}});
     }
-    return json;
+    return json.dump();
 }
 
 Result<void> StoredMesh::read_description(std::string_view text) {
@@ -625,7 +625,7 @@ Result<void> StoredMesh::write(ChunkWriter& writer, std::span<const float> error
         table.back().error_bytes = static_cast<uint32_t>(packed.size());
         table.back().sum = checksum(std::span(all).subspan(begin));
     }
-    auto done = writer.add_text("lod/mesh", describe().dump());
+    auto done = writer.add_text("lod/mesh", describe());
     if (done) done = writer.add_array("lod/table", std::span<const StoredBlock>(table));
     if (done) done = writer.add("lod/blocks", all);
     return done;

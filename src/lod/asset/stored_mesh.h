@@ -7,7 +7,6 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -100,7 +99,7 @@ private:
     class Unpacker;
 
     double grid() const;  // 0 where there is none
-    nlohmann::json describe() const;
+    std::string describe() const;  // JSON
     Result<void> read_description(std::string_view text);
     uint32_t levels_ = 1, base_vertices_ = 0, base_faces_ = 0;
     std::optional<int> grid_exponent_;  // of the power of two that positions are multiples of

@@ -8,11 +8,11 @@
 #include <cmath>
 #include <cstring>
 #include <glm/common.hpp>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
 #include "base/files/file.h"
+#include "base/json.h"
 #include "base/looks/srgb.h"
 #include "mesh/io/gltf/material_json.h"
 #include "mesh/io/image_file.h"
@@ -94,7 +94,7 @@ private:
 
     // As it is, or compressed. stride: of an element in bytes.
     size_t add_view(const void* values, size_t count, size_t stride, int target) {
-        nlohmann::json view = {{"buffer", 0}, {"byteLength", count * stride}};
+        Json view = {{"buffer", 0}, {"byteLength", count * stride}};
         if (target == vertex_target) view["byteStride"] = stride;
         if (target != 0) view["target"] = target;
         if (options_.encoding == Encoding::meshopt && target != 0 && count > 0) {
@@ -106,7 +106,7 @@ private:
         return json_["bufferViews"].size() - 1;
     }
 
-    void add_compressed(nlohmann::json& view, const void* values, size_t count, size_t stride) {
+    void add_compressed(Json& view, const void* values, size_t count, size_t stride) {
         const bool indices = view["target"] == index_target;
         std::vector<unsigned char> packed;
         if (indices) {
@@ -134,7 +134,7 @@ private:
     };
     template <class T>
     size_t add_accessor(const std::vector<T>& values, const Kind& kind, int target) {
-        nlohmann::json accessor = {{"bufferView", add_view(values.data(), values.size(), sizeof(T), target)},
+        Json accessor = {{"bufferView", add_view(values.data(), values.size(), sizeof(T), target)},
                                    {"componentType", kind.component},
                                    {"count", values.size()},
                                    {"type", kind.type}};
@@ -248,7 +248,7 @@ private:
     }
 
     void add_primitives() {
-        nlohmann::json primitives = nlohmann::json::array();
+        Json primitives = Json::array();
         const size_t materials = mesh_.materials.empty() ? 1 : mesh_.material_table.size();
         // A material's triangles that have tangents, and those that have none.
         std::vector<std::array<std::vector<uint32_t>, 2>> indices(materials);
@@ -259,7 +259,7 @@ private:
         for (size_t i = 0; i < 2 * materials; ++i) {
             const std::vector<uint32_t>& of = indices[i / 2][i % 2];
             if (of.empty()) continue;
-            nlohmann::json primitive = {{"attributes", attributes_},
+            Json primitive = {{"attributes", attributes_},
                                         {"indices", add_accessor(of, {unsigned_int, "SCALAR"}, index_target)}};
             if (i % 2 == 0) primitive["attributes"]["TANGENT"] = tangents_;
             if (!mesh_.material_table.empty()) primitive["material"] = i / 2;
@@ -274,7 +274,7 @@ private:
 
     const TriMesh& mesh_;
     const WriteOptions options_;
-    nlohmann::json json_, attributes_;
+    Json json_, attributes_;
     std::vector<std::byte> bin_;
     size_t tangents_ = 0;         // their accessor
     size_t unpacked_bytes_ = 0;   // of what is compressed

@@ -34,6 +34,7 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"lod/draw", {"base", "mesh", "frame", "lod/asset"}},
     {"vgi/asset", {"base", "mesh", "frame"}},
     {"vgi/bake/charts", {"base", "mesh", "vgi/asset"}},
+    {"vgi/bake/quads", {"base", "mesh", "vgi/asset", "vgi/bake/charts"}},
     {"vgi/bake/images", {"base", "mesh", "vgi/asset", "vgi/bake/charts"}},
     {"vgi/bake", {"base", "mesh", "vgi/asset"}},
     {"vgi/unwrap", {"base", "mesh", "vgi/asset", "vgi/bake"}},

@@ -14,7 +14,7 @@
 #include "base/clock.h"
 #include "base/threads.h"
 #include "mesh/distance/distance.h"
-#include "vgi/bake/charts/quadrangulate.h"
+#include "vgi/bake/quads/quadrangulate.h"
 #include "vgi/bake/charts/refinement.h"
 #include "vgi/bake/checkpoints.h"
 #include "vgi/bake/images/baked_looks.h"

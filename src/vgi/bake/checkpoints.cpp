@@ -73,7 +73,8 @@ Result<void> write_checkpoint(const StraightQuads& straight, ChunkWriter& writer
     if (auto done = put(writer, "quads", quads.quads); !done) return done;
     if (auto done = put(writer, "failed", quads.failed); !done) return done;
     if (auto done = writer.add_text("fault", quads.fault); !done) return done;
-    return put(writer, "counts", std::vector<uint32_t>{quads.uniform_clusters, straight.not_recentred});
+    return put(writer, "counts",
+               std::vector<uint32_t>{quads.uniform_clusters, straight.not_recentred, quads.surface.uncut});
 }
 
 std::optional<StraightQuads> read_quads(const ChunkFile& file) {
@@ -83,12 +84,13 @@ std::optional<StraightQuads> read_quads(const ChunkFile& file) {
     std::vector<uint32_t> counts;
     if (!get(file, "positions", quads.surface.positions) || !get(file, "triangles", quads.surface.triangles) ||
         !get(file, "places", places) || !get(file, "label", quads.label) || !get(file, "quads", quads.quads) ||
-        !get(file, "failed", quads.failed) || !get(file, "counts", counts) || counts.size() != 2)
+        !get(file, "failed", quads.failed) || !get(file, "counts", counts) || counts.size() != 3)
         return std::nullopt;
     quads.surface.places = CutPlaces(std::move(places));
     if (const auto fault = file.text("fault")) quads.fault = *fault;
     quads.uniform_clusters = counts[0];
     straight.not_recentred = counts[1];
+    quads.surface.uncut = counts[2];
     return straight;
 }
 

@@ -8,7 +8,7 @@
 
 #include "base/files/chunk_file.h"
 #include "vgi/bake/charts/clusters.h"
-#include "vgi/bake/charts/quadrangulate.h"
+#include "vgi/bake/quads/quadrangulate.h"
 #include "vgi/bake/images/chart_error.h"
 #include "vgi/bake/images/chart_leaves.h"
 #include "vgi/bake/images/resample.h"

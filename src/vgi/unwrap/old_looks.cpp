@@ -21,8 +21,6 @@ const Material& white() {
     return material;
 }
 
-double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
-
 // What an attribute of wedges is at places of a triangle of the source; 0 where there is none.
 template <class T, class Value>
 std::array<T, 3> attribute_at(const std::vector<Value>& values, const Triangle& triangle,

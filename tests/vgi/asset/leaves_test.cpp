@@ -67,7 +67,7 @@ TEST(Leaves, AreTheSourceItself) {
 }
 
 TEST(Leaves, AreDecodedAsTheyWereCoded) {
-    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 64, 8, true);
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 60000), 64, 8, true);
     size_t parts = 0;
     for (size_t p = 0; p < atlas.leaf_parts.size(); ++p) {
         const ByteLists::List coded = atlas.leaf_parts[p];

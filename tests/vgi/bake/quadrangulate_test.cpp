@@ -1,4 +1,4 @@
-#include "vgi/bake/charts/quadrangulate.h"
+#include "vgi/bake/quads/quadrangulate.h"
 
 #include <gtest/gtest.h>
 

@@ -429,7 +429,7 @@ TEST(Cuts, FallApartWhereRulesOfLeavesAreBroken) {
     // Leaves that are wanted where corners of charts beside them are not.
     Atlas broken = atlas;
     for (Leaf& leaf : broken.leaves) leaf.error = static_cast<uint8_t>(std::min(255, leaf.error + 40));
-    EXPECT_GT(count_bad(Raster::bintree, broken, broken, 16, 5, nullptr, true), 0u);
+    EXPECT_GT(count_bad(Raster::bintree, broken, broken, 48, 5, nullptr, true), 0u);
     // A point that two leaves do not share.
     broken = atlas;
     move_points(broken, [](size_t p) { return p % 7 == 0; });

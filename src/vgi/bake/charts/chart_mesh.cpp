@@ -114,7 +114,7 @@ std::vector<uint32_t> ChartMesh::boundary() const {
 double ChartMesh::signed_flat_area(uint32_t t) const {
     const auto& v = triangles[t].vertices;
     const glm::dvec2 e = flat[v[1]] - flat[v[0]], f = flat[v[2]] - flat[v[0]];
-    return e.x * f.y - e.y * f.x;
+    return cross(e, f);
 }
 
 double ChartMesh::area(uint32_t t) const {

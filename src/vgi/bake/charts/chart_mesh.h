@@ -14,6 +14,9 @@
 
 namespace lodestone::vgi {
 
+// Of two vectors of the plane, the area of the parallelogram that they span: positive where b is to the left of a.
+inline double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
+
 // The part that was taken out; most often a disk.
 struct ChartMesh {
     std::vector<glm::dvec3> positions;       // per vertex, object units

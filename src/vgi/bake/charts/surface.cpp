@@ -149,6 +149,7 @@ Surface surface_of(const TriMesh& mesh, double longest, SurfaceChanges* changes)
     surface.positions = std::move(whole.positions);
     surface.triangles = std::move(whole.triangles);
     surface.places = std::move(whole.places);
+    surface.uncut = static_cast<uint32_t>(surface.positions.size());
     return surface;
 }
 

@@ -65,6 +65,7 @@ struct Surface {
     std::vector<glm::dvec3> positions;       // per vertex, object units
     std::vector<SurfaceTriangle> triangles;  // with vertices of the surface
     CutPlaces places;                        // of its triangles
+    uint32_t uncut = none;                   // vertices from this one on are there because charts were cut out
 
     // 3 t + k: the half-edge across the edge of triangle t from corner k to corner k + 1; none on the boundary.
     std::vector<uint32_t> twins() const { return twins_of(triangles, positions.size()); }

@@ -14,15 +14,13 @@ namespace lodestone::vgi {
 
 namespace {
 
-double parallelogram(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
-
 // Of the finest textures of a material, for texture coordinates 0 .. 1 of the first set and of the second.
 std::array<double, 2> most_texels(const Material& m, const std::vector<Image>& images) {
     std::array<double, 2> most{};
     for (const Texture* texture : m.textures()) {
         if (!texture->there()) continue;
         const Image& image = images[static_cast<size_t>(texture->image)];
-        const double turned = std::abs(parallelogram(texture->place[0], texture->place[1]));
+        const double turned = std::abs(cross(texture->place[0], texture->place[1]));
         double& of_set = most[texture->second ? 1 : 0];
         of_set = std::max(of_set, turned * static_cast<double>(image.width) * image.height);
     }
@@ -33,7 +31,7 @@ std::array<double, 2> most_texels(const Material& m, const std::vector<Image>& i
 double twice_area(const std::vector<glm::vec2>& uvs, const Triangle& t) {
     if (uvs.empty()) return 0;
     return std::abs(
-        parallelogram(glm::dvec2(uvs[t[1]]) - glm::dvec2(uvs[t[0]]), glm::dvec2(uvs[t[2]]) - glm::dvec2(uvs[t[0]])));
+        cross(glm::dvec2(uvs[t[1]]) - glm::dvec2(uvs[t[0]]), glm::dvec2(uvs[t[2]]) - glm::dvec2(uvs[t[0]])));
 }
 
 // As shaders/shared/materials.glsl has it.
@@ -99,7 +97,7 @@ std::optional<BakedLooks::LookedUp> BakedLooks::texture_of(const Texture& textur
 glm::vec4 BakedLooks::at(const LookedUp& from, const Places& places) {
     const Place& where = places[from.texture->second ? 1 : 0];
     const glm::dmat3x2 place(from.texture->place);
-    const double turned = std::abs(parallelogram(place[0], place[1]));
+    const double turned = std::abs(cross(place[0], place[1]));
     const double texels = where.uv_per_sample * turned * from.image->width() * from.image->height();
     return from.image->at(place * glm::dvec3(where.uv, 1), 0.5 * std::log2(std::max(texels, 1.0)), from.texture->wrap);
 }

@@ -25,8 +25,6 @@ struct Wedge {
     Slot leaving, coming;
 };
 
-double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
-
 using WedgesAround = std::map<uint32_t, std::vector<Wedge>>;  // by the vertex they are at
 
 WedgesAround wedges_of(const ChartComplex& patches, const Atlas& atlas) {

@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "vgi/bake/charts/harmonic.h"
+#include "vgi/bake/charts/merged_pieces.h"
 
 namespace lodestone::vgi {
 
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double densest = 9.21;  // logarithm of the ratio of densities to 1, either way
 constexpr int smoothing_passes = 8;
+constexpr double little_stretch = 1.8;    // of a chart: no other way is tried
 constexpr double most_importance = 0.69;  // logarithm, either way
 
 // Each triangle's becomes the mean of its own and its neighbours'. Where densities jump, so does the shear of what is
@@ -174,11 +176,12 @@ double squared_stretch(const ChartMesh& patch, uint32_t triangle) {
 
 double l2_stretch(const ChartMesh& patch) { return weighted_stretch(patch, {}); }
 
-Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> triangles, std::span<const Side> sides,
-                           const std::vector<Arc>& arcs, const ParameteriseOptions& options) {
-    LODE_CHECK(sides.size() == 4, sides.size());
+namespace {
+
+Result<Chart> laid_out(ChartMesh taken, const Surface& surface, std::span<const Side> sides,
+                       const std::vector<Arc>& arcs, const ParameteriseOptions& options) {
     Chart chart;
-    chart.patch = take_chart_mesh(surface, triangles);
+    chart.patch = std::move(taken);
     if (!options.sliding_sides) split_chords(chart.patch);
     ChartMesh& patch = chart.patch;
     place_boundary(chart, surface, sides, arcs);
@@ -186,11 +189,25 @@ Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> tri
     for (uint32_t t = 0; t < patch.triangles.size(); ++t) chart.area += patch.area(t);
     HarmonicSolver solver(patch,
                           options.sliding_sides ? HarmonicSolver::Border::sliding : HarmonicSolver::Border::pinned);
-    if (auto done = lay_out(solver, chart, triangles.size()); !done) return tl::unexpected(done.error());
+    if (auto done = lay_out(solver, chart, patch.triangles.size()); !done) return tl::unexpected(done.error());
     chart.tutte_stretch = l2_stretch(patch);
     if (!chart.uniform) make_even(solver, chart, options);
     chart.stretch = l2_stretch(patch);
     return chart;
+}
+
+}  // namespace
+
+Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> triangles, std::span<const Side> sides,
+                           const std::vector<Arc>& arcs, const ParameteriseOptions& options) {
+    LODE_CHECK(sides.size() == 4, sides.size());
+    ChartMesh merged = take_chart_mesh(surface, triangles);
+    const bool less = merge_pieces(merged, surface.uncut) > 0;
+    auto chart = laid_out(std::move(merged), surface, sides, arcs, options);
+    if (!less || (chart && chart->stretch <= little_stretch)) return chart;
+    // Pieces bend where whole triangles cannot.
+    auto in_pieces = laid_out(take_chart_mesh(surface, triangles), surface, sides, arcs, options);
+    return in_pieces && (!chart || in_pieces->stretch < chart->stretch) ? std::move(in_pieces) : std::move(chart);
 }
 
 }  // namespace lodestone::vgi

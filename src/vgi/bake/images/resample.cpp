@@ -173,7 +173,7 @@ double Resampler::share_per_sample(const Sampling& s, uint32_t triangle) const {
     const SurfaceTriangle& part = patch.triangles[triangle];
     const auto twice = [](const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
         const glm::dvec2 e = b - a, f = c - a;
-        return std::abs(e.x * f.y - e.y * f.x);
+        return std::abs(cross(e, f));
     };
     const CutPlaces::Corners& at = patch.places.of(part);
     const double of_source = twice(glm::dvec2(at[0]), glm::dvec2(at[1]), glm::dvec2(at[2])),

@@ -53,10 +53,16 @@ public:
     ChartErrors run() {
         const ChartMesh& patch = source_;
         const auto levels = static_cast<uint32_t>(errors_.levels.size()) - 1;
-        for (size_t v = 0; v < patch.positions.size(); ++v) {
-            const glm::dvec2 at = glm::clamp(patch.flat[v], 0.0, 1.0) * static_cast<double>(cells_);
-            finest(at, patch.positions[v]);
-            for (uint32_t level = 0; level < levels; ++level) look(level, at, patch.positions[v], true);
+        const auto of_source = [&](const glm::dvec2& flat, const glm::dvec3& point) {
+            const glm::dvec2 at = glm::clamp(flat, 0.0, 1.0) * static_cast<double>(cells_);
+            finest(at, point);
+            for (uint32_t level = 0; level < levels; ++level) look(level, at, point, true);
+        };
+        for (size_t v = 0; v < patch.positions.size(); ++v) of_source(patch.flat[v], patch.positions[v]);
+        for (const SurfaceTriangle& t : patch.triangles) {
+            const auto& [a, b, c] = t.vertices;
+            of_source((patch.flat[a] + patch.flat[b] + patch.flat[c]) / 3.0,
+                      (patch.positions[a] + patch.positions[b] + patch.positions[c]) / 3.0);
         }
         // Where the source has few vertices, its image's samples tell more; of coarse levels some are enough.
         for (uint32_t level = 0; level < levels; ++level) {

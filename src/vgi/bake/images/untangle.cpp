@@ -25,8 +25,6 @@ constexpr double most_outside = 0.5;    // weight: a sample at a concave border 
 constexpr double most_longer = 2;       // times the longest edge of a region, where it is no height field
 constexpr double least_cosine = 0.05;   // between the plane of a region and the surface in it
 
-double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
-
 // Twice the area of a triangle around a vertex, as the vertex moves: constant + dot(slope, vertex).
 struct Area {
     double constant;

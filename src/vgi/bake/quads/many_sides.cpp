@@ -1,4 +1,4 @@
-#include "vgi/bake/charts/many_sides.h"
+#include "vgi/bake/quads/many_sides.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "vgi/bake/charts/chart_complex.h"
-#include "vgi/bake/charts/cluster_cut.h"
+#include "vgi/bake/quads/cluster_cut.h"
 
 namespace lodestone::vgi {
 

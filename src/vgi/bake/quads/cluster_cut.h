@@ -1,5 +1,5 @@
-// A cluster taken out, flattened onto a disk and cut along straight lines, so that its parts are disks whatever it
-// looks like.
+// A cluster taken out, flattened onto a disk and cut along lines, so that its parts are disks whatever it looks like.
+// The lines are straight but for vertices that are near them, which they go through: so they cut fewer triangles.
 #pragma once
 
 #include <cstddef>
@@ -65,13 +65,24 @@ private:
     // Around a vertex, from the half-edge `out` of it: the half-edge that goes to the target; else that of the triangle
     // in whose angle the target lies; none where there is neither.
     uint32_t edge_towards(uint32_t target, uint32_t vertex, uint32_t out) const;
+    // Whether the vertex that the half-edge `out` begins at has an edge to the other; not on the boundary.
+    bool are_joined(uint32_t out, uint32_t other) const;
     // From a vertex across the triangle of its half-edge `out` towards the goal: to a corner of it, or to a new vertex
-    // on the edge across. `out` becomes a half-edge of the vertex it goes to; none where a ray or the boundary is met.
-    uint32_t step_across(uint32_t vertex, const glm::dvec2& goal, uint32_t& out);
-    // From the centre to a vertex on the boundary, splitting every edge on the way.
-    bool cut_ray(uint32_t target, std::vector<uint32_t>& path);
-    // Quads between the rays: what is reached from the edge after its own corner without crossing one.
-    bool divide(const std::vector<uint32_t>& begin, const std::vector<std::vector<uint32_t>>& rays);
+    // on the edge across. before: the vertex before it on the way, or none. `out` becomes a half-edge of the vertex it
+    // goes to; none where another line or the boundary is met.
+    uint32_t step_across(uint32_t vertex, uint32_t before, const glm::dvec2& goal, uint32_t& out);
+    struct Faults {
+        const char *leaves, *falls;  // a line leaves the cluster; what lies between lines is not what it should be
+    };
+    // Along lines from the centre to the ends, into parts that begin at `begins`. Empty where all went well.
+    std::string cut(std::span<const uint32_t> begins, std::span<const uint32_t> ends, const Faults& faults);
+    // The same with lines that go to vertices which are so near: a share of an edge, in the plane.
+    std::string cut(std::span<const uint32_t> begins, std::span<const uint32_t> ends, const Faults& faults,
+                    double snap);
+    // From the centre to a vertex on the boundary, splitting the edges on the way.
+    bool cut_line(uint32_t target, std::vector<uint32_t>& path);
+    // Parts between the lines: what is reached from the edge after its own corner without crossing one.
+    bool divide(std::span<const uint32_t> begin, const std::vector<std::vector<uint32_t>>& lines);
     void add_walls(const std::vector<uint32_t>& path);
     bool wall(uint32_t a, uint32_t b) const { return walls_.contains({std::min(a, b), std::max(a, b)}); }
 
@@ -83,6 +94,7 @@ private:
     std::unordered_set<std::pair<uint32_t, uint32_t>, PairHash> walls_;
     std::unordered_map<uint32_t, uint32_t> number_;  // vertex of the patch, by vertex of the surface
     std::vector<bool> used_;                         // vertices of the boundary and of rays
+    double snap_ = 0;                                // as cut() has it
 };
 
 // Puts a cut patch back: vertices it made are added to the surface, its triangles to `triangles`, and the quad of each,

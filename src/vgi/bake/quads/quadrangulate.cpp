@@ -1,4 +1,4 @@
-#include "vgi/bake/charts/quadrangulate.h"
+#include "vgi/bake/quads/quadrangulate.h"
 
 #include <algorithm>
 #include <array>
@@ -16,8 +16,8 @@
 #include "base/check.h"
 #include "vgi/bake/charts/chart_complex.h"
 #include "vgi/bake/charts/chart_mesh.h"
-#include "vgi/bake/charts/cluster_cut.h"
-#include "vgi/bake/charts/many_sides.h"
+#include "vgi/bake/quads/cluster_cut.h"
+#include "vgi/bake/quads/many_sides.h"
 
 namespace lodestone::vgi {
 

@@ -1,4 +1,4 @@
-#include "vgi/bake/charts/cluster_cut.h"
+#include "vgi/bake/quads/cluster_cut.h"
 
 #include <algorithm>
 #include <array>
@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "vgi/bake/charts/harmonic.h"
+#include "vgi/bake/charts/merged_pieces.h"
 
 namespace lodestone::vgi {
 
@@ -14,14 +15,18 @@ namespace {
 
 constexpr double least_share = 0.1;  // of an edge: cuts keep so far away from its ends in space
 constexpr double flat_half = 0.1;    // how far the flat half of a half-disk bulges: no three vertices in line
-constexpr double snap = 1e-9;        // of an edge, in the plane: nearer to a vertex is at the vertex
-
-double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
+// How near to a vertex a line crosses an edge that it goes to the vertex; a share of the edge, in the plane. So it
+// makes half as many pieces of triangles.
+constexpr double nearly = 0.3;
+constexpr double exactly = 1e-9;  // only where it meets the vertex
 
 }  // namespace
 
 ClusterCut::ClusterCut(const Surface& surface, std::span<const uint32_t> triangles)
-    : patch(take_chart_mesh(surface, triangles)), number_(patch.numbers()) {}
+    : patch(take_chart_mesh(surface, triangles)) {
+    merge_pieces(patch, surface.uncut);
+    number_ = patch.numbers();
+}
 
 std::vector<uint32_t> ClusterCut::numbered(std::span<const uint32_t> vertices) const {
     std::vector<uint32_t> own;
@@ -37,24 +42,38 @@ std::string ClusterCut::run(const Outline& outline) {
     } else {
         centre = numbered(std::array{outline.centre})[0];
     }
-    used_ = patch.on_boundary();
-    used_[centre] = true;
-    std::vector<std::vector<uint32_t>> rays;
-    for (const uint32_t m : middle) {
-        rays.emplace_back();
-        if (!cut_ray(m, rays.back())) return "has a ray that leaves its sector";
-    }
-    return divide(begin, rays) ? "" : "falls into parts that are no quads";
+    return cut(begin, middle, {"has a ray that leaves its sector", "falls into parts that are no quads"});
 }
 
 std::string ClusterCut::halve(std::span<const uint32_t> corners, size_t first, size_t second) {
     const std::vector<uint32_t> corner = numbered(corners);
     if (!flatten(corner, false)) return "cannot be flattened";
     centre = corner[first];
+    return cut(std::array{corner[first], corner[second]}, std::array{corner[second]},
+               {"has a chord that leaves it", "falls into parts that are no halves"});
+}
+
+std::string ClusterCut::cut(std::span<const uint32_t> begins, std::span<const uint32_t> ends, const Faults& faults) {
+    // Lines that go to vertices may get into each other's way; then they go straight.
+    const ChartMesh whole = patch;
+    std::string fault = cut(begins, ends, faults, nearly);
+    if (fault.empty()) return fault;
+    patch = whole;
+    walls_.clear();
+    return cut(begins, ends, faults, exactly);
+}
+
+std::string ClusterCut::cut(std::span<const uint32_t> begins, std::span<const uint32_t> ends, const Faults& faults,
+                            double snap) {
+    snap_ = snap;
     used_ = patch.on_boundary();
-    std::vector<std::vector<uint32_t>> chord(1);
-    if (!cut_ray(corner[second], chord[0])) return "has a chord that leaves it";
-    return divide({corner[first], corner[second]}, chord) ? "" : "falls into parts that are no halves";
+    used_[centre] = true;
+    std::vector<std::vector<uint32_t>> lines;
+    for (const uint32_t end : ends) {
+        lines.emplace_back();
+        if (!cut_line(end, lines.back())) return faults.leaves;
+    }
+    return divide(begins, lines) ? "" : faults.falls;
 }
 
 ClusterCut::Turns ClusterCut::turns_of(const std::vector<uint32_t>& corner) const {
@@ -165,16 +184,29 @@ uint32_t ClusterCut::edge_towards(uint32_t target, uint32_t vertex, uint32_t out
     return found != none ? found : best;
 }
 
-uint32_t ClusterCut::step_across(uint32_t vertex, const glm::dvec2& goal, uint32_t& out) {
+bool ClusterCut::are_joined(uint32_t out, uint32_t other) const {
+    uint32_t h = out;
+    do {
+        if (patch.to(h) == other || patch.to(next_corner(h)) == other) return true;
+        h = patch.twin[previous_corner(h)];
+    } while (h != none && h != out);
+    return false;
+}
+
+uint32_t ClusterCut::step_across(uint32_t vertex, uint32_t before, const glm::dvec2& goal, uint32_t& out) {
     const uint32_t edge = next_corner(out), a = patch.from(edge), b = patch.to(edge);
     const glm::dvec2 d = goal - patch.flat[vertex];
     const double ca = std::max(0.0, cross(patch.flat[a] - patch.flat[vertex], d)),
                  cb = std::max(0.0, cross(d, patch.flat[b] - patch.flat[vertex]));
     double share = ca + cb > 0 ? ca / (ca + cb) : 0.5;
     const uint32_t near = share < 0.5 ? a : b;
-    if (std::min(share, 1 - share) < snap && !used_[near]) {
-        out = near == a ? edge : next_corner(edge);
-        return near;
+    if (std::min(share, 1 - share) < snap_ && !used_[near]) {
+        const uint32_t out_of_near = near == a ? edge : next_corner(edge);
+        // Two edges of one triangle would be a corner in a side that is laid out straight.
+        if (snap_ == exactly || before == none || !are_joined(out_of_near, before)) {
+            out = out_of_near;
+            return near;
+        }
     }
     if (patch.twin[edge] == none || (used_[a] && used_[b] && wall(a, b))) return none;
     share = std::clamp(share, 1e-6, 1 - 1e-6);
@@ -184,7 +216,7 @@ uint32_t ClusterCut::step_across(uint32_t vertex, const glm::dvec2& goal, uint32
     return made;
 }
 
-bool ClusterCut::cut_ray(uint32_t target, std::vector<uint32_t>& path) {
+bool ClusterCut::cut_line(uint32_t target, std::vector<uint32_t>& path) {
     const glm::dvec2 goal = patch.flat[target];
     uint32_t x = centre, out = edge_out_of(centre);
     path.push_back(x);
@@ -195,7 +227,7 @@ bool ClusterCut::cut_ray(uint32_t target, std::vector<uint32_t>& path) {
             path.push_back(target);
             return true;
         }
-        x = step_across(x, goal, out);
+        x = step_across(x, path.size() > 1 ? path[path.size() - 2] : none, goal, out);
         if (x == none) return false;
         used_[x] = true;
         path.push_back(x);
@@ -203,8 +235,8 @@ bool ClusterCut::cut_ray(uint32_t target, std::vector<uint32_t>& path) {
     return false;
 }
 
-bool ClusterCut::divide(const std::vector<uint32_t>& begin, const std::vector<std::vector<uint32_t>>& rays) {
-    for (const auto& ray : rays) add_walls(ray);
+bool ClusterCut::divide(std::span<const uint32_t> begin, const std::vector<std::vector<uint32_t>>& lines) {
+    for (const auto& line : lines) add_walls(line);
     quad.assign(patch.triangles.size(), none);
     std::vector<uint32_t> begin_of(patch.positions.size(), none), stack;
     for (uint32_t s = 0; s < begin.size(); ++s) begin_of[begin[s]] = s;

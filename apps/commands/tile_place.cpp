@@ -129,13 +129,13 @@ Result<glm::dmat4> TilePlace::transform(const tiles::TileBox& box, const Progres
 std::optional<Json> TilePlace::json() const {
     if (!system_) return std::nullopt;
     Json json = {{"epsg", epsg_},
-                           {"system", system_->name()},
-                           {"longitude", placement_.longitude},
-                           {"latitude", placement_.latitude},
-                           {"height", placement_.height},
-                           {"flat_off_metres", placement_.off},
-                           {"operation", placement_.operation},
-                           {"accuracy_metres", nullptr}};
+                 {"system", system_->name()},
+                 {"longitude", placement_.longitude},
+                 {"latitude", placement_.latitude},
+                 {"height", placement_.height},
+                 {"flat_off_metres", placement_.off},
+                 {"operation", placement_.operation},
+                 {"accuracy_metres", nullptr}};
     if (placement_.accuracy) json["accuracy_metres"] = *placement_.accuracy;
     return json;
 }

@@ -27,7 +27,7 @@ struct NamedMesh {
 
 // What was baked.
 struct BakedAsset {
-    Json report;       // the bake report of docs/cli.md
+    Json report;                 // the bake report of docs/cli.md
     std::optional<Asset> asset;  // where it was asked for
 };
 // Writes the asset to a file that appears whole or not at all, or to one without a name in the folder for temporary

@@ -16,8 +16,7 @@ std::filesystem::path probe_file() { return cache_folder() / "probe.json"; }
 Result<void> remember_probe(const ProbedCache& probed) {
     std::error_code error;
     std::filesystem::create_directories(cache_folder(), error);
-    const Json json = {
-        {"device", probed.device}, {"driver", probed.driver}, {"cache", name_of(probed.model)}};
+    const Json json = {{"device", probed.device}, {"driver", probed.driver}, {"cache", name_of(probed.model)}};
     return write_json(probe_file().string(), json.dump(2));
 }
 

@@ -191,8 +191,7 @@ Json BakeOptions::to_json() const {
                  {"colour_weight", colour_weight},
                  {"error_samples", error_samples},
                  {"triangles_per_cluster",
-                  triangles_per_cluster ? Json{triangles_per_cluster->fewest, triangles_per_cluster->most}
-                                        : Json()},
+                  triangles_per_cluster ? Json{triangles_per_cluster->fewest, triangles_per_cluster->most} : Json()},
                  {"target_error", target_error},
                  {"load_images", read.load_images},
                  {"height_scale", read.height_scale},

@@ -21,7 +21,7 @@
 namespace lodestone {
 
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
-inline constexpr int bake_revision = 16;
+inline constexpr int bake_revision = 17;
 
 inline constexpr uint32_t usual_texture_quality = 60;
 
@@ -78,7 +78,7 @@ Result<BakeInput> collect_bake_input(MeshStream& stream, std::string name, const
 // Writes the asset and returns the bake report of docs/cli.md. Outputs appear whole or not at all. work: stages found
 // there are not made again, others are kept there; null for none. The same asset either way.
 Result<Json> bake_asset(BakeInput input, const BakeOptions& options, const std::filesystem::path& out,
-                                  const Progress& progress, const CheckpointFolder* work = nullptr);
+                        const Progress& progress, const CheckpointFolder* work = nullptr);
 
 // A hash of everything that an asset's bytes depend on besides its source and its source's name: the options, the
 // version of the program and bake_revision. The header of an asset holds it (Provenance::options).

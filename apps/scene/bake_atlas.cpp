@@ -90,8 +90,8 @@ Json json_of(const vgi::AtlasReport& made, const vgi::Atlas& atlas, double diago
 
 }  // namespace
 
-Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, Json& report,
-                              const Progress& progress, const CheckpointFolder* work) {
+Result<vgi::Atlas> bake_atlas(const TriMesh& mesh, const BakeOptions& options, Json& report, const Progress& progress,
+                              const CheckpointFolder* work) {
     if (mesh.triangles.empty()) return fail(Fault::format, "the mesh has no triangle to make an atlas of");
     vgi::AtlasOptions atlas_options = options.atlas;
     if (options.triangles_per_cluster)

@@ -277,6 +277,11 @@ TEST_F(TilesetTest, WhatIsWrongIsFound) {
     refuses("refine", [](json& set) { set["root"].erase("refine"); });
     refuses("geometricError", [](json& set) { set["root"].erase("geometricError"); });
     refuses("bounding volume", [](json& set) { set["root"]["boundingVolume"] = json::object(); });
+    // Extras that other programs write say nothing.
+    change(path, [](json& set) {
+        set["root"]["extras"] = {{"level", -1}, {"closingTriangles", 0.5}, {"sourceError", "x"}};
+    });
+    EXPECT_TRUE(tileset_facts(path));
 }
 
 TEST_F(TilesetTest, DamagedTilesAreFound) {

@@ -98,7 +98,7 @@ private:
     class Packer;
     class Unpacker;
 
-    double grid() const;  // 0 where there is none
+    double grid() const;           // 0 where there is none
     std::string describe() const;  // JSON
     Result<void> read_description(std::string_view text);
     uint32_t levels_ = 1, base_vertices_ = 0, base_faces_ = 0;

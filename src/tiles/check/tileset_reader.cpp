@@ -87,9 +87,15 @@ private:
         for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, glm::length(glm::dvec3(tile.transform[axis])));
         tile.scale *= largest;
         if (json.contains("extras")) {
-            tile.level = json["extras"].value("level", 0u);
-            tile.closing_triangles = json["extras"].value("closingTriangles", uint64_t{0});
-            tile.source_error = json["extras"].value("sourceError", 0.0);
+            // Other programs have extras of their own.
+            const Json& extras = json["extras"];
+            const auto read = [&](const char* name, auto& value) {
+                if (extras.contains(name) && extras[name].is_number_unsigned()) extras[name].get_to(value);
+            };
+            read("level", tile.level);
+            read("closingTriangles", tile.closing_triangles);
+            if (extras.contains("sourceError") && extras["sourceError"].is_number())
+                extras["sourceError"].get_to(tile.source_error);
         }
         set_.tiles.push_back(tile);
         if (parent != ~0u) set_.tiles[parent].children.push_back(id);

@@ -14,7 +14,6 @@
 #include "base/clock.h"
 #include "base/threads.h"
 #include "mesh/distance/distance.h"
-#include "vgi/bake/quads/quadrangulate.h"
 #include "vgi/bake/charts/refinement.h"
 #include "vgi/bake/checkpoints.h"
 #include "vgi/bake/images/baked_looks.h"
@@ -23,6 +22,7 @@
 #include "vgi/bake/images/collapse_corners.h"
 #include "vgi/bake/images/resample.h"
 #include "vgi/bake/images/sample_errors.h"
+#include "vgi/bake/quads/quadrangulate.h"
 
 namespace lodestone::vgi {
 

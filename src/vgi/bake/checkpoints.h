@@ -8,11 +8,11 @@
 
 #include "base/files/chunk_file.h"
 #include "vgi/bake/charts/clusters.h"
-#include "vgi/bake/quads/quadrangulate.h"
 #include "vgi/bake/images/chart_error.h"
 #include "vgi/bake/images/chart_leaves.h"
 #include "vgi/bake/images/resample.h"
 #include "vgi/bake/images/sample_errors.h"
+#include "vgi/bake/quads/quadrangulate.h"
 
 namespace lodestone::vgi {
 

@@ -97,11 +97,33 @@ TEST(MergedPieces, WhatCutsLeftBehindIsOneTriangleAgain) {
     EXPECT_EQ(merge_pieces(rock.patch, none), 0u) << "what was there before is left alone";
 }
 
-TEST(MergedPieces, SurfacesThatWereNotCutStayAsTheyAre) {
+TEST(MergedPieces, VerticesThatWereThereBeforeCutsStay) {
+    // As cuts that were put back into the surface have it: all vertices have numbers there.
     HalfRock rock;
-    const auto triangles = rock.patch.triangles.size();
-    EXPECT_EQ(merge_pieces(rock.patch, rock.surface.uncut), 0u);
-    EXPECT_EQ(rock.patch.triangles.size(), triangles);
+    Random random(2);
+    for (int i = 0; i < 500; ++i)
+        rock.patch.split_edge(random.below(static_cast<uint32_t>(rock.patch.twin.size())), random.uniform(0.2, 0.8),
+                              0.5);
+    const auto made = static_cast<uint32_t>(rock.surface.positions.size());
+    for (size_t v = 0, next = made; v < rock.patch.origin.size(); ++v) {
+        if (rock.patch.origin[v] == none) rock.patch.origin[v] = static_cast<uint32_t>(next++);
+    }
+    const ChartMesh cut = rock.patch;
+    ChartMesh kept = cut;
+    EXPECT_EQ(merge_pieces(kept, none), 0u);
+    EXPECT_GT(merge_pieces(rock.patch, made), 300u);
+    expect_same_surface(rock, cut);
+    std::set<uint32_t> there(rock.patch.origin.begin(), rock.patch.origin.end());
+    for (const uint32_t v : cut.origin) EXPECT_TRUE(v >= made || there.contains(v)) << v;
+    // No two vertices of the boundary are joined that were not before.
+    const auto chords = [](const ChartMesh& patch) {
+        const auto rim = patch.on_boundary();
+        size_t count = 0;
+        for (uint32_t h = 0; h < patch.twin.size(); ++h)
+            count += patch.twin[h] != none && rim[patch.from(h)] && rim[patch.to(h)] ? 1 : 0;
+        return count;
+    };
+    EXPECT_LE(chords(rock.patch), chords(cut));
 }
 
 // Of a whole atlas: charts' sides go through vertices where they can, and nothing else is left of any cut.

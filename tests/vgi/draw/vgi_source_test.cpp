@@ -886,6 +886,7 @@ TEST_F(VgiSourceTest, MovesLeavesToTheirPlacesFromWhereSamplesWere) {
     EXPECT_EQ(jumps.farthest, 0);
     EXPECT_EQ(jumps.appear, moves.appear);
     EXPECT_LT(2 * moves.rms_of_new, jumps.rms_of_new);
+    EXPECT_GT(jumps.far, jumps.appear / 15);
     EXPECT_GT(jumps.far, 5 * moves.far) << "many appear far from where they were";
 }
 

@@ -135,9 +135,9 @@ private:
     template <class T>
     size_t add_accessor(const std::vector<T>& values, const Kind& kind, int target) {
         Json accessor = {{"bufferView", add_view(values.data(), values.size(), sizeof(T), target)},
-                                   {"componentType", kind.component},
-                                   {"count", values.size()},
-                                   {"type", kind.type}};
+                         {"componentType", kind.component},
+                         {"count", values.size()},
+                         {"type", kind.type}};
         if (kind.normalised) accessor["normalized"] = true;
         json_["accessors"].push_back(accessor);
         return json_["accessors"].size() - 1;
@@ -260,7 +260,7 @@ private:
             const std::vector<uint32_t>& of = indices[i / 2][i % 2];
             if (of.empty()) continue;
             Json primitive = {{"attributes", attributes_},
-                                        {"indices", add_accessor(of, {unsigned_int, "SCALAR"}, index_target)}};
+                              {"indices", add_accessor(of, {unsigned_int, "SCALAR"}, index_target)}};
             if (i % 2 == 0) primitive["attributes"]["TANGENT"] = tangents_;
             if (!mesh_.material_table.empty()) primitive["material"] = i / 2;
             primitives.push_back(primitive);

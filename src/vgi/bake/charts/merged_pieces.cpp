@@ -98,8 +98,8 @@ private:
         for (size_t i = 0; i < n; ++i) {
             // On an edge of the source it stays on it.
             if (borders == 2 && source(fan_[i]) == source(fan_[(i + n - 1) % n])) continue;
-            const double shape = shape_without(v, i);
-            if (shape >= worst && shape > best_shape) {
+            const double shape = shape_without(i, std::max(worst, best_shape));
+            if (shape > best_shape) {
                 best = i;
                 best_shape = shape;
             }
@@ -114,17 +114,11 @@ private:
         const uint32_t h = fan_[i], last = fan_[(i + fan_.size() - 1) % fan_.size()];
         return source(h) == source(fan_[j]) ? place(next_corner(h)) : place(previous_corner(last));
     }
-    // The worst shape of the fan's triangles when its vertex is moved along fan_[i]; 0 where one would turn over, or
-    // vertices be joined that must not be.
-    double shape_without(uint32_t v, size_t i) {
+    // The worst shape of the fan's triangles when its vertex is moved along fan_[i]; 0 where that is less than `least`,
+    // where one would turn over, or where vertices would be joined that must not be.
+    double shape_without(size_t i, double least) {
         const size_t n = fan_.size(), last = (i + n - 1) % n, next = (i + 1) % n;
         const uint32_t u = patch_.to(fan_[i]);
-        gather_neighbours(u);
-        for (size_t j = 0; j < n; ++j) {
-            const uint32_t w = patch_.to(fan_[j]);
-            if (j == i || j == last || j == next) continue;
-            if ((rim_[u] && rim_[w]) || std::ranges::find(neighbours_, w) != neighbours_.end()) return 0;
-        }
         double worst = 1;
         for (size_t j = 0; j < n; ++j) {
             if (j == i || j == last) continue;
@@ -134,7 +128,14 @@ private:
             if (cross(a, b) < least_weight_area) return 0;
             worst = std::min(worst, shape(u, patch_.to(h), patch_.from(previous_corner(h))));
         }
-        LODE_CHECK(u != v);
+        if (worst < least) return 0;
+        // Last, as it may have many neighbours.
+        gather_neighbours(u);
+        for (size_t j = 0; j < n; ++j) {
+            const uint32_t w = patch_.to(fan_[j]);
+            if (j == i || j == last || j == next) continue;
+            if ((rim_[u] && rim_[w]) || std::ranges::find(neighbours_, w) != neighbours_.end()) return 0;
+        }
         return worst;
     }
 

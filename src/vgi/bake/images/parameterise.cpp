@@ -204,7 +204,7 @@ Result<Chart> parameterise(const Surface& surface, std::span<const uint32_t> tri
     ChartMesh merged = take_chart_mesh(surface, triangles);
     const bool less = merge_pieces(merged, surface.uncut) > 0;
     auto chart = laid_out(std::move(merged), surface, sides, arcs, options);
-    if (!less || (chart && chart->stretch <= little_stretch)) return chart;
+    if (!less || (chart && chart->stretch <= little_stretch && !chart->uniform)) return chart;
     // Pieces bend where whole triangles cannot.
     auto in_pieces = laid_out(take_chart_mesh(surface, triangles), surface, sides, arcs, options);
     return in_pieces && (!chart || in_pieces->stretch < chart->stretch) ? std::move(in_pieces) : std::move(chart);

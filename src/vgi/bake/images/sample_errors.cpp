@@ -104,7 +104,7 @@ private:
         page = std::max(page, squared);
     }
 
-    // The finest grid at the place of a source vertex.
+    // The finest grid at the place of a point of the source.
     void finest(const glm::dvec2& place, const glm::dvec3& point) {
         const uint32_t last = cells_ - 1;
         const uint32_t x = std::min(last, static_cast<uint32_t>(place.x)),

@@ -72,8 +72,9 @@ std::string ClusterCut::cut(std::span<const uint32_t> begins, std::span<const ui
     for (const uint32_t end : ends) {
         lines.emplace_back();
         if (!cut_line(end, lines.back())) return faults.leaves;
+        add_walls(lines.back());
     }
-    return divide(begins, lines) ? "" : faults.falls;
+    return divide(begins) ? "" : faults.falls;
 }
 
 ClusterCut::Turns ClusterCut::turns_of(const std::vector<uint32_t>& corner) const {
@@ -220,7 +221,8 @@ bool ClusterCut::cut_line(uint32_t target, std::vector<uint32_t>& path) {
     const glm::dvec2 goal = patch.flat[target];
     uint32_t x = centre, out = edge_out_of(centre);
     path.push_back(x);
-    for (size_t step = 0; step < patch.triangles.size() + 1000; ++step) {
+    const size_t most_steps = patch.triangles.size() + 1000;
+    for (size_t step = 0; step < most_steps; ++step) {
         out = edge_towards(target, x, out);
         if (out == none) return false;
         if (patch.to(out) == target) {
@@ -235,8 +237,7 @@ bool ClusterCut::cut_line(uint32_t target, std::vector<uint32_t>& path) {
     return false;
 }
 
-bool ClusterCut::divide(std::span<const uint32_t> begin, const std::vector<std::vector<uint32_t>>& lines) {
-    for (const auto& line : lines) add_walls(line);
+bool ClusterCut::divide(std::span<const uint32_t> begin) {
     quad.assign(patch.triangles.size(), none);
     std::vector<uint32_t> begin_of(patch.positions.size(), none), stack;
     for (uint32_t s = 0; s < begin.size(); ++s) begin_of[begin[s]] = s;

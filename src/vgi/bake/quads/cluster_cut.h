@@ -41,7 +41,7 @@ public:
     };
     // Into quads, by rays. Empty where all went well, else what is wrong with the cluster.
     std::string run(const Outline& outline);
-    // Into two, by a straight line from a corner to another: positions in `corners`, which are vertices of the surface
+    // Into two, by a line from a corner to another: positions in `corners`, which are vertices of the surface
     // in order around it. The half that begins at the first corner is 0.
     std::string halve(std::span<const uint32_t> corners, size_t first, size_t second);
 
@@ -82,7 +82,7 @@ private:
     // From the centre to a vertex on the boundary, splitting the edges on the way.
     bool cut_line(uint32_t target, std::vector<uint32_t>& path);
     // Parts between the lines: what is reached from the edge after its own corner without crossing one.
-    bool divide(std::span<const uint32_t> begin, const std::vector<std::vector<uint32_t>>& lines);
+    bool divide(std::span<const uint32_t> begin);
     void add_walls(const std::vector<uint32_t>& path);
     bool wall(uint32_t a, uint32_t b) const { return walls_.contains({std::min(a, b), std::max(a, b)}); }
 

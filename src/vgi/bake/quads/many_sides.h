@@ -25,9 +25,9 @@ struct HalvedClusters {
     ChartComplex patches;               // clusters now
 };
 
-// Halves clusters along straight lines on a disk, from corner to corner, until none has more than most_sides. The
-// surface is cut along the lines, and `label` follows its triangles. corners: vertices that are corners even where only
-// two clusters meet. Fault::invariant where trace_charts fails, Fault::interrupted where it is told to stop.
+// Halves clusters along lines on a disk (cluster_cut.h), from corner to corner, until none has more than most_sides.
+// The surface is cut along the lines, and `label` follows its triangles. corners: vertices that are corners even where
+// only two clusters meet. Fault::invariant where trace_charts fails, Fault::interrupted where it is told to stop.
 Result<HalvedClusters> halve_clusters(Surface& surface, std::vector<uint32_t>& label, uint32_t count,
                                       std::span<const uint32_t> corners, const Progress& progress);
 

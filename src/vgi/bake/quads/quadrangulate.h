@@ -1,6 +1,7 @@
 // Stage 5 of the atlas: every cluster of k sides that is no quad yet becomes k quads around a centre. The cluster is
-// flattened onto a disk and cut along straight rays from the vertex nearest to the middle to the middle of each side;
-// straight rays from one point do not meet, so the quads are disks whatever the cluster looks like.
+// flattened onto a disk and cut along rays from the vertex nearest to the middle to the middle of each side. Straight
+// rays from one point do not meet, so the quads are disks whatever the cluster looks like; rays that go through
+// vertices near them (cluster_cut.h) are taken where the same comes of it.
 #pragma once
 
 #include <cstdint>
@@ -36,10 +37,10 @@ struct Quads {
 Result<Quads> quadrangulate(Surface surface, const Clusters& clusters, const Progress& progress = {});
 
 // Stages 4 and 5 again, with the roles changed: the quads around a vertex are flattened together, the vertex moves to
-// the middle of the picture (or stays, on the surface's boundary), and the cuts that lead to it are made anew and
-// straight. What belongs to which quad changes, not which quads there are. Where that does not work, or a border that
-// would move lies on features, the quads stay as they are. Returns how many places were left so, or Fault::interrupted:
-// then the quads are of no use.
+// the middle of the picture (or stays, on the surface's boundary), and the cuts that lead to it are made anew, as
+// straight as cluster_cut.h makes them. What belongs to which quad changes, not which quads there are. Where that does
+// not work, or a border that would move lies on features, the quads stay as they are. Returns how many places were left
+// so, or Fault::interrupted: then the quads are of no use.
 enum class Pivot {
     corners,  // of clusters
     centres,

@@ -340,8 +340,8 @@ TEST_F(MaterialsProgramTest, LinesShowWhatIsBlended) {
     ASSERT_TRUE(write_mesh(ball, folder_ / "ball.glb"));
     std::ofstream(folder_ / "s.scene.json") << R"({"lodestone": "scene", "version": 1,
         "assets": [{"name": "a", "file": "ball.glb"}], "light": {"shadows": false}})";
-    const Ended e = run("view s.scene.json --backend vgi --validation --size 160x120 --keys H,X,wait:3,F12",
-                        "xvfb-run -a -s '-screen 0 800x600x24' ");
+    const Ended e =
+        run("view s.scene.json --backend vgi --validation --size 160x120 --keys H,X,wait:3,F12", own_display);
     ASSERT_EQ(e.code, 0) << e.err;
     const auto shot = read_image(folder_ / "lodestone-1.png");
     ASSERT_TRUE(shot) << shot.error().message;

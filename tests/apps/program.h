@@ -24,6 +24,10 @@ inline std::string content_of(const fs::path& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
+// Runs what follows in a display of its own, from the test's folder, where the file of who may use it lies: a folder
+// that xvfb-run makes for it cannot always be taken away, and the exit code is 5 then.
+inline constexpr const char* own_display = "xvfb-run -a -f permissions -s '-screen 0 800x600x24' ";
+
 class ProgramTest : public testing::Test {
 protected:
     struct Ended {

@@ -471,7 +471,7 @@ TEST_F(ProgramTest, ViewsInAWindowAndSwitchesEverythingByKeys) {
     if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
     fails("view rock.ply", 4, "no display", "env -u DISPLAY -u WAYLAND_DISPLAY ");
     succeeds("generate torus --triangles 2000 -o second.ply");
-    const std::string display = "xvfb-run -a -s '-screen 0 800x600x24' ";
+    const std::string display = own_display;
     if (std::system("command -v xvfb-run > /dev/null") != 0)
         GTEST_SKIP() << "no display; install xvfb to run this test";
     // Every key but the last screenshots' once, both backends split and apart, another mesh baked on the way.
@@ -509,7 +509,7 @@ TEST_F(ProgramTest, AViewerGoesOnWithWhatItShowsWhereTheNextDoesNotFit) {
     const Ended e =
         run("view rock.ply --backend full --size 320x240 --validation --keys "
             "H,wait:2,F12,load:tight.json,wait:5,F12,3,wait:5,F12",
-            "xvfb-run -a -s '-screen 0 800x600x24' ");
+            own_display);
     ASSERT_EQ(e.code, 0) << e.err;
     for (int i = 1; i <= 3; ++i) ASSERT_TRUE(fs::exists(folder_ / ("lodestone-" + std::to_string(i) + ".png"))) << i;
     EXPECT_EQ(content_of(folder_ / "lodestone-1.png"), content_of(folder_ / "lodestone-2.png"));
@@ -521,7 +521,7 @@ TEST_F(ProgramTest, AViewerGoesOnWithAnotherDeviceWhereOneIsLost) {
     if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
     if (std::system("command -v xvfb-run > /dev/null") != 0)
         GTEST_SKIP() << "no display; install xvfb to run this test";
-    const std::string display = "xvfb-run -a -s '-screen 0 800x600x24' env ASAN_OPTIONS=verify_asan_link_order=0 ",
+    const std::string display = std::string(own_display) + "env ASAN_OPTIONS=verify_asan_link_order=0 ",
                       lost = "LD_PRELOAD=" LODESTONE_LOSE_DEVICE " LODESTONE_LOSE_AT=";
     // The panel is hidden, the split shown; the same before as after.
     const Ended e = run("view rock.ply --backend full --right lod --size 320x240 --keys H,B,wait:4,F12,wait:60,F12",

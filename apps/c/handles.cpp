@@ -112,7 +112,7 @@ lodestone_mesh* handle_of(NamedMesh named) {
 
 lodestone_asset* handle_of(Asset asset) {
     auto handle = std::make_unique<lodestone_asset>(lodestone_asset{std::move(asset), {}, {}, {}});
-    handle->about = handle->asset.about.dump(-1, ' ', false, Json::error_handler_t::replace);
+    handle->about = text_of(handle->asset.about);
     describe_looks(handle->asset.material_table(), handle->asset.images(), handle->table, handle->images);
     return handle.release();
 }

@@ -117,7 +117,7 @@ Result<void> finish(const Shelf& shelf, const Records& records, bool as_recorded
     Json rows = Json::array();
     for (const auto& record : records) rows.push_back(row_of(record.second));
     if (auto done = write_records(shelf.results(), records); !done) return done;
-    return write_whole(shelf.page(), library_page(rows.dump(-1, ' ', false, Json::error_handler_t::replace)));
+    return write_whole(shelf.page(), library_page(text_of(rows)));
 }
 
 Result<Tally> bake_library(std::vector<Item> items, const Recipes& recipes, const Shelf& shelf, const Crew& crew,

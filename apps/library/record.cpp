@@ -23,9 +23,7 @@ namespace {
 
 constexpr std::array<const char*, 4> outcome_names = {"baked", "refused", "failed", "again"};
 
-std::string line_of(const Record& record) {
-    return json_of(record).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+std::string line_of(const Record& record) { return text_of(json_of(record)) + "\n"; }
 
 Json json_of(const Stamp& stamp) { return Json::array({stamp.bytes, stamp.changed}); }
 Stamp stamp_from(const Json& json) { return {json.at(0).get<int64_t>(), json.at(1).get<int64_t>()}; }

@@ -186,9 +186,7 @@ std::vector<std::string> words_of(const py::kwargs& options) {
 void bind_assets(py::module_& module) {
     PYBIND11_NUMPY_DTYPE(CutVertex, position, normal, uv, colour, material);
     py::class_<Asset, std::shared_ptr<Asset>>(module, "Asset")
-        .def_property_readonly(
-            "about_text",
-            [](const Asset& asset) { return asset.about.dump(-1, ' ', false, Json::error_handler_t::replace); })
+        .def_property_readonly("about_text", [](const Asset& asset) { return text_of(asset.about); })
         .def_property_readonly("backends", backends_of)
         .def_property_readonly("bounds",
                                [](const Asset& asset) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <concepts>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <utility>
 
 namespace lodestone {
@@ -49,5 +50,8 @@ private:
 
 using Json = nlohmann::basic_json<std::map, std::vector, std::string, bool, int64_t, uint64_t, double, std::allocator,
                                   JsonSerializer>;
+
+// In one line. Bytes of texts that are no UTF-8 are replaced.
+inline std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 }  // namespace lodestone

@@ -216,7 +216,7 @@ std::string with_stand_ins(std::string_view text) {
     Json document = Json::parse(text, nullptr, false);
     if (document.is_discarded() || !document.is_object()) return {};
     const bool buffers = put_buffers(document), views = put_views(document);
-    return buffers || views ? document.dump(-1, ' ', false, Json::error_handler_t::replace) : std::string();
+    return buffers || views ? text_of(document) : std::string();
 }
 
 void unpack_gltf(tinygltf::Model& model, const std::set<int>& meshes, const Limits& limits,

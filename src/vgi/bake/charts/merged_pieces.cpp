@@ -167,30 +167,17 @@ private:
     }
 
     void compact() {
-        ChartMesh kept;
-        std::vector<uint32_t> number(patch_.positions.size(), none), triangle(patch_.triangles.size(), none);
-        for (uint32_t t = 0; t < patch_.triangles.size(); ++t) {
-            if (gone_[t]) continue;
-            triangle[t] = static_cast<uint32_t>(kept.triangles.size());
-            SurfaceTriangle local = kept.places.adopt(patch_.triangles[t], patch_.places);
-            for (uint32_t& v : local.vertices) {
-                if (number[v] == none) {
-                    number[v] = static_cast<uint32_t>(kept.positions.size());
-                    kept.positions.push_back(patch_.positions[v]);
-                    kept.origin.push_back(patch_.origin[v]);
-                }
-                v = number[v];
-            }
-            kept.triangles.push_back(local);
+        std::vector<uint32_t> kept;
+        for (uint32_t t = 0; t < gone_.size(); ++t) {
+            if (!gone_[t]) kept.push_back(t);
         }
-        kept.twin.resize(3 * kept.triangles.size(), none);
-        for (uint32_t h = 0; h < patch_.twin.size(); ++h) {
-            const uint32_t g = patch_.twin[h];
-            if (triangle[h / 3] == none || g == none) continue;
-            LODE_CHECK(triangle[g / 3] != none, h, g);
-            kept.twin[3 * triangle[h / 3] + h % 3] = 3 * triangle[g / 3] + g % 3;
-        }
-        patch_ = std::move(kept);
+        Surface all;
+        all.positions = std::move(patch_.positions);
+        all.triangles = std::move(patch_.triangles);
+        all.places = std::move(patch_.places);
+        ChartMesh taken = take_chart_mesh(all, kept);
+        for (uint32_t& v : taken.origin) v = patch_.origin[v];
+        patch_ = std::move(taken);
     }
 
     ChartMesh& patch_;

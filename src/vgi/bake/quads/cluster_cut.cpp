@@ -68,11 +68,10 @@ std::string ClusterCut::cut(std::span<const uint32_t> begins, std::span<const ui
     snap_ = snap;
     used_ = patch.on_boundary();
     used_[centre] = true;
-    std::vector<std::vector<uint32_t>> lines;
     for (const uint32_t end : ends) {
-        lines.emplace_back();
-        if (!cut_line(end, lines.back())) return faults.leaves;
-        add_walls(lines.back());
+        std::vector<uint32_t> line;
+        if (!cut_line(end, line)) return faults.leaves;
+        add_walls(line);
     }
     return divide(begins) ? "" : faults.falls;
 }

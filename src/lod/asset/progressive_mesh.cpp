@@ -22,7 +22,7 @@ tl::unexpected<Error> wrong(const std::string& chunk, const std::string& what) {
 }
 
 // Every keyframe for itself and against the one before, so that what the next checks compute is defined: levels rise by
-// at least 2, slots never rise, and a step writes some blocks.
+// at least 2, slots never rise and are as many as faces at least, and a step writes some blocks.
 Result<void> check_keyframe_levels(const ProgressiveMesh& pm, const FaceOrder& order, const std::string& place) {
     uint32_t level = 0, slots = order.slots_of(0);
     for (size_t k = 0; k < order.keyframes.size(); ++k) {
@@ -32,6 +32,8 @@ Result<void> check_keyframe_levels(const ProgressiveMesh& pm, const FaceOrder& o
             return wrong(place + "/keyframes", where + " is at a wrong level");
         if (key.slots == 0 || key.slots > slots || key.dead != slots - key.slots)
             return wrong(place + "/keyframes", where + " does not fit the drawn range");
+        if (key.slots < pm.triangles_at(key.level))
+            return wrong(place + "/keyframes", where + " draws fewer faces than there are");
         if (key.blocks_per_step == 0) return wrong(place + "/keyframes", where + " writes no blocks in a step");
         slots = key.slots;
         level = key.level;
@@ -128,6 +130,8 @@ Result<void> check_tswaps(const ProgressiveMesh& pm, const FaceOrder& order, con
         if (key.slots_before != slots || key.slots_after > slots || order.drops_dead || !order.keyframes.empty()) {
             return wrong(place + "/tswaps", where + " does not fit the drawn range");
         }
+        if (key.slots_after < pm.triangles_at(key.level))
+            return wrong(place + "/tswaps", where + " draws fewer faces than there are");
         if (key.first_cycle != cycle || key.first_slot != slot)
             return wrong(place + "/tswaps", where + " skips cycles");
         const size_t end = k + 1 < order.tswaps.size() ? order.tswaps[k + 1].first_cycle : order.cycle_lengths.size();

@@ -332,6 +332,19 @@ TEST(ProgressiveMesh, ContentThatWouldLeaveTheBuffersIsRefused) {
     std::vector<TswapStep> steps(greedy.tswaps.begin(), greedy.tswaps.end());
     steps[0].slots_after = steps[0].slots_before + 1;
     refused("lod/greedy/tswaps", [&](ProgressiveMesh& pm) { pm.orders[3].tswaps = steps; });
+    steps[0] = greedy.tswaps[0];
+    steps.back().slots_after = 1;
+    refused("draws fewer faces", [&](ProgressiveMesh& pm) { pm.orders[3].tswaps = steps; });
+    // One face dies later than the orders have it.
+    std::vector<Ecol> ecols(good.ecols.begin(), good.ecols.end());
+    ASSERT_GT(ecols[0].faces, 0u);
+    ecols[0].faces -= 1;
+    refused("lod/static/keyframes: keyframe 0 draws fewer faces", [&](ProgressiveMesh& pm) { pm.ecols = ecols; });
+    for (Ecol& step : ecols) step.faces = 0;  // steps of greedy have some faces to spare
+    refused("draws fewer faces", [&](ProgressiveMesh& pm) {
+        pm.ecols = ecols;
+        pm.orders = {greedy};
+    });
     std::vector<float> errors(good.errors.size(), 1.0f);
     refused("lod/errors", [&](ProgressiveMesh& pm) { pm.errors = errors; });
     errors.assign(good.errors.begin(), good.errors.end());

@@ -13,6 +13,7 @@ namespace lodestone::vgi {
 struct LeafBorder {
     std::array<bool, 4> sampled{};         // by side: beside samples; then so are both its ends
     std::array<bool, 4> corner_sampled{};  // by corner: some square around it is drawn from samples
+    bool operator==(const LeafBorder&) const = default;
 };
 
 // What squares are drawn beside where all leaves are drawn.

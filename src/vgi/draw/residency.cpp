@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "vgi/draw/leaves/leaf_morph.h"
+#include "vgi/draw/leaves/leaf_runs.h"
 
 namespace lodestone::vgi {
 
@@ -128,6 +129,7 @@ DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPar
         drawn.words[LODE_VGI_LEAF_TEXEL(v)] = packed_vertex(part.vertices[v], chart);
         drawn.words[LODE_VGI_LEAF_MORPHS(v)][v % 4] = morphs[v].packed();
     }
+    drawn.runs = leaf_runs(about, part);
     drawn.part = std::move(part);
     return drawn;
 }

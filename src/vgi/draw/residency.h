@@ -110,6 +110,7 @@ private:
 struct DrawnLeafPart {
     LeafPart part;
     std::vector<std::array<uint32_t, 4>> words;
+    std::vector<PageBounds> runs;  // leaf_runs()
 };
 // number: of all parts. samples: of the page in whose square it is.
 DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPart part, const GeometryPage& samples);

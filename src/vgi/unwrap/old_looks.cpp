@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "mesh/textures/texture_lookup.h"
+#include "vgi/bake/charts/chart_mesh.h"
 
 namespace lodestone::vgi {
 

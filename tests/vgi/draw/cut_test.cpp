@@ -570,6 +570,60 @@ TEST(Cuts, FallApartWhereTheirRulesAreBroken) {
     EXPECT_GT(count_bad(Raster::grid, atlas, broken, 16, 5), 0u);
 }
 
+// Where they come to their places, leaves are left out run by run.
+TEST(Cuts, LeaveOutOfLeavesOnlyWhatAViewCannotSee) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 32, 8, true);
+    const Residency residency = partly_resident(atlas, 1, 1, 1);
+    const auto [centre, size] = extent_of(atlas);
+    Random random(29);
+    size_t seen = 0, outside = 0, turned_away = 0;
+    for (uint32_t i = 0; i < 100; ++i) {
+        SCOPED_TRACE(i);
+        std::vector<View> views = random_views(atlas, random);
+        views[1] = shadow_view({0.3f, -1, 0.2f}, centre, size * 0.3f, 64);
+        CutRequest request;
+        request.views = views;
+        request.forced_level = 0;
+        request.forced_leaves = true;
+        request.casters_alone = false;
+        PageDemand demand(residency.units());
+        const Cut cut = from_scratch(residency, request, demand);
+        for (uint32_t v = 0; v < views.size(); ++v) {
+            std::set<std::array<uint32_t, 3>> drawn;
+            for (const auto& [mask, indices] : cut.parts) {
+                for (size_t t = 0; t < indices.size() && (mask >> v & 1) != 0; t += 3)
+                    EXPECT_TRUE(drawn.insert({indices[t], indices[t + 1], indices[t + 2]}).second);
+            }
+            const Frustum frustum = frustum_of(views[v]);
+            for (uint32_t part = 0; part < residency.topology().leaf_parts(); ++part) {
+                const LeafPart& leaf = residency.leaf_part(part).part->part;
+                const uint32_t first = LODE_VGI_LEAF | part * LODE_VGI_LEAF_VERTICES;
+                std::vector<std::array<glm::vec3, 3>> left_out;
+                for (const auto& [a, b, c] : leaf.triangles) {
+                    if (drawn.contains({first + a, first + b, first + c})) continue;
+                    const auto at = [&](uint8_t n) { return glm::vec3(atlas.leaf_point(leaf.vertices[n].position)); };
+                    left_out.push_back({at(a), at(b), at(c)});
+                }
+                if (left_out.size() < leaf.triangles.size()) seen += leaf.triangles.size() - left_out.size();
+                for (const auto& p : left_out) {
+                    const bool beyond = std::ranges::any_of(frustum.planes(), [&](const glm::vec4& plane) {
+                        return std::ranges::all_of(
+                            p, [&](const glm::vec3& q) { return glm::dot(glm::vec3(plane), q) + plane.w < 0; });
+                    });
+                    const glm::vec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
+                    EXPECT_TRUE(beyond || (v == 0 && glm::dot(normal, views[0].eye - p[0]) <= 0)) << part;
+                    if (left_out.size() == leaf.triangles.size()) continue;
+                    ++(beyond ? outside : turned_away);
+                }
+            }
+        }
+    }
+    // Of parts of which some is drawn.
+    EXPECT_GT(seen, 100000u);
+    EXPECT_GT(outside, seen / 100);
+    EXPECT_GT(turned_away, seen / 100);
+}
+
 TEST(Cuts, GoOnFromTheOnesBeforeAndAreAsFromScratch) {
     uint64_t triangles = 0, taken_over = 0;
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {

@@ -13,6 +13,7 @@
 #include "vgi/draw/corners/corner_front.h"
 #include "vgi/draw/cut/visibility.h"
 #include "vgi/draw/leaves/leaf_front.h"
+#include "vgi/draw/leaves/leaf_runs.h"
 
 namespace lodestone::vgi {
 
@@ -269,11 +270,32 @@ private:
         put(whole.fan, whole.mask);
         touch(number);
         const LeafBorder border = leaves_.border(number, part.slack);
+        const bool arrived = leaves_.has_arrived(number, border, part.slack);
+        // Where each vertex is in its own place, it is known where each run of triangles is.
+        const bool in_runs = visibility_.leaves_out() && arrived && border == LeafBorder{};
+        const Atlas& about = residency_.about();
+        const uint32_t leaf = residency_.topology().leaf(number);
+        for (uint32_t p = about.first_part(leaf); p < about.leaves[leaf].parts_end; ++p) {
+            const Residency::LeafEntry& of = residency_.leaf_part(p);
+            touch(residency_.pages() + p);
+            const uint32_t first =
+                of.slot * LODE_VGI_LEAF_VERTICES | LODE_VGI_LEAF | (arrived ? 0u : LODE_VGI_LEAF_MOVES);
+            if (in_runs) {
+                draw_runs(*of.part, first, part);
+            } else {
+                draw_beside(of.part->part, first, border, entry, square.corners, kept_.parts.list(part.mask));
+            }
+        }
+        return true;
+    }
+    // A leaf's part as it is drawn beside what is around it. first: index of the part's first vertex; entry, corners:
+    // of the page in whose square it is.
+    void draw_beside(const LeafPart& leaf, uint32_t first, const LeafBorder& border, const Entry& entry,
+                     const std::array<uint32_t, 4>& corners, std::vector<uint32_t>& list) const {
         const auto cells = static_cast<int32_t>(n_);
-        std::vector<uint32_t>& list = kept_.parts.list(part.mask);
         const auto sample = [&](GridPoint p) {
             if (p.x % cells == 0 && p.y % cells == 0)
-                return square.corners[p.y == 0 ? (p.x == 0 ? 0 : 1) : (p.x == 0 ? 3 : 2)];
+                return corners[p.y == 0 ? (p.x == 0 ? 0 : 1) : (p.x == 0 ? 3 : 2)];
             return index(entry, static_cast<uint32_t>(p.x), static_cast<uint32_t>(p.y));
         };
         // The first vertex tells how a triangle is lit (shaders/vgi/visible.frag): as samples, where it has one.
@@ -287,18 +309,23 @@ private:
                 list.insert(list.end(), {c, a, b});
             }
         };
-        const uint32_t kind =
-            leaves_.has_arrived(number, border, part.slack) ? LODE_VGI_LEAF : LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES;
-        const Atlas& about = residency_.about();
-        const uint32_t leaf = residency_.topology().leaf(number);
-        for (uint32_t p = about.first_part(leaf); p < about.leaves[leaf].parts_end; ++p) {
-            const Residency::LeafEntry& of = residency_.leaf_part(p);
-            touch(residency_.pages() + p);
-            const uint32_t first = kind | of.slot * LODE_VGI_LEAF_VERTICES;
-            for_drawn_triangles(
-                of.part->part, border, cells, [&](uint32_t v) { return first + v; }, sample, add);
+        for_drawn_triangles(
+            leaf, border, cells, [&](uint32_t v) { return first + v; }, sample, add);
+    }
+    // Draws the runs of a leaf's part that are seen. first: index of the part's first vertex.
+    void draw_runs(const DrawnLeafPart& drawn, uint32_t first, Whole& part) {
+        const auto& triangles = drawn.part.triangles;
+        for (size_t r = 0; r < drawn.runs.size(); ++r) {
+            const uint32_t mask = visibility_.seen(part.mask, drawn.runs[r], part.slack);
+            if (mask != part.mask && mask != 0) part.slack.add_none();
+            if (mask == 0) continue;
+            std::vector<uint32_t>& list = kept_.parts.list(mask);
+            const size_t begin = r * leaf_run_triangles, end = std::min(begin + leaf_run_triangles, triangles.size());
+            for (size_t t = begin; t < end; ++t) {
+                const auto& [a, b, c] = triangles[t];
+                list.insert(list.end(), {first + a, first + b, first + c});
+            }
         }
-        return true;
     }
     // Asks for what a leaf lacks to be drawn.
     void need_leaf(uint32_t number, uint32_t mask, Slack& slack) {

@@ -64,8 +64,7 @@ uint32_t Visibility::seen(uint32_t mask, const PageBounds& bounds) const {
     return mask;
 }
 
-uint32_t Visibility::seen(uint32_t mask, uint32_t number, Slack& slack) const {
-    const PageBounds& bounds = about_->bounds[number];
+uint32_t Visibility::seen(uint32_t mask, const PageBounds& bounds, Slack& slack) const {
     const glm::vec3& c = bounds.centre;
     const float away = glm::distance(c, eye_);
     // A view sees it for as long as no plane has it outside, and does not for as long as one does.

@@ -31,8 +31,13 @@ public:
     uint32_t seen(uint32_t mask, uint32_t number) const { return seen(mask, about_->bounds[number]); }
     // The same of any sphere and cone.
     uint32_t seen(uint32_t mask, const PageBounds& bounds) const;
-    // The same of a page, and what that holds_after.
-    uint32_t seen(uint32_t mask, uint32_t number, Slack& slack) const;
+    // The same, and what that holds_after.
+    uint32_t seen(uint32_t mask, const PageBounds& bounds, Slack& slack) const;
+    uint32_t seen(uint32_t mask, uint32_t number, Slack& slack) const {
+        return seen(mask, about_->bounds[number], slack);
+    }
+    // Whether there is anything that some view does not see.
+    bool leaves_out() const { return !frusta_.empty(); }
 
     // How far things moved since another was made for the same atlas; nothing where more than that has changed.
     std::optional<Motion> since(const Visibility& before) const;

@@ -1,6 +1,6 @@
-// The openers of assets, with every hash and checksum right: the first byte chooses a chunk of a small sound asset, the
-// second whether the rest replaces its content or damages it. Or the file itself is damaged, or cut. What opens is
-// played, extracted and decoded.
+// The openers of assets, with every hash and checksum right: the first byte chooses a chunk of one of some small sound
+// assets, the second whether the rest replaces its content or damages it. Or the file itself is damaged, or cut. What
+// opens is played, extracted and decoded.
 #include <unistd.h>
 
 #include <array>
@@ -20,6 +20,7 @@
 #include "tests/fixtures/block_sums.h"
 #include "vgi/asset/atlas_chunks.h"
 #include "vgi/asset/leaves.h"
+#include "vgi/asset/pages.h"
 #include "vgi/bake/bake.h"
 
 using namespace lodestone;
@@ -65,12 +66,12 @@ TriMesh with_fans(TriMesh mesh) {
     return mesh;
 }
 
-// Every backend's part of an asset of a mesh.
-std::vector<Chunk> chunks_of(TriMesh mesh, bool leaves) {
+// Every backend's part of an asset of a mesh. cells: of a chart; a page has at most page_cells.
+std::vector<Chunk> chunks_of(TriMesh mesh, uint32_t cells, bool leaves) {
     check(repair(mesh).has_value());
     vgi::AtlasOptions options;
-    options.clusters.clusters = 2;
-    options.cells = leaves ? 32 : 64;
+    options.clusters.clusters = 1;
+    options.cells = cells;
     options.error_samples = 500;
     options.leaves = leaves;
     vgi::AtlasReport report;
@@ -191,13 +192,16 @@ void use(const ChunkFile& file, const std::string& changed) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    static const std::array seeds = {chunks_of(with_fans(generate(Shape::rock, 200, 1)), false),
-                                     chunks_of(painted(generate(Shape::rock, 200, 1)), true)};
+    static const TriMesh rock = generate(Shape::rock, 200, 1);
+    static const std::array seeds = {chunks_of(with_fans(rock), 16, false), chunks_of(painted(rock), 16, true),
+                                     chunks_of(rock, 2 * vgi::page_cells, true)};
     if (size < 2) return 0;
-    size_t chosen = data[0] % (seeds[0].size() + seeds[1].size());
-    const bool second = chosen >= seeds[0].size();
-    if (second) chosen -= seeds[0].size();
-    std::vector<Chunk> chunks = seeds[second];
+    // One of several pages takes longest, and is chosen least.
+    const size_t small = seeds[0].size() + seeds[1].size();
+    size_t seed = 0, chosen = data[0] < 224 ? data[0] % small : small + (data[0] * 32u + data[1] / 8) % seeds[2].size();
+    fuzz::require(small <= 224, "every chunk can be chosen");
+    while (chosen >= seeds[seed].size()) chosen -= seeds[seed++].size();
+    std::vector<Chunk> chunks = seeds[seed];
     const std::span<const uint8_t> rest(data + 2, size - 2);
     Chunk& chunk = chunks[chosen];
     if (data[1] % 8 == 7) {

@@ -55,8 +55,10 @@ void put_leaf_part(Residency& residency, const Atlas& atlas, uint32_t part, uint
 
 // Pages that are there with probability `share`, base pages always, whether their parents are or not; slot = number.
 // So are parts of leaves with probability `leaf_share`.
-Residency partly_resident(const Atlas& atlas, double share, uint64_t seed, double leaf_share = 0, bool alone = false) {
-    Residency residency(atlas);
+// leaves: whether they are known at all.
+Residency partly_resident(const Atlas& atlas, double share, uint64_t seed, double leaf_share = 0, bool alone = false,
+                          bool leaves = true) {
+    Residency residency(std::make_shared<const PageTopology>(atlas, leaves));
     Random random(seed);
     for (uint32_t number = 0; number < residency.pages(); ++number) {
         const uint32_t chart = number / residency.tree().pages(), page = number % residency.tree().pages();
@@ -463,8 +465,11 @@ TEST(Cuts, TakeNothingForLeavesThatAreFarAway) {
     const TriMesh rock = fixtures::repaired(Shape::rock, 60000);
     for (const uint32_t cells : {16u, 64u}) {
         const Atlas with = small_atlas(rock, cells, 24, true), without = small_atlas(rock, cells, 24);
-        const Residency all = partly_resident(with, 1, 1, 1), samples = partly_resident(without, 1, 1);
+        const Residency all = partly_resident(with, 1, 1, 1), samples = partly_resident(without, 1, 1),
+                        unknown = partly_resident(with, 1, 1, 0, false, false);
         uint32_t without_leaves = 0;
+        // Errors of corners know of leaves, and so does the order in which corners go: by and large it costs nothing.
+        uint64_t triangles = 0, of_samples = 0;
         for (float away = 1; away < 100; away *= 1.3f) {
             const Cut cut = cut_from_afar(with, all, away);
             const auto is_leaf = [](uint32_t i) { return (i & LODE_VGI_CORNER) == 0 && (i & LODE_VGI_LEAF) != 0; };
@@ -472,8 +477,11 @@ TEST(Cuts, TakeNothingForLeavesThatAreFarAway) {
             for (const auto& part : cut.parts) leaves = leaves || std::ranges::any_of(part.second, is_leaf);
             if (leaves) continue;
             ++without_leaves;
-            EXPECT_LE(cut.triangles, cut_from_afar(without, samples, away).triangles) << cells << ", " << away;
+            EXPECT_EQ(cut.parts, cut_from_afar(with, unknown, away).parts) << cells << ", " << away;
+            triangles += cut.triangles;
+            of_samples += cut_from_afar(without, samples, away).triangles;
         }
+        EXPECT_LE(triangles, of_samples) << cells;
         EXPECT_GT(without_leaves, 5u) << cells;
     }
 }
@@ -492,6 +500,20 @@ TEST(Cuts, DrawFewerTrianglesThanChartsHaveFromAfar) {
         }
         EXPECT_EQ(before, 0u);
     }
+}
+
+// What stands above the charts is as many triangles as the distance asks for: there is no gap between charts and dots.
+TEST(Cuts, LoseTrianglesStepByStepFromAfar) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 60000), 16, 130);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    uint64_t before = 0, steps = 0;
+    for (float away = 2; before == 0 || before > 80; away *= 1.1f) {
+        const uint64_t triangles = cut_from_afar(atlas, residency, away).triangles;
+        EXPECT_LE(before, 2 * triangles) << away;
+        before = triangles;
+        steps += triangles < 2 * atlas.charts();
+    }
+    EXPECT_GT(steps, 5u);
 }
 
 // Every fourth sample each way of all charts: how far the farthest of them is from what is drawn, object units.

@@ -58,6 +58,7 @@ struct CornerMesh {
     std::vector<Face> faces;                    // two to a chart; those without area are of equal corners
     std::vector<Points> points;                 // per face
     std::vector<std::vector<uint32_t>> around;  // per corner: faces
+    std::vector<double> least_errors;           // per corner: of its charts, object units; it goes by no less
     std::vector<Fate> fates;                    // per corner
     double extent = 0;
 };
@@ -75,17 +76,26 @@ public:
     std::vector<uint32_t> run() {
         for (const uint32_t corner : corners_) consider(corner);
         while (!queue_.empty()) {
-            const Candidate next = queue_.top();
+            Candidate next = queue_.top();
             queue_.pop();
-            if (next.stamp == stamp_[place_of(next.corner)]) take(next.corner, next.onto);
+            if (next.stamp != stamp_[place_of(next.corner)]) continue;
+            if (next.measured) {
+                take(next.corner, next.onto);
+                continue;
+            }
+            // Its turn may come later now: no corner has a smaller error than those that went before it.
+            next.cost = std::max(next.cost, measured_off(next.corner, next.onto));
+            next.measured = true;
+            queue_.push(next);
         }
         return std::move(gone_);
     }
 
 private:
     struct Candidate {
-        double cost;
+        double cost;  // squared error: at least so much, or as it is measured
         uint32_t corner, onto, stamp;
+        bool measured = false;
         bool operator<(const Candidate& other) const {  // the dearest first: a queue's top is the last
             return std::tie(other.cost, other.corner) < std::tie(cost, corner);
         }
@@ -196,7 +206,19 @@ private:
                 best = onto;
             }
         }
-        if (best != corner) queue_.push({least, corner, best, stamp_[place]});
+        const double by_charts = mesh_.least_errors[corner];
+        if (best != corner) queue_.push({std::max(least, by_charts * by_charts), corner, best, stamp_[place]});
+    }
+
+    // The largest squared distance of all points around a corner to the surface once it lies on another.
+    double measured_off(uint32_t corner, uint32_t onto) {
+        place_faces(corner, onto, true);
+        double squared = 0;
+        for (const uint32_t f : mesh_.around[corner]) {
+            for (const glm::dvec3& point : mesh_.points[f].many)
+                squared = std::max(squared, nearest(point, onto).first);
+        }
+        return squared;
     }
 
     void take(uint32_t corner, uint32_t onto) {
@@ -336,6 +358,8 @@ public:
         }
     }
 
+    // Per corner: what its error is at least, by what its charts are off; object units.
+    const std::vector<double>& least_errors() const { return error_; }
     // order: in which corners of a component went.
     void run(std::span<const uint32_t> order, std::vector<Corner>& corners) {
         double before = 0;
@@ -379,12 +403,13 @@ private:
 
 void collapse_corners(Atlas& atlas) {
     CornerMesh mesh = corner_mesh(atlas);
+    Saturation saturation(atlas, mesh);
+    mesh.least_errors = saturation.least_errors();
     std::vector<std::vector<uint32_t>> orders = components_of(mesh);
     parallel_for(orders.size(), 1, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) orders[i] = Collapse(mesh, std::move(orders[i])).run();
     });
     std::vector<Corner> corners(mesh.positions.size());
-    Saturation saturation(atlas, mesh);
     std::vector<uint32_t> order(corners.size()), went(corners.size(), ~0u);  // of roots: last
     for (const std::vector<uint32_t>& component : orders) {
         saturation.run(component, corners);

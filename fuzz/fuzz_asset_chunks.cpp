@@ -1,5 +1,5 @@
-// The openers of assets, with every hash and checksum right: the first byte chooses a chunk of one of some small sound
-// assets, the second whether the rest replaces its content or damages it. Or the file itself is damaged, or cut. What
+// The openers of assets, with every hash and checksum right: the first two bytes choose a chunk of one of some small
+// sound assets and whether the rest replaces its content or damages it. Or the file itself is damaged, or cut. What
 // opens is played, extracted and decoded.
 #include <unistd.h>
 
@@ -194,11 +194,14 @@ void use(const ChunkFile& file, const std::string& changed) {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     static const TriMesh rock = generate(Shape::rock, 200, 1);
     static const std::array seeds = {chunks_of(with_fans(rock), 16, false), chunks_of(painted(rock), 16, true),
-                                     chunks_of(rock, 2 * vgi::page_cells, true)};
+                                     chunks_of(rock, 2 * vgi::page_cells, true),
+                                     chunks_of(rock, 2 * vgi::page_cells, false)};
     if (size < 2) return 0;
-    // One of several pages takes longest, and is chosen least.
+    // Those of several pages take longest, and are chosen least.
     const size_t small = seeds[0].size() + seeds[1].size();
-    size_t seed = 0, chosen = data[0] < 224 ? data[0] % small : small + (data[0] * 32u + data[1] / 8) % seeds[2].size();
+    size_t seed = 0, chosen = data[0] < 224
+                                  ? data[0] % small
+                                  : small + (data[0] * 32u + data[1] / 8) % (seeds[2].size() + seeds[3].size());
     fuzz::require(small <= 224, "every chunk can be chosen");
     while (chosen >= seeds[seed].size()) chosen -= seeds[seed++].size();
     std::vector<Chunk> chunks = seeds[seed];

@@ -478,8 +478,10 @@ TEST(Cuts, TakeNothingForLeavesThatAreFarAway) {
             if (leaves) continue;
             ++without_leaves;
             EXPECT_EQ(cut.parts, cut_from_afar(with, unknown, away).parts) << cells << ", " << away;
+            const uint64_t alone = cut_from_afar(without, samples, away).triangles;
+            EXPECT_LE(cut.triangles, alone + alone / 20) << cells << ", " << away;
             triangles += cut.triangles;
-            of_samples += cut_from_afar(without, samples, away).triangles;
+            of_samples += alone;
         }
         EXPECT_LE(triangles, of_samples) << cells;
         EXPECT_GT(without_leaves, 5u) << cells;
@@ -509,7 +511,8 @@ TEST(Cuts, LoseTrianglesStepByStepFromAfar) {
     uint64_t before = 0, steps = 0;
     for (float away = 2; before == 0 || before > 80; away *= 1.1f) {
         const uint64_t triangles = cut_from_afar(atlas, residency, away).triangles;
-        EXPECT_LE(before, 2 * triangles) << away;
+        ASSERT_GT(triangles, 0u) << away;
+        ASSERT_LE(before, 2 * triangles) << away;
         before = triangles;
         steps += triangles < 2 * atlas.charts();
     }
@@ -608,6 +611,7 @@ TEST(Cuts, LeaveOutOfLeavesOnlyWhatAViewCannotSee) {
         request.forced_level = 0;
         request.forced_leaves = true;
         request.casters_alone = false;
+        request.cull_back_faces = i % 4 != 0;
         PageDemand demand(residency.units());
         const Cut cut = from_scratch(residency, request, demand);
         for (uint32_t v = 0; v < views.size(); ++v) {
@@ -633,7 +637,8 @@ TEST(Cuts, LeaveOutOfLeavesOnlyWhatAViewCannotSee) {
                             p, [&](const glm::vec3& q) { return glm::dot(glm::vec3(plane), q) + plane.w < 0; });
                     });
                     const glm::vec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
-                    EXPECT_TRUE(beyond || (v == 0 && glm::dot(normal, views[0].eye - p[0]) <= 0)) << part;
+                    const bool faces_away = glm::dot(normal, views[0].eye - p[0]) <= 0;
+                    EXPECT_TRUE(beyond || (v == 0 && request.cull_back_faces && faces_away)) << part;
                     if (left_out.size() == leaf.triangles.size()) continue;
                     ++(beyond ? outside : turned_away);
                 }
@@ -728,6 +733,46 @@ TEST(Cuts, GoOnFromTheOnesBeforeAndAreAsFromScratch) {
     }
     EXPECT_GT(triangles, 100000u);
     EXPECT_GT(taken_over, triangles / 5) << "of " << triangles << ", where pages are missing";
+}
+
+// Leaves in their places, all of them there, of which views see some runs.
+TEST(Cuts, OfLeavesGoOnFromTheOnesBefore) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 64, 8, true);
+    const auto [centre, size] = extent_of(atlas);
+    const Residency residency = partly_resident(atlas, 1, 1, 1);
+    std::vector<uint32_t> charts(atlas.charts());
+    std::iota(charts.begin(), charts.end(), 0u);
+    Random random(31);
+    uint64_t arrived = 0, taken_over = 0;
+    for (uint32_t flight = 0; flight < 6; ++flight) {
+        IncrementalCut kept;
+        const auto unit = [&] { return static_cast<float>(random.unit()) * 2 - 1; };
+        Camera camera;
+        camera.near_plane = size * 1e-3f;
+        camera.far_plane = size * 100;
+        camera.eye = centre + glm::vec3(unit(), unit(), 2) * size * 0.4f;
+        camera.target = centre + glm::vec3(unit(), unit(), unit()) * size * 0.3f;
+        const glm::vec3 way = glm::vec3(unit(), unit(), unit()) * size * std::exp2(unit() * 2 - 10);
+        for (uint32_t i = 0; i < 40; ++i) {
+            SCOPED_TRACE(testing::Message() << flight << ", " << i);
+            camera.eye += way;
+            std::vector<View> views{view_of(camera, 1280, 720)};
+            if (flight % 2 == 1) views.push_back(shadow_view({0.3f, -1, 0.2f}, centre, size * 0.4f, 64));
+            CutRequest request;
+            request.views = views;
+            request.pixel_error = 0.05;
+            PageDemand demand(residency.units()), expected_demand(residency.units());
+            const Cut made = cut_bintree(residency, request, charts, demand, kept);
+            ASSERT_EQ(made.parts, from_scratch(residency, request, expected_demand).parts);
+            for (const auto& [mask, indices] : made.parts) {
+                for (const uint32_t index : indices)
+                    arrived += (index & (LODE_VGI_CORNER | LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES)) == LODE_VGI_LEAF;
+            }
+            taken_over += kept.taken_over;
+        }
+    }
+    EXPECT_GT(arrived / 3, 200000u);
+    EXPECT_GT(taken_over, arrived / 3 / 10);
 }
 
 TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {

@@ -79,25 +79,25 @@ public:
             Candidate next = queue_.top();
             queue_.pop();
             if (next.stamp != stamp_[place_of(next.corner)]) continue;
-            if (next.measured) {
+            // One that went too early would raise the errors of all that go after it: they only rise.
+            const double measured = measured_off(next.corner, next.onto);
+            if (measured > next.cost) {
+                next.cost = measured;
+                queue_.push(next);
+            } else {
                 take(next.corner, next.onto);
-                continue;
             }
-            // Its turn may come later now: no corner has a smaller error than those that went before it.
-            next.cost = std::max(next.cost, measured_off(next.corner, next.onto));
-            next.measured = true;
-            queue_.push(next);
         }
         return std::move(gone_);
     }
 
 private:
     struct Candidate {
-        double cost;  // squared error: at least so much, or as it is measured
+        double cost;  // squared error, as far as it is known: at least so much
+        double own;   // of that, what few points tell, whatever the charts are off
         uint32_t corner, onto, stamp;
-        bool measured = false;
         bool operator<(const Candidate& other) const {  // the dearest first: a queue's top is the last
-            return std::tie(other.cost, other.corner) < std::tie(cost, corner);
+            return std::tie(other.cost, other.own, other.corner) < std::tie(cost, own, corner);
         }
     };
     size_t place_of(uint32_t corner) const {
@@ -176,6 +176,15 @@ private:
         return all;
     }
 
+    // The squared distance of a point of a face to the surface once a corner of it lies on another (place_faces); near
+    // a hub to that face alone.
+    double off_when_moved(uint32_t face, const glm::dvec3& point, uint32_t corner, uint32_t onto, bool hub) const {
+        if (!hub) return nearest(point, onto).first;
+        Face moved = mesh_.faces[face];
+        std::ranges::replace(moved, corner, onto);
+        return is_flat(moved) ? nearest(point, onto).first : squared_off(point, moved);
+    }
+
     // The largest squared distance of the few points around a corner to the surface once it lies on another; where that
     // is `enough` or more, at least so much.
     double worst_off(uint32_t corner, uint32_t onto, double enough) {
@@ -183,12 +192,9 @@ private:
         const bool hub = is_hub(corner) || is_hub(onto);
         place_faces(corner, onto, !hub);
         for (const uint32_t f : mesh_.around[corner]) {
-            Face moved = mesh_.faces[f];
-            std::ranges::replace(moved, corner, onto);
             for (const glm::dvec3& point : mesh_.points[f].few) {
                 if (worst >= enough) return worst;
-                worst =
-                    std::max(worst, hub && !is_flat(moved) ? squared_off(point, moved) : nearest(point, onto).first);
+                worst = std::max(worst, off_when_moved(f, point, corner, onto, hub));
             }
         }
         return worst;
@@ -207,18 +213,19 @@ private:
             }
         }
         const double by_charts = mesh_.least_errors[corner];
-        if (best != corner) queue_.push({std::max(least, by_charts * by_charts), corner, best, stamp_[place]});
+        if (best != corner) queue_.push({std::max(least, by_charts * by_charts), least, corner, best, stamp_[place]});
     }
 
     // The largest squared distance of all points around a corner to the surface once it lies on another.
     double measured_off(uint32_t corner, uint32_t onto) {
-        place_faces(corner, onto, true);
-        double squared = 0;
+        const bool hub = is_hub(corner) || is_hub(onto);
+        place_faces(corner, onto, !hub);
+        double worst = 0;
         for (const uint32_t f : mesh_.around[corner]) {
             for (const glm::dvec3& point : mesh_.points[f].many)
-                squared = std::max(squared, nearest(point, onto).first);
+                worst = std::max(worst, off_when_moved(f, point, corner, onto, hub));
         }
-        return squared;
+        return worst;
     }
 
     void take(uint32_t corner, uint32_t onto) {
@@ -358,7 +365,7 @@ public:
         }
     }
 
-    // Per corner: what its error is at least, by what its charts are off; object units.
+    // Before any is run. Per corner: what its error is at least, by what its charts are off; object units.
     const std::vector<double>& least_errors() const { return error_; }
     // order: in which corners of a component went.
     void run(std::span<const uint32_t> order, std::vector<Corner>& corners) {

@@ -31,12 +31,12 @@ public:
     uint32_t seen(uint32_t mask, uint32_t number) const { return seen(mask, about_->bounds[number]); }
     // The same of any sphere and cone.
     uint32_t seen(uint32_t mask, const PageBounds& bounds) const;
-    // The same, and what that holds_after.
+    // The same; slack: how long that holds.
     uint32_t seen(uint32_t mask, const PageBounds& bounds, Slack& slack) const;
     uint32_t seen(uint32_t mask, uint32_t number, Slack& slack) const {
         return seen(mask, about_->bounds[number], slack);
     }
-    // Whether there is anything that some view does not see.
+    // False of a request for a distance, of which everything is seen.
     bool leaves_out() const { return !frusta_.empty(); }
 
     // How far things moved since another was made for the same atlas; nothing where more than that has changed.

@@ -33,6 +33,7 @@ void put_sphere(const Atlas& about, std::span<const Corners> triangles, PageBoun
     bounds.radius = static_cast<float>(radius * 1.00001 + about.extent() * 1e-6);
 }
 
+// triangles: on the lattice, where normals are the same and flat ones have none.
 void put_cone(std::span<const Corners> triangles, PageBounds& bounds) {
     glm::dvec3 sum(0);
     for (const Corners& corners : triangles) sum += area_of(corners);
@@ -51,17 +52,21 @@ void put_cone(std::span<const Corners> triangles, PageBounds& bounds) {
 }  // namespace
 
 std::vector<PageBounds> leaf_runs(const Atlas& about, const LeafPart& part) {
-    std::vector<Corners> triangles;
-    for (const auto& [a, b, c] : part.triangles) {
-        const auto at = [&](uint8_t v) { return about.leaf_point(part.vertices[v].position); };
-        triangles.push_back({at(a), at(b), at(c)});
-    }
     std::vector<PageBounds> runs;
-    for (size_t first = 0; first < triangles.size(); first += leaf_run_triangles) {
-        const auto run = std::span<const Corners>(triangles).subspan(
-            first, std::min<size_t>(leaf_run_triangles, triangles.size() - first));
-        put_sphere(about, run, runs.emplace_back());
-        put_cone(run, runs.back());
+    runs.reserve((part.triangles.size() + leaf_run_triangles - 1) / leaf_run_triangles);
+    std::vector<Corners> places, lattice;
+    for (const auto& triangle : part.triangles) {
+        Corners &place = places.emplace_back(), &point = lattice.emplace_back();
+        for (size_t k = 0; k < 3; ++k) {
+            const auto& p = part.vertices[triangle[k]].position;
+            place[k] = about.leaf_point(p);
+            point[k] = {p[0], p[1], p[2]};
+        }
+        if (places.size() < leaf_run_triangles && &triangle != &part.triangles.back()) continue;
+        put_sphere(about, places, runs.emplace_back());
+        put_cone(lattice, runs.back());
+        places.clear();
+        lattice.clear();
     }
     return runs;
 }

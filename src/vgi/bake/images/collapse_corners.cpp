@@ -58,7 +58,6 @@ struct CornerMesh {
     std::vector<Face> faces;                    // two to a chart; those without area are of equal corners
     std::vector<Points> points;                 // per face
     std::vector<std::vector<uint32_t>> around;  // per corner: faces
-    std::vector<double> least_errors;           // per corner: of its charts, object units; it goes by no less
     std::vector<Fate> fates;                    // per corner
     double extent = 0;
 };
@@ -76,28 +75,19 @@ public:
     std::vector<uint32_t> run() {
         for (const uint32_t corner : corners_) consider(corner);
         while (!queue_.empty()) {
-            Candidate next = queue_.top();
+            const Candidate next = queue_.top();
             queue_.pop();
-            if (next.stamp != stamp_[place_of(next.corner)]) continue;
-            // One that went too early would raise the errors of all that go after it: they only rise.
-            const double measured = measured_off(next.corner, next.onto);
-            if (measured > next.cost) {
-                next.cost = measured;
-                queue_.push(next);
-            } else {
-                take(next.corner, next.onto);
-            }
+            if (next.stamp == stamp_[place_of(next.corner)]) take(next.corner, next.onto);
         }
         return std::move(gone_);
     }
 
 private:
     struct Candidate {
-        double cost;  // squared error, as far as it is known: at least so much
-        double own;   // of that, what few points tell, whatever the charts are off
+        double cost;
         uint32_t corner, onto, stamp;
         bool operator<(const Candidate& other) const {  // the dearest first: a queue's top is the last
-            return std::tie(other.cost, other.own, other.corner) < std::tie(cost, own, corner);
+            return std::tie(other.cost, other.corner) < std::tie(cost, corner);
         }
     };
     size_t place_of(uint32_t corner) const {
@@ -176,15 +166,6 @@ private:
         return all;
     }
 
-    // The squared distance of a point of a face to the surface once a corner of it lies on another (place_faces); near
-    // a hub to that face alone.
-    double off_when_moved(uint32_t face, const glm::dvec3& point, uint32_t corner, uint32_t onto, bool hub) const {
-        if (!hub) return nearest(point, onto).first;
-        Face moved = mesh_.faces[face];
-        std::ranges::replace(moved, corner, onto);
-        return is_flat(moved) ? nearest(point, onto).first : squared_off(point, moved);
-    }
-
     // The largest squared distance of the few points around a corner to the surface once it lies on another; where that
     // is `enough` or more, at least so much.
     double worst_off(uint32_t corner, uint32_t onto, double enough) {
@@ -192,9 +173,12 @@ private:
         const bool hub = is_hub(corner) || is_hub(onto);
         place_faces(corner, onto, !hub);
         for (const uint32_t f : mesh_.around[corner]) {
+            Face moved = mesh_.faces[f];
+            std::ranges::replace(moved, corner, onto);
             for (const glm::dvec3& point : mesh_.points[f].few) {
                 if (worst >= enough) return worst;
-                worst = std::max(worst, off_when_moved(f, point, corner, onto, hub));
+                worst =
+                    std::max(worst, hub && !is_flat(moved) ? squared_off(point, moved) : nearest(point, onto).first);
             }
         }
         return worst;
@@ -212,20 +196,7 @@ private:
                 best = onto;
             }
         }
-        const double by_charts = mesh_.least_errors[corner];
-        if (best != corner) queue_.push({std::max(least, by_charts * by_charts), least, corner, best, stamp_[place]});
-    }
-
-    // The largest squared distance of all points around a corner to the surface once it lies on another.
-    double measured_off(uint32_t corner, uint32_t onto) {
-        const bool hub = is_hub(corner) || is_hub(onto);
-        place_faces(corner, onto, !hub);
-        double worst = 0;
-        for (const uint32_t f : mesh_.around[corner]) {
-            for (const glm::dvec3& point : mesh_.points[f].many)
-                worst = std::max(worst, off_when_moved(f, point, corner, onto, hub));
-        }
-        return worst;
+        if (best != corner) queue_.push({least, corner, best, stamp_[place]});
     }
 
     void take(uint32_t corner, uint32_t onto) {
@@ -365,8 +336,6 @@ public:
         }
     }
 
-    // Before any is run. Per corner: what its error is at least, by what its charts are off; object units.
-    const std::vector<double>& least_errors() const { return error_; }
     // order: in which corners of a component went.
     void run(std::span<const uint32_t> order, std::vector<Corner>& corners) {
         double before = 0;
@@ -410,13 +379,12 @@ private:
 
 void collapse_corners(Atlas& atlas) {
     CornerMesh mesh = corner_mesh(atlas);
-    Saturation saturation(atlas, mesh);
-    mesh.least_errors = saturation.least_errors();
     std::vector<std::vector<uint32_t>> orders = components_of(mesh);
     parallel_for(orders.size(), 1, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) orders[i] = Collapse(mesh, std::move(orders[i])).run();
     });
     std::vector<Corner> corners(mesh.positions.size());
+    Saturation saturation(atlas, mesh);
     std::vector<uint32_t> order(corners.size()), went(corners.size(), ~0u);  // of roots: last
     for (const std::vector<uint32_t>& component : orders) {
         saturation.run(component, corners);

@@ -76,6 +76,16 @@ Residency partly_resident(const Atlas& atlas, double share, uint64_t seed, doubl
     return residency;
 }
 
+// Whether a plane of a frustum has all corners of a triangle outside.
+bool is_beyond(const Frustum& frustum, const std::array<glm::vec3, 3>& triangle) {
+    return std::ranges::any_of(frustum.planes(), [&](const glm::vec4& plane) {
+        return std::ranges::all_of(triangle,
+                                   [&](const glm::vec3& p) { return glm::dot(glm::vec3(plane), p) + plane.w < 0; });
+    });
+}
+
+bool is_leaf_vertex(uint32_t index) { return (index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0; }
+
 Cut from_scratch(const Residency& residency, const CutRequest& request, PageDemand& demand) {
     IncrementalCut nothing;
     // All charts, whether they are seen or not.
@@ -375,8 +385,7 @@ size_t count_bad(Raster raster, const Atlas& atlas, const Atlas& gluing, uint32_
             met->triangles += all.size() / 3;
             for (size_t t = 0; t < all.size(); t += 3) {
                 uint32_t of_leaves = 0;
-                for (size_t k = t; k < t + 3; ++k)
-                    of_leaves += (all[k] & LODE_VGI_CORNER) == 0 && (all[k] & LODE_VGI_LEAF) != 0;
+                for (size_t k = t; k < t + 3; ++k) of_leaves += is_leaf_vertex(all[k]);
                 met->of_leaves += of_leaves == 3;
                 met->mixed += of_leaves == 1 || of_leaves == 2;
             }
@@ -470,9 +479,8 @@ TEST(Cuts, TakeNothingForLeavesThatAreFarAway) {
         uint32_t without_leaves = 0;
         for (float away = 1; away < 100; away *= 1.3f) {
             const Cut cut = cut_from_afar(with, all, away);
-            const auto is_leaf = [](uint32_t i) { return (i & LODE_VGI_CORNER) == 0 && (i & LODE_VGI_LEAF) != 0; };
             bool leaves = false;
-            for (const auto& part : cut.parts) leaves = leaves || std::ranges::any_of(part.second, is_leaf);
+            for (const auto& part : cut.parts) leaves = leaves || std::ranges::any_of(part.second, is_leaf_vertex);
             if (leaves) continue;
             ++without_leaves;
             EXPECT_EQ(cut.parts, cut_from_afar(with, unknown, away).parts) << cells << ", " << away;
@@ -611,10 +619,7 @@ TEST(Cuts, LeaveOutOfLeavesOnlyWhatAViewCannotSee) {
                 }
                 if (left_out.size() < leaf.triangles.size()) seen += leaf.triangles.size() - left_out.size();
                 for (const auto& p : left_out) {
-                    const bool beyond = std::ranges::any_of(frustum.planes(), [&](const glm::vec4& plane) {
-                        return std::ranges::all_of(
-                            p, [&](const glm::vec3& q) { return glm::dot(glm::vec3(plane), q) + plane.w < 0; });
-                    });
+                    const bool beyond = is_beyond(frustum, p);
                     const glm::vec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
                     const bool faces_away = glm::dot(normal, views[0].eye - p[0]) <= 0;
                     EXPECT_TRUE(beyond || (v == 0 && request.cull_back_faces && faces_away)) << part;
@@ -803,20 +808,33 @@ std::set<uint32_t> drawn_for(const CutRegion& region, const Residency& residency
     PageDemand demand(residency.units());
     std::set<uint32_t> drawn;
     for (const auto& [mask, indices] : from_scratch(residency, request, demand).parts) {
-        for (const uint32_t index : indices) {
-            const bool is_leaf = (index & LODE_VGI_CORNER) == 0 && (index & LODE_VGI_LEAF) != 0;
-            drawn.insert(is_leaf ? index & ~LODE_VGI_LEAF_MOVES : index);
-        }
+        for (const uint32_t index : indices) drawn.insert(is_leaf_vertex(index) ? index & ~LODE_VGI_LEAF_MOVES : index);
     }
     return drawn;
 }
+
+// What is drawn for a region of views against what is drawn for one of them.
+struct Held {
+    size_t held = 0, more = 0;
+    void add(const CutRegion& region, const FrameInput& within, const Residency& residency) {
+        const auto wide = drawn_for(region, residency), exact = drawn_for(CutRegion::of(within), residency);
+        EXPECT_TRUE(std::ranges::includes(wide, exact));
+        held += exact.size();
+        more += wide.size();
+    }
+    void expect_more_than(size_t least) const {
+        EXPECT_GT(held, least);
+        EXPECT_LT(static_cast<double>(more) / static_cast<double>(held), 1.3) << "and not much else";
+    }
+};
 
 TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64);
     const Residency residency = partly_resident(atlas, 1, 1);
     Random random(17);
-    size_t held = 0, more = 0;
+    Held held;
     for (uint32_t i = 0; i < 40; ++i) {
+        SCOPED_TRACE(i);
         const auto [last, now, next] = three_frames(atlas, random, i, 2);
         const auto region = CutRegion::after(last, now, Foresight::most);
         ASSERT_TRUE(region && region->covers(next)) << i;
@@ -826,13 +844,9 @@ TEST(Cuts, HoldWhateverAViewWithinTheirMarginWants) {
         grown.instances.edit(0).object_to_world[0] *= 1.01f;
         EXPECT_FALSE(CutRegion::after(now, grown, Foresight::most));
         EXPECT_FALSE(region->covers(grown));
-        const auto wide = drawn_for(*region, residency), exact = drawn_for(CutRegion::of(next), residency);
-        EXPECT_TRUE(std::ranges::includes(wide, exact)) << i;
-        held += exact.size();
-        more += wide.size();
+        held.add(*region, next, residency);
     }
-    EXPECT_GT(held, 5000u);
-    EXPECT_LT(static_cast<double>(more) / static_cast<double>(held), 1.3) << "and not much else";
+    held.expect_more_than(5000u);
     // What a region does not hold.
     FrameInput input;
     input.views = random_views(atlas, random);
@@ -855,18 +869,15 @@ TEST(Cuts, OfLeavesHoldWhateverAViewWithinTheirMarginSees) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64, 8, true);
     const Residency residency = partly_resident(atlas, 1, 1, 1);
     Random random(17);
-    size_t held = 0, more = 0;
+    Held held;
     for (uint32_t i = 0; i < 40; ++i) {
+        SCOPED_TRACE(i);
         const auto [last, now, next] = three_frames(atlas, random, i, 0.01);
         const auto region = CutRegion::after(last, now, Foresight::most);
         ASSERT_TRUE(region && region->covers(next)) << i;
-        const auto wide = drawn_for(*region, residency), exact = drawn_for(CutRegion::of(next), residency);
-        EXPECT_TRUE(std::ranges::includes(wide, exact)) << i;
-        held += exact.size();
-        more += wide.size();
+        held.add(*region, next, residency);
     }
-    EXPECT_GT(held, 50000u);
-    EXPECT_LT(static_cast<double>(more) / static_cast<double>(held), 1.3) << "and not much else";
+    held.expect_more_than(50000u);
 }
 
 // What instances share that are no nearer than a distance (shared_cuts.h).
@@ -1183,7 +1194,7 @@ TEST_P(Cuts, CullOnlyWhatAViewCannotSee) {
         for (const auto& [mask, indices] : cut(residency, request, demand).parts) {
             if ((mask & 1) != 0) continue;
             for (size_t t = 0; t < indices.size(); t += 3) {
-                glm::vec3 p[3];
+                std::array<glm::vec3, 3> p;
                 Sample s[3];
                 for (size_t k = 0; k < 3; ++k) {
                     s[k] = sample_of(residency, indices[t + k]);
@@ -1194,14 +1205,8 @@ TEST_P(Cuts, CullOnlyWhatAViewCannotSee) {
                 if (GetParam() != Raster::bintree && !is_half_a_square(s)) continue;
                 const glm::vec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
                 if (glm::dot(normal, views[0].eye - p[0]) <= 0) continue;
-                bool outside = false;
-                for (const glm::vec4& plane : frustum.planes()) {
-                    bool all = true;
-                    for (const glm::vec3& q : p) all = all && glm::dot(glm::vec3(plane), q) + plane.w < 0;
-                    outside = outside || all;
-                }
                 // Spheres are looser than triangles, never tighter.
-                EXPECT_TRUE(outside) << i << " " << t;
+                EXPECT_TRUE(is_beyond(frustum, p)) << i << " " << t;
             }
         }
     }

@@ -317,8 +317,8 @@ private:
         const auto& triangles = drawn.part.triangles;
         for (size_t r = 0; r < drawn.runs.size(); ++r) {
             const uint32_t mask = visibility_.seen(part.mask, drawn.runs[r], part.slack);
-            if (mask != part.mask && mask != 0) part.slack.add_none();
             if (mask == 0) continue;
+            if (mask != part.mask) part.slack.add_none();
             std::vector<uint32_t>& list = kept_.parts.list(mask);
             const size_t begin = r * leaf_run_triangles, end = std::min(begin + leaf_run_triangles, triangles.size());
             for (size_t t = begin; t < end; ++t) {

@@ -22,6 +22,20 @@ bool has_normal(uvec4 visible) {
            debug_view() != LODE_DEBUG_STRETCH && debug_view() != LODE_DEBUG_TRIANGLE && debug_view() != LODE_DEBUG_MISSES;
 }
 
+// How much four samples around a place of a leaf count, of `weight` by where it lies: the more, the more they face the way
+// that the leaf does there. Across an edge of the source inside their cell is another side, and nothing in between.
+//   Petschnigg, Szeliski, Agrawala, Cohen, Hoppe, Toyama, "Digital photography with flash and no-flash image pairs",
+//   SIGGRAPH 2004: a bilateral filter that goes by another image, the joint one.
+vec4 weight_of_side(vec4 weight, uvec4 words, vec3 facing) {
+    vec4 kept;
+    for (int k = 0; k < 4; ++k) {
+        float alike = max(dot(normalize(direction_of(words[k])), facing), 0.0);
+        kept[k] = weight[k] * alike * alike * alike * alike;
+    }
+    float sum = dot(kept, vec4(1.0));
+    return sum > 1e-3 ? kept / sum : weight;
+}
+
 // visible: as shaders/vgi/visible.frag writes it. world: where that is.
 Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, VgiAsset asset) {
     uint chart = visible.y & 0x0fffffffu;
@@ -47,18 +61,19 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
     uint row = read_cells + 1u;
     uvec4 texel = attribute_words * (first + uint(low.y) * row + uint(low.x) + uvec4(0u, 1u, row, row + 1u));
     vec4 weight = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
-    int nearest = (f.x < 0.5 ? 0 : 1) + (f.y < 0.5 ? 0 : 2);
+    bool is_leaf = visible.y >> 28 == LODE_VGI_LEAF_LEVEL;
+    uvec4 word0;
+    for (int k = 0; k < 4; ++k) word0[k] = attributes_at(texel[k]);
+    if (is_leaf && has_normal(visible)) weight = weight_of_side(weight, word0, normalize(unfolded(unpackSnorm2x16(visible.w))));
+    int nearest = 0;
+    for (int k = 1; k < 4; ++k) nearest = weight[k] > weight[nearest] ? k : nearest;
 
-    uint word0[4];
     vec3 normal = vec3(0.0);
-    for (int k = 0; k < 4; ++k) {
-        word0[k] = attributes_at(texel[k]);
-        normal += weight[k] * direction_of(word0[k]);
-    }
+    for (int k = 0; k < 4; ++k) normal += weight[k] * direction_of(word0[k]);
     if (has_normal(visible)) {
         // Of a leaf up close; where pixels are coarser than samples, or maps of normals are in these, their means.
         float own = 1.0;
-        if (visible.y >> 28 == LODE_VGI_LEAF_LEVEL)
+        if (is_leaf)
             own = (has & LODE_VGI_MAPPED_NORMALS) != 0u ? 0.0 : clamp(-lod, 0.0, 1.0);
         normal = mix(normalize(normal), unfolded(unpackSnorm2x16(visible.w)), own);
     }
@@ -123,7 +138,6 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
     }
     s.uv.dx = vec2(uv_span, 0.0);
     s.uv.dy = vec2(0.0, uv_span);
-    bool is_leaf = visible.y >> 28 == LODE_VGI_LEAF_LEVEL;
     s.level = is_leaf ? 0.0 : float(visible.y >> 28) / max(float(asset.attribute_cells), 1.0);
     s.leaf = is_leaf ? 1u : 0u;
     s.chart = chart + 1u;

@@ -52,8 +52,9 @@ protected:
         files_.clear();
         return another_atlas_of(mesh, 64);
     }
-    std::shared_ptr<const vgi::AtlasFile> another_atlas_of(const TriMesh& mesh, uint32_t cells) {
+    std::shared_ptr<const vgi::AtlasFile> another_atlas_of(const TriMesh& mesh, uint32_t cells, bool leaves = false) {
         vgi::AtlasOptions options;
+        options.leaves = leaves;
         options.clusters.clusters = 12;
         options.cells = cells;
         options.error_samples = 1000;
@@ -167,6 +168,64 @@ TEST_F(VgiRenderTest, ShowsTheSurfaceThatFullShows) {
         EXPECT_GT(psnr_db(picture, expected, mask), 27) << static_cast<int>(shape);
         EXPECT_EQ(background_leaks(picture, expected, 0), 0u);
     }
+}
+
+// Steps up and down again, each side with a normal of its own.
+TriMesh stairs(int steps) {
+    TriMesh mesh;
+    const auto point = [&](int k, float z) {
+        const int step = k / 2, up = (k + 1) / 2;
+        return glm::vec3(2.0f * static_cast<float>(step) / static_cast<float>(steps) - 1,
+                         0.08f * static_cast<float>(up % 2 == 0 ? 0 : 1), z);
+    };
+    const int places = 2 * steps + 1;
+    for (int k = 0; k < places; ++k) {
+        for (const float z : {-1.0f, 1.0f}) mesh.positions.push_back(point(k, z));
+    }
+    for (int k = 0; k + 1 < places; ++k) {
+        const auto first = static_cast<uint32_t>(mesh.wedge_vertex.size());
+        const auto vertex = static_cast<uint32_t>(2 * k);
+        for (const uint32_t v : {vertex, vertex + 1, vertex + 3, vertex + 2}) mesh.wedge_vertex.push_back(v);
+        const glm::vec3 along = point(k + 1, 0) - point(k, 0);
+        mesh.normals.insert(mesh.normals.end(), 4, glm::normalize(glm::cross(glm::vec3(0, 0, 1), along)));
+        mesh.triangles.push_back({first, first + 1, first + 2});
+        mesh.triangles.push_back({first, first + 2, first + 3});
+    }
+    return mesh;
+}
+
+// Between the two sides of an edge there is none: of samples around a place of a leaf those count that face its way.
+TEST_F(VgiRenderTest, EdgesOfTheSourceStaySharpOnLeaves) {
+    Renderer& renderer = make();
+    Random random(3);
+    const TriMesh mesh = stairs(24);
+    ASSERT_TRUE(mesh.validate());
+    ShadingOptions look;
+    look.debug = DebugView::normal;
+    FrameInput input = look_from({0.7f, 2.2f, 0.4f});
+    input.budget.pixel_error = 0.02;
+    FullMesh full(mesh);
+    ASSERT_TRUE(renderer.load(full.source->recipe(), plain()));
+    frame_ = 0;
+    const Picture expected = draw(*full.source, input, look, 1, random);
+    files_.clear();
+    auto vgi = vgi::open_vgi({another_atlas_of(mesh, 64, true)}, {uint64_t{1} << 26, 1});
+    ASSERT_TRUE(vgi);
+    ASSERT_TRUE(renderer.load((*vgi)->recipe(), plain()));
+    frame_ = 0;
+    const Picture picture = draw(**vgi, input, look, 1, random);
+    size_t covered = 0, between = 0;
+    for (size_t i = 0; i < picture.colour.size(); i += 4) {
+        if (picture.colour[i + 3] == 0 || expected.colour[i + 3] == 0) continue;
+        int off = 0;
+        for (size_t k = 0; k < 3; ++k)
+            off = std::max(off, std::abs(int{picture.colour[i + k]} - int{expected.colour[i + k]}));
+        ++covered;
+        between += off > 40;
+    }
+    EXPECT_GT(covered, 20000u);
+    EXPECT_LT(between, covered / 2000);
+    EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
 }
 
 // Triangles may be off by some pixels; what is seen on them is where it belongs (shaders/shared/vgi_place.glsl).

@@ -31,6 +31,7 @@ layout(set = 0, binding = LODE_LIGHT_GRID) uniform usamplerBuffer light_grid_tex
 // What the depth stage left, for the stages after it.
 layout(set = 0, binding = LODE_SCENE_DEPTH) uniform sampler2D scene_depth;
 layout(set = 0, binding = LODE_VISIBILITY) uniform usampler2D visibility;
+layout(set = 0, binding = LODE_FURTHER_VISIBILITY) uniform usampler2D further_visibility;
 // What the colour stage left, where an effect is drawn.
 layout(set = 0, binding = LODE_RADIANCE) uniform sampler2D radiance;
 // A byte a triangle, four to a word; from draw_constants.first_mark on they are the draw's own.

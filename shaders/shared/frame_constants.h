@@ -18,6 +18,7 @@
 #define LODE_RADIANCE 10
 #define LODE_ENVIRONMENT 11
 #define LODE_REFLECTED_SHARES 12
+#define LODE_FURTHER_VISIBILITY 13
 
 // Beside a material's number, between stages: the instance is mirrored.
 #define LODE_MIRRORED 0x80000000u

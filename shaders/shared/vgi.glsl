@@ -16,6 +16,8 @@ LODE_TEXELS(LODE_VGI_CODES, code, uint)
 LODE_TEXELS(LODE_VGI_CORNERS, corner, uvec4)
 layout(set = 1, binding = LODE_VGI_PATCHES, std430) readonly buffer VgiPatchBlock { uint patch_words[]; };
 
+layout(constant_id = LODE_VGI_OWN_UVS_CONSTANT) const uint leaves_have_uvs = 0u;
+
 float decoded_at(uint code) { return uintBitsToFloat(code_at(code)); }
 
 // Of a sample of positions; lattice units.

@@ -7,6 +7,7 @@
 layout(location = 0) in vec3 in_place_and_measure;
 layout(location = 1) flat in uvec3 in_numbers;
 layout(location = 2) in vec3 in_normal;
+layout(location = 3) in vec2 in_uv;  // of leaves, where they have some
 
 // Place in the chart, 16 bits each way; chart | level << 28; instance; what the debug view asks for, or
 // the normal of triangles of LODE_VGI_CORNER_LEVEL and LODE_VGI_LEAF_LEVEL.
@@ -19,13 +20,37 @@ uvec4 visible_here() {
     return uvec4(packUnorm2x16(in_place_and_measure.xy), in_numbers.x | in_numbers.y << 28, in_numbers.z, more);
 }
 
-// What is seen here as a surface.
-Surface surface_here(uvec4 visible) {
-    InstanceConstants instance = instance_at(visible.z);
+vec4 world_here() {
     ViewConstants view = frame.views[draw_constants.view];
     vec2 size = vec2(view.target_width, view.target_height);
     vec4 world = view.clip_to_world * vec4(gl_FragCoord.xy / size * 2.0 - 1.0, gl_FragCoord.z, 1.0);
-    Surface s = atlas_surface(visible, world / world.w, instance, asset_at(instance.asset));
+    return world / world.w;
+}
+
+// What leaves have of texture coordinates; anywhere else they have none.
+OwnUvs own_uvs_here() {
+    OwnUvs own = no_own_uvs();
+    if (leaves_have_uvs == 0u) return own;
+    vec2 dx = dFdx(in_uv), dy = dFdy(in_uv);
+    own.at = in_uv;
+    // As if the surface faced the eye, as of samples: the lesser of the two singular values.
+    float both = dot(dx, dx) + dot(dy, dy), area = dx.x * dy.y - dx.y * dy.x;
+    own.span = sqrt(max(0.5 * (both - sqrt(max(both * both - 4.0 * area * area, 0.0))), 0.0));
+    if (scene_has(1u << LODE_TEXTURE_NORMAL)) {
+        vec3 world = world_here().xyz;
+        mat2x3 along = along_of(dFdx(world), dFdy(world), dx, dy);
+        own.tangent = along[0];
+        // Which side the second is on, seen from where the normal points.
+        own.turned = dot(cross(along[0], along[1]), mat3(instance_at(in_numbers.z).normal_to_world) * in_normal) < 0.0;
+    }
+    own.there = in_numbers.y == LODE_VGI_LEAF_LEVEL;
+    return own;
+}
+
+// What is seen here as a surface.
+Surface surface_here(uvec4 visible, OwnUvs own) {
+    InstanceConstants instance = instance_at(visible.z);
+    Surface s = atlas_surface(visible, own, world_here(), instance, asset_at(instance.asset));
     s.front = gl_FrontFacing != (instance.mirrored != 0u);
     return s;
 }

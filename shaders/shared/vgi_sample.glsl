@@ -14,9 +14,11 @@ struct PulledSample {
     uint chart;
     uint level;   // of the page
     float measure;  // Surface::error or Surface::stretch, where the debug view asks for it
-    vec3 normal;    // object space; of corners alone
+    vec3 normal;    // object space; of corners and leaves alone
+    vec2 uv;        // of leaves alone, where they have some
 };
 
+const uint leaf_block = LODE_VGI_LEAF_BLOCK(leaves_have_uvs);
 const float morph_share = 1.0 - 1.0 / 1.0905077326652577;  // 1 - 1 / error_ratio
 
 // In views[0], as lode_metric_within has it.
@@ -76,15 +78,16 @@ PulledSample pull_corner(uint index, InstanceConstants instance) {
     s.level = LODE_VGI_CORNER_LEVEL;
     s.normal = dot(moved.normal, moved.normal) > 1e-6 ? moved.normal : vec3(0.0, 0.0, 1.0);
     s.measure = 0.0;
+    s.uv = vec2(0.0);
     return s;
 }
 
 // How much of its way a leaf's vertex has before it, as where it starts is seen from its place; units of the leaves'
 // lattice. It goes as the leaves that have it appear: no farther than the one that has come less far.
 vec3 way_of_leaf(uint number, InstanceConstants instance, VgiAsset asset) {
-    uint morph = leaf_at(LODE_VGI_LEAF_MORPHS(number))[number & 3u], side = morph & 7u;
-    uvec2 own = leaf_at(LODE_VGI_LEAF_HEADER(number)).xy;
-    uvec4 sides = leaf_at(LODE_VGI_LEAF_HEADER(number) + (side >> 1));
+    uint morph = leaf_at(LODE_VGI_LEAF_MORPHS(number, leaf_block))[number & 3u], side = morph & 7u;
+    uvec2 own = leaf_at(LODE_VGI_LEAF_HEADER(number, leaf_block)).xy;
+    uvec4 sides = leaf_at(LODE_VGI_LEAF_HEADER(number, leaf_block) + (side >> 1));
     uvec2 other = (side & 1u) != 0u ? sides.zw : sides.xy;
     float t = min(arrived(lattice(own), own.y, instance, asset), arrived(lattice(other), other.y, instance, asset));
     vec3 off = vec3(bitfieldExtract(int(morph), 11, 7), bitfieldExtract(int(morph), 18, 7), bitfieldExtract(int(morph), 25, 7));
@@ -94,7 +97,7 @@ vec3 way_of_leaf(uint number, InstanceConstants instance, VgiAsset asset) {
 // number: the index without LODE_VGI_LEAF and LODE_VGI_LEAF_MOVES. moves: whether it may not have come to its place.
 PulledSample pull_leaf(uint number, bool moves, InstanceConstants instance) {
     VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
-    uvec4 vertex = leaf_at(LODE_VGI_LEAF_TEXEL(number));
+    uvec4 vertex = leaf_at(LODE_VGI_LEAF_TEXEL(number, leaf_block));
     vec3 at = vec3(float(vertex.x & 0x1fffffu), float(vertex.x >> 21 | (vertex.y & 0x3ffu) << 11), float(vertex.y >> 10 & 0x1fffffu));
     if (moves) at += way_of_leaf(number, instance, asset);
     PulledSample s;
@@ -104,6 +107,11 @@ PulledSample pull_leaf(uint number, bool moves, InstanceConstants instance) {
     s.level = LODE_VGI_LEAF_LEVEL;
     s.normal = unfolded(vec2(bitfieldExtract(int(vertex.w), 0, 8), bitfieldExtract(int(vertex.w), 8, 8)) / 127.0);
     s.measure = 0.0;
+    s.uv = vec2(0.0);
+    if (has_fragments && leaves_have_uvs != 0u) {
+        uint uv = leaf_at(LODE_VGI_LEAF_MORPHS(number, leaf_block) + 1u)[number & 3u];
+        s.uv = vec2(asset.uv_low_x, asset.uv_low_y) + vec2(asset.uv_step_x, asset.uv_step_y) * vec2(float(uv & 0xffffu), float(uv >> 16));
+    }
     return s;
 }
 
@@ -146,6 +154,7 @@ PulledSample pull_sample(uint slot, ivec2 p, bool corners, InstanceConstants ins
     s.level = level;
     s.measure = 0.0;
     s.normal = vec3(0.0);
+    s.uv = vec2(0.0);
     if (debug_view() == LODE_DEBUG_ERROR) {
         float pixel = pixel_at(s.world.xyz, instance.scale);
         float error = decoded_at(draw_constants.words[LODE_VGI_WORD_ASSET] * 512u + ((texel.y >> 16) & 255u));

@@ -36,8 +36,37 @@ vec4 weight_of_side(vec4 weight, uvec4 words, vec3 facing) {
     return sum > 1e-3 ? kept / sum : weight;
 }
 
+// Texture coordinates of a leaf's triangle, as exact as the source has them: samples know of seams only where they lie.
+struct OwnUvs {
+    bool there;
+    vec2 at;
+    float span;    // how they change to the next pixel, whichever way is least
+    vec3 tangent;  // world space: which way the first grows along the surface, where the scene has maps of normals
+    bool turned;   // whether the second grows to the right of it, seen from where the normal points
+};
+OwnUvs no_own_uvs() { return OwnUvs(false, vec2(0.0), 0.0, vec3(0.0), false); }
+// As shaders/vgi/visible_uvs.frag writes them, and back: texture coordinates and their span as floats; the tangent,
+// 15 bits to each of two octahedral coordinates, whether it is turned, whether there are any. Without a tangent: 0.
+#define LODE_OWN_UVS_TURNED 0x40000000u
+#define LODE_OWN_UVS_THERE 0x80000000u
+uvec4 packed_uvs(OwnUvs own) {
+    if (!own.there) return uvec4(0u);
+    uint more = LODE_OWN_UVS_THERE | (own.turned ? LODE_OWN_UVS_TURNED : 0u);
+    if (dot(own.tangent, own.tangent) > 0.0) {
+        uvec2 at = uvec2(round(clamp(folded(normalize(own.tangent)) * 16383.0 + 16384.0, 1.0, 32767.0)));
+        more |= at.x | at.y << 15;
+    }
+    return uvec4(floatBitsToUint(own.at), floatBitsToUint(own.span), more);
+}
+OwnUvs unpacked_uvs(uvec4 words) {
+    uvec2 at = uvec2(words.w & 0x7fffu, words.w >> 15 & 0x7fffu);
+    return OwnUvs((words.w & LODE_OWN_UVS_THERE) != 0u, uintBitsToFloat(words.xy), uintBitsToFloat(words.z),
+                  at.x == 0u ? vec3(0.0) : unfolded((vec2(at) - 16384.0) / 16383.0),
+                  (words.w & LODE_OWN_UVS_TURNED) != 0u);
+}
+
 // visible: as shaders/vgi/visible.frag writes it. world: where that is.
-Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, VgiAsset asset) {
+Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants instance, VgiAsset asset) {
     uint chart = visible.y & 0x0fffffffu;
     // Not from derivatives: beyond the next pixel there may be another chart, or another object.
     float lod = log2(pixel_at(world.xyz, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
@@ -70,13 +99,9 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
 
     vec3 normal = vec3(0.0);
     for (int k = 0; k < 4; ++k) normal += weight[k] * direction_of(word0[k]);
-    if (has_normal(visible)) {
-        // Of a leaf up close; where pixels are coarser than samples, or maps of normals are in these, their means.
-        float own = 1.0;
-        if (is_leaf)
-            own = (has & LODE_VGI_MAPPED_NORMALS) != 0u ? 0.0 : clamp(-lod, 0.0, 1.0);
-        normal = mix(normalize(normal), unfolded(unpackSnorm2x16(visible.w)), own);
-    }
+    // What maps of normals make of a leaf's is in the samples alone.
+    if (has_normal(visible) && !(is_leaf && (has & LODE_VGI_MAPPED_NORMALS) != 0u))
+        normal = unfolded(unpackSnorm2x16(visible.w));
     Surface s;
     s.front = true;
     s.position = world.xyz;
@@ -109,8 +134,9 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
         s.material += word0[nearest] >> 16;
     s.uv = s.second_uv = no_uvs();
     s.tangent = vec4(0.0);
-    float uv_span = 0.0;
-    if ((ever & LODE_VGI_HAS_UVS) != 0u && (has & LODE_VGI_HAS_UVS) != 0u) {
+    if (leaves_have_uvs != 0u && own.there && (has & LODE_VGI_HAS_UVS) != 0u) {
+        s.uv = UvSet(own.at, vec2(own.span, 0.0), vec2(0.0, own.span), mat2x3(own.tangent, cross(s.normal, own.tangent) * (own.turned ? -1.0 : 1.0)));
+    } else if ((ever & LODE_VGI_HAS_UVS) != 0u && (has & LODE_VGI_HAS_UVS) != 0u) {
         vec2 uvs[4];
         for (int k = 0; k < 4; ++k) {
             uint word = attributes_at(texel[k] + 1u);
@@ -122,11 +148,12 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
         bool torn = longest > 8.0 * shortest + 64.0;
         vec2 uv = torn ? uvs[nearest]
                       : weight.x * uvs[0] + weight.y * uvs[1] + weight.z * uvs[2] + weight.w * uvs[3];
-        // A pixel spans so much of a cell.
-        uv_span = shortest * exp2(lod - float(found.level + small));
         vec2 uv_step = vec2(asset.uv_step_x, asset.uv_step_y);
+        // A pixel spans so much of a cell.
+        float uv_span = shortest * exp2(lod - float(found.level + small)) * min(uv_step.x, uv_step.y);
+        s.uv.dx = vec2(uv_span, 0.0);
+        s.uv.dy = vec2(0.0, uv_span);
         s.uv.at = vec2(asset.uv_low_x, asset.uv_low_y) + uv_step * uv;
-        uv_span *= min(uv_step.x, uv_step.y);
         if (scene_has(1u << LODE_TEXTURE_NORMAL) && !torn) {
             PositionPage page = position_page(place, chart, level_of_positions(fit, asset), asset);
             SurfaceCell cell = surface_cell(page.first, asset.page_cells, page.found.place * float(asset.page_cells), page.stride);
@@ -136,8 +163,6 @@ Surface atlas_surface(uvec4 visible, vec4 world, InstanceConstants instance, Vgi
                                   uv_step * mix(uvs[2] - uvs[0], uvs[3] - uvs[1], f.x));
         }
     }
-    s.uv.dx = vec2(uv_span, 0.0);
-    s.uv.dy = vec2(0.0, uv_span);
     s.level = is_leaf ? 0.0 : float(visible.y >> 28) / max(float(asset.attribute_cells), 1.0);
     s.leaf = is_leaf ? 1u : 0u;
     s.chart = chart + 1u;

@@ -7,6 +7,7 @@
 layout(location = 0) out vec3 out_place_and_measure;  // as in PulledSample
 layout(location = 1) flat out uvec3 out_numbers;      // chart; level of the page the last corner is from; instance
 layout(location = 2) out vec3 out_normal;             // as in PulledSample
+layout(location = 3) out vec2 out_uv;                 // as in PulledSample
 
 // Charts and nodes must agree along their borders to the last bit.
 invariant gl_Position;
@@ -18,6 +19,7 @@ void pass_on(PulledSample s, uint id) {
     out_place_and_measure = vec3(s.place, s.measure);
     out_numbers = uvec3(s.chart, s.level, id);
     out_normal = s.normal;
+    out_uv = s.uv;
 }
 
 #endif

@@ -6,4 +6,4 @@
 
 layout(location = 0) out vec4 out_colour;
 
-void main() { out_colour = shown(surface_here(visible_here())); }
+void main() { out_colour = shown(surface_here(visible_here(), own_uvs_here())); }

@@ -105,11 +105,13 @@ enum class PipelineKind : uint8_t {
 //
 // A backend can light its triangles while it draws them, in depth and colour stage by one pipeline with `fragment`. Or
 // it draws them in the depth stage alone, by one whose `visibility` writes four words about what is seen to the target
-// of that name (shaders/shared/frame.glsl), and lights that in the colour stage by a pipeline that covers the view.
+// of that name (shaders/shared/frame.glsl), or eight, the others to `further_visibility`, and lights that in the colour
+// stage by a pipeline that covers the view.
 struct PipelineSpec {
     std::string name;                                           // for messages and the debugger
     PipelineKind kind = PipelineKind::draw;                     // which of the members below count
     std::string vertex, fragment, visibility;                   // draw
+    uint32_t visibility_targets = 1;                            // that `visibility` writes to: 1 or 2
     std::string cutout, blended;                                // draw; empty where nothing of the scene is to be
     std::string tessellation_control, tessellation_evaluation;  // draw, both or neither
     std::string compute;                                        // compute
@@ -132,9 +134,12 @@ struct Recipe {
     // Of an effect: the storage buffer that tells how much light reaches a place (shaders/shared/light_grid.glsl), or
     // no_light_grid. What backends draw is lit by it. It keeps its size.
     uint32_t light_grid = no_light_grid;
-    // Whether a pipeline writes to the visibility target.
-    bool has_visibility() const {
-        return std::ranges::any_of(pipelines, [](const PipelineSpec& p) { return !p.visibility.empty(); });
+    // Targets of what is visible that pipelines write to.
+    uint32_t visibility_targets() const {
+        uint32_t targets = 0;
+        for (const PipelineSpec& p : pipelines)
+            targets = std::max(targets, p.visibility.empty() ? 0 : p.visibility_targets);
+        return targets;
     }
     // Whether all do that are drawn in the depth stage: then what it left something of is told there, and all else is
     // looked at by nobody.

@@ -49,7 +49,7 @@ FrameRecorder::FrameRecorder(const FrameContext& context, const RecordedPlan& ba
     has_shadow_ = c_.shadow_size > 0 && std::any_of(input.views.begin(), input.views.end(),
                                                     [](const View& v) { return v.kind == View::Kind::shadow; });
     wire_ = drawn_as(look, context.device, effect != nullptr).wire;
-    has_visibility_ = backend_.recipe.has_visibility();
+    visibility_targets_ = backend_.recipe.visibility_targets();
     cull_back_ = !look.double_sided && !c_.looks.two_sided() && !c_.instances.any_mirrored();
 }
 
@@ -280,15 +280,16 @@ void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     VkRenderingAttachmentInfo depth_attachment{};
     depth_attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
     depth_attachment.imageView = depth.view();
-    const bool coloured = stage == Stage::colour, visible = stage == Stage::depth && has_visibility_;
+    const bool coloured = stage == Stage::colour, visible = stage == Stage::depth && visibility_targets_ > 0;
     depth_attachment.imageLayout = coloured ? as_depth_read.layout : as_depth_target.layout;
     depth_attachment.loadOp = clear && !coloured ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
     depth_attachment.storeOp = coloured ? VK_ATTACHMENT_STORE_OP_NONE : VK_ATTACHMENT_STORE_OP_STORE;
     depth_attachment.clearValue.depthStencil = {0, 0};
-    VkRenderingAttachmentInfo colour_attachment{};
+    std::array<VkRenderingAttachmentInfo, 2> attachments{};
+    VkRenderingAttachmentInfo& colour_attachment = attachments[0];
     colour_attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
     const TargetImage& coloured_target = effect_ != nullptr ? targets.radiance : targets.colour;
-    colour_attachment.imageView = coloured || composed ? coloured_target.view() : targets.visibility.view();
+    colour_attachment.imageView = coloured || composed ? coloured_target.view() : targets.visibility[0].view();
     colour_attachment.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
     // 16 bytes to clear for each pixel can cost more than all that is drawn.
     const bool dropped = visible && backend_.recipe.writes_all_visible();
@@ -301,12 +302,16 @@ void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     } else {
         std::ranges::fill(colour_attachment.clearValue.color.uint32, LODE_NOTHING_VISIBLE);
     }
+    // Read where the first tells of something alone.
+    attachments[1] = colour_attachment;
+    attachments[1].imageView = targets.visibility[1].view();
+    if (clear) attachments[1].loadOp = VK_ATTACHMENT_LOAD_OP_DONT_CARE;
     VkRenderingInfo rendering{};
     rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
     rendering.renderArea = {{0, 0}, extent};
     rendering.layerCount = 1;
-    rendering.colorAttachmentCount = coloured || visible || composed ? 1 : 0;
-    rendering.pColorAttachments = &colour_attachment;
+    rendering.colorAttachmentCount = coloured || composed ? 1 : visible ? visibility_targets_ : 0;
+    rendering.pColorAttachments = attachments.data();
     rendering.pDepthAttachment = composed ? nullptr : &depth_attachment;
     vkCmdBeginRendering(commands_, &rendering);
     set_view(extent);
@@ -409,11 +414,15 @@ void FrameRecorder::use_images(Stage stage) {
         change_use(commands_, targets.shadow_depth, dropped_depth, has_shadow_ ? as_depth_target : as_sampled);
     if (stage == Stage::depth) {
         change_use(commands_, targets.depth, dropped_depth, as_depth_target);
-        if (has_visibility_) change_use(commands_, targets.visibility, dropped_image, as_colour_target);
+        // What shaders name must be ready to be read, even if they do not.
+        for (uint32_t k = 0; k < targets.visibility.size() && visibility_targets_ > 0; ++k)
+            change_use(commands_, targets.visibility[k], dropped_image,
+                       k < visibility_targets_ ? as_colour_target : as_sampled);
     }
     if (stage == Stage::effect) change_use(commands_, targets.depth, as_depth_target, as_depth_read);
     if (stage == Stage::colour) {
-        if (has_visibility_) change_use(commands_, targets.visibility, as_colour_target, as_sampled);
+        for (uint32_t k = 0; k < visibility_targets_; ++k)
+            change_use(commands_, targets.visibility[k], as_colour_target, as_sampled);
         change_use(commands_, effect_ != nullptr ? targets.radiance : targets.colour, dropped_image, as_colour_target);
     }
 }

@@ -98,7 +98,7 @@ private:
     bool has_shadow_ = false;
     bool cull_back_ = true;
     bool wire_ = false;
-    bool has_visibility_ = false;
+    uint32_t visibility_targets_ = 0;
     bool blending_ = false;  // draws of the depth stage are being drawn once more, to be blended
 
     struct PendingUpload {

@@ -41,6 +41,7 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
         {LODE_TRIANGLE_MARKS, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, all, nullptr},
         {LODE_SCENE_DEPTH, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_VISIBILITY, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
+        {LODE_FURTHER_VISIBILITY, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_RADIANCE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_ENVIRONMENT, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
         {LODE_REFLECTED_SHARES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, all, nullptr},
@@ -57,7 +58,7 @@ FrameSets::FrameSets(const Device& device, uint32_t slots) : device_(device) {
         {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, slots},
         {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, slots},
         {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 4 * slots},
-        {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, (LODE_MOST_TEXTURE_ARRAYS + 6) * slots}};
+        {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, (LODE_MOST_TEXTURE_ARRAYS + 7) * slots}};
     VkDescriptorPoolCreateInfo pool_info{};
     pool_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
     pool_info.maxSets = slots;
@@ -96,7 +97,8 @@ void FrameSets::write(const FrameSlot& slot, const MaterialImages& materials, co
         {LODE_SHADOW_DEPTH,
          {texel_sampler_.get(), targets.shadow_depth.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}},
         {LODE_SCENE_DEPTH, {texel_sampler_.get(), targets.depth.view(), as_depth_read.layout}},
-        {LODE_VISIBILITY, {texel_sampler_.get(), targets.visibility.view(), as_sampled.layout}},
+        {LODE_VISIBILITY, {texel_sampler_.get(), targets.visibility[0].view(), as_sampled.layout}},
+        {LODE_FURTHER_VISIBILITY, {texel_sampler_.get(), targets.visibility[1].view(), as_sampled.layout}},
         {LODE_RADIANCE, {texel_sampler_.get(), targets.radiance.view(), as_sampled.layout}},
         {LODE_ENVIRONMENT, {environment_sampler_.get(), materials.environment.cube.view(), as_sampled.layout}},
         {LODE_REFLECTED_SHARES, {environment_sampler_.get(), materials.environment.shares.view(), as_sampled.layout}}};

@@ -72,7 +72,7 @@ bool shows_debug_views(Variant variant) {
            variant == Variant::radiance_debug || variant == Variant::blended_debug ||
            variant == Variant::blended_radiance_debug;
 }
-const VkFormat& format_drawn_to(Variant variant) {
+VkFormat format_drawn_to(Variant variant) {
     if (in_depth_stage(variant)) return visibility_format;
     return beside_effect(variant) || variant == Variant::composite ? radiance_format : colour_format;
 }
@@ -239,12 +239,12 @@ bool is_used(const PipelineSpec& spec, Variant variant, const SceneLooks& looks,
 // The fixed state of a pipeline that draws: what Vulkan points to, so it must not be moved.
 class DrawState {
 public:
-    // has_visibility: of the recipe.
-    DrawState(const PipelineSpec& spec, Variant variant, bool has_visibility) {
+    // visibility_targets: of the recipe.
+    DrawState(const PipelineSpec& spec, Variant variant, uint32_t visibility_targets) {
         set_input(spec);
         set_raster(variant);
         set_depth(spec, variant);
-        set_targets(spec, variant, has_visibility);
+        set_targets(spec, variant, visibility_targets);
         set_blend(spec, variant);
     }
     DrawState(const DrawState&) = delete;
@@ -308,32 +308,39 @@ private:
                                 : coloured && !is_blended(variant)         ? VK_COMPARE_OP_EQUAL
                                                                            : VK_COMPARE_OP_GREATER_OR_EQUAL;
     }
-    void set_targets(const PipelineSpec& spec, Variant variant, bool has_visibility) {
+    void set_targets(const PipelineSpec& spec, Variant variant, uint32_t visibility_targets) {
         const bool coloured = in_colour_stage(variant) || over_all(variant);
-        const uint32_t images = coloured || (in_depth_stage(variant) && has_visibility) ? 1 : 0;
-        blend_attachment_.colorWriteMask = coloured || !spec.visibility.empty() ? 0xf : 0;
+        const uint32_t images = coloured                  ? 1
+                                : in_depth_stage(variant) ? visibility_targets
+                                                          : 0,
+                       written = coloured                  ? 1
+                                 : spec.visibility.empty() ? 0
+                                                           : spec.visibility_targets;
+        for (uint32_t k = 0; k < written; ++k) blend_attachments_[k].colorWriteMask = 0xf;
+        formats_.fill(format_drawn_to(variant));
         blend_.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
         blend_.attachmentCount = images;
-        blend_.pAttachments = &blend_attachment_;
+        blend_.pAttachments = blend_attachments_.data();
         rendering_.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO;
         rendering_.colorAttachmentCount = images;
-        rendering_.pColorAttachmentFormats = &format_drawn_to(variant);
+        rendering_.pColorAttachmentFormats = formats_.data();
         rendering_.depthAttachmentFormat = over_all(variant) ? VK_FORMAT_UNDEFINED : depth_format;
     }
 
     void set_blend(const PipelineSpec& spec, Variant variant) {
         if (spec.blend == Blend::replace && !is_blended(variant)) return;
-        blend_attachment_.blendEnable = VK_TRUE;
+        VkPipelineColorBlendAttachmentState& attachment = blend_attachments_[0];
+        attachment.blendEnable = VK_TRUE;
         if (spec.blend == Blend::over) {
-            blend_attachment_.srcColorBlendFactor = VK_BLEND_FACTOR_ONE;
-            blend_attachment_.dstColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
-            blend_attachment_.srcAlphaBlendFactor = VK_BLEND_FACTOR_ZERO;
-            blend_attachment_.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+            attachment.srcColorBlendFactor = VK_BLEND_FACTOR_ONE;
+            attachment.dstColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
+            attachment.srcAlphaBlendFactor = VK_BLEND_FACTOR_ZERO;
+            attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
         } else {
-            blend_attachment_.srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
-            blend_attachment_.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
-            blend_attachment_.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
-            blend_attachment_.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+            attachment.srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
+            attachment.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+            attachment.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+            attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
         }
     }
 
@@ -349,22 +356,23 @@ private:
     VkPipelineRasterizationStateCreateInfo raster_{};
     VkPipelineMultisampleStateCreateInfo multisample_{};
     VkPipelineDepthStencilStateCreateInfo depth_{};
-    VkPipelineColorBlendAttachmentState blend_attachment_{};
+    std::array<VkPipelineColorBlendAttachmentState, 2> blend_attachments_{};
+    std::array<VkFormat, 2> formats_{};
     VkPipelineColorBlendStateCreateInfo blend_{};
     VkPipelineDynamicStateCreateInfo dynamic_{};
     VkPipelineRenderingCreateInfo rendering_{};
 };
 
-// fragment: its shader, or empty. has_visibility: of the recipe.
+// fragment: its shader, or empty. visibility_targets: of the recipe.
 OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout,
                                  const VkSpecializationInfo* constants, Variant variant, const std::string& fragment,
-                                 bool has_visibility) {
+                                 uint32_t visibility_targets) {
     ShaderStages stages{constants, {}, {}};
     stages.add(device, VK_SHADER_STAGE_VERTEX_BIT, spec.vertex);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, spec.tessellation_control);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, spec.tessellation_evaluation);
     stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, fragment);
-    const DrawState state(spec, variant, has_visibility);
+    const DrawState state(spec, variant, visibility_targets);
     const VkGraphicsPipelineCreateInfo info = state.info(stages, layout);
     VkPipeline pipeline = VK_NULL_HANDLE;
     LODE_VK(vkCreateGraphicsPipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
@@ -569,8 +577,9 @@ void build_variants(const Device& device, const Recipe& recipe, const SceneLooks
             }
             const auto variant = static_cast<Variant>(missing[m].second);
             const ShaderConstants constants(spec, built.buffers, variant, looks);
-            to.draw[missing[m].second] = make_draw_pipeline(device, spec, to.layout.get(), constants.get(), variant,
-                                                            fragment_of(spec, variant, looks), recipe.has_visibility());
+            to.draw[missing[m].second] =
+                make_draw_pipeline(device, spec, to.layout.get(), constants.get(), variant,
+                                   fragment_of(spec, variant, looks), recipe.visibility_targets());
         }
     });
     built.drawn_as.push_back(as);

@@ -257,14 +257,11 @@ private:
         if (made.materials.environment.levels > 0 && background_.layout.get() == VK_NULL_HANDLE)
             background_ = build_background(device_, sets_.layout());
         made.number = ++loads_;
-        const auto other = [&](auto&& asks) {
-            for (uint32_t p = 0; p < most_places; ++p) {
-                if (p != place && asks(loaded_[p])) return true;
-            }
-            return false;
-        };
-        remake_extra({recipe.has_visibility() || other(wants_visibility), made.effect || other(wants_radiance)},
-                     targets_);
+        Extra wanted = wanted_by(made);
+        for (uint32_t p = 0; p < most_places; ++p) {
+            if (p != place) wanted.add(wanted_by(loaded_[p]));
+        }
+        remake_extra(wanted, targets_);
         loaded_[place] = std::move(made);  // frames may be counted from 0 again
     }
 
@@ -296,19 +293,25 @@ private:
                                 " pixels; the device draws 1 to " + std::to_string(most) + " a side");
         }
         Targets made = make_targets(allocator_, width, height, options_.shadow_size);
-        remake_extra({std::ranges::any_of(loaded_, wants_visibility), std::ranges::any_of(loaded_, wants_radiance)},
-                     made);
+        Extra wanted;
+        for (const Loaded& loaded : loaded_) wanted.add(wanted_by(loaded));
+        remake_extra(wanted, made);
         targets_ = std::move(made);
         colour_use_ = depth_use_ = {};
     }
 
-    static bool wants_visibility(const Loaded& loaded) { return loaded.backend.recipe.has_visibility(); }
-    static bool wants_radiance(const Loaded& loaded) { return loaded.effect.has_value(); }
-
     // Targets that are as large as the others where something that is loaded asks for them.
     struct Extra {
-        bool visibility, radiance;
+        uint32_t visibility = 0;
+        bool radiance = false;
+        void add(const Extra& more) {
+            visibility = std::max(visibility, more.visibility);
+            radiance = radiance || more.radiance;
+        }
     };
+    static Extra wanted_by(const Loaded& loaded) {
+        return {loaded.backend.recipe.visibility_targets(), loaded.effect.has_value()};
+    }
     void remake_extra(const Extra& asked, Targets& targets) {
         const ImageSpec& whole = targets.depth.spec();
         const auto remake = [&](bool wanted, TargetImage& image, auto&& make) {
@@ -317,7 +320,8 @@ private:
             if (image.get() != VK_NULL_HANDLE && now.width == width && now.height == height) return;
             image = make(allocator_, width, height);
         };
-        remake(asked.visibility, targets.visibility, make_visibility);
+        for (uint32_t k = 0; k < targets.visibility.size(); ++k)
+            remake(k < asked.visibility, targets.visibility[k], make_visibility);
         remake(asked.radiance, targets.radiance, make_radiance);
     }
 

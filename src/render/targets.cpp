@@ -15,7 +15,7 @@ Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height,
         {depth_format, width, height, 1, 1,
          VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_SAMPLED_BIT},
         "depth");
-    targets.visibility = make_visibility(allocator, 1, 1);
+    for (TargetImage& image : targets.visibility) image = make_visibility(allocator, 1, 1);
     targets.radiance = make_radiance(allocator, 1, 1);
     const uint32_t side = std::max(shadow_size, 1u);
     targets.shadow_depth = TargetImage(

@@ -1,6 +1,8 @@
 // The named targets a frame is drawn to.
 #pragma once
 
+#include <array>
+
 #include "render/vulkan/memory.h"
 
 namespace lodestone {
@@ -11,10 +13,10 @@ inline constexpr VkFormat radiance_format = VK_FORMAT_R16G16B16A16_SFLOAT;
 inline constexpr VkFormat visibility_format = VK_FORMAT_R32G32B32A32_UINT;
 
 struct Targets {
-    TargetImage colour, depth;  // of the camera views
-    TargetImage visibility;     // of them; 1x1 where no recipe asks for it
-    TargetImage radiance;       // linear colours of them until an effect is laid over; 1x1 where there is no effect
-    TargetImage shadow_depth;   // 1x1 where there is no shadow map
+    TargetImage colour, depth;              // of the camera views
+    std::array<TargetImage, 2> visibility;  // of them; 1x1 where no recipe asks for it
+    TargetImage radiance;      // linear colours of them until an effect is laid over; 1x1 where there is no effect
+    TargetImage shadow_depth;  // 1x1 where there is no shadow map
 };
 
 Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height, uint32_t shadow_size);

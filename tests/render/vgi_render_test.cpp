@@ -21,6 +21,7 @@
 #include "mesh/packed_vertices.h"
 #include "mesh/repair.h"
 #include "render/device_test.h"
+#include "render/squares_test.h"
 #include "report/image_metrics.h"
 #include "shaders/shared/vgi_cut.h"
 #include "vgi/asset/codec/page_family.h"
@@ -194,6 +195,22 @@ TriMesh stairs(int steps) {
     return mesh;
 }
 
+// How many pixels there are that both cover, and how many of them differ by more than `most` of 255 in a channel.
+struct Compared {
+    size_t covered = 0, off = 0;
+};
+Compared compared(const Picture& a, const Picture& b, int most) {
+    Compared both;
+    for (size_t i = 0; i < a.colour.size(); i += 4) {
+        if (a.colour[i + 3] == 0 || b.colour[i + 3] == 0) continue;
+        ++both.covered;
+        bool off = false;
+        for (size_t k = 0; k < 3; ++k) off = off || std::abs(int{a.colour[i + k]} - int{b.colour[i + k]}) > most;
+        both.off += off;
+    }
+    return both;
+}
+
 // Between the two sides of an edge there is none: of samples around a place of a leaf those count that face its way.
 TEST_F(VgiRenderTest, EdgesOfTheSourceStaySharpOnLeaves) {
     Renderer& renderer = make();
@@ -214,18 +231,49 @@ TEST_F(VgiRenderTest, EdgesOfTheSourceStaySharpOnLeaves) {
     ASSERT_TRUE(renderer.load((*vgi)->recipe(), plain()));
     frame_ = 0;
     const Picture picture = draw(**vgi, input, look, 1, random);
-    size_t covered = 0, between = 0;
-    for (size_t i = 0; i < picture.colour.size(); i += 4) {
-        if (picture.colour[i + 3] == 0 || expected.colour[i + 3] == 0) continue;
-        int off = 0;
-        for (size_t k = 0; k < 3; ++k)
-            off = std::max(off, std::abs(int{picture.colour[i + k]} - int{expected.colour[i + k]}));
-        ++covered;
-        between += off > 40;
-    }
+    const auto [covered, between] = compared(picture, expected, 40);
     EXPECT_GT(covered, 20000u);
     EXPECT_LT(between, covered / 2000);
     EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
+}
+
+// Leaves are lit by the texture coordinates of the source, whose seams samples do not know.
+TEST_F(VgiRenderTest, LeavesShowTexturesAsTheSourceHasThem) {
+    Renderer& renderer = make();
+    Random random(4);
+    TriMesh mesh = stairs(24);
+    // Every side shows another piece of the texture, every other one mirrored.
+    for (size_t side = 0; side < mesh.wedge_vertex.size() / 4; ++side) {
+        const glm::vec2 corner(0.9 * random.unit(), 0.9 * random.unit()), size(side % 2 == 0 ? 0.08f : -0.08f, 0.1f);
+        for (const glm::vec2 at : {glm::vec2(0, 0), glm::vec2(0, 1), glm::vec2(1, 1), glm::vec2(1, 0)})
+            mesh.uvs.push_back(corner + at * size);
+    }
+    mesh.materials.assign(mesh.wedge_vertex.size(), 0);
+    MaterialSet looks = plain();
+    for (Texture* texture : {&looks.materials[0].base_colour_texture, &looks.materials[0].normal_texture})
+        texture->image = static_cast<int32_t>(texture == &looks.materials[0].normal_texture);
+    looks.images = {image_of(32, 32, 1), normals_of(32, 32, 2)};
+    mesh.material_table = looks.materials;
+    mesh.images = looks.images;
+    ASSERT_TRUE(mesh.validate());
+    FullMesh full(mesh);
+    files_.clear();
+    const auto atlas = another_atlas_of(mesh, 64, true);
+    FrameInput input = look_from({0.5f, 1.9f, 0.6f});
+    input.budget.pixel_error = 0.02;
+    for (const DebugView view : {DebugView::uv, DebugView::base_colour, DebugView::normal}) {
+        ShadingOptions look;
+        look.debug = view;
+        ASSERT_TRUE(renderer.load(full.source->recipe(), looks));
+        frame_ = 0;
+        const Picture expected = draw(*full.source, input, look, 1, random);
+        auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 26, 1});
+        ASSERT_TRUE(vgi && renderer.load((*vgi)->recipe(), looks));
+        frame_ = 0;
+        const Picture picture = draw(**vgi, input, look, 1, random);
+        // By the samples' texture coordinates it would be 30, 35 and 36.5 dB.
+        EXPECT_GT(psnr_db(picture, expected, covered_union(picture, expected)), 38) << static_cast<int>(view);
+    }
 }
 
 // Triangles may be off by some pixels; what is seen on them is where it belongs (shaders/shared/vgi_place.glsl).

@@ -9,7 +9,6 @@
 #include "vgi/asset/leaves.h"
 #include "vgi/draw/mip_tail.h"
 #include "vgi/draw/page_table.h"
-#include "vgi/draw/recipe_layout.h"
 
 namespace lodestone::vgi {
 
@@ -28,9 +27,8 @@ uint64_t request_id(Layer layer, uint32_t atlas, uint32_t number) {
 
 }  // namespace
 
-PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 3> pools, uint32_t texel_words,
-                     BufferSizes& sizes)
-    : atlases_(atlases), specs_(pools), sizes_(sizes), texel_words_(texel_words), told_(atlases.size(), false) {
+PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 3> pools, PoolWords words, BufferSizes& sizes)
+    : atlases_(atlases), specs_(pools), sizes_(sizes), words_(words), told_(atlases.size(), false) {
     for (const OpenAtlas& atlas : atlases_)
         pages_.emplace_back(AtlasPages{Residency(atlas.topology), AttributePages(atlas.file->about())});
     for (const Layer layer : all_layers) {
@@ -85,7 +83,7 @@ PageCache::Decoded PageCache::base_page(Layer layer, uint32_t atlas, uint32_t ch
     const PageId id{layer, atlas, chart * atlases_[atlas].trees[index_of(layer)].pages()};
     auto bytes = atlases_[atlas].file->read(name_of(id));
     if (!bytes) return {id, nullptr, nullptr, nullptr, bytes.error().message};
-    return DecodeTask{id, name_of(id), &atlases_[atlas], Blob(std::move(*bytes)), nullptr, nullptr, texel_words_}.run();
+    return DecodeTask{id, name_of(id), &atlases_[atlas], Blob(std::move(*bytes)), nullptr, nullptr, words_}.run();
 }
 
 Result<void> PageCache::load_base_pages() {
@@ -105,7 +103,7 @@ Result<void> PageCache::load_base_pages() {
             if (page.attributes != nullptr) coarsest.push_back(page.attributes);
             ready_.push_back(std::move(page));
         }
-        atlas.mip_tail = std::make_shared<const AttributePage>(mip_tail(about, coarsest, texel_words_));
+        atlas.mip_tail = std::make_shared<const AttributePage>(mip_tail(about, coarsest, words_.of_sample));
     }
     return {};
 }
@@ -126,7 +124,7 @@ PageCache::Decoded PageCache::DecodeTask::run() const {
         auto part = file.decode_leaf(id.number, std::span(blob.data(), blob.size()));
         if (part) {
             decoded.leaf = std::make_shared<const DrawnLeafPart>(
-                packed_leaf(*atlas->topology, id.number, std::move(*part), *parent_geometry));
+                packed_leaf(*atlas->topology, id.number, std::move(*part), *parent_geometry, words.leaf_block));
         } else {
             decoded.fault = part.error().message;
         }
@@ -149,7 +147,7 @@ PageCache::Decoded PageCache::DecodeTask::run() const {
         decoded.geometry = std::make_shared<const GeometryPage>(packed_geometry(*plain, tree));
     } else {
         decoded.attributes =
-            std::make_shared<const AttributePage>(packed_attributes(*plain, tree, about.attributes, texel_words));
+            std::make_shared<const AttributePage>(packed_attributes(*plain, tree, about.attributes, words.of_sample));
     }
     return decoded;
 }
@@ -201,7 +199,7 @@ void PageCache::start_decoding(const FrameInput& input) {
             continue;
         }
         const AtlasPages& known = pages(id.atlas);
-        DecodeTask task{id, name_of(id), &atlases_[id.atlas], arrival.blob, nullptr, nullptr, texel_words_};
+        DecodeTask task{id, name_of(id), &atlases_[id.atlas], arrival.blob, nullptr, nullptr, words_};
         if (id.layer == Layer::attributes) {
             task.parent_attributes = known.attributes.entry(parent_of(id).number).texels;
         } else {
@@ -267,9 +265,9 @@ void PageCache::place(const FrameInput& input, uint64_t upload_bytes, Plan& plan
 }
 
 uint64_t PageCache::slot_bytes(Layer layer) const {
-    if (layer == Layer::leaves) return leaf_slot_bytes;
+    if (layer == Layer::leaves) return leaf_slot_bytes(words_.leaf_block);
     return layer == Layer::geometry ? geometry_slot_bytes
-                                    : uint64_t{LODE_VGI_PAGE_TEXELS} * texel_words_ * sizeof(uint32_t);
+                                    : uint64_t{LODE_VGI_PAGE_TEXELS} * words_.of_sample * sizeof(uint32_t);
 }
 
 // What the pool could grow to now.
@@ -322,7 +320,7 @@ void PageCache::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
     if (id.layer == Layer::leaves) {
         known.geometry.put_leaf_part(id.number, page.leaf, slot);
         const auto bytes = std::as_bytes(std::span(page.leaf->words));
-        add_upload(plan, leaf_pool, slot * leaf_slot_bytes, Blob(page.leaf, bytes.data(), bytes.size()));
+        add_upload(plan, leaf_pool, slot * slot_bytes(Layer::leaves), Blob(page.leaf, bytes.data(), bytes.size()));
         return;
     }
     const PageTree& tree = atlases_[id.atlas].trees[index_of(id.layer)];

@@ -16,6 +16,7 @@
 #include "vgi/draw/buffer_sizes.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/open_atlas.h"
+#include "vgi/draw/recipe_layout.h"
 #include "vgi/draw/slot_pool.h"
 #include "vgi/draw/worker.h"
 
@@ -28,8 +29,8 @@ public:
         uint32_t buffer, first;
         uint32_t slots, most_slots;
     };
-    // atlases, sizes: must outlive this. pools: by layer. texel_words: of every sample of attributes.
-    PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 3> pools, uint32_t texel_words, BufferSizes& sizes);
+    // atlases, sizes: must outlive this. pools: by layer.
+    PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 3> pools, PoolWords words, BufferSizes& sizes);
 
     // The coarsest page of every chart; they are placed by the first frame. Fault::format for a damaged one: there is
     // nothing coarser to draw in its place.
@@ -86,7 +87,7 @@ private:
         Blob blob;
         std::shared_ptr<const GeometryPage> parent_geometry;
         std::shared_ptr<const AttributePage> parent_attributes;  // both null: a coarsest page
-        uint32_t texel_words;
+        PoolWords words;
         Decoded run() const;
     };
     SlotPool& pool(Layer layer) { return pools_[index_of(layer)]; }
@@ -132,7 +133,7 @@ private:
     std::span<OpenAtlas> atlases_;
     std::array<PoolSpec, 3> specs_;
     BufferSizes& sizes_;
-    uint32_t texel_words_;
+    PoolWords words_;
     std::vector<CopyOnWrite<AtlasPages>> pages_;  // by atlas
     std::vector<SlotPool> pools_;                 // by layer
     std::map<PageId, uint64_t> retry_;            // of failed pages: the frame from which they may be asked for again
@@ -140,7 +141,7 @@ private:
     std::vector<bool> told_;                                            // by atlas: that a page has failed
     std::vector<std::string> warnings_;                                 // for the next plan
     std::vector<Decoded> ready_;                                        // decoded, without a slot yet
-    std::future<std::vector<Decoded>> decoding_;  // what the last frame brought
+    std::future<std::vector<Decoded>> decoding_;                        // what the last frame brought
     uint32_t waiting_ = 0, uploaded_ = 0, evicted_ = 0, failed_ = 0;
     bool changed_ = true;
     Worker decoder_;  // last: its thread ends before what it works for

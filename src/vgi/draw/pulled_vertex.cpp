@@ -21,6 +21,10 @@ namespace lodestone::vgi {
 namespace {
 
 glm::vec3 lattice(const GeometryTexel& t) { return {t.x, t.y, t.z}; }
+// Of the leaves of a scene: LODE_VGI_LEAF_BLOCK.
+uint32_t leaf_block_of(const PlanMirror& mirror) {
+    return LODE_VGI_LEAF_BLOCK(mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_OWN_UVS_CONSTANT]);
+}
 uint32_t number_of_leaf(uint32_t index) { return index & ~(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES); }
 
 class Pulling {
@@ -31,6 +35,7 @@ public:
           to_world_(input.instances[instance].object_to_world),
           scale_(largest_scale(to_world_)),
           view_(input.views[0]),
+          leaf_block_(leaf_block_of(mirror)),
           number_(draw.words[LODE_VGI_WORD_ASSET]),
           asset_(mirror.stored<gpu::VgiAsset>(draw, LODE_VGI_ASSETS, number_)),
           origin_(asset_.origin_x, asset_.origin_y, asset_.origin_z),
@@ -87,11 +92,11 @@ private:
         return mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, texel);
     }
     glm::vec3 leaf(uint32_t number) const {
-        const auto v = leaf_words(LODE_VGI_LEAF_TEXEL(number));
+        const auto v = leaf_words(LODE_VGI_LEAF_TEXEL(number, leaf_block_));
         const glm::vec3 at(v[0] & 0x1fffff, v[0] >> 21 | (v[1] & 0x3ff) << 11, v[1] >> 10);
-        const LeafMorph morph = LeafMorph::unpacked(leaf_words(LODE_VGI_LEAF_MORPHS(number))[number % 4]);
+        const LeafMorph morph = LeafMorph::unpacked(leaf_words(LODE_VGI_LEAF_MORPHS(number, leaf_block_))[number % 4]);
         const auto leaf_of = [&](uint32_t i) {
-            const auto words = leaf_words(LODE_VGI_LEAF_HEADER(number) + i / 2);
+            const auto words = leaf_words(LODE_VGI_LEAF_HEADER(number, leaf_block_) + i / 2);
             return std::bit_cast<GeometryTexel>(std::array{words[i % 2 * 2], words[i % 2 * 2 + 1]});
         };
         const float before = 1 - std::min(arrived(leaf_of(0)), arrived(leaf_of(morph.border)));
@@ -144,6 +149,7 @@ private:
     const glm::mat4 to_world_;
     const float scale_;
     const View& view_;
+    const uint32_t leaf_block_;
     const uint32_t number_;
     const gpu::VgiAsset asset_;
     const glm::vec3 origin_;
@@ -156,6 +162,7 @@ struct ChartPlace {
     uint32_t chart = 0, x = 0, y = 0, level = 0;
     bool is_leaf = false;
     glm::vec2 of_leaf{0};  // in the chart, 0 .. 1
+    glm::vec3 facing{0};   // of a leaf: its normal
 };
 
 class PullingAttributes {
@@ -164,7 +171,8 @@ public:
         : mirror_(mirror),
           draw_(draw),
           asset_(mirror.stored<gpu::VgiAsset>(draw, LODE_VGI_ASSETS, draw.words[LODE_VGI_WORD_ASSET])),
-          texel_words_(mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_WORDS_CONSTANT]) {
+          texel_words_(mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_WORDS_CONSTANT]),
+          leaf_block_(leaf_block_of(mirror)) {
         lighting_.pipeline = lighting_pipeline;
     }
 
@@ -176,13 +184,20 @@ public:
 
 private:
     PulledAttributes leaf(uint32_t number) const {
-        const auto v = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, LODE_VGI_LEAF_TEXEL(number));
+        const auto v =
+            mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES, LODE_VGI_LEAF_TEXEL(number, leaf_block_));
         ChartPlace place;
         place.chart = v[2] >> 28 | (v[3] >> 16) << 4;
         place.is_leaf = true;
         place.of_leaf = glm::vec2(v[2] & 0x3fff, v[2] >> 14 & 0x3fff) / static_cast<float>(LODE_VGI_LEAF_PLACES);
+        place.facing = unpack_octahedral({static_cast<int8_t>(v[3] & 255), static_cast<int8_t>(v[3] >> 8 & 255)});
         PulledAttributes pulled = at(place);
-        pulled.normal = unpack_octahedral({static_cast<int8_t>(v[3] & 255), static_cast<int8_t>(v[3] >> 8 & 255)});
+        pulled.normal = place.facing;
+        if ((asset_.has & LODE_VGI_HAS_UVS) != 0 && leaf_block_ == LODE_VGI_LEAF_BLOCK(1u)) {
+            const auto uvs = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES,
+                                                                     LODE_VGI_LEAF_MORPHS(number, leaf_block_) + 1);
+            pulled.uv = uv_of({uvs[number % 4] & 0xffff, uvs[number % 4] >> 16});
+        }
         return pulled;
     }
     ChartPlace place_of_sample(uint32_t index) const {
@@ -235,15 +250,32 @@ private:
     }
     uint32_t word(uint64_t number) const { return mirror_.stored<uint32_t>(lighting_, LODE_VGI_ATTRIBUTES, number); }
 
+    glm::vec3 normal_at(uint64_t number) const {
+        const uint32_t packed = word(number);
+        return unpack_octahedral({static_cast<int8_t>(packed & 255), static_cast<int8_t>(packed >> 8 & 255)});
+    }
+    // weight_of_side of shaders/shared/vgi_surface.glsl.
+    void keep_side(const glm::vec3& facing, Around& of) const {
+        std::array<float, 4> kept{};
+        float sum = 0;
+        for (size_t k = 0; k < 4; ++k) {
+            const float alike = std::max(glm::dot(normal_at(of.word[k]), facing), 0.0f);
+            kept[k] = of.weight[k] * alike * alike * alike * alike;
+            sum += kept[k];
+        }
+        if (!(sum > 1e-3f)) return;
+        for (size_t k = 0; k < 4; ++k) of.weight[k] = kept[k] / sum;
+        of.nearest = static_cast<size_t>(std::ranges::max_element(of.weight) - of.weight.begin());
+    }
+
     PulledAttributes at(const ChartPlace& place) const {
-        const Around of = around(place);
+        Around of = around(place);
+        if (place.is_leaf) keep_side(place.facing, of);
         PulledAttributes pulled;
         glm::vec3 normal(0);
         glm::vec4 colour(0);
         for (size_t k = 0; k < 4; ++k) {
-            const uint32_t packed = word(of.word[k]);
-            normal += of.weight[k] *
-                      unpack_octahedral({static_cast<int8_t>(packed & 255), static_cast<int8_t>(packed >> 8 & 255)});
+            normal += of.weight[k] * normal_at(of.word[k]);
             if ((asset_.has & LODE_VGI_HAS_COLOURS) == 0) continue;
             const uint32_t rgba = word(of.word[k] + 1 + (asset_.has & LODE_VGI_HAS_UVS));
             colour += of.weight[k] * glm::vec4(rgba & 255, rgba >> 8 & 255, rgba >> 16 & 255, rgba >> 24);
@@ -267,14 +299,18 @@ private:
         const std::array<float, 4> edges{glm::distance(uvs[0], uvs[1]), glm::distance(uvs[2], uvs[3]),
                                          glm::distance(uvs[0], uvs[2]), glm::distance(uvs[1], uvs[3])};
         const auto [shortest, longest] = std::ranges::minmax(edges);
-        return glm::vec2(asset_.uv_low_x, asset_.uv_low_y) +
-               glm::vec2(asset_.uv_step_x, asset_.uv_step_y) * (longest > 8 * shortest + 64 ? uvs[of.nearest] : mean);
+        return uv_of(longest > 8 * shortest + 64 ? uvs[of.nearest] : mean);
+    }
+    // at: as samples have it.
+    glm::vec2 uv_of(const glm::vec2& at) const {
+        return glm::vec2(asset_.uv_low_x, asset_.uv_low_y) + glm::vec2(asset_.uv_step_x, asset_.uv_step_y) * at;
     }
 
     const PlanMirror& mirror_;
     const Draw& draw_;
     const gpu::VgiAsset asset_;
     const uint32_t texel_words_;
+    const uint32_t leaf_block_;
     Draw lighting_;
 };
 

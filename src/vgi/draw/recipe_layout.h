@@ -43,9 +43,18 @@ enum Buffers : uint32_t {
     cut_entries
 };
 inline constexpr uint64_t geometry_slot_bytes = uint64_t{LODE_VGI_PAGE_TEXELS} * sizeof(GeometryTexel);
-inline constexpr uint64_t leaf_slot_bytes = uint64_t{LODE_VGI_LEAF_SLOT_TEXELS} * 16;
-static_assert(LODE_VGI_LEAF_SLOT_TEXELS == LODE_VGI_LEAF_HEADER(LODE_VGI_LEAF_VERTICES) &&
-              LODE_VGI_LEAF_SLOT_TEXELS == LODE_VGI_LEAF_MORPHS(LODE_VGI_LEAF_VERTICES - 1) + 1);
+// leaf_block: LODE_VGI_LEAF_BLOCK.
+inline constexpr uint64_t leaf_slot_bytes(uint32_t leaf_block) {
+    return uint64_t{LODE_VGI_LEAF_SLOT_TEXELS(leaf_block)} * 16;
+}
+static_assert(LODE_VGI_LEAF_SLOT_TEXELS(5u) == LODE_VGI_LEAF_MORPHS(LODE_VGI_LEAF_VERTICES - 1, 5u) + 1 &&
+              LODE_VGI_LEAF_SLOT_TEXELS(6u) == LODE_VGI_LEAF_MORPHS(LODE_VGI_LEAF_VERTICES - 1, 6u) + 2);
+
+// How the pools of a scene hold attributes: of samples, so many words to each; of leaves, blocks of
+// LODE_VGI_LEAF_BLOCK.
+struct PoolWords {
+    uint32_t of_sample = 1, leaf_block = LODE_VGI_LEAF_BLOCK(0u);
+};
 
 // Adds an upload to the plan's update stage.
 inline void add_upload(Plan& plan, uint32_t buffer, uint64_t offset, Blob blob) {

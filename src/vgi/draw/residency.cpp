@@ -102,6 +102,8 @@ std::array<uint32_t, 4> packed_vertex(const LeafVertex& v, uint32_t chart) {
             uint32_t{static_cast<uint8_t>(n[0])} | uint32_t{static_cast<uint8_t>(n[1])} << 8 | (chart >> 4) << 16};
 }
 
+uint32_t packed_uv(const std::array<uint16_t, 2>& uv) { return uint32_t{uv[0]} | uint32_t{uv[1]} << 16; }
+
 // Puts the leaf and those across its sides into the beginning of what is drawn.
 void put_leaves(const std::array<Leaf, 5>& leaves, DrawnLeafPart& drawn) {
     for (size_t i = 0; i < leaves.size(); ++i) {
@@ -113,7 +115,8 @@ void put_leaves(const std::array<Leaf, 5>& leaves, DrawnLeafPart& drawn) {
 
 }  // namespace
 
-DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPart part, const GeometryPage& samples) {
+DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPart part, const GeometryPage& samples,
+                          uint32_t block) {
     const Atlas& about = topology.about();
     const uint32_t leaf = topology.leaf_of_part(number), chart = topology.page_of_leaf(leaf) / topology.tree().pages(),
                    in_chart = leaf - about.first_leaf[chart], per_side = about.leaves_per_side(chart);
@@ -123,11 +126,14 @@ DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPar
     const Atlas::Tile square{chart, in_chart % per_side, in_chart / per_side};
     const auto morphs = leaf_morphs(about, square, part, points);
     DrawnLeafPart drawn;
-    drawn.words.resize(LODE_VGI_LEAF_TEXEL(0u) + (part.vertices.size() + 3) / 4 * 5);
+    drawn.words.resize(LODE_VGI_LEAF_TEXEL(0u, block) + (part.vertices.size() + 3) / 4 * block);
     put_leaves(leaf_and_across(about, square), drawn);
     for (uint32_t v = 0; v < part.vertices.size(); ++v) {
-        drawn.words[LODE_VGI_LEAF_TEXEL(v)] = packed_vertex(part.vertices[v], chart);
-        drawn.words[LODE_VGI_LEAF_MORPHS(v)][v % 4] = morphs[v].packed();
+        const LeafVertex& vertex = part.vertices[v];
+        const uint32_t words = LODE_VGI_LEAF_MORPHS(v, block);
+        drawn.words[LODE_VGI_LEAF_TEXEL(v, block)] = packed_vertex(vertex, chart);
+        drawn.words[words][v % 4] = morphs[v].packed();
+        if (block == LODE_VGI_LEAF_BLOCK(1u)) drawn.words[words + 1][v % 4] = packed_uv(vertex.attributes.uv);
     }
     drawn.runs = leaf_runs(about, part);
     drawn.part = std::move(part);

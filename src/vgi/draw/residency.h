@@ -112,8 +112,9 @@ struct DrawnLeafPart {
     std::vector<std::array<uint32_t, 4>> words;
     std::vector<PageBounds> runs;  // leaf_runs()
 };
-// number: of all parts. samples: of the page in whose square it is.
-DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPart part, const GeometryPage& samples);
+// number: of all parts. samples: of the page in whose square it is. block: LODE_VGI_LEAF_BLOCK.
+DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPart part, const GeometryPage& samples,
+                          uint32_t block);
 
 class Residency {
 public:

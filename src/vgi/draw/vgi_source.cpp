@@ -65,15 +65,15 @@ class VgiSource final : public FrameSource {
 public:
     // list_budget: bytes, of the lists; pool_budget: of all other buffers.
     VgiSource(std::vector<OpenAtlas> atlases, Recipe recipe, Raster raster, std::array<PageCache::PoolSpec, 3> pools,
-              uint32_t texel_words, uint64_t list_budget, uint64_t pool_budget)
+              PoolWords words, uint64_t list_budget, uint64_t pool_budget)
         : atlases_(std::move(atlases)),
           recipe_(std::move(recipe)),
           raster_(raster),
           cutter_(cutter_of(raster)),
-          texel_words_(texel_words),
+          words_(words),
           list_sizes_(recipe_, {draw_lists}, list_budget),
           pool_sizes_(recipe_, all_but_lists(recipe_), pool_budget),
-          pages_(atlases_, pools, texel_words, pool_sizes_),
+          pages_(atlases_, pools, words, pool_sizes_),
           instances_(atlases_, [](const OpenAtlas& atlas) { return atlas.charts.sphere(); }) {
         if (raster == Raster::device) device_.emplace(atlases_);
     }
@@ -237,7 +237,7 @@ private:
         }
         for (const OpenAtlas& atlas : atlases_) {
             const auto bytes = std::as_bytes(std::span(*atlas.mip_tail));
-            add_upload(plan, attribute_pool, atlas.first_mip_tail * texel_words_ * sizeof(uint32_t),
+            add_upload(plan, attribute_pool, atlas.first_mip_tail * words_.of_sample * sizeof(uint32_t),
                        Blob(atlas.mip_tail, bytes.data(), bytes.size()));
         }
         add_upload(plan, asset_table, 0, Blob::copy_of(records.data(), records.size()));
@@ -254,8 +254,8 @@ private:
         const Atlas& about = atlas.file->about();
         record.first_corner = static_cast<uint32_t>(all.size());
         record.first_corners_of_charts = static_cast<uint32_t>(all.size() + about.corners.size());
-        const auto table = corner_table(
-            about, coarsest_corners(*atlas.mip_tail, about.charts(), atlas.trees[1].cells_per_page(), texel_words_));
+        const auto table = corner_table(about, coarsest_corners(*atlas.mip_tail, about.charts(),
+                                                                atlas.trees[1].cells_per_page(), words_.of_sample));
         all.insert(all.end(), table.begin(), table.end());
     }
 
@@ -414,7 +414,7 @@ private:
     Recipe recipe_;
     Raster raster_;
     std::shared_ptr<const Cutter> cutter_;  // null where the device cuts
-    uint32_t texel_words_;                  // of a sample of attributes
+    PoolWords words_;
     BufferSizes list_sizes_, pool_sizes_;
     PageCache pages_;
     std::optional<FrameCuts> cuts_;  // that are drawn
@@ -439,12 +439,19 @@ private:
 
 // What the assets hold together, and the bytes of a slot, by layer.
 struct Totals {
-    uint32_t texel_words = 1;  // of a sample of attributes
-    std::array<uint64_t, 2> pages{}, base{}, slot_bytes{};
+    uint32_t ever = 0;  // LODE_VGI_HAS_... that some atlas has and shaders read
+    PoolWords words;
+    std::array<uint64_t, 2> pages{}, base{};
+    std::array<uint64_t, 3> slot_bytes{};
     uint64_t leaf_parts = 0;
     uint64_t mip_tail_samples = 0, mip_tail_slots = 0;
     uint64_t corner_records = 0;
 };
+
+// Texture coordinates are of use where there is a texture.
+uint32_t attributes_read(const Atlas& about) {
+    return attributes_of_samples(about.attributes) & ~(about.images.empty() ? uint32_t{LODE_VGI_HAS_UVS} : 0u);
+}
 
 uint64_t mip_tail_of(const OpenAtlas& atlas) {
     return uint64_t{atlas.file->about().charts()} * mip_tail_samples(atlas.trees[1].cells_per_page());
@@ -455,7 +462,8 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
     std::vector<OpenAtlas> atlases;
     for (auto& file : files) {
         const Atlas& about = file->about();
-        totals.texel_words = std::max(totals.texel_words, attribute_words(about.attributes));
+        totals.ever |= attributes_read(about);
+        totals.words.of_sample = std::max(totals.words.of_sample, attribute_words(about.attributes));
         OpenAtlas atlas;
         atlas.file = file;
         atlas.first_chart = static_cast<uint32_t>(totals.base[0]);
@@ -472,8 +480,10 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         totals.corner_records += about.corners.size() + about.chart_corners.size();
         atlases.push_back(std::move(atlas));
     }
+    totals.words.leaf_block = LODE_VGI_LEAF_BLOCK(totals.ever & LODE_VGI_HAS_UVS);
     totals.slot_bytes = {geometry_slot_bytes + 8,
-                         uint64_t{LODE_VGI_PAGE_TEXELS} * totals.texel_words * sizeof(uint32_t)};
+                         uint64_t{LODE_VGI_PAGE_TEXELS} * totals.words.of_sample * sizeof(uint32_t),
+                         leaf_slot_bytes(totals.words.leaf_block)};
     // Mip tails lie before the pages, in slots of their own.
     totals.mip_tail_slots = (totals.mip_tail_samples + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
     return atlases;
@@ -524,9 +534,9 @@ Result<void> check_totals(const Totals& totals) {
 // A quarter of what is left, at most, is for leaves; only the bintree draws any. Returns how much.
 uint64_t share_leaves(const Totals& totals, const VgiOptions& options, uint64_t left, Shares& shares) {
     const uint64_t slots = options.raster == Raster::bintree
-                               ? std::min({totals.leaf_parts, left / 4 / leaf_slot_bytes, most_leaf_slots})
+                               ? std::min({totals.leaf_parts, left / 4 / totals.slot_bytes[2], most_leaf_slots})
                                : 0;
-    const uint64_t bytes = slots * leaf_slot_bytes;
+    const uint64_t bytes = slots * totals.slot_bytes[2];
     const bool grows = bytes <= options.resident_bytes / 4;
     shares.pools[2] = {leaf_pool, 0, static_cast<uint32_t>(grows ? 0 : slots), static_cast<uint32_t>(slots)};
     return bytes;
@@ -537,7 +547,8 @@ Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atl
     if (auto good = check_totals(totals); !good) return tl::unexpected(good.error());
     shares.tess = options.raster == Raster::tess || options.raster == Raster::device;
     shares.device = DeviceCutSizes::largest_of(atlases).times(std::max(1u, options.instances));
-    const auto &pages = totals.pages, &base = totals.base, &slot_bytes = totals.slot_bytes;
+    const auto &pages = totals.pages, &base = totals.base;
+    const auto& slot_bytes = totals.slot_bytes;
     uint64_t need = totals.mip_tail_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
                     atlases.size() * (sizeof(gpu::VgiAsset) + 2048) + totals.corner_records * sizeof(CornerRecord);
     if (options.raster == Raster::device) {
@@ -545,7 +556,7 @@ Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atl
                 pages[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t) +
                 LODE_CUT_LIST_COUNT * sizeof(gpu::VgiCutList);
     }
-    need += base[0] * slot_bytes[0] + base[1] * slot_bytes[1] + leaf_slot_bytes;
+    need += base[0] * slot_bytes[0] + base[1] * slot_bytes[1] + slot_bytes[2];
     const uint64_t least_lists = least_list_bytes(totals, options, shares);
     if (need + least_lists > options.resident_bytes)
         return over_budget("tables, the coarsest pages and their lists", need + least_lists, options.resident_bytes);
@@ -569,40 +580,30 @@ Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atl
     return shares;
 }
 
-// The attributes that some atlas has and shaders read. Texture coordinates are of use where there is a texture.
-uint32_t attributes_ever(std::span<const OpenAtlas> atlases) {
-    uint32_t ever = 0;
-    for (const OpenAtlas& atlas : atlases) {
-        const Atlas& about = atlas.file->about();
-        ever |= attributes_of_samples(about.attributes) & ~(about.images.empty() ? uint32_t{LODE_VGI_HAS_UVS} : 0u);
-    }
-    return ever;
-}
-
 std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, size_t atlases) {
     const auto pool = [&](const char* name, size_t l, uint64_t slot_bytes) {
         const PageCache::PoolSpec& spec = shares.pools[l];
         return BufferSpec{name, (uint64_t{spec.first} + spec.slots) * slot_bytes, use_storage,
                           static_cast<uint32_t>(slot_bytes), (uint64_t{spec.first} + spec.most_slots) * slot_bytes};
     };
-    return {
-        pool("page pool of positions", 0, geometry_slot_bytes),
-        {"slots of the page pool", shares.pools[0].most_slots * uint64_t{8}, use_storage, 8},
-        {"page table", (totals.pages[0] + totals.pages[1]) * sizeof(uint32_t), use_storage, 4},
-        pool("page pool of attributes", 1, totals.slot_bytes[1]),
-        {"assets", atlases * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
-        {"errors and radii", atlases * 2048, use_storage, 2048},
-        {"spacing of samples", totals.base[0] * sizeof(float), use_storage, 4},
-        {"draw lists", shares.first_list_bytes, shares.tess ? use_storage : use_index, 4, shares.most_list_bytes},
-        {"corners of charts", std::max<uint64_t>(totals.corner_records, 1) * sizeof(CornerRecord), use_storage,
-         sizeof(CornerRecord)},
-        {"pool of leaves", std::max<uint64_t>(shares.pools[2].slots, 1) * leaf_slot_bytes, use_storage,
-         static_cast<uint32_t>(leaf_slot_bytes), std::max<uint64_t>(shares.pools[2].most_slots, 1) * leaf_slot_bytes}};
+    return {pool("page pool of positions", 0, geometry_slot_bytes),
+            {"slots of the page pool", shares.pools[0].most_slots * uint64_t{8}, use_storage, 8},
+            {"page table", (totals.pages[0] + totals.pages[1]) * sizeof(uint32_t), use_storage, 4},
+            pool("page pool of attributes", 1, totals.slot_bytes[1]),
+            {"assets", atlases * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
+            {"errors and radii", atlases * 2048, use_storage, 2048},
+            {"spacing of samples", totals.base[0] * sizeof(float), use_storage, 4},
+            {"draw lists", shares.first_list_bytes, shares.tess ? use_storage : use_index, 4, shares.most_list_bytes},
+            {"corners of charts", std::max<uint64_t>(totals.corner_records, 1) * sizeof(CornerRecord), use_storage,
+             sizeof(CornerRecord)},
+            {"pool of leaves", std::max<uint64_t>(shares.pools[2].slots, 1) * totals.slot_bytes[2], use_storage,
+             static_cast<uint32_t>(totals.slot_bytes[2]),
+             std::max<uint64_t>(shares.pools[2].most_slots, 1) * totals.slot_bytes[2]}};
 }
 
 // What shaders/shared/vgi_surface.glsl is told of attributes.
 struct AttributeConstants {
-    uint32_t ever, words;
+    uint32_t own_uvs, ever, words;
 };
 
 // kinds: LODE_VGI_KIND_..., of vertices of triangles.
@@ -621,7 +622,8 @@ PipelineSpec drawing_pipeline(bool tess, uint32_t kinds, const AttributeConstant
         pipeline.tessellation_evaluation = "vgi/patch.tese";
         pipeline.patch_vertices = 1;
     }
-    pipeline.visibility = "vgi/visible.frag";
+    pipeline.visibility = attributes.own_uvs != 0 ? "vgi/visible_uvs.frag" : "vgi/visible.frag";
+    pipeline.visibility_targets = attributes.own_uvs != 0 ? 2 : 1;
     pipeline.cutout = "vgi/cutout.frag";
     pipeline.blended = "vgi/blended.frag";
     pipeline.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
@@ -633,7 +635,7 @@ PipelineSpec drawing_pipeline(bool tess, uint32_t kinds, const AttributeConstant
                         StorageBinding::pool(LODE_VGI_LEAVES, leaf_pool, 4)};
     pipeline.storage.insert(pipeline.storage.end(), {StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
                                                      StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1)});
-    pipeline.constants = {kinds, 0, attributes.ever, attributes.words};
+    pipeline.constants = {kinds, attributes.own_uvs, attributes.ever, attributes.words};
     if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read});
     return pipeline;
 }
@@ -644,7 +646,7 @@ PipelineSpec lighting_pipeline_of(const AttributeConstants& attributes) {
     lighting.vertex = "frame/whole_view.vert";
     lighting.fragment = "vgi/atlas.frag";
     lighting.whole_view = true;
-    lighting.constants = {0, 0, attributes.ever, attributes.words};
+    lighting.constants = {0, attributes.own_uvs, attributes.ever, attributes.words};
     lighting.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
                         StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
                         StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1),
@@ -670,7 +672,8 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     Recipe recipe;
     recipe.buffers = buffers_of(totals, *shares, atlases.size());
     const uint32_t kinds = shares->pools[2].most_slots > 0 ? every_kind : every_kind & ~kinds_of_leaves;
-    const AttributeConstants attributes{attributes_ever(atlases), totals.texel_words};
+    const uint32_t own_uvs = (kinds & kinds_of_leaves) != 0 ? totals.ever & LODE_VGI_HAS_UVS : 0;
+    const AttributeConstants attributes{own_uvs, totals.ever, totals.words.of_sample};
     recipe.pipelines = {drawing_pipeline(shares->tess, kinds, attributes), lighting_pipeline_of(attributes)};
     if (!shares->tess) {
         for (const uint32_t alone : {LODE_VGI_KIND_SAMPLES, kinds_of_samples, LODE_VGI_KIND_CORNERS,
@@ -679,9 +682,9 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
         }
     }
     if (options.raster == Raster::device) DeviceCut(atlases).add_to(recipe, std::max(1u, options.instances));
-    auto source = std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, shares->pools,
-                                              totals.texel_words, shares->list_budget,
-                                              options.resident_bytes - shares->list_budget);
+    auto source =
+        std::make_unique<VgiSource>(std::move(atlases), std::move(recipe), options.raster, shares->pools, totals.words,
+                                    shares->list_budget, options.resident_bytes - shares->list_budget);
     if (auto done = source->load_base_pages(); !done) return tl::unexpected(done.error());
     return source;
 }

@@ -37,6 +37,8 @@
 namespace lodestone::vgi {
 namespace {
 
+constexpr uint32_t leaf_block = LODE_VGI_LEAF_BLOCK(0u);
+
 // alone: vertices move as their own leaves do, whatever those beside have.
 void put_leaf_part(Residency& residency, const Atlas& atlas, uint32_t part, uint32_t slot, bool alone = false) {
     auto decoded = decode_leaf(atlas.leaf_parts[part], atlas.attributes);
@@ -45,7 +47,7 @@ void put_leaf_part(Residency& residency, const Atlas& atlas, uint32_t part, uint
     const uint32_t page = topology.page_of_leaf(topology.leaf_of_part(part)), per_chart = topology.tree().pages();
     const GeometryPage samples =
         packed_geometry(read_page(atlas, Layer::geometry, page / per_chart, page % per_chart), topology.tree());
-    DrawnLeafPart drawn = packed_leaf(topology, part, std::move(*decoded), samples);
+    DrawnLeafPart drawn = packed_leaf(topology, part, std::move(*decoded), samples, leaf_block);
     if (alone) {
         const auto own = drawn.words[0];
         drawn.words[0] = drawn.words[1] = drawn.words[2] = {own[0], own[1], own[0], own[1]};
@@ -175,7 +177,7 @@ LeafMotion motion_of(const Residency& residency, uint32_t index) {
     index &= ~(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES);
     const uint32_t part = index / LODE_VGI_LEAF_VERTICES, v = index % LODE_VGI_LEAF_VERTICES;
     const auto& words = residency.leaf_part(part).part->words;
-    const LeafMorph morph = LeafMorph::unpacked(words[LODE_VGI_LEAF_MORPHS(v)][v % 4]);
+    const LeafMorph morph = LeafMorph::unpacked(words[LODE_VGI_LEAF_MORPHS(v, leaf_block)][v % 4]);
     const auto leaf = [&](size_t i) { return std::array{words[i / 2][i % 2 * 2], words[i / 2][i % 2 * 2 + 1]}; };
     const auto [low, high] = std::minmax({leaf(0), leaf(morph.border)});
     // Nothing moves what is where it starts.

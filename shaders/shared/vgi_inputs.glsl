@@ -27,7 +27,7 @@ vec4 world_here() {
     return world / world.w;
 }
 
-// What leaves have of texture coordinates; anywhere else they have none.
+// The texture coordinates of a leaf here; of what is no leaf there are none.
 OwnUvs own_uvs_here() {
     OwnUvs own = no_own_uvs();
     if (leaves_have_uvs == 0u) return own;
@@ -35,7 +35,8 @@ OwnUvs own_uvs_here() {
     own.at = in_uv;
     // As if the surface faced the eye, as of samples: the lesser of the two singular values.
     float both = dot(dx, dx) + dot(dy, dy), area = dx.x * dy.y - dx.y * dy.x;
-    own.span = sqrt(max(0.5 * (both - sqrt(max(both * both - 4.0 * area * area, 0.0))), 0.0));
+    float greater = sqrt(0.5 * (both + sqrt(max(both * both - 4.0 * area * area, 0.0))));
+    own.span = abs(area) / max(greater, 1e-30);
     if (scene_has(1u << LODE_TEXTURE_NORMAL)) {
         vec3 world = world_here().xyz;
         mat2x3 along = along_of(dFdx(world), dFdy(world), dx, dy);

@@ -1,5 +1,5 @@
 // The surface at a place of an atlas: normals, texture coordinates, colours and materials from the images of attributes, at
-// their own level: as fine as pixels are, or as what is there.
+// their own level: as fine as pixels are, or as what is there. Leaves have normals and texture coordinates of their own.
 #ifndef LODESTONE_VGI_SURFACE_GLSL
 #define LODESTONE_VGI_SURFACE_GLSL
 
@@ -36,7 +36,7 @@ vec4 weight_of_side(vec4 weight, uvec4 words, vec3 facing) {
     return sum > 1e-3 ? kept / sum : weight;
 }
 
-// Texture coordinates of a leaf's triangle, as exact as the source has them: samples know of seams only where they lie.
+// Texture coordinates of a leaf's triangle, as leaves hold them: samples know of seams only where they lie.
 struct OwnUvs {
     bool there;
     vec2 at;
@@ -134,7 +134,9 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
         s.material += word0[nearest] >> 16;
     s.uv = s.second_uv = no_uvs();
     s.tangent = vec4(0.0);
-    if (leaves_have_uvs != 0u && own.there && (has & LODE_VGI_HAS_UVS) != 0u) {
+    // Between materials a triangle's own would be looked up in the other's texture: the sample that is nearest tells both.
+    uvec4 materials = word0 >> 16;
+    if (leaves_have_uvs != 0u && own.there && (has & LODE_VGI_HAS_UVS) != 0u && materials == materials.xxxx) {
         s.uv = UvSet(own.at, vec2(own.span, 0.0), vec2(0.0, own.span), mat2x3(own.tangent, cross(s.normal, own.tangent) * (own.turned ? -1.0 : 1.0)));
     } else if ((ever & LODE_VGI_HAS_UVS) != 0u && (has & LODE_VGI_HAS_UVS) != 0u) {
         vec2 uvs[4];

@@ -56,14 +56,14 @@
 #define LODE_VGI_CORNERS 17
 // Of parts of leaves, slot by slot: the leaf as a sample (two words: x | y << 16, z | error << 16 | radius << 24), and
 // so the leaves across its four sides, itself where there is none; two words unused. Then blocks of four vertices: four
-// words to each, a word to each, and, where the scene has texture coordinates, another. The four: x | y << 21, y >> 11 |
+// words to each, a word to each, and, where some atlas has texture coordinates and an image, another. The four: x | y << 21, y >> 11 |
 // z << 10 on the leaves' lattice; place x | place y << 14 | low 4 bits of the chart << 28; normal x | normal y << 8 | the
 // chart's other bits << 16. The one says how it comes to its place (vgi/draw/leaves/leaf_morph.h): 1 + side that it lies
 // on, or 0 | exponent << 8 | off x << 11 | off y << 18 | off z << 25. The other: u | v << 16, as samples have them.
 #define LODE_VGI_LEAVES 18
-// Counted in four words. block: of four vertices, of a scene with texture coordinates (1) or without (0). Then where a
-// slot begins; where a vertex is; and where the words of the second kind are, in which it has that of number % 4; those
-// of the third follow them.
+// Counted in four words. block: of four vertices, with texture coordinates (1) or without (0). Then where a slot begins;
+// where a vertex is; and where the morphs of its block are, of which it has that of number % 4; the texture coordinates
+// of the block follow them.
 #define LODE_VGI_LEAF_BLOCK(uvs) (5u + (uvs))
 #define LODE_VGI_LEAF_SLOT_TEXELS(block) (3u + 64u * (block))  // of LODE_VGI_LEAF_VERTICES
 #define LODE_VGI_LEAF_HEADER(number, block) (LODE_VGI_LEAF_SLOT_TEXELS(block) * ((number) / 256u))
@@ -91,7 +91,7 @@
 #define LODE_VGI_BAKED 32           // textures of the source are in it
 #define LODE_VGI_MAPPED_NORMALS 64  // and maps of normals are in the normals
 
-// Specialisation constants of shaders that look attributes up.
+// Specialisation constants of shaders that draw or light.
 #define LODE_VGI_OWN_UVS_CONSTANT 1  // 1 where leaves have texture coordinates of their own, else 0
 #define LODE_VGI_EVER_CONSTANT 2   // LODE_VGI_HAS_... of any asset of the scene that is drawn with
 #define LODE_VGI_WORDS_CONSTANT 3  // of a sample of attributes

@@ -1,4 +1,4 @@
-// What vertices of virtual geometry images pass on to shaders/vgi/visible.frag, whichever stage makes them.
+// What vertices of virtual geometry images pass on to fragments (shared/vgi_inputs.glsl), whichever stage makes them.
 #ifndef LODESTONE_VGI_VERTEX_GLSL
 #define LODESTONE_VGI_VERTEX_GLSL
 

@@ -111,7 +111,7 @@ struct PipelineSpec {
     std::string name;                                           // for messages and the debugger
     PipelineKind kind = PipelineKind::draw;                     // which of the members below count
     std::string vertex, fragment, visibility;                   // draw
-    uint32_t visibility_targets = 1;                            // that `visibility` writes to: 1 or 2
+    uint32_t visibility_targets = 1;                            // that `visibility` writes to, 1 or 2; all of a recipe alike
     std::string cutout, blended;                                // draw; empty where nothing of the scene is to be
     std::string tessellation_control, tessellation_evaluation;  // draw, both or neither
     std::string compute;                                        // compute

@@ -302,7 +302,7 @@ void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     } else {
         std::ranges::fill(colour_attachment.clearValue.color.uint32, LODE_NOTHING_VISIBLE);
     }
-    // Read where the first tells of something alone.
+    // Read only where the first tells of something.
     attachments[1] = colour_attachment;
     attachments[1].imageView = targets.visibility[1].view();
     if (clear) attachments[1].loadOp = VK_ATTACHMENT_LOAD_OP_DONT_CARE;

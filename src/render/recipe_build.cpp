@@ -316,6 +316,9 @@ private:
                        written = coloured                  ? 1
                                  : spec.visibility.empty() ? 0
                                                            : spec.visibility_targets;
+        // All alike: what differs from target to target, not every device can mask.
+        LODE_CHECK(written == 0 || coloured || written == visibility_targets, spec.name, written, visibility_targets);
+        LODE_CHECK(images <= blend_attachments_.size(), spec.name, images);
         for (uint32_t k = 0; k < written; ++k) blend_attachments_[k].colorWriteMask = 0xf;
         formats_.fill(format_drawn_to(variant));
         blend_.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
@@ -516,7 +519,7 @@ BuiltPipeline build_whole_view(const Device& device, VkDescriptorSetLayout frame
     for (const Variant variant : variants) {
         const ShaderConstants constants(spec, {}, variant, {});
         built.draw[static_cast<int>(variant)] =
-            make_draw_pipeline(device, spec, built.layout.get(), constants.get(), variant, spec.fragment, false);
+            make_draw_pipeline(device, spec, built.layout.get(), constants.get(), variant, spec.fragment, 0);
     }
     return built;
 }

@@ -94,11 +94,11 @@ TEST_F(MaterialsProgramTest, WhichBackendDrawsThemHardlyShows) {
     EXPECT_GT(glassy, 2000);
     // The same triangles.
     is_near(full, {"discrete", "", ""}, 0.5, {99, 99, 99, 99, 99, 99, 99, 99, 99});
-    // A decibel or two below what was measured. Those of lod are moved texture coordinates; those of vgi single samples
-    // where texture coordinates jump, and rims of holes.
+    // A decibel or two below what was measured. Those of lod are moved texture coordinates; those of vgi samples
+    // where materials meet, and rims of holes.
     is_near(full, {"lod", "keyframe", ""}, 0.5, {47, 47, 56, 52, 54, 50, 47, 56, 47});
     is_near(full, {"lod", "keyframe", "geomorph"}, 0.5, {76, 77, 77, 89, 82, 89, 98, 98, 77});
-    is_near(full, {"vgi", "", ""}, 0.25, {38.5, 42, 39.5, 40.5, 35, 36.5, 35.5, 44, 41});
+    is_near(full, {"vgi", "", ""}, 0.25, {38.5, 42, 40, 40.5, 38.5, 38, 36, 44.5, 41});
     EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty());
 }
 
@@ -173,7 +173,7 @@ TEST_F(MaterialsProgramTest, WhichBackendDrawsTangentsHardlyShows) {
     is_near(full, {"lod", "keyframe", ""}, 0.5, {47, 47, 56, 52, 54, 50, 47, 56, 47});
     is_near(full, {"lod", "keyframe", "geomorph"}, 0.5, {76, 77, 77, 89, 82, 89, 98, 98, 77});
     // An atlas has no tangents: they count where its normals are baked.
-    is_near(full, {"vgi", "", ""}, 0.25, {27, 30, 39.5, 40.5, 35, 36.5, 35.5, 44, 31.5});
+    is_near(full, {"vgi", "", ""}, 0.25, {27, 30, 40, 40.5, 38.5, 38, 36, 44.5, 31.5});
     succeeds("bake still.glb -o still.lode --backends lod,vgi");
     make_still_life("still.lode");
     is_near(full, {"vgi", "", ""}, 0.25, {38.5, 41, 38, 40.5, 33.5, 36.5, 35.5, 44, 39.5});

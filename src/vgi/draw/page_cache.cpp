@@ -124,7 +124,7 @@ PageCache::Decoded PageCache::DecodeTask::run() const {
         auto part = file.decode_leaf(id.number, std::span(blob.data(), blob.size()));
         if (part) {
             decoded.leaf = std::make_shared<const DrawnLeafPart>(
-                packed_leaf(*atlas->topology, id.number, std::move(*part), *parent_geometry, words.leaf_block));
+                packed_leaf(*atlas->topology, id.number, std::move(*part), *parent_geometry, words.leaf_uvs));
         } else {
             decoded.fault = part.error().message;
         }
@@ -265,7 +265,7 @@ void PageCache::place(const FrameInput& input, uint64_t upload_bytes, Plan& plan
 }
 
 uint64_t PageCache::slot_bytes(Layer layer) const {
-    if (layer == Layer::leaves) return leaf_slot_bytes(words_.leaf_block);
+    if (layer == Layer::leaves) return leaf_slot_bytes(words_.leaf_block());
     return layer == Layer::geometry ? geometry_slot_bytes
                                     : uint64_t{LODE_VGI_PAGE_TEXELS} * words_.of_sample * sizeof(uint32_t);
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "frame/screen_error.h"
 #include "mesh/packed_vertices.h"
@@ -161,8 +162,9 @@ private:
 struct ChartPlace {
     uint32_t chart = 0, x = 0, y = 0, level = 0;
     bool is_leaf = false;
-    glm::vec2 of_leaf{0};  // in the chart, 0 .. 1
-    glm::vec3 facing{0};   // of a leaf: its normal
+    glm::vec2 of_leaf{0};           // in the chart, 0 .. 1
+    glm::vec3 facing{0};            // of a leaf: its normal
+    std::optional<glm::vec2> uv{};  // of a leaf: its own, where the pool has them
 };
 
 class PullingAttributes {
@@ -191,13 +193,13 @@ private:
         place.is_leaf = true;
         place.of_leaf = glm::vec2(v[2] & 0x3fff, v[2] >> 14 & 0x3fff) / static_cast<float>(LODE_VGI_LEAF_PLACES);
         place.facing = unpack_octahedral({static_cast<int8_t>(v[3] & 255), static_cast<int8_t>(v[3] >> 8 & 255)});
-        PulledAttributes pulled = at(place);
-        pulled.normal = place.facing;
         if ((asset_.has & LODE_VGI_HAS_UVS) != 0 && leaf_block_ == LODE_VGI_LEAF_BLOCK(1u)) {
             const auto uvs = mirror_.stored<std::array<uint32_t, 4>>(draw_, LODE_VGI_LEAVES,
                                                                      LODE_VGI_LEAF_MORPHS(number, leaf_block_) + 1);
-            pulled.uv = uv_of({uvs[number % 4] & 0xffff, uvs[number % 4] >> 16});
+            place.uv = uv_of({uvs[number % 4] & 0xffff, uvs[number % 4] >> 16});
         }
+        PulledAttributes pulled = at(place);
+        pulled.normal = place.facing;
         return pulled;
     }
     ChartPlace place_of_sample(uint32_t index) const {
@@ -284,8 +286,11 @@ private:
         if (length > 1e-3f) pulled.normal = normal / length;
         if ((asset_.has & LODE_VGI_HAS_COLOURS) != 0) pulled.colour = glm::u8vec4(colour + 0.5f);
         if ((asset_.has & LODE_VGI_HAS_MATERIALS) != 0) pulled.material = word(of.word[of.nearest]) >> 16;
-        if ((asset_.has & LODE_VGI_HAS_UVS) != 0) pulled.uv = uv(of);
+        if ((asset_.has & LODE_VGI_HAS_UVS) != 0) pulled.uv = place.uv && one_material(of) ? *place.uv : uv(of);
         return pulled;
+    }
+    bool one_material(const Around& of) const {
+        return std::ranges::all_of(of.word, [&](uint64_t w) { return word(w) >> 16 == word(of.word[0]) >> 16; });
     }
     // Across a seam there is nothing in between.
     glm::vec2 uv(const Around& of) const {

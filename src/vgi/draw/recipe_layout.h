@@ -50,10 +50,11 @@ inline constexpr uint64_t leaf_slot_bytes(uint32_t leaf_block) {
 static_assert(LODE_VGI_LEAF_SLOT_TEXELS(5u) == LODE_VGI_LEAF_MORPHS(LODE_VGI_LEAF_VERTICES - 1, 5u) + 1 &&
               LODE_VGI_LEAF_SLOT_TEXELS(6u) == LODE_VGI_LEAF_MORPHS(LODE_VGI_LEAF_VERTICES - 1, 6u) + 2);
 
-// How the pools of a scene hold attributes: of samples, so many words to each; of leaves, blocks of
-// LODE_VGI_LEAF_BLOCK.
+// How the pools of a scene hold attributes.
 struct PoolWords {
-    uint32_t of_sample = 1, leaf_block = LODE_VGI_LEAF_BLOCK(0u);
+    uint32_t of_sample = 1;
+    bool leaf_uvs = false;  // whether vertices of leaves have texture coordinates
+    uint32_t leaf_block() const { return LODE_VGI_LEAF_BLOCK(leaf_uvs ? 1u : 0u); }
 };
 
 // Adds an upload to the plan's update stage.

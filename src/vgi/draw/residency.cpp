@@ -116,8 +116,9 @@ void put_leaves(const std::array<Leaf, 5>& leaves, DrawnLeafPart& drawn) {
 }  // namespace
 
 DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPart part, const GeometryPage& samples,
-                          uint32_t block) {
+                          bool uvs) {
     const Atlas& about = topology.about();
+    const uint32_t block = LODE_VGI_LEAF_BLOCK(uvs ? 1u : 0u);
     const uint32_t leaf = topology.leaf_of_part(number), chart = topology.page_of_leaf(leaf) / topology.tree().pages(),
                    in_chart = leaf - about.first_leaf[chart], per_side = about.leaves_per_side(chart);
     std::vector<LeafSample> points;
@@ -133,7 +134,7 @@ DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPar
         const uint32_t words = LODE_VGI_LEAF_MORPHS(v, block);
         drawn.words[LODE_VGI_LEAF_TEXEL(v, block)] = packed_vertex(vertex, chart);
         drawn.words[words][v % 4] = morphs[v].packed();
-        if (block == LODE_VGI_LEAF_BLOCK(1u)) drawn.words[words + 1][v % 4] = packed_uv(vertex.attributes.uv);
+        if (uvs) drawn.words[words + 1][v % 4] = packed_uv(vertex.attributes.uv);
     }
     drawn.runs = leaf_runs(about, part);
     drawn.part = std::move(part);

@@ -112,9 +112,9 @@ struct DrawnLeafPart {
     std::vector<std::array<uint32_t, 4>> words;
     std::vector<PageBounds> runs;  // leaf_runs()
 };
-// number: of all parts. samples: of the page in whose square it is. block: LODE_VGI_LEAF_BLOCK.
+// number: of all parts. samples: of the page in whose square it is. uvs: PoolWords::leaf_uvs.
 DrawnLeafPart packed_leaf(const PageTopology& topology, uint32_t number, LeafPart part, const GeometryPage& samples,
-                          uint32_t block);
+                          bool uvs);
 
 class Residency {
 public:

@@ -480,10 +480,10 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         totals.corner_records += about.corners.size() + about.chart_corners.size();
         atlases.push_back(std::move(atlas));
     }
-    totals.words.leaf_block = LODE_VGI_LEAF_BLOCK(totals.ever & LODE_VGI_HAS_UVS);
+    totals.words.leaf_uvs = (totals.ever & LODE_VGI_HAS_UVS) != 0;
     totals.slot_bytes = {geometry_slot_bytes + 8,
                          uint64_t{LODE_VGI_PAGE_TEXELS} * totals.words.of_sample * sizeof(uint32_t),
-                         leaf_slot_bytes(totals.words.leaf_block)};
+                         leaf_slot_bytes(totals.words.leaf_block())};
     // Mip tails lie before the pages, in slots of their own.
     totals.mip_tail_slots = (totals.mip_tail_samples + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
     return atlases;
@@ -672,7 +672,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     Recipe recipe;
     recipe.buffers = buffers_of(totals, *shares, atlases.size());
     const uint32_t kinds = shares->pools[2].most_slots > 0 ? every_kind : every_kind & ~kinds_of_leaves;
-    const uint32_t own_uvs = (kinds & kinds_of_leaves) != 0 ? totals.ever & LODE_VGI_HAS_UVS : 0;
+    const uint32_t own_uvs = (kinds & kinds_of_leaves) != 0 && totals.words.leaf_uvs ? 1 : 0;
     const AttributeConstants attributes{own_uvs, totals.ever, totals.words.of_sample};
     recipe.pipelines = {drawing_pipeline(shares->tess, kinds, attributes), lighting_pipeline_of(attributes)};
     if (!shares->tess) {

@@ -47,7 +47,7 @@ void put_leaf_part(Residency& residency, const Atlas& atlas, uint32_t part, uint
     const uint32_t page = topology.page_of_leaf(topology.leaf_of_part(part)), per_chart = topology.tree().pages();
     const GeometryPage samples =
         packed_geometry(read_page(atlas, Layer::geometry, page / per_chart, page % per_chart), topology.tree());
-    DrawnLeafPart drawn = packed_leaf(topology, part, std::move(*decoded), samples, leaf_block);
+    DrawnLeafPart drawn = packed_leaf(topology, part, std::move(*decoded), samples, false);
     if (alone) {
         const auto own = drawn.words[0];
         drawn.words[0] = drawn.words[1] = drawn.words[2] = {own[0], own[1], own[0], own[1]};

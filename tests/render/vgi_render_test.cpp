@@ -92,6 +92,23 @@ protected:
         EXPECT_TRUE(picture) << picture.error().message;
         return std::move(*picture);
     }
+    // A debug view by `full` and by an atlas, with all pages there.
+    std::pair<Picture, Picture> by_full_and_leaves(FrameSource& full,
+                                                   const std::shared_ptr<const vgi::AtlasFile>& atlas,
+                                                   const MaterialSet& looks, const FrameInput& input, DebugView view) {
+        Random random(3);
+        ShadingOptions look;
+        look.debug = view;
+        const auto drawn_by = [&](FrameSource& source) {
+            EXPECT_TRUE(renderer_->load(source.recipe(), looks));
+            frame_ = 0;
+            return draw(source, input, look, 1, random);
+        };
+        Picture expected = drawn_by(full);
+        auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 26, 1});
+        EXPECT_TRUE(vgi);
+        return {std::move(expected), drawn_by(**vgi)};
+    }
     // What is read back of it.
     std::vector<ReadbackResult> submit(const Plan& plan, const FrameInput& input, const ShadingOptions& look) {
         const auto submitted = renderer_->submit(plan, input, look);
@@ -214,7 +231,6 @@ Compared compared(const Picture& a, const Picture& b, int most) {
 // Between the two sides of an edge there is none: of samples around a place of a leaf those count that face its way.
 TEST_F(VgiRenderTest, EdgesOfTheSourceStaySharpOnLeaves) {
     Renderer& renderer = make();
-    Random random(3);
     TriMesh mesh = stairs(24);
     // What is level is light, what is upright dark.
     for (const glm::vec3& n : mesh.normals)
@@ -226,19 +242,11 @@ TEST_F(VgiRenderTest, EdgesOfTheSourceStaySharpOnLeaves) {
     files_.clear();
     const auto atlas = another_atlas_of(mesh, 64, true);
     for (const DebugView view : {DebugView::normal, DebugView::base_colour}) {
-        ShadingOptions look;
-        look.debug = view;
-        ASSERT_TRUE(renderer.load(full.source->recipe(), plain()));
-        frame_ = 0;
-        const Picture expected = draw(*full.source, input, look, 1, random);
-        auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 26, 1});
-        ASSERT_TRUE(vgi && renderer.load((*vgi)->recipe(), plain()));
-        frame_ = 0;
-        const Picture picture = draw(**vgi, input, look, 1, random);
+        const auto [expected, picture] = by_full_and_leaves(*full.source, atlas, plain(), input, view);
         const auto [covered, between] = compared(picture, expected, 40);
         EXPECT_GT(covered, 20000u);
-        // Colours have samples alone: of those around a place none may be of the side, and without choosing among them
-        // 3,993 pixels were between.
+        // Only samples have colours, and along an edge all around a place may be of the other side. If leaves did not
+        // choose among them, 3,993 pixels would be between.
         EXPECT_LT(between, view == DebugView::normal ? covered / 2000 : covered / 60) << static_cast<int>(view);
     }
     EXPECT_THAT(renderer.validation_messages(), testing::IsEmpty());
@@ -246,7 +254,7 @@ TEST_F(VgiRenderTest, EdgesOfTheSourceStaySharpOnLeaves) {
 
 // Leaves are lit by the texture coordinates of the source, whose seams samples do not know.
 TEST_F(VgiRenderTest, LeavesShowTexturesAsTheSourceHasThem) {
-    Renderer& renderer = make();
+    make();
     Random random(4);
     TriMesh mesh = stairs(24);
     // Every side shows another piece of the texture, every other one mirrored.
@@ -257,8 +265,8 @@ TEST_F(VgiRenderTest, LeavesShowTexturesAsTheSourceHasThem) {
     }
     mesh.materials.assign(mesh.wedge_vertex.size(), 0);
     MaterialSet looks = plain();
-    for (Texture* texture : {&looks.materials[0].base_colour_texture, &looks.materials[0].normal_texture})
-        texture->image = static_cast<int32_t>(texture == &looks.materials[0].normal_texture);
+    looks.materials[0].base_colour_texture.image = 0;
+    looks.materials[0].normal_texture.image = 1;
     looks.images = {image_of(32, 32, 1), normals_of(32, 32, 2)};
     mesh.material_table = looks.materials;
     mesh.images = looks.images;
@@ -274,15 +282,7 @@ TEST_F(VgiRenderTest, LeavesShowTexturesAsTheSourceHasThem) {
     input.views[0].culls_back_faces = false;
     looks.mirrors = true;
     for (const DebugView view : {DebugView::uv, DebugView::base_colour, DebugView::normal}) {
-        ShadingOptions look;
-        look.debug = view;
-        ASSERT_TRUE(renderer.load(full.source->recipe(), looks));
-        frame_ = 0;
-        const Picture expected = draw(*full.source, input, look, 1, random);
-        auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 26, 1});
-        ASSERT_TRUE(vgi && renderer.load((*vgi)->recipe(), looks));
-        frame_ = 0;
-        const Picture picture = draw(**vgi, input, look, 1, random);
+        const auto [expected, picture] = by_full_and_leaves(*full.source, atlas, looks, input, view);
         // By the samples' texture coordinates it would be 30, 35 and 36.5 dB.
         EXPECT_GT(psnr_db(picture, expected, covered_union(picture, expected)), 38) << static_cast<int>(view);
     }

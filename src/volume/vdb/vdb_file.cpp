@@ -1,8 +1,6 @@
 #ifdef LODESTONE_WITH_OPENVDB
 #include "volume/vdb/vdb_file.h"
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
@@ -80,31 +78,24 @@ Result<DensityGrid> grid_from(std::span<const std::byte> memory, const GridLimit
     return grid;
 }
 
-// In the process that reads: loads the module from beside the program, or from where it is installed.
-std::string load_and_read(const std::filesystem::path& path, const std::string& name, const GridLimits& limits,
-                          std::span<std::byte> memory) {
+// Where it lies beside this program, or is installed.
+Result<std::filesystem::path> find_reader() {
     std::error_code failed;
-    const auto program = std::filesystem::read_symlink("/proc/self/exe", failed).parent_path();
-    std::string wrong;
-    for (const std::filesystem::path folder : {"", LODESTONE_MODULES}) {
-        const auto module = program / folder / "lodestone_vdb_reader.so";
-        if (!std::filesystem::exists(module, failed)) continue;
-        void* loaded = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);
-        if (loaded == nullptr) return std::string("OpenVDB cannot be loaded: ") + dlerror();
-        auto* read_leaves = reinterpret_cast<ReadLeaves*>(dlsym(loaded, "lodestone_read_leaves"));
-        if (read_leaves == nullptr) return std::string("OpenVDB cannot be loaded: ") + dlerror();
-        read_leaves(path, name, limits, memory, wrong);
-        return wrong;
+    const auto here = std::filesystem::read_symlink("/proc/self/exe", failed).parent_path();
+    const std::string name = "lodestone-vdb-reader";
+    for (const std::filesystem::path folder : {"", LODESTONE_PROGRAMS}) {
+        if (const auto reader = here / folder / name; std::filesystem::exists(reader, failed)) return reader;
     }
-    return "OpenVDB cannot be loaded: there is no lodestone_vdb_reader.so beside the program or in " +
-           (program / LODESTONE_MODULES).lexically_normal().string();
+    return fail(Fault::machine, "OpenVDB cannot be loaded: there is no " + name + " beside the program or in " +
+                                    (here / LODESTONE_PROGRAMS).lexically_normal().string());
 }
 
 Result<DensityGrid> read(const std::filesystem::path& path, const std::string& name, const GridLimits& limits,
                          uint64_t file_bytes) {
-    const auto left = run_confined(work_of(file_bytes, limits), [&](std::span<std::byte> memory) -> std::string {
-        return load_and_read(path, name, limits, memory);
-    });
+    const auto reader = find_reader();
+    if (!reader) return tl::unexpected(reader.error());
+    const auto left = run_confined(work_of(file_bytes, limits), *reader,
+                                   {path.string(), name, std::to_string(limits.blocks), std::to_string(limits.side)});
     return left ? grid_from((*left)->bytes(), limits) : tl::unexpected(left.error());
 }
 

@@ -1,11 +1,9 @@
-// What OpenVDB leaves of a grid for the process that asked: plain numbers, in memory that both see.
+// What lodestone-vdb-reader leaves of a grid for the process that asked: a VdbHead and its VdbBlocks, in memory that
+// both see.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
-#include <span>
-#include <string>
 
 #include "volume/grids/density_grid.h"
 
@@ -22,10 +20,5 @@ struct VdbBlock {
     uint32_t padding = 0;
     uint16_t shares[DensityGrid::per_block] = {};  // by z, y, x
 };
-
-// What the module lodestone_vdb_reader.so is asked for, by the name lodestone_read_leaves: reads the grid into memory
-// for a VdbHead and limits.blocks VdbBlocks, and says what is wrong, or nothing. Throws what OpenVDB throws.
-using ReadLeaves = void(const std::filesystem::path& path, const std::string& name, const GridLimits& limits,
-                        std::span<std::byte> memory, std::string& wrong);
 
 }  // namespace lodestone::volume

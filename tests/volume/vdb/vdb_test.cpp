@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -250,6 +251,16 @@ TEST_F(VdbTest, ThatIsTooLargeIsRefusedByTheLimit) {
     ASSERT_EQ(huge->tree().leafCount(), 0u);
     EXPECT_THAT(refused(huge), HasSubstr("the limit is"));
     EXPECT_LT(fs::file_size(path_), 100000u);
+}
+
+// A copy of a process that uses TBB has its locks as they are at that moment, held by threads that it does not have,
+// and waits for ever.
+TEST_F(VdbTest, AreReadWithoutACopyOfTheProcess) {
+    static int copies = 0;
+    ASSERT_EQ(pthread_atfork([] { ++copies; }, nullptr, nullptr), 0);
+    write({specks({0, 0, 0})});
+    EXPECT_TRUE(read_vdb(path_));
+    EXPECT_EQ(copies, 0);
 }
 
 TEST_F(VdbTest, ThatIsNoFileOrNotWholeIsRefused) {

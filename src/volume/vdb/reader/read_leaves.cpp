@@ -1,6 +1,5 @@
-// The one file that knows OpenVDB: a module, loaded by the process that reads a file (vdb_file.cpp).
-#include "volume/vdb/vdb_leaves.h"
-
+// lodestone-vdb-reader PATH NAME BLOCKS SIDE: the one file that knows OpenVDB, a program of its own that vdb_file.cpp
+// starts. Reads the grid of that name ("" for the usual one) under GridLimits of BLOCKS and SIDE.
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/util/logging.h>
@@ -9,8 +8,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <new>
-#include <vector>
+#include <span>
+#include <string>
+
+#include "base/process/confined.h"
+#include "volume/vdb/vdb_leaves.h"
 
 namespace lodestone::volume {
 
@@ -163,10 +165,14 @@ std::string read(const std::filesystem::path& path, const std::string& name, con
 
 }  // namespace
 
-extern "C" ReadLeaves lodestone_read_leaves;
-extern "C" void lodestone_read_leaves(const std::filesystem::path& path, const std::string& name,
-                                      const GridLimits& limits, std::span<std::byte> memory, std::string& wrong) {
-    wrong = read(path, name, limits, memory);
-}
-
 }  // namespace lodestone::volume
+
+int main(int argc, char** argv) {
+    return lodestone::confined_main(argc, argv, [](std::span<char* const> words, std::span<std::byte> memory) {
+        if (words.size() != 4) return std::string("lodestone-vdb-reader PATH NAME BLOCKS SIDE");
+        lodestone::volume::GridLimits limits;
+        limits.blocks = static_cast<decltype(limits.blocks)>(std::stoull(words[2]));
+        limits.side = static_cast<decltype(limits.side)>(std::stoull(words[3]));
+        return lodestone::volume::read(words[0], words[1], limits, memory);
+    });
+}

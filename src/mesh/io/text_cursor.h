@@ -39,11 +39,11 @@ public:
             next_line();
         }
     }
-    // What is left of this line, without blanks around it.
+    // What is left of this line up to where it is joined to the next, without blanks around it.
     std::string_view rest() {
         skip_blanks();
         const char* begin = at_;
-        while (at_ != end_ && *at_ != '\n') ++at_;
+        while (at_ != end_ && *at_ != '\n' && !joins_line()) ++at_;
         const char* last = at_;
         while (last != begin && is_blank(last[-1])) --last;
         return {begin, static_cast<size_t>(last - begin)};

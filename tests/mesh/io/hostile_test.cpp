@@ -297,6 +297,23 @@ TEST_F(HostileTest, GltfBuffersOutsideTheFolderAreRefusedUnlessAllowed) {
     fs::current_path(before);
 }
 
+// A backslash joins a line to the next, after the name of a material, too.
+TEST_F(HostileTest, WhatIsJoinedToALineIsNoLineToTheMeshNorToItsHash) {
+    put("m.mtl", "newmtl red\nKd 1 0 0\n");
+    const fs::path path = put("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red \\\nmtllib m.mtl\nf 1 2 3\n");
+    ReadOptions options;
+    options.hash_source = true;
+    ReadReport report;
+    const auto mesh = read_mesh(path, options, &report);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->material_table.size(), 1u);
+    EXPECT_EQ(mesh->material_table[0].name, "red");
+    EXPECT_EQ(mesh->material_table[0].base_colour, Material{}.base_colour) << "no library is named";
+    const auto hash = hash_of_source(path);
+    ASSERT_TRUE(hash) << hash.error().message;
+    EXPECT_EQ(hash->hex(), report.source.hex());
+}
+
 TEST_F(HostileTest, TheHashOfASourceCoversWhatItRefersTo) {
     put_image("t.png", 1);
     put("m.mtl", "newmtl red\nKd 1 0 0\nmap_Kd t.png\n");

@@ -75,7 +75,7 @@ TEST_F(BakedTexturesTest, TakeBytesByTheirQuality) {
         return fs::file_size(folder_ / "ball.lode");
     };
     const auto lossless = bytes_with("--texture-quality lossless"), high = bytes_with("--texture-quality 90"),
-               usual = bytes_with(""), same = bytes_with("--texture-quality 60 --threads 1"),
+               usual = bytes_with(""), same = bytes_with("--texture-quality 58 --threads 1"),
                low = bytes_with("--texture-quality 40");
     EXPECT_EQ(usual, same);
     EXPECT_LT(low, usual);

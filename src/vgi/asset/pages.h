@@ -9,6 +9,7 @@
 // are images of their own, each with its own number of cells and its own pages.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -75,12 +76,15 @@ struct Channel {
     Kind kind = Kind::amount;  // of all its numbers
     bool averaged = false;     // coarser pages have means of what is around instead (page_means.h); not wide
     bool srgb = false;         // means are of the light that the numbers stand for; three such stand together
-    // Sixteenths: samples may be off by about half of it (codec/lossy_family.h); 0: they are coded without loss. The
-    // other is of the finest level.
-    uint32_t step = 0, finest_step = 0;
+    // Sixteenths: samples of the finest level may be off by about half of it (codec/lossy_family.h); 0: they are coded
+    // without loss. The others are what coarser levels begin with, and what none of them goes below.
+    uint32_t finest_step = 0, step = 0, least_step = 0;
 
-    // level: of the chart's own; 0 is the finest.
-    uint32_t step_of(uint32_t level) const { return level > 0 ? step : finest_step; }
+    // level: of the chart's own; 0 is the finest. Coarser levels have a quarter of the samples each, and are what is
+    // seen of a texture most of the time: each has half the step, three times.
+    uint32_t step_of(uint32_t level) const {
+        return level == 0 ? finest_step : std::max(step >> std::min(level, 3u), std::min(step, least_step));
+    }
 };
 // The channels of a layer, in the order they are stored.
 // Geometry: x, y, z of the lattice; error and radius (sample_errors.h). Attributes: the normal's two, then texture

@@ -113,6 +113,28 @@ TEST(LossyPages, OfDenseLevelsHaveAQualityOfTheirOwn) {
     }
 }
 
+// Where a texture is finer than the picture, coarser levels are what is seen.
+TEST(LossyPages, OfCoarserLevelsAreNearer) {
+    const PageTree tree{256};
+    const auto level = [&](const std::vector<Page>& all, uint32_t l) {
+        return std::vector<Page>(all.begin() + tree.page(l, 0, 0),
+                                 l > 0 ? all.begin() + tree.page(l - 1, 0, 0) : all.end());
+    };
+    // Of normals, whose steps are finer; of colours, surfaces and emissions.
+    for (const auto& [quality, of] : {std::pair<uint8_t, std::vector<size_t>>{50, {0}}, {60, {2, 6, 9}}}) {
+        const auto channels = channels_with(quality);
+        const auto pages = pages_of(tree, channels, [](uint32_t c, int32_t x, int32_t y) { return painted(c, x, y); });
+        const auto decoded = coded(tree, channels, pages).pages;
+        for (const size_t c : of) {
+            for (uint32_t l = 1; l < 3; ++l) {
+                const double finer = psnr(level(decoded, l - 1), level(pages, l - 1), 33 * 33, c),
+                             coarser = psnr(level(decoded, l), level(pages, l), 33 * 33, c);
+                EXPECT_GT(coarser, finer + 1.5) << c << ", level " << l;
+            }
+        }
+    }
+}
+
 TEST(LossyPages, AreOfAnySize) {
     for (const uint32_t cells : {2u, 4u, 8u, 16u, 32u, 64u}) {
         const PageTree tree{cells};

@@ -53,6 +53,10 @@ passes "its manual page and completion are there" sh -c "test -s /usr/share/bash
 passes "without a driver it says what is missing" sh -c "cd /try && lodestone render rock.lode -o rock.png; test \$? -eq 4"
 passes "install the driver that it recommends" apt-get install -y -q --no-install-recommends mesa-vulkan-drivers
 passes "render" sh -c "cd /try && lodestone render rock.lode --backend vgi --size 320x240 -o rock.png && test -s rock.png"
+passes "the program that reads .vdb is found" sh -c "cd /try && echo no grid at all, but some text that goes on > bad.vdb &&
+  echo '{\"lodestone\": \"scene\", \"version\": 1, \"assets\": [{\"name\": \"rock\", \"file\": \"rock.lode\"}],
+    \"instances\": [{\"asset\": \"rock\"}], \"volumes\": [{\"grid\": \"bad.vdb\"}]}' > bad.scene.json &&
+  lodestone render bad.scene.json -o bad.png 2> bad.txt; test \$? -eq 3 && grep 'bad.vdb: OpenVDB' bad.txt"
 passes "install the development package and a compiler" sh -c "apt-get install -y -q --no-install-recommends /try/liblodestone-dev_*.deb gcc libc6-dev pkg-config"
 passes "compile and run the example in C" sh -c "cd /try && cc print_cut.c \$(pkg-config --cflags --libs lodestone) -lm -o print_cut && ./print_cut rock.lode"
 if ls "$root"/try/python3-lodestone_*.deb >/dev/null 2>&1; then
@@ -63,5 +67,5 @@ mesh = lodestone.read('/try/rock.ply')
 assert len(lodestone.simplify(mesh, triangles=500).triangles) <= 500
 assert lodestone.open('/try/rock.lode').render(backend='vgi', width=64, height=48).shape == (48, 64, 4)"
 fi
-passes "remove all" sh -c "apt-get remove -y -q lodestone liblodestone0 && ! test -e /usr/bin/lodestone && ! ls /usr/lib/liblodestone*"
+passes "remove all" sh -c "apt-get remove -y -q lodestone liblodestone0 && ! test -e /usr/bin/lodestone && ! test -e /usr/libexec/lodestone && ! ls /usr/lib/liblodestone*"
 echo "all packages install, work and go away on a clean Debian 12"

@@ -25,7 +25,7 @@ struct ConfinedWork {
 // What the work has left. Whatever wrote it may be under the control of a file: check all of it.
 class ConfinedResult {
 public:
-    explicit ConfinedResult(const ConfinedWork& work);
+    ConfinedResult(const ConfinedWork& work, int file);  // in a file of that size; -1: none
     ~ConfinedResult();
     ConfinedResult(const ConfinedResult&) = delete;
     ConfinedResult& operator=(const ConfinedResult&) = delete;
@@ -35,13 +35,12 @@ private:
     friend struct Confined;
     struct Head;
     uint64_t bytes_;
-    int file_ = -1;       // in memory, without a name
     Head* at_ = nullptr;  // where it is mapped; nullptr where there is no memory
 };
 
 // Calls run(the result's bytes) in a copy of this process, which ends with it; that returns what is wrong, or nothing.
 // Exceptions of it are told as what is wrong. Fault::format with what is wrong, or where it crashed, took too long or
-// too much memory; Fault::machine where no process can be started.
+// too much memory; Fault::machine where no process can be started; Fault::interrupted where it was.
 // A copy has one thread, and locks as they were: for a library that takes none but those of the heap. Any other needs
 // a program of its own.
 Result<std::shared_ptr<const ConfinedResult>> run_confined(const ConfinedWork& work,
@@ -53,8 +52,8 @@ Result<std::shared_ptr<const ConfinedResult>> run_confined(const ConfinedWork& w
                                                            const std::filesystem::path& program,
                                                            const std::vector<std::string>& arguments);
 
-// What such a program does: limits itself, then calls run(arguments, the result's bytes). What it returns is the exit
-// status.
+// What such a program does: finds the memory by descriptor 3, limits itself, and calls run(arguments, the result's
+// bytes). It returns where it was not started so, with the exit status.
 int confined_main(int argc, char** argv,
                   const std::function<std::string(std::span<char* const> arguments, std::span<std::byte>)>& run);
 

@@ -68,7 +68,11 @@ public:
             return text.find("mtllib", static_cast<size_t>(cursor_.position() - text.data())) != text.npos;
         };
         for (; more(); cursor_.next_line()) {
-            if (cursor_.word() == "mtllib") read_library(std::string(cursor_.rest()));
+            const std::string_view key = cursor_.word();
+            if (key == "mtllib")
+                read_library(std::string(cursor_.rest()));
+            else if (key == "usemtl")
+                cursor_.rest();  // a name may have what begins a comment elsewhere
         }
     }
 

@@ -52,6 +52,8 @@ public:
         while (at_ != end_ && *at_ != '\n') {
             if (joins_line())
                 ++line_, at_ = after_join();
+            else if (comment_ != 0 && *at_ == comment_)
+                skip_comment();
             else
                 ++at_;
         }
@@ -94,6 +96,10 @@ private:
         if (p != end_ && *p == '\r') ++p;
         return p != end_ && *p == '\n' ? p + 1 : nullptr;
     }
+    // A comment ends with its line: no backslash joins it to the next.
+    void skip_comment() {
+        while (at_ != end_ && *at_ != '\n') ++at_;
+    }
     void skip_blanks() {
         while (at_ != end_) {
             if (is_blank(*at_)) {
@@ -102,7 +108,7 @@ private:
                 at_ = after_join();
                 ++line_;
             } else if (comment_ != 0 && *at_ == comment_) {
-                while (at_ != end_ && *at_ != '\n') ++at_;
+                skip_comment();
             } else {
                 return;
             }

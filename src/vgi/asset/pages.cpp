@@ -121,12 +121,12 @@ std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer,
     // roughness is.
     constexpr uint32_t steps_per_step = 2;
     // Sixteenths. With finer steps there is so much to code that coding without loss takes fewer bytes.
-    constexpr uint32_t least_step = 16, least_step_of_normals = 48, least_of_coarser = 64;
-    constexpr Channel normal{0, false, true, Kind::direction, true, false, 1, 1, least_of_coarser},
-        colour{2, false, false, Kind::amount, true, true, 2, 2, least_of_coarser},
-        alpha{2, false, false, Kind::amount, true, false, 1, 1, least_of_coarser},
-        surface{4, false, false, Kind::amount, true, false, 6, 6, least_of_coarser},
-        emission{5, false, false, Kind::amount, true, true, 2, 2, least_of_coarser};
+    constexpr uint32_t least_step = 16, least_step_of_normals = 48;
+    constexpr Channel normal{0, false, true, Kind::direction, true, false, 1, 1},
+        colour{2, false, false, Kind::amount, true, true, 2, 2},
+        alpha{2, false, false, Kind::amount, true, false, 1, 1},
+        surface{4, false, false, Kind::amount, true, false, 6, 6},
+        emission{5, false, false, Kind::amount, true, true, 2, 2};
     if (layer == Layer::geometry) return {lattice, lattice, lattice, error, radius};
     std::vector<Channel> channels{normal, normal};
     if (attributes.uvs) channels.insert(channels.end(), 2, uv);

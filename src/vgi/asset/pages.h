@@ -77,13 +77,14 @@ struct Channel {
     bool averaged = false;     // coarser pages have means of what is around instead (page_means.h); not wide
     bool srgb = false;         // means are of the light that the numbers stand for; three such stand together
     // Sixteenths: samples of the finest level may be off by about half of it (codec/lossy_family.h); 0: they are coded
-    // without loss. The others are what coarser levels begin with, and what none of them goes below.
-    uint32_t finest_step = 0, step = 0, least_step = 0;
+    // without loss. The other is what it would be if the chart were not dense: steps of coarser levels are parts of it.
+    uint32_t finest_step = 0, step = 0;
 
     // level: of the chart's own; 0 is the finest. Coarser levels have a quarter of the samples each, and are what is
-    // seen of a texture most of the time: each has half the step, three times.
+    // seen of a texture most of the time.
     uint32_t step_of(uint32_t level) const {
-        return level == 0 ? finest_step : std::max(step >> std::min(level, 3u), std::min(step, least_step));
+        constexpr uint32_t most_halvings = 3, least = 64;
+        return level == 0 ? finest_step : std::max(step >> std::min(level, most_halvings), std::min(step, least));
     }
 };
 // The channels of a layer, in the order they are stored.

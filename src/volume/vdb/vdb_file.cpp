@@ -19,6 +19,7 @@ namespace {
 constexpr double bytes_per_second = 5e6;                                // of a file, at least
 constexpr uint64_t bytes_per_block = 4 * DensityGrid::per_block + 512;  // while OpenVDB has it
 constexpr uint64_t spare_bytes = uint64_t{128} << 20;
+constexpr size_t most_name = 4096;  // bytes
 
 ConfinedWork work_of(uint64_t file_bytes, const GridLimits& limits) {
     ConfinedWork work;
@@ -110,6 +111,9 @@ Result<DensityGrid> read_vdb(const std::filesystem::path& path, const std::strin
         return fail(Fault::format, path.string() + ": has " + std::to_string((*file)->size()) +
                                        " bytes; the limit is " + std::to_string(limits.file_bytes) +
                                        "; write the grid alone into a file");
+    if (name.size() > most_name || name.find('\0') != name.npos)
+        return fail_at(path.string(), {Fault::format, "has no grid of such a name: it has " +
+                                                          std::to_string(name.size()) + " bytes, or one that is 0"});
     auto grid = read(path, name, limits, (*file)->size());
     if (!grid) return fail_at(path.string(), {grid.error().fault, printable(grid.error().message)});
     return grid;

@@ -18,7 +18,8 @@ bool reads_vdb();
 // are one line that begins with the path: Fault::format where the file is no regular file, not there, larger than the
 // limits, damaged, or has no such grid; where the grid is not of floats, a level set, empty, has values below 0 or that
 // are no numbers, is not 0 outside, is not mapped by an affine map, or is larger than the limits; and where the program
-// was built without OpenVDB. Fault::machine where it cannot be opened, or no process can be started.
+// was built without OpenVDB. Fault::machine where it cannot be opened, or lodestone-vdb-reader, which lies beside the
+// program or where it is installed, is not there or cannot be started.
 Result<DensityGrid> read_vdb(const std::filesystem::path& path, const std::string& name = "",
                              const GridLimits& limits = {});
 

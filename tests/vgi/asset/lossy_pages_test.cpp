@@ -135,6 +135,20 @@ TEST(LossyPages, OfCoarserLevelsAreNearer) {
     }
 }
 
+TEST(LossyPages, StepsOfCoarserLevelsAreHalvesDownToFour) {
+    const auto expect_steps = [](const Channel& channel, const std::vector<uint32_t>& steps) {
+        for (uint32_t level = 0; level < steps.size(); ++level)
+            EXPECT_EQ(channel.step_of(level), steps[level]) << level;
+    };
+    const auto usual = channels_with(60), fine = channels_with(95), dense = channels_with(60, 50);
+    expect_steps(usual[2], {256, 128, 64, 64, 64});
+    expect_steps(usual[6], {768, 384, 192, 96, 96});
+    expect_steps(dense[6], {1536, 384, 192, 96, 96});
+    expect_steps(fine[2], {23, 23, 23, 23});
+    expect_steps(fine[6], {69, 64, 64, 64});
+    expect_steps(channels_with(0)[2], {0, 0, 0, 0});
+}
+
 TEST(LossyPages, AreOfAnySize) {
     for (const uint32_t cells : {2u, 4u, 8u, 16u, 32u, 64u}) {
         const PageTree tree{cells};

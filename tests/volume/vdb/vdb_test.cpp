@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pthread.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -255,12 +256,32 @@ TEST_F(VdbTest, ThatIsTooLargeIsRefusedByTheLimit) {
 
 // A copy of a process that uses TBB has its locks as they are at that moment, held by threads that it does not have,
 // and waits for ever.
-TEST_F(VdbTest, AreReadWithoutACopyOfTheProcess) {
+TEST_F(VdbTest, IsReadWithoutACopyOfTheProcess) {
     static int copies = 0;
     ASSERT_EQ(pthread_atfork([] { ++copies; }, nullptr, nullptr), 0);
     write({specks({0, 0, 0})});
     EXPECT_TRUE(read_vdb(path_));
     EXPECT_EQ(copies, 0);
+}
+
+TEST_F(VdbTest, NamesThatNoGridHasAreRefused) {
+    write({specks({0, 0, 0})});
+    for (const std::string& name : {std::string("density\0x", 9), std::string(200000, 'x')})
+        EXPECT_THAT(refused(name), HasSubstr("has no grid of such a name"));
+}
+
+// The limit is the caller's own; going beyond it would end the process.
+TEST_F(VdbTest, IsRefusedWhereTheCallerMayNotHaveSuchFiles) {
+    write({specks({0, 0, 0})});
+    rlimit usual{};
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &usual), 0);
+    const rlimit little{1000, usual.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
+    const auto grid = read_vdb(path_);
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &usual), 0);
+    ASSERT_FALSE(grid);
+    EXPECT_EQ(grid.error().fault, Fault::machine);
+    EXPECT_THAT(grid.error().message, HasSubstr("there is no memory for what OpenVDB has compressed: File too large"));
 }
 
 TEST_F(VdbTest, ThatIsNoFileOrNotWholeIsRefused) {

@@ -1,5 +1,5 @@
 # Installed, in four components that are packages of their own (LodestonePackages.cmake):
-#   program      the program
+#   program      the program, and the one that reads .vdb for it
 #   library      the shared library of the C interface
 #   development  its header, the C++ libraries with their headers, and what find_package(Lodestone) and pkg-config look for
 #   python       the Python module (apps/python)

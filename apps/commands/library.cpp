@@ -14,6 +14,7 @@
 #include "apps/options/common_options.h"
 #include "apps/terminal.h"
 #include "base/json.h"
+#include "base/process/process.h"
 
 namespace lodestone {
 
@@ -111,9 +112,9 @@ private:
 
 Result<Crew> crew_of(const LibraryArguments& given) {
     Crew crew;
-    std::error_code error;
-    crew.program = fs::read_symlink("/proc/self/exe", error);
-    if (error) return fail(Fault::machine, "/proc/self/exe: cannot be read: " + error.message());
+    auto program = this_program();
+    if (!program) return tl::unexpected(program.error());
+    crew.program = std::move(*program);
     crew.cores = given.jobs > 0 ? given.jobs : std::max(1u, std::thread::hardware_concurrency());
     crew.memory_given = given.memory_mib > 0;
     crew.memory = crew.memory_given ? given.memory_mib << 20 : available_memory() / 4 * 3;

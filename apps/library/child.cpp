@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,6 +10,8 @@
 #include <csignal>
 #include <cstring>
 #include <utility>
+
+#include "base/process/process.h"
 
 namespace lodestone {
 
@@ -30,11 +31,7 @@ double seconds_of(const timeval& time) { return static_cast<double>(time.tv_sec)
 
 // In the child: only what is allowed between fork and exec.
 [[noreturn]] void become(const char* program, char* const* words, int out, int err, pid_t parent) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) _exit(137);
-    sigset_t none;
-    sigemptyset(&none);
-    sigprocmask(SIG_SETMASK, &none, nullptr);
+    begin_as_child_of(parent);
     const int in = ::open("/dev/null", O_RDONLY);
     if (in < 0 || dup2(in, STDIN_FILENO) < 0 || dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0)
         _exit(static_cast<int>(Fault::machine));

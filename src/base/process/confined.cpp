@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -17,14 +16,15 @@
 #include <exception>
 #include <new>
 
+#include "base/process/process.h"
 #include "base/sanitized.h"
 
 namespace lodestone {
 
 namespace {
 
-constexpr size_t most_words = 496;  // of what the decoder says, bytes
-constexpr int program_file = 3;     // where a program of its own finds the memory
+constexpr size_t most_words = 496;                  // of what the decoder says, bytes
+constexpr int program_file = 3;                     // where a program of its own finds the memory
 constexpr uint64_t head_mark = 0x4c4f444543464431;  // its last byte changes with what both have in memory
 
 // Of the process that calls it.
@@ -57,7 +57,8 @@ Result<void> wait_for(pid_t child, const std::string& decoder, const std::functi
     }
     if (!WIFSIGNALED(status)) {
         if (!began()) return fail(Fault::machine, decoder + " cannot be loaded");
-        return WEXITSTATUS(status) == 0 ? Result<void>{} : fail(Fault::format, decoder + " failed; the file is damaged");
+        return WEXITSTATUS(status) == 0 ? Result<void>{}
+                                        : fail(Fault::format, decoder + " failed; the file is damaged");
     }
     const int signal = WTERMSIG(status);
     if (signal == SIGINT || signal == SIGTERM) return fail(Fault::interrupted, decoder + " was interrupted");
@@ -107,11 +108,7 @@ struct Confined {
 
     // In the process that decodes.
     static void work_on(Head& head, const std::function<std::string()>& run) {
-        prctl(PR_SET_PDEATHSIG, SIGKILL);
-        if (getppid() != head.asker) _exit(137);
-        sigset_t none;
-        sigemptyset(&none);
-        sigprocmask(SIG_SETMASK, &none, nullptr);
+        begin_as_child_of(head.asker);
         for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGALRM, SIGXCPU, SIGTERM, SIGINT})
             std::signal(signal, SIG_DFL);
         limit_process(head.memory_bytes, head.seconds);
@@ -155,8 +152,8 @@ struct Confined {
 
 ConfinedResult::ConfinedResult(const ConfinedWork& work, int file) : bytes_(work.result_bytes) {
     const int of_none = file < 0 ? MAP_ANONYMOUS : 0;
-    void* made = mmap(nullptr, Confined::bytes_for(work), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_NORESERVE | of_none,
-                      file, 0);
+    void* made =
+        mmap(nullptr, Confined::bytes_for(work), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_NORESERVE | of_none, file, 0);
     if (made == MAP_FAILED) return;
     at_ = new (made) Head{head_mark, work.memory_bytes, work.seconds, getpid()};
     std::strncpy(at_->library, work.library.c_str(), sizeof at_->library - 1);

@@ -122,11 +122,9 @@ std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer,
     constexpr uint32_t steps_per_step = 2;
     // Sixteenths. With finer steps there is so much to code that coding without loss takes fewer bytes.
     constexpr uint32_t least_step = 16, least_step_of_normals = 48;
-    constexpr Channel normal{0, false, true, Kind::direction, true, false, 1, 1},
-        colour{2, false, false, Kind::amount, true, true, 2, 2},
-        alpha{2, false, false, Kind::amount, true, false, 1, 1},
-        surface{4, false, false, Kind::amount, true, false, 6, 6},
-        emission{5, false, false, Kind::amount, true, true, 2, 2};
+    constexpr Channel normal{0, false, true, Kind::direction, true, false, 1},
+        colour{2, false, false, Kind::amount, true, true, 2}, alpha{2, false, false, Kind::amount, true, false, 1},
+        surface{4, false, false, Kind::amount, true, false, 6}, emission{5, false, false, Kind::amount, true, true, 2};
     if (layer == Layer::geometry) return {lattice, lattice, lattice, error, radius};
     std::vector<Channel> channels{normal, normal};
     if (attributes.uvs) channels.insert(channels.end(), 2, uv);
@@ -137,12 +135,12 @@ std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer,
     const uint32_t step = step_of(attributes.texture_quality),
                    finest_step = dense ? step_of(attributes.dense_quality) : step;
     for (Channel& channel : channels) {
-        const auto of = [&](uint32_t steps, uint32_t whole) {
+        const auto of = [&](uint32_t whole) {
             const uint32_t least = channel.kind == Kind::direction ? least_step_of_normals : least_step;
-            return steps * whole == 0 ? 0 : std::max(steps * whole / steps_per_step, least);
+            return channel.step * whole == 0 ? 0 : std::max(channel.step * whole / steps_per_step, least);
         };
-        channel.finest_step = of(channel.finest_step, finest_step);
-        channel.step = of(channel.step, step);
+        channel.finest_step = of(finest_step);
+        channel.step = of(step);
     }
     return channels;
 }

@@ -76,9 +76,10 @@ struct Channel {
     Kind kind = Kind::amount;  // of all its numbers
     bool averaged = false;     // coarser pages have means of what is around instead (page_means.h); not wide
     bool srgb = false;         // means are of the light that the numbers stand for; three such stand together
-    // Sixteenths: samples of the finest level may be off by about half of it (codec/lossy_family.h); 0: they are coded
-    // without loss. The other is what it would be if the chart were not dense: steps of coarser levels are parts of it.
-    uint32_t finest_step = 0, step = 0;
+    // Sixteenths: samples may be off by about half of it (codec/lossy_family.h); 0: they are coded without loss. The
+    // other is of the finest level, which is larger where the chart is dense; steps of coarser levels are parts of the
+    // first.
+    uint32_t step = 0, finest_step = 0;
 
     // level: of the chart's own; 0 is the finest. Coarser levels have a quarter of the samples each, and are what is
     // seen of a texture most of the time.

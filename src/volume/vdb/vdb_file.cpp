@@ -9,6 +9,7 @@
 
 #include "base/files/file.h"
 #include "base/process/confined.h"
+#include "base/process/process.h"
 #include "base/text.h"
 #include "volume/vdb/vdb_leaves.h"
 
@@ -81,8 +82,10 @@ Result<DensityGrid> grid_from(std::span<const std::byte> memory, const GridLimit
 
 // Where it lies beside this program, or is installed.
 Result<std::filesystem::path> find_reader() {
+    const auto program = this_program();
+    if (!program) return tl::unexpected(program.error());
+    const std::filesystem::path here = program->parent_path();
     std::error_code failed;
-    const auto here = std::filesystem::read_symlink("/proc/self/exe", failed).parent_path();
     const std::string name = "lodestone-vdb-reader";
     for (const std::filesystem::path folder : {"", LODESTONE_PROGRAMS}) {
         if (const auto reader = here / folder / name; std::filesystem::exists(reader, failed)) return reader;

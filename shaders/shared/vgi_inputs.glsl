@@ -9,15 +9,33 @@ layout(location = 1) flat in uvec3 in_numbers;
 layout(location = 2) in vec3 in_normal;
 layout(location = 3) in vec2 in_uv;  // of leaves, where they have some
 
-// Place in the chart, 16 bits each way; chart | level << 28; instance; what the debug view asks for, or
+uint level_here() { return in_numbers.y & 15u; }
+
+// The lesser of the two singular values of a map that takes pixels to a plane: how much it changes to the next pixel as
+// if the surface faced the eye.
+float span_of(vec2 dx, vec2 dy) {
+    float both = dot(dx, dx) + dot(dy, dy), area = dx.x * dy.y - dx.y * dy.x;
+    float greater = sqrt(0.5 * (both + sqrt(max(both * both - 4.0 * area * area, 0.0))));
+    return abs(area) / max(greater, 1e-30);
+}
+
+// The level of attributes whose samples are as far apart here as pixels, or nearer; LODE_VGI_ANY_FIT where the place in
+// the chart does not tell: of triangles that stand for many charts.
+uint fit_here() {
+    if (level_here() == LODE_VGI_CORNER_LEVEL) return LODE_VGI_ANY_FIT;
+    float cells = float(1u << (in_numbers.y >> 4)) * span_of(dFdx(in_place_and_measure.xy), dFdy(in_place_and_measure.xy));
+    return uint(clamp(floor(log2(max(cells, 1.0))), 0.0, float(LODE_VGI_ANY_FIT - 1u)));
+}
+
+// Place in the chart, 16 bits each way; chart | what fits << LODE_VGI_FIT_SHIFT | level << 28; instance; what the debug view asks for, or
 // the normal of triangles of LODE_VGI_CORNER_LEVEL and LODE_VGI_LEAF_LEVEL.
 uvec4 visible_here() {
-    uint more = in_numbers.y >= LODE_VGI_LEAF_LEVEL ? packSnorm2x16(folded(in_normal)) : 0u;
+    uint more = level_here() >= LODE_VGI_LEAF_LEVEL ? packSnorm2x16(folded(in_normal)) : 0u;
     if (debug_view() == LODE_DEBUG_ERROR || debug_view() == LODE_DEBUG_STRETCH)
         more = floatBitsToUint(in_place_and_measure.z);
     if (debug_view() == LODE_DEBUG_TRIANGLE) more = uint(gl_PrimitiveID);
     if (debug_view() == LODE_DEBUG_MISSES) more = LODE_MARK_OF_PRIMITIVE;
-    return uvec4(packUnorm2x16(in_place_and_measure.xy), in_numbers.x | in_numbers.y << 28, in_numbers.z, more);
+    return uvec4(packUnorm2x16(in_place_and_measure.xy), in_numbers.x | fit_here() << LODE_VGI_FIT_SHIFT | level_here() << 28, in_numbers.z, more);
 }
 
 vec4 world_here() {
@@ -33,10 +51,7 @@ OwnUvs own_uvs_here() {
     if (leaves_have_uvs == 0u) return own;
     vec2 dx = dFdx(in_uv), dy = dFdy(in_uv);
     own.at = in_uv;
-    // As if the surface faced the eye, as of samples: the lesser of the two singular values.
-    float both = dot(dx, dx) + dot(dy, dy), area = dx.x * dy.y - dx.y * dy.x;
-    float greater = sqrt(0.5 * (both + sqrt(max(both * both - 4.0 * area * area, 0.0))));
-    own.span = abs(area) / max(greater, 1e-30);
+    own.span = span_of(dx, dy);
     if (scene_has(1u << LODE_TEXTURE_NORMAL)) {
         vec3 world = world_here().xyz;
         mat2x3 along = along_of(dFdx(world), dFdy(world), dx, dy);
@@ -44,7 +59,7 @@ OwnUvs own_uvs_here() {
         // Which side the second is on, seen from where the normal points.
         own.turned = dot(cross(along[0], along[1]), mat3(instance_at(in_numbers.z).normal_to_world) * in_normal) < 0.0;
     }
-    own.there = in_numbers.y == LODE_VGI_LEAF_LEVEL;
+    own.there = level_here() == LODE_VGI_LEAF_LEVEL;
     return own;
 }
 

@@ -82,6 +82,11 @@
 #define LODE_VGI_WORD_MAGNIFICATION 1  // float bits: world units of distance for one of error; 0 does not morph
 #define LODE_VGI_WORD_PATCH 2          // patches: word of vertex 0 in their list
 
+// Of what is seen at a pixel (shaders/vgi/visible.frag): the chart; above it the level of attributes that fits pixels.
+#define LODE_VGI_CHART_MASK 0x00ffffffu
+#define LODE_VGI_FIT_SHIFT 24
+#define LODE_VGI_ANY_FIT 15u
+
 // VgiAsset::has.
 #define LODE_VGI_HAS_UVS 1
 #define LODE_VGI_HAS_COLOURS 2

@@ -8,6 +8,7 @@
 #include "apps/program.h"
 #include "base/random.h"
 #include "fixtures/materials.h"
+#include "fixtures/real_data.h"
 #include "mesh/generate.h"
 #include "mesh/io/image_file.h"
 #include "mesh/io/write.h"
@@ -133,12 +134,34 @@ TEST_F(BakedTexturesTest, LookAsTheSourceDoes) {
         double lossless, usual;
     };
     for (const auto& [debug, least, least_usual] :
-         {Bound{"none", 41.0, 39.5}, {"base-colour", 39.0, 38.8}, {"normal", 37.0, 36.3}, {"roughness", 34.5, 34.2}}) {
+         {Bound{"none", 42.2, 40.5}, {"base-colour", 41.5, 40.7}, {"normal", 44.5, 42.8}, {"roughness", 39.7, 38.8}}) {
         const double baked = nearness("baked.scene.json", debug), usual = nearness("usual.scene.json", debug);
         std::printf("%s: %.1f dB, %.1f as usual\n", debug, baked, usual);
         EXPECT_GT(baked, least) << debug;
         EXPECT_GT(usual, least_usual) << debug;
     }
+}
+
+// Charts of this one are stretched here and there, where samples are farther apart than on the average: what is drawn
+// is as fine as pixels there, too.
+TEST_F(BakedTexturesTest, AreAsSharpWhereChartsAreStretched) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    const std::string name = "gltf/DamagedHelmet/DamagedHelmet.glb";
+    const auto mesh = fixtures::real_data(name);
+    if (!mesh) GTEST_SKIP() << fixtures::missing_data_note(name);
+    succeeds("bake " + mesh->string() + " -o helmet.lode --backends vgi,full");
+    std::ofstream(folder_ / "helmet.scene.json") << R"({"lodestone": "scene", "version": 1, "assets": [{"name": "a",
+        "file": "helmet.lode"}], "camera": {"lodestone": "camera-path", "version": 1, "fov_y_degrees": 45,
+        "near": 0.01, "far": 60, "frames": 2, "keys": [{"eye": [-1.5, 1.0, 1.9], "target": [0, 0, 0]},
+        {"eye": [-1.5, 1.0, 1.9], "target": [0, 0, 0]}]}})";
+    const Ended flown =
+        run("bench helmet.scene.json --size 640x480 --backends vgi,full --pixel-error 1 --frames 2 --quality-frames 1 "
+            "--resident-mib 4000 -o report --json");
+    ASSERT_EQ(flown.code, 0) << flown.err;
+    const json rows = json::parse(flown.out)["rows"];
+    const double vgi = rows.at(0).at("ssim"), full = rows.at(1).at("ssim");
+    std::printf("SSIM %.4f, of full %.4f\n", vgi, full);
+    EXPECT_GT(vgi, full - 0.011);
 }
 
 }  // namespace

@@ -10,6 +10,13 @@
 
 namespace lodestone::vgi {
 
+// By a map that takes the axes of a plane to a and b: its greater singular value.
+static double greatest_stretch(const glm::dvec3& a, const glm::dvec3& b) {
+    const double both = glm::dot(a, a) + glm::dot(b, b), apart = glm::dot(a, a) - glm::dot(b, b),
+                 along = glm::dot(a, b);
+    return std::sqrt((both + std::sqrt(apart * apart + 4 * along * along)) / 2);
+}
+
 uint32_t attribute_words(const AtlasAttributes& attributes) {
     return 1u + (attributes.uvs ? 1u : 0u) + (attributes.colours ? 1u : 0u) + (attributes.surfaces ? 1u : 0u) +
            (attributes.emissions ? 1u : 0u);
@@ -90,22 +97,44 @@ Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, cons
     return page;
 }
 
-float spacing_of(const Atlas& about, const GeometryPage& coarsest) {
+ChartSpacing spacing_of(const Atlas& about, const GeometryPage& coarsest) {
     const PageTree tree = tree_of(about, Layer::geometry);
-    const size_t n = tree.cells_per_page(), row = n + 1;
-    const auto at = [&](size_t x, size_t y) {
-        const GeometryTexel& t = coarsest[y * row + x];
+    const uint32_t n = tree.cells_per_page(), row = n + 1, splits = ChartSpacing::splits;
+    const auto at = [&](uint32_t x, uint32_t y) {
+        const GeometryTexel& t = coarsest[size_t{y} * row + x];
         return glm::dvec3(t.x, t.y, t.z) * about.step;
     };
+    ChartSpacing spacing;
     double area = 0;
-    for (size_t y = 0; y < n; ++y) {
-        for (size_t x = 0; x < n; ++x)
-            area += glm::length(glm::cross(at(x + 1, y + 1) - at(x, y), at(x, y + 1) - at(x + 1, y))) / 2;
+    for (uint32_t y = 0; y < n; ++y) {
+        for (uint32_t x = 0; x < n; ++x) {
+            const glm::dvec3 a = at(x, y), b = at(x + 1, y), c = at(x, y + 1), d = at(x + 1, y + 1);
+            area += glm::length(glm::cross(d - a, c - b)) / 2;
+            const double widest = greatest_stretch((b - a + d - c) / 2.0, (c - a + d - b) / 2.0);
+            // A cell may be smaller than a part, or larger.
+            const uint32_t first_x = (x << splits) / n, last_x = std::max(first_x + 1, ((x + 1) << splits) / n),
+                           first_y = (y << splits) / n, last_y = std::max(first_y + 1, ((y + 1) << splits) / n);
+            for (uint32_t v = first_y; v < last_y; ++v) {
+                for (uint32_t u = first_x; u < last_x; ++u) {
+                    float& of_part = spacing.widest[PageTree::page_of(splits, u, v)];
+                    of_part = std::max(of_part, static_cast<float>(widest * n / about.attribute_cells));
+                }
+            }
+        }
     }
-    return static_cast<float>(std::max(std::sqrt(area), about.step) / about.attribute_cells);
+    for (uint32_t shift = splits; shift-- > 0;) {
+        for (uint32_t y = 0; y < 2u << shift; ++y) {
+            for (uint32_t x = 0; x < 2u << shift; ++x) {
+                float& of_four = spacing.widest[PageTree::page_of(shift, x / 2, y / 2)];
+                of_four = std::max(of_four, spacing.widest[PageTree::page_of(shift + 1, x, y)]);
+            }
+        }
+    }
+    spacing.mean = static_cast<float>(std::max(std::sqrt(area), about.step) / about.attribute_cells);
+    return spacing;
 }
 
-void AttributePages::want(const Atlas& about, std::span<const float> spacing, const CutRequest& request,
+void AttributePages::want(const Atlas& about, std::span<const ChartSpacing> spacing, const CutRequest& request,
                           std::span<const uint32_t> charts, PageDemand& demand) const {
     const PageTree geometry = tree_of(about, Layer::geometry);
     const Visibility visibility(request, about);
@@ -136,7 +165,8 @@ void AttributePages::want(const Atlas& about, std::span<const float> spacing, co
                           glm::distance(glm::vec3(request.object_to_world * glm::vec4(bounds.centre, 1)), view.eye) -
                               bounds.radius * scale - request.margin.distance,
                           view.near_plane);
-            const float pixels = spacing[chart] * static_cast<float>(1u << level) * scale * view.focal_px / away;
+            const float apart = spacing[chart].widest_of(tree_.base_level() - level, x, y),
+                        pixels = apart * static_cast<float>(1u << level) * scale * view.focal_px / away;
             const uint32_t number = chart * tree_.pages() + tree_.page(level, x, y);
             if (!holds(number)) {
                 demand.ask(number, 2 * pixels);  // what is drawn there is its parent

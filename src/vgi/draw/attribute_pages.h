@@ -1,6 +1,8 @@
 // Pages of attributes that are there, as shaders read them, and which of them a view needs.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -21,9 +23,22 @@ AttributePage packed_attributes(const Page& page, const PageTree& tree, const At
                                 uint32_t texel_words);
 Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, const AtlasAttributes& attributes);
 
-// Object units between neighbouring samples of the attributes of a chart, level 0, on the average; from its coarsest
-// page of positions.
-float spacing_of(const Atlas& about, const GeometryPage& coarsest);
+// How far apart neighbouring samples of the attributes of a chart are, level 0, as its coarsest page of positions
+// tells; object units.
+struct ChartSpacing {
+    static constexpr uint32_t splits = 3;
+    float mean = 0;
+    // The way in which they are farthest, where in a part of the chart they are that: of the whole, its quarters, and
+    // so on, numbered as pages are (PageTree::page_of).
+    std::array<float, (size_t{1} << 2 * (splits + 1)) / 3> widest{};
+
+    // Of the part that holds page (x, y) of a level with 1 << shift pages a side.
+    float widest_of(uint32_t shift, uint32_t x, uint32_t y) const {
+        const uint32_t finer = shift - std::min(shift, splits);
+        return widest[PageTree::page_of(shift - finer, x >> finer, y >> finer)];
+    }
+};
+ChartSpacing spacing_of(const Atlas& about, const GeometryPage& coarsest);
 
 class AttributePages {
 public:
@@ -42,10 +57,10 @@ public:
     // Of a page that is not there; not PageState::resident.
     void set_state(uint32_t number, PageState state);
 
-    // What views[0] needs for samples to be a pixel apart, of the charts named: marks pages that are there as touched;
-    // asks for those that are not, by the pixels between samples of what is there instead.
-    // spacing: per chart, object units between samples of level 0 (spacing_of).
-    void want(const Atlas& about, std::span<const float> spacing, const CutRequest& request,
+    // What views[0] needs for samples to be a pixel apart wherever they are farthest, of the charts named: marks pages
+    // that are there as touched; asks for those that are not, by the pixels between samples of what is there instead.
+    // spacing: per chart.
+    void want(const Atlas& about, std::span<const ChartSpacing> spacing, const CutRequest& request,
               std::span<const uint32_t> charts, PageDemand& demand) const;
 
 private:

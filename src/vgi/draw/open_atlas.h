@@ -22,7 +22,7 @@ struct OpenAtlas {
     ChartTree charts;
     std::array<PageTree, 2> trees;                  // by layer
     std::array<uint32_t, 3> first{};                // number of its first page or part among all atlases', by layer
-    std::vector<float> spacing;                     // per chart, of attributes (spacing_of)
+    std::vector<ChartSpacing> spacing;              // per chart, of attributes
     std::shared_ptr<const AttributePage> mip_tail;  // mip_tail.h
     uint64_t first_mip_tail = 0;                    // of these, in the pool of attributes
     uint32_t first_chart = 0;                       // among all atlases'

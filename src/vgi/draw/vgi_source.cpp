@@ -229,7 +229,7 @@ private:
             r.has = attributes_of_samples(about.attributes);
             r.leaf_step = static_cast<float>(about.step / (1u << about.leaf_shift));
             add_corners(atlas, r, corners);
-            spacing.insert(spacing.end(), atlas.spacing.begin(), atlas.spacing.end());
+            for (const ChartSpacing& of : atlas.spacing) spacing.push_back(of.mean);
             records.push_back(r);
             const ErrorCodes decoded(about.extent());
             for (int code = 0; code < 256; ++code) codes.push_back(decoded.error(static_cast<uint8_t>(code)));

@@ -1,0 +1,60 @@
+#include "vgi/draw/attribute_pages.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace lodestone::vgi {
+namespace {
+
+// Of a chart with so many cells of positions and four times as many of attributes: its coarsest page, whose samples are
+// a step apart down, and across a step in the left half and four in the right half.
+ChartSpacing spacing_with_a_wide_half(uint32_t cells) {
+    Atlas about;
+    about.cells = cells;
+    about.attribute_cells = 4 * cells;
+    about.step = 0.5;
+    constexpr uint32_t step = 10;
+    GeometryPage page;
+    for (uint32_t y = 0; y <= cells; ++y) {
+        for (uint32_t x = 0; x <= cells; ++x) {
+            const uint32_t wide = x > cells / 2 ? x - cells / 2 : 0;
+            page.push_back({static_cast<uint16_t>(step * (x + 3 * wide)), static_cast<uint16_t>(step * y), 7, 0, 0});
+        }
+    }
+    return spacing_of(about, page);
+}
+
+// What is asked for is as fine as the shader wants it, so a part is as wide as it is at its widest, in its widest way.
+TEST(ChartSpacing, IsThatOfThePart) {
+    for (const uint32_t cells : {2u, 4u, 8u, 32u}) {
+        SCOPED_TRACE(cells);
+        const ChartSpacing spacing = spacing_with_a_wide_half(cells);
+        constexpr float narrow = 10 * 0.5f / 4, wide = 4 * narrow;
+        EXPECT_NEAR(spacing.mean, std::sqrt(2.5f) * narrow, 1e-5f);
+        EXPECT_FLOAT_EQ(spacing.widest_of(0, 0, 0), wide);
+        // Parts of parts there are no numbers of are as what holds them.
+        for (uint32_t shift = 1; shift < 7; ++shift) {
+            for (uint32_t y = 0; y < 1u << shift; ++y) {
+                for (uint32_t x = 0; x < 1u << shift; ++x)
+                    ASSERT_FLOAT_EQ(spacing.widest_of(shift, x, y), x < 1u << (shift - 1) ? narrow : wide)
+                        << shift << " " << x << " " << y;
+            }
+        }
+    }
+}
+
+// Whichever way it is stretched: here along a diagonal.
+TEST(ChartSpacing, IsThatOfTheWidestWay) {
+    Atlas about;
+    about.cells = about.attribute_cells = 2;
+    GeometryPage page;
+    for (uint16_t y = 0; y <= 2; ++y) {
+        for (uint16_t x = 0; x <= 2; ++x)
+            page.push_back({static_cast<uint16_t>(100 * x + 60 * y), static_cast<uint16_t>(60 * x + 100 * y), 0, 0, 0});
+    }
+    EXPECT_FLOAT_EQ(spacing_of(about, page).widest_of(0, 0, 0), 160);
+}
+
+}  // namespace
+}  // namespace lodestone::vgi

@@ -173,7 +173,7 @@ void AttributePages::want(const Atlas& about, std::span<const ChartSpacing> spac
                 continue;
             }
             demand.touch(number);
-            // Shaders take the nearest level.
+            // Shaders take a level up to twice as fine, where it is there; half a level is not asked for.
             if (level == 0 || pixels <= 1.4142136f) continue;
             for (uint32_t k = 0; k < 4; ++k) stack.push_back({level - 1, 2 * x + k % 2, 2 * y + k / 2});
         }

@@ -13,6 +13,7 @@ figures; nothing in the page is typed by hand. Measurements on scans need LODEST
 import argparse
 import csv
 import json
+import math
 import os
 import pathlib
 import platform
@@ -165,6 +166,52 @@ def flown(report, keep):
     return rows
 
 
+def all_around(views, distance):
+    """A camera path with a key a view, spread evenly over a sphere."""
+    keys = []
+    for k in range(views):
+        height, turn = 1 - (2 * k + 1) / views, k * math.pi * (3 - math.sqrt(5))
+        aside = math.sqrt(1 - height * height)
+        keys.append({"eye": [distance * aside * math.cos(turn), distance * height, distance * aside * math.sin(turn)], "target": [0, 0, 0]})
+    return {"lodestone": "camera-path", "version": 1, "fov_y_degrees": 45, "near": 0.01, "far": 60, "frames": views, "keys": keys}
+
+
+def textures(mesh, *make):
+    """Pictures of a mesh whose textures are kept by the atlas as they are, and baked into it; make: the command for the mesh, or none."""
+
+    def measured():
+        views, rows = 7, {}
+        source = mesh
+        with tempfile.TemporaryDirectory() as folder:
+            lodestone, asset, scene = [BIN + "lodestone", "-q"], f"{folder}/baked.lode", f"{folder}/around.scene.json"
+            if make:
+                source = f"{folder}/{mesh}"
+                run([*lodestone, *make, "-o", source])
+            elif "LODESTONE_DATA" not in os.environ:
+                sys.exit(f"figures: {mesh} needs LODESTONE_DATA")
+            else:
+                source = f"{os.environ['LODESTONE_DATA']}/{mesh}"
+            pathlib.Path(scene).write_text(json.dumps({
+                "lodestone": "scene", "version": 1, "assets": [{"name": "mesh", "file": "baked.lode"}], "instances": [{"asset": "mesh"}],
+                "camera": all_around(views, 2.6)}))
+            for kept in ("--keep-uv", "--texture-quality lossless", ""):
+                run([*lodestone, "bake", source, "-o", asset, "--backends", "vgi", *kept.split()])
+                size = os.path.getsize(asset)
+                run([*lodestone, "bake", source, "-o", asset, "--backends", "vgi,full", *kept.split()])
+                for picture in ("640x360", "1280x720"):
+                    run([*lodestone, "bench", scene, "--backends", "vgi,full", "--size", picture, "--frames", str(views), "--quality-frames",
+                         str(views), "--resident-mib", "4000", "-o", folder])
+                    vgi, full = json.loads((pathlib.Path(folder) / "report.json").read_text())["rows"]
+                    keep = ("ssim", "psnr_db", "triangles")
+                    rows[f"full, {picture}"] = {**{key: full[key] for key in keep}, "bytes": os.path.getsize(source)}
+                    rows[f"vgi {kept or 'baked'}, {picture}"] = {**{key: vgi[key] for key in keep}, "bytes": size}
+        shown = [["lodestone", *make, "-o", mesh]] if make else []
+        return [*shown, ["lodestone", "bake", mesh, "-o", "baked.lode", "--backends", "vgi,full", "[--keep-uv | --texture-quality lossless]"],
+                ["lodestone", "bench", "around.scene.json", "--backends", "vgi,full", "--size", "S", "--resident-mib", "4000"]], rows
+
+    return measured
+
+
 FLIGHT = ("--backends", "full,discrete,lod,vgi", "--pixel-error", "1,2,4", "--frames", "30", "--quality-frames", "3")
 MEASUREMENTS = {
     "read": google_benchmark("bench_read"),
@@ -184,6 +231,8 @@ MEASUREMENTS = {
     "flight-field": flight("assets/field-10k.scene.json", "--backends", "discrete,lod,vgi", "--pixel-error", "1", "--frames", "60",
                            "--quality-frames", "0"),
     "flight-far": flight("assets/far.scene.json", "--backends", "full,discrete,lod,vgi", "--pixel-error", "1", "--frames", "30", "--quality-frames", "6"),
+    "textures-helmet": textures("gltf/DamagedHelmet/DamagedHelmet.glb"),
+    "textures-scan": textures("scan.glb", "generate", "scan", "--triangles", "100000", "--seed", "7"),
 }
 
 
@@ -325,6 +374,10 @@ def flight_section(result):
         ("MB held", lambda row: row["resident_bytes"] / 1e6)])
 
 
+def textures_section(result):
+    return columns(result["rows"], [("SSIM", "ssim"), ("PSNR, dB", "psnr_db"), ("triangles", "triangles"), ("bytes of mesh or atlas", "bytes")])
+
+
 def gpu_section(result):
     full = result["rows"].get("full", {}).get("throughput_fps")
     return columns(result["rows"], [
@@ -354,6 +407,8 @@ SECTIONS = [
     ("Flights", "1280x720, every backend through the same scene. Columns are those of the report ([cli.md](cli.md)).",
      [("flight-rock", flight_section), ("flight-cliff", flight_section), ("flight-far", flight_section),
       ("flight-field", flight_section)]),
+    ("Textures", "Seven views all around at a pixel, lit, against `full` with 16 samples a pixel. `--keep-uv` looks the source's textures up; otherwise "
+     "what they hold is in the atlas ([materials.md](materials.md)).", [(name, textures_section) for name in ("textures-helmet", "textures-scan")]),
     ("Flights on a GPU", "1280x720. ACMR is counted by the device. An H200 is made for computing: of an H100's units two draw "
      "(NVIDIA, *H100 Tensor Core GPU Architecture*). The shadow map takes 0.7 ms or more of every frame.", [(name, gpu_section) for name in ON_A_GPU]),
 ]

@@ -11,20 +11,20 @@ layout(location = 3) in vec2 in_uv;  // of leaves, where they have some
 
 uint level_here() { return in_numbers.y & 15u; }
 
-// The lesser of the two singular values of a map that takes pixels to a plane: how much it changes to the next pixel as
-// if the surface faced the eye.
-float span_of(vec2 dx, vec2 dy) {
-    float both = dot(dx, dx) + dot(dy, dy), area = dx.x * dy.y - dx.y * dy.x;
-    float greater = sqrt(0.5 * (both + sqrt(max(both * both - 4.0 * area * area, 0.0))));
-    return abs(area) / max(greater, 1e-30);
+// Of a map that takes pixels to a plane the two singular values, the lesser first: how much it changes to the next pixel as
+// if the surface faced the eye, and as it is seen.
+vec2 spans_of(vec2 dx, vec2 dy) {
+    float both = dot(dx, dx) + dot(dy, dy), area = abs(dx.x * dy.y - dx.y * dy.x);
+    float greater = 0.5 * (sqrt(both + 2.0 * area) + sqrt(max(both - 2.0 * area, 0.0)));
+    return vec2(area / max(greater, 1e-30), greater);
 }
 
-// The level of attributes whose samples are as far apart here as pixels, or nearer; LODE_VGI_ANY_FIT where the place in
-// the chart does not tell: of triangles that stand for many charts.
+// LODE_VGI_ANY_FIT where the place in the chart does not tell: of triangles that stand for many charts, of lines, and of
+// triangles seen from the edge.
 uint fit_here() {
-    if (level_here() == LODE_VGI_CORNER_LEVEL) return LODE_VGI_ANY_FIT;
-    float cells = float(1u << (in_numbers.y >> 4)) * span_of(dFdx(in_place_and_measure.xy), dFdy(in_place_and_measure.xy));
-    return uint(clamp(floor(log2(max(cells, 1.0))), 0.0, float(LODE_VGI_ANY_FIT - 1u)));
+    vec2 spans = float(1u << (in_numbers.y >> 4)) * spans_of(dFdx(in_place_and_measure.xy), dFdy(in_place_and_measure.xy));
+    if (level_here() == LODE_VGI_CORNER_LEVEL || !(spans.x > 1e-3 * spans.y)) return LODE_VGI_ANY_FIT;
+    return min(uint(clamp(8.0 * log2(spans.x) + float(LODE_VGI_FIT_BELOW), 0.0, 254.0)), LODE_VGI_ANY_FIT - 1u);
 }
 
 // Place in the chart, 16 bits each way; chart | what fits << LODE_VGI_FIT_SHIFT | level << 28; instance; what the debug view asks for, or
@@ -51,7 +51,7 @@ OwnUvs own_uvs_here() {
     if (leaves_have_uvs == 0u) return own;
     vec2 dx = dFdx(in_uv), dy = dFdy(in_uv);
     own.at = in_uv;
-    own.span = span_of(dx, dy);
+    own.span = spans_of(dx, dy).x;
     if (scene_has(1u << LODE_TEXTURE_NORMAL)) {
         vec3 world = world_here().xyz;
         mat2x3 along = along_of(dFdx(world), dFdy(world), dx, dy);

@@ -67,15 +67,15 @@ OwnUvs unpacked_uvs(uvec4 words) {
 
 // visible: as shaders/vgi/visible.frag writes it. world: where that is.
 Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants instance, VgiAsset asset) {
-    uint chart = visible.y & LODE_VGI_CHART_MASK, told = visible.y >> LODE_VGI_FIT_SHIFT & 15u;
-    // On the average over the chart. Not from derivatives: beyond the next pixel there may be another chart, or another object.
-    float lod = log2(pixel_at(world.xyz, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
+    uint chart = visible.y & LODE_VGI_CHART_MASK, told = visible.y >> LODE_VGI_FIT_SHIFT & 255u;
+    // Where it is not told, on the average over the chart.
+    float lod = told != LODE_VGI_ANY_FIT ? float(int(told) - LODE_VGI_FIT_BELOW) / 8.0 : log2(pixel_at(world.xyz, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
     uint attribute_cells = 1u << asset.attribute_cells, has = asset.has & ever;
     vec2 place = unpackUnorm2x16(visible.x);
     if (visible.y >> 28 < LODE_VGI_LEAF_LEVEL) place = surface_place(place, chart, world.xyz, lod, instance, asset);
     uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
     uint base = uint(findMSB(attribute_cells) - findMSB(cells));
-    int fit = told != LODE_VGI_ANY_FIT ? int(told) : max(0, int(floor(lod)));
+    int fit = max(0, int(floor(lod)));
     uint wanted = min(uint(fit), base);
     FoundPage found = find_page(asset.first_attribute_page + chart * asset.attribute_pages, place, base, wanted);
     // Coarser than the coarsest page: a small level.

@@ -20,7 +20,6 @@
 // tells vertices apart is in the lowest bits: vertex caches go by them.
 #define LODE_VGI_CORNER 0x80000000u
 #define LODE_VGI_CORNER_STEP 0x02000000u
-#define LODE_VGI_CORNER_CHARTS 8388608   // at most, 2^23
 #define LODE_VGI_NO_CORNERS 0xffffffffu  // VgiAsset::first_corners_of_charts where none is drawn elsewhere
 #define LODE_VGI_CORNER_LEVEL 15u        // that such triangles have in the visibility buffer
 // Or LODE_VGI_LEAF: slot of a leaf's part times LODE_VGI_LEAF_VERTICES, plus the vertex in it; with LODE_VGI_LEAF_MOVES
@@ -28,7 +27,6 @@
 #define LODE_VGI_LEAF 0x40000000u
 #define LODE_VGI_LEAF_MOVES 0x20000000u
 #define LODE_VGI_LEAF_VERTICES 256
-#define LODE_VGI_LEAF_CHARTS 1048576  // at most, 2^20
 #define LODE_VGI_LEAF_PLACES 8192u    // in a chart, along a side
 #define LODE_VGI_LEAF_LEVEL 14u       // that triangles of leaves have in the visibility buffer
 
@@ -48,7 +46,7 @@
 #define LODE_VGI_TABLE 2  // per page, of positions and then of attributes: slot << 4 | level of the finest page there
 #define LODE_VGI_ATTRIBUTES 3  // pool of attributes, small levels before its pages
 #define LODE_VGI_ASSETS 4      // VgiAsset records
-#define LODE_VGI_CHARTS 6      // float per chart: object units between samples of its attributes
+#define LODE_VGI_CHARTS 6      // float per chart: object units between samples of its attributes, on the average
 #define LODE_VGI_CODES 5       // decoded errors and radii: 256 floats each, per asset
 #define LODE_VGI_PATCHES 7     // words of patches; where they are drawn
 // Four words to each: corners (x | y << 16, z | error << 16 | radius << 24, parent, normal as packSnorm2x16 has
@@ -82,10 +80,12 @@
 #define LODE_VGI_WORD_MAGNIFICATION 1  // float bits: world units of distance for one of error; 0 does not morph
 #define LODE_VGI_WORD_PATCH 2          // patches: word of vertex 0 in their list
 
-// Of what is seen at a pixel (shaders/vgi/visible.frag): the chart; above it the level of attributes that fits pixels.
-#define LODE_VGI_CHART_MASK 0x00ffffffu
-#define LODE_VGI_FIT_SHIFT 24
-#define LODE_VGI_ANY_FIT 15u
+// Of what is seen at a pixel (shaders/vgi/visible.frag): the chart; above it the level of attributes whose samples are as
+// far apart as pixels there, in eighths from so far below 0 on, or that it is not told.
+#define LODE_VGI_CHART_MASK 0x000fffffu
+#define LODE_VGI_FIT_SHIFT 20
+#define LODE_VGI_FIT_BELOW 32
+#define LODE_VGI_ANY_FIT 255u
 
 // VgiAsset::has.
 #define LODE_VGI_HAS_UVS 1

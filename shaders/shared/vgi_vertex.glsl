@@ -5,7 +5,7 @@
 #include "shared/vgi_sample.glsl"
 
 layout(location = 0) out vec3 out_place_and_measure;  // as in PulledSample
-layout(location = 1) flat out uvec3 out_numbers;      // chart; level of the page the last corner is from | log2 of cells of attributes << 4; instance
+layout(location = 1) flat out uvec3 out_numbers;      // chart; level of the page the first corner is from | log2 of cells of attributes << 4; instance
 layout(location = 2) out vec3 out_normal;             // as in PulledSample
 layout(location = 3) out vec2 out_uv;                 // as in PulledSample
 

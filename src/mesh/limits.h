@@ -20,7 +20,8 @@ struct Limits {
     uint64_t lod_entries = 0xffffffffu;
     // Face orders of a progressive mesh: each is checked whole, and a few bytes of text can name one again and again.
     uint64_t lod_orders = 64;
-    // Charts of an atlas, and of all that are drawn together: vertices of leaves name them by 20 bits.
+    // Charts of an atlas, and of all that are drawn together: vertices of leaves, and what is kept of a pixel, name them by
+    // 20 bits.
     uint64_t charts = (uint64_t{1} << 20) - 1;
     // Pages of an atlas, of positions or of attributes, and of all that are drawn together: numbered by 32 bits.
     uint64_t pages = (uint64_t{1} << 32) - 2;

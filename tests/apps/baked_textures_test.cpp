@@ -161,6 +161,7 @@ TEST_F(BakedTexturesTest, AreAsSharpWhereChartsAreStretched) {
     const json rows = json::parse(flown.out)["rows"];
     const double vgi = rows.at(0).at("ssim"), full = rows.at(1).at("ssim");
     std::printf("SSIM %.4f, of full %.4f\n", vgi, full);
+    // 0.0063 below was measured, and 0.0178 with one level for each distance from a chart.
     EXPECT_GT(vgi, full - 0.011);
 }
 

@@ -131,6 +131,8 @@ ChartSpacing spacing_of(const Atlas& about, const GeometryPage& coarsest) {
         }
     }
     spacing.mean = static_cast<float>(std::max(std::sqrt(area), about.step) / about.attribute_cells);
+    // What is stretched more is hardly seen, and would come before all else.
+    for (float& of_part : spacing.widest) of_part = std::min(of_part, ChartSpacing::most_stretch * spacing.mean);
     return spacing;
 }
 

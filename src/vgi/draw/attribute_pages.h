@@ -27,9 +27,10 @@ Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, cons
 // tells; object units.
 struct ChartSpacing {
     static constexpr uint32_t splits = 3;
+    static constexpr float most_stretch = 8;
     float mean = 0;
-    // The way in which they are farthest, where in a part of the chart they are that: of the whole, its quarters, and
-    // so on, numbered as pages are (PageTree::page_of).
+    // The way in which they are farthest, where in a part of the chart they are that, but at most most_stretch times
+    // the mean: of the whole, its quarters, and so on, numbered as pages are (PageTree::page_of).
     std::array<float, (size_t{1} << 2 * (splits + 1)) / 3> widest{};
 
     // Of the part that holds page (x, y) of a level with 1 << shift pages a side.
@@ -57,9 +58,9 @@ public:
     // Of a page that is not there; not PageState::resident.
     void set_state(uint32_t number, PageState state);
 
-    // What views[0] needs for samples to be a pixel apart wherever they are farthest, of the charts named: marks pages
+    // What views[0] needs for samples to be 1.4 pixels apart where they are farthest, of the charts named: marks pages
     // that are there as touched; asks for those that are not, by the pixels between samples of what is there instead.
-    // spacing: per chart.
+    // Pixels are as in the middle of the picture. spacing: per chart.
     void want(const Atlas& about, std::span<const ChartSpacing> spacing, const CutRequest& request,
               std::span<const uint32_t> charts, PageDemand& demand) const;
 

@@ -91,15 +91,17 @@ Result<void> PageCache::load_base_pages() {
         OpenAtlas& atlas = atlases_[a];
         const Atlas& about = atlas.file->about();
         std::vector<Decoded> pages(size_t{about.charts()} * 2);
+        atlas.spacing.resize(about.charts());
         parallel_for(about.charts(), 4, [&](size_t begin, size_t end) {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
                 for (const Layer layer : both_layers) pages[c * 2 + index_of(layer)] = base_page(layer, a, c);
+                const Decoded& positions = pages[c * 2 + index_of(Layer::geometry)];
+                if (positions.geometry != nullptr) atlas.spacing[c] = spacing_of(about, *positions.geometry);
             }
         });
         std::vector<std::shared_ptr<const AttributePage>> coarsest;
         for (Decoded& page : pages) {
             if (!page.fault.empty()) return fail_at(atlas.file->file().path().string(), {Fault::format, page.fault});
-            if (page.geometry != nullptr) atlas.spacing.push_back(spacing_of(about, *page.geometry));
             if (page.attributes != nullptr) coarsest.push_back(page.attributes);
             ready_.push_back(std::move(page));
         }

@@ -64,7 +64,7 @@ PageTopology::PageTopology(const Atlas& about, bool leaves) : about_(&about), tr
             }
         }
     }
-    if (leaves && !about.leaves.empty() && about.charts() <= most_leaf_charts) place_leaves();
+    if (leaves && !about.leaves.empty()) place_leaves();
 }
 
 void PageTopology::place_leaves() {

@@ -45,8 +45,6 @@ enum class PageState : uint8_t {
     resident,
 };
 
-inline constexpr uint32_t most_leaf_charts = LODE_VGI_LEAF_CHARTS;  // of an atlas whose leaves are drawn
-
 // What never changes of the pages of one atlas' positions: which lie side by side, what is below each, and what stands
 // above the coarsest.
 class PageTopology {

@@ -38,6 +38,8 @@ constexpr uint64_t most_list_bytes = uint64_t{48} << 20;
 constexpr uint64_t first_list_bytes = uint64_t{240} << 10;  // what lists have until they need more; whole patches
 constexpr uint64_t list_step = 120;                         // whole triangles, and whole patches
 constexpr uint64_t most_slots = LODE_VGI_LEAF / LODE_VGI_PAGE_TEXELS;  // of a pool: its texels are numbered below
+// Vertices of leaves and what is seen at a pixel have so many bits for a chart, and corners of charts more.
+static_assert(Limits{}.charts <= LODE_VGI_CHART_MASK && 4 * (Limits{}.charts + 1) <= LODE_VGI_CORNER_STEP);
 constexpr uint64_t most_leaf_slots = LODE_VGI_LEAF_MOVES / LODE_VGI_LEAF_VERTICES;
 // Words of a cut that is made ahead: so many times those that are drawn, or so many in any case.
 constexpr uint64_t most_growth = 4, always_worth = uint64_t{4} << 20;

@@ -2,19 +2,24 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace lodestone::vgi {
 namespace {
 
-// Of a chart with so many cells of positions and four times as many of attributes: its coarsest page, whose samples are
-// a step apart down, and across a step in the left half and four in the right half.
-ChartSpacing spacing_with_a_wide_half(uint32_t cells) {
+// Of a chart with so many cells of positions and four times as many of attributes.
+Atlas about_one_chart(uint32_t cells) {
     Atlas about;
     about.cells = cells;
     about.attribute_cells = 4 * cells;
     about.step = 0.5;
-    constexpr uint32_t step = 10;
+    return about;
+}
+// Its coarsest page, whose samples are a step apart down, and across a step in the left half and four in the right
+// half.
+GeometryPage page_with_a_wide_half(const Atlas& about) {
+    const uint32_t cells = std::min(about.cells, page_cells), step = 10 * about.cells / cells;
     GeometryPage page;
     for (uint32_t y = 0; y <= cells; ++y) {
         for (uint32_t x = 0; x <= cells; ++x) {
@@ -22,14 +27,15 @@ ChartSpacing spacing_with_a_wide_half(uint32_t cells) {
             page.push_back({static_cast<uint16_t>(step * (x + 3 * wide)), static_cast<uint16_t>(step * y), 7, 0, 0});
         }
     }
-    return spacing_of(about, page);
+    return page;
 }
 
 // What is asked for is as fine as the shader wants it, so a part is as wide as it is at its widest, in its widest way.
 TEST(ChartSpacing, IsThatOfThePart) {
-    for (const uint32_t cells : {2u, 4u, 8u, 32u}) {
+    for (const uint32_t cells : {2u, 4u, 8u, 32u, 128u}) {
         SCOPED_TRACE(cells);
-        const ChartSpacing spacing = spacing_with_a_wide_half(cells);
+        const Atlas about = about_one_chart(cells);
+        const ChartSpacing spacing = spacing_of(about, page_with_a_wide_half(about));
         constexpr float narrow = 10 * 0.5f / 4, wide = 4 * narrow;
         EXPECT_NEAR(spacing.mean, std::sqrt(2.5f) * narrow, 1e-5f);
         EXPECT_FLOAT_EQ(spacing.widest_of(0, 0, 0), wide);
@@ -42,6 +48,15 @@ TEST(ChartSpacing, IsThatOfThePart) {
             }
         }
     }
+}
+
+// Cells that are nearly a line would be asked for before all else, and cover hardly a pixel.
+TEST(ChartSpacing, IsBoundByTheMean) {
+    const Atlas about = about_one_chart(8);
+    GeometryPage page = page_with_a_wide_half(about);
+    page[4 * 9 + 4].z = 60000;
+    const ChartSpacing spacing = spacing_of(about, page);
+    for (const float widest : spacing.widest) EXPECT_LE(widest, 8 * spacing.mean);
 }
 
 // Whichever way it is stretched: here along a diagonal.

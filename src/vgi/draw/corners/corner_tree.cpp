@@ -58,7 +58,7 @@ std::vector<CornerRecord> corner_table(const Atlas& about, std::span<const std::
 }
 
 CornerTree::CornerTree(const Atlas& about) {
-    if (about.corners.empty() || about.charts() > LODE_VGI_CORNER_CHARTS) return;
+    if (about.corners.empty()) return;
     CornerBox box;
     for (const Corner& corner : about.corners) box.add(corner);
     bounds_ = box.sphere(about);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <vector>
 
 namespace lodestone::vgi {
 namespace {
@@ -69,6 +71,33 @@ TEST(ChartSpacing, IsThatOfTheWidestWay) {
             page.push_back({static_cast<uint16_t>(100 * x + 60 * y), static_cast<uint16_t>(60 * x + 100 * y), 0, 0, 0});
     }
     EXPECT_FLOAT_EQ(spacing_of(about, page).widest_of(0, 0, 0), 160);
+}
+
+// What is there is gone into where samples are farther apart than pixels, and the finer pages asked for.
+TEST(AttributePages, WantFinerPagesWhereSamplesAreFarApart) {
+    Atlas about = about_one_chart(32);
+    about.cluster.resize(1);
+    about.bounds.resize(1);
+    const std::vector<ChartSpacing> spacing{spacing_of(about, page_with_a_wide_half(about))};
+    const PageTree tree = tree_of(about, Layer::attributes);
+    ASSERT_EQ(tree.base_level(), 2u);
+    AttributePages pages(about);
+    for (uint32_t page = 0; page < 5; ++page) pages.put(page, std::make_shared<AttributePage>(), page);
+    View view;
+    view.focal_px = 400;
+    CutRequest request;
+    request.views = {&view, 1};
+    // Samples of level 1 are 2.5 apart, and 10 in the wide half: a pixel, and four.
+    request.distance = 1000.0f;
+    PageDemand demand(tree.pages());
+    const std::vector<uint32_t> charts{0};
+    pages.want(about, spacing, request, charts, demand);
+    for (uint32_t page = 0; page < 5; ++page) EXPECT_TRUE(demand.touched(page)) << page;
+    for (uint32_t y = 0; y < 4; ++y) {
+        // Those of level 0 by what is drawn in their place.
+        for (uint32_t x = 0; x < 4; ++x)
+            EXPECT_NEAR(demand.wish(tree.page(0, x, y)), x < 2 ? 0.0f : 4.0f, 1e-3f) << x << " " << y;
+    }
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Scenes and camera paths: read, or refused in one line that names the file.
+// Scenes and camera paths: read, or refused in one line that names the file, or one that it names.
 #include <unistd.h>
 
 #include <filesystem>
@@ -16,7 +16,8 @@ template <class T>
 void check_refusal(const Result<T>& result, const std::filesystem::path& path) {
     if (result) return;
     check_error(result.error());
-    require(result.error().message.find(path.filename().string()) != std::string::npos, "an error names the file");
+    // Or one beside it that it names: a camera path.
+    require(result.error().message.find(path.parent_path().string()) != std::string::npos, "an error names the file");
 }
 
 }  // namespace

@@ -233,7 +233,7 @@ Result<void> read_head(const Node& root, Scene& scene) {
         !done) {
         return done;
     }
-    if (root.json.value("lodestone", "") != std::string("scene"))
+    if (root.json.value("lodestone", Json()) != Json("scene"))
         return root.wrong("lodestone must be \"scene\"; see docs/scenes.md");
     uint64_t version = 0, resident_mib = 1024, upload_mib = 0;
     Budget& budget = scene.budget;

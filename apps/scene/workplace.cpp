@@ -132,8 +132,8 @@ Result<Asset> named_asset(const fs::path& path, Extent extent, const Progress& p
     if (!source || !fs::is_regular_file(*source, error)) return asset;
     ReadOptions options;
     const auto baked_with = asset->about.find("options");
-    options.allow_outside =
-        baked_with != asset->about.end() && baked_with->is_object() && baked_with->value("allow_outside", false);
+    options.allow_outside = baked_with != asset->about.end() && baked_with->is_object() &&
+                            baked_with->value("allow_outside", Json()) == Json(true);
     const auto now = hash_of_source(*source, options);
     if (now && !(*now == asset->file.provenance().source)) {
         progress.warning(path.string() + ": " + source->filename().string() +

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <map>
 
 #include "apps/in_process.h"
@@ -254,6 +255,28 @@ TEST_F(HostileTest, WordsNestedDeeplyAreRefused) {
     const Ran ran = run_in_process({"info", bad_.string()});
     EXPECT_EQ(ran.code, 3);
     EXPECT_THAT(ran.message, testing::HasSubstr("about"));
+}
+
+// Found by fuzz_scene: what a scene says that it is, is a list.
+TEST_F(HostileTest, WhatAFileIsIsToldByAWord) {
+    const std::filesystem::path path = folder_ / "list.scene.json";
+    std::ofstream(path) << R"({"lodestone": [{"asset": "vase"}], "version": 1})";
+    const auto scene = read_scene(path);
+    ASSERT_FALSE(scene);
+    EXPECT_EQ(scene.error().fault, Fault::format);
+    EXPECT_THAT(scene.error().message, testing::HasSubstr("list.scene.json: lodestone must be \"scene\""));
+}
+
+// The source lies beside it, and whether that may name files elsewhere is not told by yes or no.
+TEST_F(HostileTest, OptionsOfAnotherKindCountForNone) {
+    const std::string about =
+        R"({"name": "x.ply", "input": {}, "bounds": [0, 0, 0, 1], "options": {"allow_outside": "yes"}})";
+    fixtures::replace_chunk(good_, "about", std::as_bytes(std::span(about)), bad_);
+    std::ofstream(folder_ / "x.ply") << "ply";
+    auto scene = read_scene(bad_);
+    ASSERT_TRUE(scene);
+    const auto ready = ready_scene(std::move(*scene), needs_of({"lod"}), {});
+    EXPECT_TRUE(ready) << ready.error().message;
 }
 
 }  // namespace

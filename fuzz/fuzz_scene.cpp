@@ -17,7 +17,7 @@ void check_refusal(const Result<T>& result, const std::filesystem::path& path) {
     if (result) return;
     check_error(result.error());
     // Or one beside it that it names: a camera path.
-    require(result.error().message.find(path.parent_path().string()) != std::string::npos, "an error names the file");
+    require(result.error().message.starts_with(path.parent_path().string() + "/"), "an error names the file");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "base/json.h"
 #include "base/result.h"
+#include "base/text.h"
 
 namespace lodestone {
 
@@ -18,7 +19,9 @@ struct Node {
     const Json& json;
     std::string place;
 
-    tl::unexpected<Error> wrong(const std::string& what) const { return fail(Fault::format, place + ": " + what); }
+    tl::unexpected<Error> wrong(const std::string& what) const {
+        return fail(Fault::format, place + ": " + printable(what));
+    }
 };
 
 // Where a scene's files are looked for.

@@ -315,6 +315,27 @@ void make_images(Seeds& seeds, const fs::path& folder) {
     seeds.put("heights", "deflate.tif", tiff(folder / "a.tif", true, COMPRESSION_ADOBE_DEFLATE));
 }
 
+// Camera paths, and what the project's own scenes, which scripts/fuzz.sh puts beside these, do not say
+// (docs/scenes.md).
+void make_scenes(Seeds& seeds) {
+    const std::string path = R"({"lodestone": "camera-path", "version": 1, "fov_y_degrees": 45, "near": 0.1, "far": 400,
+        "frames": 60, "up": [0, 1, 0], "keys": [{"eye": [9, 6, 0], "target": [0, 0, 0]}]})";
+    seeds.put("scene", "a.path.json", path);
+    seeds.put("scene", "files.scene.json",
+              R"({"lodestone": "scene", "version": 1, "assets": [{"name": "a", "file": "a.ply"}],
+        "instances": [{"asset": "a", "position": [2, 0, 0], "axis": [0, 1, 0], "angle_degrees": 30, "scale": 0.5}],
+        "light": {"direction": [-0.4, -0.8, -0.4], "shadows": false}, "environment": "sky", "resident_mib": 64,
+        "upload_mib": 1, "max_triangles": 1000, "camera": "a.path.json"})");
+    seeds.put("scene", "grids.scene.json",
+              R"({"lodestone": "scene", "version": 1, "assets": [{"name": "a", "generate": {"shape": "vase"}}],
+        "volumes": [{"grid": {"file": "a.vdb", "name": "flames"}, "look": "fire", "axis": [0, 1, 0], "angle_degrees": 90,
+        "scale": 0.01, "density": [8, 1], "scatter": {"count": 4, "area": [6, 6]}},
+        {"colour_by": "heat", "colour": [[1, 1, 1], [0, 0, 0]], "scatter_share": 0.5, "emission": 2, "fade": 0.1},
+        {"table": [[1, 1, 1, 1], [0, 0, 0, 0]], "turning": 1}], "volume_options": {"steps": 1, "refresh": 2, "cache": 4,
+        "absorption": "rational", "forward": 0.5}, "camera": )" +
+                  path + "}");
+}
+
 }  // namespace
 }  // namespace lodestone::fuzz
 
@@ -326,4 +347,5 @@ int main(int argc, char** argv) {
     lodestone::fuzz::Seeds seeds(argv[1]);
     lodestone::fuzz::make_meshes(seeds);
     lodestone::fuzz::make_images(seeds, argv[1]);
+    lodestone::fuzz::make_scenes(seeds);
 }

@@ -194,17 +194,16 @@ def textures(mesh, *make):
             pathlib.Path(scene).write_text(json.dumps({
                 "lodestone": "scene", "version": 1, "assets": [{"name": "mesh", "file": "baked.lode"}], "instances": [{"asset": "mesh"}],
                 "camera": all_around(views, 2.6)}))
-            for kept in ("--keep-uv", "--texture-quality lossless", ""):
+            for backends, kept in (("vgi,full", "--keep-uv"), ("vgi", "--texture-quality lossless"), ("vgi", "")):
                 run([*lodestone, "bake", source, "-o", asset, "--backends", "vgi", *kept.split()])
-                size = os.path.getsize(asset)
+                size = {"vgi": os.path.getsize(asset), "full": os.path.getsize(source)}
                 run([*lodestone, "bake", source, "-o", asset, "--backends", "vgi,full", *kept.split()])
                 for picture in ("640x360", "1280x720"):
-                    run([*lodestone, "bench", scene, "--backends", "vgi,full", "--size", picture, "--frames", str(views), "--quality-frames",
+                    run([*lodestone, "bench", scene, "--backends", backends, "--size", picture, "--frames", str(views), "--quality-frames",
                          str(views), "--resident-mib", "4000", "-o", folder])
-                    vgi, full = json.loads((pathlib.Path(folder) / "report.json").read_text())["rows"]
-                    keep = ("ssim", "psnr_db", "triangles")
-                    rows[f"full, {picture}"] = {**{key: full[key] for key in keep}, "bytes": os.path.getsize(source)}
-                    rows[f"vgi {kept or 'baked'}, {picture}"] = {**{key: vgi[key] for key in keep}, "bytes": size}
+                    for row in json.loads((pathlib.Path(folder) / "report.json").read_text())["rows"]:
+                        name = f"full, {picture}" if row["backend"] == "full" else f"vgi {kept or 'baked'}, {picture}"
+                        rows[name] = {**{key: row[key] for key in ("ssim", "psnr_db", "triangles")}, "bytes": size[row["backend"]]}
         shown = [["lodestone", *make, "-o", mesh]] if make else []
         return [*shown, ["lodestone", "bake", mesh, "-o", "baked.lode", "--backends", "vgi,full", "[--keep-uv | --texture-quality lossless]"],
                 ["lodestone", "bench", "around.scene.json", "--backends", "vgi,full", "--size", "S", "--resident-mib", "4000"]], rows

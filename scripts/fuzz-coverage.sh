@@ -11,6 +11,7 @@ cmake --preset coverage >/dev/null
 cmake --build --preset coverage -j "$jobs" --target fuzz_drivers
 rm -rf "$out" && mkdir -p "$out"
 LLVM_PROFILE_FILE=$out/make_seeds.profraw build/coverage/bin/make_seeds build/fuzz/seeds
+cp assets/*.json build/fuzz/seeds/scene/
 rm "$out/make_seeds.profraw"
 
 # One driver, by its name, over what there is, each input once.

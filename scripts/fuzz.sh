@@ -10,6 +10,7 @@ cmake --preset check >/dev/null
 cmake --build --preset check -j "$jobs" --target fuzz_drivers
 mkdir -p build/fuzz/found
 build/check/bin/make_seeds build/fuzz/seeds
+cp assets/*.json build/fuzz/seeds/scene/
 
 # One driver, by its name.
 run_driver() {

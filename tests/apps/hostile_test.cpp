@@ -18,6 +18,7 @@
 #include "apps/scene/workplace.h"
 #include "base/hash.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "fixtures/block_sums.h"
 #include "fixtures/crafted.h"
 #include "fixtures/meshes.h"
@@ -265,6 +266,23 @@ TEST_F(HostileTest, WhatAFileIsIsToldByAWord) {
     ASSERT_FALSE(scene);
     EXPECT_EQ(scene.error().fault, Fault::format);
     EXPECT_THAT(scene.error().message, testing::HasSubstr("list.scene.json: lodestone must be \"scene\""));
+}
+
+// Found by fuzz_scene: a member that is not known has a line end in its name.
+TEST_F(HostileTest, WhatIsWrongWithASceneIsOneLine) {
+    const std::filesystem::path path = folder_ / "lines.json";
+    const auto check = [&](const auto& read, const char* text) {
+        std::ofstream(path) << text;
+        const auto result = read(path);
+        ASSERT_FALSE(result) << text;
+        EXPECT_EQ(result.error().fault, Fault::format);
+        EXPECT_EQ(result.error().message, printable(result.error().message));
+        EXPECT_THAT(result.error().message, testing::HasSubstr("a\\x0ab"));
+    };
+    const auto scene = [](const std::filesystem::path& from) { return read_scene(from); };
+    check(scene, R"({"lodestone": "scene", "version": 1, "a\nb": 1})");
+    check(scene, R"({"lodestone": "scene", "version": 1, "assets": [{"name": "a", "a\nb": 1}]})");
+    check(read_camera_path, R"({"lodestone": "camera-path", "version": 1, "a\nb": 1})");
 }
 
 // The source lies beside it, and whether that may name files elsewhere is not told by yes or no.

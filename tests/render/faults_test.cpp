@@ -2,6 +2,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "base/process/process.h"
 #include "baseline/fixed_levels.h"
 #include "baseline/full.h"
 #include "mesh/generate.h"
@@ -299,7 +300,7 @@ TEST(WindowFaultsDisplay, InADisplayOfTheirOwn) {
     if (std::getenv("DISPLAY") != nullptr) GTEST_SKIP() << "there is a display, and they have run there";
     if (std::system("command -v xvfb-run > /dev/null") != 0)
         GTEST_SKIP() << "no display; install xvfb to run this test";
-    const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
+    const std::string self = this_program()->string();
     // The file of who may use it: a folder that xvfb-run makes for one cannot always be taken away.
     const std::filesystem::path permissions = testing::TempDir() + "lodestone-display-" + std::to_string(getpid());
     const std::string command = "xvfb-run -a -f '" + permissions.string() + "' -s '-screen 0 800x600x24' '" + self +

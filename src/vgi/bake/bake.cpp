@@ -93,6 +93,7 @@ struct RoundContext {
     const Progress& progress;
     const CheckpointFolder* work;  // null for none
     const BakedLooks* looks;       // null where textures are not baked
+    const Limits& limits;
     std::string key = key_of(options).hex().substr(0, 16);
 };
 
@@ -372,6 +373,9 @@ private:
     // Traces the sides of all quads; those of a quad begin at its first corner.
     Result<void> trace_sides() {
         const auto count = static_cast<uint32_t>(quads_.quads.size());
+        if (count > context_.limits.charts)
+            return fail(Fault::format, "the atlas has " + std::to_string(count) + " charts; the limit is " +
+                                           std::to_string(context_.limits.charts) + "; bake with fewer clusters");
         const std::vector<uint32_t> twin = quads_.surface.twins();
         auto patches = trace_charts(quads_.surface, twin, quads_.label, count, quads_.corners());
         if (!patches) return tl::unexpected(patches.error());
@@ -646,7 +650,7 @@ void make_denser(const RoundContext& context, const Surface& surface, const Refi
 }  // namespace
 
 Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, AtlasReport& report,
-                         const Progress& progress, const CheckpointFolder* work) {
+                         const Progress& progress, const CheckpointFolder* work, const Limits& limits) {
     LODE_CHECK(source.triangle_count() > 0 && options.cells >= 2 && options.most_rounds > 0);
     std::vector<glm::vec3> made;
     if (source.normals.empty()) made = vertex_normals(source);
@@ -654,7 +658,7 @@ Result<Atlas> make_atlas(const TriMesh& source, const AtlasOptions& options, Atl
     std::optional<BakedLooks> looks;
     if (options.bake_textures || must_bake_textures(source)) looks.emplace(source, normals);
     const bool bakes = looks && looks->attributes().baked;
-    const RoundContext context{source, normals, options, progress, work, bakes ? &*looks : nullptr};
+    const RoundContext context{source, normals, options, progress, work, bakes ? &*looks : nullptr, limits};
     const auto surface_now = [&] {
         return surface_of(source, longest_edge(source, options.clusters.clusters), &report.changes);
     };

@@ -6,6 +6,7 @@
 #include "base/files/checkpoint_folder.h"
 #include "base/progress.h"
 #include "base/result.h"
+#include "mesh/limits.h"
 #include "vgi/asset/atlas.h"
 #include "vgi/bake/charts/clusters.h"
 #include "vgi/bake/images/parameterise.h"
@@ -67,8 +68,10 @@ struct AtlasReport {
 };
 
 // The mesh must be what repair() leaves, and have a triangle. Fault::invariant where a stage cannot do its work.
+// Fault::format where there would be more charts than the limit.
 // work: stages found there are not made again, others are kept there; null for none. The same atlas either way.
 Result<Atlas> make_atlas(const TriMesh& mesh, const AtlasOptions& options, AtlasReport& report,
-                         const Progress& progress = {}, const CheckpointFolder* work = nullptr);
+                         const Progress& progress = {}, const CheckpointFolder* work = nullptr,
+                         const Limits& limits = {});
 
 }  // namespace lodestone::vgi

@@ -9,6 +9,8 @@ layout(location = 1) flat in uvec3 in_numbers;
 layout(location = 2) in vec3 in_normal;
 layout(location = 3) in vec2 in_uv;  // of leaves, where they have some
 
+layout(constant_id = 0) const uint kinds = LODE_VGI_EVERY_KIND;  // as in shaders/vgi/sample.vert
+
 uint level_here() { return in_numbers.y & 15u; }
 
 // Of a map that takes pixels to a plane the two singular values, the lesser first: how much it changes to the next pixel as
@@ -27,22 +29,34 @@ uint fit_here() {
     return min(uint(clamp(8.0 * log2(spans.x) + float(LODE_VGI_FIT_BELOW), 0.0, 254.0)), LODE_VGI_ANY_FIT - 1u);
 }
 
-// Place in the chart, 16 bits each way; chart | what fits << LODE_VGI_FIT_SHIFT | level << 28; instance; what the debug view asks for, or
-// the normal of triangles of LODE_VGI_CORNER_LEVEL and LODE_VGI_LEAF_LEVEL.
-uvec4 visible_here() {
-    uint more = level_here() >= LODE_VGI_LEAF_LEVEL ? packSnorm2x16(folded(in_normal)) : 0u;
-    if (debug_view() == LODE_DEBUG_ERROR || debug_view() == LODE_DEBUG_STRETCH)
-        more = floatBitsToUint(in_place_and_measure.z);
-    if (debug_view() == LODE_DEBUG_TRIANGLE) more = uint(gl_PrimitiveID);
-    if (debug_view() == LODE_DEBUG_MISSES) more = LODE_MARK_OF_PRIMITIVE;
-    return uvec4(packUnorm2x16(in_place_and_measure.xy), in_numbers.x | fit_here() << LODE_VGI_FIT_SHIFT | level_here() << 28, in_numbers.z, more);
-}
-
 vec4 world_here() {
     ViewConstants view = frame.views[draw_constants.view];
     vec2 size = vec2(view.target_width, view.target_height);
     vec4 world = view.clip_to_world * vec4(gl_FragCoord.xy / size * 2.0 - 1.0, gl_FragCoord.z, 1.0);
     return world / world.w;
+}
+
+// Which way the triangle here faces, object space. What its corners' normals say is of the surface around them: where the
+// walls of something hollow are one, of either.
+vec3 facing_here() {
+    vec3 world = world_here().xyz;
+    vec3 facing = cross(dFdx(world), dFdy(world));
+    InstanceConstants instance = instance_at(in_numbers.z);
+    bool seen = dot(facing, frame.views[draw_constants.view].eye.xyz - world) > 0.0, front = gl_FrontFacing != (instance.mirrored != 0u);
+    facing = transpose(mat3(instance.object_to_world)) * (seen == front ? facing : -facing);
+    return dot(facing, facing) > 0.0 ? normalize(facing) : vec3(0.0, 0.0, 1.0);
+}
+
+// Place in the chart, 16 bits each way; chart | what fits << LODE_VGI_FIT_SHIFT | level << 28; instance; what the debug view asks for, or
+// the normal of triangles of LODE_VGI_LEAF_LEVEL, or which way those of LODE_VGI_CORNER_LEVEL face.
+uvec4 visible_here() {
+    uint more = level_here() == LODE_VGI_LEAF_LEVEL ? packSnorm2x16(folded(in_normal)) : 0u;
+    if ((kinds & LODE_VGI_KIND_CORNERS) != 0u && level_here() == LODE_VGI_CORNER_LEVEL) more = packSnorm2x16(folded(facing_here()));
+    if (debug_view() == LODE_DEBUG_ERROR || debug_view() == LODE_DEBUG_STRETCH)
+        more = floatBitsToUint(in_place_and_measure.z);
+    if (debug_view() == LODE_DEBUG_TRIANGLE) more = uint(gl_PrimitiveID);
+    if (debug_view() == LODE_DEBUG_MISSES) more = LODE_MARK_OF_PRIMITIVE;
+    return uvec4(packUnorm2x16(in_place_and_measure.xy), in_numbers.x | fit_here() << LODE_VGI_FIT_SHIFT | level_here() << 28, in_numbers.z, more);
 }
 
 // The texture coordinates of a leaf here; of what is no leaf there are none.

@@ -1,8 +1,15 @@
-// Places on an atlas: pages that are there, and where the ray through a pixel meets the surface itself.
+// Places on an atlas: pages that are there, where the ray through a pixel meets the surface itself, and the chart that lies
+// where a triangle of moved corners is drawn.
 #ifndef LODESTONE_VGI_PLACE_GLSL
 #define LODESTONE_VGI_PLACE_GLSL
 
 #include "shared/vgi.glsl"
+
+// A point of the world, lattice units.
+vec3 lattice_of(vec3 world, InstanceConstants instance, VgiAsset asset) {
+    vec3 at = transpose(mat3(instance.normal_to_world)) * (world - instance.object_to_world[3].xyz);
+    return (at - vec3(asset.origin_x, asset.origin_y, asset.origin_z)) / asset.step;
+}
 
 struct FoundPage {
     uint slot, level;
@@ -73,10 +80,8 @@ vec2 surface_place(vec2 place, uint chart, vec3 world, float lod, InstanceConsta
     FoundPage found = page.found;
     uint first = page.first, stride = page.stride;
     // Lattice units.
-    mat3 to_object = transpose(mat3(instance.normal_to_world));
-    vec3 origin = vec3(asset.origin_x, asset.origin_y, asset.origin_z);
-    vec3 seen = (to_object * (world - instance.object_to_world[3].xyz) - origin) / asset.step;
-    vec3 ray = normalize(to_object * (world - frame.views[draw_constants.view].eye.xyz));
+    vec3 seen = lattice_of(world, instance, asset);
+    vec3 ray = normalize(transpose(mat3(instance.normal_to_world)) * (world - frame.views[draw_constants.view].eye.xyz));
 
     vec2 start = found.place * float(asset.page_cells), at = start;
     uint mean = min(stride + mean_stride, page_shift);
@@ -102,6 +107,61 @@ vec2 surface_place(vec2 place, uint chart, vec3 world, float lod, InstanceConsta
     vec2 moved = at - start;
     moved *= clamp(2.0 - length(moved) / (most_cells * size), 0.0, 1.0);
     return clamp(place + moved / float(asset.page_cells << (base - found.level)), 0.0, 1.0);
+}
+
+// The point of a triangle nearest to the origin, as weights of its corners.
+//   Ericson, "Real-Time Collision Detection", 2005, 5.1.5.
+vec3 nearest_on_triangle(vec3 a, vec3 b, vec3 c) {
+    vec3 ab = b - a, ac = c - a;
+    float d1 = -dot(ab, a), d2 = -dot(ac, a), d3 = -dot(ab, b), d4 = -dot(ac, b), d5 = -dot(ab, c), d6 = -dot(ac, c);
+    float va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+    if (d1 <= 0.0 && d2 <= 0.0) return vec3(1.0, 0.0, 0.0);
+    if (d3 >= 0.0 && d4 <= d3) return vec3(0.0, 1.0, 0.0);
+    if (d6 >= 0.0 && d5 <= d6) return vec3(0.0, 0.0, 1.0);
+    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return vec3(1.0 - d1 / (d1 - d3), d1 / (d1 - d3), 0.0);
+    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return vec3(1.0 - d2 / (d2 - d6), 0.0, d2 / (d2 - d6));
+    float at = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) return vec3(0.0, 1.0 - at, at);
+    float sum = va + vb + vc;
+    return vec3(va, vb, vc) / (sum == 0.0 ? 1.0 : sum);
+}
+
+struct ChartPlace {
+    uint chart;
+    vec2 place;  // in it, 0 .. 1
+};
+
+// Of the charts of the grid's cell (vgi/draw/corners/chart_grid.h) the one whose two triangles are nearest, and where they are
+// that.
+// at: lattice units. facing: which way what is drawn there faces, object space, or 0. The other side of something thin is
+// as near, and counts for eight cells farther.
+ChartPlace chart_at(vec3 at, vec3 facing, VgiAsset asset) {
+    const float other_side = 64.0;  // square of cells
+    uvec4 grid = corner_at(asset.first_grid);
+    float side = uintBitsToFloat(grid.w);
+    uvec3 cell = min(uvec3(max(at, vec3(0.0)) / side), grid.xyz - 1u);
+    uint first = asset.first_grid + 1u + LODE_VGI_GRID_CHARTS / 4u * ((cell.z * grid.y + cell.y) * grid.x + cell.x);
+    ChartPlace best = ChartPlace(0u, vec2(0.5));
+    float least = 1e30;
+    for (uint k = 0u; k < LODE_VGI_GRID_CHARTS; ++k) {
+        uint chart = corner_at(first + k / 4u)[k % 4u];
+        if (chart == LODE_VGI_NO_CHART) break;
+        uvec4 corners = corner_at(asset.first_corners_of_charts + chart);
+        vec3 p[4];
+        for (uint i = 0u; i < 4u; ++i) p[i] = lattice(corner_at(asset.first_corner + corners[i]).xy) - at;
+        for (uint upper = 0u; upper < 2u; ++upper) {
+            vec3 b = p[1u + upper], c = p[2u + upper];
+            vec3 weight = nearest_on_triangle(p[0], b, c);
+            vec3 off = weight.x * p[0] + weight.y * b + weight.z * c;
+            float away = dot(off, off);
+            if (dot(cross(b - p[0], c - p[0]), facing) < 0.0) away += other_side * side * side;
+            if (away < least) {
+                least = away;
+                best = ChartPlace(chart, upper == 0u ? vec2(weight.y + weight.z, weight.z) : vec2(weight.y, weight.y + weight.z));
+            }
+        }
+    }
+    return best;
 }
 
 #endif

@@ -14,7 +14,7 @@ struct PulledSample {
     uint chart;
     uint level;   // of the page
     float measure;  // Surface::error or Surface::stretch, where the debug view asks for it
-    vec3 normal;    // object space; of corners and leaves alone
+    vec3 normal;    // object space; of leaves alone
     vec2 uv;        // of leaves alone, where they have some
 };
 
@@ -40,24 +40,19 @@ float arrived(vec3 at, uint codes, InstanceConstants instance, VgiAsset asset) {
     return error == 0.0 ? 1.0 : clamp((error + radius - distance_metric(seen)) / (morph_share * error), 0.0, 1.0);
 }
 
-// A corner of charts on its way from where its parent is.
-struct MovedCorner {
-    vec3 point;   // lattice units
-    vec3 normal;  // object space
-};
-MovedCorner moved_corner(uint number, InstanceConstants instance, VgiAsset asset) {
-    MovedCorner moved = MovedCorner(vec3(0.0), vec3(0.0));
+// Where a corner of charts is on its way from where its parent is; lattice units.
+vec3 moved_corner(uint number, InstanceConstants instance, VgiAsset asset) {
+    vec3 point = vec3(0.0);
     bool moves = uintBitsToFloat(draw_constants.words[LODE_VGI_WORD_MAGNIFICATION]) > 0.0;
     for (float share = 1.0; share > 0.0;) {
         uvec4 corner = corner_at(asset.first_corner + number);
         vec3 own = lattice(corner.xy);
         float t = moves && corner.z != number ? arrived(own, corner.y, instance, asset) : 1.0;
-        moved.point += share * t * own;
-        if (has_fragments) moved.normal += share * t * normalize(unfolded(unpackSnorm2x16(corner.w)));
+        point += share * t * own;
         share *= 1.0 - t;
         number = corner.z;
     }
-    return moved;
+    return point;
 }
 // Corner k of a chart, where the corners of charts have parents.
 uint corner_of_chart(uint chart, uint k, VgiAsset asset) { return corner_at(asset.first_corners_of_charts + chart)[k]; }
@@ -72,11 +67,10 @@ PulledSample pull_corner(uint index, InstanceConstants instance) {
     for (uint step = index / LODE_VGI_CORNER_STEP; step > 0u; --step)
         number = corner_at(asset.first_corner + number).z;
     vec3 origin = vec3(asset.origin_x, asset.origin_y, asset.origin_z);
-    MovedCorner moved = moved_corner(number, instance, asset);
-    s.world = instance.object_to_world * vec4(origin + asset.step * moved.point, 1.0);
+    s.world = instance.object_to_world * vec4(origin + asset.step * moved_corner(number, instance, asset), 1.0);
     s.place = vec2(k == 1u || k == 2u ? 1.0 : 0.0, k >= 2u ? 1.0 : 0.0);
     s.level = LODE_VGI_CORNER_LEVEL;
-    s.normal = dot(moved.normal, moved.normal) > 1e-6 ? moved.normal : vec3(0.0, 0.0, 1.0);
+    s.normal = vec3(0.0);
     s.measure = 0.0;
     s.uv = vec2(0.0);
     return s;
@@ -132,7 +126,7 @@ PulledSample pull_sample(uint slot, ivec2 p, bool corners, InstanceConstants ins
                  float(asset.cells);
     if (corner && asset.first_corners_of_charts != LODE_VGI_NO_CORNERS && place == round(place)) {
         uint k = place.y == 0.0 ? uint(place.x) : 3u - uint(place.x);
-        sample_point = moved_corner(corner_of_chart(chart, k, asset), instance, asset).point;
+        sample_point = moved_corner(corner_of_chart(chart, k, asset), instance, asset);
     } else if (magnification > 0.0 && !corner) {
         float t = arrived(sample_point, texel.y, instance, asset);
         // Ends of the hypotenuse it halves; in the same page (vgi/asset/bintree.h).

@@ -68,11 +68,18 @@ OwnUvs unpacked_uvs(uvec4 words) {
 // visible: as shaders/vgi/visible.frag writes it. world: where that is.
 Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants instance, VgiAsset asset) {
     uint chart = visible.y & LODE_VGI_CHART_MASK, told = visible.y >> LODE_VGI_FIT_SHIFT & 255u;
+    vec2 place = unpackUnorm2x16(visible.x);
+    bool is_leaf = visible.y >> 28 == LODE_VGI_LEAF_LEVEL;
+    vec3 facing = has_normal(visible) ? unfolded(unpackSnorm2x16(visible.w)) : vec3(0.0);
+    if (visible.y >> 28 == LODE_VGI_CORNER_LEVEL) {
+        ChartPlace there = chart_at(lattice_of(world.xyz, instance, asset), facing, asset);
+        chart = there.chart;
+        place = there.place;
+    }
     // Where it is not told, on the average over the chart.
     float lod = told != LODE_VGI_ANY_FIT ? float(int(told) - LODE_VGI_FIT_BELOW) / 8.0 : log2(pixel_at(world.xyz, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
     uint attribute_cells = 1u << asset.attribute_cells, has = asset.has & ever;
-    vec2 place = unpackUnorm2x16(visible.x);
-    if (visible.y >> 28 < LODE_VGI_LEAF_LEVEL) place = surface_place(place, chart, world.xyz, lod, instance, asset);
+    if (!is_leaf) place = surface_place(place, chart, world.xyz, lod, instance, asset);
     uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
     uint base = uint(findMSB(attribute_cells) - findMSB(cells));
     int fit = max(0, int(floor(lod)));
@@ -90,18 +97,16 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
     uint row = read_cells + 1u;
     uvec4 texel = attribute_words * (first + uint(low.y) * row + uint(low.x) + uvec4(0u, 1u, row, row + 1u));
     vec4 weight = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
-    bool is_leaf = visible.y >> 28 == LODE_VGI_LEAF_LEVEL;
     uvec4 word0;
     for (int k = 0; k < 4; ++k) word0[k] = attributes_at(texel[k]);
-    if (is_leaf && has_normal(visible)) weight = weight_of_side(weight, word0, normalize(unfolded(unpackSnorm2x16(visible.w))));
+    if (is_leaf && has_normal(visible)) weight = weight_of_side(weight, word0, normalize(facing));
     int nearest = 0;
     for (int k = 1; k < 4; ++k) nearest = weight[k] > weight[nearest] ? k : nearest;
 
     vec3 normal = vec3(0.0);
     for (int k = 0; k < 4; ++k) normal += weight[k] * direction_of(word0[k]);
     // What maps of normals make of a leaf's is in the samples alone.
-    if (has_normal(visible) && !(is_leaf && (has & LODE_VGI_MAPPED_NORMALS) != 0u))
-        normal = unfolded(unpackSnorm2x16(visible.w));
+    if (is_leaf && has_normal(visible) && (has & LODE_VGI_MAPPED_NORMALS) == 0u) normal = facing;
     Surface s;
     s.front = true;
     s.position = world.xyz;

@@ -12,6 +12,7 @@
 #include "vgi/asset/error_codes.h"
 #include "vgi/asset/saturation.h"
 #include "vgi/draw/buffer_sizes.h"
+#include "vgi/draw/corners/chart_grid.h"
 #include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/refinement_test.h"
@@ -259,6 +260,8 @@ private:
         const auto table = corner_table(about, coarsest_corners(*atlas.mip_tail, about.charts(),
                                                                 atlas.trees[1].cells_per_page(), words_.of_sample));
         all.insert(all.end(), table.begin(), table.end());
+        record.first_grid = static_cast<uint32_t>(all.size());
+        all.insert(all.end(), atlas.grid.begin(), atlas.grid.end());
     }
 
     // What the device found out in a frame before is what this one goes on from: pages that are used and missed.
@@ -459,8 +462,8 @@ uint64_t mip_tail_of(const OpenAtlas& atlas) {
     return uint64_t{atlas.file->about().charts()} * mip_tail_samples(atlas.trees[1].cells_per_page());
 }
 
-std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const AtlasFile>>& files, bool leaves,
-                                    Totals& totals) {
+std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const AtlasFile>>& files,
+                                    const VgiOptions& options, Totals& totals) {
     std::vector<OpenAtlas> atlases;
     for (auto& file : files) {
         const Atlas& about = file->about();
@@ -469,7 +472,7 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         OpenAtlas atlas;
         atlas.file = file;
         atlas.first_chart = static_cast<uint32_t>(totals.base[0]);
-        atlas.topology = std::make_shared<const PageTopology>(about, leaves);
+        atlas.topology = std::make_shared<const PageTopology>(about, options.leaves);
         atlas.charts = ChartTree(about);
         for (const Layer layer : both_layers) {
             const size_t l = index_of(layer);
@@ -479,7 +482,8 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         }
         totals.leaf_parts += atlas.topology->leaf_parts();
         totals.mip_tail_samples += mip_tail_of(atlas);
-        totals.corner_records += about.corners.size() + about.chart_corners.size();
+        if (options.raster == Raster::bintree) atlas.grid = chart_grid(about);
+        totals.corner_records += about.corners.size() + about.chart_corners.size() + atlas.grid.size();
         atlases.push_back(std::move(atlas));
     }
     totals.words.leaf_uvs = (totals.ever & LODE_VGI_HAS_UVS) != 0;
@@ -653,7 +657,8 @@ PipelineSpec lighting_pipeline_of(const AttributeConstants& attributes) {
                         StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
                         StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1),
                         StorageBinding::texels(LODE_VGI_ASSETS, asset_table, 4),
-                        StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1)};
+                        StorageBinding::texels(LODE_VGI_CHARTS, chart_table, 1),
+                        StorageBinding::texels(LODE_VGI_CORNERS, corners_of_charts, 4)};
     return lighting;
 }
 
@@ -663,7 +668,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
                                               const VgiOptions& options) {
     LODE_CHECK(!files.empty());
     Totals totals;
-    std::vector<OpenAtlas> atlases = open_atlases(files, options.leaves, totals);
+    std::vector<OpenAtlas> atlases = open_atlases(files, options, totals);
     const auto shares = share_budget(totals, atlases, options);
     if (!shares) return tl::unexpected(shares.error());
     uint64_t next_mip_tail = 0;

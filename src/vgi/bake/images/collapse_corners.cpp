@@ -29,7 +29,8 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double turned_over = 1;  // extents
 
 // A corner with more faces than this is a hub, as the tip of a fan of needles is. It may move onto its nearest
-// neighbours alone, and points are measured to the faces that move: else a hub of n faces took the cube of n steps.
+// neighbours alone, points around it are measured to the face that moves with them, and where something moves onto it
+// only faces beside that are looked at: else a hub of n faces took the cube of n steps.
 constexpr size_t most_faces = 32, nearest_of_hub = 8;
 // Points of a face that what to do next is chosen by.
 constexpr size_t most_few = 32;
@@ -58,6 +59,7 @@ struct CornerMesh {
     std::vector<Face> faces;                    // two to a chart; those without area are of equal corners
     std::vector<Points> points;                 // per face
     std::vector<std::vector<uint32_t>> around;  // per corner: faces
+    std::vector<double> least_errors;           // per corner: of its charts, object units; it goes by no less
     std::vector<Fate> fates;                    // per corner
     double extent = 0;
 };
@@ -69,30 +71,57 @@ bool is_flat(const Face& face) { return face[0] == face[1] || face[1] == face[2]
 class Collapse {
 public:
     Collapse(CornerMesh& mesh, std::vector<uint32_t> corners)
-        : mesh_(mesh), corners_(std::move(corners)), height_(corners_.size(), 0), stamp_(corners_.size(), 0) {}
+        : mesh_(mesh), corners_(std::move(corners)), states_(corners_.size()) {}
 
     // Corners in the order in which they went.
     std::vector<uint32_t> run() {
         for (const uint32_t corner : corners_) consider(corner);
         while (!queue_.empty()) {
-            const Candidate next = queue_.top();
+            Candidate next = queue_.top();
             queue_.pop();
-            if (next.stamp == stamp_[place_of(next.corner)]) take(next.corner, next.onto);
+            State& state = state_of(next.corner);
+            state.waits = false;
+            if (std::exchange(state.changed, false)) {
+                // What lies around it has changed since it was considered, and it costs more now than it did, mostly.
+                consider(next.corner);
+            } else if (next.measured || next.cost >= dearest()) {
+                take(next.corner, next.onto);
+            } else {
+                // One that went too early would raise the errors of all that go after it: they only rise.
+                const double measured = measured_off(next.corner, next.onto);
+                if (measured <= next.cost) {
+                    take(next.corner, next.onto);
+                } else {
+                    put({measured, next.own, next.corner, next.onto, true});
+                }
+            }
         }
         return std::move(gone_);
     }
 
 private:
     struct Candidate {
-        double cost;
-        uint32_t corner, onto, stamp;
+        double cost;  // squared error, as far as it is known: at least so much
+        double own;   // of that, what few points tell, whatever the charts are off
+        uint32_t corner, onto;
+        bool measured;                                  // cost is of all points
         bool operator<(const Candidate& other) const {  // the dearest first: a queue's top is the last
-            return std::tie(other.cost, other.corner) < std::tie(cost, corner);
+            return std::tie(other.cost, other.own, other.corner) < std::tie(cost, own, corner);
         }
     };
-    size_t place_of(uint32_t corner) const {
-        return static_cast<size_t>(std::ranges::lower_bound(corners_, corner) - corners_.begin());
+    struct State {
+        uint32_t height = 0;   // of what moved onto it
+        bool waits = false;    // is in the queue, once
+        bool changed = false;  // what is around it, since it was put there
+    };
+    State& state_of(uint32_t corner) {
+        return states_[static_cast<size_t>(std::ranges::lower_bound(corners_, corner) - corners_.begin())];
     }
+    void put(const Candidate& candidate) {
+        queue_.push(candidate);
+        state_of(candidate.corner).waits = true;
+    }
+    double dearest() const { return turned_over * mesh_.extent * mesh_.extent; }
     const glm::dvec3& at(uint32_t corner) const { return mesh_.positions[corner]; }
 
     std::vector<uint32_t> neighbours(uint32_t corner) const {
@@ -107,17 +136,25 @@ private:
         return all;
     }
 
-    // Faces near a corner once it lies on another: those that moved, then, if wanted, those that were around the other.
-    void place_faces(uint32_t corner, uint32_t onto, bool with_others) {
+    // Faces near a corner once it lies on another: those that moved, in the order of those around it, then those that
+    // were around the other; around a hub those alone that a neighbour of the corner has, too.
+    void place_faces(uint32_t corner, uint32_t onto) {
         after_.clear();
         for (const uint32_t f : mesh_.around[corner]) {
             Face moved = mesh_.faces[f];
             std::ranges::replace(moved, corner, onto);
             if (!is_flat(moved)) after_.push_back({f, moved});
         }
-        if (!with_others) return;
+        std::vector<uint32_t> near;
+        if (is_hub(onto)) {
+            near = neighbours(corner);
+            std::erase(near, onto);
+        }
+        const auto is_near = [&](uint32_t v) { return std::ranges::binary_search(near, v); };
         for (const uint32_t f : mesh_.around[onto]) {
-            if (!has(mesh_.faces[f], corner)) after_.push_back({f, mesh_.faces[f]});
+            const Face& face = mesh_.faces[f];
+            if (!has(face, corner) && (!is_hub(onto) || std::ranges::any_of(face, is_near)))
+                after_.push_back({f, face});
         }
     }
     double squared_off(const glm::dvec3& point, const Face& face) const {
@@ -153,11 +190,10 @@ private:
     bool is_hub(uint32_t corner) const { return mesh_.around[corner].size() > most_faces; }
 
     // Neighbours that a corner may be moved onto, in rising order.
-    std::vector<uint32_t> goals(uint32_t corner) const {
+    std::vector<uint32_t> goals(uint32_t corner) {
         std::vector<uint32_t> all = neighbours(corner);
-        const uint32_t height = height_[place_of(corner)] + 1;
-        std::erase_if(all,
-                      [&](uint32_t onto) { return std::max(height_[place_of(onto)], height) > most_corner_depth; });
+        const uint32_t height = state_of(corner).height + 1;
+        std::erase_if(all, [&](uint32_t onto) { return std::max(state_of(onto).height, height) > most_corner_depth; });
         if (!is_hub(corner) || all.size() <= nearest_of_hub) return all;
         const auto off = [&](uint32_t onto) { return std::pair(glm::distance(at(corner), at(onto)), onto); };
         std::ranges::nth_element(all, all.begin() + nearest_of_hub, {}, off);
@@ -166,28 +202,52 @@ private:
         return all;
     }
 
-    // The largest squared distance of the few points around a corner to the surface once it lies on another; where that
-    // is `enough` or more, at least so much.
-    double worst_off(uint32_t corner, uint32_t onto, double enough) {
-        double worst = spoils(corner, onto) ? turned_over * mesh_.extent * mesh_.extent : 0;
-        const bool hub = is_hub(corner) || is_hub(onto);
-        place_faces(corner, onto, !hub);
+    // Calls visit(point, its squared distance to the surface once a corner lies on another, where its face is in
+    // after_) for the points around the corner while it returns true. Points around a hub are measured to the face that
+    // moves with them alone.
+    template <class Visit>
+    void for_points(uint32_t corner, uint32_t onto, std::vector<glm::dvec3> Points::*kind, Visit&& visit) {
+        const bool alone = is_hub(corner);
+        size_t own = 0;
         for (const uint32_t f : mesh_.around[corner]) {
             Face moved = mesh_.faces[f];
             std::ranges::replace(moved, corner, onto);
-            for (const glm::dvec3& point : mesh_.points[f].few) {
-                if (worst >= enough) return worst;
-                worst =
-                    std::max(worst, hub && !is_flat(moved) ? squared_off(point, moved) : nearest(point, onto).first);
+            const bool flat = is_flat(moved);
+            for (const glm::dvec3& point : mesh_.points[f].*kind) {
+                const auto [squared, face] =
+                    alone && !flat ? std::pair(squared_off(point, moved), own) : nearest(point, onto);
+                if (!visit(point, squared, face)) return;
             }
+            own += flat ? 0 : 1;
         }
+    }
+
+    // The largest squared distance of the few points around a corner to the surface once it lies on another; where that
+    // is `enough` or more, at least so much.
+    double worst_off(uint32_t corner, uint32_t onto, double enough) {
+        double worst = spoils(corner, onto) ? dearest() : 0;
+        if (worst >= enough) return worst;
+        place_faces(corner, onto);
+        for_points(corner, onto, &Points::few, [&](const glm::dvec3&, double squared, size_t) {
+            worst = std::max(worst, squared);
+            return worst < enough;
+        });
+        return worst;
+    }
+
+    // The same of all points.
+    double measured_off(uint32_t corner, uint32_t onto) {
+        place_faces(corner, onto);
+        double worst = 0;
+        for_points(corner, onto, &Points::many, [&](const glm::dvec3&, double squared, size_t) {
+            worst = std::max(worst, squared);
+            return true;
+        });
         return worst;
     }
 
     // Looks for the neighbour that a corner is best moved onto.
     void consider(uint32_t corner) {
-        const size_t place = place_of(corner);
-        ++stamp_[place];
         double least = infinite;
         uint32_t best = corner;
         for (const uint32_t onto : goals(corner)) {
@@ -196,7 +256,8 @@ private:
                 best = onto;
             }
         }
-        if (best != corner) queue_.push({least, corner, best, stamp_[place]});
+        const double by_charts = mesh_.least_errors[corner];
+        if (best != corner) put({std::max(least, by_charts * by_charts), least, corner, best, false});
     }
 
     void take(uint32_t corner, uint32_t onto) {
@@ -204,25 +265,26 @@ private:
         Fate& fate = mesh_.fates[corner];
         fate.parent = onto;
         for (const uint32_t other : changed) fate.radius = std::max(fate.radius, glm::distance(at(corner), at(other)));
-        place_faces(corner, onto, true);
+        place_faces(corner, onto);
         std::vector<Points> given(after_.size());
-        double squared = 0;
-        for (const uint32_t f : mesh_.around[corner]) {
-            Points points = std::exchange(mesh_.points[f], {});
-            for (const glm::dvec3& point : points.few)
-                if (const auto found = nearest(point, onto); !given.empty()) given[found.second].few.push_back(point);
-            for (const glm::dvec3& point : points.many) {
-                const auto found = nearest(point, onto);
-                squared = std::max(squared, found.first);
-                if (!given.empty()) given[found.second].many.push_back(point);
-            }
+        double worst = 0;
+        for (const auto kind : {&Points::few, &Points::many}) {
+            for_points(corner, onto, kind, [&](const glm::dvec3& point, double squared, size_t face) {
+                if (kind == &Points::many) worst = std::max(worst, squared);
+                if (!given.empty()) (given[face].*kind).push_back(point);
+                return true;
+            });
         }
-        fate.error = std::sqrt(squared);
+        for (const uint32_t f : mesh_.around[corner]) mesh_.points[f] = {};
+        fate.error = std::sqrt(worst);
         put_faces(corner, onto, given);
-        height_[place_of(onto)] = std::max(height_[place_of(onto)], height_[place_of(corner)] + 1);
-        ++stamp_[place_of(corner)];
+        state_of(onto).height = std::max(state_of(onto).height, state_of(corner).height + 1);
         gone_.push_back(corner);
-        for (const uint32_t other : changed) consider(other);
+        for (const uint32_t other : changed) {
+            State& state = state_of(other);
+            state.changed = state.waits;
+            if (!state.waits) consider(other);
+        }
     }
 
     // Every other goes, until there are few.
@@ -254,8 +316,8 @@ private:
     }
 
     CornerMesh& mesh_;
-    const std::vector<uint32_t> corners_;   // rising
-    std::vector<uint32_t> height_, stamp_;  // per corner of corners_
+    const std::vector<uint32_t> corners_;  // rising
+    std::vector<State> states_;            // per corner of corners_
     std::priority_queue<Candidate> queue_;
     std::vector<std::pair<uint32_t, Face>> after_;
     std::vector<uint32_t> gone_;
@@ -336,6 +398,8 @@ public:
         }
     }
 
+    // Before any is run. Per corner: what its error is at least, by what its charts are off; object units.
+    const std::vector<double>& least_errors() const { return error_; }
     // order: in which corners of a component went.
     void run(std::span<const uint32_t> order, std::vector<Corner>& corners) {
         double before = 0;
@@ -379,12 +443,13 @@ private:
 
 void collapse_corners(Atlas& atlas) {
     CornerMesh mesh = corner_mesh(atlas);
+    Saturation saturation(atlas, mesh);
+    mesh.least_errors = saturation.least_errors();
     std::vector<std::vector<uint32_t>> orders = components_of(mesh);
     parallel_for(orders.size(), 1, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) orders[i] = Collapse(mesh, std::move(orders[i])).run();
     });
     std::vector<Corner> corners(mesh.positions.size());
-    Saturation saturation(atlas, mesh);
     std::vector<uint32_t> order(corners.size()), went(corners.size(), ~0u);  // of roots: last
     for (const std::vector<uint32_t>& component : orders) {
         saturation.run(component, corners);

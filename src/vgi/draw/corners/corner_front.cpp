@@ -51,12 +51,18 @@ std::vector<uint32_t> CornerFront::whole_of(std::span<const uint32_t> charts) co
     return whole;
 }
 
-// Around where the corners are drawn, wherever they are on their way from their parents.
-PageBounds CornerFront::around(const std::array<uint32_t, 3>& corners) const {
+// Around all places that corners are drawn in on their ways from their parents, which may be on theirs.
+PageBounds CornerFront::around(const std::array<uint32_t, 3>& corners, const RefinementTest& wanted) const {
     CornerBox box;
-    for (const uint32_t corner : corners) {
-        box.add(about_.corners[corner]);
-        box.add(about_.corners[about_.corners[corner].parent]);
+    for (uint32_t corner : corners) {
+        for (;; corner = about_.corners[corner].parent) {
+            const Corner& c = about_.corners[corner];
+            box.add(c);
+            Slack slack;
+            if (c.parent == corner ||
+                wanted.has_arrived({c.position[0], c.position[1], c.position[2], c.error, c.radius}, slack))
+                break;
+        }
     }
     return box.sphere(about_);
 }
@@ -78,9 +84,9 @@ void CornerFront::for_triangles(Add&& add) const {
     }
 }
 
-void CornerFront::add_triangles(const Visibility& visibility, CutParts& parts) const {
+void CornerFront::add_triangles(const Visibility& visibility, const RefinementTest& wanted, CutParts& parts) const {
     for_triangles([&](const std::array<uint32_t, 3>& corners, const std::array<uint32_t, 3>& indices) {
-        const uint32_t mask = visibility.seen(visibility.all(), around(corners));
+        const uint32_t mask = visibility.seen(visibility.all(), around(corners, wanted));
         if (mask == 0) return;
         std::vector<uint32_t>& list = parts.list(mask);
         list.insert(list.end(), indices.begin(), indices.end());

@@ -637,7 +637,7 @@ Cut cut_bintree(const Residency& residency, const CutRequest& request, std::span
     if (request.distance) {
         corners.list(visibility.all()) = front.triangles();
     } else {
-        front.add_triangles(visibility, corners);
+        front.add_triangles(visibility, wanted, corners);
     }
     if (charts.empty()) {
         kept.topology = nullptr;

@@ -36,8 +36,8 @@ public:
 
     // Of these charts, rising, those whose four corners are all wanted.
     std::vector<uint32_t> whole_of(std::span<const uint32_t> charts) const;
-    // The triangles of all other charts that have an area, for the views that may see them. wanted: by which the corners
-    // were found.
+    // The triangles of all other charts that have an area, for the views that may see them. wanted: by which the
+    // corners were found.
     void add_triangles(const Visibility& visibility, const RefinementTest& wanted, CutParts& parts) const;
     // All of them, as Cut::parts has them. Where there is nothing to look up in charts but normals, which corners have
     // of their own, corners have an index each, whatever their charts, and triangles the order that vertex caches like.

@@ -39,11 +39,10 @@ vec4 world_here() {
 // Which way the triangle here faces, object space. What its corners' normals say is of the surface around them: where the
 // walls of something hollow are one, of either.
 vec3 facing_here() {
-    vec3 world = world_here().xyz;
-    vec3 facing = cross(dFdx(world), dFdy(world));
+    vec3 world = world_here().xyz, right = dFdx(world), down = dFdy(world);
     InstanceConstants instance = instance_at(in_numbers.z);
-    bool seen = dot(facing, frame.views[draw_constants.view].eye.xyz - world) > 0.0, front = gl_FrontFacing != (instance.mirrored != 0u);
-    facing = transpose(mat3(instance.object_to_world)) * (seen == front ? facing : -facing);
+    vec3 to_eye = cross(down / max(length(down), 1e-30), right / max(length(right), 1e-30));
+    vec3 facing = transpose(mat3(instance.object_to_world)) * (gl_FrontFacing != (instance.mirrored != 0u) ? to_eye : -to_eye);
     return dot(facing, facing) > 0.0 ? normalize(facing) : vec3(0.0, 0.0, 1.0);
 }
 

@@ -118,12 +118,14 @@ vec3 nearest_on_triangle(vec3 a, vec3 b, vec3 c) {
     if (d1 <= 0.0 && d2 <= 0.0) return vec3(1.0, 0.0, 0.0);
     if (d3 >= 0.0 && d4 <= d3) return vec3(0.0, 1.0, 0.0);
     if (d6 >= 0.0 && d5 <= d6) return vec3(0.0, 0.0, 1.0);
-    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return vec3(1.0 - d1 / (d1 - d3), d1 / (d1 - d3), 0.0);
-    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return vec3(1.0 - d2 / (d2 - d6), 0.0, d2 / (d2 - d6));
-    float at = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) return vec3(0.0, 1.0 - at, at);
-    float sum = va + vb + vc;
-    return vec3(va, vb, vc) / (sum == 0.0 ? 1.0 : sum);
+    // Edges that are points are left to the others.
+    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3) return vec3(1.0 - d1 / (d1 - d3), d1 / (d1 - d3), 0.0);
+    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 > d6) return vec3(1.0 - d2 / (d2 - d6), 0.0, d2 / (d2 - d6));
+    float along = d4 - d3, back = d5 - d6;
+    if (va <= 0.0 && along >= 0.0 && back >= 0.0 && along + back > 0.0) return vec3(0.0, back, along) / (along + back);
+    vec3 weight = max(vec3(va, vb, vc), vec3(0.0));
+    float sum = weight.x + weight.y + weight.z;
+    return sum > 0.0 ? weight / sum : vec3(1.0, 0.0, 0.0);
 }
 
 struct ChartPlace {
@@ -131,30 +133,47 @@ struct ChartPlace {
     vec2 place;  // in it, 0 .. 1
 };
 
-// Of the charts of the grid's cell (vgi/draw/corners/chart_grid.h) the one whose two triangles are nearest, and where they are
-// that.
+// Square of how far a place is from a box of charts; lattice units.
+float away_from(uvec4 box, vec3 at) {
+    vec3 low = vec3(box.xyz & 0xffffu), high = vec3(box.xyz >> 16);
+    vec3 off = max(max(low - at, at - high), vec3(0.0));
+    return dot(off, off);
+}
+
+// The chart whose two triangles are nearest, and where they are that: boxes are looked into from the nearest on
+// (vgi/draw/corners/chart_boxes.h). Where too many are as near, the best of those that were looked into.
 // at: lattice units. facing: which way what is drawn there faces, object space, or 0. The other side of something thin is
-// as near, and counts for eight cells farther.
+// as near: a chart that faces another way counts for farther, by some times its size.
 ChartPlace chart_at(vec3 at, vec3 facing, VgiAsset asset) {
-    const float other_side = 64.0;  // square of cells
-    uvec4 grid = corner_at(asset.first_grid);
-    float side = uintBitsToFloat(grid.w);
-    uvec3 cell = min(uvec3(max(at, vec3(0.0)) / side), grid.xyz - 1u);
-    uint first = asset.first_grid + 1u + LODE_VGI_GRID_CHARTS / 4u * ((cell.z * grid.y + cell.y) * grid.x + cell.x);
+    const float other_side = 16.0;  // square of a chart's diagonal
+    const uint most_boxes = 512u;
     ChartPlace best = ChartPlace(0u, vec2(0.5));
     float least = 1e30;
-    for (uint k = 0u; k < LODE_VGI_GRID_CHARTS; ++k) {
-        uint chart = corner_at(first + k / 4u)[k % 4u];
-        if (chart == LODE_VGI_NO_CHART) break;
+    uint stack[LODE_VGI_BOX_DEPTH + 1];
+    stack[0] = 0u;
+    uint looked_into = 0u;
+    for (uint waiting = 1u; waiting > 0u && looked_into < most_boxes; ++looked_into) {
+        uvec4 box = corner_at(asset.first_box + stack[--waiting]);
+        if (!(away_from(box, at) < least)) continue;
+        if ((box.w & LODE_VGI_BOX_OF_CHART) == 0u) {
+            bool second = away_from(corner_at(asset.first_box + box.w + 1u), at) < away_from(corner_at(asset.first_box + box.w), at);
+            stack[waiting] = box.w + (second ? 0u : 1u);
+            stack[waiting + 1u] = box.w + (second ? 1u : 0u);
+            waiting += 2u;
+            continue;
+        }
+        uint chart = box.w & ~LODE_VGI_BOX_OF_CHART;
         uvec4 corners = corner_at(asset.first_corners_of_charts + chart);
         vec3 p[4];
         for (uint i = 0u; i < 4u; ++i) p[i] = lattice(corner_at(asset.first_corner + corners[i]).xy) - at;
+        vec3 falling = p[2] - p[0], rising = p[3] - p[1];
+        float farther = other_side * max(dot(falling, falling), dot(rising, rising));
         for (uint upper = 0u; upper < 2u; ++upper) {
             vec3 b = p[1u + upper], c = p[2u + upper];
             vec3 weight = nearest_on_triangle(p[0], b, c);
             vec3 off = weight.x * p[0] + weight.y * b + weight.z * c;
             float away = dot(off, off);
-            if (dot(cross(b - p[0], c - p[0]), facing) < 0.0) away += other_side * side * side;
+            if (dot(cross(b - p[0], c - p[0]), facing) < 0.0) away += farther;
             if (away < least) {
                 least = away;
                 best = ChartPlace(chart, upper == 0u ? vec2(weight.y + weight.z, weight.z) : vec2(weight.y, weight.y + weight.z));

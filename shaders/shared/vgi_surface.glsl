@@ -16,7 +16,7 @@ vec3 direction_of(uint word) {
     return unfolded(vec2(bitfieldExtract(int(word), 0, 8), bitfieldExtract(int(word), 8, 8)) / 127.0);
 }
 
-// Whether the visibility buffer holds a normal: of triangles that stand for many charts, and of the source's own.
+// Whether the visibility buffer holds a normal: of the source's triangles, or of what stands for many charts.
 bool has_normal(uvec4 visible) {
     return visible.y >> 28 >= LODE_VGI_LEAF_LEVEL && debug_view() != LODE_DEBUG_ERROR &&
            debug_view() != LODE_DEBUG_STRETCH && debug_view() != LODE_DEBUG_TRIANGLE && debug_view() != LODE_DEBUG_MISSES;

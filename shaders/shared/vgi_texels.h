@@ -20,8 +20,8 @@
 // tells vertices apart is in the lowest bits: vertex caches go by them.
 #define LODE_VGI_CORNER 0x80000000u
 #define LODE_VGI_CORNER_STEP 0x02000000u
-#define LODE_VGI_GRID_CHARTS 8u  // that a cell has; a power of two
-#define LODE_VGI_NO_CHART 0xffffffffu
+#define LODE_VGI_BOX_OF_CHART 0x80000000u
+#define LODE_VGI_BOX_DEPTH 20  // boxes that one is in, at most
 #define LODE_VGI_NO_CORNERS 0xffffffffu  // VgiAsset::first_corners_of_charts where none is drawn elsewhere
 #define LODE_VGI_CORNER_LEVEL 15u        // that such triangles have in the visibility buffer
 // Or LODE_VGI_LEAF: slot of a leaf's part times LODE_VGI_LEAF_VERTICES, plus the vertex in it; with LODE_VGI_LEAF_MOVES
@@ -52,9 +52,9 @@
 #define LODE_VGI_CODES 5       // decoded errors and radii: 256 floats each, per asset
 #define LODE_VGI_PATCHES 7     // words of patches; where they are drawn
 // Four words to each: corners (x | y << 16, z | error << 16 | radius << 24, parent, normal as packSnorm2x16 has
-// octahedral coordinates), numbered in their atlas; charts (numbers of their corners); and the grid that tells which
-// charts are near (vgi/draw/corners/chart_grid.h): cells along x, y and z, lattice units of their sides as a float; then of
-// each cell, x first, LODE_VGI_GRID_CHARTS charts, LODE_VGI_NO_CHART where there are fewer.
+// octahedral coordinates), numbered in their atlas; charts (numbers of their corners); and boxes around charts
+// (vgi/draw/corners/chart_boxes.h): low x | high x << 16, y and z likewise, and LODE_VGI_BOX_OF_CHART | chart or the first of
+// the two boxes in it, counted from the first of the atlas.
 #define LODE_VGI_CORNERS 17
 // Of parts of leaves, slot by slot: the leaf as a sample (two words: x | y << 16, z | error << 16 | radius << 24), and
 // so the leaves across its four sides, itself where there is none; two words unused. Then blocks of four vertices: four
@@ -131,7 +131,7 @@ struct VgiAsset {
     uint first_corner;      // of the table of corners
     uint first_corners_of_charts;
     float leaf_step;  // object units, of the leaves' lattice
-    uint first_grid;  // of the table of corners: where the grid of charts begins
+    uint first_box;   // of the table of corners: where the boxes of charts begin
 };
 
 #ifdef __cplusplus

@@ -35,7 +35,8 @@ protected:
             "bench far.scene.json --size 320x240 --backends lod,vgi --frames 6 --quality-frames 6 --json -o report");
         EXPECT_EQ(flown.code, 0) << flown.err;
         std::map<std::string, Looks> looks;
-        for (const json& row : json::parse(flown.out)["rows"]) {
+        const json rows = json::parse(flown.out)["rows"];
+        for (const json& row : rows) {
             looks[row["backend"]] = {row["ssim"], row["triangles"]};
             std::printf("%s, %.0f away, %s: SSIM %.4f, %.0f triangles\n", shape.c_str(), away,
                         row["backend"].get<std::string>().c_str(), row["ssim"].get<double>(),
@@ -54,7 +55,7 @@ TEST_F(FarTest, FewTrianglesLookAsTheSourceDoes) {
     // Its walls are nearer to each other than triangles are to either.
     auto vase = seen_from("vase", 48);
     EXPECT_LT(vase["vgi"].triangles, vase["lod"].triangles);
-    EXPECT_GT(vase["vgi"].ssim, 0.7);
+    EXPECT_GT(vase["vgi"].ssim, 0.76);
 }
 
 }  // namespace

@@ -24,7 +24,6 @@ struct OpenAtlas {
     std::array<uint32_t, 3> first{};                // number of its first page or part among all atlases', by layer
     std::vector<ChartSpacing> spacing;              // per chart, of attributes
     std::shared_ptr<const AttributePage> mip_tail;  // mip_tail.h
-    std::vector<CornerRecord> grid;                 // chart_grid.h
     uint64_t first_mip_tail = 0;                    // of these, in the pool of attributes
     uint32_t first_chart = 0;                       // among all atlases'
 

@@ -12,7 +12,7 @@
 #include "vgi/asset/error_codes.h"
 #include "vgi/asset/saturation.h"
 #include "vgi/draw/buffer_sizes.h"
-#include "vgi/draw/corners/chart_grid.h"
+#include "vgi/draw/corners/chart_boxes.h"
 #include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/refinement_test.h"
@@ -260,8 +260,9 @@ private:
         const auto table = corner_table(about, coarsest_corners(*atlas.mip_tail, about.charts(),
                                                                 atlas.trees[1].cells_per_page(), words_.of_sample));
         all.insert(all.end(), table.begin(), table.end());
-        record.first_grid = static_cast<uint32_t>(all.size());
-        all.insert(all.end(), atlas.grid.begin(), atlas.grid.end());
+        record.first_box = static_cast<uint32_t>(all.size());
+        const auto boxes = chart_boxes(about);
+        all.insert(all.end(), boxes.begin(), boxes.end());
     }
 
     // What the device found out in a frame before is what this one goes on from: pages that are used and missed.
@@ -462,8 +463,8 @@ uint64_t mip_tail_of(const OpenAtlas& atlas) {
     return uint64_t{atlas.file->about().charts()} * mip_tail_samples(atlas.trees[1].cells_per_page());
 }
 
-std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const AtlasFile>>& files,
-                                    const VgiOptions& options, Totals& totals) {
+std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const AtlasFile>>& files, bool leaves,
+                                    Totals& totals) {
     std::vector<OpenAtlas> atlases;
     for (auto& file : files) {
         const Atlas& about = file->about();
@@ -472,7 +473,7 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         OpenAtlas atlas;
         atlas.file = file;
         atlas.first_chart = static_cast<uint32_t>(totals.base[0]);
-        atlas.topology = std::make_shared<const PageTopology>(about, options.leaves);
+        atlas.topology = std::make_shared<const PageTopology>(about, leaves);
         atlas.charts = ChartTree(about);
         for (const Layer layer : both_layers) {
             const size_t l = index_of(layer);
@@ -482,8 +483,7 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         }
         totals.leaf_parts += atlas.topology->leaf_parts();
         totals.mip_tail_samples += mip_tail_of(atlas);
-        if (options.raster == Raster::bintree) atlas.grid = chart_grid(about);
-        totals.corner_records += about.corners.size() + about.chart_corners.size() + atlas.grid.size();
+        totals.corner_records += about.corners.size() + 3 * about.chart_corners.size();
         atlases.push_back(std::move(atlas));
     }
     totals.words.leaf_uvs = (totals.ever & LODE_VGI_HAS_UVS) != 0;
@@ -668,7 +668,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
                                               const VgiOptions& options) {
     LODE_CHECK(!files.empty());
     Totals totals;
-    std::vector<OpenAtlas> atlases = open_atlases(files, options, totals);
+    std::vector<OpenAtlas> atlases = open_atlases(files, options.leaves, totals);
     const auto shares = share_budget(totals, atlases, options);
     if (!shares) return tl::unexpected(shares.error());
     uint64_t next_mip_tail = 0;
@@ -681,7 +681,8 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     const uint32_t kinds = shares->pools[2].most_slots > 0 ? every_kind : every_kind & ~kinds_of_leaves;
     const uint32_t own_uvs = (kinds & kinds_of_leaves) != 0 && totals.words.leaf_uvs ? 1 : 0;
     const AttributeConstants attributes{own_uvs, totals.ever, totals.words.of_sample};
-    recipe.pipelines = {drawing_pipeline(shares->tess, kinds, attributes), lighting_pipeline_of(attributes)};
+    recipe.pipelines = {drawing_pipeline(shares->tess, shares->tess ? kinds_of_samples : kinds, attributes),
+                        lighting_pipeline_of(attributes)};
     if (!shares->tess) {
         for (const uint32_t alone : {LODE_VGI_KIND_SAMPLES, kinds_of_samples, LODE_VGI_KIND_CORNERS,
                                      LODE_VGI_KIND_LEAVES, LODE_VGI_KIND_MOVING_LEAVES}) {

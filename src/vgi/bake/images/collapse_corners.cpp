@@ -151,11 +151,15 @@ private:
             std::erase(near, onto);
         }
         const auto is_near = [&](uint32_t v) { return std::ranges::binary_search(near, v); };
-        for (const uint32_t f : mesh_.around[onto]) {
-            const Face& face = mesh_.faces[f];
-            if (!has(face, corner) && (!is_hub(onto) || std::ranges::any_of(face, is_near)))
-                after_.push_back({f, face});
-        }
+        const auto add_others = [&](bool all) {
+            for (const uint32_t f : mesh_.around[onto]) {
+                const Face& face = mesh_.faces[f];
+                if (!has(face, corner) && (all || std::ranges::any_of(face, is_near))) after_.push_back({f, face});
+            }
+        };
+        add_others(!is_hub(onto));
+        // What hangs on a hub by itself: something has to take its points.
+        if (after_.empty()) add_others(true);
     }
     double squared_off(const glm::dvec3& point, const Face& face) const {
         const glm::dvec3 off = closest_on_triangle(point, at(face[0]), at(face[1]), at(face[2])) - point;

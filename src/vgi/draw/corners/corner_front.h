@@ -39,8 +39,9 @@ public:
     // The triangles of all other charts that have an area, for the views that may see them. wanted: by which the
     // corners were found.
     void add_triangles(const Visibility& visibility, const RefinementTest& wanted, CutParts& parts) const;
-    // All of them, as Cut::parts has them. Where there is nothing to look up in charts but normals, which corners have
-    // of their own, corners have an index each, whatever their charts, and triangles the order that vertex caches like.
+    // All of them, as Cut::parts has them. Where charts have nothing but normals, corners have an index each, whatever
+    // their charts, and triangles the order that vertex caches like: who takes vertices from the CPU
+    // (pulled_attributes) has the corner's own normal, and what else there is from the chart.
     std::vector<uint32_t> triangles() const;
 
 private:

@@ -201,16 +201,22 @@ Vertex leaf_vertex_of(const Residency& residency, Glue& glue, uint32_t index) {
                                      static_cast<uint32_t>(glue.atlas.texels() + glue.leaf_points.size()));
     return {{chart, along(0, square % per_side, 3, 1), along(1, square / per_side, 0, 2)}, at->second, false, true};
 }
+// The corner that an index of LODE_VGI_CORNER names.
+uint32_t corner_of(const Atlas& atlas, uint32_t index) {
+    const uint32_t of_chart = index % LODE_VGI_CORNER_STEP;
+    uint32_t corner = atlas.chart_corners[of_chart / 4][of_chart % 4];
+    for (uint32_t step = (index & ~LODE_VGI_CORNER) / LODE_VGI_CORNER_STEP; step > 0; --step)
+        corner = atlas.corners[corner].parent;
+    return corner;
+}
+
 // What is drawn is what the atlas has there, or `bad` counts it.
 Vertex vertex_of(const Residency& residency, Glue& glue, uint32_t index, size_t& bad) {
     const Atlas& atlas = glue.atlas;
     if ((index & LODE_VGI_CORNER) != 0) {
         const uint32_t of_chart = index % LODE_VGI_CORNER_STEP, chart = of_chart / 4;
-        uint32_t corner = atlas.chart_corners[chart][of_chart % 4];
-        for (uint32_t step = (index & ~LODE_VGI_CORNER) / LODE_VGI_CORNER_STEP; step > 0; --step)
-            corner = atlas.corners[corner].parent;
         const auto [x, y] = on_side(of_chart % 4, 0u, atlas.cells_of(chart));
-        return {{chart, x, y}, glue.sets.find(glue.texel_of_corner[corner]), true};
+        return {{chart, x, y}, glue.sets.find(glue.texel_of_corner[corner_of(atlas, index)]), true};
     }
     if ((index & LODE_VGI_LEAF) != 0) return leaf_vertex_of(residency, glue, index & ~LODE_VGI_LEAF);
     const Sample s = sample_of(residency, index);
@@ -528,6 +534,75 @@ TEST(Cuts, LoseTrianglesStepByStepFromAfar) {
     }
     EXPECT_GT(steps, 5u);
     EXPECT_LE(before, 80u);
+}
+
+// Where it is drawn, on its way from its parent (shaders/shared/vgi_sample.glsl); the atlas stands in the world as it
+// is.
+glm::dvec3 drawn_corner(const Atlas& atlas, const View& view, double pixel_error, uint32_t corner) {
+    const Corner& c = atlas.corners[corner];
+    const ErrorCodes codes(atlas.extent());
+    const glm::dvec3 own = atlas.lattice_point(c.position);
+    const double error = static_cast<double>(codes.error(c.error)) * magnification_of(view, pixel_error);
+    if (c.parent == corner || error == 0) return own;
+    const double left = error + static_cast<double>(codes.radius(c.radius)) -
+                        static_cast<double>(distance_metric(view, glm::vec3(own)));
+    const double share = std::clamp(left / ((1 - 1 / error_ratio) * error), 0.0, 1.0);
+    return share >= 1 ? own : glm::mix(drawn_corner(atlas, view, pixel_error, c.parent), own, share);
+}
+
+using CornerTriangles = std::set<std::array<uint32_t, 3>>;
+CornerTriangles corner_triangles(const Cut& cut) {
+    CornerTriangles all;
+    for (const auto& [mask, list] : cut.parts) {
+        for (size_t i = 0; i < list.size(); i += 3) {
+            if ((list[i] & LODE_VGI_CORNER) != 0) all.insert({list[i], list[i + 1], list[i + 2]});
+        }
+    }
+    return all;
+}
+
+// Corners may be several steps of their ways from where they belong.
+TEST(Cuts, LeaveOutNoTriangleOfCornersThatIsSeen) {
+    const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 8, 130);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    const auto [centre, size] = extent_of(atlas);
+    Random random(3);
+    const auto unit = [&] { return static_cast<float>(random.below(20001)) / 10000 - 1; };
+    size_t left_out = 0, seen = 0;
+    for (int i = 0; i < 1500; ++i) {
+        Camera camera;
+        camera.eye = centre + glm::normalize(glm::vec3(unit(), unit(), unit()) + 0.01f) * size * 8.0f;
+        camera.target = centre + glm::vec3(unit(), unit(), unit()) * size * 0.5f;
+        camera.near_plane = size * 0.1f;
+        camera.far_plane = size * 100;
+        camera.fov_y = 0.035f;
+        const View view = view_of(camera, 320, 180);
+        camera.fov_y = 0.7f;
+        const View wide = view_of(camera, 320, 180);
+        CutRequest request;
+        request.views = std::span(&view, 1);
+        request.pixel_error = 20 * std::exp2(static_cast<double>(2 * unit()));
+        request.cull_back_faces = false;
+        PageDemand demand(residency.units());
+        const CornerTriangles drawn = corner_triangles(from_scratch(residency, request, demand));
+        request.views = std::span(&wide, 1);
+        request.level_view = &view;
+        for (const auto& triangle : corner_triangles(from_scratch(residency, request, demand))) {
+            if (drawn.contains(triangle)) continue;
+            ++left_out;
+            std::array<glm::dvec3, 3> places;
+            for (size_t k = 0; k < 3; ++k)
+                places[k] = drawn_corner(atlas, view, request.pixel_error, corner_of(atlas, triangle[k]));
+            const Frustum frustum = frustum_of(view);
+            seen += std::ranges::none_of(frustum.planes(), [&](const glm::vec4& p) {
+                return std::ranges::all_of(places, [&](const glm::dvec3& at) {
+                    return glm::dot(glm::dvec3(p), at) + static_cast<double>(p.w) < 1e-6 * static_cast<double>(size);
+                });
+            });
+        }
+    }
+    EXPECT_GT(left_out, 10000u);
+    EXPECT_EQ(seen, 0u);
 }
 
 // Every fourth sample each way of all charts: how far the farthest of them is from what is drawn, object units.

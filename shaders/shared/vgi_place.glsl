@@ -143,18 +143,19 @@ float away_from(uvec4 box, vec3 at) {
 // The chart whose two triangles are nearest, and where they are that: boxes are looked into from the nearest on
 // (vgi/draw/corners/chart_boxes.h). Where too many are as near, the best of those that were looked into.
 // at: lattice units. facing: which way what is drawn there faces, object space, or 0. The other side of something thin is
-// as near: a chart that faces another way counts for farther, by some times its size.
-ChartPlace chart_at(vec3 at, vec3 facing, VgiAsset asset) {
+// as near: a chart that faces another way counts for farther, by some times its size. enough: lattice units; nothing is
+// looked for that is nearer by less.
+ChartPlace chart_at(vec3 at, vec3 facing, float enough, VgiAsset asset) {
     const float other_side = 16.0;  // square of a chart's diagonal
-    const uint most_boxes = 512u;
+    const uint most_boxes = 256u;
     ChartPlace best = ChartPlace(0u, vec2(0.5));
-    float least = 1e30;
+    float least = 1e30, worth = least;  // squares; what boxes have to be nearer than
     uint stack[LODE_VGI_BOX_DEPTH + 1];
     stack[0] = 0u;
     uint looked_into = 0u;
     for (uint waiting = 1u; waiting > 0u && looked_into < most_boxes; ++looked_into) {
         uvec4 box = corner_at(asset.first_box + stack[--waiting]);
-        if (!(away_from(box, at) < least)) continue;
+        if (!(away_from(box, at) < worth)) continue;
         if ((box.w & LODE_VGI_BOX_OF_CHART) == 0u) {
             bool second = away_from(corner_at(asset.first_box + box.w + 1u), at) < away_from(corner_at(asset.first_box + box.w), at);
             stack[waiting] = box.w + (second ? 0u : 1u);
@@ -176,6 +177,8 @@ ChartPlace chart_at(vec3 at, vec3 facing, VgiAsset asset) {
             if (dot(cross(b - p[0], c - p[0]), facing) < 0.0) away += farther;
             if (away < least) {
                 least = away;
+                worth = max(sqrt(away) - enough, 0.0);
+                worth *= worth;
                 best = ChartPlace(chart, upper == 0u ? vec2(weight.y + weight.z, weight.z) : vec2(weight.y, weight.y + weight.z));
             }
         }

@@ -72,14 +72,16 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
     bool is_leaf = visible.y >> 28 == LODE_VGI_LEAF_LEVEL;
     vec3 facing = has_normal(visible) ? unfolded(unpackSnorm2x16(visible.w)) : vec3(0.0);
     if (visible.y >> 28 == LODE_VGI_CORNER_LEVEL) {
-        ChartPlace there = chart_at(lattice_of(world.xyz, instance, asset), facing, asset);
+        float quarter_pixel = 0.25 * pixel_at(world.xyz, instance.scale) / asset.step;
+        ChartPlace there = chart_at(lattice_of(world.xyz, instance, asset), facing, quarter_pixel, asset);
         chart = there.chart;
         place = there.place;
     }
     // Where it is not told, on the average over the chart.
     float lod = told != LODE_VGI_ANY_FIT ? float(int(told) - LODE_VGI_FIT_BELOW) / 8.0 : log2(pixel_at(world.xyz, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
     uint attribute_cells = 1u << asset.attribute_cells, has = asset.has & ever;
-    if (!is_leaf) place = surface_place(place, chart, world.xyz, lod, instance, asset);
+    // Where a pixel spans all of a chart there is no place to find in it.
+    if (!is_leaf && lod < float(asset.attribute_cells)) place = surface_place(place, chart, world.xyz, lod, instance, asset);
     uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
     uint base = uint(findMSB(attribute_cells) - findMSB(cells));
     int fit = max(0, int(floor(lod)));

@@ -565,7 +565,8 @@ CornerTriangles corner_triangles(const Cut& cut) {
 TEST(Cuts, LeaveOutNoTriangleOfCornersThatIsSeen) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 8, 130);
     const Residency residency = partly_resident(atlas, 1, 1);
-    const auto [centre, size] = extent_of(atlas);
+    const glm::vec3 centre = extent_of(atlas).centre;
+    const float size = extent_of(atlas).size;
     Random random(3);
     const auto unit = [&] { return static_cast<float>(random.below(20001)) / 10000 - 1; };
     size_t left_out = 0, seen = 0;

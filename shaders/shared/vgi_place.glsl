@@ -146,7 +146,7 @@ float away_from(uvec4 box, vec3 at) {
 // as near: a chart that faces another way counts for farther, by some times its size. enough: lattice units; nothing is
 // looked for that is nearer by less.
 ChartPlace chart_at(vec3 at, vec3 facing, float enough, VgiAsset asset) {
-    const float other_side = 16.0;  // square of a chart's diagonal
+    const float other_side = 16.0;  // squares of a chart's diagonal
     const uint most_boxes = 256u;
     ChartPlace best = ChartPlace(0u, vec2(0.5));
     float least = 1e30, worth = least;  // squares; what boxes have to be nearer than

@@ -93,18 +93,27 @@ vec2 surface_place(vec2 place, uint chart, vec3 world, float lod, InstanceConsta
     vec3 to_x = by * cross(around.along_y, ray), to_y = by * cross(ray, around.along_x);
 
     float size = float(1u << stride);
-    vec2 last_at = at, last_way = vec2(0.0);
+    vec2 last_at = at, last_way = vec2(0.0), best = at;
+    float least = 1e30;
     for (uint step = 0u; step < most_steps; ++step) {
         vec3 off = seen - surface_cell(first, asset.page_cells, at, stride).at;
         vec2 way = vec2(dot(off, to_x), dot(off, to_y)), change = way - last_way;
+        if (dot(way, way) < least) {
+            least = dot(way, way);
+            best = at;
+        }
         float back = step == 0u ? 0.0 : clamp(dot(way, change) / max(dot(change, change), 1e-12), 0.0, 0.7);
         vec2 next = at + way - back * (at - last_at + change);
         last_at = at;
         last_way = way;
         at = next;
-        if (length(way) < near * size) break;
+        if (length(way) < near * size) {
+            best = at;
+            break;
+        }
     }
-    vec2 moved = at - start;
+    // Where steps lead astray, the nearest place that they came by.
+    vec2 moved = best - start;
     moved *= clamp(2.0 - length(moved) / (most_cells * size), 0.0, 1.0);
     return clamp(place + moved / float(asset.page_cells << (base - found.level)), 0.0, 1.0);
 }

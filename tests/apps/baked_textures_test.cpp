@@ -1,8 +1,10 @@
-// Textures baked into an atlas, through the program, against the pictures of the source.
+// Textures and colours baked into an atlas, through the program, against the pictures of the source.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "apps/program.h"
@@ -98,6 +100,74 @@ TEST_F(BakedTexturesTest, TakeBytesByTheirQuality) {
     for (const char* wrong : {"0", "101", "good", "7x", ""})
         fails(std::string("bake ball.glb -o x.lode --backends vgi --texture-quality '") + wrong + "'", 2,
               "give a number from 1 to 100, or lossless");
+}
+
+// A flat sheet of so many squares a side, painted with waves by colours of its vertices.
+TriMesh painted_sheet(uint32_t squares) {
+    TriMesh mesh;
+    for (uint32_t y = 0; y <= squares; ++y) {
+        for (uint32_t x = 0; x <= squares; ++x) {
+            const glm::vec2 at = 2.0f * glm::vec2(x, y) / static_cast<float>(squares) - 1.0f;
+            const auto wave = [](float phase) { return static_cast<uint8_t>(127 + 120 * std::sin(phase)); };
+            mesh.wedge_vertex.push_back(static_cast<uint32_t>(mesh.positions.size()));
+            mesh.positions.emplace_back(at, 0);
+            mesh.colours.emplace_back(wave(9 * at.x), wave(7 * at.y + 1.57f), wave(5 * (at.x + at.y)), 255);
+        }
+    }
+    for (uint32_t y = 0; y < squares; ++y) {
+        for (uint32_t x = 0; x < squares; ++x) {
+            const uint32_t a = y * (squares + 1) + x, above = a + squares + 1;
+            mesh.triangles.push_back({a, a + 1, above + 1});
+            mesh.triangles.push_back({a, above + 1, above});
+        }
+    }
+    return mesh;
+}
+
+// Pixels that show what the other picture has nowhere within two pixels; and all that are inside of both pictures: at
+// an outline it is another pixel that is covered.
+std::pair<uint32_t, uint32_t> pixels_of_elsewhere(const Picture& full, const Picture& vgi) {
+    constexpr size_t reach = 2;
+    constexpr int tolerance = 8;
+    const size_t row = full.width;
+    const auto texel = [&](const Picture& picture, size_t p) {
+        return glm::ivec3(picture.colour[4 * p], picture.colour[4 * p + 1], picture.colour[4 * p + 2]);
+    };
+    uint32_t wrong = 0, seen = 0;
+    for (size_t y = reach; y + reach < full.height; ++y) {
+        for (size_t x = reach; x + reach < row; ++x) {
+            glm::ivec3 low(255), high(0);
+            bool covered = true;
+            for (size_t p = (y - reach) * row; p <= (y + reach) * row; p += row) {
+                for (size_t q = p + x - reach; q <= p + x + reach; ++q) {
+                    low = glm::min(low, texel(full, q));
+                    high = glm::max(high, texel(full, q));
+                    // The first pixel shows what is behind.
+                    covered = covered && texel(full, q) != texel(full, 0) && texel(vgi, q) != texel(vgi, 0);
+                }
+            }
+            const glm::ivec3 is = texel(vgi, y * row + x);
+            seen += covered;
+            wrong += covered && is != glm::clamp(is, low - tolerance, high + tolerance);
+        }
+    }
+    return {wrong, seen};
+}
+
+// Single pixels, too: where charts are pulled into needles, the place in them that a pixel sees is found all the same.
+TEST_F(BakedTexturesTest, HaveNoPixelOfAnotherPlace) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    ASSERT_TRUE(write_mesh(painted_sheet(120), folder_ / "sheet.ply"));
+    succeeds("bake sheet.ply -o sheet.lode --backends vgi,full");
+    for (const std::string size : {"160x120", "320x240", "480x360", "640x480"}) {
+        for (const std::string backend : {"full", "vgi"})
+            succeeds("render sheet.lode --debug base-colour --size " + size + " --backend " + backend + " -o " +
+                     backend + ".png");
+        const auto [wrong, seen] =
+            pixels_of_elsewhere(picture_of(folder_ / "full.png"), picture_of(folder_ / "vgi.png"));
+        EXPECT_GT(seen, 2000u) << size;
+        EXPECT_EQ(wrong, 0u) << size;
+    }
 }
 
 // Whoever needs texture coordinates is told how to have them, and tiles have them.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <string_view>
 
 #include "base/check.h"
 
@@ -125,6 +126,9 @@ Result<void> ChunkFile::read_entries(uint64_t count, const Hash128& hash) {
         all.add(raw);
         offset += sizeof(Entry);
         entry.name.back() = 0;
+        // Names reach errors and the terminal.
+        if (!std::ranges::all_of(std::string_view(entry.name.data()), [](char c) { return c > ' ' && c <= '~'; }))
+            return damaged(place, "its name has characters that no chunk's name has");
         if (entry.bytes > whole_bytes_ - offset)
             return damaged("chunk '" + std::string(entry.name.data()) + "'", "lies outside the file");
         contents_->chunks.push_back({entry.name.data(), offset, entry.bytes, entry.hash});

@@ -154,6 +154,22 @@ TEST_F(ChunkFileTest, PartsOfAChunkAreReadAlone) {
     EXPECT_FALSE(file->read_part("absent", 0, std::as_writable_bytes(std::span(part))));
 }
 
+// Whatever tells of an asset shows its chunks' names.
+TEST_F(ChunkFileTest, NamesThatATerminalTakesForCommandsAreRefused) {
+    for (const std::string name : {"\x1b[2J", "two\nlines", "two words", "\xff", "\x7f"}) {
+        auto writer = ChunkWriter::create(path_, {});
+        ASSERT_TRUE(writer);
+        ASSERT_TRUE(writer->add_text("words", "stone"));
+        ASSERT_TRUE(writer->add_text(name, "lost"));
+        ASSERT_TRUE(writer->commit());
+        const auto file = ChunkFile::open(path_);
+        ASSERT_FALSE(file);
+        EXPECT_EQ(file.error().fault, Fault::format);
+        EXPECT_THAT(file.error().message, testing::HasSubstr("asset.lode: entry of chunk 1: "));
+        EXPECT_THAT(file.error().message, testing::Not(testing::HasSubstr(name)));
+    }
+}
+
 // Under a thread sanitizer this is a race where reading a chunk marks it without a lock.
 TEST_F(ChunkFileTest, ThreadsReadTheSameChunkOfCopies) {
     const auto file = ChunkFile::open(path_);

@@ -1,7 +1,10 @@
 // Damaged assets through `verify` and `extract`: each refuses them by one line and exit code 3, or gives the same bytes
-// as of the whole asset. LODESTONE_DAMAGED: how many of each kind of damage and asset, 100 unless given.
+// as of the whole asset. Through `render`: it refuses them so, or draws the same picture, or says by one line that it
+// drew something coarser. LODESTONE_DAMAGED: how many of each kind of damage and asset, 100 unless given; one in
+// 160 of them is drawn, at least four.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -52,6 +55,10 @@ protected:
     }
     void TearDown() override { fs::remove_all(folder_); }
 
+    static int count() {
+        const char* asked = std::getenv("LODESTONE_DAMAGED");
+        return asked != nullptr ? std::atoi(asked) : 100;
+    }
     static std::string backend() { return GetParam(); }
     fs::path out() const { return folder_ / "level.ply"; }
     Ran extract(const fs::path& asset) const {
@@ -75,6 +82,22 @@ protected:
                 }
             }
         }
+    }
+
+    struct Drawn {
+        int code;
+        std::string message, picture;  // picture: empty where there is none
+    };
+    // By the program itself: what crashes is a process of its own.
+    Drawn draw(const fs::path& asset) const {
+        const fs::path picture = folder_ / "picture.png", message = folder_ / "message.txt";
+        fs::remove(picture);
+        const int status = std::system((LODESTONE_PROGRAM " render '" + asset.string() + "' --backend " + backend() +
+                                        " --size 96x72 --pixel-error 0.2 -o '" + picture.string() + "' >/dev/null 2>'" +
+                                        message.string() + "'")
+                                           .c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(message),
+                fs::exists(picture) ? content_of(picture) : ""};
     }
 
     uint64_t below(uint64_t end) { return random_.below(static_cast<uint32_t>(end)); }
@@ -107,13 +130,11 @@ protected:
 };
 
 TEST_P(IntegrityTest, DamageIsRefusedOrHarmless) {
-    const char* asked = std::getenv("LODESTONE_DAMAGED");
-    const int count = asked != nullptr ? std::atoi(asked) : 100;
     const fs::path bad_path = folder_ / "bad.lode";
     for (const std::string kind : {"a bit flipped", "a range zeroed", "a tail cut", "two pages exchanged"}) {
         SCOPED_TRACE(kind);
         int refused = 0, refused_by_extract = 0, harmless = 0, same = 0;
-        for (int i = 0; i < count; ++i) {
+        for (int i = 0; i < count(); ++i) {
             const std::string bad = damaged(kind);
             if (bad == good_) {
                 ++same;
@@ -139,8 +160,35 @@ TEST_P(IntegrityTest, DamageIsRefusedOrHarmless) {
             harmless += verified.code == 0;
         }
         std::printf("%s, %s: %d damaged; verify refuses %d, %d are harmless; extract refuses %d; %d unchanged\n",
-                    GetParam(), kind.c_str(), count - same, refused, harmless, refused_by_extract, same);
+                    GetParam(), kind.c_str(), count() - same, refused, harmless, refused_by_extract, same);
         EXPECT_GT(refused, 0);
+    }
+}
+
+TEST_P(IntegrityTest, DamageIsToldOfWhereItIsDrawn) {
+    const Drawn good = draw(asset_);
+    if (good.code != 0) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    const fs::path bad_path = folder_ / "bad.lode";
+    for (const std::string kind : {"a bit flipped", "a range zeroed", "a tail cut", "two pages exchanged"}) {
+        SCOPED_TRACE(kind);
+        int refused = 0, coarser = 0, same = 0;
+        for (int i = 0; i < std::max(4, count() / 160); ++i) {
+            std::ofstream(bad_path, std::ios::binary) << damaged(kind);
+            const Drawn drawn = draw(bad_path);
+            ASSERT_TRUE(drawn.code == 0 || drawn.code == 3) << i << ": " << drawn.code << " " << drawn.message;
+            EXPECT_EQ(drawn.picture.empty(), drawn.code == 3) << i;
+            if (drawn.message.empty()) {
+                ASSERT_TRUE(drawn.picture == good.picture) << i;
+                ++same;
+                continue;
+            }
+            EXPECT_EQ(std::ranges::count(drawn.message, '\n'), 1) << drawn.message;
+            EXPECT_THAT(drawn.message, testing::HasSubstr(bad_path.string()));
+            ++(drawn.code == 3 ? refused : coarser);
+        }
+        std::printf("%s, %s: %d refused, %d coarser, %d drawn the same\n", GetParam(), kind.c_str(), refused, coarser,
+                    same);
+        EXPECT_GT(refused + coarser, 0);
     }
 }
 

@@ -164,7 +164,7 @@ public:
         saturate(atlas);
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         bound_pages(atlas, page_errors);
-        collapse_corners(atlas);
+        collapse_corners(atlas, progress_);
         if (progress_.stopped()) return fail(Fault::interrupted, "interrupted");
         progress_.at("distance", 0);
         const AtlasDistance finest = measure_finest(atlas, mesh_, samples);

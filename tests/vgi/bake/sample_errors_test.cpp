@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <glm/geometric.hpp>
 #include <set>
 
@@ -13,6 +14,7 @@
 #include "mesh/repair.h"
 #include "vgi/asset/bintree.h"
 #include "vgi/asset/pages.h"
+#include "vgi/bake/images/collapse_corners.h"
 #include "vgi/small_atlas.h"
 
 namespace lodestone::vgi {
@@ -265,6 +267,20 @@ TEST(SampleErrors, ConesHoldTheNormalsOfEveryTriangleThatMayBeDrawn) {
         }
     }
     EXPECT_GT(cones, atlas.charts() / 2);
+}
+
+TEST(CornerErrors, AreLeftAsTheyAreWhereTheBakeIsToStop) {
+    Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 16, 24);
+    const auto before = atlas.chart_corners;
+    ASSERT_FALSE(before.empty());
+    atlas.chart_corners.clear();
+    const std::atomic<bool> stop{true};
+    Progress progress;
+    progress.stop = &stop;
+    collapse_corners(atlas, progress);
+    EXPECT_TRUE(atlas.chart_corners.empty());
+    collapse_corners(atlas);
+    EXPECT_EQ(atlas.chart_corners, before);
 }
 
 }  // namespace

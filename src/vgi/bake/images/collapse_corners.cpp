@@ -70,13 +70,16 @@ bool is_flat(const Face& face) { return face[0] == face[1] || face[1] == face[2]
 // One component made coarser until nothing is left of it.
 class Collapse {
 public:
-    Collapse(CornerMesh& mesh, std::vector<uint32_t> corners)
-        : mesh_(mesh), corners_(std::move(corners)), states_(corners_.size()) {}
+    Collapse(CornerMesh& mesh, std::vector<uint32_t> corners, const Progress& progress)
+        : mesh_(mesh), corners_(std::move(corners)), progress_(progress), states_(corners_.size()) {}
 
-    // Corners in the order in which they went.
+    // Corners in the order in which they went; not all of them where it is told to stop.
     std::vector<uint32_t> run() {
-        for (const uint32_t corner : corners_) consider(corner);
-        while (!queue_.empty()) {
+        for (const uint32_t corner : corners_) {
+            if (progress_.stopped()) break;
+            consider(corner);
+        }
+        while (!queue_.empty() && !progress_.stopped()) {
             Candidate next = queue_.top();
             queue_.pop();
             State& state = state_of(next.corner);
@@ -321,7 +324,8 @@ private:
 
     CornerMesh& mesh_;
     const std::vector<uint32_t> corners_;  // rising
-    std::vector<State> states_;            // per corner of corners_
+    const Progress& progress_;
+    std::vector<State> states_;  // per corner of corners_
     std::priority_queue<Candidate> queue_;
     std::vector<std::pair<uint32_t, Face>> after_;
     std::vector<uint32_t> gone_;
@@ -445,14 +449,15 @@ private:
 
 }  // namespace
 
-void collapse_corners(Atlas& atlas) {
+void collapse_corners(Atlas& atlas, const Progress& progress) {
     CornerMesh mesh = corner_mesh(atlas);
     Saturation saturation(atlas, mesh);
     mesh.least_errors = saturation.least_errors();
     std::vector<std::vector<uint32_t>> orders = components_of(mesh);
     parallel_for(orders.size(), 1, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) orders[i] = Collapse(mesh, std::move(orders[i])).run();
+        for (size_t i = begin; i < end; ++i) orders[i] = Collapse(mesh, std::move(orders[i]), progress).run();
     });
+    if (progress.stopped()) return;
     std::vector<Corner> corners(mesh.positions.size());
     std::vector<uint32_t> order(corners.size()), went(corners.size(), ~0u);  // of roots: last
     for (const std::vector<uint32_t>& component : orders) {

@@ -8,11 +8,13 @@
 //   decimation", Graphics Interface 1998: half-edge collapses.
 #pragma once
 
+#include "base/progress.h"
 #include "vgi/asset/atlas.h"
 
 namespace lodestone::vgi {
 
-// Fills Atlas::corners and Atlas::chart_corners. Positions, gluing and saturated errors of samples are there.
-void collapse_corners(Atlas& atlas);
+// Fills Atlas::corners and Atlas::chart_corners. Positions, gluing and saturated errors of samples are there. Leaves
+// both as they are where it is told to stop.
+void collapse_corners(Atlas& atlas, const Progress& progress = {});
 
 }  // namespace lodestone::vgi

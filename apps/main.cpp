@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <optional>
@@ -71,6 +72,24 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
     return std::nullopt;
 }
 
+int report_out_of_memory() {
+    return report_error({Fault::machine, spill_statistics().full
+                                             ? "what does not fit --memory has no room in the folder for temporary "
+                                               "files; name another by --tmp, or allow more"
+                                             : "out of memory; use a smaller mesh, or bake with --memory"});
+}
+
+// Libraries allocate where nothing may be thrown, as nlohmann's JSON does in its destructor.
+std::terminate_handler terminate_otherwise = nullptr;
+[[noreturn]] void end_where_nothing_may_be_thrown() {
+    try {
+        if (const auto thrown = std::current_exception()) std::rethrow_exception(thrown);
+    } catch (const std::bad_alloc&) { std::_Exit(report_out_of_memory()); } catch (...) {
+    }
+    terminate_otherwise();
+    std::abort();
+}
+
 int run_program(int argc, char** argv) {
     CLI::App app("", "lodestone");
     describe(app);
@@ -91,14 +110,10 @@ int run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    terminate_otherwise = std::set_terminate(end_where_nothing_may_be_thrown);
     try {
         return run_program(argc, argv);
-    } catch (const std::bad_alloc&) {
-        return report_error({Fault::machine, spill_statistics().full
-                                                 ? "what does not fit --memory has no room in the folder for temporary "
-                                                   "files; name another by --tmp, or allow more"
-                                                 : "out of memory; use a smaller mesh, or bake with --memory"});
-    } catch (const std::exception& e) {
+    } catch (const std::bad_alloc&) { return report_out_of_memory(); } catch (const std::exception& e) {
         return report_error({Fault::machine, std::string("an operation of the system failed: ") + e.what()});
     } catch (...) { return report_error({Fault::machine, "an operation failed for a reason that is not known"}); }
 }

@@ -136,6 +136,53 @@ TEST_F(RendererFaults, EveryAllocationMayFail) {
     EXPECT_EQ(device_allocations(), 0);
 }
 
+TEST_F(RendererFaults, ARendererThatHasNoRoomIsToldOfAndGivesBackWhatItHas) {
+    ASSERT_EQ(device_allocations(), 0);
+    RendererOptions options;
+    options.width = small_width;
+    options.height = small_height;
+    int tried = 0;
+    for (;; ++tried) {
+        inject("vkAllocateMemory", VK_ERROR_OUT_OF_DEVICE_MEMORY, 1, tried);
+        const auto made = Renderer::create(options);
+        if (injected() == 0) {
+            EXPECT_TRUE(made);
+            break;
+        }
+        ASSERT_FALSE(made);
+        EXPECT_THAT(made.error().message, HasSubstr("out of device memory"));
+        EXPECT_EQ(device_allocations(), 0);
+    }
+    EXPECT_GT(tried, 0);
+}
+
+// After a size that there is no room for, the size before is drawn again.
+TEST_F(RendererFaults, ASizeWithoutRoomIsToldOf) {
+    Renderer& renderer = make();
+    auto source = rock();
+    ASSERT_TRUE(renderer.load(source->recipe(), plain()));
+    ASSERT_TRUE(drawn(renderer, *source, 0));
+    const Picture before = *renderer.read_picture();
+    int tried = 0;
+    for (;; ++tried) {
+        inject("vkAllocateMemory", VK_ERROR_OUT_OF_DEVICE_MEMORY, 1, tried);
+        // Smaller ones have room in what the renderer has.
+        const Result<void> resized = renderer.resize(4096, 4096);
+        if (injected() == 0) {
+            EXPECT_TRUE(resized);
+            break;
+        }
+        fails(resized, "out of device memory");
+        inject("", VK_SUCCESS, 0);
+        ASSERT_TRUE(renderer.resize(small_width, small_height));
+        source = rock();
+        ASSERT_TRUE(renderer.load(source->recipe(), plain()));
+        ASSERT_TRUE(drawn(renderer, *source, 0));
+        EXPECT_EQ(renderer.read_picture()->colour, before.colour);
+    }
+    EXPECT_GT(tried, 0);
+}
+
 TEST_F(RendererFaults, WhatWasLoadedStaysWhereTheNextCannotBeBuilt) {
     Renderer& renderer = make();
     auto source = rock();

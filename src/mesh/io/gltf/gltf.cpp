@@ -10,6 +10,7 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
+#include <new>
 #include <set>
 #include <span>
 
@@ -157,6 +158,8 @@ private:
             good = binary ? loader.LoadBinaryFromMemory(&model_, &error, &warning, bytes, size, "")
                           : loader.LoadASCIIFromString(&model_, &error, &warning, reinterpret_cast<const char*>(bytes),
                                                        size, "");
+        } catch (const std::bad_alloc&) {
+            throw;  // no fault of the file
         } catch (const std::exception& e) {
             throw GltfFault{"", std::string("is no glTF that can be read: ") + e.what()};
         }

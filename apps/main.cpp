@@ -72,11 +72,16 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
     return std::nullopt;
 }
 
+// Allocates nothing.
 int report_out_of_memory() {
-    return report_error({Fault::machine, spill_statistics().full
-                                             ? "what does not fit --memory has no room in the folder for temporary "
-                                               "files; name another by --tmp, or allow more"
-                                             : "out of memory; use a smaller mesh, or bake with --memory"});
+    end_progress();
+    std::fputs(
+        spill_statistics().full
+            ? "lodestone: what does not fit --memory has no room in the folder for temporary files; name another by "
+              "--tmp, or allow more\n"
+            : "lodestone: out of memory; use a smaller mesh, or bake with --memory\n",
+        stderr);
+    return static_cast<int>(Fault::machine);
 }
 
 // Libraries allocate where nothing may be thrown, as nlohmann's JSON does in its destructor.
@@ -85,8 +90,8 @@ std::terminate_handler terminate_otherwise = nullptr;
     try {
         if (const auto thrown = std::current_exception()) std::rethrow_exception(thrown);
     } catch (const std::bad_alloc&) { std::_Exit(report_out_of_memory()); } catch (...) {
+        terminate_otherwise();
     }
-    terminate_otherwise();
     std::abort();
 }
 

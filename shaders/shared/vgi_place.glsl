@@ -81,7 +81,9 @@ vec2 surface_place(vec2 place, uint chart, vec3 world, float lod, InstanceConsta
     uint first = page.first, stride = page.stride;
     // Lattice units.
     vec3 seen = lattice_of(world, instance, asset);
-    vec3 ray = normalize(transpose(mat3(instance.normal_to_world)) * (world - frame.views[draw_constants.view].eye.xyz));
+    ViewConstants view = frame.views[draw_constants.view];
+    vec3 away = view.eye.w > 0.0 ? world - view.eye.xyz : view.forward.xyz;
+    vec3 ray = normalize(transpose(mat3(instance.normal_to_world)) * away);
 
     vec2 start = found.place * float(asset.page_cells), at = start;
     uint mean = min(stride + mean_stride, page_shift);

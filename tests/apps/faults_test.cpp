@@ -1,5 +1,6 @@
 // What may befall the program from outside: killed at any moment, a disk that is full at any write, memory that ends
 // anywhere, reads that fail.
+#include <map>
 #include <string>
 
 #include "apps/fault.h"
@@ -45,7 +46,6 @@ TEST_F(FaultTest, AFullDiskIsOneLineAndLeavesNothing) {
     succeeds("generate rock --triangles 3000 -o rock.ply");
     succeeds("bake rock.ply --backends lod,vgi,discrete --clusters 4 --resolution 33 -o whole.lode");
     const bool has_driver = has_device();
-    for (const char* made : {"probe.ply", "probe.png", "cache/lodestone"}) fs::remove_all(folder_ / made);
     const auto known = files();
     struct Written {
         const char *command, *out;
@@ -121,45 +121,66 @@ TEST_F(FaultTest, MemoryThatEndsAnywhereIsOneLineAndLeavesNothing) {
 
 #if !LODE_SANITIZED  // which bring an allocation of their own
 // One allocation fails, whichever it is, and those after it do not.
-TEST_F(FaultTest, AnyAllocationMayFail) {
-    succeeds("generate rock --triangles 3000 -o rock.ply");
-    succeeds("bake rock.ply --backends lod,vgi,discrete --clusters 4 --resolution 33 -o whole.lode");
-    const bool has_driver = has_device();
-    for (const char* made : {"probe.ply", "probe.png", "cache/lodestone"}) fs::remove_all(folder_ / made);
-    const auto known = files();
-    const auto failing = [](int64_t at) {
-        return "env LD_PRELOAD=" LODESTONE_FAIL_SYSTEM " LODESTONE_FAIL_MALLOC=" + std::to_string(at) + " timeout 60 ";
-    };
-    // Those before main() are the end.
-    int64_t begun = 500;
-    while (run("--version", failing(begun)).code != 4) begun = begun * 11 / 10;
-    const std::string bench = "bench whole.lode --backends lod,vgi --frames 3 --quality-frames 0 --size 96x64 -o made";
-    for (const std::string& command :
-         {std::string("verify whole.lode --json"), std::string("unwrap rock.ply -o made.obj"),
-          std::string("bake rock.ply --backends lod,vgi --clusters 4 --resolution 33 -o made.lode"),
-          std::string("extract whole.lode --backend vgi --level 1 -o made.glb"), std::string("tile rock.ply -o made"),
-          std::string("render whole.lode --backend vgi --size 96x64 -o made.png"), bench}) {
-        if ((command.starts_with("render") || command == bench) && !has_driver) continue;
+class AllocationTest : public FaultTest {
+protected:
+    static std::string failing(int64_t at) {
+        return "env LD_PRELOAD=" LODESTONE_FAIL_SYSTEM " LODESTONE_FAIL_MALLOC=" + std::to_string(at) + " timeout 300 ";
+    }
+    // Of outputs, whose names begin with made.
+    std::map<std::string, std::string> made() const {
+        std::map<std::string, std::string> all;
+        for (const std::string& name : files()) {
+            if (name.starts_with("made")) all[name] = content_of(folder_ / name);
+        }
+        return all;
+    }
+    void forget() const {
+        for (const char* name : {"made", "made.glb", "made.obj", "made.png", "made.lode", "cache/lodestone"})
+            fs::remove_all(folder_ / name);
+    }
+    // From the first allocation on that is main()'s. same: what is made is the same each time.
+    void fail_each_of(const std::string& command, int64_t begin, bool same) {
+        succeeds(command);
+        const auto whole = made();
         int failed = 0, passed = 0;
-        for (int64_t at = begun; passed < 3; at += at / (2 + moments() / 4)) {
-            SCOPED_TRACE(command + std::to_string(at));
-            const Ended e = run("-q " + command, failing(at));
-            // Where what cannot be had is done without.
+        for (int64_t at = begin; passed < 3; at += at / (2 + moments() / 4)) {
+            SCOPED_TRACE(command + ", " + std::to_string(at));
+            forget();
+            const Ended e = run(command, failing(at));
             passed = e.code == 0 ? passed + 1 : 0;
+            failed += e.code != 0;
             if (e.code != 0) {
-                ++failed;
-                EXPECT_EQ(e.code, 4);
+                ASSERT_EQ(e.code, 4) << e.err;
                 EXPECT_EQ(std::count(e.err.begin(), e.err.end(), '\n'), 1) << e.err;
                 EXPECT_THAT(e.err, HasSubstr("out of memory"));
+                EXPECT_TRUE(!same || made().empty());
+            } else if (same && e.err.empty()) {
+                // What could not be had was done without.
+                EXPECT_TRUE(made() == whole);
             }
-            // What is in the cache by then is whole.
-            fs::remove_all(folder_ / "cache/lodestone");
-            if (e.code != 0 && command != bench) { EXPECT_EQ(files(), known); }
-            for (const char* made : {"made", "made.glb", "made.obj", "made.png", "made.lode"})
-                fs::remove_all(folder_ / made);
         }
         EXPECT_GT(failed, 3) << command;
+        forget();
     }
+};
+
+TEST_F(AllocationTest, AnyOneMayFail) {
+    succeeds("generate rock --triangles 3000 -o rock.ply");
+    succeeds("bake rock.ply --backends lod,vgi,discrete --clusters 4 --resolution 33 -o whole.lode");
+    // Those before main() are the end.
+    int64_t begin = 500;
+    for (int code = 0; code != 4; begin = begin * 21 / 20) {
+        code = run("--version", failing(begin)).code;
+        ASSERT_NE(code, 0) << "no allocation of main() was met";
+    }
+    for (const char* command : {"verify whole.lode --json", "unwrap rock.ply -o made.obj",
+                                "bake rock.ply --backends lod,vgi --clusters 4 --resolution 33 -o made.lode",
+                                "extract whole.lode --backend vgi --level 1 -o made.glb", "tile rock.ply -o made"})
+        fail_each_of(command, begin, true);
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    fail_each_of("render whole.lode --backend vgi --size 96x64 -o made.png", begin, true);
+    fail_each_of("bench whole.lode --backends lod,vgi --frames 3 --quality-frames 0 --size 96x64 -o made", begin,
+                 false);
 }
 #endif
 
@@ -204,20 +225,29 @@ TEST_F(FaultTest, ReadsThatFailOrStallAreToldOf) {
     EXPECT_GT(refused, 5);
     if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
     const auto drawn = [&](const std::string& by) {
-        const Ended e = run("render rock.lode --backend vgi --size 96x64 --pixel-error 0.2 -o x.png", by);
-        EXPECT_EQ(e.code, 0) << e.err;
-        return std::pair(content_of(folder_ / "x.png"), e.err);
+        fs::remove(folder_ / "x.png");
+        return run("render rock.lode --backend vgi --size 96x64 --pixel-error 0.2 -o x.png", by);
     };
-    const auto [whole, nothing] = drawn("");
-    EXPECT_EQ(nothing, "");
-    const auto [stalled, told] = drawn("env " + failing + "LODESTONE_FAIL_TIMES=100000 LODESTONE_STALL_MS=20 ");
-    EXPECT_EQ(told, "");
-    EXPECT_TRUE(stalled == whole);
-    // The last pages cannot be read at all.
-    const auto [coarser, warned] = drawn("env " + failing + "LODESTONE_FAIL_FROM=120 LODESTONE_FAIL_TIMES=100000 ");
-    EXPECT_EQ(std::count(warned.begin(), warned.end(), '\n'), 1) << warned;
-    EXPECT_THAT(warned, HasSubstr("cannot be read"));
-    EXPECT_FALSE(coarser == whole);
+    const auto picture = [&] { return content_of(folder_ / "x.png"); };
+    EXPECT_EQ(drawn("").err, "");
+    const std::string whole = picture();
+    const std::string always = "env " + failing + "LODESTONE_FAIL_TIMES=100000 ";
+    EXPECT_EQ(drawn(always + "LODESTONE_STALL_MS=20 ").err, "");
+    EXPECT_TRUE(picture() == whole);
+    // From some read on nothing can be read: what is refused first, then drawn coarser, then whole.
+    int coarser = 0;
+    for (int read = 1;; read = read * 5 / 4 + 1) {
+        SCOPED_TRACE(read);
+        const Ended e = drawn(always + "LODESTONE_FAIL_FROM=" + std::to_string(read) + " ");
+        if (e.code == 0 && e.err.empty()) break;
+        EXPECT_EQ(std::count(e.err.begin(), e.err.end(), '\n'), 1) << e.err;
+        EXPECT_THAT(e.err, HasSubstr("rock.lode"));
+        EXPECT_TRUE(e.code == 0 || e.code == 4) << e.code << " " << e.err;
+        coarser += e.code == 0;
+        EXPECT_EQ(picture().empty(), e.code != 0);
+    }
+    EXPECT_TRUE(picture() == whole);
+    EXPECT_GT(coarser, 0);
 }
 #endif
 

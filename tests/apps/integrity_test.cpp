@@ -1,7 +1,7 @@
 // Damaged assets through `verify` and `extract`: each refuses them by one line and exit code 3, or gives the same bytes
 // as of the whole asset. Through `render`: it refuses them so, or draws the same picture, or says by one line that it
-// drew something coarser. LODESTONE_DAMAGED: how many of each kind of damage and asset, 100 unless given; one in
-// 160 of them is drawn, at least four.
+// drew something coarser. LODESTONE_DAMAGED: how many of each kind of damage and asset, 100 unless given; one for
+// each 200 of them is drawn, at least four.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -37,6 +37,7 @@ protected:
     void SetUp() override {
         folder_ = fs::temp_directory_path() / ("lodestone_integrity_" + std::to_string(getpid()));
         fs::create_directories(folder_);
+        setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
         BakeOptions options;
         options.backends =
             backend() == "vgi" ? std::vector<std::string>{"vgi"} : std::vector<std::string>{"lod", "discrete"};
@@ -109,6 +110,9 @@ protected:
         } else if (kind == "a range zeroed") {
             const uint64_t first = below(bad.size()), count = 1 + below(std::min<uint64_t>(8192, bad.size() - first));
             std::fill_n(bad.begin() + static_cast<ptrdiff_t>(first), count, '\0');
+        } else if (kind == "a bit of a page flipped") {
+            const Piece page = pages_[below(pages_.size())];
+            bad[page.first + below(page.second)] ^= static_cast<char>(1 << below(8));
         } else if (kind == "a tail cut") {
             bad.resize(bad.size() - 1 - below(bad.size()));
         } else {
@@ -168,11 +172,13 @@ TEST_P(IntegrityTest, DamageIsRefusedOrHarmless) {
 TEST_P(IntegrityTest, DamageIsToldOfWhereItIsDrawn) {
     const Drawn good = draw(asset_);
     if (good.code != 0) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    std::vector<std::string> kinds{"a bit flipped", "a range zeroed", "a tail cut", "two pages exchanged"};
+    if (!pages_.empty()) kinds.insert(kinds.end(), 4, "a bit of a page flipped");
+    int refused = 0, coarser = 0, same = 0;
     const fs::path bad_path = folder_ / "bad.lode";
-    for (const std::string kind : {"a bit flipped", "a range zeroed", "a tail cut", "two pages exchanged"}) {
+    for (const std::string& kind : kinds) {
         SCOPED_TRACE(kind);
-        int refused = 0, coarser = 0, same = 0;
-        for (int i = 0; i < std::max(4, count() / 160); ++i) {
+        for (int i = 0; i < std::max(4, count() / 200); ++i) {
             std::ofstream(bad_path, std::ios::binary) << damaged(kind);
             const Drawn drawn = draw(bad_path);
             ASSERT_TRUE(drawn.code == 0 || drawn.code == 3) << i << ": " << drawn.code << " " << drawn.message;
@@ -186,10 +192,10 @@ TEST_P(IntegrityTest, DamageIsToldOfWhereItIsDrawn) {
             EXPECT_THAT(drawn.message, testing::HasSubstr(bad_path.string()));
             ++(drawn.code == 3 ? refused : coarser);
         }
-        std::printf("%s, %s: %d refused, %d coarser, %d drawn the same\n", GetParam(), kind.c_str(), refused, coarser,
-                    same);
-        EXPECT_GT(refused + coarser, 0);
     }
+    std::printf("%s: %d refused, %d coarser, %d drawn the same\n", GetParam(), refused, coarser, same);
+    EXPECT_GT(refused, 0);
+    if (!pages_.empty()) { EXPECT_GT(coarser, 0); }
 }
 
 INSTANTIATE_TEST_SUITE_P(, IntegrityTest, testing::Values("lod", "vgi"));

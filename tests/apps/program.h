@@ -75,7 +75,9 @@ protected:
     }
     bool has_device() const {
         succeeds("generate grid --triangles 2 -o probe.ply");
-        return run("render probe.ply --backend full --size 32x32 -o probe.png").code == 0;
+        const bool has = run("render probe.ply --backend full --size 32x32 -o probe.png").code == 0;
+        for (const char* made : {"probe.ply", "probe.png", "cache/lodestone"}) fs::remove_all(folder_ / made);
+        return has;
     }
     fs::path folder_;
 };

@@ -87,24 +87,31 @@ TEST_F(RendererFaults, ADeviceThatIsLostIsToldOfByEveryFunction) {
     EXPECT_TRUE(renderer.read_picture());
 }
 
-TEST_F(RendererFaults, MemoryThatCannotBeMappedIsGivenBack) {
+// A renderer that cannot be made says so, and gives back what it has.
+void fail_each_of(const char* call, VkResult result, const char* told) {
     ASSERT_EQ(device_allocations(), 0);
     RendererOptions options;
     options.width = small_width;
     options.height = small_height;
     int tried = 0;
     for (;; ++tried) {
-        inject("vkMapMemory", VK_ERROR_MEMORY_MAP_FAILED, 1, tried);
+        inject(call, result, 1, tried);
         const auto made = Renderer::create(options);
         if (injected() == 0) {
             EXPECT_TRUE(made);
             break;
         }
         ASSERT_FALSE(made);
-        EXPECT_THAT(made.error().message, HasSubstr("vkMapMemory"));
+        EXPECT_THAT(made.error().message, HasSubstr(told));
         EXPECT_EQ(device_allocations(), 0);
     }
     EXPECT_GT(tried, 0);
+}
+
+TEST_F(RendererFaults, MemoryThatCannotBeMappedOrHadIsGivenBack) {
+    fail_each_of("vkMapMemory", VK_ERROR_MEMORY_MAP_FAILED, "vkMapMemory");
+    EXPECT_EQ(device_allocations(), 0);
+    fail_each_of("vkAllocateMemory", VK_ERROR_OUT_OF_DEVICE_MEMORY, "out of device memory");
     EXPECT_EQ(device_allocations(), 0);
 }
 
@@ -134,26 +141,6 @@ TEST_F(RendererFaults, EveryAllocationMayFail) {
         ASSERT_TRUE(renderer.load(large, plain()));
     }
     EXPECT_EQ(device_allocations(), 0);
-}
-
-TEST_F(RendererFaults, ARendererThatHasNoRoomIsToldOfAndGivesBackWhatItHas) {
-    ASSERT_EQ(device_allocations(), 0);
-    RendererOptions options;
-    options.width = small_width;
-    options.height = small_height;
-    int tried = 0;
-    for (;; ++tried) {
-        inject("vkAllocateMemory", VK_ERROR_OUT_OF_DEVICE_MEMORY, 1, tried);
-        const auto made = Renderer::create(options);
-        if (injected() == 0) {
-            EXPECT_TRUE(made);
-            break;
-        }
-        ASSERT_FALSE(made);
-        EXPECT_THAT(made.error().message, HasSubstr("out of device memory"));
-        EXPECT_EQ(device_allocations(), 0);
-    }
-    EXPECT_GT(tried, 0);
 }
 
 // After a size that there is no room for, the size before is drawn again.

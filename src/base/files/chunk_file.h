@@ -124,7 +124,7 @@ public:
     // Begins a file that will stand at `path`. Fault::machine where the folder cannot be written to.
     static Result<ChunkWriter> create(const std::filesystem::path& path, const Provenance& provenance);
     // Writes a chunk. Fault::machine where the disk cannot take it; a name that is too long or not new is a failed
-    // check.
+    // check. No file is read that has names with other characters than '!' to '~'.
     Result<void> add(std::string_view name, std::span<const std::byte> bytes);
     // Adds the values as they lie in memory.
     template <class T>

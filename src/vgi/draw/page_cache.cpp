@@ -82,7 +82,7 @@ AtlasFile::PageName PageCache::name_of(const PageId& id) const {
 PageCache::Decoded PageCache::base_page(Layer layer, uint32_t atlas, uint32_t chart) const {
     const PageId id{layer, atlas, chart * atlases_[atlas].trees[index_of(layer)].pages()};
     auto bytes = atlases_[atlas].file->read(name_of(id));
-    if (!bytes) return {id, nullptr, nullptr, nullptr, bytes.error().message};
+    if (!bytes) return {id, nullptr, nullptr, nullptr, bytes.error().message, bytes.error().fault};
     return DecodeTask{id, name_of(id), &atlases_[atlas], Blob(std::move(*bytes)), nullptr, nullptr, words_}.run();
 }
 
@@ -101,7 +101,7 @@ Result<void> PageCache::load_base_pages() {
         });
         std::vector<std::shared_ptr<const AttributePage>> coarsest;
         for (Decoded& page : pages) {
-            if (!page.fault.empty()) return fail_at(atlas.file->file().path().string(), {Fault::format, page.fault});
+            if (!page.fault.empty()) return fail_at(atlas.file->file().path().string(), {page.whose, page.fault});
             if (page.attributes != nullptr) coarsest.push_back(page.attributes);
             ready_.push_back(std::move(page));
         }
@@ -121,7 +121,7 @@ PageCache::Decoded PageCache::DecodeTask::run() const {
     const size_t l = index_of(id.layer);
     const AtlasFile& file = *atlas->file;
     const Atlas& about = file.about();
-    Decoded decoded{id, nullptr, nullptr, nullptr, {}};
+    Decoded decoded{id, nullptr, nullptr, nullptr, {}, Fault::format};
     if (id.layer == Layer::leaves) {
         auto part = file.decode_leaf(id.number, std::span(blob.data(), blob.size()));
         if (part) {

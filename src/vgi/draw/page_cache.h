@@ -77,6 +77,7 @@ private:
         std::shared_ptr<const AttributePage> attributes;
         std::shared_ptr<const DrawnLeafPart> leaf;  // all null: it could not be decoded
         std::string fault;                          // and why
+        Fault whose = Fault::format;                // of the file, or of what it lies on
         uint64_t bytes() const;
     };
     // What decoding a page takes, none of which changes meanwhile.

@@ -406,6 +406,40 @@ TEST_F(HostileTest, WhatAMeshNamesIsBoundedInNumberAndSize) {
     EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("12 texels; the limit is 8")));
 }
 
+TEST_F(HostileTest, WhatAMeshIsMadeOfIsBounded) {
+    ReadOptions options;
+    Document deep;
+    deep.nodes = "[{\"children\":[1]},{\"children\":[2]},{\"mesh\":0}]";
+    options.limits.gltf_depth = 2;
+    EXPECT_TRUE(read_mesh(put("deep.gltf", deep.json()), options));
+    options.limits.gltf_depth = 1;
+    EXPECT_THAT(refusal(read_mesh(folder_ / "deep.gltf", options)), HasSubstr("the limit is 1"));
+    // A material of glTF's own stands before those of the file.
+    options = {};
+    options.limits.materials = 2;
+    EXPECT_TRUE(read_mesh(put("one.gltf", Document{}.json()), options));
+    options.limits.materials = 1;
+    EXPECT_THAT(refusal(read_mesh(folder_ / "one.gltf", options)), HasSubstr("2 materials; the limit is 1"));
+    const std::string faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n";
+    ReadReport report;
+    auto mesh = read_mesh(put("two.obj", faces), options, &report);
+    ASSERT_TRUE(mesh);
+    EXPECT_EQ(mesh->material_table.size(), 1u);
+    EXPECT_THAT(report.warnings, Contains(HasSubstr("the limit of 1")));
+    // A library that unpacks to too much makes white materials, as one that is not there does.
+    const std::string library = "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0\n";
+    gzFile packed = gzopen((folder_ / "long.mtl").c_str(), "wb");
+    gzwrite(packed, library.data(), static_cast<unsigned>(library.size()));
+    gzclose(packed);
+    options = {};
+    options.limits.library_bytes = 10;
+    report = {};
+    mesh = read_mesh(put("long.obj", "mtllib long.mtl\n" + faces), options, &report);
+    ASSERT_TRUE(mesh);
+    EXPECT_EQ(mesh->material_table[0].base_colour, glm::vec4(1));
+    EXPECT_THAT(report.warnings, Contains(HasSubstr("'long.mtl' cannot be read")));
+}
+
 TEST_F(HostileTest, GltfImagesReachNoFurtherThanTheirBuffer) {
     Document document;
     document.material = "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}}";

@@ -346,6 +346,10 @@ TEST_F(ReadTest, HeightMapsBecomeTerrainWithHoles) {
     ReadReport report;
     auto mesh = read_mesh(write_heights(folder_ / "h.png", samples, 5, 5), options, &report);
     ASSERT_TRUE(mesh) << mesh.error().message;
+    options.limits.height_side = 5;
+    EXPECT_TRUE(read_mesh(folder_ / "h.png", options));
+    options.limits.height_side = 4;
+    EXPECT_THAT(read_mesh(folder_ / "h.png", options).error().message, HasSubstr("the limit is 4"));
     EXPECT_EQ(report.format, MeshFormat::png_heights);
     EXPECT_EQ(mesh->vertex_count(), 24u);
     EXPECT_EQ(mesh->triangle_count(), 2 * 16u - 4);  // four cells lose one of their two triangles

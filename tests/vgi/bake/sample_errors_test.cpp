@@ -272,6 +272,7 @@ TEST(SampleErrors, ConesHoldTheNormalsOfEveryTriangleThatMayBeDrawn) {
 TEST(CornerErrors, AreLeftAsTheyAreWhereTheBakeIsToStop) {
     Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 16, 24);
     const auto before = atlas.chart_corners;
+    const size_t corners = atlas.corners.size();
     ASSERT_FALSE(before.empty());
     atlas.chart_corners.clear();
     const std::atomic<bool> stop{true};
@@ -279,6 +280,7 @@ TEST(CornerErrors, AreLeftAsTheyAreWhereTheBakeIsToStop) {
     progress.stop = &stop;
     collapse_corners(atlas, progress);
     EXPECT_TRUE(atlas.chart_corners.empty());
+    EXPECT_EQ(atlas.corners.size(), corners);
     collapse_corners(atlas);
     EXPECT_EQ(atlas.chart_corners, before);
 }

@@ -1,5 +1,6 @@
 // Loaded before the program (LD_PRELOAD): what it asks of the system fails. Each is off unless its variable is given.
-// - LODESTONE_FAIL_MALLOC: of what the program's code allocates by malloc, and so by operator new, counted from 1, this one
+// - LODESTONE_FAIL_MALLOC: of what the program's code allocates by malloc, and so by operator new, counted from 1, this
+// one
 //   fails, or the next that no driver asks for. Memory by calloc and realloc does not fail.
 // - LODESTONE_FAIL_READS: reads of files whose name ends so fail with EIO, from number LODESTONE_FAIL_FROM (1) on,
 //   LODESTONE_FAIL_TIMES (1) times; or where LODESTONE_STALL_MS is given, they take as many milliseconds longer.

@@ -1,16 +1,14 @@
 #include "fuzz/read_check.h"
 
-#include <sanitizer/allocator_interface.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 
 #include "fuzz/promise.h"
+#include "fuzz/watch.h"
 #include "mesh/io/image_file.h"
 #include "mesh/io/read.h"
 
@@ -19,51 +17,6 @@ namespace lodestone::fuzz {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Live and most bytes of all allocations.
-std::atomic<int64_t> g_bytes{0}, g_most{0};
-
-void on_malloc(const volatile void* block, size_t size) {
-    if (block == nullptr) return;
-    const int64_t now = g_bytes += static_cast<int64_t>(size);
-    for (int64_t most = g_most; now > most && !g_most.compare_exchange_weak(most, now);) {}
-}
-void on_free(const volatile void* block) {
-    if (block != nullptr)
-        g_bytes -= static_cast<int64_t>(__sanitizer_get_allocated_size(const_cast<const void*>(block)));
-}
-
-double cpu_seconds() {
-    timespec now{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// Watches memory and time of what is done while it lives.
-class Watch {
-public:
-    Watch() {
-        static const bool hooked = __sanitizer_install_malloc_and_free_hooks(on_malloc, on_free) != 0;
-        if (!hooked) broken("the sanitizer tells of allocations");
-        begin_ = g_bytes;
-        g_most = begin_;
-        seconds_ = cpu_seconds();
-    }
-    // 64 times the larger of what was given and what it became, and a second and one for each megabyte of it.
-    // Sanitizers take about five times the time.
-    void check(size_t bytes) const {
-        const size_t counted = std::max(bytes, size_t{1} << 20);
-        const auto used = static_cast<size_t>(g_most - begin_);
-        if (used > 64 * counted) broken("memory: " + std::to_string(used) + " bytes of " + std::to_string(bytes));
-        const double seconds = cpu_seconds() - seconds_;
-        if (seconds > 1 + 5e-6 * static_cast<double>(bytes))
-            broken("time: " + std::to_string(seconds) + " s for " + std::to_string(bytes) + " bytes");
-    }
-
-private:
-    int64_t begin_;
-    double seconds_;
-};
 
 const fs::path& folder() {
     static const fs::path made = [] {
@@ -74,14 +27,6 @@ const fs::path& folder() {
         return path;
     }();
     return made;
-}
-
-size_t bytes_of(const TriMesh& mesh) {
-    size_t bytes = mesh.positions.size() * sizeof(glm::vec3) + mesh.wedge_vertex.size() * 4 +
-                   mesh.triangles.size() * sizeof(Triangle);
-    for_attributes([&](const auto& values) { bytes += values.size() * sizeof values[0]; }, mesh);
-    for (const Image& image : mesh.images) bytes += image.texels.size() * 4;
-    return bytes;
 }
 
 // What a mesh is made from is the same, told with reading it and without.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstring>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
@@ -313,6 +314,28 @@ TEST_F(TilesetTest, NumbersThatTheirTypesDoNotHoldAreFound) {
     ASSERT_FALSE(content);
     EXPECT_EQ(content.error().fault, Fault::format);
     EXPECT_THAT(content.error().message, HasSubstr("5000000000.0 is no whole number"));
+}
+
+// A few bytes could ask for 16 GiB: 2^26 values of 256 bytes.
+TEST_F(TilesetTest, ViewsThatPromiseMoreThanTheyHoldGetNoMemory) {
+    const fs::path path = write(rock(), "rock");
+    const std::string good = content_of(path / "t/0.glb");
+    const auto word = [](uint32_t value) { return std::string(reinterpret_cast<const char*>(&value), 4); };
+    uint32_t bytes = 0;
+    std::memcpy(&bytes, good.data() + 12, 4);
+    json description = json::parse(good.substr(20, bytes));
+    for (json& view : description["bufferViews"]) view["extensions"]["EXT_meshopt_compression"]["count"] = 1 << 23;
+    std::string text = description.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    const std::string rest = good.substr(20 + bytes);
+    const auto length = static_cast<uint32_t>(text.size());
+    std::ofstream(path / "t/0.glb", std::ios::binary)
+        << good.substr(0, 8) << word(static_cast<uint32_t>(20 + text.size() + rest.size())) << word(length)
+        << good.substr(16, 4) << text << rest;
+    const auto content = read_tile_content(path / "t/0.glb");
+    ASSERT_FALSE(content);
+    EXPECT_EQ(content.error().fault, Fault::format);
+    EXPECT_THAT(content.error().message, HasSubstr("promises more than its bytes can hold"));
 }
 
 TEST_F(TilesetTest, ATileOnALatticeOfItsOwnIsFound) {

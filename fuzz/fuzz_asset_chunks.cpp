@@ -3,14 +3,17 @@
 // opens is played, extracted and decoded.
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
 
 #include "baseline/discrete.h"
+#include "fuzz/atlas_file.h"
 #include "fuzz/mutators.h"
 #include "fuzz/promise.h"
 #include "fuzz/random_mesh.h"
+#include "fuzz/watch.h"
 #include "lod/asset/cursor.h"
 #include "lod/bake/bake.h"
 #include "lod/bake/simplify/simplifier.h"
@@ -110,7 +113,7 @@ const Bytes& content_of(const std::vector<Chunk>& chunks, const std::string& nam
 }
 
 template <class T>
-Bytes bytes_of(const std::vector<T>& from) {
+Bytes content_from(const std::vector<T>& from) {
     const auto bytes = std::as_bytes(std::span(from));
     return {bytes.begin(), bytes.end()};
 }
@@ -119,13 +122,13 @@ Bytes bytes_of(const std::vector<T>& from) {
 void mend_sums(std::vector<Chunk>& chunks, const Chunk& changed) {
     Chunk sums;
     if (changed.name == "lod/blocks")
-        sums = {"lod/table", bytes_of(fixtures::with_right_sums(content_of(chunks, "lod/table"), changed.content))};
+        sums = {"lod/table", content_from(fixtures::with_right_sums(content_of(chunks, "lod/table"), changed.content))};
     for (const auto& [bytes, ends, name] :
          {std::array{"vgi/geometry_pages", "vgi/geometry_ends", "vgi/geometry_sums"},
           std::array{"vgi/attribute_pages", "vgi/attribute_ends", "vgi/attribute_sums"},
           std::array{"vgi/leaf_parts", "vgi/leaf_ends", "vgi/leaf_sums"}}) {
         if (changed.name == bytes)
-            sums = {name, bytes_of(fixtures::right_sums(content_of(chunks, ends), changed.content))};
+            sums = {name, content_from(fixtures::right_sums(content_of(chunks, ends), changed.content))};
     }
     for (Chunk& chunk : chunks) {
         if (chunk.name == sums.name) chunk.content = std::move(sums.content);
@@ -151,6 +154,28 @@ void damage_file(std::span<const uint8_t> by) {
     std::ofstream(path_of_asset(), std::ios::binary | std::ios::trunc) << content;
 }
 
+// What the arrays of a mesh that is played take, and its images.
+size_t bytes_of(const ProgressiveMesh& pm) {
+    size_t bytes = 0;
+    const auto add = [&](const auto&... arrays) { bytes += (std::span(arrays).size_bytes() + ...); };
+    add(pm.vertices, pm.further, pm.wedge_vertex, pm.ecols, pm.parents, pm.errors, pm.material_table);
+    for (const FaceOrder& order : pm.orders)
+        bytes += order.indices.size_bytes() + order.first_corner.size_bytes() + order.corners.size_bytes() +
+                 order.permutation_bytes();
+    for (const Image& image : pm.images) bytes += std::span(image.texels).size_bytes();
+    return bytes;
+}
+size_t bytes_of(const DiscreteChain& chain) {
+    size_t bytes = chain.vertices.size_bytes() + chain.further.size_bytes();
+    for (const DiscreteLevel& level : chain.levels) bytes += level.indices.size_bytes();
+    return bytes;
+}
+size_t bytes_of(const MaterialChunks& materials) {
+    size_t bytes = std::span(materials.table).size_bytes();
+    for (const Image& image : materials.images) bytes += std::span(image.texels).size_bytes();
+    return bytes;
+}
+
 void use(const ProgressiveMesh& pm) {
     ProgressiveMesh counted = pm;
     fuzz::require_good(counted.count_levels(), "what an opened mesh plays is in range");
@@ -166,27 +191,56 @@ void use(const ProgressiveMesh& pm) {
     for (uint32_t order = 0; order < pm.orders.size(); ++order) check(extract_level(pm, last / 2, order).has_value());
 }
 
-// What backends make of a file of which a chunk has changed; all of them where its name is empty.
-void use(const ChunkFile& file, const std::string& changed) {
+// Returns the bytes of the atlas and of its leaves as a mesh.
+size_t use(const vgi::Atlas& atlas) {
+    size_t bytes = fuzz::bytes_of(atlas);
+    fuzz::require_good(atlas.extract(atlas.levels() / 2).validate(), "a level is a valid mesh");
+    if (atlas.leaves.empty()) return bytes;
+    const TriMesh leaves = vgi::extract_leaves(atlas);
+    fuzz::require_good(leaves.validate(), "leaves are a valid mesh");
+    return bytes + fuzz::bytes_of(leaves);
+}
+
+// What backends make of a file of which a chunk has changed; all of them where its name is empty. Returns the bytes of
+// what opens.
+size_t use(const ChunkFile& file, const std::string& changed) {
+    size_t bytes = 0;
     const auto concerns = [&](const char* part) {
         return changed.empty() || changed.starts_with(part) || changed.starts_with("mesh/");
     };
     if (concerns("lod/")) {
-        if (const auto pm = ProgressiveMesh::open(file)) use(*pm);
+        if (const auto pm = ProgressiveMesh::open(file)) {
+            use(*pm);
+            bytes += bytes_of(*pm);
+        }
     }
-    if (concerns("discrete/")) DiscreteChain::open(file, 1);
+    if (concerns("discrete/")) {
+        if (const auto chain = DiscreteChain::open(file, 1)) bytes += bytes_of(*chain);
+    }
     if (const auto materials = read_materials(file)) {
+        bytes += bytes_of(*materials);
         for (const Material& material : materials->table) {
             for (const Texture* texture : material.textures())
                 fuzz::require(texture->image < static_cast<int64_t>(materials->images.size()), "an image is there");
         }
     }
-    if (!concerns("vgi/")) return;
-    if (const auto atlas = vgi::open_atlas(file)) {
-        fuzz::require_good(atlas->extract(atlas->levels() / 2).validate(), "a level is a valid mesh");
-        if (!atlas->leaves.empty())
-            fuzz::require_good(vgi::extract_leaves(*atlas).validate(), "leaves are a valid mesh");
+    if (!concerns("vgi/")) return bytes;
+    if (const auto atlas = vgi::open_atlas(file)) bytes += use(*atlas);
+    return bytes;
+}
+
+// Opens the file. whole: it is not damaged itself. changed: the chunk that is.
+void check_file(bool whole, const std::string& changed) {
+    const fuzz::Watch watch;
+    size_t bytes = std::filesystem::file_size(path_of_asset());
+    if (const auto file = ChunkFile::open(path_of_asset())) {
+        const auto verified = file->verify();
+        fuzz::require(verified || !whole, "a file whose hashes are right is verified");
+        bytes = std::max(bytes, use(*file, whole ? changed : std::string()));
+    } else {
+        fuzz::require(!whole, "a file whose hashes are right is opened");
     }
+    watch.check(bytes);
 }
 
 }  // namespace
@@ -219,14 +273,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     write(chunks);
     const bool whole = data[1] % 8 != 7;
     if (!whole) damage_file(rest);
-    const auto file = ChunkFile::open(path_of_asset());
-    if (file) {
-        const auto verified = file->verify();
-        fuzz::require(verified || !whole, "a file whose hashes are right is verified");
-        use(*file, whole ? chunk.name : std::string());
-    } else {
-        fuzz::require(!whole, "a file whose hashes are right is opened");
-    }
+    check_file(whole, chunk.name);
     std::filesystem::remove(path_of_asset());
     return 0;
 }

@@ -7,6 +7,7 @@
 
 #include "fuzz/mutators.h"
 #include "fuzz/promise.h"
+#include "fuzz/watch.h"
 #include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/leaves.h"
 
@@ -53,6 +54,25 @@ LeafPart random_part(FuzzedDataProvider& from, const AtlasAttributes& has) {
     return part;
 }
 
+size_t bytes_of(const LeafPart& part) {
+    return part.vertices.size() * sizeof(LeafVertex) + part.triangles.size() * sizeof part.triangles[0];
+}
+
+// What is read is the same once it is coded anew. Returns its size; 0 where it is refused.
+size_t check_bytes(std::span<const std::byte> bytes, const AtlasAttributes& attributes) {
+    const auto part = decode_leaf(bytes, attributes);
+    if (!part) {
+        fuzz::check_error(part.error());
+        return 0;
+    }
+    fuzz::require(part->vertices.size() <= most_leaf_vertices && part->triangles.size() <= most_leaf_triangles,
+                  "a part is no larger than a slot");
+    const auto again = decode_leaf(encode_leaf(*part, attributes), attributes);
+    fuzz::require_good(again, "a part that was read can be coded");
+    fuzz::require(*again == *part, "and is the same then");
+    return bytes_of(*part);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -62,6 +82,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     attributes.baked = bit(4);
     const std::span<const uint8_t> rest(data + 2, size - 2);
     std::vector<std::byte> bytes;
+    size_t most = size;  // the larger of what is given and what is coded
+    const fuzz::Watch watch;
     if (data[1] % 4 == 0) {
         const auto raw = std::as_bytes(rest);
         bytes.assign(raw.begin(), raw.end());
@@ -69,6 +91,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         const size_t damage = data[1] % 4 == 1 ? 0 : std::min<size_t>(rest.size(), data[1] / 4);
         FuzzedDataProvider from(rest.data(), rest.size() - damage);
         const LeafPart part = random_part(from, attributes);
+        most = std::max(most, bytes_of(part));
         bytes = encode_leaf(part, attributes);
         if (damage == 0) {
             const auto read = decode_leaf(bytes, attributes);
@@ -82,15 +105,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         if (bit(3)) bytes = encode_leaf(ordered, attributes);
         fuzz::damage(bytes, rest.last(damage));
     }
-    const auto part = decode_leaf(bytes, attributes);
-    if (!part) {
-        fuzz::check_error(part.error());
-        return 0;
-    }
-    fuzz::require(part->vertices.size() <= most_leaf_vertices && part->triangles.size() <= most_leaf_triangles,
-                  "a part is no larger than a slot");
-    const auto again = decode_leaf(encode_leaf(*part, attributes), attributes);
-    fuzz::require_good(again, "a part that was read can be coded");
-    fuzz::require(*again == *part, "and is the same then");
+    watch.check(std::max(most, check_bytes(bytes, attributes)));
     return 0;
 }

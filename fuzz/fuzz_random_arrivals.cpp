@@ -5,6 +5,7 @@
 #include "frame/plan_mirror.h"
 #include "fuzz/atlas_file.h"
 #include "fuzz/random_mesh.h"
+#include "fuzz/watch.h"
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "vgi/bake/bake.h"
@@ -68,15 +69,19 @@ View random_view(FuzzedDataProvider& from) {
     return view_of(camera, 320, 200);
 }
 
-}  // namespace
+size_t bytes_of(const Recipe& recipe) {
+    size_t bytes = 0;
+    for (const BufferSpec& buffer : recipe.buffers) bytes += buffer.bytes;
+    return bytes;
+}
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    static const auto file = small_atlas();
-    FuzzedDataProvider from(data, size);
+// Returns what counts for up to 24 frames: the bytes of what arrives, and of buffers as they are in the end.
+size_t check_frames(const std::shared_ptr<const vgi::AtlasFile>& file, FuzzedDataProvider& from) {
     const uint64_t budget = (uint64_t{1} << 20) + from.ConsumeIntegralInRange<uint64_t>(0, uint64_t{16} << 20);
     auto opened = vgi::open_vgi({file}, {budget, 2});
     if (!opened) return 0;  // too little for the coarsest pages
     FrameSource& source = **opened;
+    size_t bytes = 0;
     PlanMirror mirror(source.recipe());
     std::map<uint64_t, PageRequest> waiting;
     FrameInput input;
@@ -89,6 +94,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         input.budget.pixel_error = from.ConsumeIntegralInRange<int>(1, 40) / 8.0;
         input.budget.upload_bytes = uint64_t{1} << from.ConsumeIntegralInRange<int>(10, 30);
         input.arrivals = random_arrivals(*file, waiting, from);
+        for (const Arrival& arrival : input.arrivals) bytes += arrival.blob.size();
         const Plan plan = source.plan(input);
         require_good(mirror.execute(plan, input), "a plan can be carried out");
         require_good(source.validate(), "what is known of pages is valid");
@@ -98,5 +104,15 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         const uint64_t late = from.ConsumeIntegralInRange<uint64_t>(0, 3);
         input.completed_frame = std::max(input.completed_frame, input.frame - std::min(input.frame, late));
     }
+    return bytes + bytes_of(mirror.recipe());
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    static const auto file = small_atlas();
+    FuzzedDataProvider from(data, size);
+    const Watch watch;
+    watch.check(size + check_frames(file, from));
     return 0;
 }

@@ -1,6 +1,7 @@
 // Random plans through PlanMirror: carried out or refused, never past the end of a buffer, whatever the numbers are.
 #include "frame/plan_mirror.h"
 #include "fuzz/random_mesh.h"
+#include "fuzz/watch.h"
 
 using namespace lodestone;
 using namespace lodestone::fuzz;
@@ -118,11 +119,24 @@ Command random_command(FuzzedDataProvider& from) {
     return command;
 }
 
+// What its buffers may grow to.
+size_t bytes_of(const Recipe& recipe) {
+    size_t bytes = 0;
+    for (const BufferSpec& buffer : recipe.buffers) bytes += buffer.most_bytes;
+    return bytes;
+}
+
+size_t bytes_of(const Plan& plan) {
+    return plan.commands.size() * sizeof(Command) + plan.instance_ids.size() * sizeof plan.instance_ids[0];
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     FuzzedDataProvider from(data, size);
+    const Watch watch;
     PlanMirror mirror(random_recipe(from));
+    size_t bytes = size + bytes_of(mirror.recipe());  // of all that is stated; numbers in it may be far larger
     FrameInput input;
     input.views.assign(from.ConsumeIntegralInRange<size_t>(1, 3), view_of(Camera{}, 16, 16));
     if (input.views.size() > 1) input.views[1].kind = View::Kind::shadow;
@@ -132,6 +146,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         for (auto commands = from.ConsumeIntegralInRange<int>(0, 12); commands > 0; --commands)
             plan.commands.push_back(random_command(from));
         for (auto ids = from.ConsumeIntegralInRange<int>(0, 6); ids > 0; --ids) plan.instance_ids.push_back(few(from));
+        bytes += bytes_of(plan);
         hash_of_plan(plan);
         require(!dump(plan).empty() || plan.commands.empty(), "every command has a line");
         if (!mirror.execute(plan, input)) continue;
@@ -143,5 +158,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         for (const PlanMirror::MirroredDraw& draw : mirror.draws()) mirror.is_shown(draw);
         for (uint32_t i = 0; i < input.instances.size(); ++i) mirror.triangles_of(i);
     }
+    watch.check(bytes);
     return 0;
 }

@@ -10,9 +10,11 @@
 
 #include "fuzz/mutators.h"
 #include "fuzz/promise.h"
+#include "fuzz/watch.h"
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "tiles/check/check.h"
+#include "tiles/check/tile_content.h"
 #include "tiles/tileset.h"
 #include "vgi/bake/bake.h"
 
@@ -23,8 +25,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of a file, and of the triangles that it holds if it is a tile.
+size_t bytes_of(const fs::path& path) {
+    size_t bytes = fs::file_size(path);
+    if (path.extension() != ".glb") return bytes;
+    if (const auto content = tiles::read_tile_content(path))
+        bytes += content->positions.size() * sizeof content->positions[0] +
+                 content->triangles.size() * sizeof content->triangles[0];
+    return bytes;
+}
+
 struct TilesetFiles {
     fs::path folder;
+    size_t bytes = 0;  // of all files
     std::vector<std::pair<fs::path, std::string>> files;
 
     // Of so many clusters with charts of so many cells, in tiles of so many triangles; from so many tiles on in several
@@ -55,6 +68,7 @@ struct TilesetFiles {
             files.emplace_back(entry.path(), std::string(std::istreambuf_iterator<char>(in), {}));
         }
         std::ranges::sort(files);
+        for (const auto& [path, content] : files) bytes += bytes_of(path);
     }
     ~TilesetFiles() { fs::remove_all(folder); }
 };
@@ -80,6 +94,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         content.replace(at, data[1] / 4 % 16, std::string(rest.begin() + 1, rest.end()));
     }
     put(path, content);
+    const Watch watch;
     // What is told of is read as what is checked is, so that one of them will mostly do.
     if (size % 4 == 0) {
         if (const auto facts = tiles::tileset_facts(tileset.folder); !facts) check_error(facts.error());
@@ -87,6 +102,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     tiles::CheckOptions options;
     options.cuts = 2;
     if (const auto checked = tiles::check_tileset(tileset.folder, options, {}); !checked) check_error(checked.error());
+    watch.check(tileset.bytes + bytes_of(path));
     put(path, sound);
     return 0;
 }

@@ -9,6 +9,7 @@
 
 #include "base/files/file.h"
 #include "base/json.h"
+#include "mesh/io/compressed/meshopt.h"
 #include "mesh/limits.h"
 
 namespace lodestone::tiles {
@@ -135,9 +136,7 @@ private:
         const std::string mode = packed.at("mode");
         if (count > most_count) return wrong("a compressed view counts more than a tile can have");
         if (packed.at("byteStride") != stride) return wrong("a compressed view has another stride");
-        // Two bits stand for sixteen bytes at least; what promises more is not given the memory.
-        constexpr size_t most_of_a_byte = 64;
-        if (count * stride / most_of_a_byte > bytes->size() + 256)
+        if (!meshopt_may_hold(bytes->size(), count * stride))
             return wrong("a compressed view promises more than its bytes can hold");
         std::vector<std::byte> values(count * stride);
         const auto* begin = reinterpret_cast<const unsigned char*>(bytes->data());

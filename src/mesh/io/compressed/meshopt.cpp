@@ -48,9 +48,7 @@ Result<std::vector<unsigned char>> decode_meshopt(std::span<const unsigned char>
     if ((bytes[0] & 0x0f) > newest)
         return fail(Fault::format,
                     "is of a newer version of the codec than is read; compress it with an older gltfpack");
-    // Two bits stand for sixteen bytes at least; what promises more is not given the memory.
-    constexpr uint64_t most_of_a_byte = 64;
-    if (view.count * view.stride / most_of_a_byte > bytes.size() + 256)
+    if (!meshopt_may_hold(bytes.size(), view.count * view.stride))
         return fail(Fault::format, "promises more than its bytes can hold; the file is damaged");
     std::vector<unsigned char> unpacked(view.count * view.stride);
     if (view.count == 0) return unpacked;

@@ -59,6 +59,15 @@ protected:
         const FrameInput input = look(frame);
         return renderer.submit(source.plan(input), input, {});
     }
+    // Of a source that is loaded; empty where that fails.
+    static Picture first_picture(Renderer& renderer, FrameSource& source) {
+        const Result<void> loaded = renderer.load(source.recipe(), plain());
+        EXPECT_TRUE(loaded);
+        EXPECT_TRUE(loaded && drawn(renderer, source, 0));
+        auto picture = renderer.read_picture();
+        EXPECT_TRUE(picture);
+        return picture ? std::move(*picture) : Picture{};
+    }
 };
 
 TEST_F(RendererFaults, ADeviceThatIsLostIsToldOfByEveryFunction) {
@@ -147,9 +156,7 @@ TEST_F(RendererFaults, EveryAllocationMayFail) {
 TEST_F(RendererFaults, ASizeWithoutRoomIsToldOf) {
     Renderer& renderer = make();
     auto source = rock();
-    ASSERT_TRUE(renderer.load(source->recipe(), plain()));
-    ASSERT_TRUE(drawn(renderer, *source, 0));
-    const Picture before = *renderer.read_picture();
+    const Picture before = first_picture(renderer, *source);
     int tried = 0;
     for (;; ++tried) {
         inject("vkAllocateMemory", VK_ERROR_OUT_OF_DEVICE_MEMORY, 1, tried);
@@ -163,9 +170,7 @@ TEST_F(RendererFaults, ASizeWithoutRoomIsToldOf) {
         inject("", VK_SUCCESS, 0);
         ASSERT_TRUE(renderer.resize(small_width, small_height));
         source = rock();
-        ASSERT_TRUE(renderer.load(source->recipe(), plain()));
-        ASSERT_TRUE(drawn(renderer, *source, 0));
-        EXPECT_EQ(renderer.read_picture()->colour, before.colour);
+        EXPECT_EQ(first_picture(renderer, *source).colour, before.colour);
     }
     EXPECT_GT(tried, 0);
 }
@@ -173,9 +178,7 @@ TEST_F(RendererFaults, ASizeWithoutRoomIsToldOf) {
 TEST_F(RendererFaults, WhatWasLoadedStaysWhereTheNextCannotBeBuilt) {
     Renderer& renderer = make();
     auto source = rock();
-    ASSERT_TRUE(renderer.load(source->recipe(), plain()));
-    ASSERT_TRUE(drawn(renderer, *source, 0));
-    const Picture before = *renderer.read_picture();
+    const Picture before = first_picture(renderer, *source);
     const uint64_t loaded = renderer.loaded(0);
     Recipe broken = source->recipe();
     broken.generation += 7;

@@ -223,6 +223,12 @@ struct ClosestSurface::Tree {
         return glm::dot(outside, outside);
     }
 
+    // Squared distance to the middle of a box.
+    static double from_centre2(const glm::dvec3& p, const Node& node) {
+        const glm::dvec3 way = (glm::dvec3(node.low) + glm::dvec3(node.high)) * 0.5 - p;
+        return glm::dot(way, way);
+    }
+
     void look_at(uint32_t i, const glm::dvec3& p, double& best2, Hit& hit) const {
         const glm::dvec3 q = closest_on_triangle(p, corners[i][0], corners[i][1], corners[i][2]);
         const double d2 = glm::dot(p - q, p - q);
@@ -256,7 +262,11 @@ struct ClosestSurface::Tree {
             }
             Entry near = {node.first, distance2(p, nodes[node.first])},
                   far = {node.first + 1, distance2(p, nodes[node.first + 1])};
-            if (far.distance2 < near.distance2) std::swap(near, far);
+            if (far.distance2 < near.distance2 ||
+                (far.distance2 == near.distance2 &&
+                 from_centre2(p, nodes[far.node]) < from_centre2(p, nodes[near.node]))) {
+                std::swap(near, far);
+            }
             if (far.distance2 <= best2) stack[depth++] = far;
             if (near.distance2 <= best2) stack[depth++] = near;
             LODE_CHECK(depth < stack.size() - 2, depth);

@@ -24,6 +24,7 @@
 #include "fixtures/meshes.h"
 #include "frame/plan_mirror.h"
 #include "lod/asset/stored_mesh.h"
+#include "mesh/limits.h"
 
 namespace lodestone {
 namespace {
@@ -283,6 +284,21 @@ TEST_F(HostileTest, WhatIsWrongWithASceneIsOneLine) {
     check(scene, R"({"lodestone": "scene", "version": 1, "a\nb": 1})");
     check(scene, R"({"lodestone": "scene", "version": 1, "assets": [{"name": "a", "a\nb": 1}]})");
     check(read_camera_path, R"({"lodestone": "camera-path", "version": 1, "a\nb": 1})");
+}
+
+// A file without blocks: it takes no room on the disk, and may take none in memory.
+TEST_F(HostileTest, ScenesAndCameraPathsOverTheLimitAreNotRead) {
+    const std::filesystem::path path = folder_ / "long.json";
+    std::ofstream(path) << "{";
+    std::filesystem::resize_file(path, Limits{}.scene_bytes + 1);
+    const auto check = [&](const auto& result) {
+        ASSERT_FALSE(result);
+        EXPECT_EQ(result.error().fault, Fault::format);
+        EXPECT_EQ(result.error().message,
+                  path.string() + ": has 1073741825 bytes; the limit is 1073741824; cut it into pieces");
+    };
+    check(read_scene(path));
+    check(read_camera_path(path));
 }
 
 // The source lies beside it, and whether that may name files elsewhere is not told by yes or no.

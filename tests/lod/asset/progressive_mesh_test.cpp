@@ -16,6 +16,7 @@
 #include "lod/asset/cursor.h"
 #include "lod/bake/bake.h"
 #include "mesh/generate.h"
+#include "mesh/limits.h"
 #include "mesh/topology.h"
 
 namespace lodestone {
@@ -302,6 +303,9 @@ TEST(ProgressiveMesh, ContentThatWouldLeaveTheBuffersIsRefused) {
         EXPECT_EQ(counted.error().fault, Fault::format);
         EXPECT_THAT(counted.error().message, testing::HasSubstr(expect));
     };
+    // A few bytes of text can name one order again and again.
+    refused("has 65 face orders; the limit is 64",
+            [&](ProgressiveMesh& pm) { pm.orders.resize(Limits{}.lod_orders + 1, good.orders[0]); });
     std::vector<IndexSlot> corners(good.orders[0].corners.begin(), good.orders[0].corners.end());
     corners[0] = IndexSlot::of(0, static_cast<uint32_t>(good.orders[0].indices.size()));
     refused("lod/static/corners", [&](ProgressiveMesh& pm) { pm.orders[0].corners = corners; });

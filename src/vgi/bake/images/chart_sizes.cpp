@@ -12,7 +12,7 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr double clusters_of_small = 4;  // components with a smaller share have more than that
-constexpr uint32_t fewest_cells = 8;
+constexpr uint32_t fewest_cells = 4;
 
 struct Component {
     double area = 0;

@@ -57,6 +57,9 @@ protected:
         AtlasOptions options;
         options.leaves = leaves;
         options.clusters.clusters = 12;
+        bake(mesh, path, options);
+    }
+    static void bake(const TriMesh& mesh, const std::filesystem::path& path, AtlasOptions options) {
         options.error_samples = 1000;
         AtlasReport report;
         const auto atlas = make_atlas(mesh, options, report);
@@ -351,6 +354,41 @@ TEST_F(VgiSourceTest, GetsCoarserAndNeverBreaksWithRoomForFewPagesAndPagesThatFa
     }
     EXPECT_GT(evicted, 0);
     EXPECT_GT(failed, 0);
+}
+
+// Leaves of several parts each, of which not all fit: what comes must not push out what came for another.
+TEST_F(VgiSourceTest, AsksForNoMoreOnceTheRoomForLeavesIsFull) {
+    AtlasOptions options;
+    options.leaves = true;
+    options.clusters.clusters = 4;
+    options.cells = 8;
+    const auto path = path_of("dense");
+    bake(mesh_, path, options);
+    const auto file = atlas(path);
+    std::filesystem::remove(path);
+    ASSERT_GT(file->about().leaves.back().parts_end, 2 * file->about().leaves.size()) << "leaves have several parts";
+    for (const uint64_t kib : {700u, 900u, 1300u, 1700u}) {
+        const auto vgi = open_vgi({file}, {kib << 10, 3});
+        ASSERT_TRUE(vgi) << vgi.error().message;
+        std::vector<Arrival> arrivals;
+        size_t late = 0;
+        double missing = 0, evicted = 0;
+        for (uint64_t frame = 0; frame < 150; ++frame) {
+            FrameInput input = look_from({0.3f, 0.2f, 2.2f}, frame);
+            input.views[0].culls_back_faces = false;
+            input.budget.pixel_error = 0.1;
+            input.arrivals = std::move(arrivals);
+            arrivals.clear();
+            const Plan plan = (*vgi)->plan(input);
+            for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r, *file));
+            if (frame >= 100) late += plan.requests.size();
+            missing = figure(plan, "leaf_parts_missing");
+            evicted = figure(plan, "pages_evicted");
+        }
+        EXPECT_GT(missing, 0) << kib;
+        EXPECT_LT(evicted, 1) << kib;
+        EXPECT_EQ(late, 0u) << kib;
+    }
 }
 
 // Of two atlases, so that a number can be a page's of one and not of the other.

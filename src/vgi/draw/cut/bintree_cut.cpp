@@ -269,6 +269,9 @@ private:
         }
         put(whole.fan, whole.mask);
         touch(number);
+        for (uint32_t side = 0; side < 4; ++side) {
+            if (const uint32_t across = residency_.neighbour(number, side); across != ~0u) touch(across);
+        }
         const LeafBorder border = leaves_.border(number, part.slack);
         const bool arrived = leaves_.has_arrived(number, border, part.slack);
         // Where each vertex is in its own place, it is known where each run of triangles is.
@@ -327,7 +330,8 @@ private:
             }
         }
     }
-    // Asks for what a leaf lacks to be drawn.
+    // Asks for what a leaf lacks to be drawn. What there is of it stays: where there is room for no more leaves, parts
+    // of two would else push each other out for ever.
     void need_leaf(uint32_t number, uint32_t mask, Slack& slack) {
         slack.add_none();
         const Entry& entry = residency_.entry(number);
@@ -339,7 +343,11 @@ private:
         const Atlas& about = residency_.about();
         const uint32_t leaf = residency_.topology().leaf(number);
         for (uint32_t p = about.first_part(leaf); p < about.leaves[leaf].parts_end; ++p) {
-            if (!residency_.holds_leaf_part(p)) ask(residency_.pages() + p, leaves_.excess(leaf), mask);
+            if (residency_.holds_leaf_part(p)) {
+                touch(residency_.pages() + p);
+            } else {
+                ask(residency_.pages() + p, leaves_.excess(leaf), mask);
+            }
         }
     }
 

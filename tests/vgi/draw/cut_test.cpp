@@ -426,14 +426,15 @@ INSTANTIATE_TEST_SUITE_P(By, CutsLong, testing::Values(Raster::bintree, Raster::
                          [](const auto& one) { return name_of(one.param); });
 TEST_P(CutsLong, FitTogetherForAnyCameraAndAnyPages) { expect_to_fit(GetParam(), 96); }
 
-// Leaves beside leaves, beside any level of samples, and where some or some of their parts are missing.
-TEST(Cuts, FitTogetherWithAnyLeaves) {
+// Leaves beside leaves, beside any level of samples, and where some or some of their parts are missing. cameras: for
+// each mesh.
+void expect_leaves_to_fit(int cameras) {
     Met met;
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
-        for (const uint32_t cells : {8u, 64u}) {
+        for (const uint32_t cells : {4u, 8u, 64u}) {
             const Atlas atlas = small_atlas(f.mesh, cells, 8, true);
-            EXPECT_EQ(count_bad(Raster::bintree, atlas, atlas, 24, cells, &met, true), 0u) << cells;
+            EXPECT_EQ(count_bad(Raster::bintree, atlas, atlas, cameras, cells, &met, true), 0u) << cells;
         }
     }
     EXPECT_GT(met.triangles, 100000u);
@@ -442,6 +443,9 @@ TEST(Cuts, FitTogetherWithAnyLeaves) {
     EXPECT_GT(met.arrived, 10000u);
     EXPECT_GT(met.on_their_way, 10000u);
 }
+
+TEST(Cuts, FitTogetherWithAnyLeaves) { expect_leaves_to_fit(16); }
+TEST(LeafCutsLong, FitTogetherForAnyCameraAndAnyPages) { expect_leaves_to_fit(48); }
 
 TEST(Cuts, FallApartWhereRulesOfLeavesAreBroken) {
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 6000), 64, 8, true);

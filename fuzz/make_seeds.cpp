@@ -218,6 +218,11 @@ void make_meshes(Seeds& seeds) {
         "float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nproperty list "
         "uchar float texcoord\nproperty int texnumber\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 "
         "1 0\n");
+    seeds.put("ply", "kinds.ply",
+              "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement "
+              "face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nelement face 1\n"
+              "property list uchar int vertex_indices\nelement tristrips 1\nproperty list int int vertex_indices\n"
+              "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 1\n3 0 1 2\n4 0 1 2 0\n");
     const std::vector<float> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     std::string stream(meshopt_encodeVertexBufferBound(3, 12), 0);
     stream.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(stream.data()), stream.size(),

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/check.h"
 #include "base/none.h"
 #include "mesh/io/formats.h"
 #include "mesh/io/text_cursor.h"
@@ -148,6 +149,13 @@ double colour_scale(Number type) {
     }
 }
 
+// What a triangle has, and its vertices may have otherwise.
+struct OwnOfTriangle {
+    std::array<glm::vec2, 3> uvs{};  // of its corners
+    bool has_uvs = false;
+    std::optional<uint16_t> texture;  // into the table of materials
+};
+
 class PlyStream final : public MeshStream {
 public:
     PlyStream(const SourceFile& file, ReadReport& report) : file_(file), report_(report) {}
@@ -198,8 +206,10 @@ public:
     // Whether faces have texture coordinates of their own: with_corner_uvs() then makes the mesh what it is.
     bool has_corner_uvs() const { return has_corner_uvs_; }
 
-    // Of the whole stream as one mesh: a wedge for every set of texture coordinates and texture at a vertex.
+    // Of the whole stream as one mesh: a wedge for every set of texture coordinates and texture at a vertex. Where a
+    // face has none of its own, they are those of its vertices.
     void with_corner_uvs(TriMesh& mesh) const {
+        LODE_CHECK(own_.size() == mesh.triangle_count(), own_.size(), mesh.triangle_count());
         const TriMesh plain = std::move(mesh);
         mesh = {};
         mesh.positions = plain.positions;
@@ -211,8 +221,8 @@ public:
             Triangle made;
             for (size_t k = 0; k < 3; ++k) {
                 const uint32_t v = plain.triangles[t][k];
-                const glm::vec2 uv = corner_uvs_[t * 3 + k];
-                const uint16_t material = with_materials ? triangle_textures_[t] : uint16_t{0};
+                const glm::vec2 uv = own_[t].has_uvs ? own_[t].uvs[k] : plain.uvs.empty() ? glm::vec2(0) : plain.uvs[v];
+                const uint16_t material = with_materials ? own_[t].texture.value_or(plain.materials[v]) : uint16_t{0};
                 uint32_t w = first[v];
                 while (w != none && (mesh.uvs[w] != uv || (with_materials && mesh.materials[w] != material)))
                     w = next[w];
@@ -425,9 +435,14 @@ private:
         return {};
     }
 
+    // The one place where triangles are added: own_ is in step with them where it is needed.
+    void add_triangle(const Triangle& triangle, const OwnOfTriangle& own = {}) {
+        (vertices_done_ == vertices_ ? batch_->triangles : early_faces_).push_back(triangle);
+        if (has_corner_uvs_) own_.push_back(own);
+    }
+
     // corners_: as read. Faces of fewer than three corners are dropped.
     Result<void> add_face(const Element& element, uint64_t item) {
-        std::vector<Triangle>& to = vertices_done_ == vertices_ ? batch_->triangles : early_faces_;
         const auto outside = [&](int64_t index) {
             return file_.wrong(place(element, item), "refers to vertex " + std::to_string(index) + "; the file has " +
                                                          std::to_string(vertices_));
@@ -444,7 +459,7 @@ private:
                 const auto a = static_cast<uint32_t>(corners_[i - 2]), b = static_cast<uint32_t>(corners_[i - 1]),
                            c = static_cast<uint32_t>(corners_[i]);
                 if (a == b || b == c || c == a) continue;  // a strip's stitches
-                to.push_back(run % 2 == 1 ? Triangle{a, b, c} : Triangle{b, a, c});
+                add_triangle(run % 2 == 1 ? Triangle{a, b, c} : Triangle{b, a, c});
             }
             return {};
         }
@@ -453,22 +468,23 @@ private:
             if (index < 0 || static_cast<uint64_t>(index) >= vertices_) return outside(index);
             fan_.push_back(static_cast<uint32_t>(index));
         }
-        add_fan(to, fan_, report_);
-        if (has_corner_uvs_) add_corner_uvs();
+        add_face_fan();
         return {};
     }
 
-    // For the triangles of the face just added; 0 where the face has too few numbers.
-    void add_corner_uvs() {
-        const auto at = [&](size_t corner) {
-            if (face_uvs_.size() < fan_.size() * 2) return glm::vec2(0);
+    // fan_: its corners. As add_fan(), with what the face has of its own.
+    void add_face_fan() {
+        if (fan_.size() > 3) ++report_.polygons;
+        const auto uv_at = [&](size_t corner) {
             const glm::vec2 uv(face_uvs_[corner * 2], face_uvs_[corner * 2 + 1]);
             return std::isfinite(uv.x) && std::isfinite(uv.y) ? glm::vec2(uv.x, 1 - uv.y) : glm::vec2(0);
         };
-        const bool there = face_texture_ >= 0 && static_cast<size_t>(face_texture_) < materials_.size();
+        OwnOfTriangle own;
+        own.has_uvs = face_uvs_.size() >= fan_.size() * 2;  // else it has too few numbers
+        own.texture = face_texture_;
         for (size_t k = 2; k < fan_.size(); ++k) {
-            for (const size_t corner : {size_t{0}, k - 1, k}) corner_uvs_.push_back(at(corner));
-            triangle_textures_.push_back(there ? static_cast<uint16_t>(face_texture_) : uint16_t{0});
+            if (own.has_uvs) own.uvs = {uv_at(0), uv_at(k - 1), uv_at(k)};
+            add_triangle({fan_[0], fan_[k - 1], fan_[k]}, own);
         }
     }
 
@@ -507,7 +523,7 @@ private:
         uint32_t i[3];
         std::memcpy(i, data + at_ + 1, 12);
         if (i[0] >= vertices_ || i[1] >= vertices_ || i[2] >= vertices_) return false;
-        (vertices_done_ == vertices_ ? batch_->triangles : early_faces_).push_back({i[0], i[1], i[2]});
+        add_triangle({i[0], i[1], i[2]});
         at_ += 13;
         return true;
     }
@@ -535,10 +551,12 @@ private:
 
     void begin_face() {
         face_uvs_.clear();
-        face_texture_ = 0;
+        face_texture_.reset();
     }
+    // One of a number that is not there is the first.
     void set_texture(double number) {
-        face_texture_ = number >= 0 && number <= 65535 ? static_cast<int64_t>(number) : -1;
+        const bool there = number >= 0 && number < static_cast<double>(materials_.size());
+        face_texture_ = there ? static_cast<uint16_t>(number) : uint16_t{0};
     }
 
     // Indices go to corners_, texture coordinates to face_uvs_. False where the file ends before.
@@ -663,10 +681,9 @@ private:
     std::vector<Triangle> early_faces_;
     bool has_corner_uvs_ = false;
     std::vector<std::string> texture_names_;
-    std::vector<float> face_uvs_;              // of the face being read
-    int64_t face_texture_ = 0;                 // its texture, -1 where there is none of that number
-    std::vector<glm::vec2> corner_uvs_;        // three per triangle, in the order of the file
-    std::vector<uint16_t> triangle_textures_;  // one per triangle
+    std::vector<float> face_uvs_;           // of the face being read
+    std::optional<uint16_t> face_texture_;  // its texture
+    std::vector<OwnOfTriangle> own_;        // one per triangle, in the order of the file, where has_corner_uvs_
     std::vector<Material> materials_;
     std::vector<Image> images_;
 };

@@ -364,5 +364,59 @@ TEST_F(CompressedTest, PlyKeepsTextureCoordinatesOfFaces) {
     EXPECT_FALSE(read_mesh(put("cut.ply", (photogrammetry("binary_little_endian") + body).substr(0, 420))));
 }
 
+// Elements of one file may differ: faces with texture coordinates, faces of three indices and nothing else, strips.
+TEST_F(CompressedTest, PlyFacesWithoutTextureCoordinatesTakeThoseOfTheirVertices) {
+    for (const bool vertices_have : {false, true}) {
+        for (const bool faces_first : {false, true}) {
+            SCOPED_TRACE(testing::Message() << vertices_have << faces_first);
+            std::string header = "ply\nformat binary_little_endian 1.0\n", body;
+            const auto add = [&](auto value) { body.append(reinterpret_cast<const char*>(&value), sizeof value); };
+            const auto add_vertices = [&] {
+                header += "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+                if (vertices_have) header += "property float s\nproperty float t\n";
+                for (const glm::vec3& p : {glm::vec3(0), glm::vec3(1, 0, 0), glm::vec3(1, 1, 0), glm::vec3(0, 1, 0)}) {
+                    add(p);
+                    if (vertices_have) add(glm::vec2(0.125f, 0.25f));
+                }
+            };
+            if (!faces_first) add_vertices();
+            header +=
+                "element face 2\nproperty list uchar int vertex_indices\nelement face 1\nproperty list uchar int "
+                "vertex_indices\nproperty list uchar float texcoord\nelement tristrips 1\nproperty list int int "
+                "vertex_indices\n";
+            for (const auto& face : {std::array{0, 1, 2}, {0, 2, 3}}) {
+                add(uint8_t{3});
+                add(face);
+            }
+            add(uint8_t{3});
+            add(std::array{1, 2, 3});
+            add(uint8_t{6});
+            add(std::array{0.5f, 0.75f, 0.5f, 0.75f, 0.5f, 0.75f});
+            add(4);
+            add(std::array{0, 1, 2, 3});
+            if (faces_first) add_vertices();
+            const auto read = read_mesh(put("a.ply", header + "end_header\n" + body));
+            ASSERT_TRUE(read) << read.error().message;
+            ASSERT_EQ(read->triangle_count(), 5u);
+            const glm::vec2 of_vertices = vertices_have ? glm::vec2(0.125f, 0.75f) : glm::vec2(0);
+            for (size_t t = 0; t < 5; ++t) {
+                for (const uint32_t w : read->triangles[t])
+                    EXPECT_EQ(read->uvs[w], t == 2 ? glm::vec2(0.5f, 0.25f) : of_vertices) << t;
+            }
+        }
+    }
+}
+
+TEST_F(CompressedTest, PlyFacesWithoutATextureKeepTheMaterialOfTheirVertices) {
+    const auto read = read_mesh(
+        put("a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty "
+            "int material_index\nelement face 1\nproperty list uchar int vertex_indices\nproperty list uchar float "
+            "texcoord\nend_header\n0 0 0 2\n1 0 0 2\n0 1 0 2\n3 0 1 2 6 0 0 1 0 0 1\n"));
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(read->materials, std::vector<uint16_t>(3, 2));
+    EXPECT_EQ(read->material_table.size(), 3u);
+}
+
 }  // namespace
 }  // namespace lodestone

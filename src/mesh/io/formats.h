@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "base/files/file.h"
@@ -39,6 +40,8 @@ struct SourceFile {
     Result<FileBytes> side_file(const std::string& name, uint64_t max_bytes, ReadReport& report) const;
     // Adds a warning, once.
     void warn(ReadReport& report, const std::string& line) const;
+    // Decodes a texture; one of which a part is missing is a warning.
+    Result<Image> decode_texture(std::span<const std::byte> bytes, const std::string& name, ReadReport& report) const;
     // Adds a texture to the mesh, unless there is none or it brings more texels than the limit. Returns its number.
     Result<int32_t> add_image(Result<Image> image, TriMesh& mesh) const;
 };

@@ -3,6 +3,8 @@
 #include <cstdio>
 // jpeglib.h needs <cstdio> before it.
 #include <jpeglib.h>
+// jerror.h needs jpeglib.h before it.
+#include <jerror.h>
 #include <png.h>
 #include <webp/decode.h>
 
@@ -75,6 +77,15 @@ bool is_webp(std::span<const std::byte> bytes) {
            std::memcmp(bytes.data() + 8, "WEBP", 4) == 0;
 }
 
+constexpr int webp_lossy = 1;  // WebPBitstreamFeatures::format
+
+// Whether so many bytes may be a lossy WebP of that size: how a square of 16 texels is predicted takes 1.6 bits at
+// least, by the probabilities of VP8 (RFC 6386, section 11.2). Lossless WebP has no such bound: what is of one colour
+// takes no bits.
+bool webp_may_hold(size_t bytes, uint64_t width, uint64_t height) {
+    return (width + 15) / 16 * ((height + 15) / 16) / 8 <= bytes;
+}
+
 Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& name, uint32_t most_side) {
     const auto* first = reinterpret_cast<const uint8_t*>(bytes.data());
     WebPBitstreamFeatures features;
@@ -85,6 +96,8 @@ Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& n
                height = static_cast<uint32_t>(std::max(features.height, 0));
     if (width == 0 || height == 0 || width > most_side || height > most_side)
         return wrong(name, wrong_size(width, height, most_side));
+    if (features.format == webp_lossy && !webp_may_hold(bytes.size(), width, height))
+        return wrong(name, "WebP: promises more than its bytes can hold; the file is cut or damaged");
     Image image{width, height, {}};
     image.texels.resize(size_t{width} * height);
     const size_t size = image.texels.size() * 4;
@@ -98,6 +111,8 @@ struct JpegError {
     jpeg_error_mgr base;
     std::jmp_buf jump;
     char message[JMSG_LENGTH_MAX];
+    char damage[JMSG_LENGTH_MAX];  // the first thing that was wrong and did not end the decoding; empty for none
+    jpeg_progress_mgr progress;
     uint32_t most_side;
 };
 
@@ -107,13 +122,57 @@ void on_jpeg_error(j_common_ptr info) {
     std::longjmp(error->jump, 1);
 }
 void on_jpeg_message(j_common_ptr) {}
+// level: below 0 for what is wrong, above for what is told of the file.
+void on_jpeg_warning(j_common_ptr info, int level) {
+    if (level >= 0) return;
+    auto* error = reinterpret_cast<JpegError*>(info->err);
+    const int code = error->base.msg_code;
+    const bool harmless = code == JWRN_ADOBE_XFORM || code == JWRN_JFIF_MAJOR || code == JWRN_TOO_MUCH_DATA;
+    if (!harmless && error->base.num_warnings++ == 0) error->base.format_message(info, error->damage);
+}
+
+// Every scan of a progressive JPEG goes over the whole image, and takes a few bytes of the file at least. Encoders
+// write about ten.
+constexpr int most_jpeg_scans = 100;
+
+void on_jpeg_progress(j_common_ptr info) {
+    if (reinterpret_cast<j_decompress_ptr>(info)->input_scan_number <= most_jpeg_scans) return;
+    auto* error = reinterpret_cast<JpegError*>(info->err);
+    std::snprintf(error->message, sizeof error->message, "has more than %d scans; save it anew", most_jpeg_scans);
+    std::longjmp(error->jump, 1);
+}
+
+void set_jpeg_error(jpeg_decompress_struct& info, JpegError& error) {
+    info.err = jpeg_std_error(&error.base);
+    error.base.error_exit = on_jpeg_error;
+    error.base.output_message = on_jpeg_message;
+    error.base.emit_message = on_jpeg_warning;
+}
+
+// Returns whether the image can be decoded as far as its header tells, else why not in error.message.
+bool check_jpeg_header(const jpeg_decompress_struct& info, size_t bytes, JpegError& error) {
+    if (info.image_width == 0 || info.image_height == 0 || info.image_width > error.most_side ||
+        info.image_height > error.most_side) {
+        std::snprintf(error.message, sizeof error.message, "is %ux%u texels; the limit is 1 to %u a side",
+                      info.image_width, info.image_height, error.most_side);
+        return false;
+    }
+    // The first scan of a component, progressive or not, has a Huffman code for each of its blocks: a bit at least.
+    // Arithmetic coding, which hardly anything writes, may take less for what is all of one colour.
+    uint64_t blocks = 0;
+    for (int c = 0; c < info.num_components; ++c)
+        blocks += uint64_t{info.comp_info[c].width_in_blocks} * info.comp_info[c].height_in_blocks;
+    if (blocks / 8 <= bytes) return true;
+    std::snprintf(error.message, sizeof error.message,
+                  "promises %ux%u texels, more than its bytes can hold; the file is cut or damaged", info.image_width,
+                  info.image_height);
+    return false;
+}
 
 // Everything with a destructor lives in the caller, outside the reach of longjmp.
 bool decode_jpeg_into(std::span<const std::byte> bytes, Image& image, std::vector<uint8_t>& row, JpegError& error) {
     jpeg_decompress_struct info{};
-    info.err = jpeg_std_error(&error.base);
-    error.base.error_exit = on_jpeg_error;
-    error.base.output_message = on_jpeg_message;
+    set_jpeg_error(info, error);
     if (setjmp(error.jump) != 0) {
         jpeg_destroy_decompress(&info);
         return false;
@@ -121,13 +180,12 @@ bool decode_jpeg_into(std::span<const std::byte> bytes, Image& image, std::vecto
     jpeg_create_decompress(&info);
     jpeg_mem_src(&info, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
     jpeg_read_header(&info, TRUE);
-    if (info.image_width == 0 || info.image_height == 0 || info.image_width > error.most_side ||
-        info.image_height > error.most_side) {
-        std::snprintf(error.message, sizeof error.message, "is %ux%u texels; the limit is 1 to %u a side",
-                      info.image_width, info.image_height, error.most_side);
+    if (!check_jpeg_header(info, bytes.size(), error)) {
         jpeg_destroy_decompress(&info);
         return false;
     }
+    error.progress.progress_monitor = on_jpeg_progress;
+    info.progress = &error.progress;
     info.out_color_space = JCS_RGB;
     jpeg_start_decompress(&info);
     image.width = info.output_width;
@@ -193,7 +251,8 @@ bool png_may_be_whole(std::span<const std::byte> png) {
     return (bits / 8) * number(20) <= png.size() * most_packed;
 }
 
-Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name, uint32_t most_side) {
+Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name, uint32_t most_side,
+                           std::string* damage) {
     if (bytes.size() >= 8 && png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, 8) == 0)
         return decode_png(bytes, name, most_side);
     if (bytes.size() >= 3 && bytes[0] == std::byte{0xff} && bytes[1] == std::byte{0xd8} &&
@@ -203,6 +262,7 @@ Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& 
         JpegError error{};
         error.most_side = most_side;
         if (!decode_jpeg_into(bytes, image, row, error)) return wrong(name, std::string("JPEG: ") + error.message);
+        if (damage != nullptr && error.damage[0] != 0) *damage = std::string("JPEG: ") + error.damage;
         return image;
     }
     if (is_webp(bytes)) return decode_webp(bytes, name, most_side);

@@ -12,9 +12,11 @@ namespace lodestone {
 
 // Decodes PNG (any kind, to 8 bits), JPEG or WebP (one picture), told by content. Numbers are taken as they are,
 // whatever the file says of gamma or colour space. `name` is only for messages. Images of more than most_side texels
-// along a side are refused.
+// along a side are refused, likewise what promises more texels than so many bytes can hold.
+// damage: takes why texels may be missing, where they are and the rest is worth having: JPEG, which is grey there.
+// Null: not told.
 Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& name,
-                           uint32_t most_side = Limits{}.image_side);
+                           uint32_t most_side = Limits{}.image_side, std::string* damage = nullptr);
 // Whether a PNG has as many bytes as what its header promises takes at least: asked before room is made for it.
 bool png_may_be_whole(std::span<const std::byte> png);
 Result<Image> read_image(const std::filesystem::path& path);

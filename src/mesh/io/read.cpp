@@ -157,6 +157,14 @@ void SourceFile::warn(ReadReport& report, const std::string& line) const {
     report.warnings.push_back(report.warnings.size() < limits.warnings ? line : "there is more to warn of");
 }
 
+Result<Image> SourceFile::decode_texture(std::span<const std::byte> bytes, const std::string& name,
+                                         ReadReport& report) const {
+    std::string damage;
+    auto image = decode_image(bytes, name, limits.image_side, &damage);
+    if (!damage.empty()) warn(report, "texture '" + name + "' is damaged (" + damage + "); what it lacks is grey");
+    return image;
+}
+
 Result<int32_t> SourceFile::add_image(Result<Image> image, TriMesh& mesh) const {
     if (!image) return tl::unexpected(image.error());
     uint64_t texels = image->texels.size();
@@ -224,7 +232,7 @@ int32_t load_texture(const SourceFile& file, const std::string& name, TriMesh& m
         auto bytes = file.side_file(portable, file.limits.unpacked_bytes, report);
         if (!bytes) return tl::unexpected(bytes.error());
         if (file.only_names) return -1;
-        auto image = decode_image(bytes->bytes, name, file.limits.image_side);
+        auto image = file.decode_texture(bytes->bytes, name, report);
         if (auto whole = bytes->intact(); !whole) return tl::unexpected(whole.error());
         return file.add_image(std::move(image), mesh);
     };

@@ -2,8 +2,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <webp/encode.h>
 #include <zlib.h>
 
+#include <cstdio>
+// jpeglib.h needs <cstdio> before it.
+#include <jpeglib.h>
+
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -247,6 +253,143 @@ TEST_F(HostileTest, ImagesThatPromiseMoreThanTheyHoldTakeNoRoom) {
     ASSERT_FALSE(limited);
     EXPECT_THAT(limited.error().message, HasSubstr("16384x16384 texels; the limit is 1 to 100 a side"));
     EXPECT_FALSE(png_may_be_whole(std::as_bytes(std::span(png))));
+}
+
+std::string text_of(const std::vector<std::byte>& bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+
+Image noise(uint32_t side) {
+    Image image{side, side, {}};
+    uint32_t random = 1;
+    for (uint32_t i = 0; i < side * side; ++i) {
+        random = random * 1664525 + 1013904223;
+        image.texels.emplace_back(random >> 24, random >> 16 & 255, random >> 8 & 255, 255);
+    }
+    return image;
+}
+
+// Of one grey, as small as an encoder makes it.
+std::string flat_jpeg(uint32_t side, bool progressive) {
+    jpeg_compress_struct info{};
+    jpeg_error_mgr error{};
+    info.err = jpeg_std_error(&error);
+    jpeg_create_compress(&info);
+    unsigned char* packed = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&info, &packed, &size);
+    info.image_width = info.image_height = side;
+    info.input_components = 3;
+    info.in_color_space = JCS_RGB;
+    jpeg_set_defaults(&info);
+    info.optimize_coding = TRUE;
+    if (progressive) jpeg_simple_progression(&info);
+    jpeg_start_compress(&info, TRUE);
+    std::vector<unsigned char> row(size_t{side} * 3, 90);
+    JSAMPROW pointer = row.data();
+    while (info.next_scanline < side) jpeg_write_scanlines(&info, &pointer, 1);
+    jpeg_finish_compress(&info);
+    jpeg_destroy_compress(&info);
+    std::string jpeg(reinterpret_cast<const char*>(packed), size);
+    std::free(packed);
+    return jpeg;
+}
+
+TEST_F(HostileTest, JpegsThatPromiseMoreThanTheyHoldTakeNoRoom) {
+    for (const bool progressive : {false, true}) {
+        SCOPED_TRACE(progressive);
+        const std::string flat = flat_jpeg(2048, progressive);
+        const auto image = decode_image(bytes_of(flat), "flat.jpg");
+        ASSERT_TRUE(image) << "what is as small as it can be is read: " << image.error().message;
+        EXPECT_EQ(image->width, 2048u);
+        std::string lie = flat_jpeg(16, progressive);
+        const size_t frame = lie.find(progressive ? "\xff\xc2" : "\xff\xc0");
+        ASSERT_NE(frame, lie.npos);
+        lie.replace(frame + 5, 4, std::string("\x40\0\x40\0", 4));  // 16384 x 16384
+        const auto large = decode_image(bytes_of(lie), "large.jpg");
+        ASSERT_FALSE(large);
+        EXPECT_THAT(large.error().message, AllOf(HasSubstr("large.jpg: JPEG: promises 16384x16384 texels"),
+                                                 HasSubstr("the file is cut or damaged")));
+    }
+}
+
+TEST_F(HostileTest, JpegsOfScansWithoutEndAreRefused) {
+    std::string jpeg = flat_jpeg(64, true);
+    const size_t last = jpeg.rfind("\xff\xda"), end = jpeg.rfind("\xff\xd9");
+    ASSERT_TRUE(last != jpeg.npos && end != jpeg.npos && last < end);
+    const std::string scan = jpeg.substr(last, end - last);
+    for (int k = 0; k < 200; ++k) jpeg.insert(last, scan);
+    const auto image = decode_image(bytes_of(jpeg), "a.jpg");
+    ASSERT_FALSE(image);
+    EXPECT_THAT(image.error().message, HasSubstr("has more than 100 scans"));
+}
+
+TEST_F(HostileTest, WebpsThatPromiseMoreThanTheyHoldTakeNoRoom) {
+    const std::vector<uint8_t> texels(size_t{1024} * 1024 * 3, 90);
+    const auto packed = [&](int side) {
+        uint8_t* bytes = nullptr;
+        const size_t size = WebPEncodeRGB(texels.data(), side, side, side * 3, 1, &bytes);
+        std::string webp(reinterpret_cast<const char*>(bytes), size);
+        WebPFree(bytes);
+        return webp;
+    };
+    EXPECT_TRUE(decode_image(bytes_of(packed(1024)), "flat.webp"));
+    std::string lie = packed(16);
+    const size_t start = lie.find("\x9d\x01\x2a");  // of a frame, before its width and height
+    ASSERT_NE(start, lie.npos);
+    lie.replace(start + 3, 4, "\xff\x3f\xff\x3f");  // 16383 x 16383
+    const auto large = decode_image(bytes_of(lie), "large.webp");
+    ASSERT_FALSE(large);
+    EXPECT_THAT(large.error().message, HasSubstr("large.webp: WebP: promises more than its bytes can hold"));
+}
+
+TEST_F(HostileTest, ACutJpegIsKeptAndToldOfByName) {
+    const auto jpeg = encode_jpeg(noise(64), 80);
+    ASSERT_TRUE(jpeg);
+    const std::string whole = text_of(*jpeg), cut = whole.substr(0, whole.size() / 2);
+    put("a.mtl", "newmtl m\nmap_Kd a.jpg\n");
+    const auto obj = put("a.obj", "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n");
+    Document document;
+    document.material = "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}}";
+    document.head = "\"images\":[{\"uri\":\"a.jpg\"}],\"textures\":[{\"source\":0}],";
+    for (const fs::path& path : {obj, put("a.gltf", document.json())}) {
+        SCOPED_TRACE(path.extension());
+        put("a.jpg", whole);
+        ReadReport report;
+        ASSERT_TRUE(read_mesh(path, {}, &report));
+        EXPECT_THAT(report.warnings, IsEmpty());
+        put("a.jpg", cut);
+        report = {};
+        const auto read = read_mesh(path, {}, &report);
+        ASSERT_TRUE(read) << read.error().message;
+        EXPECT_THAT(report.warnings, ElementsAre(AllOf(HasSubstr("texture 'a.jpg' is damaged (JPEG: "),
+                                                       HasSubstr("what it lacks is grey"))));
+        ASSERT_EQ(read->images.size(), 1u);
+        EXPECT_EQ(read->images[0].height, 64u);
+    }
+}
+
+TEST_F(HostileTest, ImagesOfNoOrOfTooManyTexelsLeaveThePlainColour) {
+    put_image("a.png", 7);
+    std::ifstream in(folder_ / "a.png", std::ios::binary);
+    std::string png{std::istreambuf_iterator<char>(in), {}};
+    put("a.mtl", "newmtl m\nKd 1 0.5 0\nmap_Kd a.png\n");
+    const auto obj = put("a.obj", "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n");
+    for (const auto& [size, what] : {std::pair{std::string(8, '\0'), "PNG: "},
+                                     {std::string("\0\1\0\0\0\1\0\0", 8), "is 65536x65536 texels; the limit is"}}) {
+        png.replace(16, 8, size);
+        const uint32_t checksum = crc32(0, reinterpret_cast<const Bytef*>(png.data()) + 12, 17);
+        for (int k = 0; k < 4; ++k) png[29 + k] = static_cast<char>(checksum >> (24 - 8 * k));
+        put("a.png", png);
+        ReadReport report;
+        const auto read = read_mesh(obj, {}, &report);
+        ASSERT_TRUE(read) << read.error().message;
+        EXPECT_THAT(report.warnings, ElementsAre(AllOf(HasSubstr("texture 'a.png' cannot be read"), HasSubstr(what),
+                                                       HasSubstr("its material keeps its plain colour"))));
+        EXPECT_TRUE(read->images.empty());
+        EXPECT_EQ(read->material_table[0].base_colour, glm::vec4(1, 0.5f, 0, 1));
+    }
 }
 
 TEST_F(HostileTest, LibrariesAndTexturesOutsideTheFolderAreLeftOutUnlessAllowed) {

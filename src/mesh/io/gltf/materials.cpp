@@ -222,13 +222,13 @@ private:
         return found->second = *added;
     }
 
-    Result<Image> decoded(const tinygltf::Image& image, const std::string& name) const {
+    Result<Image> decoded(const tinygltf::Image& image, const std::string& name) {
         if (const auto not_read = not_read_.find(image.uri); not_read != not_read_.end())
             return fail(Fault::format, not_read->second);
         try {
             const std::span<const unsigned char> bytes =
                 image.bufferView < 0 ? std::span(image.image) : bytes_of_view(model_, image.bufferView, name);
-            return decode_image(std::as_bytes(bytes), name, file_.limits.image_side);
+            return file_.decode_texture(std::as_bytes(bytes), name, report_);
         } catch (const GltfFault& fault) { return fail(Fault::format, fault.what); }
     }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <png.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -19,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -322,7 +324,63 @@ TEST_F(GltfMaterials, ImagesThatAreNotThereTakeTheirEmissionAndMetalAlong) {
     EXPECT_EQ(m.metallic, 0);
     EXPECT_EQ(m.roughness, 1);
     EXPECT_EQ(m.emission, glm::vec3(0));
-    EXPECT_THAT(told_.warnings, ElementsAre(HasSubstr("1.png")));
+    EXPECT_THAT(told_.warnings, testing::UnorderedElementsAre(HasSubstr("1.png"),
+                                                              HasSubstr("its texture of emission is left out: texture "
+                                                                        "7 is not there; the file has 3")));
+}
+
+TEST_F(GltfMaterials, TexturesWithoutAnImageThatIsReadAreToldOfByName) {
+    const json colour = {
+        {"pbrMetallicRoughness", {{"baseColorFactor", {1, 0.5, 0, 1}}, {"baseColorTexture", {{"index", 0}}}}}};
+    const auto avif = [](int source) {
+        return json{{"name", "wall"}, {"extensions", {{"EXT_texture_avif", {{"source", source}}}}}};
+    };
+    json doc = document(colour);
+    doc["extensionsUsed"] = {"EXT_texture_avif"};
+    for (const auto& [texture, line] :
+         {std::pair{json{{"source", 9}}, "texture '0' cannot be used (image 9 is not there; the file has 3)"},
+          {json{{"sampler", 0}}, "texture '0' cannot be used (it names no image)"},
+          {avif(0), "texture 'wall' has its image by EXT_texture_avif alone, which is not read"}}) {
+        doc["textures"][0] = texture;
+        const TriMesh mesh = read(doc);
+        EXPECT_THAT(told_.warnings, testing::Contains(AllOf(HasSubstr(line), HasSubstr("plain colour"))).Times(1));
+        EXPECT_THAT(told_.warnings, testing::Contains(HasSubstr("EXT_texture_avif")).Times(1));
+        EXPECT_TRUE(mesh.images.empty());
+        EXPECT_EQ(mesh.material_table.back().base_colour, glm::vec4(1, 0.5f, 0, 1));
+    }
+    doc["textures"][0]["source"] = 2;
+    EXPECT_EQ(read(doc).images.size(), 1u) << "what is beside it is read";
+    EXPECT_THAT(told_.warnings, ElementsAre(HasSubstr("uses the extension EXT_texture_avif, which is left out")));
+}
+
+TEST_F(GltfMaterials, ARequiredExtensionOfImagesIsOneLineHoweverManyTexturesHaveIt) {
+    json doc = document({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}},
+                         {"normalTexture", {{"index", 1}}},
+                         {"occlusionTexture", {{"index", 2}}}});
+    for (json& texture : doc["textures"]) texture = {{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
+    doc["extensionsUsed"] = doc["extensionsRequired"] = {"KHR_texture_basisu"};
+    read(doc);
+    EXPECT_THAT(told_.warnings, ElementsAre(HasSubstr("texture '0' and 2 more have their images by KHR_texture_basisu "
+                                                      "alone, which is not read; their materials keep their plain")));
+}
+
+TEST_F(GltfMaterials, ImagesOfNoOrOfTooManyTexelsLeaveThePlainColour) {
+    const std::string path = (folder_ / "0.png").string();
+    std::ifstream in(path, std::ios::binary);
+    std::string image{std::istreambuf_iterator<char>(in), {}};
+    for (const auto& [size, what] : {std::pair{std::string(8, '\0'), "PNG: "},
+                                     {std::string("\0\1\0\0\0\1\0\0", 8), "is 65536x65536 texels; the limit is"}}) {
+        image.replace(16, 8, size);
+        const auto sum = static_cast<uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(image.data()) + 12, 17));
+        for (int k = 0; k < 4; ++k) image[29 + static_cast<size_t>(k)] = static_cast<char>(sum >> (24 - 8 * k));
+        std::ofstream(path, std::ios::binary) << image;
+        const Material m = material(
+            {{"pbrMetallicRoughness", {{"baseColorFactor", {1, 0.5, 0, 1}}, {"baseColorTexture", {{"index", 0}}}}}});
+        EXPECT_THAT(told_.warnings, ElementsAre(AllOf(HasSubstr("texture '0.png' cannot be used"), HasSubstr(what),
+                                                      HasSubstr("its material keeps its plain colour"))));
+        EXPECT_FALSE(m.base_colour_texture.there());
+        EXPECT_EQ(m.base_colour, glm::vec4(1, 0.5f, 0, 1));
+    }
 }
 
 TEST_F(GltfMaterials, ExtensionsThatAreNotReadAreToldOnceByName) {

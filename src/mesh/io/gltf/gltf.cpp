@@ -33,7 +33,9 @@ public:
     TriMesh read() {
         parse();
         check_extensions();
-        texcoords_ = read_gltf_materials(file_, options_, model_, not_read_, mesh_, report_);
+        GltfMaterials materials = read_gltf_materials(file_, options_, model_, not_read_, mesh_, report_);
+        warn_of_extensions(std::move(materials.told_extensions));
+        texcoords_ = std::move(materials.texcoords);
         check_size();
         unpack();
         for_wanted([&](int mesh, const glm::dmat4& world) { add_mesh(mesh, world); });
@@ -202,28 +204,37 @@ private:
                            [&](std::string_view prefix) { return name.rfind(prefix, 0) == 0; });
     }
 
+    static bool is_read(const std::string& extension) {
+        static constexpr std::array known = {
+            "KHR_mesh_quantization", "KHR_draco_mesh_compression", "EXT_meshopt_compression",        "EXT_texture_webp",
+            "KHR_texture_transform", "KHR_materials_unlit",        "KHR_materials_emissive_strength"};
+        return std::ranges::find(known, extension) != known.end();
+    }
+
     // A file that requires what we do not know may not have the shape we would read. What is known to leave shapes as
     // they are is done without.
-    void check_extensions() {
+    void check_extensions() const {
         for (const std::string& name : model_.extensionsRequired) {
-            static constexpr std::array known = {"KHR_mesh_quantization",          "KHR_draco_mesh_compression",
-                                                 "EXT_meshopt_compression",        "EXT_texture_webp",
-                                                 "KHR_texture_transform",          "KHR_materials_unlit",
-                                                 "KHR_materials_emissive_strength"};
-            if (std::ranges::find(known, name) != known.end()) continue;
-            const bool same_shape = begins_with_one_of(
-                name, {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_",
-                       "KHR_xmp", "KHR_animation_", "EXT_mesh_features", "EXT_structural_metadata"});
-            if (!same_shape)
-                throw GltfFault{"", "requires the extension " + name + ", which is not read; export without it"};
-            warn("requires the extension " + name + "; it is left out");
+            const bool same_shape =
+                begins_with_one_of(name, {"KHR_materials_", "EXT_materials_", "KHR_texture_", "EXT_texture_",
+                                          "MSFT_texture_", "KHR_lights_", "EXT_lights_", "KHR_xmp", "KHR_animation_",
+                                          "EXT_mesh_features", "EXT_structural_metadata"});
+            if (!is_read(name) && !same_shape)
+                throw GltfFault{"", "requires the extension " + printable(name.substr(0, 80)) +
+                                        ", which is not read; export without it"};
         }
-        // What may be left out by the file's word, and is missed.
-        for (const std::string& name : model_.extensionsUsed) {
-            if (begins_with_one_of(name, {"EXT_mesh_gpu_instancing", "KHR_node_visibility", "MSFT_lod"}))
-                warn("uses the extension " + name + ", which is left out");
-        }
-        warn_of_material_extensions(file_, model_, report_);
+    }
+
+    // A line for each that is not read. told: those of which another warning says so.
+    void warn_of_extensions(std::set<std::string> told) {
+        const auto warn_of = [&](const std::string& name, const char* verb) {
+            if (is_read(name) || !told.insert(name).second) return;
+            const bool looks = begins_with_one_of(name, {"KHR_materials_", "EXT_materials_"});
+            warn(verb + (" the extension " + printable(name.substr(0, 80))) + ", which is left out" +
+                 (looks ? "; materials look otherwise than they should" : ""));
+        };
+        for (const std::string& name : model_.extensionsRequired) warn_of(name, "requires");
+        for (const std::string& name : model_.extensionsUsed) warn_of(name, "uses");
     }
 
     static int mode_of(const tinygltf::Primitive& primitive) {

@@ -6,6 +6,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <optional>
+#include <set>
 
 #include "base/text.h"
 #include "mesh/io/gltf/values.h"
@@ -76,19 +77,21 @@ public:
                    const GltfNotRead& not_read, TriMesh& mesh, ReadReport& report)
         : file_(file), options_(options), model_(model), not_read_(not_read), mesh_(mesh), report_(report) {}
 
-    std::vector<GltfTexcoords> read() {
+    GltfMaterials read() {
         Material plain;
         plain.name = "default";
         mesh_.material_table.push_back(plain);
         if (model_.materials.size() + 1 > file_.limits.materials)
             throw GltfFault{"", over_limit("materials", model_.materials.size() + 1, file_.limits.materials)};
-        std::vector<GltfTexcoords> texcoords;
+        GltfMaterials materials;
         for (const tinygltf::Material& from : model_.materials) {
             Material material = factors_of(from);
-            texcoords.push_back(add_textures(from, material));
+            materials.texcoords.push_back(add_textures(from, material));
             mesh_.material_table.push_back(material);
         }
-        return texcoords;
+        warn_of_extensions_alone();
+        for (const auto& [extension, textures] : extensions_alone_) materials.told_extensions.insert(extension);
+        return materials;
     }
 
 private:
@@ -165,7 +168,12 @@ private:
         } else if (!place) {
             left_out(second ? "its transform has numbers that are too large"
                             : "the transform of " + first_name + " cannot be undone");
-        } else if (!options_.load_images || !look_up(use.number, texture)) {
+        } else if (!options_.load_images) {
+            leave_out(material, texture);
+        } else if (static_cast<size_t>(use.number) >= model_.textures.size()) {
+            left_out("texture " + std::to_string(use.number) + " is not there; the file has " +
+                     std::to_string(model_.textures.size()));
+        } else if (!look_up(use.number, texture)) {
             leave_out(material, texture);
         } else {
             texture.place = *place;
@@ -174,11 +182,10 @@ private:
         }
     }
 
-    // Whether there is such a texture, and its image could be had.
+    // Whether its image could be had; a warning says why not. number: below that of textures.
     bool look_up(int number, Texture& texture) {
-        if (static_cast<size_t>(number) >= model_.textures.size()) return false;
         const tinygltf::Texture& from = model_.textures[static_cast<size_t>(number)];
-        texture.image = image(source_of(from));
+        texture.image = image(from, number);
         if (from.sampler >= 0 && static_cast<size_t>(from.sampler) < model_.samplers.size()) {
             const tinygltf::Sampler& sampler = model_.samplers[static_cast<size_t>(from.sampler)];
             texture.wrap = {wrap_of(sampler.wrapS), wrap_of(sampler.wrapT)};
@@ -191,35 +198,66 @@ private:
                                                                : Wrap::repeat;
     }
 
-    // The image of a texture, or -1: one that an extension names, if it is read, before the one beside it.
-    int source_of(const tinygltf::Texture& texture) {
-        const auto named = [&](const char* extension) {
-            const auto found = texture.extensions.find(extension);
-            const bool there = found != texture.extensions.end() && found->second.Has("source");
-            return there ? found->second.Get("source").GetNumberAsInt() : -1;
-        };
-        if (const int webp = named("EXT_texture_webp"); webp >= 0) return webp;
-        if (texture.source < 0 && named("KHR_texture_basisu") >= 0)
-            warn("has textures of KHR_texture_basisu, which are not read; their materials keep their plain colours");
-        return texture.source;
+    // A texture without an image that could be used.
+    void warn_of_unusable(const std::string& name, const std::string& why) {
+        warn("texture '" + printable(name.substr(0, 80)) + "' cannot be used (" + why +
+             "); its material keeps its plain colour");
+    }
+    static std::string name_of(const tinygltf::Texture& texture, int number) {
+        return texture.name.empty() ? std::to_string(number) : texture.name;
+    }
+
+    // The number of a texture's image in the file: one that EXT_texture_webp names before the one beside it.
+    static int source_of(const tinygltf::Texture& texture) {
+        const auto webp = texture.extensions.find("EXT_texture_webp");
+        const bool there = webp != texture.extensions.end() && webp->second.Has("source");
+        const int source = there ? webp->second.Get("source").GetNumberAsInt() : -1;
+        return source >= 0 ? source : texture.source;
     }
 
     // Into the mesh's, or -1.
+    int32_t image(const tinygltf::Texture& texture, int number) {
+        const int source = source_of(texture);
+        if (source >= 0 && static_cast<size_t>(source) < model_.images.size()) return image(source);
+        const auto not_webp = [](const auto& extension) { return extension.first != "EXT_texture_webp"; };
+        if (source >= 0)
+            warn_of_unusable(name_of(texture, number), "image " + std::to_string(source) +
+                                                           " is not there; the file has " +
+                                                           std::to_string(model_.images.size()));
+        else if (const auto other = std::ranges::find_if(texture.extensions, not_webp);
+                 other != texture.extensions.end())
+            extensions_alone_[other->first].insert(number);
+        else
+            warn_of_unusable(name_of(texture, number), "it names no image");
+        return -1;
+    }
+
+    // A line for each extension, however many textures have their images by it alone.
+    void warn_of_extensions_alone() {
+        for (const auto& [extension, textures] : extensions_alone_) {
+            const int first = *textures.begin();
+            const size_t others = textures.size() - 1;
+            const std::string name = name_of(model_.textures[static_cast<size_t>(first)], first).substr(0, 80);
+            warn("texture '" + printable(name) + "'" +
+                 (others == 0 ? " has its image" : " and " + std::to_string(others) + " more have their images") +
+                 " by " + printable(extension.substr(0, 80)) +
+                 " alone, which is not read; their materials keep their plain colours");
+        }
+    }
+
+    // Into the mesh's, or -1. source: below the number of images.
     int32_t image(int source) {
-        if (source < 0 || static_cast<size_t>(source) >= model_.images.size()) return -1;
         const auto [found, fresh] = images_.try_emplace(source, -1);
         if (!fresh) return found->second;
         const tinygltf::Image& image = model_.images[static_cast<size_t>(source)];
-        const std::string name = !image.uri.empty()    ? image.uri
-                                 : !image.name.empty() ? image.name
-                                                       : "image " + std::to_string(source);
-        const auto added = file_.add_image(decoded(image, name.substr(0, 80)), mesh_);
-        if (!added) {
-            warn("texture '" + name.substr(0, 80) + "' cannot be used (" + added.error().message +
-                 "); its material keeps its plain colour");
-            return -1;
-        }
-        return found->second = *added;
+        std::string name = !image.uri.empty()    ? image.uri
+                           : !image.name.empty() ? image.name
+                                                 : "image " + std::to_string(source);
+        name = printable(name.substr(0, 80));
+        const auto added = file_.add_image(decoded(image, name), mesh_);
+        if (added) return found->second = *added;
+        warn_of_unusable(name, added.error().message);
+        return -1;
     }
 
     Result<Image> decoded(const tinygltf::Image& image, const std::string& name) {
@@ -239,24 +277,15 @@ private:
     TriMesh& mesh_;
     ReadReport& report_;
     std::map<int, int32_t> images_;  // of the file, and their numbers in the mesh
+    // Textures that have their images by an extension alone that is not read.
+    std::map<std::string, std::set<int>> extensions_alone_;
 };
 
 }  // namespace
 
-std::vector<GltfTexcoords> read_gltf_materials(const SourceFile& file, const ReadOptions& options,
-                                               const tinygltf::Model& model, const GltfNotRead& not_read, TriMesh& mesh,
-                                               ReadReport& report) {
+GltfMaterials read_gltf_materials(const SourceFile& file, const ReadOptions& options, const tinygltf::Model& model,
+                                  const GltfNotRead& not_read, TriMesh& mesh, ReadReport& report) {
     return MaterialReader(file, options, model, not_read, mesh, report).read();
-}
-
-void warn_of_material_extensions(const SourceFile& file, const tinygltf::Model& model, ReadReport& report) {
-    for (const std::string& name : model.extensionsUsed) {
-        const bool of_materials = name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
-        if (!of_materials || name == "KHR_materials_unlit" || name == "KHR_materials_emissive_strength") continue;
-        if (std::ranges::count(model.extensionsRequired, name) > 0) continue;  // which is told already
-        file.warn(report, "uses the extension " + printable(name.substr(0, 80)) +
-                              ", which is left out; materials look otherwise than they should");
-    }
 }
 
 void drop_unused_images(TriMesh& mesh) {

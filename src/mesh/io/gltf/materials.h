@@ -5,6 +5,7 @@
 
 #include <glm/mat3x2.hpp>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,17 +25,18 @@ struct GltfTexcoords {
 // Files that a document names and that could not be read, and why.
 using GltfNotRead = std::map<std::string, std::string>;
 
+struct GltfMaterials {
+    std::vector<GltfTexcoords> texcoords;   // what wedges get, per material of the file
+    std::set<std::string> told_extensions;  // that are not read, and of which a warning says so already
+};
+
 // Fills the mesh's table, of which the first is that of primitives without a material, and decodes the images that are
-// used, each once. Returns what wedges get, per material of the file: the texture coordinates of its base colour, where
-// it has none those of its first texture; and the next set that a texture is on. Textures that cannot go with these are
+// used, each once. Wedges get the texture coordinates of the base colour, where there is none those of the first
+// texture; and the next set that a texture is on. Textures that cannot go with these, or whose image cannot be had, are
 // left out, and a warning says so.
 // Throws GltfFault where there are too many.
-std::vector<GltfTexcoords> read_gltf_materials(const SourceFile& file, const ReadOptions& options,
-                                               const tinygltf::Model& model, const GltfNotRead& not_read, TriMesh& mesh,
-                                               ReadReport& report);
-
-// Warns of extensions by which materials look otherwise than they are read.
-void warn_of_material_extensions(const SourceFile& file, const tinygltf::Model& model, ReadReport& report);
+GltfMaterials read_gltf_materials(const SourceFile& file, const ReadOptions& options, const tinygltf::Model& model,
+                                  const GltfNotRead& not_read, TriMesh& mesh, ReadReport& report);
 
 // Takes off the mesh the images of materials that it has nothing of.
 void drop_unused_images(TriMesh& mesh);

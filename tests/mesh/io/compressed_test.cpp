@@ -202,6 +202,28 @@ TEST_F(CompressedTest, MeshoptEqualsThePlainMesh) {
     }
 }
 
+TEST_F(CompressedTest, FilesThatStandInForMeshoptNeedNotBeThere) {
+    const TriMesh torus = fixtures::torus(10, 6);
+    const Packed packed = meshopt_of(torus);
+    json doc = meshopt_document(torus, packed);
+    doc["buffers"][0]["uri"] = "mesh.bin";
+    doc["buffers"][1]["uri"] = "fallback.bin";
+    put("mesh.bin", text_of(packed.positions) + text_of(packed.indices));
+    ReadReport told;
+    const auto read = read_mesh(put("a.gltf", doc.dump()), {}, &told);
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(read->positions, torus.positions);
+    EXPECT_THAT(told.warnings, testing::IsEmpty());
+    EXPECT_FALSE(told.side_files.contains("fallback.bin"));
+    // A view that is not compressed needs it.
+    doc["bufferViews"].push_back({{"buffer", 1}, {"byteLength", 12}});
+    const auto without = read_mesh(put("b.gltf", doc.dump()));
+    ASSERT_FALSE(without);
+    EXPECT_THAT(without.error().message, HasSubstr("fallback.bin"));
+    put("fallback.bin", std::string(torus.vertex_count() * 12 + torus.triangle_count() * 12, 'x'));
+    EXPECT_TRUE(read_mesh(folder_ / "b.gltf"));
+}
+
 TEST_F(CompressedTest, DamagedMeshoptIsOneLine) {
     const TriMesh torus = fixtures::torus(10, 6);
     Packed packed = meshopt_of(torus);

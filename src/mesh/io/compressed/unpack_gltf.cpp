@@ -163,14 +163,29 @@ const Json* extension_of(const Json& of, const char* name) {
     return extensions != nullptr ? member(*extensions, name) : nullptr;
 }
 
+// The numbers of buffers of which bytes are read: views have them as they are, or compressed.
+std::set<uint64_t> buffers_read(const Json& document) {
+    std::set<uint64_t> read;
+    const Json* views = member(document, "bufferViews");
+    if (views == nullptr || !views->is_array()) return read;
+    for (const Json& view : *views) {
+        const Json* packed = extension_of(view, meshopt_name);
+        const Json* buffer = member(packed != nullptr ? *packed : view, "buffer");
+        if (buffer != nullptr && buffer->is_number_unsigned()) read.insert(buffer->get<uint64_t>());
+    }
+    return read;
+}
+
 bool put_buffers(Json& document) {
     bool changed = false;
     const auto buffers = document.find("buffers");
     if (buffers == document.end() || !buffers->is_array()) return false;
-    for (Json& buffer : *buffers) {
+    const std::set<uint64_t> read = buffers_read(document);
+    for (size_t i = 0; i < buffers->size(); ++i) {
+        Json& buffer = (*buffers)[i];
         const Json* own = extension_of(buffer, meshopt_name);
         const Json* fallback = own != nullptr ? member(*own, "fallback") : nullptr;
-        if (fallback == nullptr || *fallback != true || buffer.contains("uri")) continue;
+        if (fallback == nullptr || *fallback != true || (buffer.contains("uri") && read.contains(i))) continue;
         buffer["uri"] = "data:application/octet-stream;base64,AA==";
         buffer["byteLength"] = 1;
         changed = true;

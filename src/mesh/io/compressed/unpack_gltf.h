@@ -13,9 +13,10 @@
 
 namespace lodestone {
 
-// Buffers that only stand in for compressed ones (`fallback`) may hold nothing, and accessors of what Draco compressed
-// may have no buffer view, which tinygltf refuses. The same document, in which each such buffer is there, of one byte,
-// and each such accessor has the view of its compressed mesh; empty where the document needs no change or is none.
+// Buffers that only stand in for compressed ones (`fallback`) may hold nothing, or be in a file that need not be there
+// where all their views are compressed; and accessors of what Draco compressed may have no buffer view, which tinygltf
+// refuses. The same document, in which each such buffer is there, of one byte, and each such accessor has the view of
+// its compressed mesh; empty where the document needs no change or is none.
 // json: of .gltf or of GLB.
 std::string with_stand_ins(std::string_view json);
 

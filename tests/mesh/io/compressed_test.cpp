@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
+#include <tiny_gltf.h>
 #include <unistd.h>
 #include <webp/encode.h>
 
@@ -19,6 +20,7 @@
 #include "fixtures/real_data.h"
 #include "mesh/io/compressed/draco.h"
 #include "mesh/io/compressed/meshopt.h"
+#include "mesh/io/compressed/unpack_gltf.h"
 #include "mesh/io/read.h"
 #include "mesh/repair.h"
 
@@ -135,6 +137,92 @@ TEST_F(CompressedTest, DracoKeepsToWhatTheAccessorsSay) {
     decoded = decode_draco(packed, other);
     ASSERT_FALSE(decoded);
     EXPECT_THAT(decoded.error().message, HasSubstr("no attribute 7"));
+}
+
+// Three vertices, whose colours are whole bytes.
+Bytes coloured_draco() {
+    const std::array<std::array<float, 3>, 3> positions = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
+    const std::array<std::array<uint8_t, 3>, 3> colours = {{{128, 0, 255}, {0, 10, 20}, {255, 255, 3}}};
+    draco::TriangleSoupMeshBuilder builder;
+    builder.Start(1);
+    const int position = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+    const int colour = builder.AddAttribute(draco::GeometryAttribute::COLOR, 3, draco::DT_UINT8);
+    builder.SetAttributeValuesForFace(position, draco::FaceIndex(0), positions[0].data(), positions[1].data(),
+                                      positions[2].data());
+    builder.SetAttributeValuesForFace(colour, draco::FaceIndex(0), colours[0].data(), colours[1].data(),
+                                      colours[2].data());
+    draco::EncoderBuffer buffer;
+    EXPECT_TRUE(draco::Encoder().EncodeMeshToBuffer(*builder.Finalize(), &buffer).ok());
+    return {buffer.data(), buffer.data() + buffer.size()};
+}
+
+// As many primitives of one view, which share their accessors.
+json shared_draco_document(size_t bytes, size_t primitives) {
+    json doc = {{"asset", {{"version", "2.0"}}},
+                {"extensionsUsed", {"KHR_draco_mesh_compression"}},
+                {"extensionsRequired", {"KHR_draco_mesh_compression"}},
+                {"buffers", {{{"byteLength", bytes}}}},
+                {"bufferViews", {{{"buffer", 0}, {"byteLength", bytes}}}}};
+    doc["accessors"] = {
+        {{"componentType", 5126}, {"count", 3}, {"type", "VEC3"}},
+        {{"componentType", 5121}, {"normalized", true}, {"count", 3}, {"type", "VEC3"}},
+        {{"componentType", 5125}, {"count", 3}, {"type", "SCALAR"}},
+    };
+    const json extension = {{"bufferView", 0}, {"attributes", {{"POSITION", 0}, {"COLOR_0", 1}}}};
+    const json primitive = {{"attributes", {{"POSITION", 0}, {"COLOR_0", 1}}},
+                            {"indices", 2},
+                            {"extensions", {{"KHR_draco_mesh_compression", extension}}}};
+    doc["meshes"] = {{{"primitives", json::array()}}};
+    for (size_t i = 0; i < primitives; ++i) doc["meshes"][0]["primitives"].push_back(primitive);
+    return doc;
+}
+
+TEST_F(CompressedTest, DracoPrimitivesThatShareAccessorsAreEqual) {
+    const Bytes packed = coloured_draco();
+    const auto read = read_mesh(put("a.glb", glb_of(shared_draco_document(packed.size(), 3), text_of(packed))));
+    ASSERT_TRUE(read) << read.error().message;
+    ASSERT_EQ(read->colours.size(), 9u);
+    EXPECT_EQ(std::ranges::count(read->colours, glm::u8vec4(188, 0, 255, 255)), 3) << "128 of 255, as sRGB";
+    for (size_t i = 3; i < 9; ++i) {
+        EXPECT_EQ(read->colours[i], read->colours[i - 3]);
+        EXPECT_EQ(read->positions[i], read->positions[i - 3]);
+    }
+}
+
+TEST_F(CompressedTest, ADracoViewIsDecodedOnceHoweverManyPrimitivesHaveIt) {
+    const Bytes packed = coloured_draco();
+    const std::string json_text = with_stand_ins(shared_draco_document(packed.size(), 50).dump());
+    const std::string glb = glb_of(json::parse(json_text), text_of(packed));
+    tinygltf::Model model;
+    std::string error, warning;
+    ASSERT_TRUE(tinygltf::TinyGLTF().LoadBinaryFromMemory(&model, &error, &warning,
+                                                          reinterpret_cast<const unsigned char*>(glb.data()),
+                                                          static_cast<unsigned>(glb.size())))
+        << error;
+    unpack_gltf(model, {0}, {}, [](const std::string& line) { ADD_FAILURE() << line; });
+    EXPECT_EQ(model.buffers.size(), 1u + 3) << "indices, positions, colours";
+    const auto& primitives = model.meshes[0].primitives;
+    for (const auto& primitive : primitives) EXPECT_EQ(primitive.attributes, primitives[0].attributes);
+    EXPECT_TRUE(model.accessors[1].normalized) << "the file's own are as they were";
+}
+
+TEST_F(CompressedTest, ADracoViewIsNotDecodedInAnyNumberOfWays) {
+    const Bytes packed = coloured_draco();
+    json doc = shared_draco_document(packed.size(), 17);
+    for (size_t i = 0; i < 17; ++i) {
+        json accessor = doc["accessors"][1], &primitive = doc["meshes"][0]["primitives"][i];
+        const char* const types[] = {"SCALAR", "VEC2", "VEC3"};
+        auto& packed_attributes = primitive["extensions"]["KHR_draco_mesh_compression"]["attributes"];
+        for (size_t k = 0, left = i; k < 3; ++k, left /= 3) {
+            accessor["type"] = types[left % 3];
+            primitive["attributes"]["_" + std::to_string(k)] = doc["accessors"].size();
+            packed_attributes["_" + std::to_string(k)] = 1;
+            doc["accessors"].push_back(accessor);
+        }
+    }
+    const auto read = read_mesh(put("a.glb", glb_of(doc, text_of(packed))));
+    ASSERT_FALSE(read);
+    EXPECT_THAT(read.error().message, HasSubstr("mesh 0 primitive 16: buffer view 0 is to be decoded in more than 16"));
 }
 
 // Positions and indices as meshoptimizer packs them, and what a view says of them.

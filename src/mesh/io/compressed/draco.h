@@ -2,6 +2,7 @@
 // whatever a file makes it do ends that process alone.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -16,9 +17,11 @@ struct DracoPromise {
         uint32_t id = 0;          // Draco's unique id
         uint32_t components = 0;  // numbers of each vertex, 1 .. 4
         bool normalised = false;  // whole numbers stand for 0 .. 1 or -1 .. 1
+        auto operator<=>(const Attribute&) const = default;
     };
     std::vector<Attribute> attributes;
     uint64_t vertices = 0, indices = 0;  // of the mesh; another number is refused
+    auto operator<=>(const DracoPromise&) const = default;
 };
 
 struct DracoMesh {

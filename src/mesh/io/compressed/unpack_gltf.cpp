@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -66,27 +67,57 @@ public:
         if (!view || !extension.Has("attributes") || !extension.Get("attributes").IsObject())
             throw GltfFault{name, "does not say where Draco has it"};
         const auto bytes = bytes_of_view(model_, static_cast<int>(std::min<uint64_t>(*view, 1u << 30)), name);
-        std::vector<int> accessors;
-        const DracoPromise promise = promise_of(primitive, extension.Get("attributes"), name, accessors);
-        auto mesh = decode_draco(bytes, promise);
-        if (!mesh && mesh.error().fault != Fault::machine && has_plain(primitive, accessors, *view)) {
-            warn_(name + ": " + mesh.error().message + "; what is beside it uncompressed is taken");
-            return;
+        std::vector<std::string> keys;
+        const DracoPromise promise = promise_of(primitive, extension.Get("attributes"), name, keys);
+        const Result<DracoAccessors>& decoded = decoded_as(*view, bytes, promise, primitive, keys, name);
+        if (decoded) {
+            primitive.indices = decoded->indices;
+            for (size_t i = 0; i < keys.size(); ++i) primitive.attributes[keys[i]] = decoded->attributes[i];
+        } else if (decoded.error().fault != Fault::machine && has_plain(primitive, keys, *view)) {
+            warn_(name + ": " + decoded.error().message + "; what is beside it uncompressed is taken");
+        } else {
+            throw GltfFault{name, decoded.error().message};
         }
-        if (!mesh) throw GltfFault{name, mesh.error().message};
-        put(primitive.indices, mesh->indices, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
-        for (size_t i = 0; i < accessors.size(); ++i) put(accessors[i], mesh->values[i], TINYGLTF_COMPONENT_TYPE_FLOAT);
     }
 
 private:
-    tinygltf::Accessor& accessor(int number, const std::string& name) {
+    // Accessors of what Draco compressed. The file's own stay as they are: primitives may share them.
+    struct DracoAccessors {
+        int indices = -1;
+        std::vector<int> attributes;
+    };
+    // What a view is decoded as, by all that the result depends on: primitives that say the same share it.
+    using DracoKey = std::pair<uint64_t, DracoPromise>;
+
+    // What a view holds, decoded the first time that it is asked for. keys: of the promise's attributes.
+    const Result<DracoAccessors>& decoded_as(uint64_t view, std::span<const unsigned char> bytes,
+                                             const DracoPromise& promise, const tinygltf::Primitive& primitive,
+                                             const std::vector<std::string>& keys, const std::string& name) {
+        const auto known = decoded_.find({view, promise});
+        if (known != decoded_.end()) return known->second;
+        if (++ways_[view] > most_ways)
+            throw GltfFault{name, "buffer view " + std::to_string(view) + " is to be decoded in more than " +
+                                      std::to_string(most_ways) + " ways; primitives that share it must agree"};
+        Result<DracoAccessors> made = DracoAccessors{};
+        if (auto mesh = decode_draco(bytes, promise); mesh) {
+            made->indices = add_accessor(primitive.indices, mesh->indices, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
+            for (size_t i = 0; i < keys.size(); ++i)
+                made->attributes.push_back(
+                    add_accessor(primitive.attributes.at(keys[i]), mesh->values[i], TINYGLTF_COMPONENT_TYPE_FLOAT));
+        } else {
+            made = tl::unexpected(mesh.error());
+        }
+        return decoded_.emplace(DracoKey{view, promise}, std::move(made)).first->second;
+    }
+
+    const tinygltf::Accessor& accessor(int number, const std::string& name) {
         if (number < 0 || static_cast<size_t>(number) >= model_.accessors.size())
             throw GltfFault{name, "refers to an accessor that is not there"};
         return model_.accessors[static_cast<size_t>(number)];
     }
 
     DracoPromise promise_of(const tinygltf::Primitive& primitive, const tinygltf::Value& attributes,
-                            const std::string& name, std::vector<int>& accessors) {
+                            const std::string& name, std::vector<std::string>& keys) {
         DracoPromise promise;
         promise.indices = accessor(primitive.indices, name + " indices").count;
         for (const std::string& key : attributes.Keys()) {
@@ -98,12 +129,12 @@ private:
             const int components = tinygltf::GetNumComponentsInType(static_cast<uint32_t>(of.type));
             if (components < 1 || components > 4)
                 throw GltfFault{name + " " + key.substr(0, 40), "has an unknown type"};
-            if (!accessors.empty() && of.count != promise.vertices)
+            if (!keys.empty() && of.count != promise.vertices)
                 throw GltfFault{name, "has attributes of different numbers of vertices"};
             promise.vertices = of.count;
             promise.attributes.push_back(
                 {static_cast<uint32_t>(*id), static_cast<uint32_t>(components), of.normalized});
-            accessors.push_back(there->second);
+            keys.push_back(key);
         }
         for (const auto& [what, number, limit] : {std::tuple("vertices", promise.vertices, limits_.vertices),
                                                   std::tuple("triangles", promise.indices / 3, limits_.triangles)}) {
@@ -112,12 +143,13 @@ private:
         return promise;
     }
 
-    // view: of the compressed mesh, which accessors have that have none of their own.
-    bool has_plain(const tinygltf::Primitive& primitive, const std::vector<int>& accessors, uint64_t view) const {
+    // view: of the compressed mesh, which accessors have that have none of their own. keys: of what it holds.
+    bool has_plain(const tinygltf::Primitive& primitive, const std::vector<std::string>& keys, uint64_t view) const {
         const auto plain = [&](int number) {
             return model_.accessors[static_cast<size_t>(number)].bufferView != static_cast<int>(view);
         };
-        return plain(primitive.indices) && std::ranges::all_of(accessors, plain);
+        return plain(primitive.indices) &&
+               std::ranges::all_of(keys, [&](const auto& key) { return plain(primitive.attributes.at(key)); });
     }
 
     int add_buffer(std::vector<unsigned char> bytes) {
@@ -127,26 +159,34 @@ private:
         return static_cast<int>(model_.buffers.size()) - 1;
     }
 
+    // One that is as accessor `as` says, but of these values. Returns its number.
     template <class Number>
-    void put(int number, const std::vector<Number>& values, int component_type) {
+    int add_accessor(int as, const std::vector<Number>& values, int component_type) {
         std::vector<unsigned char> bytes(values.size() * sizeof(Number));
         if (!bytes.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
         tinygltf::BufferView view;
         view.byteLength = bytes.size();
         view.buffer = add_buffer(std::move(bytes));
         model_.bufferViews.push_back(view);
-        tinygltf::Accessor& to = model_.accessors[static_cast<size_t>(number)];
-        to.bufferView = static_cast<int>(model_.bufferViews.size()) - 1;
-        to.byteOffset = 0;
-        to.componentType = component_type;
-        to.normalized = false;
-        to.sparse.isSparse = false;
+        tinygltf::Accessor made = model_.accessors[static_cast<size_t>(as)];
+        made.bufferView = static_cast<int>(model_.bufferViews.size()) - 1;
+        made.byteOffset = 0;
+        made.componentType = component_type;
+        made.normalized = false;
+        made.sparse.isSparse = false;
+        model_.accessors.push_back(std::move(made));
+        return static_cast<int>(model_.accessors.size()) - 1;
     }
+
+    // Ways in which a view is decoded: what is decoded of a file stays within its bytes. Files of encoders have one.
+    static constexpr int most_ways = 16;
 
     tinygltf::Model& model_;
     const Limits& limits_;
     const std::function<void(const std::string&)>& warn_;
     uint64_t unpacked_ = 0;  // bytes of all views
+    std::map<DracoKey, Result<DracoAccessors>> decoded_;
+    std::map<uint64_t, int> ways_;  // of each view that is decoded
 };
 
 }  // namespace

@@ -20,9 +20,9 @@ namespace lodestone {
 // json: of .gltf or of GLB.
 std::string with_stand_ins(std::string_view json);
 
-// Unpacks buffer views, and the primitives of these meshes. The model has more buffers and views then, and accessors
-// refer to them. warn: takes a line where a file brings what is not compressed, too, and that is taken. Throws
-// GltfFault.
+// Unpacks buffer views, and the primitives of these meshes. The model has more buffers, views and accessors then, to
+// which the primitives refer. A view is decoded once, however many primitives have it. warn: takes a line where a file
+// brings what is not compressed, too, and that is taken. Throws GltfFault.
 void unpack_gltf(tinygltf::Model& model, const std::set<int>& meshes, const Limits& limits,
                  const std::function<void(const std::string&)>& warn);
 

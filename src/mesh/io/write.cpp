@@ -104,6 +104,17 @@ bool fits_mtl(const Material& m, const Texture& texture) {
     return known && texture.place == Texture{}.place && !texture.second;
 }
 
+bool has_alpha(const Image& image) {
+    return std::ranges::any_of(image.texels, [](const glm::u8vec4& texel) { return texel.w != 255; });
+}
+
+// Whether a material is blended by what its texture holds. MTL has map_d for that and for masks alike.
+bool blends_by_texture(const TriMesh& mesh, const Material& m) {
+    const Texture& texture = m.base_colour_texture;
+    return m.alpha_mode == AlphaMode::blend && texture.there() && fits_mtl(m, texture) &&
+           has_alpha(mesh.images[static_cast<size_t>(texture.image)]);
+}
+
 // The materials of an OBJ, with their images beside it.
 class MaterialLibrary {
 public:
@@ -121,6 +132,7 @@ public:
 
 private:
     Result<void> add(Material m) {
+        const bool cut_out = m.alpha_mode == AlphaMode::mask || blends_by_texture(mesh_, m);
         for (Texture* texture : m.textures()) {
             if (!fits_mtl(m, *texture)) leave_out(m, *texture);
         }
@@ -141,7 +153,7 @@ private:
                                             {normals, &m.normal_texture}}) {
             if (auto done = add_map(word, *texture); !done) return done;
         }
-        return m.alpha_mode == AlphaMode::mask ? add_map("map_d", m.base_colour_texture) : Result<void>{};
+        return cut_out ? add_map("map_d", m.base_colour_texture) : Result<void>{};
     }
 
     void line(const char* word, std::initializer_list<float> numbers) {
@@ -227,6 +239,91 @@ Result<void> write_obj(const TriMesh& mesh, const fs::path& path, const WriteOpt
     return write_text(path, text);
 }
 
+// Lines of what a format does not hold.
+class Lost {
+public:
+    Lost(const TriMesh& mesh, std::string format) : mesh_(mesh), format_(std::move(format)) {}
+
+    void add(const std::string& what) { lines_.push_back(format_ + " does not hold " + what + "; GLB does"); }
+    // Where some materials have it.
+    template <class Has>
+    void add_of_materials(const std::string& what, const Has& has) {
+        const auto count = std::ranges::count_if(mesh_.material_table, has);
+        if (count > 0) add(what + " of " + std::to_string(count) + " materials");
+    }
+    void add_attributes() {
+        if (!mesh_.second_uvs.empty()) add("the second set of texture coordinates");
+        if (!mesh_.tangents.empty()) add("tangents");
+    }
+    std::vector<std::string> take() { return std::move(lines_); }
+
+private:
+    const TriMesh& mesh_;
+    std::string format_;
+    std::vector<std::string> lines_;
+};
+
+bool has_textures(const Material& m) {
+    return std::ranges::any_of(m.textures(), [](const Texture* texture) { return texture->there(); });
+}
+
+// Whether a material says more than a name and its textures.
+bool has_factors(Material m) {
+    m.name.clear();
+    for (Texture* texture : m.textures()) *texture = {};
+    return m != Material{};
+}
+
+std::vector<std::string> lost_by_ply(const TriMesh& mesh) {
+    Lost lost(mesh, "PLY");
+    lost.add_of_materials("the textures", has_textures);
+    lost.add_of_materials("colours and other factors", has_factors);
+    lost.add_attributes();
+    return lost.take();
+}
+
+// Whether wedges of a vertex have different colours.
+bool colours_have_seams(const TriMesh& mesh) {
+    std::vector<uint32_t> first(mesh.vertex_count(), ~0u);
+    for (uint32_t w = 0; w < mesh.colours.size(); ++w) {
+        uint32_t& of_vertex = first[mesh.wedge_vertex[w]];
+        if (of_vertex == ~0u) of_vertex = w;
+        if (glm::u8vec3(mesh.colours[w]) != glm::u8vec3(mesh.colours[of_vertex])) return true;
+    }
+    return false;
+}
+
+std::vector<std::string> lost_by_obj(const TriMesh& mesh) {
+    Lost lost(mesh, "OBJ");
+    for (size_t k = 0; k < texture_names.size(); ++k) {
+        lost.add_of_materials("the textures of " + std::string(texture_names[k]), [k](const Material& m) {
+            const Texture& texture = *m.textures()[k];
+            return texture.there() && !fits_mtl(m, texture);
+        });
+    }
+    lost.add_of_materials("the wrap of textures", [](const Material& m) {
+        return std::ranges::any_of(m.textures(), [&](const Texture* texture) {
+            return texture->there() && fits_mtl(m, *texture) && texture->wrap != Texture{}.wrap;
+        });
+    });
+    lost.add_of_materials("the unlit shading", [](const Material& m) { return m.shading == Shading::unlit; });
+    lost.add_of_materials("the second side", [](const Material& m) { return m.double_sided; });
+    lost.add_of_materials("the cutoff of masks", [](const Material& m) {
+        return m.alpha_mode == AlphaMode::mask && m.alpha_cutoff != Material{}.alpha_cutoff;
+    });
+    lost.add_of_materials("masks without a texture", [](const Material& m) {
+        const bool told = m.base_colour_texture.there() && fits_mtl(m, m.base_colour_texture);
+        return m.alpha_mode == AlphaMode::mask && !told;
+    });
+    lost.add_of_materials("blending by a texture, which is written as a mask,",
+                          [&](const Material& m) { return blends_by_texture(mesh, m); });
+    lost.add_attributes();
+    if (std::ranges::any_of(mesh.colours, [](const glm::u8vec4& c) { return c.w != 255; }))
+        lost.add("alpha of colours of vertices");
+    if (colours_have_seams(mesh)) lost.add("more than one colour of a vertex");
+    return lost.take();
+}
+
 }  // namespace
 
 Result<void> check_write(const fs::path& path) {
@@ -238,18 +335,8 @@ Result<void> check_write(const fs::path& path) {
 std::vector<std::string> lost_in_writing(const TriMesh& mesh, const fs::path& path) {
     const std::string extension = path.extension().string();
     if (extension == ".glb") return unwritable_textures(mesh.material_table);
-    std::vector<std::string> lines;
-    if (extension != ".obj") return lines;
-    for (size_t k = 0; k < texture_names.size(); ++k) {
-        const auto lost = std::ranges::count_if(mesh.material_table, [&](const Material& m) {
-            const Texture& texture = *m.textures()[k];
-            return texture.there() && !fits_mtl(m, texture);
-        });
-        if (lost > 0)
-            lines.push_back("OBJ does not hold the textures of " + std::string(texture_names[k]) + " of " +
-                            std::to_string(lost) + " materials; GLB does");
-    }
-    return lines;
+    if (extension == ".ply") return lost_by_ply(mesh);
+    return extension == ".obj" ? lost_by_obj(mesh) : std::vector<std::string>();
 }
 
 Result<void> write_mesh(const TriMesh& mesh, const fs::path& path, const WriteOptions& options) {

@@ -26,7 +26,8 @@ struct WriteOptions {
 // Fault::usage where the name's extension is none that is written.
 Result<void> check_write(const std::filesystem::path& path);
 
-// What of the mesh's materials a file of that name will not hold, a line each. Nothing for PLY, which holds none.
+// What of the mesh a file of that name will not hold, a line each: of its materials and textures, and of wedges what
+// GLB alone holds.
 std::vector<std::string> lost_in_writing(const TriMesh& mesh, const std::filesystem::path& path);
 
 // Chooses the format by extension: .ply, .obj, .glb; anything else is Fault::usage. Triangles and vertices keep their

@@ -126,7 +126,7 @@ void add_extract(CLI::App& app, Run& run) {
                  "lodestone extract atlas.lode --backend vgi --level source -o atlas.ply"));
     command->callback([o, &run] {
         run = [o]() -> Result<int> {
-            const auto write = write_options_of(o->encoding, o->out, 0);
+            const auto write = write_options_of(o->encoding, o->out);
             if (!write) return tl::unexpected(write.error());
             o->write = *write;
             return extract(*o);

@@ -22,7 +22,7 @@ struct UnwrapArguments {
     std::string mesh, out, report, format = "png", encoding = "plain";
     UnwrapChoices choices;
     unsigned threads = 0;
-    int quality = 92;
+    int jpeg_quality = 92, webp_quality = 92;
     bool json = false;
     ReadOptions read;
 };
@@ -34,7 +34,20 @@ void tell_of_alpha(const UnwrapArguments& o, const TriMesh& mesh) {
         return std::ranges::any_of(image.texels, [](const glm::u8vec4& t) { return t.w < 255; });
     };
     if (std::ranges::any_of(mesh.images, clear))
-        terminal_progress().warning("JPEG holds no alpha; --texture-format png does");
+        terminal_progress().warning("JPEG holds no alpha; --texture-format png and webp do");
+}
+
+Result<WriteOptions> write_options(const UnwrapArguments& o) {
+    auto write = write_options_of(o.encoding, o.out);
+    if (!write) return write;
+    if (o.format == "webp" && o.choices.bake && o.choices.resolution > 16383)
+        return fail(Fault::usage, "--texture-format webp: WebP holds 16383 texels a side; --resolution asks for " +
+                                      std::to_string(o.choices.resolution));
+    write->exact_uvs = true;  // rounded further, small triangles would be turned over
+    if (o.format == "jpeg") write->textures = WriteOptions::Textures::jpeg;
+    if (o.format == "webp") write->textures = WriteOptions::Textures::webp;
+    write->quality = o.format == "webp" ? o.webp_quality : o.jpeg_quality;
+    return write;
 }
 
 struct Seconds {
@@ -75,9 +88,8 @@ Result<int> unwrap_file(const UnwrapArguments& o) {
     const Progress progress = terminal_progress();
     const Stopwatch all;
     Seconds seconds;
-    auto write = write_options_of(o.encoding, o.out, o.format == "jpeg" ? o.quality : 0);
+    const auto write = write_options(o);
     if (!write) return tl::unexpected(write.error());
-    write->exact_uvs = true;  // rounded further, small triangles would be turned over
     progress.at("read", 0);
     ReadReport told;
     ReadOptions read = o.read;
@@ -103,10 +115,13 @@ Result<int> unwrap_file(const UnwrapArguments& o) {
 }
 
 void add_texture_options(CLI::App& command, UnwrapArguments& o) {
-    command.add_option("--texture-format", o.format, "Of baked textures: png or jpeg")
-        ->check(CLI::IsMember({"png", "jpeg"}))
+    command.add_option("--texture-format", o.format, "Of baked textures: png, jpeg or webp")
+        ->check(CLI::IsMember({"png", "jpeg", "webp"}))
         ->capture_default_str();
-    command.add_option("--jpeg-quality", o.quality, "Of JPEG textures")
+    command.add_option("--jpeg-quality", o.jpeg_quality, "Of JPEG textures")
+        ->check(CLI::Range(1, 100))
+        ->capture_default_str();
+    command.add_option("--webp-quality", o.webp_quality, "Of WebP textures; 100 loses nothing")
         ->check(CLI::Range(1, 100))
         ->capture_default_str();
 }

@@ -53,10 +53,9 @@ void add_encoding_option(CLI::App& command, std::string& encoding) {
         ->capture_default_str();
 }
 
-Result<WriteOptions> write_options_of(const std::string& encoding, const std::string& out, int jpeg_quality) {
+Result<WriteOptions> write_options_of(const std::string& encoding, const std::string& out) {
     if (auto good = check_write(out); !good) return tl::unexpected(good.error());
     WriteOptions options;
-    options.jpeg_quality = jpeg_quality;
     if (encoding == "quantised") options.encoding = WriteOptions::Encoding::quantised;
     if (encoding == "meshopt") options.encoding = WriteOptions::Encoding::meshopt;
     if (options.encoding != WriteOptions::Encoding::plain && std::filesystem::path(out).extension() != ".glb")

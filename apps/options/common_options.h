@@ -25,8 +25,8 @@ void add_prefix_option(CLI::App& command, bool& prefix);
 
 // --encoding, for the commands that write GLB: plain, quantised or meshopt. Taken by write_options_of().
 void add_encoding_option(CLI::App& command, std::string& encoding);
-// encoding: as the option has it; other formats than .glb have only plain. jpeg_quality: as WriteOptions.
-Result<WriteOptions> write_options_of(const std::string& encoding, const std::string& out, int jpeg_quality);
+// encoding: as the option has it; other formats than .glb have only plain.
+Result<WriteOptions> write_options_of(const std::string& encoding, const std::string& out);
 
 // What --help ends with: the lines, under a heading.
 std::string examples(const std::string& lines);

@@ -26,8 +26,8 @@ TEST_F(ProgramTest, UnwrapWritesASquareAndReportsIt) {
 
 TEST_F(ProgramTest, UnwrapBakesTexturesIntoEveryFormat) {
     succeeds("generate vase --triangles 3000 -o vase.glb");
-    for (const char* name :
-         {"new.glb --texture-format jpeg", "new.obj", "new.obj --texture-format jpeg --textures 2"}) {
+    for (const char* name : {"new.glb --texture-format jpeg", "new.obj", "new.obj --texture-format jpeg --textures 2",
+                             "new.glb --texture-format webp --webp-quality 100", "new.obj --texture-format webp"}) {
         SCOPED_TRACE(name);
         succeeds("unwrap vase.glb --bake --resolution 256 -o " + std::string(name));
         ReadReport told;
@@ -43,6 +43,7 @@ TEST_F(ProgramTest, UnwrapRefusesInOneLine) {
     succeeds("generate grid --triangles 200 -o grid.ply");
     fails("unwrap grid.ply -o grid.png", 2, "the name must end in .ply, .obj or .glb");
     fails("unwrap grid.ply -o grid.glb --resolution 16 --gutter 16", 2, "leave no room");
+    fails("unwrap grid.ply -o grid.glb --bake --texture-format webp --resolution 16384", 2, "WebP holds 16383 texels");
     fails("unwrap gone.ply -o grid.glb", 3, "gone.ply");
     EXPECT_FALSE(fs::exists(folder_ / "grid.glb"));
 }

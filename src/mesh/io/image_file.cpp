@@ -7,6 +7,7 @@
 #include <jerror.h>
 #include <png.h>
 #include <webp/decode.h>
+#include <webp/encode.h>
 
 #include <algorithm>
 #include <array>
@@ -305,6 +306,38 @@ Result<std::vector<std::byte>> encode_jpeg(const Image& image, int quality) {
     std::vector<std::byte> bytes = done ? std::vector<std::byte>(first, first + size) : std::vector<std::byte>{};
     std::free(packed);
     if (!done) return fail(Fault::machine, std::string("JPEG: ") + error.message);
+    return bytes;
+}
+
+Result<std::vector<std::byte>> encode_webp(const Image& image, int quality) {
+    if (image.width > WEBP_MAX_DIMENSION || image.height > WEBP_MAX_DIMENSION)
+        return fail(Fault::usage, "WebP: a texture of " + std::to_string(image.width) + "x" +
+                                      std::to_string(image.height) + " texels is larger than " +
+                                      std::to_string(WEBP_MAX_DIMENSION) + " a side; write PNG");
+    WebPConfig config;
+    WebPPicture picture;
+    if (WebPConfigInit(&config) == 0 || WebPPictureInit(&picture) == 0)
+        return fail(Fault::machine, "WebP: the library is of another version than its headers");
+    config.quality = static_cast<float>(quality);
+    config.lossless = quality == 100 ? 1 : 0;
+    config.exact = config.lossless;                 // colours where alpha is 0 stay
+    if (config.lossless != 0) config.quality = 75;  // of which lossless makes effort
+    picture.use_argb = config.lossless;
+    picture.width = static_cast<int>(image.width);
+    picture.height = static_cast<int>(image.height);
+    WebPMemoryWriter writer;
+    WebPMemoryWriterInit(&writer);
+    picture.writer = WebPMemoryWrite;
+    picture.custom_ptr = &writer;
+    const auto* texels = reinterpret_cast<const uint8_t*>(image.texels.data());
+    const bool done = WebPPictureImportRGBA(&picture, texels, static_cast<int>(image.width * 4)) != 0 &&
+                      WebPEncode(&config, &picture) != 0;
+    const auto* first = reinterpret_cast<const std::byte*>(writer.mem);
+    std::vector<std::byte> bytes = done ? std::vector<std::byte>(first, first + writer.size) : std::vector<std::byte>{};
+    const int error = picture.error_code;
+    WebPMemoryWriterClear(&writer);
+    WebPPictureFree(&picture);
+    if (!done) return fail(Fault::machine, "WebP: the encoder failed (" + std::to_string(error) + ")");
     return bytes;
 }
 

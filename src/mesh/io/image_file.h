@@ -25,6 +25,9 @@ Result<Image> read_image(const std::filesystem::path& path);
 Result<std::vector<std::byte>> encode_png(const Image& image);
 // Baseline JPEG without alpha; quality 1 .. 100.
 Result<std::vector<std::byte>> encode_jpeg(const Image& image, int quality);
+// WebP with alpha; quality 1 .. 100, of which 100 is lossless, also where nothing is seen. Fault::usage where a side is
+// longer than WebP has it, 16383 texels.
+Result<std::vector<std::byte>> encode_webp(const Image& image, int quality);
 Result<void> write_png(const Image& image, const std::filesystem::path& path);
 
 }  // namespace lodestone

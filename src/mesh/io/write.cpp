@@ -166,7 +166,7 @@ private:
         if (!texture.there()) return {};
         const auto number = static_cast<size_t>(texture.image);
         const std::string image =
-            path_.stem().string() + "-" + std::to_string(number) + (options_.jpeg_quality > 0 ? ".jpg" : ".png");
+            path_.stem().string() + "-" + std::to_string(number) + extension_of(options_.textures);
         mtl_ += word + " " + image + "\n";
         if (written_[number]) return {};
         written_[number] = true;

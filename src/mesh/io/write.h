@@ -12,7 +12,14 @@ namespace lodestone {
 
 // What is written beside what the format asks for.
 struct WriteOptions {
-    int jpeg_quality = 0;  // 1 .. 100: textures are written as JPEG, without alpha; 0: as PNG
+    // How textures are written.
+    enum class Textures {
+        png,
+        jpeg,  // without alpha
+        webp,  // in GLB by EXT_texture_webp alone, which a reader must know then
+    };
+    Textures textures = Textures::png;
+    int quality = 92;  // of JPEG and WebP, 1 .. 100; WebP of 100 loses nothing
     // How GLB has vertices and triangles.
     enum class Encoding {
         plain,      // floats

@@ -14,6 +14,7 @@
 
 #include "fixtures/materials.h"
 #include "fixtures/meshes.h"
+#include "mesh/io/image_file.h"
 #include "mesh/io/read.h"
 #include "mesh/io/write.h"
 
@@ -22,6 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Encoding = WriteOptions::Encoding;
+using Textures = WriteOptions::Textures;
 
 class WriteGlbTest : public testing::Test {
 protected:
@@ -301,6 +303,40 @@ TEST_F(WriteGlbTest, ObjOfWhatIsBlendedByItsTextureHasItsAlpha) {
     EXPECT_THAT(lost_in_writing(mesh, folder_ / "a.obj"), testing::IsEmpty());
 }
 
+TEST_F(WriteGlbTest, WebpTexturesComeBack) {
+    const TriMesh mesh = fixtures::mesh_of_every_material();
+    WriteOptions options;
+    options.textures = Textures::webp;
+    const auto fully_read = [&](const char* name) {
+        ReadReport told;
+        auto read = read_mesh(folder_ / name, {}, &told);
+        EXPECT_TRUE(read) << read.error().message;
+        EXPECT_THAT(told.warnings, testing::IsEmpty());
+        return read ? std::move(*read) : TriMesh{};
+    };
+    ASSERT_TRUE(write_mesh(mesh, folder_ / "png.glb"));
+    const std::vector<Material> table = fully_read("png.glb").material_table;
+    for (const int quality : {80, 100}) {
+        options.quality = quality;
+        ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb", options));
+        const TriMesh read = fully_read("a.glb");
+        EXPECT_EQ(read.material_table, table);
+        ASSERT_EQ(read.images.size(), 4u);
+        for (size_t i = 0; i < 4; ++i) {
+            EXPECT_EQ(read.images[i].texels[1].w, mesh.images[i].texels[1].w) << "alpha comes along";
+            EXPECT_EQ(read.images[i].texels == mesh.images[i].texels, quality == 100) << i;
+        }
+    }
+    ASSERT_TRUE(write_mesh(mesh, folder_ / "c.obj", options));
+    EXPECT_TRUE(fs::exists(folder_ / "c-0.webp"));
+    EXPECT_EQ(fully_read("c.obj").images.at(0).texels, mesh.images[0].texels);
+    const Image wide{16384, 1, std::vector<glm::u8vec4>(16384)};
+    const auto refused = encode_webp(wide, 90);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().fault, Fault::usage);
+    EXPECT_THAT(refused.error().message, testing::HasSubstr("16384x1 texels is larger than 16383 a side"));
+}
+
 TEST_F(WriteGlbTest, CompressedIsSmaller) {
     const TriMesh mesh = fixtures::repaired(Shape::rock, 20000);
     std::vector<uintmax_t> sizes;
@@ -339,10 +375,10 @@ TEST_F(WriteGlbTest, KhronosValidatorFindsNoErrors) {
     int number = 0;
     for (const TriMesh& mesh : meshes()) {
         for (const Encoding encoding : {Encoding::plain, Encoding::quantised, Encoding::meshopt}) {
-            for (const int quality : {0, 90}) {
+            for (const Textures textures : {Textures::png, Textures::jpeg, Textures::webp}) {
                 WriteOptions options;
                 options.encoding = encoding;
-                options.jpeg_quality = quality;
+                options.textures = textures;
                 ASSERT_TRUE(write_mesh(mesh, folder_ / (std::to_string(number++) + ".glb"), options));
             }
         }
@@ -353,7 +389,7 @@ TEST_F(WriteGlbTest, KhronosValidatorFindsNoErrors) {
         GTEST_SKIP() << "gltf-validator of npm is not there: npm install -g gltf-validator, or name its folder by "
                         "NODE_PATH";
     EXPECT_EQ(code, 0) << found;
-    EXPECT_THAT(found, testing::HasSubstr("30 files"));
+    EXPECT_THAT(found, testing::HasSubstr("45 files"));
     // It does find something where there is something.
     std::fstream file(folder_ / "0.glb", std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(8);

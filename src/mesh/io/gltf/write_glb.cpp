@@ -27,8 +27,14 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr int vertex_target = 34962, index_target = 34963;
 constexpr int signed_short = 5122, unsigned_short = 5123, unsigned_int = 5125, real = 5126;
-constexpr const char* compression_name = "EXT_meshopt_compression";
+constexpr const char *compression_name = "EXT_meshopt_compression", *webp_name = "EXT_texture_webp";
 using Encoding = WriteOptions::Encoding;
+
+const char* media_type_of(WriteOptions::Textures format) {
+    return format == WriteOptions::Textures::jpeg   ? "image/jpeg"
+           : format == WriteOptions::Textures::webp ? "image/webp"
+                                                    : "image/png";
+}
 
 class GlbWriter {
 public:
@@ -52,15 +58,14 @@ public:
 private:
     void add_buffers() {
         json_["buffers"] = {{{"byteLength", bin_.size()}}};
-        std::set<std::string> required;
-        if (options_.encoding != Encoding::plain) required.insert("KHR_mesh_quantization");
+        if (options_.encoding != Encoding::plain) required_.insert("KHR_mesh_quantization");
         if (options_.encoding == Encoding::meshopt) {
-            required.insert(compression_name);
+            required_.insert(compression_name);
             json_["buffers"].push_back(
                 {{"byteLength", unpacked_bytes_}, {"extensions", {{compression_name, {{"fallback", true}}}}}});
         }
-        if (!required.empty()) json_["extensionsRequired"] = required;
-        used_.merge(required);
+        if (!required_.empty()) json_["extensionsRequired"] = required_;
+        used_.merge(required_);
         if (!used_.empty()) json_["extensionsUsed"] = used_;
     }
 
@@ -236,15 +241,25 @@ private:
             auto bytes = encoded_texture(image, options_);
             if (!bytes) return tl::unexpected(bytes.error());
             json_["images"].push_back({{"bufferView", add_view(bytes->data(), bytes->size(), 1, 0)},
-                                       {"mimeType", options_.jpeg_quality > 0 ? "image/jpeg" : "image/png"}});
+                                       {"mimeType", media_type_of(options_.textures)}});
         }
         WrittenTexcoords texcoords;
         if (!mesh_.uvs.empty()) texcoords.first = glm::dmat3x2{{1, 0}, {0, 1}, {0, 0}};
         texcoords.second = !mesh_.second_uvs.empty();
         MaterialJson made = material_json(mesh_.material_table, texcoords);
+        if (options_.textures == WriteOptions::Textures::webp) refer_to_webp(made.textures);
         used_.insert(made.extensions.begin(), made.extensions.end());
         add_to_document(json_, std::move(made));
         return {};
+    }
+
+    // glTF's own textures have PNG or JPEG.
+    void refer_to_webp(Json& textures) {
+        for (Json& texture : textures) {
+            texture["extensions"][webp_name]["source"] = texture["source"];
+            texture.erase("source");
+        }
+        if (!textures.empty()) required_.insert(webp_name);
     }
 
     void add_primitives() {
@@ -279,12 +294,25 @@ private:
     size_t tangents_ = 0;         // their accessor
     size_t unpacked_bytes_ = 0;   // of what is compressed
     std::set<std::string> used_;  // extensions
+    std::set<std::string> required_;
 };
 
 }  // namespace
 
 Result<std::vector<std::byte>> encoded_texture(const Image& image, const WriteOptions& options) {
-    return options.jpeg_quality > 0 ? encode_jpeg(image, options.jpeg_quality) : encode_png(image);
+    switch (options.textures) {
+        case WriteOptions::Textures::jpeg:
+            return encode_jpeg(image, options.quality);
+        case WriteOptions::Textures::webp:
+            return encode_webp(image, options.quality);
+        case WriteOptions::Textures::png:
+            break;
+    }
+    return encode_png(image);
+}
+
+const char* extension_of(WriteOptions::Textures format) {
+    return format == WriteOptions::Textures::jpeg ? ".jpg" : format == WriteOptions::Textures::webp ? ".webp" : ".png";
 }
 
 Result<void> write_glb(const TriMesh& mesh, const fs::path& path, const WriteOptions& options) {

@@ -14,5 +14,7 @@ Result<void> write_glb(const TriMesh& mesh, const std::filesystem::path& path, c
 
 // A texture as it is written.
 Result<std::vector<std::byte>> encoded_texture(const Image& image, const WriteOptions& options);
+// What the names of such files end with: ".png".
+const char* extension_of(WriteOptions::Textures format);
 
 }  // namespace lodestone

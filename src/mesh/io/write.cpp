@@ -132,7 +132,9 @@ public:
 
 private:
     Result<void> add(Material m) {
-        const bool cut_out = m.alpha_mode == AlphaMode::mask || blends_by_texture(mesh_, m);
+        // A JPEG as map_d would let through what is bright.
+        const bool cut_out = options_.textures != WriteOptions::Textures::jpeg &&
+                             (m.alpha_mode == AlphaMode::mask || blends_by_texture(mesh_, m));
         for (Texture* texture : m.textures()) {
             if (!fits_mtl(m, *texture)) leave_out(m, *texture);
         }

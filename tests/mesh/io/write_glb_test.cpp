@@ -286,9 +286,10 @@ TEST_F(WriteGlbTest, ObjOfWhatIsBlendedByItsTextureHasItsAlpha) {
     window.alpha_mode = AlphaMode::blend;
     window.base_colour_texture.image = 0;
     mesh.material_table = {window};
+    WriteOptions options;
     const auto written = [&](uint8_t alpha) {
         mesh.images = {Image{1, 1, {{10, 20, 30, alpha}}}};
-        EXPECT_TRUE(write_mesh(mesh, folder_ / "a.obj"));
+        EXPECT_TRUE(write_mesh(mesh, folder_ / "a.obj", options));
         std::ifstream in(folder_ / "a.mtl");
         return std::string{std::istreambuf_iterator<char>(in), {}};
     };
@@ -300,6 +301,9 @@ TEST_F(WriteGlbTest, ObjOfWhatIsBlendedByItsTextureHasItsAlpha) {
     ASSERT_TRUE(read);
     EXPECT_NE(read->material_table[0].alpha_mode, AlphaMode::opaque);
     EXPECT_THAT(written(255), testing::Not(testing::HasSubstr("map_d")));
+    options.textures = Textures::jpeg;
+    EXPECT_THAT(written(128), testing::Not(testing::HasSubstr("map_d"))) << "JPEG has no alpha";
+    mesh.images[0].texels[0].w = 255;
     EXPECT_THAT(lost_in_writing(mesh, folder_ / "a.obj"), testing::IsEmpty());
 }
 

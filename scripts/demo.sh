@@ -16,6 +16,10 @@ options=("${backends[@]}" --frames 16 --quality-frames 3)
 # Smoke takes most of a frame here, whatever draws the scene: few frames.
 "$program" bench assets/smoke.scene.json "${backends[@]}" --frames 8 --quality-frames 2 --pixel-error 1 -o "$out/smoke"
 "$program" bench assets/scan.scene.json "${backends[@]}" --frames 8 --quality-frames 2 --pixel-error 2 -o "$out/scan"
+# Scenes bake on first use, and keep texture coordinates. Here its textures are baked into the atlas.
+"$program" -q generate scan --triangles 100000 --seed 7 -o "$out/scan.glb"
+"$program" -q bake "$out/scan.glb" --backends full,lod,vgi -o "$out/scan.lode"
+"$program" bench "$out/scan.lode" --backends full,lod,vgi --frames 8 --quality-frames 2 --pixel-error 2 -o "$out/scan-baked"
 "$program" bench assets/rock.scene.json "${options[@]}" --orders keyframe,greedy --pixel-error 1,2,4 -o "$out"
 for backend in full discrete lod vgi; do
   "$program" -q render assets/rock.scene.json --backend "$backend" --camera assets/rock.path.json@0.35 -o "$out/rock-$backend.png"

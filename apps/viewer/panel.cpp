@@ -68,7 +68,7 @@ void describe_pane(const Pane& pane) {
     plot("triangles", "%.0f", pane.triangles);
     plot("ACMR", "%.3f", pane.acmr);
     plot("upload", "%.0f KiB", pane.uploaded_kib);
-    if (pane.way.backend == "vgi") plot("pages missing", "%.0f", pane.missing);
+    if (pane.way.backend == "vgi") plot("pages and leaves missing", "%.0f", pane.missing);
     ImGui::Text("buffers %.1f MiB, plan %.2f ms CPU", static_cast<double>(pane.drawn.stats.resident_bytes) / (1 << 20),
                 pane.drawn.plan_cpu_ms);
     if (pane.drawn.volume) {

@@ -446,7 +446,7 @@ void Viewer::show_figures(Pane& pane, const Budget& allowed) {
     pane.triangles.add(triangles);
     pane.acmr.add(triangles > 0 ? static_cast<float>(pane.drawn.counters.camera_vertices()) / triangles : 0);
     pane.uploaded_kib.add(static_cast<float>(stats.uploaded_bytes) / 1024);
-    pane.missing.add(static_cast<float>(figure(stats, "pages_missing")));
+    pane.missing.add(static_cast<float>(figure(stats, "pages_missing") + figure(stats, "leaf_parts_missing")));
 }
 
 Result<void> Viewer::keep_to(uint64_t resident_bytes) {

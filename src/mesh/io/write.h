@@ -14,12 +14,12 @@ namespace lodestone {
 struct WriteOptions {
     // How textures are written.
     enum class Textures {
-        png,
+        png,   // as it is
         jpeg,  // without alpha
         webp,  // in GLB by EXT_texture_webp alone, which a reader must know then
     };
-    Textures textures = Textures::png;
-    int quality = 92;  // of JPEG and WebP, 1 .. 100; WebP of 100 loses nothing
+    Textures textures = Textures::png;  // see there
+    int quality = 92;                   // of JPEG and WebP, 1 .. 100; WebP of 100 loses nothing
     // How GLB has vertices and triangles.
     enum class Encoding {
         plain,      // floats

@@ -12,7 +12,8 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr double clusters_of_small = 4;  // components with a smaller share have more than that
-constexpr uint32_t fewest_cells = 4;
+// Of a mesh of few charts, whose samples take next to nothing and which the lattice is chosen by; and of one of many.
+constexpr uint32_t fewest_cells = 8, fewest_of_many = 4, many_charts = 256;
 
 struct Component {
     double area = 0;
@@ -86,6 +87,7 @@ ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uin
         while (levels < PageTree{of_cells}.base_level() && samples(levels + 1) >= std::max(usual, needed)) ++levels;
         return levels;
     };
+    const uint32_t fewest = count > many_charts ? fewest_of_many : fewest_cells;
     ChartSizes sizes{wanted.cells, {}};
     for (;; sizes.cells /= 2) {
         sizes.trimmed_levels.clear();
@@ -96,7 +98,7 @@ ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uin
             const double row = (sizes.cells >> sizes.trimmed_levels[c]) + 1;
             texels += row * row;
         }
-        if (sizes.cells <= fewest_cells || texels <= wanted.most_texels) return sizes;
+        if (sizes.cells <= fewest || texels <= wanted.most_texels) return sizes;
     }
 }
 

@@ -168,12 +168,10 @@ private:
         } else if (!place) {
             left_out(second ? "its transform has numbers that are too large"
                             : "the transform of " + first_name + " cannot be undone");
-        } else if (!options_.load_images) {
-            leave_out(material, texture);
-        } else if (static_cast<size_t>(use.number) >= model_.textures.size()) {
+        } else if (options_.load_images && static_cast<size_t>(use.number) >= model_.textures.size()) {
             left_out("texture " + std::to_string(use.number) + " is not there; the file has " +
                      std::to_string(model_.textures.size()));
-        } else if (!look_up(use.number, texture)) {
+        } else if (!options_.load_images || !look_up(use.number, texture)) {
             leave_out(material, texture);
         } else {
             texture.place = *place;

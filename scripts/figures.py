@@ -176,21 +176,24 @@ def all_around(views, distance):
     return {"lodestone": "camera-path", "version": 1, "fov_y_degrees": 45, "near": 0.01, "far": 60, "frames": views, "keys": keys}
 
 
+def made_or_given(mesh, make, folder):
+    """The path of a mesh: made into the folder by a command of the program, or of the data set where there is no command."""
+    if make:
+        run([BIN + "lodestone", "-q", *make, "-o", f"{folder}/{mesh}"])
+        return f"{folder}/{mesh}"
+    if "LODESTONE_DATA" not in os.environ:
+        sys.exit(f"figures: {mesh} needs LODESTONE_DATA")
+    return f"{os.environ['LODESTONE_DATA']}/{mesh}"
+
+
 def textures(mesh, *make):
     """Pictures of a mesh whose textures are kept by the atlas as they are, and baked into it; make: the command for the mesh, or none."""
 
     def measured():
         views, rows = 7, {}
-        source = mesh
         with tempfile.TemporaryDirectory() as folder:
             lodestone, asset, scene = [BIN + "lodestone", "-q"], f"{folder}/baked.lode", f"{folder}/around.scene.json"
-            if make:
-                source = f"{folder}/{mesh}"
-                run([*lodestone, *make, "-o", source])
-            elif "LODESTONE_DATA" not in os.environ:
-                sys.exit(f"figures: {mesh} needs LODESTONE_DATA")
-            else:
-                source = f"{os.environ['LODESTONE_DATA']}/{mesh}"
+            source = made_or_given(mesh, make, folder)
             pathlib.Path(scene).write_text(json.dumps({
                 "lodestone": "scene", "version": 1, "assets": [{"name": "mesh", "file": "baked.lode"}], "instances": [{"asset": "mesh"}],
                 "camera": all_around(views, 2.6)}))
@@ -218,14 +221,8 @@ def around(mesh, *make):
     def measured():
         views, near, middle, far = 200, 0.02, 0.6, 200
         with tempfile.TemporaryDirectory() as folder:
-            lodestone, source, asset = [BIN + "lodestone", "-q"], f"{folder}/{mesh.split('/')[-1]}", f"{folder}/mesh.lode"
-            if make:
-                run([*lodestone, *make, "-o", source])
-            elif "LODESTONE_DATA" not in os.environ:
-                sys.exit(f"figures: {mesh} needs LODESTONE_DATA")
-            else:
-                source = f"{os.environ['LODESTONE_DATA']}/{mesh}"
-            run([*lodestone, "bake", source, "-o", asset, "--backends", "vgi,full"])
+            lodestone, asset = [BIN + "lodestone", "-q"], f"{folder}/mesh.lode"
+            run([*lodestone, "bake", made_or_given(mesh, make, folder), "-o", asset, "--backends", "vgi,full"])
             *centre, radius = json.loads(run([*lodestone, "info", asset, "--json"]))["bounds"]
             path = all_around(views, 1)
             for k, key in enumerate(path["keys"]):

@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "base/text.h"
 #include "base/threads.h"
+#include "mesh/io/image_file.h"
 #include "mesh/io/read.h"
 #include "mesh/io/write.h"
 #include "mesh/repair.h"
@@ -30,19 +31,16 @@ struct UnwrapArguments {
 // What is lost is said.
 void tell_of_alpha(const UnwrapArguments& o, const TriMesh& mesh) {
     if (!o.choices.bake || o.format != "jpeg") return;
-    const auto clear = [](const Image& image) {
-        return std::ranges::any_of(image.texels, [](const glm::u8vec4& t) { return t.w < 255; });
-    };
-    if (std::ranges::any_of(mesh.images, clear))
+    if (std::ranges::any_of(mesh.images, has_alpha))
         terminal_progress().warning("JPEG holds no alpha; --texture-format png and webp do");
 }
 
 Result<WriteOptions> write_options(const UnwrapArguments& o) {
     auto write = write_options_of(o.encoding, o.out);
     if (!write) return write;
-    if (o.format == "webp" && o.choices.bake && o.choices.resolution > 16383)
-        return fail(Fault::usage, "--texture-format webp: WebP holds 16383 texels a side; --resolution asks for " +
-                                      std::to_string(o.choices.resolution));
+    if (o.format == "webp" && o.choices.bake && o.choices.resolution > most_webp_side)
+        return fail(Fault::usage, "--texture-format webp: WebP holds " + std::to_string(most_webp_side) +
+                                      " texels a side; --resolution asks for " + std::to_string(o.choices.resolution));
     write->exact_uvs = true;  // rounded further, small triangles would be turned over
     if (o.format == "jpeg") write->textures = WriteOptions::Textures::jpeg;
     if (o.format == "webp") write->textures = WriteOptions::Textures::webp;

@@ -309,11 +309,16 @@ Result<std::vector<std::byte>> encode_jpeg(const Image& image, int quality) {
     return bytes;
 }
 
+bool has_alpha(const Image& image) {
+    return std::ranges::any_of(image.texels, [](const glm::u8vec4& texel) { return texel.w != 255; });
+}
+
 Result<std::vector<std::byte>> encode_webp(const Image& image, int quality) {
-    if (image.width > WEBP_MAX_DIMENSION || image.height > WEBP_MAX_DIMENSION)
+    static_assert(most_webp_side == WEBP_MAX_DIMENSION);
+    if (image.width > most_webp_side || image.height > most_webp_side)
         return fail(Fault::usage, "WebP: a texture of " + std::to_string(image.width) + "x" +
                                       std::to_string(image.height) + " texels is larger than " +
-                                      std::to_string(WEBP_MAX_DIMENSION) + " a side; write PNG");
+                                      std::to_string(most_webp_side) + " a side; write PNG");
     WebPConfig config;
     WebPPicture picture;
     if (WebPConfigInit(&config) == 0 || WebPPictureInit(&picture) == 0)

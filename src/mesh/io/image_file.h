@@ -19,14 +19,17 @@ Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& 
                            uint32_t most_side = Limits{}.image_side, std::string* damage = nullptr);
 // Whether a PNG has as many bytes as what its header promises takes at least: asked before room is made for it.
 bool png_may_be_whole(std::span<const std::byte> png);
+// Whether anything of it is seen through.
+bool has_alpha(const Image& image);
 Result<Image> read_image(const std::filesystem::path& path);
 
 // 8-bit RGBA PNG, the same bytes for the same texels.
 Result<std::vector<std::byte>> encode_png(const Image& image);
 // Baseline JPEG without alpha; quality 1 .. 100.
 Result<std::vector<std::byte>> encode_jpeg(const Image& image, int quality);
+inline constexpr uint32_t most_webp_side = 16383;  // texels
 // WebP with alpha; quality 1 .. 100, of which 100 is lossless, also where nothing is seen. Fault::usage where a side is
-// longer than WebP has it, 16383 texels.
+// longer than WebP has it.
 Result<std::vector<std::byte>> encode_webp(const Image& image, int quality);
 Result<void> write_png(const Image& image, const std::filesystem::path& path);
 

@@ -8,6 +8,7 @@
 #include "base/files/file.h"
 #include "mesh/io/gltf/material_json.h"
 #include "mesh/io/gltf/write_glb.h"
+#include "mesh/io/image_file.h"
 
 namespace lodestone {
 
@@ -102,10 +103,6 @@ bool fits_mtl(const Material& m, const Texture& texture) {
     const bool known =
         &texture == &m.base_colour_texture || &texture == &m.normal_texture || &texture == &m.emission_texture;
     return known && texture.place == Texture{}.place && !texture.second;
-}
-
-bool has_alpha(const Image& image) {
-    return std::ranges::any_of(image.texels, [](const glm::u8vec4& texel) { return texel.w != 255; });
 }
 
 // Whether a material is blended by what its texture holds. MTL has map_d for that and for masks alike.

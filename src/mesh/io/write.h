@@ -12,13 +12,12 @@ namespace lodestone {
 
 // What is written beside what the format asks for.
 struct WriteOptions {
-    // How textures are written.
     enum class Textures {
-        png,   // as it is
+        png,   // without loss
         jpeg,  // without alpha
         webp,  // in GLB by EXT_texture_webp alone, which a reader must know then
     };
-    Textures textures = Textures::png;  // see there
+    Textures textures = Textures::png;  // how textures are written
     int quality = 92;                   // of JPEG and WebP, 1 .. 100; WebP of 100 loses nothing
     // How GLB has vertices and triangles.
     enum class Encoding {

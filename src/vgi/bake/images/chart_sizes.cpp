@@ -12,7 +12,8 @@ namespace lodestone::vgi {
 namespace {
 
 constexpr double clusters_of_small = 4;  // components with a smaller share have more than that
-// Of a mesh of few charts, whose samples take next to nothing and which the lattice is chosen by; and of one of many.
+// Along a side, at least. The lattice is chosen by the error of samples, and samples of few charts take next to
+// nothing; of many they may be coarser.
 constexpr uint32_t fewest_cells = 8, fewest_of_many = 4, many_charts = 256;
 
 struct Component {

@@ -12,12 +12,13 @@ namespace lodestone {
 
 // What is written beside what the format asks for.
 struct WriteOptions {
+    // A kind of image file.
     enum class Textures {
         png,   // without loss
         jpeg,  // without alpha
         webp,  // in GLB by EXT_texture_webp alone, which a reader must know then
     };
-    Textures textures = Textures::png;  // how textures are written
+    Textures textures = Textures::png;  // what textures are written as
     int quality = 92;                   // of JPEG and WebP, 1 .. 100; WebP of 100 loses nothing
     // How GLB has vertices and triangles.
     enum class Encoding {

@@ -17,6 +17,7 @@
 #include "fixtures/meshes.h"
 #include "frame/screen_error.h"
 #include "mesh/distance/closest_point.h"
+#include "mesh/distance/distance.h"
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "shaders/shared/vgi_texels.h"
@@ -614,14 +615,19 @@ TEST(Cuts, LeaveOutNoTriangleOfCornersThatIsSeen) {
     EXPECT_EQ(seen, 0u);
 }
 
-// Every fourth sample each way of all charts: how far the farthest of them is from what is drawn, object units.
-double farthest_sample(const Atlas& atlas, const Residency& residency, Glue& glue, const Cut& cut) {
+// Corners of the triangles that are drawn, object units.
+std::vector<glm::dvec3> drawn_points(const Atlas& atlas, const Residency& residency, Glue& glue, const Cut& cut) {
     std::vector<glm::dvec3> drawn;
     size_t wrong = 0;
     for (const auto& [mask, indices] : cut.parts) {
         for (const uint32_t index : indices) drawn.push_back(atlas.point(vertex_of(residency, glue, index, wrong).id));
     }
     EXPECT_EQ(wrong, 0u);
+    return drawn;
+}
+
+// Every fourth sample each way of all charts: how far the farthest of them is from what is drawn, object units.
+double farthest_sample(const Atlas& atlas, std::span<const glm::dvec3> drawn) {
     double farthest = 0;
     for (uint32_t c = 0; c < atlas.charts(); ++c) {
         for (uint32_t i = 0; i < 25; ++i) {
@@ -638,18 +644,42 @@ double farthest_sample(const Atlas& atlas, const Residency& residency, Glue& glu
     return farthest;
 }
 
+// How far the farthest point of what is drawn is from a surface, object units; 21 points of each triangle.
+double farthest_drawn(const ClosestSurface& surface, std::span<const glm::dvec3> drawn) {
+    constexpr int steps = 5;
+    double farthest = 0;
+    for (size_t t = 0; t + 2 < drawn.size(); t += 3) {
+        for (int i = 0; i <= steps; ++i) {
+            for (int j = 0; i + j <= steps; ++j) {
+                const glm::dvec3 along = drawn[t + 1] - drawn[t], across = drawn[t + 2] - drawn[t];
+                const glm::dvec3 point = drawn[t] + along * (double{1} * i / steps) + across * (double{1} * j / steps);
+                farthest = std::max(farthest, surface.closest(point).distance);
+            }
+        }
+    }
+    return farthest;
+}
+
+// All that is there is near to what is drawn, and what is drawn is near to something that is there.
 TEST(Cuts, ShowWhatIsFarAwayWithinThePixelError) {
     for (const auto& f : fixtures::manifold_meshes_and_shapes()) {
         SCOPED_TRACE(f.name);
         const Atlas atlas = small_atlas(f.mesh, 32, 24);
+        std::vector<uint32_t> vertices;
+        for (size_t t = 0; t < f.mesh.triangle_count(); ++t) {
+            for (int k = 0; k < 3; ++k) vertices.push_back(f.mesh.vertex_of(t, k));
+        }
+        const ClosestSurface surface(f.mesh.positions, vertices);
         const Residency residency = partly_resident(atlas, 1, 1);
         Glue glue(atlas);
-        for (const float away : {10.0f, 40.0f, 160.0f}) {
+        for (const float away : {5.0f, 10.0f, 20.0f, 40.0f, 160.0f}) {
             float focal_px = 0;
             const Cut cut = cut_from_afar(atlas, residency, away, &focal_px);
             if (cut.triangles == 0) continue;
             const double pixel = static_cast<double>(extent_of(atlas).size * (away + 1) / focal_px);
-            EXPECT_LT(farthest_sample(atlas, residency, glue, cut), 1.05 * pixel) << away << ", " << cut.triangles;
+            const std::vector<glm::dvec3> drawn = drawn_points(atlas, residency, glue, cut);
+            EXPECT_LT(farthest_sample(atlas, drawn), 1.05 * pixel) << away << ", " << cut.triangles;
+            EXPECT_LT(farthest_drawn(surface, drawn), 1.05 * pixel) << away << ", " << cut.triangles;
         }
     }
 }

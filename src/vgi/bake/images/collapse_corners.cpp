@@ -14,11 +14,10 @@
 #include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "mesh/distance/closest_point.h"
+#include "mesh/distance/distance.h"
 #include "vgi/asset/corners.h"
-#include "vgi/asset/error_codes.h"
-#include "vgi/asset/leaf_demands.h"
-#include "vgi/asset/saturation.h"
 #include "vgi/bake/charts/surface.h"
+#include "vgi/bake/images/corner_saturation.h"
 
 namespace lodestone::vgi {
 
@@ -35,10 +34,46 @@ constexpr size_t most_faces = 32, nearest_of_hub = 8;
 // Points of a face that what to do next is chosen by.
 constexpr size_t most_few = 32;
 
+// Where a face is measured, its edges divided by four: how far along its first edge, how far along its last. Its
+// corners are places of charts.
+constexpr std::array<glm::dvec2, 12> face_places{{{0, 0.25},
+                                                  {0, 0.5},
+                                                  {0, 0.75},
+                                                  {0.25, 0},
+                                                  {0.25, 0.25},
+                                                  {0.25, 0.5},
+                                                  {0.25, 0.75},
+                                                  {0.5, 0},
+                                                  {0.5, 0.25},
+                                                  {0.5, 0.5},
+                                                  {0.75, 0},
+                                                  {0.75, 0.25}}};
+
 // Points of a chart that errors are measured at: a grid of so many cells a side; fewer where there are many charts.
 uint32_t measured_cells(const Atlas& atlas, uint32_t chart) {
     const uint32_t most = atlas.charts() <= 2000 ? 8 : atlas.charts() <= 20000 ? 4 : 2;
     return std::min(most, atlas.cells_of(chart));
+}
+
+// The charts as grids of measured_cells().
+ClosestSurface measured_charts(const Atlas& atlas) {
+    std::vector<glm::vec3> positions;
+    std::vector<uint32_t> indices;
+    for (uint32_t c = 0; c < atlas.charts(); ++c) {
+        const uint32_t cells = measured_cells(atlas, c), step = atlas.cells_of(c) / cells;
+        const auto first = static_cast<uint32_t>(positions.size());
+        for (uint32_t y = 0; y <= cells; ++y) {
+            for (uint32_t x = 0; x <= cells; ++x)
+                positions.emplace_back(atlas.point(atlas.texel(c, x * step, y * step)));
+        }
+        for (uint32_t y = 0; y < cells; ++y) {
+            for (uint32_t x = 0; x < cells; ++x) {
+                const uint32_t a = first + y * (cells + 1) + x, d = a + cells + 1;
+                indices.insert(indices.end(), {a, a + 1, d + 1, a, d + 1, d});
+            }
+        }
+    }
+    return {positions, indices};
 }
 
 using Face = std::array<uint32_t, 3>;
@@ -46,22 +81,19 @@ struct Points {
     std::vector<glm::dvec3> few, many;  // to choose by, and to measure at
 };
 
-// What becomes of a corner.
-struct Fate {
-    uint32_t parent;
-    double error = 0, radius = 0;  // object units; of the surface around it, as the collapse leaves it
-};
-
 // What all components have in common. Each touches its own corners and faces alone.
 struct CornerMesh {
+    explicit CornerMesh(const Atlas& atlas) : charts(measured_charts(atlas)), extent(atlas.extent()) {}
+
+    ClosestSurface charts;
     std::vector<uint32_t> of;                   // per corner of a chart: the number of the glued one
     std::vector<glm::dvec3> positions;          // per corner
     std::vector<Face> faces;                    // two to a chart; those without area are of equal corners
     std::vector<Points> points;                 // per face
     std::vector<std::vector<uint32_t>> around;  // per corner: faces
     std::vector<double> least_errors;           // per corner: of its charts, object units; it goes by no less
-    std::vector<Fate> fates;                    // per corner
-    double extent = 0;
+    std::vector<CornerFate> fates;              // per corner
+    double extent;
 };
 
 bool has(const Face& face, uint32_t corner) { return face[0] == corner || face[1] == corner || face[2] == corner; }
@@ -242,7 +274,7 @@ private:
         return worst;
     }
 
-    // The same of all points.
+    // The same of all points, and of the faces that move.
     double measured_off(uint32_t corner, uint32_t onto) {
         place_faces(corner, onto);
         double worst = 0;
@@ -250,6 +282,23 @@ private:
             worst = std::max(worst, squared);
             return true;
         });
+        return faces_off(worst);
+    }
+
+    // The largest squared distance of faces that move (place_faces) to the charts, or `worst` where that is more. A
+    // face across a hollow is far from everything though all points are near to some face.
+    double faces_off(double worst) const {
+        uint32_t hint = ClosestSurface::no_hint;
+        for (const auto& [f, face] : after_) {
+            if (mesh_.faces[f] == face) break;  // those that stay come last
+            const glm::dvec3 &a = at(face[0]), ab = at(face[1]) - a, ac = at(face[2]) - a;
+            for (const glm::dvec2& place : face_places) {
+                const ClosestSurface::Hit hit =
+                    mesh_.charts.closest(a + place.x * ab + place.y * ac, hint, std::sqrt(worst));
+                hint = hit.triangle;
+                worst = std::max(worst, hit.distance * hit.distance);
+            }
+        }
         return worst;
     }
 
@@ -269,7 +318,7 @@ private:
 
     void take(uint32_t corner, uint32_t onto) {
         const std::vector<uint32_t> changed = neighbours(corner);
-        Fate& fate = mesh_.fates[corner];
+        CornerFate& fate = mesh_.fates[corner];
         fate.parent = onto;
         for (const uint32_t other : changed) fate.radius = std::max(fate.radius, glm::distance(at(corner), at(other)));
         place_faces(corner, onto);
@@ -283,7 +332,7 @@ private:
             });
         }
         for (const uint32_t f : mesh_.around[corner]) mesh_.points[f] = {};
-        fate.error = std::sqrt(worst);
+        fate.error = std::sqrt(faces_off(worst));
         put_faces(corner, onto, given);
         state_of(onto).height = std::max(state_of(onto).height, state_of(corner).height + 1);
         gone_.push_back(corner);
@@ -342,10 +391,9 @@ void add_points(const Atlas& atlas, uint32_t chart, uint32_t cells, Points& lowe
 }
 
 CornerMesh corner_mesh(const Atlas& atlas) {
-    CornerMesh mesh;
+    CornerMesh mesh(atlas);
     mesh.of = glued_corners(atlas.sides);
     const size_t count = mesh.of.empty() ? 0 : *std::ranges::max_element(mesh.of) + size_t{1};
-    mesh.extent = atlas.extent();
     mesh.positions.resize(count);
     mesh.around.resize(count);
     mesh.points.resize(size_t{2} * atlas.charts());
@@ -385,73 +433,11 @@ std::vector<std::vector<uint32_t>> components_of(const CornerMesh& mesh) {
     return all;
 }
 
-// Errors and radii as codes, saturated: first by the centres of charts, then corner by corner, those that go first to
-// those that stand for them.
-class Saturation {
-public:
-    Saturation(const Atlas& atlas, const CornerMesh& mesh)
-        : mesh_(mesh), codes_(atlas.extent()), error_(mesh.positions.size(), 0), below_(error_.size()) {
-        LeafDemands leaves;
-        if (!atlas.leaves.empty()) leaves = LeafDemands(atlas, LeafNeighbours(atlas));
-        for (uint32_t c = 0; c < atlas.charts(); ++c) {
-            const auto middle = static_cast<int32_t>(atlas.cells_of(c) / 2);
-            const size_t centre = texel_of(atlas, c, {middle, middle});
-            const Leaf asked = atlas.leaves.empty() ? Leaf{} : leaves.of_chart(atlas, c);
-            for (uint32_t k = 0; k < 4; ++k) {
-                // A centre moves to its place from where its corners are in theirs (saturation.h).
-                add(mesh.of[4 * c + k], atlas.sample_errors[centre], error_ratio, atlas.sample_radii[centre],
-                    atlas.point(centre));
-                add(mesh.of[4 * c + k], asked.error, 1, asked.radius, atlas.lattice_point(asked.position));
-            }
-        }
-    }
-
-    // Before any is run. Per corner: what its error is at least, by what its charts are off; object units.
-    const std::vector<double>& least_errors() const { return error_; }
-    // order: in which corners of a component went.
-    void run(std::span<const uint32_t> order, std::vector<Corner>& corners) {
-        double before = 0;
-        for (const uint32_t v : order) {
-            const Fate& fate = mesh_.fates[v];
-            before = std::min(std::max({before, fate.error * (1 + rounding), error_[v]}), mesh_.extent);
-            Corner& corner = corners[v];
-            corner.error = codes_.of_error(before);
-            const auto error = static_cast<double>(codes_.error(corner.error));
-            double radius = fate.radius;
-            for (const Below& b : below_[v]) {
-                const double away = glm::distance(b.at, mesh_.positions[v]);
-                radius = std::max(radius, (b.error - error / b.ratio) * least_magnification + b.radius + away);
-            }
-            corner.radius = error > 0 ? codes_.of_radius(radius * (1 + rounding)) : uint8_t{0};
-            add(fate.parent, corner.error, 1, corner.radius, mesh_.positions[v]);
-        }
-    }
-
-private:
-    // What a corner is wanted for, too.
-    struct Below {
-        double error, ratio, radius;
-        glm::dvec3 at;
-    };
-    // ratio: how many times as large the corner's error has to be.
-    void add(uint32_t corner, uint8_t error, double ratio, uint8_t radius, const glm::dvec3& at) {
-        const auto its = static_cast<double>(codes_.error(error));
-        if (its == 0) return;
-        error_[corner] = std::max(error_[corner], its * ratio);
-        below_[corner].push_back({its, ratio, static_cast<double>(codes_.radius(radius)), at});
-    }
-
-    const CornerMesh& mesh_;
-    const ErrorCodes codes_;
-    std::vector<double> error_;  // per corner: at least
-    std::vector<std::vector<Below>> below_;
-};
-
 }  // namespace
 
 void collapse_corners(Atlas& atlas, const Progress& progress) {
     CornerMesh mesh = corner_mesh(atlas);
-    Saturation saturation(atlas, mesh);
+    CornerSaturation saturation(atlas, mesh.of, mesh.positions);
     mesh.least_errors = saturation.least_errors();
     std::vector<std::vector<uint32_t>> orders = components_of(mesh);
     parallel_for(orders.size(), 1, [&](size_t begin, size_t end) {
@@ -461,7 +447,7 @@ void collapse_corners(Atlas& atlas, const Progress& progress) {
     std::vector<Corner> corners(mesh.positions.size());
     std::vector<uint32_t> order(corners.size()), went(corners.size(), ~0u);  // of roots: last
     for (const std::vector<uint32_t>& component : orders) {
-        saturation.run(component, corners);
+        saturation.run(component, mesh.fates, corners);
         for (uint32_t i = 0; i < component.size(); ++i) went[component[i]] = i;
     }
     std::iota(order.begin(), order.end(), 0u);

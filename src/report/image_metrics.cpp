@@ -54,7 +54,8 @@ std::vector<double> blurred(const std::vector<double>& values, uint32_t width, u
 bool covered(const Picture& picture, size_t i) { return picture.colour[i * 4 + 3] > 0; }
 bool same_size(const Picture& a, const Picture& b) { return a.width == b.width && a.height == b.height; }
 
-double one_way_deviation(const Picture& from, const ClosestSurface& to, const View& view) {
+// drawn: the surface that `from` shows.
+double one_way_deviation(const Picture& from, const ClosestSurface& drawn, const ClosestSurface& to, const View& view) {
     const glm::dmat4 clip_to_world = glm::inverse(glm::dmat4(view.view_to_clip) * glm::dmat4(view.world_to_view));
     std::vector<double> row_largest(from.height, 0);
     parallel_for(from.height, 4, [&](size_t begin, size_t end) {
@@ -69,10 +70,14 @@ double one_way_deviation(const Picture& from, const ClosestSurface& to, const Vi
                 const glm::dvec4 world4 = clip_to_world * clip;
                 const glm::dvec3 world = glm::dvec3(world4) / world4.w;
                 const double depth = -(glm::dmat4(view.world_to_view) * glm::dvec4(world, 1)).z;
+                const double pixels =
+                    static_cast<double>(view.focal_px) / std::max(depth, static_cast<double>(view.near_plane));
                 const ClosestSurface::Hit hit = to.closest(world, hint);
                 hint = hit.triangle;
-                row_largest[y] = std::max(row_largest[y], hit.distance * static_cast<double>(view.focal_px) /
-                                                              std::max(depth, static_cast<double>(view.near_plane)));
+                if (hit.distance * pixels <= row_largest[y]) continue;
+                // Of a triangle seen edge on a rasteriser may tell a depth that none of its points has.
+                const glm::dvec3 shown = drawn.closest(world).point;
+                row_largest[y] = std::max(row_largest[y], to.closest(shown, hint).distance * pixels);
             }
         }
     });
@@ -196,7 +201,8 @@ double max_pixel_deviation(const Picture& picture, const ClosestSurface& surface
                            const ClosestSurface& full_surface, const View& view) {
     LODE_CHECK(same_size(picture, full) && view.width == full.width && view.height == full.height, picture.width,
                full.width, view.width);
-    return std::max(one_way_deviation(picture, full_surface, view), one_way_deviation(full, surface, view));
+    return std::max(one_way_deviation(picture, surface, full_surface, view),
+                    one_way_deviation(full, full_surface, surface, view));
 }
 
 }  // namespace lodestone

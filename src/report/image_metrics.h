@@ -37,7 +37,8 @@ Picture difference_map(const Picture& a, const Picture& b);
 uint64_t background_leaks(const Picture& picture, const Picture& full, double pixel_error);
 
 // The largest distance, in pixels at its depth, from the surface one picture shows to the surface drawn in the other,
-// both ways. Surfaces in world space; both pictures drawn from `view`.
+// both ways. A pixel shows the point of the surface drawn that is nearest to where its depth puts it. Surfaces in world
+// space; both pictures drawn from `view`.
 double max_pixel_deviation(const Picture& picture, const ClosestSurface& surface, const Picture& full,
                            const ClosestSurface& full_surface, const View& view);
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
+#include <numeric>
 #include <set>
 #include <tuple>
 
@@ -17,6 +18,7 @@
 #include "baseline/full.h"
 #include "fixtures/meshes.h"
 #include "frame/plan_mirror.h"
+#include "mesh/distance/distance.h"
 #include "mesh/generate.h"
 #include "mesh/packed_vertices.h"
 #include "mesh/repair.h"
@@ -185,6 +187,55 @@ TEST_F(VgiRenderTest, ShowsTheSurfaceThatFullShows) {
         EXPECT_GT(ssim(picture, expected, mask), 0.93) << static_cast<int>(shape);
         EXPECT_GT(psnr_db(picture, expected, mask), 27) << static_cast<int>(shape);
         EXPECT_EQ(background_leaks(picture, expected, 0), 0u);
+    }
+}
+
+// Pixels that lie on none of these triangles, to a tenth of a pixel, of all that are covered.
+std::pair<size_t, size_t> off_and_covered(const Picture& picture, const View& view,
+                                          const std::vector<std::array<glm::vec3, 3>>& triangles) {
+    std::vector<glm::vec3> corners;
+    for (const auto& triangle : triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
+    std::vector<uint32_t> indices(corners.size());
+    std::iota(indices.begin(), indices.end(), 0u);
+    const ClosestSurface surface(corners, indices);
+    const glm::dmat4 clip_to_world = glm::inverse(glm::dmat4(view.view_to_clip) * glm::dmat4(view.world_to_view));
+    size_t off = 0, covered = 0;
+    for (uint32_t y = 0; y < picture.height; ++y) {
+        for (uint32_t x = 0; x < picture.width; ++x) {
+            const size_t i = size_t{y} * picture.width + x;
+            if (picture.colour[4 * i + 3] == 0) continue;
+            ++covered;
+            const glm::dvec4 at =
+                clip_to_world * glm::dvec4((x + 0.5) / picture.width * 2 - 1, (y + 0.5) / picture.height * 2 - 1,
+                                           static_cast<double>(picture.depth[i]), 1);
+            const glm::dvec3 world = glm::dvec3(at) / at.w;
+            const double depth = -(glm::dmat4(view.world_to_view) * glm::dvec4(world, 1)).z;
+            off += surface.closest(world).distance * static_cast<double>(view.focal_px) > 0.1 * depth;
+        }
+    }
+    return {off, covered};
+}
+
+// Samples, leaves and corners, on their ways as well: all are drawn where the mirror of the plan has them.
+TEST_F(VgiRenderTest, DrawsEverythingWhereTheMirrorHasIt) {
+    Renderer& renderer = make();
+    Random random(2);
+    const auto atlas = atlas_of(mesh_of(Shape::rock, 20000));
+    for (const float away : {1.3f, 2.4f, 6.0f, 25.0f}) {
+        for (const double pixel_error : {0.25, 1.0, 4.0}) {
+            auto vgi = vgi::open_vgi({atlas}, {uint64_t{1} << 28, 1});
+            ASSERT_TRUE(vgi);
+            ASSERT_TRUE(renderer.load((*vgi)->recipe(), plain()));
+            frame_ = 0;
+            FrameInput input = look_from(away * glm::normalize(glm::vec3(0.4f, 1.1f, 2.4f)));
+            input.budget.pixel_error = pixel_error;
+            PlanMirror mirror((*vgi)->recipe(), {vgi::pulled_vertex, vgi::patch_indices});
+            const Picture picture = draw(**vgi, input, {}, 1, random, &mirror);
+            const auto [off, covered] = off_and_covered(picture, input.views[0], mirror.triangles_of(0));
+            EXPECT_GT(covered, 20u) << away;
+            // Of what is seen edge on a rasteriser may extrapolate a depth.
+            EXPECT_LE(off, covered / 2000) << away << ", " << pixel_error << ": of " << covered;
+        }
     }
 }
 

@@ -88,6 +88,10 @@ TEST(MaxPixelDeviation, OfAMovedSquareIsTheMoveInPixels) {
     const ClosestSurface near(square(0), indices), far(square(-0.1f), indices);
     const double deviation = max_pixel_deviation(picture_at(-0.1f), far, picture_at(0), near, view);
     EXPECT_NEAR(deviation, 0.1 * static_cast<double>(view.focal_px) / 5, 0.02);
+    // One pixel whose depth is that of no point of what is drawn.
+    Picture astray = picture_at(-0.1f);
+    astray.depth[64 * 32 + 32] = picture_at(-1.0f).depth[0];
+    EXPECT_NEAR(max_pixel_deviation(astray, far, picture_at(0), near, view), deviation, 0.02);
 }
 
 TEST(DifferenceMap, IsBlackWhereNothingDiffersAndBrightWhereMuchDoes) {

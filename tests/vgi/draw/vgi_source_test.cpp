@@ -25,6 +25,7 @@
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "shaders/shared/vgi_texels.h"
+#include "vgi/asset/leaves.h"
 #include "vgi/bake/bake.h"
 #include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/pulled_vertex.h"
@@ -439,6 +440,55 @@ TEST_F(VgiSourceTest, ArrivalsThatNobodyAskedForChangeNothing) {
         }
     }
     EXPECT_GT(outstanding_.size(), 100u);
+}
+
+// What `extract --level source` writes is what is drawn where everything is a leaf: triangle by triangle, on the
+// leaves' lattice.
+TEST_F(VgiSourceTest, DrawsWhatIsExtractedWhereEverythingIsALeaf) {
+    const auto vgi = source();
+    PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});
+    std::vector<Arrival> arrivals;
+    uint64_t frame = 0;
+    for (int quiet = 0; quiet < 3; ++frame) {
+        FrameInput input = look_from({0.4f, 0.5f, 4}, frame);
+        input.views.resize(1);
+        input.views[0].culls_back_faces = false;
+        input.budget.forced_level = 0;
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        const Plan plan = vgi->plan(input);
+        ASSERT_TRUE(mirror.execute(plan, input));
+        for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r));
+        quiet = arrivals.empty() && input.arrivals.empty() ? quiet + 1 : 0;
+    }
+    const auto whole = open_atlas(atlas()->file());
+    ASSERT_TRUE(whole);
+    const glm::dvec3 origin = whole->leaf_point({0, 0, 0});
+    const double step = whole->step / (1u << whole->leaf_shift);
+    using OnLattice = std::array<std::array<int64_t, 3>, 3>;
+    const auto on_lattice = [&](const std::array<glm::vec3, 3>& triangle) {
+        OnLattice is{};
+        for (size_t k = 0; k < 3; ++k) {
+            const glm::dvec3 at = (glm::dvec3(triangle[k]) - origin) / step;
+            for (int axis = 0; axis < 3; ++axis) is[k][static_cast<size_t>(axis)] = std::llround(at[axis]);
+        }
+        std::ranges::rotate(is, std::ranges::min_element(is));
+        return is;
+    };
+    const TriMesh extracted = extract_leaves(*whole);
+    std::vector<OnLattice> drawn, written;
+    for (const auto& triangle : mirror.triangles_of(0)) {
+        const OnLattice is = on_lattice(triangle);
+        if (is[0] != is[1] && is[1] != is[2] && is[2] != is[0]) drawn.push_back(is);
+    }
+    for (size_t t = 0; t < extracted.triangle_count(); ++t)
+        written.push_back(
+            on_lattice({extracted.position_of(t, 0), extracted.position_of(t, 1), extracted.position_of(t, 2)}));
+    std::ranges::sort(drawn);
+    std::ranges::sort(written);
+    EXPECT_GT(written.size(), 5000u);
+    EXPECT_EQ(drawn.size(), written.size());
+    EXPECT_TRUE(drawn == written);
 }
 
 // A page that is not what it should be is drawn as the coarser one, and that is said once.

@@ -63,6 +63,9 @@ public:
         if (before_ != nullptr) old = {before_->charts.first[place], before_->charts.first[place + 1]};
         chart_ = chart;
         first_page_ = residency_.number(chart, 0);
+        const auto first_chart = static_cast<uint32_t>(chart - place);
+        first_own_ = residency_.number(first_chart, 0);
+        end_own_ = residency_.number(std::min(first_chart + uint32_t{charts_at_once}, residency_.about().charts()), 0);
         leaf_level_ = page_shift_ + residency_.about().trimmed_levels[chart];
         const uint32_t mask = visibility_.seen(visibility_.all(), first_page_);
         if (mask == 0) return;
@@ -78,10 +81,13 @@ public:
     }
     void end() { kept_.first.resize(charts_at_once + 1, static_cast<uint32_t>(kept_.squares.size())); }
 
-    const std::vector<uint32_t>& marked() const { return marked_; }
     uint64_t taken_over() const { return taken_over_; }  // triangles
-    // Pages asked for, with PageDemand::wanted.
-    const std::vector<std::pair<uint32_t, float>>& asked() const { return asked_; }
+    // What it used and missed, once nobody marks pages any more.
+    void add_to(PageDemand& demand) const {
+        demand.add_marked(marked_);
+        for (const uint32_t page : across_) demand.touch(page);
+        for (const auto& [page, wish] : asked_) demand.ask(page, wish);
+    }
 
 private:
     using Entry = Residency::Entry;
@@ -122,8 +128,13 @@ private:
         if (!fan.empty()) fan.move_to(kept_.parts.list(mask));
     }
 
+    // Only pages of charts that are run here may be marked; those of others, beside leaves, are left to add_to().
     void mark(uint32_t page) {
-        if (demand_.mark(page)) marked_.push_back(page);
+        if (page < residency_.pages() && (page < first_own_ || page >= end_own_)) {
+            across_.push_back(page);
+        } else if (demand_.mark(page)) {
+            marked_.push_back(page);
+        }
     }
     void touch(uint32_t page) {
         mark(page);
@@ -572,6 +583,7 @@ private:
     const int64_t forced_level_;
     PageDemand& demand_;
     std::vector<uint32_t> marked_;  // pages, by this
+    std::vector<uint32_t> across_;  // pages of charts that are run elsewhere
     CachedCharts& kept_;
     const Before* const before_;
     std::vector<std::pair<uint32_t, float>> asked_;
@@ -581,6 +593,7 @@ private:
     const uint32_t n_;
     const uint32_t page_shift_, base_;
     uint32_t chart_ = 0, first_page_ = 0, leaf_level_ = 0;  // at hand
+    uint32_t first_own_ = 0, end_own_ = 0;                  // pages of charts that are run here
     uint32_t beside_leaves_ = 0;                            // in the finest page's square that is at hand
 };
 
@@ -625,8 +638,7 @@ Cut joined(std::span<const std::optional<ChartCut>> groups, std::span<const uint
     for (size_t g = 0; g < groups.size(); ++g) {
         made.push_back(&kept.charts[charts[first_of_group[g]] / charts_at_once].parts);
         kept.taken_over += groups[g]->taken_over();
-        demand.add_marked(groups[g]->marked());
-        for (const auto& [page, wish] : groups[g]->asked()) demand.ask(page, wish);
+        groups[g]->add_to(demand);
     }
     parts.add(made);
     return cut_of(parts);

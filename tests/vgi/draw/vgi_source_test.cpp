@@ -443,7 +443,7 @@ TEST_F(VgiSourceTest, ArrivalsThatNobodyAskedForChangeNothing) {
 }
 
 // What `extract --level source` writes is what is drawn where everything is a leaf: triangle by triangle, on the
-// leaves' lattice.
+// leaves' lattice. Drawn are triangles between equal corners as well, which have no area.
 TEST_F(VgiSourceTest, DrawsWhatIsExtractedWhereEverythingIsALeaf) {
     const auto vgi = source();
     PlanMirror mirror(vgi->recipe(), {pulled_vertex, patch_indices});

@@ -472,7 +472,7 @@ TEST_F(VgiSourceTest, DrawsWhatIsExtractedWhereEverythingIsALeaf) {
             const glm::dvec3 at = (glm::dvec3(triangle[k]) - origin) / step;
             for (int axis = 0; axis < 3; ++axis) is[k][static_cast<size_t>(axis)] = std::llround(at[axis]);
         }
-        std::ranges::rotate(is, std::ranges::min_element(is));
+        std::rotate(is.begin(), std::ranges::min_element(is), is.end());
         return is;
     };
     const TriMesh extracted = extract_leaves(*whole);

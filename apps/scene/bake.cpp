@@ -85,9 +85,6 @@ Result<Simplified> load_or_simplify(const TriMesh& mesh, const BakeOptions& opti
 // The progressive mesh with its measured errors. Figures that are not told by it go into `report`.
 Result<ProgressiveMesh> make_lod(const TriMesh& mesh, const BakeOptions& options, Json& report,
                                  const Progress& progress, const CheckpointFolder* work) {
-    // Before hours of work, not behind them.
-    if (const uint64_t most = Limits{}.lod_triangles; mesh.triangle_count() > most)
-        return fail(Fault::format, "the mesh " + over_limit("triangles", mesh.triangle_count(), most));
     progress.at("simplify", 0);
     const auto simplified = load_or_simplify(mesh, options, progress, work);
     if (!simplified) return tl::unexpected(simplified.error());

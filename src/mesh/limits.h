@@ -14,14 +14,15 @@ struct Limits {
     uint64_t vertices = 0xfffffff0u;
     // Triangles of a mesh: their corners are numbered by 32 bits, and the last number is a mark.
     uint64_t triangles = (0xffffffffu - 1) / 3;
-    // Triangles of a progressive mesh: a corner's place in the index buffer has 31 bits, the half it is in the last.
-    uint64_t lod_triangles = (uint64_t{1} << 31) / 3;
-    // Of each kind of thing that a face order of a progressive mesh stores: they are numbered by 32 bits.
+    // Indices of both halves of a progressive mesh's index buffer: places in it have 32 bits. The first half holds
+    // every triangle; where the second has no room for an order, the order comes at a coarser level.
+    uint64_t lod_indices = 0xffffffffu;
+    // Slots that the tswaps of a face order move, cycle after cycle: they are numbered by 32 bits.
     uint64_t lod_entries = 0xffffffffu;
     // Face orders of a progressive mesh: each is checked whole, and a few bytes of text can name one again and again.
     uint64_t lod_orders = 64;
-    // Charts of an atlas, and of all that are drawn together: vertices of leaves, and what is kept of a pixel, name them by
-    // 20 bits.
+    // Charts of an atlas, and of all that are drawn together: vertices of leaves, and what is kept of a pixel, name
+    // them by 20 bits.
     uint64_t charts = (uint64_t{1} << 20) - 1;
     // Pages of an atlas, of positions or of attributes, and of all that are drawn together: numbered by 32 bits.
     uint64_t pages = (uint64_t{1} << 32) - 2;

@@ -58,7 +58,8 @@ PmCursor::PmCursor(const ProgressiveMesh& pm, uint32_t order) : pm_(&pm), order_
     LODE_CHECK(order < pm.orders.size(), order, pm.orders.size());
     const FaceOrder& o = pm.orders[order];
     indices_.assign(o.indices.begin(), o.indices.end());
-    half_begin_ = {0, static_cast<uint32_t>(indices_.size())};
+    first_half_ = static_cast<uint32_t>(indices_.size());
+    half_begin_ = {0, first_half_};
     if (!o.keyframes.empty()) indices_.resize(indices_.size() + size_t{o.keyframes[0].slots} * 3);
     slots_ = o.slots_of(0);
     look_at_keyframes();
@@ -104,7 +105,8 @@ inline void PmCursor::touch(uint32_t position) {
 
 void PmCursor::touch_range(uint32_t first, uint32_t count) {
     if (count == 0) return;
-    for (uint32_t position = first; position < first + count; position += dirty_block) touch(position);
+    for (uint64_t position = first; position < uint64_t{first} + count; position += dirty_block)
+        touch(static_cast<uint32_t>(position));
     touch(first + count - 1);
 }
 
@@ -251,7 +253,7 @@ bool PmCursor::ecol() {
     const uint32_t first = total - pm_->wedges_at(level_);  // removed wedges r, ascending: highest wedge first
     for (uint32_t r = first; r < first + step.wedges; ++r) {
         const uint32_t parent = pm_->parents[r];
-        for (uint32_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c) {
+        for (uint64_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c) {
             const uint32_t index = index_of(order.corners[c]);
             indices_[index] = parent;
             touch(index);
@@ -274,7 +276,7 @@ bool PmCursor::vsplit() {
     const uint32_t first = total - pm_->wedges_at(level_);
     for (uint32_t r = first; r < first + step.wedges; ++r) {
         const uint32_t wedge = total - 1 - r;
-        for (uint32_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c) {
+        for (uint64_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c) {
             const uint32_t index = index_of(order.corners[c]);
             indices_[index] = wedge;
             touch(index);

@@ -69,8 +69,8 @@ public:
     }
     // The whole buffer, both halves; what is neither drawn nor on its way in or out is of no meaning.
     std::span<const uint32_t> all_indices() const { return indices_; }
-    // The wedge at a corner.
-    uint32_t at(IndexSlot place) const { return indices_[index_of(place)]; }
+    // The wedge at a place of FaceOrder::corners.
+    uint32_t at(uint32_t place) const { return indices_[index_of(place)]; }
     // Whether the half that is not drawn still holds some of the order before; a limited copy is then larger.
     bool holds_order_before() const { return keyframe_ > 0 && level_ < last_end_; }
     const ProgressiveMesh& mesh() const { return *pm_; }  // as given
@@ -92,7 +92,10 @@ public:
 
 private:
     uint32_t half() const { return keyframe_ & 1; }
-    uint32_t index_of(IndexSlot place) const { return half_begin_[place.half()] + place.position(); }
+    // A limited copy has less room in the first half.
+    uint32_t index_of(uint32_t place) const {
+        return place < first_half_ ? place : place - first_half_ + half_begin_[1];
+    }
     void mark(uint32_t position);   // its block is dirty
     void touch(uint32_t position);  // and within the blocks looked at
     void touch_range(uint32_t first, uint32_t count);
@@ -113,6 +116,7 @@ private:
     uint32_t keyframe_ = 0;    // the one that is drawn, 0 for full detail
     // Levels from which on, and down to which, a step has to look at keyframes; between them it need not.
     uint32_t next_begin_ = 0, last_end_ = 0;
+    uint32_t first_half_ = 0;  // indices of full detail
     std::array<uint32_t, 2> half_begin_{};
     std::vector<uint32_t> indices_;
     std::vector<uint64_t> dirty_;                // a bit per block

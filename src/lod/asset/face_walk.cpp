@@ -16,7 +16,7 @@ constexpr uint32_t first_open = 2, most_open = 250, anywhere = 255;
 constexpr size_t contexts = 12;
 
 // Faces that can be gone on to are told by their edges towards the face they were seen from: codes of SplitMesh.
-constexpr uint32_t face_of(uint32_t edge) { return edge / 4; }
+constexpr uint32_t face_of(uint32_t edge) { return edge / 3; }
 
 // The numbers of a walk: the streams of its contexts, with what is read of them at hand.
 template <class Io>
@@ -108,7 +108,7 @@ private:
     // On to an open face, or to any. False where there is none of that rank, or it is taken.
     bool leap(uint32_t code, uint32_t can, uint32_t& next, uint32_t wanted) {
         if (code == anywhere) {
-            next = any(wanted) * 4;
+            next = any(wanted) * 3;
             if (!is_open(next)) return false;
         } else if constexpr (Io::reading) {
             uint32_t rank = code - first_open;
@@ -186,7 +186,7 @@ private:
 
     void enter(uint32_t edge) {
         take(face_of(edge));
-        const uint32_t k = edge % 4, *across = across_ + (edge - k);
+        const uint32_t k = edge % 3, *across = across_ + (edge - k);
         first_ = across[SplitMesh::next(k)];
         second_ = across[SplitMesh::previous(k)];
         // Mostly the walk goes on to one of the two; both are fetched before it is known to which.

@@ -28,6 +28,10 @@ public:
 
     Result<OrderArrays> run() {
         plan_reaches();
+        const uint64_t second = made_.keyframes.empty() ? 0 : made_.keyframes[0].slots;
+        if (const uint64_t all = mesh_.indices.size() + 3 * second; all > Limits{}.lod_indices)
+            return fail(Fault::format,
+                        "order " + order_.name + " " + over_limit("indices in both halves", all, Limits{}.lod_indices));
         begin();
         uint32_t wedges = mesh_.wedges, faces = static_cast<uint32_t>(mesh_.indices.size() / 3);
         for (uint32_t level = 0; level < levels_; ++level) {
@@ -36,16 +40,8 @@ public:
             play(level, wedges, faces);
             wedges -= mesh_.ecols[level].wedges;
             faces -= mesh_.ecols[level].faces;
-            if (made_.corners.size() > Limits{}.lod_entries)
-                return fail(Fault::format,
-                            "order " + order_.name + " " +
-                                over_limit("corners rewritten", made_.corners.size(), Limits{}.lod_entries));
         }
-        made_.first_corner.push_back(static_cast<uint32_t>(made_.corners.size()));
-        if (made_.block_bytes.size() > Limits{}.lod_entries)
-            return fail(Fault::format,
-                        "order " + order_.name + " " +
-                            over_limit("bytes of keyframes", made_.block_bytes.size(), Limits{}.lod_entries));
+        made_.first_corner.push_back(made_.corners.size());
         return std::move(made_);
     }
 
@@ -175,7 +171,7 @@ private:
                     dead.push_back(note_dead(key.slots + d, witnesses_[d]));
             }
             write_keyframe_block(std::span(sources).first(count), dead, made_.block_bytes);
-            made_.block_ends.push_back(static_cast<uint32_t>(made_.block_bytes.size()));
+            made_.block_ends.push_back(made_.block_bytes.size());
         }
     }
 
@@ -186,21 +182,22 @@ private:
         next_held_ = level >= making_from_ ? made_.keyframes[drawn_].blocks_held(level) * keyframe_block_slots : 0;
         last_held_ =
             level < forgotten_at_ ? made_.keyframes[drawn_ - 1].blocks_held(level + 1) * keyframe_block_slots : 0;
-        const uint32_t split = levels_ - 2 - level, begin = split == 0 ? 0 : mesh_.arc_ends[split - 1];
+        const uint32_t split = levels_ - 2 - level;
+        const uint64_t begin = split == 0 ? 0 : mesh_.arc_ends[split - 1];
         const auto arc = mesh_.arcs.subspan(begin, mesh_.arc_ends[split] - begin);
         if (!order_.drops_dead) fetch_dead(wedges);
         for (uint32_t w = wedges - 1; w + 1 > wedges - ecol.wedges; --w) {
             const uint32_t parent = mesh_.parents[mesh_.wedges - 1 - w];
-            made_.first_corner.push_back(static_cast<uint32_t>(made_.corners.size()));
+            made_.first_corner.push_back(made_.corners.size());
             const auto rewrite = [&](uint32_t corner) {
-                uint32_t& now = now_[corner - corner / 4];
+                uint32_t& now = now_[corner];
                 if (ecol.wedges > 1 && now != w) return;
                 now = parent;
                 note(corner);
             };
             for (const uint32_t corner : arc) rewrite(corner);
             if (order_.drops_dead) continue;
-            for (uint32_t f = faces - ecol.faces; f < faces; ++f) rewrite(f * 4);
+            for (uint32_t f = faces - ecol.faces; f < faces; ++f) rewrite(f * 3);
             rewrite_dead(w, parent);
         }
         if (order_.drops_dead) return;
@@ -209,11 +206,13 @@ private:
         }
     }
 
-    void note(uint32_t half, uint32_t slot, uint32_t k) { made_.corners.push_back(IndexSlot::of(half, slot * 3 + k)); }
+    void note(uint32_t half, uint32_t slot, uint32_t k) {
+        made_.corners.push_back(half * static_cast<uint32_t>(mesh_.indices.size()) + slot * 3 + k);
+    }
 
-    // A corner of a face that was alive so far.
+    // A corner of a face that was alive so far, 3 * face + k.
     void note(uint32_t corner) {
-        const uint32_t face = corner / 4, k = corner % 4, half = drawn_ & 1;
+        const uint32_t face = corner / 3, k = corner % 3, half = drawn_ & 1;
         note(half, slots_[face], k);
         if (next_held_ > 0 && face < next_slots_.size() && next_slots_[face] < next_held_)
             note(1 - half, next_slots_[face], k);
@@ -309,12 +308,10 @@ public:
 private:
     void note_corners(uint32_t r) {
         const auto begin = static_cast<ptrdiff_t>(made_.corners.size());
-        replay_.for_corners(mesh_.wedges - 1 - r, [&](uint32_t c) {
-            made_.corners.push_back(IndexSlot::of(0, slot_of_[c / 3] * 3 + c % 3));
-        });
-        std::sort(made_.corners.begin() + begin, made_.corners.end(),
-                  [](IndexSlot a, IndexSlot b) { return a.position() < b.position(); });
-        made_.first_corner.push_back(static_cast<uint32_t>(made_.corners.size()));
+        replay_.for_corners(mesh_.wedges - 1 - r,
+                            [&](uint32_t c) { made_.corners.push_back(slot_of_[c / 3] * 3 + c % 3); });
+        std::sort(made_.corners.begin() + begin, made_.corners.end());
+        made_.first_corner.push_back(made_.corners.size());
     }
 
     bool swap(size_t step) {

@@ -37,26 +37,28 @@ struct PlayedMesh {
     std::span<const uint32_t> indices;       // of full detail, three wedges per face
     // Per face: an older one that has all of its vertices once it is dead, ~0 for none.
     std::span<const uint32_t> witnesses;
-    // Per split from coarse to fine the corners that take its new vertex, without those of faces that are born; codes
-    // of SplitMesh. And where they end.
-    std::span<const uint32_t> arcs, arc_ends;
+    // Per split from coarse to fine the corners that take its new vertex, without those of faces that are born; 3 *
+    // face + k. And where they end.
+    std::span<const uint32_t> arcs;
+    std::span<const uint64_t> arc_ends;
 };
 
 // What the spans of a FaceOrder refer to.
 struct OrderArrays {
-    std::vector<uint32_t> indices, first_corner;
-    std::vector<IndexSlot> corners;
+    std::vector<uint32_t> indices;
+    std::vector<uint64_t> first_corner;
+    std::vector<uint32_t> corners;
     std::vector<TswapStep> tswaps;
     std::vector<uint32_t> cycle_lengths, cycle_slots;
     std::vector<Keyframe> keyframes;
-    std::vector<uint32_t> block_ends;
+    std::vector<uint64_t> block_ends;
     std::vector<uint8_t> block_bytes;
 
     // A face order that refers to these.
     FaceOrder order(std::string name, bool drops_dead) const;
 };
 
-// Fault::format where something is over a limit of 32 bits.
+// Fault::format where the index buffer is over Limits::lod_indices, or a cycle makes no sense.
 Result<OrderArrays> arrays_of(const PlayedMesh& mesh, const PlannedOrder& order);
 
 }  // namespace lodestone

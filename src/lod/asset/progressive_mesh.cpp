@@ -44,7 +44,8 @@ Result<void> check_keyframe_levels(const ProgressiveMesh& pm, const FaceOrder& o
 // Blocks of the keyframes of one order: they lie behind one another, each makes sense, and together they tell of every
 // face that died.
 Result<void> check_keyframe_bytes(const ProgressiveMesh& pm, const FaceOrder& order, const std::string& place) {
-    uint32_t slots = order.slots_of(0), block = 0, begin = 0;
+    uint32_t slots = order.slots_of(0), block = 0;
+    uint64_t begin = 0;
     for (size_t k = 0; k < order.keyframes.size(); ++k) {
         const Keyframe& key = order.keyframes[k];
         const std::string where = "keyframe " + std::to_string(k);
@@ -52,7 +53,7 @@ Result<void> check_keyframe_bytes(const ProgressiveMesh& pm, const FaceOrder& or
             return wrong(place + "/keyframes", where + " has the wrong blocks");
         uint64_t dead = 0;
         for (uint32_t b = 0; b < key.blocks(); ++b, ++block) {
-            const uint32_t end = order.block_ends[block];
+            const uint64_t end = order.block_ends[block];
             if (end < begin || end > order.block_bytes.size()) return wrong(place + "/blocks", "a block has no end");
             uint32_t block_dead = 0;
             if (!check_keyframe_block(order.block_bytes.subspan(begin, end - begin),
@@ -109,10 +110,10 @@ Result<void> check_corners(const ProgressiveMesh& pm, const FaceOrder& order, co
         } else if (keyframe < order.keyframes.size()) {
             slots[1 - (keyframe & 1)] = order.slots_of(keyframe + 1);
         }
-        const uint32_t first = order.first_corner[r];
+        const uint64_t first = order.first_corner[r];
         r += pm.ecols[level].wedges;
-        for (const IndexSlot corner : order.corners.subspan(first, order.first_corner[r] - first)) {
-            if (corner.position() >= slots[corner.half()] * 3)
+        for (const uint32_t corner : order.corners.subspan(first, order.first_corner[r] - first)) {
+            if (order.position_of(corner) >= slots[order.half_of(corner)] * 3)
                 return wrong(place + "/corners", "a position is out of range");
         }
     }
@@ -251,9 +252,8 @@ Result<void> ProgressiveMesh::count_shared() {
         return wrong("lod/mesh", over_limit("face orders", orders.size(), limits.lod_orders));
     if (vertices.size() > limits.vertices)
         return wrong("lod/vertices", over_limit("vertices", vertices.size(), limits.vertices));
-    if (orders[0].indices.size() / 3 > limits.lod_triangles)
-        return wrong("lod/" + orders[0].name,
-                     over_limit("triangles", orders[0].indices.size() / 3, limits.lod_triangles));
+    if (orders[0].indices.size() / 3 > limits.triangles)
+        return wrong("lod/" + orders[0].name, over_limit("triangles", orders[0].indices.size() / 3, limits.triangles));
     wedges_at_.assign(1, static_cast<uint32_t>(vertices.size()));
     triangles_at_.assign(1, static_cast<uint32_t>(orders[0].indices.size() / 3));
     for (const Ecol& step : ecols) {
@@ -302,7 +302,7 @@ Result<void> ProgressiveMesh::validate() const {
             // Every corner an ecol rewrites must hold the wedge that goes, and no other corner may hold it.
             for (uint32_t r = wedges_at_[0] - wedges_at_[i]; r < wedges_at_[0] - wedges_at_[i + 1]; ++r) {
                 const uint32_t wedge = wedges_at_[0] - 1 - r;
-                for (uint32_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c) {
+                for (uint64_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c) {
                     if (cursor.at(order.corners[c]) != wedge) {
                         return broken(at_level(i) + "ecol rewrites a corner that does not hold wedge " +
                                       std::to_string(wedge));
@@ -359,8 +359,8 @@ Result<ProgressiveMesh> ProgressiveMesh::unpack(std::shared_ptr<const StoredMesh
     for (size_t o = 0; o < mesh.orders.size(); ++o)
         pm.orders.push_back(opened->orders[o].order(mesh.orders[o].name, mesh.orders[o].drops_dead));
     // What they were made of is not needed any more.
-    for (auto* made_of : {&opened->mesh.indices, &opened->mesh.witnesses, &opened->mesh.arcs, &opened->mesh.arc_ends})
-        *made_of = {};
+    for (auto* made_of : {&opened->mesh.indices, &opened->mesh.witnesses, &opened->mesh.arcs}) *made_of = {};
+    opened->mesh.arc_ends = {};
     opened->mesh.orders = {};
     opened->errors.assign(mesh.ecols.size() + 1, 0.0f);
     pm.vertices = mesh.vertices;

@@ -82,30 +82,22 @@ struct Keyframe {
 };
 static_assert(sizeof(Keyframe) == 20);
 
-// Where a corner is in the index buffer: position / 3 is a slot of one of the halves.
-struct IndexSlot {
-    uint32_t code = 0;  // twice the position, plus the half
-    // half: 0 or 1; position: of a corner in it, below 2^31 (Limits::lod_triangles).
-    static IndexSlot of(uint32_t half, uint32_t position) { return {position * 2 + half}; }
-    uint32_t half() const { return code & 1; }       // 0 or 1
-    uint32_t position() const { return code >> 1; }  // slot * 3 + corner
-};
-static_assert(sizeof(IndexSlot) == 4);
-
 // One face order: a permutation stream over the shared collapses.
 struct FaceOrder {
     std::string name;                   // as face_orderer_named() knows it
     bool searched_less = false;         // just baked, and OrderOptions::seconds was too little for a whole search
     bool drops_dead = false;            // classic: every ecol shortens the drawn range by the faces that die
     std::span<const uint32_t> indices;  // level 0; three wedges per slot
-    std::span<const uint32_t>
+    std::span<const uint64_t>
         first_corner;  // per removed wedge r (0 = first to go): its corners begin here; one more at the end
-    std::span<const IndexSlot> corners;  // where the wedge is when it is removed, and where it comes when it returns
-    std::span<const TswapStep> tswaps;   // by rising level; none where there are keyframes
+    // Where the wedge is when it is removed, and where it comes when it returns: places in the index buffer, whose
+    // second half begins behind the indices of full detail (half_of, position_of).
+    std::span<const uint32_t> corners;
+    std::span<const TswapStep> tswaps;        // by rising level; none where there are keyframes
     std::span<const uint32_t> cycle_lengths;  // >= 2 each
     std::span<const uint32_t> cycle_slots;  // tswap arguments, cycle after cycle: slot f[i] receives what f[i + 1] held
     std::span<const Keyframe> keyframes;    // none where there are tswaps
-    std::span<const uint32_t> block_ends;   // per block of all keyframes: its end in block_bytes
+    std::span<const uint64_t> block_ends;   // per block of all keyframes: its end in block_bytes
     std::span<const uint8_t> block_bytes;   // keyframe_blocks.h
 
     // Drawn slots at a level with `alive` faces; never rises with the level.
@@ -116,9 +108,14 @@ struct FaceOrder {
     uint32_t slots_of(uint32_t k) const {
         return k == 0 ? static_cast<uint32_t>(indices.size() / 3) : keyframes[k - 1].slots;
     }
+    // Of a place in the index buffer: the half it is in, 0 or 1, and where in it, slot * 3 + corner.
+    uint32_t half_of(uint32_t place) const { return place < indices.size() ? 0 : 1; }
+    uint32_t position_of(uint32_t place) const {
+        return half_of(place) == 0 ? place : place - static_cast<uint32_t>(indices.size());
+    }
     // The bytes of a block, numbered through all keyframes.
     std::span<const uint8_t> block(uint32_t b) const {
-        const uint32_t begin = b == 0 ? 0 : block_ends[b - 1];
+        const uint64_t begin = b == 0 ? 0 : block_ends[b - 1];
         return block_bytes.subspan(begin, block_ends[b] - begin);
     }
 

@@ -22,7 +22,7 @@ uint32_t SplitMesh::add_vertex(uint32_t wedges) {
 }
 
 uint32_t SplitMesh::add_face(const std::array<uint32_t, 3>& corners, uint32_t witness) {
-    across_.push_back({none, none, none, none});
+    across_.push_back({none, none, none});
     corners_.push_back(corners);
     witnesses_.push_back(witness);
     if (!locals_.empty()) locals_.resize(corners_.size() * 3, 0);

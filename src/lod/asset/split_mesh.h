@@ -30,9 +30,9 @@ public:
         uint32_t face = none;
         uint32_t k = 0;
         bool operator==(const Corner&) const = default;
-        // In one word; below none, for there are less than 2^30 faces.
-        uint32_t code() const { return face * 4 + k; }
-        static Corner of(uint32_t code) { return code == none ? Corner{} : Corner{code / 4, code % 4}; }
+        // In one word; below none (Limits::triangles).
+        uint32_t code() const { return face * 3 + k; }
+        static Corner of(uint32_t code) { return code == none ? Corner{} : Corner{code / 3, code % 3}; }
     };
     // Of 0, 1 or 2, in two bits each: a third of them would be guessed wrong.
     static constexpr uint32_t next(uint32_t k) { return 0b00'10'01u >> (2 * k) & 3; }
@@ -74,8 +74,7 @@ public:
     uint32_t wedge_count() const { return first_wedge_.back(); }
     // The vertex of a corner.
     uint32_t vertex(Corner c) const { return corners_[c.face][c.k]; }
-    // Per code of an edge, the code of the same edge in the face behind it, none at a border; 4 per face, 3 of them
-    // used.
+    // Per code of an edge, the code of the same edge in the face behind it, none at a border.
     const uint32_t* across() const { return across_.empty() ? nullptr : across_.data()->data(); }
     // A corner of the vertex.
     Corner home(uint32_t vertex) const { return Corner::of(home_[vertex]); }
@@ -109,7 +108,7 @@ public:
     Corner counter_clockwise(Corner c) const { return Corner::of(across_[c.face][previous(c.k)]); }
     Corner clockwise(Corner c) const {
         const uint32_t code = across_[c.face][c.k];
-        return code == none ? Corner{} : Corner{code / 4, next(code % 4)};
+        return code == none ? Corner{} : Corner{code / 3, next(code % 3)};
     }
 
 private:
@@ -117,7 +116,7 @@ private:
     void join(Corner edge, Corner other);
 
     // Walks from face to face read nothing but what is across: it lies by itself.
-    std::vector<std::array<uint32_t, 4>> across_;   // per face; the last is not used
+    std::vector<std::array<uint32_t, 3>> across_;   // per face
     std::vector<std::array<uint32_t, 3>> corners_;  // per face: its vertices, counter-clockwise
     std::vector<uint32_t> witnesses_;               // per face
     std::vector<uint32_t> home_;                    // per vertex: the code of a corner; none without faces

@@ -422,8 +422,8 @@ private:
         for (const uint32_t parent : step_.parents)
             made_.parents.push_back(mesh_.first_wedge(step_.split.parent) + parent);
         for (const SplitMesh::Corner corner : step_.split.arc) made_.arcs.push_back(corner.code());
-        made_.arc_ends.push_back(static_cast<uint32_t>(made_.arcs.size()));
-        return mesh_.wedge_count() <= Limits{}.vertices && mesh_.face_count() <= Limits{}.lod_triangles;
+        made_.arc_ends.push_back(made_.arcs.size());
+        return mesh_.wedge_count() <= Limits{}.vertices && mesh_.face_count() <= Limits{}.triangles;
     }
 
     bool read_orders(NumberReader& io) {

@@ -30,7 +30,7 @@ struct MeshPlan {
     // they are there.
     std::vector<uint32_t> born;
     // Per ecol: the corners (3 * face + k) of the vertex removed that live on, and which wedge each has before.
-    std::vector<uint32_t> first_corner;  // one more at the end
+    std::vector<uint64_t> first_corner;  // one more at the end
     struct Corner {
         uint32_t corner, wedge;
     };
@@ -63,8 +63,9 @@ public:
         std::vector<uint32_t> wedge_vertex, parents;
         std::vector<Ecol> ecols;
         std::vector<PlannedOrder> orders;
-        std::vector<uint32_t> indices, witnesses, arcs, arc_ends;  // as PlayedMesh
-        uint32_t levels_missing = 0;                               // that are finer, and not there
+        std::vector<uint32_t> indices, witnesses, arcs;  // as PlayedMesh
+        std::vector<uint64_t> arc_ends;                  // as PlayedMesh
+        uint32_t levels_missing = 0;                     // that are finer, and not there
         StoredParts parts;
     };
     Result<Unpacked> unpack() const;

@@ -29,8 +29,8 @@ bool told_to_stop(size_t collapse, const Progress& progress) {
 class OrderPlanner {
 public:
     OrderPlanner(const MeshPlan& plan, const std::vector<uint32_t>& face_indices, std::span<const uint32_t> death,
-                 FaceOrderer& orderer)
-        : plan_(plan), orderer_(orderer), replay_(face_indices, plan.wedge_vertex) {
+                 FaceOrderer& orderer, const Limits& limits)
+        : plan_(plan), orderer_(orderer), limits_(limits), replay_(face_indices, plan.wedge_vertex) {
         const auto levels = static_cast<uint32_t>(plan.ecols.size()) + 1;
         const auto wedges = static_cast<uint32_t>(plan.vertices.size());
         gone_at_.assign(wedges, levels);
@@ -70,7 +70,11 @@ public:
             if (drawn) {
                 drawn->died(died);
                 tswap_step(level, *drawn);
-            } else if (level >= last + 2 && alive_ > 0 &&
+                if (order_.cycle_slots.size() > limits_.lod_entries)
+                    return fail(Fault::format,
+                                "order " + order_.name + " " +
+                                    over_limit("slots moved", order_.cycle_slots.size(), limits_.lod_entries));
+            } else if (level >= last + 2 && alive_ > 0 && fits_second_half() &&
                        orderer_.wants_order(level, alive_, static_cast<uint32_t>(face_at_.size()))) {
                 keyframe(level);
                 last = level;
@@ -83,6 +87,12 @@ public:
     }
 
 private:
+    // Whether an order of the faces alive has room behind the indices of full detail.
+    bool fits_second_half() const {
+        const uint64_t all = plan_.born.size() + uint64_t{3} * alive_;
+        return all <= limits_.lod_indices;
+    }
+
     // Returns how many faces die. notes: written_ becomes the slots whose faces are rewritten, rising.
     uint32_t collapse(const Ecol& ecol, uint32_t removed, bool notes) {
         const auto wedges = static_cast<uint32_t>(plan_.vertices.size());
@@ -128,6 +138,7 @@ private:
 
     const MeshPlan& plan_;
     FaceOrderer& orderer_;
+    const Limits& limits_;
     Replay replay_;
     std::vector<uint32_t> gone_at_, parent_;   // per wedge, as OrderInput
     std::vector<uint32_t> face_at_, slot_of_;  // drawn range: face of slot; slot of face, where tswaps are
@@ -275,20 +286,9 @@ Result<void> note_splits(const std::vector<uint32_t>& indices, MeshPlan& plan, c
         }
         for (; r < end; ++r)
             replay.rewrite(wedges - 1 - r, plan.parents[r], [&](uint32_t face) { replay.leave_range(face); });
-        plan.first_corner.push_back(static_cast<uint32_t>(plan.corners.size()));
+        plan.first_corner.push_back(plan.corners.size());
     }
     std::copy_n(replay.indices().begin(), size_t{faces} * 3, plan.born.begin());
-    return {};
-}
-
-// What an order stores is numbered by 32 bits.
-Result<void> check_entries(const FaceOrder& order, const Limits& limits) {
-    for (const auto& [what, number] :
-         {std::pair("corners rewritten", order.corners.size()), std::pair("slots moved", order.cycle_slots.size()),
-          std::pair("bytes of keyframes", order.block_bytes.size())}) {
-        if (number > limits.lod_entries)
-            return fail(Fault::format, "order " + order.name + " " + over_limit(what, number, limits.lod_entries));
-    }
     return {};
 }
 
@@ -339,9 +339,8 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
                                               const std::vector<std::string>& orders, const OrderOptions& order_options,
                                               const Progress& progress, const Limits& limits) {
     LODE_CHECK(!orders.empty());
-    if (mesh.triangle_count() > limits.lod_triangles)
-        return fail(Fault::format, "the mesh " + over_limit("triangles", mesh.triangle_count(), limits.lod_triangles) +
-                                       ", or bake it with --backends vgi");
+    if (mesh.triangle_count() > limits.triangles)
+        return fail(Fault::format, "the mesh " + over_limit("triangles", mesh.triangle_count(), limits.triangles));
     MeshPlan plan;
     auto planned = plan_mesh(mesh, list, plan, progress);
     if (!planned) return tl::unexpected(planned.error());
@@ -352,7 +351,7 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
     for (const std::string& name : orders) {
         auto orderer = face_orderer_named(name, stoppable);
         if (!orderer) return tl::unexpected(orderer.error());
-        auto order = OrderPlanner(plan, indices, deaths.level, **orderer).run(progress);
+        auto order = OrderPlanner(plan, indices, deaths.level, **orderer, limits).run(progress);
         if (!order) return tl::unexpected(order.error());
         searched_less.push_back((*orderer)->searched_less());
         plan.orders.push_back(std::move(*order));
@@ -364,10 +363,7 @@ Result<ProgressiveMesh> bake_progressive_mesh(const TriMesh& mesh, const Collaps
     if (!pm) return tl::unexpected(pm.error());
     if (!same(*pm, plan, indices))
         return fail(Fault::invariant, "the progressive mesh is not what it was when it is unpacked");
-    for (size_t o = 0; o < searched_less.size(); ++o) {
-        if (auto done = check_entries(pm->orders[o], limits); !done) return tl::unexpected(done.error());
-        pm->orders[o].searched_less = searched_less[o];
-    }
+    for (size_t o = 0; o < searched_less.size(); ++o) pm->orders[o].searched_less = searched_less[o];
     pm->material_table = mesh.material_table;
     pm->images = mesh.images;
     return pm;

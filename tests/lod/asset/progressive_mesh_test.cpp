@@ -306,8 +306,8 @@ TEST(ProgressiveMesh, ContentThatWouldLeaveTheBuffersIsRefused) {
     // A few bytes of text can name one order again and again.
     refused("has 65 face orders; the limit is 64",
             [&](ProgressiveMesh& pm) { pm.orders.resize(Limits{}.lod_orders + 1, good.orders[0]); });
-    std::vector<IndexSlot> corners(good.orders[0].corners.begin(), good.orders[0].corners.end());
-    corners[0] = IndexSlot::of(0, static_cast<uint32_t>(good.orders[0].indices.size()));
+    std::vector<uint32_t> corners(good.orders[0].corners.begin(), good.orders[0].corners.end());
+    corners[0] = static_cast<uint32_t>(good.orders[0].indices.size()) + 3 * good.orders[0].slots_of(1);
     refused("lod/static/corners", [&](ProgressiveMesh& pm) { pm.orders[0].corners = corners; });
     std::vector<uint32_t> parents(good.parents.begin(), good.parents.end());
     parents.back() = static_cast<uint32_t>(good.vertices.size()) - 1;
@@ -371,10 +371,11 @@ TEST(ProgressiveMesh, CornersBeyondTheSlotsOfTheirLevelAreRefused) {
     for (size_t o = 0; o < good.orders.size(); ++o) {
         const FaceOrder& order = good.orders[o];
         SCOPED_TRACE(order.name);
-        std::vector<IndexSlot> corners(order.corners.begin(), order.corners.end());
+        std::vector<uint32_t> corners(order.corners.begin(), order.corners.end());
         // The last collapse's: of all levels' the fewest slots are there.
         ASSERT_LT(order.slots_at(good.levels() - 2, good.triangles_at(good.levels() - 2)), good.full_triangles());
-        corners.back() = IndexSlot::of(corners.back().half(), static_cast<uint32_t>(order.indices.size()) - 1);
+        const auto full = static_cast<uint32_t>(order.indices.size());
+        corners.back() = order.half_of(corners.back()) * full + full - 1;
         ProgressiveMesh bad = good;
         bad.orders[o].corners = corners;
         const auto counted = bad.count_levels();
@@ -388,11 +389,10 @@ TEST(ProgressiveMesh, ALevelThatDrawsWedgesItDoesNotHaveIsRefused) {
     const ProgressiveMesh good = bake_in_memory(generate(Shape::rock, 500, 4));
     ProgressiveMesh bad = good;
     // The corners of the first wedge that goes are rewritten somewhere else.
-    std::vector<IndexSlot> corners(good.orders[0].corners.begin(), good.orders[0].corners.end());
-    const uint32_t first = bad.orders[0].first_corner[0], end = bad.orders[0].first_corner[1];
+    std::vector<uint32_t> corners(good.orders[0].corners.begin(), good.orders[0].corners.end());
+    const uint64_t first = bad.orders[0].first_corner[0], end = bad.orders[0].first_corner[1];
     ASSERT_LT(first, end);
-    for (uint32_t c = first; c < end; ++c)
-        corners[c] = IndexSlot::of(0, (corners[c].position() + 3 * (end - first)) % 300);
+    for (uint64_t c = first; c < end; ++c) corners[c] = static_cast<uint32_t>((corners[c] + 3 * (end - first)) % 300);
     bad.orders[0].corners = corners;
     ASSERT_TRUE(bad.count_levels());
     EXPECT_TRUE(extract_level(bad, 0));

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/none.h"
+#include "lod/asset/split_mesh.h"
 #include "lod/bake/bake.h"
 #include "lod/bake/simplify/simplifier.h"
 #include "mesh/generate.h"
@@ -14,13 +16,13 @@ using testing::HasSubstr;
 
 TEST(Limits, AreAsLargeAsTheNumbersThatTheyComeFrom) {
     const Limits limits;
-    // Corners are numbered up to the mark; slots of both halves of an index buffer share 32 bits.
+    // Corners are numbered up to the mark, everywhere alike.
     EXPECT_LT(3 * limits.triangles, 0xffffffffu);
     EXPECT_GE(3 * (limits.triangles + 1), 0xffffffffu);
-    const auto last = static_cast<uint32_t>(3 * limits.lod_triangles - 1);
-    EXPECT_EQ(IndexSlot::of(1, last).position(), last);
-    EXPECT_EQ(IndexSlot::of(1, last).half(), 1u);
-    EXPECT_NE(IndexSlot::of(1, last + 3).position(), last + 3) << "one triangle more is not told from another";
+    EXPECT_LE(3 * limits.triangles, limits.lod_indices);
+    const SplitMesh::Corner last{static_cast<uint32_t>(limits.triangles - 1), 2};
+    EXPECT_LT(last.code(), none);
+    EXPECT_EQ(SplitMesh::Corner::of(last.code()), last);
 }
 
 TEST(Limits, ArePassedByNoMeshAndNamedWithTheNumber) {
@@ -40,17 +42,46 @@ TEST(Limits, ArePassedByNoMeshAndNamedWithTheNumber) {
     const auto list = make_quadric_simplifier()->simplify(mesh, {});
     ASSERT_TRUE(list);
     Limits limits;
-    limits.lod_triangles = triangles;
+    limits.triangles = triangles;
     EXPECT_TRUE(bake_progressive_mesh(mesh, *list, {"keyframe"}, {}, {}, limits));
-    limits.lod_triangles = triangles - 1;
+    limits.triangles = triangles - 1;
     const auto baked = bake_progressive_mesh(mesh, *list, {"keyframe"}, {}, {}, limits);
     ASSERT_FALSE(baked);
     EXPECT_THAT(baked.error().message, HasSubstr(sentence));
-    limits.lod_triangles = triangles;
+    limits.triangles = triangles;
     limits.lod_entries = 10;
-    const auto entries = bake_progressive_mesh(mesh, *list, {"keyframe"}, {}, {}, limits);
+    const auto entries = bake_progressive_mesh(mesh, *list, {"greedy"}, {}, {}, limits);
     ASSERT_FALSE(entries);
     EXPECT_THAT(entries.error().message, HasSubstr("; the limit is 10"));
+}
+
+// A mesh may fill the first half of the index buffer; what the second half has no room for comes later.
+TEST(Limits, LetNewOrdersComeWhereTheIndexBufferHasRoom) {
+    const TriMesh mesh = generate(Shape::rock, 3000, 1);
+    const uint64_t triangles = mesh.triangle_count();
+    const auto list = make_quadric_simplifier()->simplify(mesh, {});
+    ASSERT_TRUE(list);
+    const std::vector<std::string> names = {"keyframe", "static", "classic", "greedy"};
+    const auto all = bake_progressive_mesh(mesh, *list, names);
+    ASSERT_TRUE(all);
+    ASSERT_GT(all->orders[0].slots_of(1), triangles / 2);
+    for (const uint64_t room : {triangles / 3, uint64_t{40}, uint64_t{0}}) {
+        SCOPED_TRACE(room);
+        Limits limits;
+        limits.lod_indices = 3 * (triangles + room);
+        const auto pm = bake_progressive_mesh(mesh, *list, names, {}, {}, limits);
+        ASSERT_TRUE(pm);
+        EXPECT_EQ(pm->levels(), all->levels());
+        for (const FaceOrder& order : pm->orders) {
+            const uint32_t second_half = order.keyframes.empty() ? 0 : order.slots_of(1);
+            EXPECT_LE(second_half, room) << order.name;
+            // With room for any, there are some.
+            const bool changes_by_keyframes = order.name == "keyframe" || order.name == "static";
+            EXPECT_EQ(second_half > 0, changes_by_keyframes && room > 0) << order.name;
+        }
+        const auto good = pm->validate();
+        EXPECT_TRUE(good) << good.error().message;
+    }
 }
 
 }  // namespace

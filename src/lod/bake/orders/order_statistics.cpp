@@ -58,8 +58,8 @@ uint64_t lines_written(const ProgressiveMesh& pm, const FaceOrder& order) {
     for (uint32_t i = 0; i < pm.ecols.size(); ++i) {
         lines.clear();
         for (uint32_t k = 0; k < pm.ecols[i].wedges; ++k, ++r) {
-            for (uint32_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c)
-                add(order.corners[c].half(), order.corners[c].position());
+            for (uint64_t c = order.first_corner[r]; c < order.first_corner[r + 1]; ++c)
+                add(order.half_of(order.corners[c]), order.position_of(order.corners[c]));
         }
         if (next_tswap < order.tswaps.size() && order.tswaps[next_tswap].level == i + 1) {
             ++next_tswap;

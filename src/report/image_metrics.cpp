@@ -56,22 +56,14 @@ bool same_size(const Picture& a, const Picture& b) { return a.width == b.width &
 
 // drawn: the surface that `from` shows.
 double one_way_deviation(const Picture& from, const ClosestSurface& drawn, const ClosestSurface& to, const View& view) {
-    const glm::dmat4 clip_to_world = glm::inverse(glm::dmat4(view.view_to_clip) * glm::dmat4(view.world_to_view));
+    const PixelPlaces places(view);
     std::vector<double> row_largest(from.height, 0);
     parallel_for(from.height, 4, [&](size_t begin, size_t end) {
         for (size_t y = begin; y < end; ++y) {
             uint32_t hint = ClosestSurface::no_hint;
             for (size_t x = 0; x < from.width; ++x) {
-                const size_t i = y * from.width + x;
-                if (!covered(from, i)) continue;
-                const glm::dvec4 clip((static_cast<double>(x) + 0.5) / from.width * 2 - 1,
-                                      (static_cast<double>(y) + 0.5) / from.height * 2 - 1,
-                                      static_cast<double>(from.depth[i]), 1);
-                const glm::dvec4 world4 = clip_to_world * clip;
-                const glm::dvec3 world = glm::dvec3(world4) / world4.w;
-                const double depth = -(glm::dmat4(view.world_to_view) * glm::dvec4(world, 1)).z;
-                const double pixels =
-                    static_cast<double>(view.focal_px) / std::max(depth, static_cast<double>(view.near_plane));
+                if (!covered(from, y * from.width + x)) continue;
+                const auto [world, pixels] = places.of(from, x, y);
                 const ClosestSurface::Hit hit = to.closest(world, hint);
                 hint = hit.triangle;
                 if (hit.distance * pixels <= row_largest[y]) continue;
@@ -195,6 +187,21 @@ uint64_t background_leaks(const Picture& picture, const Picture& full, double pi
         }
     }
     return leaks;
+}
+
+PixelPlaces::PixelPlaces(const View& view)
+    : view_(&view),
+      world_to_view_(view.world_to_view),
+      clip_to_world_(glm::inverse(glm::dmat4(view.view_to_clip) * world_to_view_)) {}
+
+PixelPlaces::Place PixelPlaces::of(const Picture& picture, size_t x, size_t y) const {
+    const glm::dvec4 clip((static_cast<double>(x) + 0.5) / picture.width * 2 - 1,
+                          (static_cast<double>(y) + 0.5) / picture.height * 2 - 1,
+                          static_cast<double>(picture.depth[y * picture.width + x]), 1);
+    const glm::dvec4 at = clip_to_world_ * clip;
+    const glm::dvec3 world = glm::dvec3(at) / at.w;
+    const double depth = -(world_to_view_ * glm::dvec4(world, 1)).z;
+    return {world, static_cast<double>(view_->focal_px) / std::max(depth, static_cast<double>(view_->near_plane))};
 }
 
 double max_pixel_deviation(const Picture& picture, const ClosestSurface& surface, const Picture& full,

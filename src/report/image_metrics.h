@@ -36,6 +36,23 @@ Picture difference_map(const Picture& a, const Picture& b);
 // outline may be off by: cracks and holes. pixel_error: that, in pixels.
 uint64_t background_leaks(const Picture& picture, const Picture& full, double pixel_error);
 
+// Finds where the pixels of pictures drawn from a view lie, by their depth.
+class PixelPlaces {
+public:
+    // view: with a camera; must outlive this.
+    explicit PixelPlaces(const View& view);
+    struct Place {
+        glm::dvec3 world;            // the pixel's middle, in world space
+        double pixels_per_unit = 0;  // how long a unit of world space is there, pixels
+    };
+    // x, y: within the picture; the pixel is covered.
+    Place of(const Picture& picture, size_t x, size_t y) const;
+
+private:
+    const View* view_;
+    glm::dmat4 world_to_view_, clip_to_world_;
+};
+
 // The largest distance, in pixels at its depth, from the surface one picture shows to the surface drawn in the other,
 // both ways. A pixel shows the point of the surface drawn that is nearest to where its depth puts it. Surfaces in world
 // space; both pictures drawn from `view`.

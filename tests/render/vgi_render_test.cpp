@@ -198,19 +198,14 @@ std::pair<size_t, size_t> off_and_covered(const Picture& picture, const View& vi
     std::vector<uint32_t> indices(corners.size());
     std::iota(indices.begin(), indices.end(), 0u);
     const ClosestSurface surface(corners, indices);
-    const glm::dmat4 clip_to_world = glm::inverse(glm::dmat4(view.view_to_clip) * glm::dmat4(view.world_to_view));
+    const PixelPlaces places(view);
     size_t off = 0, covered = 0;
-    for (uint32_t y = 0; y < picture.height; ++y) {
-        for (uint32_t x = 0; x < picture.width; ++x) {
-            const size_t i = size_t{y} * picture.width + x;
-            if (picture.colour[4 * i + 3] == 0) continue;
+    for (size_t y = 0; y < picture.height; ++y) {
+        for (size_t x = 0; x < picture.width; ++x) {
+            if (picture.colour[4 * (y * picture.width + x) + 3] == 0) continue;
             ++covered;
-            const glm::dvec4 at =
-                clip_to_world * glm::dvec4((x + 0.5) / picture.width * 2 - 1, (y + 0.5) / picture.height * 2 - 1,
-                                           static_cast<double>(picture.depth[i]), 1);
-            const glm::dvec3 world = glm::dvec3(at) / at.w;
-            const double depth = -(glm::dmat4(view.world_to_view) * glm::dvec4(world, 1)).z;
-            off += surface.closest(world).distance * static_cast<double>(view.focal_px) > 0.1 * depth;
+            const auto [world, pixels_per_unit] = places.of(picture, x, y);
+            off += surface.closest(world).distance * pixels_per_unit > 0.1;
         }
     }
     return {off, covered};

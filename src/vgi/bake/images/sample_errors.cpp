@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "base/check.h"
 #include "base/threads.h"
@@ -19,6 +22,8 @@
 namespace lodestone::vgi {
 
 namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 // Calls visit(triangle corners) for the triangles of the bintree that p splits.
 template <class Visit>
@@ -45,7 +50,8 @@ public:
           tree_{cells_},
           source_(source),
           near_(source, cells_),
-          squared_(size_t{cells_ + 1} * (cells_ + 1), 0.0) {
+          squared_(size_t{cells_ + 1} * (cells_ + 1), 0.0),
+          worst_at_(squared_.size()) {
         errors_.levels.assign(atlas.levels() - atlas.trimmed_levels[chart], 0);
         errors_.pages.assign(tree_.pages(), 0);
     }
@@ -75,6 +81,8 @@ public:
                 }
             }
         }
+        if (levels > 0) look_back_from_halves();
+        for (uint32_t level = 0; level < levels; ++level) climb(level);
         const ErrorCodes codes(atlas_.extent());
         for (size_t i = 0; i < squared_.size(); ++i)
             atlas_.sample_errors[atlas_.texel(chart_, 0, 0) + i] = codes.of_error(std::sqrt(squared_[i]));
@@ -150,47 +158,101 @@ private:
         return near_.squared_distance(point, static_cast<uint32_t>(bx), static_cast<uint32_t>(by), most, enough);
     }
 
-    // The triangles that the centre and the middles of edges of a cell of level + 1 split: how far the point is from
-    // them, and, where they are looked back from, how far they are from the source there.
-    void look(uint32_t level, const glm::dvec2& place, const glm::dvec3& point, bool back) {
+    size_t number_of(GridPoint sample) const {
+        return static_cast<size_t>(sample.y) * (cells_ + 1) + static_cast<size_t>(sample.x);
+    }
+
+    // Calls visit(sample, what is drawn at a place, triangle corners) for the triangles there that the centre and the
+    // middle of an edge of a cell of level + 1 split, the centre's first.
+    template <class Visit>
+    void for_triangles_at(uint32_t level, const glm::dvec2& place, Visit&& visit) const {
         const uint32_t half = 1u << level, size = 2 * half, last = cells_ / size - 1;
         const uint32_t cx = std::min(last, static_cast<uint32_t>(place.x) / size),
                        cy = std::min(last, static_cast<uint32_t>(place.y) / size), x = cx * size, y = cy * size;
         const double fx = (place.x - x) / size, fy = (place.y - y) / size;
         const glm::dvec3 corner[4] = {at(x, y), at(x + size, y), at(x + size, y + size), at(x, y + size)};
-        const auto try_triangle = [&](uint32_t mx, uint32_t my, const glm::dvec3& drawn, const glm::dvec3& a,
-                                      const glm::dvec3& b, const glm::dvec3& c) {
-            double& known = squared_[size_t{my} * (cells_ + 1) + mx];
-            const double together = square(drawn - point);
-            if (together > known) known = std::max(known, square(closest_on_triangle(point, a, b, c) - point));
-            if (back && together > known)
-                known = std::max(known, squared_to_source(drawn, place, half, together, known));
-            return together;
+        const auto sample = [](uint32_t sx, uint32_t sy) {
+            return GridPoint{static_cast<int32_t>(sx), static_cast<int32_t>(sy)};
         };
         const auto& [a, b, c, d] = corner;
-        double together = 0;
+        const GridPoint centre = sample(x + half, y + half);
         if (rising_diagonal(cx, cy)) {
-            together = fx >= fy ? try_triangle(x + half, y + half, a * (1 - fx) + b * (fx - fy) + c * fy, a, b, c)
-                                : try_triangle(x + half, y + half, a * (1 - fy) + d * (fy - fx) + c * fx, a, c, d);
+            if (fx >= fy) {
+                visit(centre, a * (1 - fx) + b * (fx - fy) + c * fy, a, b, c);
+            } else {
+                visit(centre, a * (1 - fy) + d * (fy - fx) + c * fx, a, c, d);
+            }
+        } else if (fx + fy <= 1) {
+            visit(centre, a * (1 - fx - fy) + b * fx + d * fy, a, b, d);
         } else {
-            together = fx + fy <= 1
-                           ? try_triangle(x + half, y + half, a * (1 - fx - fy) + b * fx + d * fy, a, b, d)
-                           : try_triangle(x + half, y + half, c * (fx + fy - 1) + d * (1 - fx) + b * (1 - fy), b, c, d);
+            visit(centre, c * (fx + fy - 1) + d * (1 - fx) + b * (1 - fy), b, c, d);
         }
-        note(level + 1, place, together);
         // Which of the four triangles around the centre: from the middle outwards 0 .. 1, along the edge 0 .. 1.
         const double gx = 2 * fx - 1, gy = 2 * fy - 1, out = std::max(std::abs(gx), std::abs(gy));
         const uint32_t side = std::abs(gx) > std::abs(gy) ? (gx > 0 ? 1 : 3) : (gy > 0 ? 2 : 0);
         const double along = side == 0 ? gx : side == 1 ? gy : side == 2 ? -gx : -gy;  // -out .. out
         const glm::dvec3 &p = corner[side], &q = corner[(side + 1) % 4], middle = at(x + half, y + half);
-        const glm::dvec3 drawn = middle * (1 - out) + p * ((out - along) / 2) + q * ((out + along) / 2);
-        try_triangle(x + (side == 1   ? size
-                          : side == 3 ? 0
-                                      : half),
-                     y + (side == 2   ? size
-                          : side == 0 ? 0
-                                      : half),
-                     drawn, p, q, middle);
+        const std::array<GridPoint, 4> middles{sample(x + half, y), sample(x + size, y + half),
+                                               sample(x + half, y + size), sample(x, y + half)};
+        visit(middles[side], middle * (1 - out) + p * ((out - along) / 2) + q * ((out + along) / 2), p, q, middle);
+    }
+
+    // How far the point is from the triangles at a place, and, where they are looked back from, how far they are from
+    // the source there.
+    void look(uint32_t level, const glm::dvec2& place, const glm::dvec3& point, bool back) {
+        bool of_centre = true;
+        for_triangles_at(level, place,
+                         [&](GridPoint sample, const glm::dvec3& drawn, const glm::dvec3& a, const glm::dvec3& b,
+                             const glm::dvec3& c) {
+                             double& known = squared_[number_of(sample)];
+                             const double together = square(drawn - point), before = known;
+                             if (together > known)
+                                 known = std::max(known, square(closest_on_triangle(point, a, b, c) - point));
+                             if (back && together > known)
+                                 known = std::max(known, squared_to_source(drawn, place, 1u << level, together, known));
+                             if (known > before) worst_at_[number_of(sample)] = place;
+                             if (std::exchange(of_centre, false)) note(level + 1, place, together);
+                         });
+    }
+
+    // How far the triangles at a place are from the source there. only: of this sample, or of all.
+    void look_back(uint32_t level, const glm::dvec2& place, std::optional<GridPoint> only = {}) {
+        for_triangles_at(level, place, [&](GridPoint sample, const glm::dvec3& drawn, const auto&...) {
+            if (only && number_of(*only) != number_of(sample)) return;
+            double& known = squared_[number_of(sample)];
+            const double squared = squared_to_source(drawn, place, 1u << level, infinite, known);
+            if (squared > known) worst_at_[number_of(sample)] = place;
+            known = std::max(known, squared);
+        });
+    }
+
+    // Triangles of the finest level have few samples and vertices of the source on them.
+    void look_back_from_halves() {
+        for (uint32_t y = 0; y <= 2 * cells_; ++y) {
+            for (uint32_t x = 0; x <= 2 * cells_; ++x) {
+                if (x % 2 == 1 || y % 2 == 1) look_back(0, {0.5 * x, 0.5 * y});
+            }
+        }
+    }
+
+    // From the places where the triangles of a level are farthest from the source, of those looked at, on to where they
+    // are farther: between two places there may be a crease.
+    void climb(uint32_t level) {
+        const uint32_t step = 1u << level;
+        for (uint32_t y = 0; y <= cells_; y += step) {
+            for (uint32_t x = 0; x <= cells_; x += step) {
+                if ((x / step) % 2 == 0 && (y / step) % 2 == 0) continue;
+                const GridPoint sample{static_cast<int32_t>(x), static_cast<int32_t>(y)};
+                for (double far = 0.5 * step; far > 0.1 * step; far /= 2) {
+                    const glm::dvec2 from = worst_at_[number_of(sample)];
+                    for (const glm::dvec2& off : {glm::dvec2(-far, 0), {far, 0}, {0, -far}, {0, far}}) {
+                        const glm::dvec2 place = from + off;
+                        const bool inside = std::min(place.x, place.y) >= 0 && std::max(place.x, place.y) <= cells_;
+                        if (inside) look_back(level, place, sample);
+                    }
+                }
+            }
+        }
     }
 
     Atlas& atlas_;
@@ -198,7 +260,8 @@ private:
     const PageTree tree_;
     const ChartMesh& source_;
     const PatchBuckets near_;
-    std::vector<double> squared_;  // per sample: own error so far
+    std::vector<double> squared_;       // per sample: own error so far
+    std::vector<glm::dvec2> worst_at_;  // per sample: the place where it was found
     ChartErrors errors_;
 };
 

@@ -41,6 +41,7 @@ class PixelPlaces {
 public:
     // view: with a camera; must outlive this.
     explicit PixelPlaces(const View& view);
+    // Where a pixel lies.
     struct Place {
         glm::dvec3 world;            // the pixel's middle, in world space
         double pixels_per_unit = 0;  // how long a unit of world space is there, pixels

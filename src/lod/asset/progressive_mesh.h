@@ -108,8 +108,9 @@ struct FaceOrder {
     uint32_t slots_of(uint32_t k) const {
         return k == 0 ? static_cast<uint32_t>(indices.size() / 3) : keyframes[k - 1].slots;
     }
-    // Of a place in the index buffer: the half it is in, 0 or 1, and where in it, slot * 3 + corner.
+    // The half of the index buffer that a place is in, 0 or 1.
     uint32_t half_of(uint32_t place) const { return place < indices.size() ? 0 : 1; }
+    // Where in its half a place is: slot * 3 + corner.
     uint32_t position_of(uint32_t place) const {
         return half_of(place) == 0 ? place : place - static_cast<uint32_t>(indices.size());
     }

@@ -82,7 +82,9 @@ public:
             }
         }
         if (levels > 0) look_back_from_halves();
-        for (uint32_t level = 0; level < levels; ++level) climb(level);
+        const Bintree tree{static_cast<int32_t>(cells_)};
+        for (uint32_t depth = 0; depth < tree.depths(); ++depth)
+            tree.for_depth(depth, [&](GridPoint sample) { climb(depth / 2, sample); });
         const ErrorCodes codes(atlas_.extent());
         for (size_t i = 0; i < squared_.size(); ++i)
             atlas_.sample_errors[atlas_.texel(chart_, 0, 0) + i] = codes.of_error(std::sqrt(squared_[i]));
@@ -235,22 +237,15 @@ private:
         }
     }
 
-    // From the places where the triangles of a level are farthest from the source, of those looked at, on to where they
-    // are farther: between two places there may be a crease.
-    void climb(uint32_t level) {
-        const uint32_t step = 1u << level;
-        for (uint32_t y = 0; y <= cells_; y += step) {
-            for (uint32_t x = 0; x <= cells_; x += step) {
-                if ((x / step) % 2 == 0 && (y / step) % 2 == 0) continue;
-                const GridPoint sample{static_cast<int32_t>(x), static_cast<int32_t>(y)};
-                for (double far = 0.5 * step; far > 0.1 * step; far /= 2) {
-                    const glm::dvec2 from = worst_at_[number_of(sample)];
-                    for (const glm::dvec2& off : {glm::dvec2(-far, 0), {far, 0}, {0, -far}, {0, far}}) {
-                        const glm::dvec2 place = from + off;
-                        const bool inside = std::min(place.x, place.y) >= 0 && std::max(place.x, place.y) <= cells_;
-                        if (inside) look_back(level, place, sample);
-                    }
-                }
+    // From the place where the triangles that a sample of a level splits are farthest from the source, of those looked
+    // at, on to where they are farther: between two places there may be a crease.
+    void climb(uint32_t level, GridPoint sample) {
+        for (double far = 0.5 * (1u << level); far > 0.1 * (1u << level); far /= 2) {
+            const glm::dvec2 from = worst_at_[number_of(sample)];
+            for (const glm::dvec2& off : {glm::dvec2(-far, 0), {far, 0}, {0, -far}, {0, far}}) {
+                const glm::dvec2 place = from + off;
+                const bool inside = std::min(place.x, place.y) >= 0 && std::max(place.x, place.y) <= cells_;
+                if (inside) look_back(level, place, sample);
             }
         }
     }

@@ -71,6 +71,9 @@ set(LODESTONE_PUBLIC_HEADERS
   vgi/bake/charts/features.h
   vgi/bake/charts/surface.h
   vgi/bake/images/parameterise.h
+  vgi/extract/atlas_levels.h
+  vgi/extract/chart_places.h
+  vgi/extract/extract.h
   vgi/draw/pulled_vertex.h
   vgi/draw/vgi_source.h
 )

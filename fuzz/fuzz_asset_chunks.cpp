@@ -25,6 +25,7 @@
 #include "vgi/asset/leaves.h"
 #include "vgi/asset/pages.h"
 #include "vgi/bake/bake.h"
+#include "vgi/extract/extract.h"
 
 using namespace lodestone;
 
@@ -194,7 +195,7 @@ void use(const ProgressiveMesh& pm) {
 // Returns the bytes of the atlas and of its leaves as a mesh.
 size_t use(const vgi::Atlas& atlas) {
     size_t bytes = fuzz::bytes_of(atlas);
-    fuzz::require_good(atlas.extract(atlas.levels() / 2).validate(), "a level is a valid mesh");
+    fuzz::require_good(extract_samples(atlas, atlas.levels() / 2).validate(), "a level is a valid mesh");
     if (atlas.leaves.empty()) return bytes;
     const TriMesh leaves = vgi::extract_leaves(atlas);
     fuzz::require_good(leaves.validate(), "leaves are a valid mesh");

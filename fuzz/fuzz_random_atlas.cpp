@@ -6,6 +6,7 @@
 #include "mesh/repair.h"
 #include "vgi/asset/leaves.h"
 #include "vgi/bake/bake.h"
+#include "vgi/extract/extract.h"
 
 using namespace lodestone;
 using namespace lodestone::fuzz;
@@ -78,7 +79,7 @@ size_t check_atlas(TriMesh mesh, const vgi::AtlasOptions& options, FuzzedDataPro
     }
     require_good(atlas->validate(), "an atlas is valid");
     for (uint32_t level = 0; level < atlas->levels(); ++level)
-        require_good(atlas->extract(level).validate(), "a level is a valid mesh");
+        require_good(extract_samples(*atlas, level).validate(), "a level is a valid mesh");
     if (options.leaves) {
         require_good(vgi::validate_leaves(*atlas), "leaves fit together");
         require_good(vgi::extract_leaves(*atlas).validate(), "leaves are a valid mesh");

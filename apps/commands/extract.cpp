@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 
 #include "apps/commands/commands.h"
@@ -9,7 +10,7 @@
 #include "base/json.h"
 #include "lod/asset/cursor.h"
 #include "mesh/io/write.h"
-#include "vgi/asset/atlas_levels.h"
+#include "vgi/extract/atlas_levels.h"
 
 namespace lodestone {
 
@@ -18,6 +19,8 @@ namespace {
 struct ExtractArguments {
     std::string asset, backend = "lod", order, out, encoding = "plain";
     WriteOptions write;
+    TextureFormat textures;
+    uint32_t resolution = 8192;
     std::optional<uint64_t> triangles;
     std::optional<double> error;
     bool json = false, prefix = false;
@@ -64,17 +67,35 @@ Result<int> write_level(const ExtractArguments& o, const TriMesh& mesh, uint32_t
     return 0;
 }
 
+// With what is baked into the atlas as textures, where the file can hold them.
+Result<TriMesh> mesh_of(const ExtractArguments& o, const vgi::Atlas& atlas, const vgi::AtlasLevels& levels,
+                        uint32_t level) {
+    if (!atlas.attributes.baked) return vgi::extract_level(atlas, levels, level);
+    if (std::filesystem::path(o.out).extension() == ".ply") {
+        terminal_progress().warning(o.out +
+                                    ": PLY holds no textures, so colours of samples stand in their place; "
+                                    "write .glb or .obj");
+        return vgi::extract_level(atlas, levels, level);
+    }
+    auto mesh = vgi::extract_with_textures(atlas, levels, level, o.resolution);
+    if (!mesh) return fail(mesh.error().fault, "--resolution " + mesh.error().message);
+    if (const std::string line = o.textures.lost(mesh->images); !line.empty()) terminal_progress().warning(line);
+    return mesh;
+}
+
 Result<int> extract_atlas(const ExtractArguments& o, const Asset& asset) {
     if (!o.order.empty()) return fail(Fault::usage, "--order " + o.order + ": is for the lod backend");
     const auto atlas = asset.atlas();
     if (!atlas) return tl::unexpected(atlas.error());
-    if (atlas->attributes.baked) terminal_progress().warning(baked_textures_warning(o.asset));
     const vgi::AtlasLevels levels = vgi::levels_of(*atlas);
     const uint32_t missing = levels.has_source() ? 0 : 1;  // the source is level 0, there or not
     const auto level = chosen_level(o, levels, missing);
     if (!level) return tl::unexpected(level.error());
-    return write_level(o, vgi::extract_level(*atlas, levels, *level), *level + missing, levels.levels() + missing,
-                       levels.error_at(*level));
+    const auto mesh = mesh_of(o, *atlas, levels, *level);
+    if (!mesh) return tl::unexpected(mesh.error());
+    ExtractArguments write = o;
+    write.write.exact_uvs = atlas->attributes.baked;  // borders of charts lie in the middles of texels
+    return write_level(write, *mesh, *level + missing, levels.levels() + missing, levels.error_at(*level));
 }
 
 Result<int> extract(const ExtractArguments& o) {
@@ -118,6 +139,12 @@ void add_extract(CLI::App& app, Run& run) {
                      "Give exactly one of --triangles, --error and --level")
         ->transform([](const std::string& level) { return level == "source" ? std::string("0") : level; });
     command->add_option("-o,--out", o->out, "Mesh to write: .ply, .obj or .glb")->required();
+    command
+        ->add_option("--resolution", o->resolution,
+                     "vgi, of baked textures: texels along a side of what is written, at most")
+        ->check(CLI::Range(16, 16384))
+        ->capture_default_str();
+    add_texture_options(*command, o->textures);
     add_encoding_option(*command, o->encoding);
     add_prefix_option(*command, o->prefix);
     command->add_flag("--json", o->json, "Print triangles, level and error (object units) as JSON");
@@ -129,6 +156,7 @@ void add_extract(CLI::App& app, Run& run) {
             const auto write = write_options_of(o->encoding, o->out);
             if (!write) return tl::unexpected(write.error());
             o->write = *write;
+            if (auto good = o->textures.put(o->write, o->resolution); !good) return tl::unexpected(good.error());
             return extract(*o);
         };
     });

@@ -10,7 +10,8 @@
 #include "base/text.h"
 #include "lod/asset/level_steps.h"
 #include "mesh/topology.h"
-#include "vgi/asset/atlas_levels.h"
+#include "vgi/extract/atlas_levels.h"
+#include "vgi/extract/extract.h"
 
 namespace lodestone {
 
@@ -138,7 +139,7 @@ void print(const Json& info) {
 // Every level has the same topology; a coarse one is quick to look at. (The two coarsest may join what lies next to
 // each other: their charts have too few samples to be manifold.)
 Result<void> same_topology(const Asset& asset, const vgi::Atlas& atlas) {
-    const Topology found = topology_of(atlas.extract(atlas.levels() > 2 ? atlas.levels() - 3 : 0));
+    const Topology found = topology_of(extract_samples(atlas, atlas.levels() > 2 ? atlas.levels() - 3 : 0));
     const Json& source = asset.about.at("input");
     const auto differs = [&](const char* what, uint64_t is) -> Result<void> {
         const auto was = source.value(what, uint64_t{0});

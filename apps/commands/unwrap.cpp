@@ -20,31 +20,20 @@ namespace lodestone {
 namespace {
 
 struct UnwrapArguments {
-    std::string mesh, out, report, format = "png", encoding = "plain";
+    std::string mesh, out, report, encoding = "plain";
+    TextureFormat format;
     UnwrapChoices choices;
     unsigned threads = 0;
-    int jpeg_quality = 92, webp_quality = 92;
     bool json = false;
     ReadOptions read;
 };
 
-// What is lost is said.
-void tell_of_alpha(const UnwrapArguments& o, const TriMesh& mesh) {
-    if (!o.choices.bake || o.format != "jpeg") return;
-    if (std::ranges::any_of(mesh.images, has_alpha))
-        terminal_progress().warning("JPEG holds no alpha; --texture-format png and webp do");
-}
-
 Result<WriteOptions> write_options(const UnwrapArguments& o) {
     auto write = write_options_of(o.encoding, o.out);
     if (!write) return write;
-    if (o.format == "webp" && o.choices.bake && o.choices.resolution > most_webp_side)
-        return fail(Fault::usage, "--texture-format webp: WebP holds " + std::to_string(most_webp_side) +
-                                      " texels a side; --resolution asks for " + std::to_string(o.choices.resolution));
+    if (auto good = o.format.put(*write, o.choices.bake ? o.choices.resolution : 0); !good)
+        return tl::unexpected(good.error());
     write->exact_uvs = true;  // rounded further, small triangles would be turned over
-    if (o.format == "jpeg") write->textures = WriteOptions::Textures::jpeg;
-    if (o.format == "webp") write->textures = WriteOptions::Textures::webp;
-    write->quality = o.format == "webp" ? o.webp_quality : o.jpeg_quality;
     return write;
 }
 
@@ -95,7 +84,7 @@ Result<int> unwrap_file(const UnwrapArguments& o) {
     auto mesh = read_mesh(o.mesh, read, &told);
     if (!mesh) return tl::unexpected(mesh.error());
     for (const std::string& line : told.warnings) progress.warning(line);
-    tell_of_alpha(o, *mesh);
+    if (const std::string line = o.format.lost(mesh->images); o.choices.bake && !line.empty()) progress.warning(line);
     auto repaired = repair(*mesh, {}, progress);
     if (!repaired) return fail_at(o.mesh, repaired.error());
     seconds.read = all.wall();
@@ -112,18 +101,6 @@ Result<int> unwrap_file(const UnwrapArguments& o) {
     return 0;
 }
 
-void add_texture_options(CLI::App& command, UnwrapArguments& o) {
-    command.add_option("--texture-format", o.format, "Of baked textures: png, jpeg or webp")
-        ->check(CLI::IsMember({"png", "jpeg", "webp"}))
-        ->capture_default_str();
-    command.add_option("--jpeg-quality", o.jpeg_quality, "Of JPEG textures")
-        ->check(CLI::Range(1, 100))
-        ->capture_default_str();
-    command.add_option("--webp-quality", o.webp_quality, "Of WebP textures; 100 loses nothing")
-        ->check(CLI::Range(1, 100))
-        ->capture_default_str();
-}
-
 }  // namespace
 
 void add_unwrap(CLI::App& app, Run& run) {
@@ -133,7 +110,7 @@ void add_unwrap(CLI::App& app, Run& run) {
     command->add_option("mesh", o->mesh, "Mesh (PLY, OBJ, STL, OFF, glTF, GLB) or height map; also .gz")->required();
     command->add_option("-o,--out", o->out, "Mesh to write: .glb, .obj or .ply")->required();
     add_unwrap_options(*command, o->choices);
-    add_texture_options(*command, *o);
+    add_texture_options(*command, o->format);
     add_encoding_option(*command, o->encoding);
     command->add_option("--threads", o->threads, "Threads to use; 0 takes one per core")->capture_default_str();
     command->add_option("--report", o->report, "Also write stretch, coverage, seams and times to this JSON file");

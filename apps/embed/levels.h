@@ -12,7 +12,7 @@
 #include "base/result.h"
 #include "mesh/cache/vertex_cache.h"
 #include "mesh/tri_mesh.h"
-#include "vgi/asset/atlas_levels.h"
+#include "vgi/extract/atlas_levels.h"
 
 namespace lodestone {
 

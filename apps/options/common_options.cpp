@@ -1,10 +1,12 @@
 #include "apps/options/common_options.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
 
 #include "base/files/file.h"
+#include "mesh/io/image_file.h"
 
 namespace lodestone {
 
@@ -61,6 +63,34 @@ Result<WriteOptions> write_options_of(const std::string& encoding, const std::st
     if (options.encoding != WriteOptions::Encoding::plain && std::filesystem::path(out).extension() != ".glb")
         return fail(Fault::usage, "--encoding " + encoding + ": is for .glb; " + out + " is another format");
     return options;
+}
+
+Result<void> TextureFormat::put(WriteOptions& write, uint32_t texels) const {
+    if (name == "webp" && texels > most_webp_side)
+        return fail(Fault::usage, "--texture-format webp: WebP holds " + std::to_string(most_webp_side) +
+                                      " texels a side; --resolution asks for " + std::to_string(texels));
+    if (name == "jpeg") write.textures = WriteOptions::Textures::jpeg;
+    if (name == "webp") write.textures = WriteOptions::Textures::webp;
+    write.quality = name == "webp" ? webp_quality : jpeg_quality;
+    return {};
+}
+
+std::string TextureFormat::lost(std::span<const Image> images) const {
+    return name == "jpeg" && std::ranges::any_of(images, has_alpha)
+               ? "JPEG holds no alpha; --texture-format png and webp do"
+               : "";
+}
+
+void add_texture_options(CLI::App& command, TextureFormat& format) {
+    command.add_option("--texture-format", format.name, "Of baked textures: png, jpeg or webp")
+        ->check(CLI::IsMember({"png", "jpeg", "webp"}))
+        ->capture_default_str();
+    command.add_option("--jpeg-quality", format.jpeg_quality, "Of JPEG textures")
+        ->check(CLI::Range(1, 100))
+        ->capture_default_str();
+    command.add_option("--webp-quality", format.webp_quality, "Of WebP textures; 100 loses nothing")
+        ->check(CLI::Range(1, 100))
+        ->capture_default_str();
 }
 
 std::string examples(const std::string& lines) {

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +23,20 @@ void add_outside_option(CLI::App& command, bool& allow_outside);
 
 // --prefix, for the commands that open assets.
 void add_prefix_option(CLI::App& command, bool& prefix);
+
+// What textures are written as, and how well.
+struct TextureFormat {
+    std::string name = "png";                  // or jpeg, webp
+    int jpeg_quality = 92, webp_quality = 92;  // 1 .. 100
+
+    // Puts them into the options of a writer of textures of at most so many texels a side. Fault::usage where the
+    // format does not hold as many.
+    Result<void> put(WriteOptions& write, uint32_t texels) const;
+    // What of these images a file of that format will not hold, in one line; empty where it is nothing.
+    std::string lost(std::span<const Image> images) const;
+};
+// --texture-format and its qualities; `format` must outlive the command.
+void add_texture_options(CLI::App& command, TextureFormat& format);
 
 // --encoding, for the commands that write GLB: plain, quantised or meshopt. Taken by write_options_of().
 void add_encoding_option(CLI::App& command, std::string& encoding);

@@ -38,6 +38,7 @@ const std::map<std::string, std::vector<std::string>> rules = {
     {"vgi/bake/images", {"base", "mesh", "vgi/asset", "vgi/bake/charts"}},
     {"vgi/bake", {"base", "mesh", "vgi/asset"}},
     {"vgi/unwrap", {"base", "mesh", "vgi/asset", "vgi/bake"}},
+    {"vgi/extract", {"base", "mesh", "vgi/asset"}},
     {"vgi/draw", {"base", "mesh", "frame", "vgi/asset"}},
     {"vgi/study", {"base", "mesh", "frame", "vgi/asset", "vgi/draw"}},
     {"tiles", {"base", "mesh", "vgi/asset"}},

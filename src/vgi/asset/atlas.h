@@ -228,10 +228,6 @@ struct Atlas {
     // The finest level of at most this many triangles; the last where none is.
     uint32_t level_for_triangles(uint64_t triangles) const;
 
-    // A level as one mesh: glued samples are one vertex; wedges where attributes differ. Diagonals alternate.
-    // level: 0 (finest) .. levels() - 1.
-    TriMesh extract(uint32_t level) const;
-
     // Sizes, gluing an involution, glued samples equal bit for bit.
     Result<void> validate() const;
     // Of these, what can be told without the images. That corners close follows: around a corner the next chart is that

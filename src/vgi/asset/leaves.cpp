@@ -40,23 +40,10 @@ LeafSide leaf_across(const Atlas& atlas, Atlas::Tile square, uint32_t side) {
             inside ? (side + 2) % 4 : atlas.sides[size_t{square.chart} * 4 + side].side};
 }
 
-namespace {
-
-// Calls visit(square, its number) for all squares of leaves.
-template <class Visit>
-void for_squares(const Atlas& atlas, uint32_t chart, Visit&& visit) {
-    const uint32_t per_side = atlas.leaves_per_side(chart);
-    for (uint32_t y = 0; y < per_side; ++y) {
-        for (uint32_t x = 0; x < per_side; ++x) visit(Atlas::Tile{chart, x, y}, atlas.leaf(chart, x, y));
-    }
-}
-
-}  // namespace
-
 std::vector<uint32_t> leaf_corners(const Atlas& atlas) {
     DisjointSets corners(size_t{atlas.first_leaf.back()} * 4);
     for (uint32_t c = 0; c < atlas.charts(); ++c) {
-        for_squares(atlas, c, [&](const Atlas::Tile& square, uint32_t leaf) {
+        for_leaf_squares(atlas, c, [&](const Atlas::Tile& square, uint32_t leaf) {
             for (uint32_t s = 0; s < 4; ++s) {
                 const LeafSide other = leaf_across(atlas, square, s);
                 if (other.leaf == ~0u) continue;
@@ -117,117 +104,6 @@ LeafPart decoded_leaf(const Atlas& atlas, uint32_t part) {
 
 namespace {
 
-// The source as a mesh. Points are numbered by where they are on the leaves' lattice, on which all samples lie, too.
-class SourceExtraction {
-public:
-    explicit SourceExtraction(const Atlas& atlas) : atlas_(atlas), borders_(atlas) {}
-
-    TriMesh run() {
-        mesh_.material_table = atlas_.material_table;
-        mesh_.images = atlas_.images;
-        for (uint32_t c = 0; c < atlas_.charts(); ++c) {
-            for_squares(atlas_, c, [&](const Atlas::Tile& square, uint32_t leaf) {
-                square_ = square;
-                if (atlas_.has_leaf(leaf)) {
-                    add_leaf(leaf);
-                } else {
-                    add_samples();
-                }
-            });
-        }
-        return std::move(mesh_);
-    }
-
-private:
-    // Of a part's vertex, or of a sample of the square: the wedge it is drawn as.
-    void add_leaf(uint32_t leaf) {
-        const LeafBorder border = borders_.of(atlas_, square_);
-        const auto cells = static_cast<int32_t>(tree_of(atlas_, Layer::geometry, square_.chart).cells_per_page());
-        for (uint32_t p = atlas_.first_part(leaf); p < atlas_.leaves[leaf].parts_end; ++p) {
-            const LeafPart part = decoded_leaf(atlas_, p);
-            for_drawn_triangles(
-                part, border, cells,
-                [&](uint32_t v) {
-                    const LeafVertex& vertex = part.vertices[v];
-                    return wedge(vertex.position, attributes_at(atlas_, square_.chart, vertex));
-                },
-                [&](GridPoint at) { return sample(at); },
-                [&](uint32_t a, uint32_t b, uint32_t c) { add_triangle(a, b, c); });
-        }
-    }
-
-    void add_samples() {
-        const auto cells = static_cast<int32_t>(tree_of(atlas_, Layer::geometry, square_.chart).cells_per_page());
-        for (int32_t y = 0; y < cells; ++y) {
-            for (int32_t x = 0; x < cells; ++x) {
-                const uint32_t a = sample({x, y}), b = sample({x + 1, y}), c = sample({x + 1, y + 1}),
-                               d = sample({x, y + 1});
-                const bool rising = rising_diagonal(static_cast<uint32_t>(x), static_cast<uint32_t>(y));
-                for (const auto& t : cell_triangles(rising, a, b, c, d)) add_triangle(t[0], t[1], t[2]);
-            }
-        }
-    }
-
-    void add_triangle(uint32_t a, uint32_t b, uint32_t c) {
-        const uint32_t i = mesh_.wedge_vertex[a], j = mesh_.wedge_vertex[b], k = mesh_.wedge_vertex[c];
-        if (i != j && j != k && k != i) mesh_.triangles.push_back({a, b, c});
-    }
-
-    uint32_t sample(GridPoint at) {
-        const uint32_t cells = tree_of(atlas_, Layer::geometry, square_.chart).cells_per_page(),
-                       x = square_.x * cells + static_cast<uint32_t>(at.x),
-                       y = square_.y * cells + static_cast<uint32_t>(at.y),
-                       ratio = atlas_.attribute_ratio_of(square_.chart);
-        const auto& p = atlas_.positions[atlas_.texel(square_.chart, x, y)];
-        const size_t texel = atlas_.attribute_texel(square_.chart, x * ratio, y * ratio);
-        TexelAttributes attributes;
-        attributes.normal = atlas_.normals[texel];
-        if (!atlas_.uvs.empty()) attributes.uv = atlas_.uvs[texel];
-        if (!atlas_.colours.empty()) attributes.colour = atlas_.colours[texel];
-        if (!atlas_.materials.empty()) attributes.material = atlas_.materials[texel];
-        return wedge({uint32_t{p[0]} << atlas_.leaf_shift, uint32_t{p[1]} << atlas_.leaf_shift,
-                      uint32_t{p[2]} << atlas_.leaf_shift},
-                     attributes);
-    }
-
-    uint32_t wedge(const std::array<uint32_t, 3>& position, const TexelAttributes& attributes) {
-        const uint64_t key =
-            uint64_t{position[0]} << (2 * leaf_bits) | uint64_t{position[1]} << leaf_bits | position[2];
-        const auto [at, fresh] = vertices_.try_emplace(key, static_cast<uint32_t>(mesh_.positions.size()));
-        if (fresh) {
-            mesh_.positions.emplace_back(atlas_.leaf_point(position));
-            wedges_of_.emplace_back(~0u);
-        }
-        uint32_t* last = &wedges_of_[at->second];
-        while (*last != ~0u) {
-            if (attributes_[*last] == attributes) return *last;
-            last = &next_wedge_[*last];
-        }
-        *last = static_cast<uint32_t>(mesh_.wedge_vertex.size());
-        const uint32_t number = *last;
-        add_wedge(at->second, attributes);
-        return number;
-    }
-    void add_wedge(uint32_t vertex, const TexelAttributes& attributes) {
-        next_wedge_.push_back(~0u);
-        attributes_.push_back(attributes);
-        mesh_.wedge_vertex.push_back(vertex);
-        mesh_.normals.push_back(unpack_octahedral(attributes.normal));
-        if (atlas_.attributes.uvs)
-            mesh_.uvs.push_back(atlas_.uv_low + atlas_.uv_step * glm::vec2(attributes.uv[0], attributes.uv[1]));
-        if (atlas_.attributes.colours) mesh_.colours.push_back(attributes.colour);
-        if (atlas_.attributes.materials) mesh_.materials.push_back(attributes.material);
-    }
-
-    const Atlas& atlas_;
-    const LeafBorders borders_;
-    Atlas::Tile square_{};  // at hand
-    std::unordered_map<uint64_t, uint32_t> vertices_;
-    std::vector<uint32_t> wedges_of_, next_wedge_;  // per vertex its first wedge, per wedge the next of its vertex
-    std::vector<TexelAttributes> attributes_;       // per wedge
-    TriMesh mesh_;
-};
-
 // An edge between two points of the leaves' lattice, the lower one first.
 struct Edge {
     std::array<uint32_t, 3> low, high;
@@ -264,11 +140,6 @@ private:
 
 }  // namespace
 
-TriMesh extract_leaves(const Atlas& atlas) {
-    LODE_CHECK(!atlas.leaves.empty());
-    return SourceExtraction(atlas).run();
-}
-
 uint64_t leaf_triangles(const Atlas& atlas) {
     uint64_t count = 0;
     for (size_t p = 0; p < atlas.leaf_parts.size(); ++p) count += triangles_in_leaf(atlas.leaf_parts[p]);
@@ -284,7 +155,7 @@ Result<void> validate_leaves(const Atlas& atlas) {
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
         for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
             EdgeBalance& edges = of_charts[c];
-            for_squares(atlas, c, [&](const Atlas::Tile& square, uint32_t leaf) {
+            for_leaf_squares(atlas, c, [&](const Atlas::Tile& square, uint32_t leaf) {
                 for (uint32_t p = atlas.first_part(leaf); p < atlas.leaves[leaf].parts_end; ++p) {
                     const LeafPart part = decoded_leaf(atlas, p);
                     for (const auto& t : part.triangles) {

@@ -93,6 +93,15 @@ TexelAttributes attributes_at(const Atlas& atlas, uint32_t chart, const LeafVert
 // Part number `part` of an atlas that is whole and good (open_atlas).
 LeafPart decoded_leaf(const Atlas& atlas, uint32_t part);
 
+// Calls visit(square, its number) for all squares of leaves of a chart.
+template <class Visit>
+void for_leaf_squares(const Atlas& atlas, uint32_t chart, Visit&& visit) {
+    const uint32_t per_side = atlas.leaves_per_side(chart);
+    for (uint32_t y = 0; y < per_side; ++y) {
+        for (uint32_t x = 0; x < per_side; ++x) visit(Atlas::Tile{chart, x, y}, atlas.leaf(chart, x, y));
+    }
+}
+
 // The square across a side of one, and the side of it that lies there; leaf is ~0 where the surface ends.
 struct LeafSide {
     uint32_t leaf = ~0u, side = 0;
@@ -102,10 +111,6 @@ LeafSide leaf_across(const Atlas& atlas, Atlas::Tile square, uint32_t side);
 // Which corners of squares are one point: a number, 0 .. , for corner k of square i at 4 i + k, the lowest of those
 // that are one.
 std::vector<uint32_t> leaf_corners(const Atlas& atlas);
-
-// The source surface as one mesh: what glued leaves share is one vertex; squares without a leaf are as their finest
-// samples have them. Decodes all leaves, which must be good (open_atlas).
-TriMesh extract_leaves(const Atlas& atlas);
 
 uint64_t leaf_triangles(const Atlas& atlas);  // of all leaves, as they are stored
 double leaf_rounding(const Atlas& atlas);     // how far their points may be from the source's; object units

@@ -25,12 +25,12 @@ constexpr uint32_t findings_tag = 1;
 enum Passes : uint32_t { clear = first_pass, roots, look, close, divide, count, sum, emit };  // pipelines
 constexpr std::array<const char*, 8> pass_names{"clear", "roots", "look", "close", "divide", "count", "sum", "emit"};
 
-uint32_t levels_of(const Atlas& about) { return about.levels() - 1; }
+uint32_t halvings_of(const Atlas& about) { return about.levels() - 1; }
 uint32_t top_of(const Atlas& about) {
-    return levels_of(about) > most_node_shift ? levels_of(about) - most_node_shift : 0;
+    return halvings_of(about) > most_node_shift ? halvings_of(about) - most_node_shift : 0;
 }
 uint32_t nodes_of(const Atlas& about) {
-    return levels_of(about) - top_of(about) + ((1u << (2 * top_of(about) + 2)) - 1) / 3;
+    return halvings_of(about) - top_of(about) + ((1u << (2 * top_of(about) + 2)) - 1) / 3;
 }
 
 CutRequest request_of(const FrameInput& input, const Instance& instance, double pixel_error) {
@@ -67,7 +67,7 @@ public:
         r.first_leaf = static_cast<uint32_t>(before.leaves);
         r.first_patch = static_cast<uint32_t>(before.patches * LODE_VGI_PATCH_WORDS);
         r.first_id = static_cast<uint32_t>(places.size());
-        r.forced_level = static_cast<int32_t>(std::clamp<int64_t>(forced_level, -1, levels_of(about)));
+        r.forced_level = static_cast<int32_t>(std::clamp<int64_t>(forced_level, -1, halvings_of(about)));
         places.push_back({r.first_patch, before.records * LODE_CUT_RECORD_WORDS * sizeof(uint32_t),
                           static_cast<uint32_t>(DeviceCutSizes::of(about).records)});
         most_charts = std::max(most_charts, about.charts());
@@ -76,7 +76,7 @@ public:
 
 private:
     void add_nodes(const Atlas& about) {
-        const uint32_t levels = levels_of(about), top = top_of(about);
+        const uint32_t levels = halvings_of(about), top = top_of(about);
         if (nodes.size() <= levels) nodes.resize(levels + 1, 0);
         for (uint32_t depth = 0; depth <= levels; ++depth) {
             const uint32_t shift = depth > levels - top ? depth - (levels - top) : 0;

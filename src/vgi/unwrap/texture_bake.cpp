@@ -10,7 +10,7 @@
 #include "base/check.h"
 #include "base/looks/srgb.h"
 #include "base/threads.h"
-#include "vgi/unwrap/filling.h"
+#include "mesh/textures/filling.h"
 
 namespace lodestone::vgi {
 

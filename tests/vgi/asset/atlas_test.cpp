@@ -18,6 +18,7 @@
 #include "vgi/asset/atlas_chunks.h"
 #include "vgi/asset/pages.h"
 #include "vgi/bake/bake.h"
+#include "vgi/extract/extract.h"
 
 namespace lodestone::vgi {
 namespace {
@@ -47,7 +48,7 @@ TEST(Atlas, IsValidAndKeepsTheTopologyOfAnyMeshAtEveryLevel) {
             EXPECT_LE(report.l2_stretch_rms, report.l2_stretch_tutte + 1e-9);
             const Topology source = topology_of(f.mesh);
             for (uint32_t level = 0; level < atlas.levels(); ++level) {
-                const TriMesh mesh = atlas.extract(level);
+                const TriMesh mesh = extract_samples(atlas, level);
                 ASSERT_TRUE(mesh.validate());
                 EXPECT_EQ(mesh.triangle_count(), atlas.triangles_at(level));
                 const Topology t = topology_of(mesh);
@@ -66,7 +67,7 @@ TEST(Atlas, ComesCloserToTheSourceWithEveryFinerLevel) {
     const double diagonal = bounding_box(mesh.positions).diagonal();
     double before = 1;
     for (uint32_t level = atlas.levels() - 1; level < atlas.levels(); --level) {
-        const double rms = surface_distance(mesh, atlas.extract(level)).rms() / diagonal;
+        const double rms = surface_distance(mesh, extract_samples(atlas, level)).rms() / diagonal;
         EXPECT_LT(rms, before) << level;
         before = rms;
     }
@@ -79,13 +80,13 @@ TEST(Atlas, MeasuresItsErrorsAsAnIndependentDistanceDoes) {
         AtlasReport report;
         const Atlas atlas = atlas_of(f.mesh, 12, 16, &report);
         const double diagonal = bounding_box(f.mesh.positions).diagonal();
-        const TwoSidedDistance finest = surface_distance(f.mesh, atlas.extract(0));
+        const TwoSidedDistance finest = surface_distance(f.mesh, extract_samples(atlas, 0));
         EXPECT_NEAR(report.rms_error, finest.rms(), 0.1 * finest.rms() + 2e-6 * diagonal);
         EXPECT_LE(report.max_error, 1.1 * finest.max() + 2e-6 * diagonal);
         EXPECT_GE(report.max_error, 0.5 * finest.max() - 2e-6 * diagonal);
         // A level's error is a promise.
         for (uint32_t level = 0; level < atlas.levels(); ++level)
-            EXPECT_LE(surface_distance(f.mesh, atlas.extract(level)).max(),
+            EXPECT_LE(surface_distance(f.mesh, extract_samples(atlas, level)).max(),
                       static_cast<double>(atlas.errors[level]) + 2e-6 * diagonal)
                 << level;
     }
@@ -95,7 +96,7 @@ TEST(Atlas, KeepsSeamsOfAttributesInsideCharts) {
     // Every sample's texture coordinate is one of the source near by: none is smeared across the seam.
     const TriMesh mesh = fixtures::repaired(Shape::torus, 3000);
     ASSERT_TRUE(mesh.has_seams());
-    const TriMesh extracted = atlas_of(mesh, 12, 32).extract(0);
+    const TriMesh extracted = extract_samples(atlas_of(mesh, 12, 32), 0);
     ASSERT_EQ(extracted.uvs.size(), extracted.wedge_count());
     std::vector<uint32_t> indices;
     for (size_t t = 0; t < mesh.triangle_count(); ++t)
@@ -221,7 +222,7 @@ TEST(Atlas, HasAttributesFinerThanPositionsWhereAsked) {
             }
         }
     }
-    EXPECT_EQ(fine->extract(1).wedge_count(), coarse->extract(1).wedge_count());
+    EXPECT_EQ(extract_samples(*fine, 1).wedge_count(), extract_samples(*coarse, 1).wedge_count());
 }
 
 TEST(Atlas, NoticesWhatIsBroken) {

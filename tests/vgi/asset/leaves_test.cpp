@@ -18,6 +18,7 @@
 #include "vgi/asset/leaf_demands.h"
 #include "vgi/asset/pages.h"
 #include "vgi/small_atlas.h"
+#include "vgi/extract/extract.h"
 
 namespace lodestone::vgi {
 namespace {

@@ -7,6 +7,7 @@
 #include "mesh/repair.h"
 #include "mesh/topology.h"
 #include "vgi/bake/bake.h"
+#include "vgi/extract/extract.h"
 
 namespace lodestone::vgi {
 namespace {
@@ -32,7 +33,7 @@ TEST_P(RealAtlas, IsValidAndTheSurfaceItWas) {
         EXPECT_TRUE(valid) << valid.error().message;
         EXPECT_EQ(report.flipped_triangles, 0u);
         EXPECT_GE(report.clusters, clusters);
-        const Topology after = topology_of(atlas->extract(1));
+        const Topology after = topology_of(extract_samples(*atlas, 1));
         EXPECT_TRUE(after.manifold());
         EXPECT_EQ(after.inconsistent_edges, 0u);
         EXPECT_EQ(after.components, before.components);

@@ -16,6 +16,7 @@
 #include "vgi/asset/pages.h"
 #include "vgi/bake/images/collapse_corners.h"
 #include "vgi/small_atlas.h"
+#include "vgi/extract/extract.h"
 
 namespace lodestone::vgi {
 namespace {
@@ -121,7 +122,7 @@ TEST(SampleErrors, HoldFromTheTrianglesToTheSurfaceToo) {
     // What a cut draws in place of a sample is no farther from the surface than the sample's error says, wherever on
     // the triangle one looks: between the places the errors were measured at, a tenth is allowed.
     const Atlas atlas = small_atlas(fixtures::repaired(Shape::rock, 20000), 64);
-    const TriMesh finest = atlas.extract(0);
+    const TriMesh finest = extract_samples(atlas, 0);
     const ClosestSurface surface(finest.positions, vertices_of(finest));
     const ErrorCodes codes(atlas.extent());
     const Bintree tree{static_cast<int32_t>(atlas.cells)};
@@ -244,7 +245,7 @@ TEST(SampleErrors, OfLevelsAndPagesAreBoundsOnRealDistances) {
                 largest = std::max<double>(largest, atlas.bounds[size_t{c} * tree.pages() + page].error);
             }
         }
-        EXPECT_LE(surface_distance(mesh, atlas.extract(level)).max(), 1.1 * largest) << level;
+        EXPECT_LE(surface_distance(mesh, extract_samples(atlas, level)).max(), 1.1 * largest) << level;
         EXPECT_LE(largest, static_cast<double>(atlas.errors[level]));
     }
 }

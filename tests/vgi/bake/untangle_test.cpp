@@ -7,6 +7,7 @@
 
 #include "mesh/generate.h"
 #include "vgi/bake/bake.h"
+#include "vgi/extract/extract.h"
 
 namespace lodestone::vgi {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 // Triangles of the finest level that do not look along an axis.
 uint64_t looking_away(const Atlas& atlas, const glm::dvec3& axis) {
     uint64_t count = 0;
-    const TriMesh mesh = atlas.extract(0);
+    const TriMesh mesh = extract_samples(atlas, 0);
     for (size_t t = 0; t < mesh.triangle_count(); ++t) {
         const glm::dvec3 area = area_vector(glm::dvec3(mesh.position_of(t, 0)), glm::dvec3(mesh.position_of(t, 1)),
                                             glm::dvec3(mesh.position_of(t, 2)));

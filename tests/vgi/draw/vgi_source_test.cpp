@@ -30,6 +30,7 @@
 #include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/pulled_vertex.h"
 #include "vgi/study/patch_indices.h"
+#include "vgi/extract/extract.h"
 
 namespace lodestone::vgi {
 namespace {

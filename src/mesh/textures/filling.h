@@ -6,10 +6,10 @@
 
 #include "base/looks/material.h"
 
-namespace lodestone::vgi {
+namespace lodestone {
 
 // Texels that are not covered take the mean of those around them that are, four times over; then all others that of
 // larger and larger squares. nothing: of an image that has no texel covered.
 void fill_around(Image& image, std::vector<uint8_t>& covered, const glm::u8vec4& nothing);
 
-}  // namespace lodestone::vgi
+}  // namespace lodestone

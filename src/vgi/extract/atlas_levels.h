@@ -10,13 +10,14 @@
 
 namespace lodestone::vgi {
 
+// Triangles and error of each level.
 class AtlasLevels {
 public:
     // about: only its description is used; must outlive this. errors: of levels of samples, object units, finest first.
     // leaf_triangles: of all leaves; 0 where there are none.
     AtlasLevels(const Atlas& about, std::span<const float> errors, uint64_t leaf_triangles);
 
-    bool has_source() const { return leaf_triangles_ > 0; }
+    bool has_source() const { return leaf_triangles_ > 0; }                    // whether level 0 is the source
     uint32_t levels() const { return static_cast<uint32_t>(errors_.size()); }  // at least 1
     // level: below levels().
     uint64_t triangles_at(uint32_t level) const {
@@ -26,6 +27,7 @@ public:
     uint32_t level_for_triangles(uint64_t triangles) const;          // the finest of at most so many; else the last
     // The coarsest within it, or the source if it has fewer triangles; 0 where none is.
     uint32_t level_for_error(double error) const;
+    // Whether a level is the source.
     bool is_source(uint32_t level) const { return has_source() && level == 0; }
     uint32_t of_samples(uint32_t level) const { return has_source() ? level - 1 : level; }  // Atlas's number of it
 
@@ -37,7 +39,12 @@ private:
 
 // Of an atlas that is there whole.
 AtlasLevels levels_of(const Atlas& whole);
-// A level of it as a mesh. levels: levels_of() it; level: below levels.levels().
+// A level of it as a mesh, without what textures held that are baked into it, but for colours of samples. levels:
+// levels_of() it; level: below levels.levels().
 TriMesh extract_level(const Atlas& whole, const AtlasLevels& levels, uint32_t level);
+// The same of an atlas of baked textures, with textures of its own. most_texels: along their sides. Fault::usage,
+// without the option's name, where charts do not fit.
+Result<TriMesh> extract_with_textures(const Atlas& whole, const AtlasLevels& levels, uint32_t level,
+                                      uint32_t most_texels);
 
 }  // namespace lodestone::vgi

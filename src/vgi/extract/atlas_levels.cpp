@@ -1,8 +1,10 @@
-#include "vgi/asset/atlas_levels.h"
+#include "vgi/extract/atlas_levels.h"
 
 #include <algorithm>
 
 #include "vgi/asset/leaves.h"
+#include "vgi/extract/baked_images.h"
+#include "vgi/extract/extract.h"
 
 namespace lodestone::vgi {
 
@@ -27,7 +29,22 @@ uint32_t AtlasLevels::level_for_error(double error) const {
 AtlasLevels levels_of(const Atlas& whole) { return {whole, whole.errors, leaf_triangles(whole)}; }
 
 TriMesh extract_level(const Atlas& whole, const AtlasLevels& levels, uint32_t level) {
-    return levels.is_source(level) ? extract_leaves(whole) : whole.extract(levels.of_samples(level));
+    return levels.is_source(level) ? extract_leaves(whole) : extract_samples(whole, levels.of_samples(level));
+}
+
+Result<TriMesh> extract_with_textures(const Atlas& whole, const AtlasLevels& levels, uint32_t level,
+                                      uint32_t most_texels) {
+    const auto places = ChartPlaces::fit(whole, most_texels);
+    if (!places) return tl::unexpected(places.error());
+    ExtractedMesh extracted;
+    if (levels.is_source(level)) {
+        extracted = extract_source(whole, &*places);
+    } else {
+        extracted.mesh = extract_samples(whole, levels.of_samples(level), &*places);
+        extracted.is_sample.assign(extracted.mesh.wedge_count(), true);
+    }
+    use_baked_images(whole, *places, extracted);
+    return std::move(extracted.mesh);
 }
 
 }  // namespace lodestone::vgi

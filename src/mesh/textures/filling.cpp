@@ -1,11 +1,11 @@
-#include "vgi/unwrap/filling.h"
+#include "mesh/textures/filling.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "base/threads.h"
 
-namespace lodestone::vgi {
+namespace lodestone {
 
 namespace {
 
@@ -99,4 +99,4 @@ void fill_around(Image& image, std::vector<uint8_t>& covered, const glm::u8vec4&
     filling.fill_rest();
 }
 
-}  // namespace lodestone::vgi
+}  // namespace lodestone

@@ -207,6 +207,40 @@ TEST(BakedLooks, ChartsAgreeWhereTheyMeet) {
     EXPECT_TRUE(std::ranges::any_of(border, [&](const glm::u8vec4& colour) { return colour != border[0]; }));
 }
 
+// A map leans normals another way in each fragment: where charts meet they agree, but not where they are as far apart
+// as on an edge.
+TEST(BakedLooks, NormalsAgreeWhereChartsMeetWithoutAnEdge) {
+    const auto differing = [](float lean) {
+        TriMesh mesh = in_fragments();
+        mesh.material_table[0].base_colour_texture = {};
+        mesh.material_table[0].normal_texture.image = 0;
+        const glm::vec3 normal = glm::normalize(glm::vec3(lean, 0, 1));
+        constexpr uint32_t size = side * cell;
+        mesh.images.push_back({size, size, std::vector<glm::u8vec4>(size_t{size} * size)});
+        for (glm::u8vec4& texel : mesh.images[0].texels)
+            texel = glm::u8vec4(glm::round((normal * 0.5f + 0.5f) * 255.0f), 255);
+        EXPECT_TRUE(repair(mesh));
+        const Atlas atlas = baked(mesh);
+        EXPECT_TRUE(atlas.attributes.mapped_normals);
+        size_t count = 0;
+        for (uint32_t c = 0; c < atlas.charts(); ++c) {
+            const uint32_t n = atlas.attribute_cells_of(c);
+            for (uint32_t s = 0; s < 4; ++s) {
+                const GluedSide& other = atlas.sides[4 * c + s];
+                for (uint32_t k = 0; other.chart != ~0u && k <= n; ++k) {
+                    const auto [x, y] = on_side(s, k, n);
+                    const auto [u, v] = on_side(other.side, n - k, n);
+                    count += atlas.normals[atlas.attribute_texel(c, x, y)] !=
+                             atlas.normals[atlas.attribute_texel(other.chart, u, v)];
+                }
+            }
+        }
+        return count;
+    };
+    EXPECT_EQ(differing(0.15f), 0u);
+    EXPECT_GT(differing(1.0f), 20u);
+}
+
 // Black and white in turn: from far away it is as bright as half the light, 188, not half the number, 128.
 TEST(BakedLooks, FarAwayIsAsBrightAsNearBy) {
     TriMesh mesh = in_fragments();

@@ -162,8 +162,9 @@ namespace {
 // What samples that are one place have together.
 struct Meeting {
     glm::vec4 colour{0};
-    glm::vec3 surface{0}, emission{0};
+    glm::vec3 surface{0}, emission{0}, normal{0};  // normal: of unit vectors
     float samples = 0;
+    bool edge = false;  // normals are too far apart to be of one side of the surface's edges
 };
 
 class BorderMeans {
@@ -176,12 +177,18 @@ public:
         std::vector<Meeting> meetings(texels_.size());
         for (uint32_t i = 0; i < texels_.size(); ++i) add(texels_[i], meetings[together_.find(i)]);
         for (uint32_t i = 0; i < texels_.size(); ++i) {
+            Meeting& met = meetings[together_.find(i)];
+            met.edge |= glm::dot(atlas_.normal(texels_[i]), met.normal) < least_cosine * glm::length(met.normal);
+        }
+        for (uint32_t i = 0; i < texels_.size(); ++i) {
             const Meeting& met = meetings[together_.find(i)];
             if (met.samples > 1) put(met, texels_[i]);
         }
     }
 
 private:
+    static constexpr float least_cosine = 0.94f;  // 20 degrees
+
     // Of a side's sample; corners have a number for each of their two sides.
     uint32_t number(uint32_t chart, uint32_t side, uint32_t step) const {
         return first_[chart] + side * (atlas_.attribute_cells_of(chart) + 1) + step;
@@ -227,6 +234,7 @@ private:
             if (!atlas_.surfaces.empty()) to.surface[k] += static_cast<float>(atlas_.surfaces[texel][channel]) / 255;
             if (!atlas_.emissions.empty()) to.emission[k] += linear_of_byte(atlas_.emissions[texel][channel]);
         }
+        to.normal += atlas_.normal(texel);
         to.samples += 1;
     }
     void put(const Meeting& met, size_t texel) {
@@ -240,6 +248,8 @@ private:
             if (!atlas_.emissions.empty())
                 atlas_.emissions[texel][channel] = srgb_byte_of(met.emission[k] / met.samples);
         }
+        if (atlas_.attributes.mapped_normals && !met.edge)
+            atlas_.normals[texel] = pack_octahedral(glm::normalize(met.normal));
     }
 
     Atlas& atlas_;

@@ -61,8 +61,8 @@ private:
 };
 
 // Samples of borders that are one place of the surface get the mean of what the charts there have, in linear light
-// where that is a colour, so that nothing jumps where charts meet on a seam of the source's texture. Those of different
-// materials stay what they are.
+// where that is a colour, so that nothing jumps where charts meet on a seam of the source's texture. So do normals of
+// maps, but not on edges of the surface. Samples of different materials stay what they are.
 void agree_on_borders(Atlas& atlas);
 
 }  // namespace lodestone::vgi

@@ -247,6 +247,39 @@ def around(mesh, *make):
     return measured
 
 
+def unwrapped(*meshes):
+    """Reports of `unwrap`; meshes: name, options of unwrap, and the command that makes it, or none."""
+
+    def measured():
+        rows = {}
+        with tempfile.TemporaryDirectory() as folder:
+            for mesh, options, *make in meshes:
+                if not make and "LODESTONE_DATA" not in os.environ:
+                    continue
+                out = f"{folder}/out.{'glb' if '--bake' in options else 'ply'}"
+                report = json.loads(run([BIN + "lodestone", "-q", "unwrap", made_or_given(mesh, make, folder), "-o", out, *options, "--json"]))
+                report.update({f"{part}_seconds": seconds for part, seconds in report.pop("seconds").items()})
+                rows[" ".join([mesh.split("/")[-1], *options])] = {k: v for k, v in report.items() if isinstance(v, (int, float))}
+        return [["lodestone", "unwrap", "MESH", "-o", "out.ply", "[--bake]", "--json"]], rows
+
+    return measured
+
+
+def retextured():
+    """The coarsest levels of a scan with its texture in fragments, and with the texture in new squares."""
+    rows = {}
+    with tempfile.TemporaryDirectory() as folder:
+        lodestone, mesh, asset = [BIN + "lodestone", "-q"], f"{folder}/scan.glb", f"{folder}/scan.lode"
+        make = ["generate", "scan", "--triangles", "400000", "--seed", "7"]
+        run([*lodestone, *make, "-o", mesh])
+        options = ["--backends", "lod", "--order", "classic"]
+        for name, how in (("as it is", []), ("retextured", ["--retexture"])):
+            run([*lodestone, "bake", mesh, "-o", asset, *options, *how])
+            lod = json.loads(run([*lodestone, "info", asset, "--json"]))["lod"]
+            rows[name] = {"triangles": lod["errors"][0]["triangles"], "base_triangles": lod["base_triangles"]}
+    return [["lodestone", *make, "-o", "scan.glb"], ["lodestone", "bake", "scan.glb", "-o", "scan.lode", *options, "[--retexture]"]], rows
+
+
 def generated(shape, triangles=100000):
     return f"{shape}.ply", "generate", shape, "--triangles", str(triangles), "--seed", "1"
 
@@ -276,6 +309,14 @@ MEASUREMENTS = {
                            "--quality-frames", "0"),
     "flight-far": flight("assets/far.scene.json", "--backends", "full,discrete,lod,vgi", "--pixel-error", "1", "--frames", "30", "--quality-frames", "6"),
     "textures-helmet": textures("gltf/DamagedHelmet/DamagedHelmet.glb"),
+    "unwrap": unwrapped(
+        *((f"{shape}-{triangles // 1000}k.ply", (), "generate", shape, "--triangles", str(triangles), "--seed", "7")
+          for shape, triangles in (("rock", 1000000), ("rock", 3000000), ("terrain", 1000000), ("cliff", 300000), ("vase", 300000))),
+        *(("scan-400k.glb", how, "generate", "scan", "--triangles", "400000", "--seed", "7") for how in ((), ("--bake",))),
+        *((mesh, ()) for mesh in ("scans/stanford-bunny.obj", "scans/lucy.ply", "scans/laurana.ply", "scans/igea.ply", "scans/turbineblade.ply",
+                                  "scans/rockerArm.ply", "scans/falconstatue_boundary.obj", "nasty/brain.ply")),
+        ("gltf/DamagedHelmet/DamagedHelmet.glb", ("--bake",))),
+    "retexture": retextured,
     "textures-scan": textures("scan.glb", "generate", "scan", "--triangles", "100000", "--seed", "7"),
     **AROUND,
 }
@@ -423,6 +464,19 @@ def textures_section(result):
     return columns(result["rows"], [("SSIM", "ssim"), ("PSNR, dB", "psnr_db"), ("triangles", "triangles"), ("bytes of mesh or atlas", "bytes")])
 
 
+def unwrap_section(result):
+    seconds = lambda part: lambda row: row.get(f"{part}_seconds")
+    return columns(result["rows"], [
+        ("triangles", "source_triangles"), ("charts", "charts"), ("cut, %", lambda row: 100 * row["cut_share"]), ("stretch, L2", "l2_stretch_rms"),
+        ("worst chart", "l2_stretch_worst"), ("covered, %", lambda row: 100 * row["coverage"]), ("turned over", "flipped_triangles"),
+        ("overlaps", "overlapping_pairs"), ("s, all", seconds("all")), ("clusters", seconds("cluster")), ("charts", seconds("lay_out")),
+        ("textures", seconds("bake")), ("reading", seconds("read")), ("writing", seconds("write"))])
+
+
+def retexture_section(result):
+    return columns(result["rows"], [("triangles", "triangles"), ("of the coarsest level", "base_triangles")])
+
+
 def around_section(result):
     return columns(result["rows"], [("deviation, px", "max_pixel_deviation"), ("leaks", "background_leaks"), ("SSIM", "ssim"),
                                     ("triangles", "triangles")])
@@ -459,6 +513,8 @@ SECTIONS = [
       ("flight-field", flight_section)]),
     ("Textures", "Seven views all around at a pixel, lit, against `full` with 16 samples a pixel. `--keep-uv` looks the source's textures up; otherwise "
      "what they hold is in the atlas ([materials.md](materials.md)).", [(name, textures_section) for name in ("textures-helmet", "textures-scan")]),
+    ("Unwrapping", "Two cores. One square, 4096 texels a side with 4 between charts ([unwrap.md](unwrap.md)).", [("unwrap", unwrap_section)]),
+    ("Simplification through fragments", "A generated scan with its texture in 20,000 fragments, `lod`.", [("retexture", retexture_section)]),
     ("From all around", "`vgi`, 200 cameras all around, half of them 0.02 to 0.6 radii off the sphere around the mesh and half 0.6 to 200. The largest "
      "deviation of any.", [(name, around_section) for name in AROUND]),
     ("Flights on a GPU", "1280x720. ACMR is counted by the device. An H200 is made for computing: of an H100's units two draw "

@@ -35,7 +35,7 @@ demo: program
 	scripts/demo.sh
 
 test: build
-	@scripts/install-validator.sh
+	@scripts/install-npm-checks.sh
 	ctest --preset release -j $(JOBS) -LE "long|slurm|slow"
 
 test-long: build
@@ -58,7 +58,7 @@ check:
 	@scripts/install-deps.sh --checks
 	cmake --preset check
 	cmake --build --preset check -j $(JOBS) --target fast_tests fuzz_drivers
-	@scripts/install-validator.sh
+	@scripts/install-npm-checks.sh
 	ctest --preset check -j $(JOBS)
 	FUZZ_SECONDS=4 scripts/fuzz.sh
 	scripts/tidy.sh

@@ -1,12 +1,10 @@
 // GLB as it is written: read back, and looked at by Khronos' validator where npm has it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <glm/common.hpp>
@@ -14,6 +12,7 @@
 
 #include "fixtures/materials.h"
 #include "fixtures/meshes.h"
+#include "fixtures/written_glbs.h"
 #include "mesh/io/image_file.h"
 #include "mesh/io/read.h"
 #include "mesh/io/write.h"
@@ -31,8 +30,18 @@ protected:
         folder_ = fs::temp_directory_path() / ("lodestone_glb_" + std::to_string(::getpid()));
         fs::create_directories(folder_);
     }
-    void TearDown() override { fs::remove_all(folder_); }
+    void TearDown() override {
+        written_.check();
+        fs::remove_all(folder_);
+    }
+    // Writes it; the validator sees it, too, where it is a GLB.
+    bool written(const TriMesh& mesh, const std::string& name, const WriteOptions& options = {}) {
+        if (!write_mesh(mesh, folder_ / name, options)) return false;
+        if (name.ends_with(".glb")) written_.keep(folder_ / name);
+        return true;
+    }
     fs::path folder_;
+    fixtures::WrittenGlbs written_;
 };
 
 // With every attribute, two materials and a texture.
@@ -183,7 +192,7 @@ TEST_F(WriteGlbTest, AMeshOfOneMaterialNeedNotNameItForEachWedge) {
     mesh.material_table[0].name = "clay";
     mesh.material_table[0].base_colour = {0.5f, 0.25f, 0.125f, 1};
     for (const char* file : {"clay.glb", "clay.obj"}) {
-        ASSERT_TRUE(write_mesh(mesh, folder_ / file));
+        ASSERT_TRUE(written(mesh, file));
         const auto read = read_mesh(folder_ / file);
         ASSERT_TRUE(read) << read.error().message;
         ASSERT_FALSE(read->material_table.empty()) << file;
@@ -198,7 +207,7 @@ TEST_F(WriteGlbTest, TexturesThatNoTransformPlacesAreLeftOutAndNamed) {
     mesh.material_table[1].emission_texture.place = {{1, 0}, {0.5f, 1}, {0, 0}};  // sheared
     EXPECT_THAT(lost_in_writing(mesh, folder_ / "a.glb"),
                 testing::ElementsAre(testing::HasSubstr("material 'all': its texture of emission is left out")));
-    ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb"));
+    ASSERT_TRUE(written(mesh, "a.glb"));
     const auto read = read_mesh(folder_ / "a.glb");
     ASSERT_TRUE(read);
     EXPECT_FALSE(read->material_table[2].emission_texture.there());
@@ -206,13 +215,13 @@ TEST_F(WriteGlbTest, TexturesThatNoTransformPlacesAreLeftOutAndNamed) {
     EXPECT_TRUE(read->material_table[2].normal_texture.there());
     // Nor are there any without texture coordinates.
     mesh.second_uvs.clear();
-    ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb"));
+    ASSERT_TRUE(written(mesh, "a.glb"));
     const auto first = read_mesh(folder_ / "a.glb");
     ASSERT_TRUE(first);
     EXPECT_TRUE(first->material_table[2].base_colour_texture.there());
     EXPECT_FALSE(first->material_table[2].normal_texture.there());
     mesh.uvs.clear();
-    ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb"));
+    ASSERT_TRUE(written(mesh, "a.glb"));
     const auto bare = read_mesh(folder_ / "a.glb");
     ASSERT_TRUE(bare);
     EXPECT_TRUE(bare->images.empty());
@@ -318,11 +327,11 @@ TEST_F(WriteGlbTest, WebpTexturesComeBack) {
         EXPECT_THAT(told.warnings, testing::IsEmpty());
         return read ? std::move(*read) : TriMesh{};
     };
-    ASSERT_TRUE(write_mesh(mesh, folder_ / "png.glb"));
+    ASSERT_TRUE(written(mesh, "png.glb"));
     const std::vector<Material> table = fully_read("png.glb").material_table;
     for (const int quality : {80, 100}) {
         options.quality = quality;
-        ASSERT_TRUE(write_mesh(mesh, folder_ / "a.glb", options));
+        ASSERT_TRUE(written(mesh, "a.glb", options));
         const TriMesh read = fully_read("a.glb");
         EXPECT_EQ(read.material_table, table);
         ASSERT_EQ(read.images.size(), 4u);
@@ -331,7 +340,7 @@ TEST_F(WriteGlbTest, WebpTexturesComeBack) {
             EXPECT_EQ(read.images[i].texels == mesh.images[i].texels, quality == 100) << i;
         }
     }
-    ASSERT_TRUE(write_mesh(mesh, folder_ / "c.obj", options));
+    ASSERT_TRUE(written(mesh, "c.obj", options));
     EXPECT_TRUE(fs::exists(folder_ / "c-0.webp"));
     EXPECT_EQ(fully_read("c.obj").images.at(0).texels, mesh.images[0].texels);
     const Image wide{16384, 1, std::vector<glm::u8vec4>(16384)};
@@ -354,29 +363,7 @@ TEST_F(WriteGlbTest, CompressedIsSmaller) {
     EXPECT_LT(sizes[2], sizes[0] * 0.4);
 }
 
-// Ends with 1 where the validator finds errors in one of the files, with 3 where it is not there; its finds are
-// printed, and how many files it has seen.
-constexpr const char* validator_script =
-    "let v; try { v = require('gltf-validator'); } catch (e) { process.exit(3); }"
-    "const fs = require('fs'); let errors = 0;"
-    "(async () => { const names = fs.readdirSync('.').filter(n => n.endsWith('.glb'));"
-    "  for (const n of names) { const r = await v.validateBytes(new Uint8Array(fs.readFileSync(n)));"
-    "    for (const m of r.issues.messages) if (m.severity < 2) console.log(n, m.code, m.message, m.pointer);"
-    "    errors += r.issues.numErrors; }"
-    "  console.log(names.length + ' files'); process.exit(errors > 0 ? 1 : 0); })();";
-
 TEST_F(WriteGlbTest, KhronosValidatorFindsNoErrors) {
-    std::ofstream(folder_ / "validate.js") << validator_script;
-    const auto validate = [&](std::string& found) {
-        const std::string command = "cd '" + folder_.string() +
-                                    "' && NODE_PATH=\"${NODE_PATH:-" LODESTONE_SOURCE_DIR
-                                    "/build/npm/node_modules:$(npm root -g 2>/dev/null)}\" node validate.js "
-                                    "> found.txt 2>/dev/null";
-        const int status = std::system(command.c_str());
-        std::ifstream file(folder_ / "found.txt");
-        found.assign(std::istreambuf_iterator<char>(file), {});
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    };
     int number = 0;
     for (const TriMesh& mesh : meshes()) {
         for (const Encoding encoding : {Encoding::plain, Encoding::quantised, Encoding::meshopt}) {
@@ -388,19 +375,16 @@ TEST_F(WriteGlbTest, KhronosValidatorFindsNoErrors) {
             }
         }
     }
-    std::string found;
-    const int code = validate(found);
-    if (code == 3 || code == 127)
-        GTEST_SKIP() << "gltf-validator of npm is not there: scripts/install-validator.sh, or name its folder by "
-                        "NODE_PATH";
-    EXPECT_EQ(code, 0) << found;
-    EXPECT_THAT(found, testing::HasSubstr("45 files"));
+    const fixtures::NodeEnd end = fixtures::run_node("validate.mjs", folder_, ".");
+    if (end.is_missing()) GTEST_SKIP() << fixtures::missing_npm_note();
+    EXPECT_EQ(end.code, 0) << end.printed;
+    EXPECT_THAT(end.printed, testing::HasSubstr("45 files"));
     // It does find something where there is something.
     std::fstream file(folder_ / "0.glb", std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(8);
     file.write("\0\0\1\0", 4);
     file.close();
-    EXPECT_EQ(validate(found), 1);
+    EXPECT_EQ(fixtures::run_node("validate.mjs", folder_, ".").code, 1);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@ program=$1
 work=$2
 views=${3:-150}
 here=$(cd "$(dirname "$0")" && pwd)
+checkout=$(cd "$here/../../.." && pwd)
 skip() {
   echo "SKIPPED: tiles are not drawn by real viewers: $*" >&2
   exit 77
@@ -49,7 +50,8 @@ done
 
 failed=0
 run() { node "$here/$1" "${@:2}" || failed=1; }
-run validate.mjs rock-meshopt rock-quantised rock-plain terrain pyramid
+"$checkout/scripts/install-npm-checks.sh"
+NODE_PATH=${NODE_PATH:-$checkout/build/npm/node_modules} run ../../npm/validate.mjs rock-meshopt rock-quantised rock-plain terrain pyramid
 run leaks.mjs three rock-meshopt --views "$views" --loading 10
 run leaks.mjs three rock-quantised --views $((views / 5))
 run leaks.mjs three rock-plain --views $((views / 5))

@@ -24,8 +24,8 @@ struct SourceFile {
     }
     size_t size() const { return content.bytes.size(); }
     // "path: place: what"; what says what is wrong and what to do. An empty place is left out.
-    tl::unexpected<Error> wrong(const std::string& place, const std::string& what) const {
-        return fail(Fault::format, path.string() + ": " + (place.empty() ? "" : place + ": ") + what);
+    tl::unexpected<Error> wrong(const std::string& place, const std::string& what, Fault fault = Fault::format) const {
+        return fail(fault, path.string() + ": " + (place.empty() ? "" : place + ": ") + what);
     }
     tl::unexpected<Error> wrong_line(uint64_t line, const std::string& what) const {
         return wrong("line " + std::to_string(line), what);

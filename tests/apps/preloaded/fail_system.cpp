@@ -4,6 +4,8 @@
 //   fails, or the next that no driver asks for. Memory by calloc and realloc does not fail.
 // - LODESTONE_FAIL_READS: reads of files whose name ends so fail with EIO, from number LODESTONE_FAIL_FROM (1) on,
 //   LODESTONE_FAIL_TIMES (1) times; or where LODESTONE_STALL_MS is given, they take as many milliseconds longer.
+// - LODESTONE_END_COPY: a copy of the program (fork) ends by this signal at its allocation number LODESTONE_END_AT (1);
+//   where it is 0, that allocation fails.
 #include <dlfcn.h>
 #include <elf.h>
 #include <execinfo.h>
@@ -15,6 +17,7 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <string_view>
 #include <thread>
@@ -80,6 +83,17 @@ bool fails_now(const void* caller) {
     return at > 0 && is_own(caller) && ++asked >= at && !failed && is_asked_for_by_own_code() && !failed.exchange(true);
 }
 
+std::atomic<bool> is_copy{false};
+
+// Of a copy, which has one thread. Whether this allocation fails.
+bool ends_now() {
+    static const long ending = number("LODESTONE_END_COPY", -1), at = number("LODESTONE_END_AT", 1);
+    static long asked = 0;
+    if (!is_copy || ending < 0 || ++asked != at) return false;
+    if (ending > 0) std::raise(static_cast<int>(ending));
+    return true;
+}
+
 bool is_named(int file) {
     static const char* const ending = std::getenv("LODESTONE_FAIL_READS");
     if (ending == nullptr) return false;
@@ -111,8 +125,15 @@ bool read_fails(int file) {
 
 extern "C" {
 
+pid_t fork() {
+    static const auto real = reinterpret_cast<pid_t (*)()>(dlsym(RTLD_NEXT, "fork"));
+    const pid_t child = real();
+    if (child == 0) is_copy = true;
+    return child;
+}
+
 void* malloc(size_t bytes) {
-    if (fails_now(__builtin_return_address(0))) {
+    if (ends_now() || fails_now(__builtin_return_address(0))) {
         errno = ENOMEM;
         return nullptr;
     }

@@ -73,10 +73,10 @@ public:
         if (decoded) {
             primitive.indices = decoded->indices;
             for (size_t i = 0; i < keys.size(); ++i) primitive.attributes[keys[i]] = decoded->attributes[i];
-        } else if (decoded.error().fault != Fault::machine && has_plain(primitive, keys, *view)) {
+        } else if (decoded.error().fault == Fault::format && has_plain(primitive, keys, *view)) {
             warn_(name + ": " + decoded.error().message + "; what is beside it uncompressed is taken");
         } else {
-            throw GltfFault{name, decoded.error().message};
+            throw GltfFault{name, decoded.error().message, decoded.error().fault};
         }
     }
 

@@ -548,14 +548,14 @@ private:
 Result<TriMesh> read_gltf(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
     try {
         return GltfReader(file, options, report).read();
-    } catch (const GltfFault& wrong) { return file.wrong(wrong.place, wrong.what); }
+    } catch (const GltfFault& wrong) { return file.wrong(wrong.place, wrong.what, wrong.fault); }
 }
 
 Result<void> name_files_of_gltf(const SourceFile& file, const ReadOptions& options, ReadReport& report) {
     try {
         GltfReader(file, options, report).name_files();
         return {};
-    } catch (const GltfFault& wrong) { return file.wrong(wrong.place, wrong.what); }
+    } catch (const GltfFault& wrong) { return file.wrong(wrong.place, wrong.what, wrong.fault); }
 }
 
 Result<std::vector<PlacedMesh>> read_gltf_nodes(const std::filesystem::path& path, const ReadOptions& options) {
@@ -565,7 +565,7 @@ Result<std::vector<PlacedMesh>> read_gltf_nodes(const std::filesystem::path& pat
     ReadReport report;
     try {
         return GltfReader(file, options, report).nodes();
-    } catch (const GltfFault& wrong) { return file.wrong(wrong.place, wrong.what); }
+    } catch (const GltfFault& wrong) { return file.wrong(wrong.place, wrong.what, wrong.fault); }
 }
 
 }  // namespace lodestone

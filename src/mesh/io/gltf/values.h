@@ -7,11 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "base/result.h"
+
 namespace lodestone {
 
 // What is wrong with a glTF file, and where. Caught where the reading began.
 struct GltfFault {
     std::string place, what;
+    Fault fault = Fault::format;  // whose it is
 };
 
 // The bytes of a buffer view. Throws GltfFault where it, or its buffer, is not there, or it reaches past the buffer's

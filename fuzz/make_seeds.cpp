@@ -85,24 +85,6 @@ std::string glb(nlohmann::json document, const std::string& bytes) {
     return fixtures::glb_of(document, bytes);
 }
 
-// A mesh as Draco packs it.
-std::string draco_glb(const TriMesh& mesh) {
-    const std::vector<unsigned char> packed = fixtures::draco_of(mesh);
-    const nlohmann::json extension = {{"bufferView", 0}, {"attributes", {{"POSITION", 0}}}};
-    return glb({{"extensionsUsed", {"KHR_draco_mesh_compression"}},
-                {"extensionsRequired", {"KHR_draco_mesh_compression"}},
-                {"bufferViews", {{{"buffer", 0}, {"byteLength", packed.size()}}}},
-                {"accessors",
-                 {{{"componentType", 5126}, {"count", mesh.vertex_count()}, {"type", "VEC3"}},
-                  {{"componentType", 5125}, {"count", mesh.triangle_count() * 3}, {"type", "SCALAR"}}}},
-                {"meshes",
-                 {{{"primitives",
-                    {{{"attributes", {{"POSITION", 0}}},
-                      {"indices", 1},
-                      {"extensions", {{"KHR_draco_mesh_compression", extension}}}}}}}}}},
-               {packed.begin(), packed.end()});
-}
-
 // Kinds of numbers and primitives that writers of ours do not make, and materials with what is left out.
 std::string odd_glb() {
     using nlohmann::json;
@@ -194,13 +176,66 @@ void make_gltf(Seeds& seeds, const TriMesh& plain, const TriMesh& rich) {
     seeds.put("gltf", "quantised.glb", seeds.written(rich, "q.glb", options));
     options.encoding = WriteOptions::Encoding::meshopt;
     seeds.put("gltf", "meshopt.glb", seeds.written(rich, "m.glb", options));
-    seeds.put("gltf", "draco.glb", draco_glb(plain));
+    seeds.put("gltf", "draco.glb", fixtures::draco_glb(plain, fixtures::draco_of(plain)));
     seeds.put("gltf", "odd.glb", odd_glb());
+}
+
+// For the driver of Draco: what fuzz_draco.cpp takes for a promise, then what is packed. method: edgebreaker or
+// sequential; speed: 0 .. 10, which chooses among ways of predicting numbers.
+std::string draco_input(const TriMesh& mesh, draco::MeshEncoderMethod method, int speed) {
+    draco::TriangleSoupMeshBuilder builder;
+    builder.Start(static_cast<int>(mesh.triangle_count()));
+    const int position = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32),
+              normal = builder.AddAttribute(draco::GeometryAttribute::NORMAL, 3, draco::DT_FLOAT32),
+              uv = builder.AddAttribute(draco::GeometryAttribute::TEX_COORD, 2, draco::DT_FLOAT32),
+              colour = builder.AddAttribute(draco::GeometryAttribute::COLOR, 4, draco::DT_UINT8);
+    for (uint32_t t = 0; t < mesh.triangle_count(); ++t) {
+        const auto set = [&](int attribute, const auto& of) {
+            builder.SetAttributeValuesForFace(attribute, draco::FaceIndex(t), &of(0), &of(1), &of(2));
+        };
+        const auto wedge = [&](int k) { return mesh.triangles[t][static_cast<size_t>(k)]; };
+        set(
+            position, [&](int k) -> const auto& { return mesh.position_of(t, k).x; });
+        set(
+            normal, [&](int k) -> const auto& { return mesh.normals[wedge(k)].x; });
+        set(
+            uv, [&](int k) -> const auto& { return mesh.uvs[wedge(k)].x; });
+        set(
+            colour, [&](int k) -> const auto& { return mesh.colours[wedge(k)].x; });
+    }
+    draco::Encoder encoder;
+    encoder.SetEncodingMethod(method);
+    encoder.SetSpeedOptions(speed, speed);
+    encoder.SetTrackEncodedProperties(true);
+    for (const auto kind :
+         {draco::GeometryAttribute::POSITION, draco::GeometryAttribute::NORMAL, draco::GeometryAttribute::TEX_COORD})
+        encoder.SetAttributeQuantization(kind, 10);
+    draco::EncoderBuffer buffer;
+    if (!encoder.EncodeMeshToBuffer(*builder.Finalize(), &buffer).ok()) return "";
+    const size_t points = encoder.num_encoded_points(), triangles = encoder.num_encoded_faces();
+    std::string input;
+    for (const size_t number : {points, points >> 8, triangles, triangles >> 8})
+        input.push_back(static_cast<char>(number & 255));
+    // Four attributes by their numbers: three floats, three, two, and four that stand for 0 .. 1.
+    input += "\4\x20\x21\x12\x73";
+    return input.append(buffer.data(), buffer.size());
+}
+
+void make_draco(Seeds& seeds, const TriMesh& flat, const TriMesh& closed) {
+    for (const int speed : {0, 5, 10}) {
+        const std::string name = std::to_string(speed);
+        for (const TriMesh* mesh : {&flat, &closed}) {
+            const std::string of = (mesh == &flat ? "-flat-" : "-closed-") + name;
+            seeds.put("draco", "edgebreaker" + of, draco_input(*mesh, draco::MESH_EDGEBREAKER_ENCODING, speed));
+            seeds.put("draco", "sequential" + of, draco_input(*mesh, draco::MESH_SEQUENTIAL_ENCODING, speed));
+        }
+    }
 }
 
 void make_meshes(Seeds& seeds) {
     const TriMesh plain = generate(Shape::grid, 8, 1), rich = painted(generate(Shape::grid, 8, 1));
     make_gltf(seeds, plain, rich);
+    make_draco(seeds, rich, painted(generate(Shape::torus, 64, 1)));
     seeds.put_packed("ply", "plain.ply", seeds.written(plain, "a.ply"));
     seeds.put("ply", "rich.ply", seeds.written(rich, "b.ply"));
     seeds.put("ply", "text.ply",

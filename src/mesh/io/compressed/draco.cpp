@@ -83,15 +83,8 @@ ConfinedWork work_of(const DracoPromise& promise, uint64_t bytes, const DracoLim
     return work;
 }
 
-}  // namespace
-
-Result<DracoMesh> decode_draco(std::span<const unsigned char> bytes, const DracoPromise& promise,
-                               const DracoLimits& limits) {
-    const auto decoded = run_confined(work_of(promise, bytes.size(), limits), [&](std::span<std::byte> memory) {
-        return decode_into(bytes, promise, shared_of(memory, promise));
-    });
-    if (!decoded) return tl::unexpected(decoded.error());
-    const Shared shared = shared_of((*decoded)->bytes(), promise);
+// Of what the decoder left, which may be anything.
+Result<DracoMesh> mesh_of(const Shared& shared, const DracoPromise& promise) {
     DracoMesh mesh;
     mesh.indices.assign(shared.indices, shared.indices + promise.indices);
     if (std::ranges::any_of(mesh.indices, [&](uint32_t i) { return i >= promise.vertices; }))
@@ -103,6 +96,25 @@ Result<DracoMesh> decode_draco(std::span<const unsigned char> bytes, const Draco
         from += count;
     }
     return mesh;
+}
+
+}  // namespace
+
+Result<DracoMesh> decode_draco(std::span<const unsigned char> bytes, const DracoPromise& promise,
+                               const DracoLimits& limits) {
+    const auto decoded = run_confined(work_of(promise, bytes.size(), limits), [&](std::span<std::byte> memory) {
+        return decode_into(bytes, promise, shared_of(memory, promise));
+    });
+    if (!decoded) return tl::unexpected(decoded.error());
+    return mesh_of(shared_of((*decoded)->bytes(), promise), promise);
+}
+
+Result<DracoMesh> decode_draco_here(std::span<const unsigned char> bytes, const DracoPromise& promise) {
+    std::vector<std::byte> memory(4 * (promise.indices + values_of(promise)));
+    const Shared shared = shared_of(memory, promise);
+    if (const std::string wrong = decode_into(bytes, promise, shared); !wrong.empty())
+        return fail(Fault::format, wrong);
+    return mesh_of(shared, promise);
 }
 
 }  // namespace lodestone

@@ -39,5 +39,8 @@ struct DracoLimits {
 // Fault::machine where no process can be started.
 Result<DracoMesh> decode_draco(std::span<const unsigned char> bytes, const DracoPromise& promise,
                                const DracoLimits& limits = {});
+// What that process does, without limits, in the one that calls it: for fuzz/fuzz_draco.cpp, which no file reaches.
+// Throws std::bad_alloc.
+Result<DracoMesh> decode_draco_here(std::span<const unsigned char> bytes, const DracoPromise& promise);
 
 }  // namespace lodestone

@@ -13,6 +13,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "fixtures/written_glbs.h"
+
 namespace lodestone {
 
 namespace fs = std::filesystem;
@@ -39,15 +41,30 @@ protected:
         fs::create_directories(folder_);
         setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
     }
-    void TearDown() override { fs::remove_all(folder_); }
+    void TearDown() override {
+        written_.check();
+        fs::remove_all(folder_);
+    }
 
-    // Arguments as a shell would take them, run in the test's folder, by another command where one is named.
+    // Arguments as a shell would take them, run in the test's folder, by another command where one is named. Khronos'
+    // validator sees what GLBs it writes, at the end of the test.
     Ended run(const std::string& arguments, const std::string& by = "") const {
         const std::string command =
             "cd '" + folder_.string() + "' && " + by + LODESTONE_PROGRAM " " + arguments + " >out.txt 2>err.txt";
         const int status = std::system(command.c_str());
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder_ / "out.txt"),
-                content_of(folder_ / "err.txt")};
+        const Ended ended{WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder_ / "out.txt"),
+                          content_of(folder_ / "err.txt")};
+        if (ended.code == 0) keep_glbs_of(arguments);
+        return ended;
+    }
+    // Of `-o NAME.glb`, and of `tile ... -o FOLDER`.
+    void keep_glbs_of(const std::string& arguments) const {
+        const size_t option = arguments.find("-o ");
+        if (option == std::string::npos) return;
+        const size_t begin = option + 3;
+        const fs::path made = folder_ / arguments.substr(begin, arguments.find(' ', begin) - begin);
+        const bool is_tileset = arguments.find("tile ") != std::string::npos && fs::is_directory(made);
+        if (is_tileset || (made.extension() == ".glb" && fs::is_regular_file(made))) written_.keep(made);
     }
     void succeeds(const std::string& arguments) const {
         const Ended e = run(arguments);
@@ -86,6 +103,7 @@ protected:
         return has;
     }
     fs::path folder_;
+    mutable fixtures::WrittenGlbs written_;
 };
 
 }  // namespace lodestone

@@ -14,6 +14,7 @@
 #include "base/threads.h"
 #include "fixtures/materials.h"
 #include "fixtures/meshes.h"
+#include "fixtures/written_glbs.h"
 #include "mesh/distance/distance.h"
 #include "mesh/io/image_file.h"
 #include "mesh/io/read.h"
@@ -51,7 +52,10 @@ protected:
         return atlas;
     }
     void SetUp() override { folder_ = fs::temp_directory_path() / ("lodestone_tiles_" + std::to_string(getpid())); }
-    void TearDown() override { fs::remove_all(folder_); }
+    void TearDown() override {
+        written_.check();
+        fs::remove_all(folder_);
+    }
 
     fs::path write(const vgi::Atlas& atlas, const std::string& name, TilesetOptions options = {},
                    uint32_t tile_triangles = 256) {
@@ -85,6 +89,7 @@ protected:
         std::ofstream(path / "tileset.json") << set.dump();
     }
     fs::path folder_;
+    fixtures::WrittenGlbs written_;  // other tests write the same tiles
     TilesetReport report_;
 };
 
@@ -93,6 +98,7 @@ TEST_F(TilesetTest, PassesItsChecksInEveryEncoding) {
         TilesetOptions options;
         options.encoding = encoding;
         const fs::path path = write(rock(), std::to_string(static_cast<int>(encoding)), options);
+        written_.keep(path);
         const TilesetCheck check = checked(path);
         EXPECT_EQ(faults(check), "");
         EXPECT_EQ(check.cuts, 20u);
@@ -129,6 +135,7 @@ TEST_F(TilesetTest, MaterialsAreWrittenWhole) {
         const auto bytes = encode_glb(atlas, tile, options);
         std::ofstream(folder_ / "tile.glb", std::ios::binary)
             .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        written_.keep(folder_);
         ReadReport told;
         const auto read = read_mesh(folder_ / "tile.glb", {}, &told);
         ASSERT_TRUE(read) << read.error().message;

@@ -6,9 +6,14 @@
 
 #include "base/check.h"
 #include "frame/screen_error.h"
+#include "vgi/draw/cut/triangle_bounds.h"
 #include "vgi/draw/cut/visibility.h"
 
 namespace lodestone::vgi {
+
+// Pixels between samples that are drawn. Shaders take a level up to twice as fine, where it is there; half a level is
+// not asked for.
+static constexpr float most_apart = 1.4142136f;
 
 // By a map that takes the axes of a plane to a and b: its greater singular value.
 static double greatest_stretch(const glm::dvec3& a, const glm::dvec3& b) {
@@ -97,7 +102,31 @@ Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, cons
     return page;
 }
 
-ChartSpacing spacing_of(const Atlas& about, const GeometryPage& coarsest) {
+// The cells of a coarsest page, n along a side, that part (x, y) of 1 << shift a side has something of.
+static PageBounds bounds_of_part(const Atlas& about, const GeometryPage& coarsest, uint32_t n, uint32_t shift,
+                                 uint32_t x, uint32_t y, float off) {
+    constexpr double turned = 0.35;  // 20 degrees
+    const auto at = [&](uint32_t u, uint32_t v) {
+        const GeometryTexel& t = coarsest[size_t{v} * (n + 1) + u];
+        return about.lattice_point({t.x, t.y, t.z});
+    };
+    const auto first = [&](uint32_t k) { return k * n >> shift; };
+    const auto last = [&](uint32_t k) { return std::max(first(k) + 1, (k + 1) * n >> shift); };
+    std::vector<TriangleCorners> triangles;
+    for (uint32_t v = first(y); v < last(y); ++v) {
+        for (uint32_t u = first(x); u < last(x); ++u) {
+            const glm::dvec3 a = at(u, v), b = at(u + 1, v), c = at(u + 1, v + 1), d = at(u, v + 1);
+            triangles.push_back({a, b, c});
+            triangles.push_back({a, c, d});
+        }
+    }
+    PageBounds bounds;
+    put_sphere(triangles, static_cast<double>(off), bounds);
+    put_cone(triangles, turned, bounds);
+    return bounds;
+}
+
+ChartSpacing spacing_of(const Atlas& about, const GeometryPage& coarsest, float off) {
     const PageTree tree = tree_of(about, Layer::geometry);
     const uint32_t n = tree.cells_per_page(), row = n + 1, splits = ChartSpacing::splits;
     const auto at = [&](uint32_t x, uint32_t y) {
@@ -133,6 +162,13 @@ ChartSpacing spacing_of(const Atlas& about, const GeometryPage& coarsest) {
     spacing.mean = static_cast<float>(std::max(std::sqrt(area), about.step) / about.attribute_cells);
     // What is stretched more is hardly seen, and would come before all else.
     for (float& of_part : spacing.widest) of_part = std::min(of_part, ChartSpacing::most_stretch * spacing.mean);
+    spacing.bounds_splits = std::min(ChartSpacing::splits, tree_of(about, Layer::attributes).base_level());
+    for (uint32_t shift = 0; shift <= spacing.bounds_splits; ++shift) {
+        for (uint32_t y = 0; y < 1u << shift; ++y) {
+            for (uint32_t x = 0; x < 1u << shift; ++x)
+                spacing.bounds.push_back(bounds_of_part(about, coarsest, n, shift, x, y, off));
+        }
+    }
     return spacing;
 }
 
@@ -158,8 +194,9 @@ void AttributePages::want(const Atlas& about, std::span<const ChartSpacing> spac
             const uint32_t pages = geometry.pages_per_side(covering);
             const uint32_t place =
                 chart * geometry.pages() + geometry.page(covering, x * pages / side, y * pages / side);
-            if (visibility.seen(1, place) == 0) continue;
-            const PageBounds& bounds = about.bounds[place];
+            const uint32_t shift = tree_.base_level() - level;
+            const PageBounds& bounds = spacing[chart].bounds_of(shift, x, y);
+            if (visibility.seen(1, place) == 0 || visibility.seen(1, bounds) == 0) continue;
             const float away =
                 request.distance
                     ? *request.distance
@@ -167,16 +204,17 @@ void AttributePages::want(const Atlas& about, std::span<const ChartSpacing> spac
                           glm::distance(glm::vec3(request.object_to_world * glm::vec4(bounds.centre, 1)), view.eye) -
                               bounds.radius * scale - request.margin.distance,
                           view.near_plane);
-            const float apart = spacing[chart].widest_of(tree_.base_level() - level, x, y),
+            const float apart = spacing[chart].widest_of(shift, x, y),
                         pixels = apart * static_cast<float>(1u << level) * scale * view.focal_px / away;
+            // Of its parent another part may need this level.
+            if (level < tree_.base_level() && 2 * pixels <= most_apart) continue;
             const uint32_t number = chart * tree_.pages() + tree_.page(level, x, y);
             if (!holds(number)) {
                 demand.ask(number, 2 * pixels);  // what is drawn there is its parent
                 continue;
             }
             demand.touch(number);
-            // Shaders take a level up to twice as fine, where it is there; half a level is not asked for.
-            if (level == 0 || pixels <= 1.4142136f) continue;
+            if (level == 0 || pixels <= most_apart) continue;
             for (uint32_t k = 0; k < 4; ++k) stack.push_back({level - 1, 2 * x + k % 2, 2 * y + k / 2});
         }
     }

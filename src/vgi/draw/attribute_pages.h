@@ -33,13 +33,25 @@ struct ChartSpacing {
     // the mean: of the whole, its quarters, and so on, numbered as pages are (PageTree::page_of).
     std::array<float, (size_t{1} << 2 * (splits + 1)) / 3> widest{};
 
+    // Of the same parts, as many as there may be pages for: what is in it, by the same samples; cones are wider by as
+    // much as what lies between samples may be turned, mostly.
+    std::vector<PageBounds> bounds;
+    uint32_t bounds_splits = 0;  // at most `splits`
+
     // Of the part that holds page (x, y) of a level with 1 << shift pages a side.
-    float widest_of(uint32_t shift, uint32_t x, uint32_t y) const {
-        const uint32_t finer = shift - std::min(shift, splits);
-        return widest[PageTree::page_of(shift - finer, x >> finer, y >> finer)];
+    float widest_of(uint32_t shift, uint32_t x, uint32_t y) const { return widest[part_of(shift, x, y, splits)]; }
+    const PageBounds& bounds_of(uint32_t shift, uint32_t x, uint32_t y) const {
+        return bounds[part_of(shift, x, y, bounds_splits)];
+    }
+
+private:
+    static uint32_t part_of(uint32_t shift, uint32_t x, uint32_t y, uint32_t most) {
+        const uint32_t finer = shift - std::min(shift, most);
+        return PageTree::page_of(shift - finer, x >> finer, y >> finer);
     }
 };
-ChartSpacing spacing_of(const Atlas& about, const GeometryPage& coarsest);
+// off: what the page is off by, object units.
+ChartSpacing spacing_of(const Atlas& about, const GeometryPage& coarsest, float off);
 
 class AttributePages {
 public:

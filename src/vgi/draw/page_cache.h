@@ -56,6 +56,9 @@ public:
     // Pages came or went since this was last asked.
     bool take_changed() { return std::exchange(changed_, false); }
     uint32_t resident() const { return pools_[0].resident() + pools_[1].resident(); }
+    uint64_t attribute_bytes_resident() const {
+        return pool(Layer::attributes).resident() * slot_bytes(Layer::attributes);
+    }
     uint32_t leaf_parts_resident() const { return pools_[2].resident(); }
     uint32_t uploaded() const { return uploaded_; }  // by this frame
     uint32_t evicted() const { return evicted_; }

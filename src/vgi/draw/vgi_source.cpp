@@ -124,6 +124,7 @@ public:
         plan.stats.index_bytes = recipe_.buffers[draw_lists].bytes;
         plan.stats.triangles = device_ ? found_.triangles : cuts_->triangles;
         plan.stats.more = {{"pages_resident", pages_.resident()},
+                           {"attribute_bytes_resident", static_cast<double>(pages_.attribute_bytes_resident())},
                            {"pages_missing", missing.pages},
                            {"leaf_parts_resident", pages_.leaf_parts_resident()},
                            {"leaf_parts_missing", missing.leaf_parts},

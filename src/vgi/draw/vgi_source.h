@@ -35,7 +35,8 @@ struct VgiOptions {
 // Fault::format where one of them is damaged.
 //
 // Requests and arrivals: PageRequest::chunk, offset and bytes say what to read; an arrival with an empty blob is a page
-// that could not be read, which is asked for again later. Statistics in PlanStats::more: pages_resident, pages_missing
+// that could not be read, which is asked for again later. Statistics in PlanStats::more: pages_resident,
+// attribute_bytes_resident (of those of attributes: the texture memory held), pages_missing
 // (wanted by this frame and not there), leaf_parts_resident and leaf_parts_missing (the same of leaves),
 // pages_uploaded, pages_evicted, pages_failed, requests_waiting, raised_error (times the pixel error that was asked
 // for, where triangles had to be saved), cut_in_frame (1: the frame was not where the frames before led to, and made

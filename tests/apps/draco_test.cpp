@@ -1,12 +1,16 @@
 // What Draco compressed, through the program: its decoder runs in a copy of the program, and whatever becomes of that
 // is one line and exit code 3.
 #include <csignal>
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 #include <vector>
 
 #include "apps/program.h"
 #include "base/sanitized.h"
 #include "fixtures/gltf_files.h"
 #include "fixtures/meshes.h"
+#include "mesh/io/image_file.h"
+#include "mesh/io/write.h"
 
 namespace lodestone {
 namespace {
@@ -65,6 +69,35 @@ TEST_F(DracoTest, DamageAnywhereIsOneLine) {
         EXPECT_THAT(e.err, HasSubstr("a.glb: "));
     }
     EXPECT_GT(refused, 3);
+}
+
+// Into the viewer, as the plain file is.
+TEST_F(DracoTest, IsShownWhereItIsDropped) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    if (std::system("command -v xvfb-run > /dev/null") != 0)
+        GTEST_SKIP() << "no display; install xvfb to run this test";
+    put("a.glb", packed_);
+    ASSERT_TRUE(write_mesh(torus_, folder_ / "plain.glb"));
+    succeeds("generate rock --triangles 1000 -o rock.ply");
+    const Ended e =
+        run("view rock.ply --backend full --size 160x120 --keys H,F12,load:a.glb,F12,load:plain.glb,F12", own_display);
+    ASSERT_EQ(e.code, 0) << e.err;
+    EXPECT_EQ(e.err, "");
+    std::vector<Image> seen;
+    for (const char* name : {"lodestone-1.png", "lodestone-2.png", "lodestone-3.png"}) {
+        auto image = read_image(folder_ / name);
+        ASSERT_TRUE(image) << image.error().message;
+        seen.push_back(std::move(*image));
+    }
+    const auto unlike = [&](const Image& a, const Image& b) {
+        size_t count = 0;
+        for (size_t i = 0; i < a.texels.size(); ++i)
+            count +=
+                glm::any(glm::greaterThan(glm::abs(glm::ivec4(a.texels[i]) - glm::ivec4(b.texels[i])), glm::ivec4(8)));
+        return count;
+    };
+    EXPECT_GT(unlike(seen[0], seen[1]), 500u);
+    EXPECT_LT(unlike(seen[1], seen[2]), 60u);
 }
 
 #if !LODE_SANITIZED  // which bring an allocation of their own, and take terabytes of addresses

@@ -280,6 +280,29 @@ def retextured():
     return [["lodestone", *make, "-o", "scan.glb"], ["lodestone", "bake", "scan.glb", "-o", "scan.lode", *options, "[--retexture]"]], rows
 
 
+def models(*meshes):
+    """Models of some ten thousand to some hundred thousand triangles, by every backend, on `bench`'s own flight."""
+
+    def measured():
+        rows = {}
+        bake_options = ["--backends", "vgi,lod,discrete,full"]
+        options = ["--backends", "full,discrete,lod,vgi", "--pixel-error", "1", "--equal-error", "ssim", "--size", "640x360", "--frames", "12",
+                   "--quality-frames", "6", "--resident-mib", "4000"]
+        with tempfile.TemporaryDirectory() as folder:
+            lodestone, asset = [BIN + "lodestone", "-q"], f"{folder}/model.lode"
+            for mesh in meshes:
+                run([*lodestone, "bake", made_or_given(mesh, (), folder), "-o", asset, *bake_options])
+                run([*lodestone, "bench", asset, *options, "-o", folder])
+                report = json.loads((pathlib.Path(folder) / "report.json").read_text())
+                full = next(row for row in report["rows"] if row["backend"] == "full")
+                for name, row in flown(report, FLOWN).items():
+                    row.update(full_triangles=full["triangles"], full_ms=full["ms_median"])
+                    rows[f"{mesh.split('/')[-1]}: {name}"] = row
+        return [["lodestone", "bake", "MODEL", "-o", "model.lode", *bake_options], ["lodestone", "bench", "model.lode", *options]], rows
+
+    return measured
+
+
 def generated(shape, triangles=100000):
     return f"{shape}.ply", "generate", shape, "--triangles", str(triangles), "--seed", "1"
 
@@ -317,6 +340,8 @@ MEASUREMENTS = {
                                   "scans/rockerArm.ply", "scans/falconstatue_boundary.obj", "nasty/brain.ply")),
         ("gltf/DamagedHelmet/DamagedHelmet.glb", ("--bake",))),
     "retexture": retextured,
+    "models": models("gltf/DamagedHelmet/DamagedHelmet.glb", "gltf/ToyCar/ToyCar.gltf", "scans/laurana.ply", "scans/lucy.ply", "scans/igea.ply",
+                     "scans/turbineblade.ply"),
     "textures-scan": textures("scan.glb", "generate", "scan", "--triangles", "100000", "--seed", "7"),
     **AROUND,
 }
@@ -473,6 +498,13 @@ def unwrap_section(result):
         ("textures", seconds("bake")), ("reading", seconds("read")), ("writing", seconds("write"))])
 
 
+def models_section(result):
+    return columns(result["rows"], [
+        ("triangles", "triangles"), ("of `full`'s", lambda row: row["triangles"] / row["full_triangles"]), ("SSIM", "ssim"),
+        ("PSNR, dB", "psnr_db"), ("deviation, px", "max_pixel_deviation"), ("ms, median", "ms_median"),
+        ("`full` over it", lambda row: row["full_ms"] / row["ms_median"])])
+
+
 def retexture_section(result):
     return columns(result["rows"], [("triangles", "triangles"), ("of the coarsest level", "base_triangles")])
 
@@ -511,6 +543,8 @@ SECTIONS = [
     ("Flights", "1280x720, every backend through the same scene. Columns are those of the report ([cli.md](cli.md)).",
      [("flight-rock", flight_section), ("flight-cliff", flight_section), ("flight-far", flight_section),
       ("flight-field", flight_section)]),
+    ("Models", "640x360, `bench`'s own flight at a pixel, textures baked into the atlas. `discrete` has rows at pixel errors at which its SSIM is that of "
+     "`lod` and of `vgi`, too.", [("models", models_section)]),
     ("Textures", "Seven views all around at a pixel, lit, against `full` with 16 samples a pixel. `--keep-uv` looks the source's textures up; otherwise "
      "what they hold is in the atlas ([materials.md](materials.md)).", [(name, textures_section) for name in ("textures-helmet", "textures-scan")]),
     ("Unwrapping", "Two cores. One square, 4096 texels a side with 4 between charts ([unwrap.md](unwrap.md)).", [("unwrap", unwrap_section)]),

@@ -96,11 +96,16 @@ vec2 surface_place(vec2 place, uint chart, vec3 world, float lod, InstanceConsta
 
     float size = float(1u << stride);
     vec2 last_at = at, last_way = vec2(0.0), best = at;
-    float least = 1e30;
+    float least = 1e30, first_side = 0.0;
     for (uint step = 0u; step < most_steps; ++step) {
-        vec3 off = seen - surface_cell(first, asset.page_cells, at, stride).at;
+        SurfaceCell cell = surface_cell(first, asset.page_cells, at, stride);
+        vec3 off = seen - cell.at;
         vec2 way = vec2(dot(off, to_x), dot(off, to_y)), change = way - last_way;
-        if (dot(way, way) < least) {
+        // The other side of a fold is not what was drawn.
+        float side = dot(cross(cell.along_x, cell.along_y), ray);
+        if (step == 0u) first_side = side;
+        bool turned = side * first_side < 0.0;
+        if (dot(way, way) < least && !turned) {
             least = dot(way, way);
             best = at;
         }
@@ -110,7 +115,7 @@ vec2 surface_place(vec2 place, uint chart, vec3 world, float lod, InstanceConsta
         last_way = way;
         at = next;
         if (length(way) < near * size) {
-            best = at;
+            if (!turned) best = at;
             break;
         }
     }

@@ -174,6 +174,20 @@ TEST_F(BakedTexturesTest, HaveNoPixelOfAnotherPlace) {
     }
 }
 
+// Nor one of the other side of a fold: where a leg meets the body, say.
+TEST_F(BakedTexturesTest, HaveNoPixelOfTheOtherSideOfAFold) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    const std::string name = "scans/horse.ply";
+    const auto mesh = fixtures::real_data(name);
+    if (!mesh) GTEST_SKIP() << fixtures::missing_data_note(name);
+    succeeds("bake " + mesh->string() + " -o horse.lode --backends vgi,full");
+    for (const std::string backend : {"full", "vgi"})
+        succeeds("render horse.lode --size 640x360 --backend " + backend + " -o " + backend + ".png");
+    const auto [wrong, seen] = pixels_of_elsewhere(picture_of(folder_ / "full.png"), picture_of(folder_ / "vgi.png"));
+    EXPECT_GT(seen, 15000u);
+    EXPECT_EQ(wrong, 0u);
+}
+
 // Whoever needs texture coordinates is told how to have them, and tiles have them.
 TEST_F(BakedTexturesTest, AreToldWhereTextureCoordinatesAreNeeded) {
     ASSERT_TRUE(write_mesh(painted_ball(), folder_ / "ball.glb"));

@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 #include "frame/screen_error.h"
-#include "vgi/draw/cut/triangle_bounds.h"
+#include "vgi/asset/triangle_bounds.h"
 #include "vgi/draw/cut/visibility.h"
 
 namespace lodestone::vgi {

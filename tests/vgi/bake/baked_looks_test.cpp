@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "base/looks/srgb.h"
+#include "base/random.h"
 #include "fixtures/materials.h"
 #include "fixtures/meshes.h"
 #include "mesh/repair.h"

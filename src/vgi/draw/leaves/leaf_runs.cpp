@@ -1,6 +1,6 @@
 #include "vgi/draw/leaves/leaf_runs.h"
 
-#include "vgi/draw/cut/triangle_bounds.h"
+#include "vgi/asset/triangle_bounds.h"
 
 namespace lodestone::vgi {
 

@@ -1,4 +1,4 @@
-// The sphere and the cone of normals of some triangles, as views are asked for whether they see them (Visibility).
+// The sphere and the cone of normals of some triangles, by which views are told whether they see them.
 #pragma once
 
 #include <array>

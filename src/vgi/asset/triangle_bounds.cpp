@@ -1,4 +1,4 @@
-#include "vgi/draw/cut/triangle_bounds.h"
+#include "vgi/asset/triangle_bounds.h"
 
 #include <algorithm>
 #include <cmath>

@@ -9,6 +9,7 @@
 #include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "vgi/asset/atlas.h"
+#include "vgi/bake/charts/chart_mesh.h"
 
 namespace lodestone::vgi {
 

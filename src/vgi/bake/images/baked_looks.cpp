@@ -179,7 +179,8 @@ public:
         for (uint32_t i = 0; i < texels_.size(); ++i) add(texels_[i], meetings[together_.find(i)]);
         for (uint32_t i = 0; i < texels_.size(); ++i) {
             Meeting& met = meetings[together_.find(i)];
-            met.edge |= glm::dot(atlas_.normal(texels_[i]), met.normal) < least_cosine * glm::length(met.normal);
+            // Those that are each other's opposite have no mean.
+            met.edge |= !(glm::dot(atlas_.normal(texels_[i]), met.normal) > least_cosine * glm::length(met.normal));
         }
         for (uint32_t i = 0; i < texels_.size(); ++i) {
             const Meeting& met = meetings[together_.find(i)];

@@ -31,6 +31,11 @@ PAGE = ROOT / "docs" / "figures.md"
 # ---------------------------------------------------------------------------------------------------------------- measuring
 
 
+def result_path(name):
+    """Where a result is kept: pictures from all around in a folder of their own."""
+    return RESULTS / ("around" if name.startswith("around-") else "") / f"{name}.json"
+
+
 def run(command):
     """Runs a command of the project's root and returns what it prints; ends the script where the command fails."""
     print("$ " + " ".join(command), file=sys.stderr, flush=True)
@@ -363,7 +368,7 @@ def take(name, path):
     made_at = report["machine"]["commit"]
     result = {"commit": made_at, "date": run(["git", "show", "-s", "--format=%cs", made_at]).strip(), "commands": [ON_A_GPU[name]],
               "machine": report["machine"], "rows": flown(report, (*FLOWN, "gpu_ms", "throughput_fps"))}
-    (RESULTS / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n")
+    result_path(name).write_text(json.dumps(result, indent=1) + "\n")
 
 
 def processor():
@@ -383,7 +388,7 @@ def measure(names):
         commands, rows, *machine = MEASUREMENTS[name]()
         result = {**commit(), "commands": [" ".join(words) for words in commands],
                   "machine": machine[0] if machine else {"cpu": processor()}, "rows": rows}
-        (RESULTS / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n")
+        result_path(name).write_text(json.dumps(result, indent=1) + "\n")
 
 
 # ------------------------------------------------------------------------------------------------------------------ writing
@@ -556,7 +561,7 @@ SECTIONS = [
 
 
 def results():
-    return {path.stem: json.loads(path.read_text()) for path in sorted(RESULTS.glob("*.json"))}
+    return {path.stem: json.loads(path.read_text()) for path in sorted(RESULTS.rglob("*.json"))}
 
 
 def page(found):

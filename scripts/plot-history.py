@@ -17,7 +17,7 @@ USUAL = ("flight-*/*/ms_median", "flight-*/*/ssim", "bake-*/*/seconds", "bake-*/
 def chosen(patterns):
     """{figure: {measurement/row: [(commit number, value)]}}, and the commits from the oldest."""
     files = []
-    for path in HISTORY.glob("*.csv"):
+    for path in HISTORY.rglob("*.csv"):
         rows = list(csv.DictReader(path.open(encoding="utf-8")))
         if rows:
             files.append((rows[0]["date"], path.stem, rows))

@@ -54,9 +54,10 @@ Result<uint32_t> chosen_level(const ExtractArguments& o, const Levels& levels, u
     return *o.level - missing;
 }
 
-Result<int> write_level(const ExtractArguments& o, const TriMesh& mesh, uint32_t level, uint32_t levels, float error) {
+Result<int> write_level(const ExtractArguments& o, const WriteOptions& write, const TriMesh& mesh, uint32_t level,
+                        uint32_t levels, float error) {
     for (const std::string& line : lost_in_writing(mesh, o.out)) terminal_progress().warning(line);
-    if (auto done = write_mesh(mesh, o.out, o.write); !done) return tl::unexpected(done.error());
+    if (auto done = write_mesh(mesh, o.out, write); !done) return tl::unexpected(done.error());
     if (o.json) {
         const Json json = {{"triangles", mesh.triangle_count()}, {"level", level}, {"error", error}};
         print_line(json.dump(2));
@@ -93,9 +94,9 @@ Result<int> extract_atlas(const ExtractArguments& o, const Asset& asset) {
     if (!level) return tl::unexpected(level.error());
     const auto mesh = mesh_of(o, *atlas, levels, *level);
     if (!mesh) return tl::unexpected(mesh.error());
-    ExtractArguments write = o;
-    write.write.exact_uvs = atlas->attributes.baked;  // borders of charts lie in the middles of texels
-    return write_level(write, *mesh, *level + missing, levels.levels() + missing, levels.error_at(*level));
+    WriteOptions write = o.write;
+    write.exact_uvs = atlas->attributes.baked;  // borders of charts lie in the middles of texels
+    return write_level(o, write, *mesh, *level + missing, levels.levels() + missing, levels.error_at(*level));
 }
 
 Result<int> extract(const ExtractArguments& o) {
@@ -118,7 +119,8 @@ Result<int> extract(const ExtractArguments& o) {
     if (!level) return tl::unexpected(level.error());
     const auto mesh = extract_level(pm, *level, static_cast<uint32_t>(order - pm.orders.data()));
     if (!mesh) return fail_at(o.asset, mesh.error());
-    return write_level(o, *mesh, *level + pm.levels_missing, pm.levels() + pm.levels_missing, pm.errors[*level]);
+    return write_level(o, o.write, *mesh, *level + pm.levels_missing, pm.levels() + pm.levels_missing,
+                       pm.errors[*level]);
 }
 
 }  // namespace

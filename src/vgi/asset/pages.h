@@ -95,6 +95,10 @@ std::vector<Channel> channels_of(const AtlasAttributes& attributes, Layer layer,
 // Of charts that leave out nothing; the pages of one that does are the first of them.
 PageTree tree_of(const Atlas& atlas, Layer layer);
 PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart);  // its own
+// Of a chart's coarsest page of positions; of an atlas whose bounds are there.
+inline const PageBounds& coarsest_bounds(const Atlas& atlas, uint32_t chart) {
+    return atlas.bounds[size_t{chart} * tree_of(atlas, Layer::geometry).pages()];
+}
 
 // One page's samples: channel after channel, row by row.
 struct Page {

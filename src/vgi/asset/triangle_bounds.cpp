@@ -23,7 +23,6 @@ void put_sphere(std::span<const TriangleCorners> triangles, double further, Page
     for (const TriangleCorners& corners : triangles) {
         for (const glm::dvec3& p : corners) radius = std::max(radius, glm::distance(p, glm::dvec3(bounds.centre)));
     }
-    // Rounded up by what single precision loses of places.
     bounds.radius = static_cast<float>(radius * 1.00001 + further);
 }
 

@@ -115,9 +115,8 @@ static PageBounds bounds_of_part(const Atlas& about, const GeometryPage& coarses
     std::vector<TriangleCorners> triangles;
     for (uint32_t v = first(y); v < last(y); ++v) {
         for (uint32_t u = first(x); u < last(x); ++u) {
-            const glm::dvec3 a = at(u, v), b = at(u + 1, v), c = at(u + 1, v + 1), d = at(u, v + 1);
-            triangles.push_back({a, b, c});
-            triangles.push_back({a, c, d});
+            const auto halves = cell_triangles(true, at(u, v), at(u + 1, v), at(u + 1, v + 1), at(u, v + 1));
+            triangles.insert(triangles.end(), halves.begin(), halves.end());
         }
     }
     PageBounds bounds;

@@ -96,9 +96,8 @@ Result<void> PageCache::load_base_pages() {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
                 for (const Layer layer : both_layers) pages[c * 2 + index_of(layer)] = base_page(layer, a, c);
                 const Decoded& positions = pages[c * 2 + index_of(Layer::geometry)];
-                const size_t coarsest = size_t{c} * tree_of(about, Layer::geometry).pages();
                 if (positions.geometry != nullptr)
-                    atlas.spacing[c] = spacing_of(about, *positions.geometry, about.bounds[coarsest].error);
+                    atlas.spacing[c] = spacing_of(about, *positions.geometry, coarsest_bounds(about, c).error);
             }
         });
         std::vector<std::shared_ptr<const AttributePage>> coarsest;

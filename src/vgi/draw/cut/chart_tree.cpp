@@ -13,10 +13,6 @@ namespace lodestone::vgi {
 
 namespace {
 
-const PageBounds& root_of(const Atlas& about, uint32_t chart) {
-    return about.bounds[size_t{chart} * tree_of(about, Layer::geometry).pages()];
-}
-
 // Bounds of some charts' coarsest pages. A cone is kept where all of them have one and it stays narrower than a half
 // space.
 PageBounds around(const Atlas& about, std::span<const uint32_t> charts) {
@@ -25,7 +21,7 @@ PageBounds around(const Atlas& about, std::span<const uint32_t> charts) {
     glm::dvec3 axes(0);
     bool cones = true;
     for (const uint32_t chart : charts) {
-        const PageBounds& b = root_of(about, chart);
+        const PageBounds& b = coarsest_bounds(about, chart);
         low = glm::min(low, b.centre - b.radius);
         high = glm::max(high, b.centre + b.radius);
         cones = cones && b.cosine > 0;
@@ -33,7 +29,7 @@ PageBounds around(const Atlas& about, std::span<const uint32_t> charts) {
     }
     all.centre = (low + high) * 0.5f;
     for (const uint32_t chart : charts) {
-        const PageBounds& b = root_of(about, chart);
+        const PageBounds& b = coarsest_bounds(about, chart);
         // Rounded up a little.
         all.radius = std::max(all.radius, (glm::distance(all.centre, b.centre) + b.radius) * 1.00001f);
     }
@@ -43,7 +39,7 @@ PageBounds around(const Atlas& about, std::span<const uint32_t> charts) {
     const glm::dvec3 unit = glm::normalize(axis);
     double widest = 0;
     for (const uint32_t chart : charts) {
-        const PageBounds& b = root_of(about, chart);
+        const PageBounds& b = coarsest_bounds(about, chart);
         const glm::dvec3 own = glm::normalize(glm::dvec3(b.axis[0], b.axis[1], b.axis[2]));
         const double between = std::acos(std::clamp(glm::dot(unit, own), -1.0, 1.0));
         widest = std::max(widest, between + std::acos(static_cast<double>(b.cosine) / 127));
@@ -59,7 +55,7 @@ PageBounds around(const Atlas& about, std::span<const uint32_t> charts) {
 
 ChartTree::ChartTree(const Atlas& about) {
     std::vector<glm::vec3> centres;
-    for (uint32_t chart = 0; chart < about.charts(); ++chart) centres.push_back(root_of(about, chart).centre);
+    for (uint32_t chart = 0; chart < about.charts(); ++chart) centres.push_back(coarsest_bounds(about, chart).centre);
     tree_ = HalvedTree(centres);
     for (const HalvedTree::Node& node : tree_.nodes()) around_.push_back(around(about, tree_.below(node)));
 }
@@ -78,7 +74,7 @@ Result<void> ChartTree::validate(const Atlas& about) const {
     std::vector<bool> met(about.charts(), false);
     for (size_t n = 0; n < around_.size(); ++n) {
         for (const uint32_t chart : tree_.below(tree_.nodes()[n])) {
-            const PageBounds& b = root_of(about, chart);
+            const PageBounds& b = coarsest_bounds(about, chart);
             if (glm::distance(b.centre, around_[n].centre) + b.radius > around_[n].radius * 1.0001f)
                 return fail(Fault::invariant, "chart tree: chart " + std::to_string(chart) + " sticks out of a node");
             met[chart] = true;

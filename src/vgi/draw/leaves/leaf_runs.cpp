@@ -16,6 +16,7 @@ std::vector<PageBounds> leaf_runs(const Atlas& about, const LeafPart& part) {
             point[k] = {p[0], p[1], p[2]};
         }
         if (places.size() < leaf_run_triangles && &triangle != &part.triangles.back()) continue;
+        // Rounded up by what single precision loses of places.
         put_sphere(places, about.extent() * 1e-6, runs.emplace_back());
         put_cone(lattice, 0, runs.back());
         places.clear();

@@ -590,7 +590,8 @@ def write_history(found):
             for figure, value in figures.items():
                 by_commit.setdefault(result["commit"], []).append((result["date"], name, row, figure, f"{value:.6g}"))
     for made_at, rows in by_commit.items():
-        path, measured = HISTORY / f"{made_at}.csv", {row[1] for row in rows}
+        path = next(HISTORY.rglob(f"{made_at}.csv"), HISTORY / f"{made_at}.csv")
+        measured = {row[1] for row in rows}
         if path.exists():
             with open(path, newline="", encoding="utf-8") as before:
                 rows += [tuple(row) for row in list(csv.reader(before))[1:] if row[1] not in measured]

@@ -36,7 +36,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME liblodestone-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "liblodestone${PROJECT_VERSION_MAJOR} (= ${PROJECT_VERSION}-1)")
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "g++, cmake, pkg-config, libopenmesh-dev, libeigen3-dev, libglm-dev, libmeshoptimizer-dev, libtinygltf-dev, libdraco-dev, libwebp-dev, libopenvdb-dev, nlohmann-json3-dev, libexpected-dev, libpng-dev, libjpeg-dev, libtiff-dev, libproj-dev, zlib1g-dev, libzstd-dev, libvulkan-dev, libglfw3-dev, libimgui-dev")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "g++, cmake, pkg-config, libopenmesh-dev, libeigen3-dev, libglm-dev, libmeshoptimizer-dev, libtinygltf-dev, libdraco-dev, libwebp-dev, libstb-dev, libopenvdb-dev, nlohmann-json3-dev, libexpected-dev, libpng-dev, libjpeg-dev, libtiff-dev, libproj-dev, zlib1g-dev, libzstd-dev, libvulkan-dev, libglfw3-dev, libimgui-dev")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "continuous level-of-detail engine: headers and static libraries
  The header of the C interface, and the C++ libraries with their headers.")
 

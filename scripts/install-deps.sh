@@ -10,7 +10,7 @@ packages=(
   libopenmesh-dev libeigen3-dev libglm-dev libmeshoptimizer-dev
   libtinygltf-dev nlohmann-json3-dev libcli11-dev libexpected-dev libxxhash-dev
   libjs-chart.js
-  libdraco-dev libwebp-dev
+  libdraco-dev libwebp-dev libstb-dev
   libpng-dev libjpeg-dev libtiff-dev zlib1g-dev libzstd-dev libproj-dev
   libopenvdb-dev
   libvulkan-dev glslang-dev glslang-tools libglfw3-dev libimgui-dev

@@ -47,6 +47,12 @@ void add_stage_options(CLI::App& command, StageOptions& options) {
                        "Light from all around, and what is seen behind everything: sky, a clear one whose sun stands "
                        "where the light comes from; a Radiance picture (.hdr), equirectangular; or none, a sky and a "
                        "ground of one colour each. What the scene says unless given, or none");
+    command
+        .add_option("--texture-blocks", options.texture_blocks,
+                    "vgi: baked textures take half of the memory, as block compressed textures, and are a little "
+                    "less exact: on, off, or auto, on where the device is no software rasteriser")
+        ->check(CLI::IsMember({"auto", "on", "off"}))
+        ->capture_default_str();
     command.add_flag("--validation", options.validation,
                      "Run under Vulkan validation; exit with 1 if it reports anything");
     add_outside_option(command, options.allow_outside);
@@ -92,6 +98,8 @@ Result<DrawStage> set_stage(const StageOptions& options, const SceneNeeds& needs
     auto ready = ready_scene(std::move(*scene), needs, progress);
     if (!ready) return tl::unexpected(ready.error());
     ready->materials.environment = std::move(*environment);
+    ready->textures_in_blocks =
+        options.texture_blocks == "on" || (options.texture_blocks == "auto" && !(*renderer)->device().software);
     return DrawStage{size->first, size->second, renderer_options, std::move(*renderer), std::move(*ready)};
 }
 

@@ -22,6 +22,7 @@ struct StageOptions {
     // In place of what the scene says.
     std::optional<uint64_t> resident_mib, upload_mib, max_triangles;
     std::string volumes = "on", absorption, environment;
+    std::string texture_blocks = "auto";
 };
 void add_stage_options(CLI::App& command, StageOptions& options);
 // What the options set of a budget.

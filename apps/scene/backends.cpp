@@ -74,8 +74,10 @@ Result<std::unique_ptr<FrameSource>> open_vgi_scene(const Technique& way, const 
     for (const Asset& asset : scene.assets) assets.push_back(asset.atlas_file);
     const auto* raster = std::ranges::find(vgi_rasters, way.raster, &VgiRaster::name);
     if (raster == std::end(vgi_rasters)) raster = vgi_rasters;
-    return vgi::open_vgi(
-        assets, {scene.scene.budget.resident_bytes, static_cast<uint32_t>(scene.instances.size()), raster->raster});
+    return vgi::open_vgi(assets, {.resident_bytes = scene.scene.budget.resident_bytes,
+                                  .instances = static_cast<uint32_t>(scene.instances.size()),
+                                  .raster = raster->raster,
+                                  .textures_in_blocks = scene.textures_in_blocks});
 }
 
 bool holds_chain(const Asset& asset) { return asset.holds_chain(); }

@@ -24,7 +24,9 @@ struct ReadyScene {
     double bake_seconds = 0;      // spent now, 0 where every asset was in the cache
     uint64_t asset_bytes = 0;     // of the files
     uint32_t most_instances = 1;  // of one asset
-    bool whole = true;            // every asset has what was needed or welcome, and nothing of it was baked quickly
+    // Baked textures of vgi lie in blocks (vgi/draw/attributes/attribute_blocks.h).
+    bool textures_in_blocks = false;
+    bool whole = true;  // every asset has what was needed or welcome, and nothing of it was baked quickly
 };
 
 // Whether a part of an asset must be there, is taken where it is in the cache, or is left out.

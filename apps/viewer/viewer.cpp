@@ -288,34 +288,35 @@ void Viewer::bake(const std::string& name, bool is_better, const std::function<R
     bake_ = std::make_unique<Bake>();
     bake_->state.file = name;
     bake_->is_better = is_better;
-    bake_->result =
-        std::async(std::launch::async,
-                   [bake = bake_.get(), name, read, needs, environment = scene_->scene.environment,
-                    around = scene_->materials.environment]() -> Result<ReadyScene> {
-                       Progress progress;
-                       progress.stop = &bake->stop;
-                       progress.report = [bake](const std::string& stage, double fraction) {
-                           const std::lock_guard lock(bake->mutex);
-                           bake->state.stage = stage;
-                           bake->state.fraction = fraction;
-                       };
-                       try {
-                           auto scene = read();
-                           if (!scene) return tl::unexpected(scene.error());
-                           if (auto grids = read_grids(scene->volumes); !grids) return tl::unexpected(grids.error());
-                           if (scene->environment == no_environment) scene->environment = environment;
-                           Result<std::shared_ptr<const Environment>> light = around;
-                           if (!bake->is_better) light = environment_of(*scene);  // what is better is lit as before
-                           if (!light) return tl::unexpected(light.error());
-                           auto ready = ready_scene(std::move(*scene), needs, progress);
-                           if (ready) ready->materials.environment = std::move(*light);
-                           return ready;
-                       } catch (const std::bad_alloc&) {
-                           return fail(Fault::machine, name + ": out of memory");
-                       } catch (const std::exception& e) {
-                           return fail(Fault::machine, name + ": an operation of the system failed: " + e.what());
-                       }
-                   });
+    bake_->result = std::async(
+        std::launch::async,
+        [bake = bake_.get(), name, read, needs, environment = scene_->scene.environment,
+         around = scene_->materials.environment, in_blocks = scene_->textures_in_blocks]() -> Result<ReadyScene> {
+            Progress progress;
+            progress.stop = &bake->stop;
+            progress.report = [bake](const std::string& stage, double fraction) {
+                const std::lock_guard lock(bake->mutex);
+                bake->state.stage = stage;
+                bake->state.fraction = fraction;
+            };
+            try {
+                auto scene = read();
+                if (!scene) return tl::unexpected(scene.error());
+                if (auto grids = read_grids(scene->volumes); !grids) return tl::unexpected(grids.error());
+                if (scene->environment == no_environment) scene->environment = environment;
+                Result<std::shared_ptr<const Environment>> light = around;
+                if (!bake->is_better) light = environment_of(*scene);  // what is better is lit as before
+                if (!light) return tl::unexpected(light.error());
+                auto ready = ready_scene(std::move(*scene), needs, progress);
+                if (ready) ready->materials.environment = std::move(*light);
+                if (ready) ready->textures_in_blocks = in_blocks;
+                return ready;
+            } catch (const std::bad_alloc&) {
+                return fail(Fault::machine, name + ": out of memory");
+            } catch (const std::exception& e) {
+                return fail(Fault::machine, name + ": an operation of the system failed: " + e.what());
+            }
+        });
 }
 
 std::optional<Viewer::Baking> Viewer::baking() const {

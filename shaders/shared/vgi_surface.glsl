@@ -4,17 +4,8 @@
 #define LODESTONE_VGI_SURFACE_GLSL
 
 #include "shared/materials.glsl"
-#include "shared/octahedral.glsl"
+#include "shared/vgi_attributes.glsl"
 #include "shared/vgi_place.glsl"
-
-// LODE_VGI_HAS_...: what any asset of the scene has that is drawn with. Software rasterisers run every branch.
-layout(constant_id = LODE_VGI_EVER_CONSTANT) const uint ever = 7u;
-layout(constant_id = LODE_VGI_WORDS_CONSTANT) const uint attribute_words = 1u;  // of a sample of the attributes
-
-// Not of unit length: it is a mean of several that is wanted.
-vec3 direction_of(uint word) {
-    return unfolded(vec2(bitfieldExtract(int(word), 0, 8), bitfieldExtract(int(word), 8, 8)) / 127.0);
-}
 
 // Whether the visibility buffer holds a normal: of the source's triangles, or of what stands for many charts.
 bool has_normal(uvec4 visible) {
@@ -26,10 +17,10 @@ bool has_normal(uvec4 visible) {
 // that the leaf does there. Across an edge of the source inside their cell is another side, and nothing in between.
 //   Petschnigg, Szeliski, Agrawala, Cohen, Hoppe, Toyama, "Digital photography with flash and no-flash image pairs",
 //   SIGGRAPH 2004: a bilateral filter that goes by another image, the joint one.
-vec4 weight_of_side(vec4 weight, uvec4 words, vec3 facing) {
+vec4 weight_of_side(vec4 weight, mat4x3 directions, vec3 facing) {
     vec4 kept;
     for (int k = 0; k < 4; ++k) {
-        float alike = max(dot(normalize(direction_of(words[k])), facing), 0.0);
+        float alike = max(dot(normalize(directions[k]), facing), 0.0);
         kept[k] = weight[k] * alike * alike * alike * alike;
     }
     float sum = dot(kept, vec4(1.0));
@@ -89,24 +80,30 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
     FoundPage found = find_page(asset.first_attribute_page + chart * asset.attribute_pages, place, base, wanted);
     // Coarser than the coarsest page: a small level.
     uint small = uint(clamp(fit - int(base), 0, findMSB(cells))), read_cells = cells >> small;
-    uint first = small == 0u ? found.slot * LODE_VGI_PAGE_TEXELS
-                             : asset.first_mip_tail + chart * asset.mip_tail_samples +
-                                   LODE_VGI_SMALL_FIRST(cells, small);
+    uint first = small == 0u ? found.slot * attribute_slot_words
+                             : attribute_words * (asset.first_mip_tail + chart * asset.mip_tail_samples +
+                                                  LODE_VGI_SMALL_FIRST(cells, small));
     vec2 local = found.place * float(read_cells);
     ivec2 low = min(ivec2(local), ivec2(int(read_cells) - 1));
     vec2 f = local - vec2(low);
 
-    uint row = read_cells + 1u;
-    uvec4 texel = attribute_words * (first + uint(low.y) * row + uint(low.x) + uvec4(0u, 1u, row, row + 1u));
+    AttributeSample at[4];
+    for (int k = 0; k < 4; ++k) {
+        uvec2 p = uvec2(low) + uvec2(k & 1, k >> 1);
+        if (in_blocks && small == 0u) {
+            at[k] = sample_of_blocks(first, read_cells, p);
+        } else {
+            at[k] = plain_sample(first, read_cells, p);
+        }
+    }
     vec4 weight = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
-    uvec4 word0;
-    for (int k = 0; k < 4; ++k) word0[k] = attributes_at(texel[k]);
-    if (is_leaf && has_normal(visible)) weight = weight_of_side(weight, word0, normalize(facing));
+    mat4x3 directions;
+    for (int k = 0; k < 4; ++k) directions[k] = direction_at(at[k]);
+    if (is_leaf && has_normal(visible)) weight = weight_of_side(weight, directions, normalize(facing));
     int nearest = 0;
     for (int k = 1; k < 4; ++k) nearest = weight[k] > weight[nearest] ? k : nearest;
 
-    vec3 normal = vec3(0.0);
-    for (int k = 0; k < 4; ++k) normal += weight[k] * direction_of(word0[k]);
+    vec3 normal = directions * weight;
     // What maps of normals make of a leaf's is in the samples alone.
     if (is_leaf && has_normal(visible) && (has & LODE_VGI_MAPPED_NORMALS) == 0u) normal = facing;
     Surface s;
@@ -118,7 +115,7 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
     if ((ever & LODE_VGI_HAS_COLOURS) != 0u && (has & LODE_VGI_HAS_COLOURS) != 0u) {
         s.colour = vec4(0.0);
         for (int k = 0; k < 4; ++k) {
-            vec4 colour = unpackUnorm4x8(attributes_at(texel[k] + 1u + (asset.has & LODE_VGI_HAS_UVS)));
+            vec4 colour = colour_at(at[k], 1u + (asset.has & LODE_VGI_HAS_UVS));
             if (s.baked) colour.rgb = linear_from_srgb(colour.rgb);
             s.colour += weight[k] * colour;
         }
@@ -128,27 +125,29 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
     if ((ever & LODE_VGI_HAS_SURFACES) != 0u && (has & LODE_VGI_HAS_SURFACES) != 0u) {
         s.baked_surface = vec3(0.0);
         for (int k = 0; k < 4; ++k)
-            s.baked_surface += weight[k] * unpackUnorm4x8(attributes_at(texel[k] + next)).rgb;
+            s.baked_surface += weight[k] * surface_at(at[k], next);
         ++next;
     }
     if ((ever & LODE_VGI_HAS_EMISSIONS) != 0u && (has & LODE_VGI_HAS_EMISSIONS) != 0u) {
         s.baked_emission = vec3(0.0);
         for (int k = 0; k < 4; ++k)
-            s.baked_emission += weight[k] * linear_from_srgb(unpackUnorm4x8(attributes_at(texel[k] + next)).rgb);
+            s.baked_emission += weight[k] * linear_from_srgb(emission_at(at[k], next));
     }
     s.material = instance.first_material;
-    if ((ever & LODE_VGI_HAS_MATERIALS) != 0u && (has & LODE_VGI_HAS_MATERIALS) != 0u)
-        s.material += word0[nearest] >> 16;
+    uvec4 materials = uvec4(0u);
+    if ((ever & LODE_VGI_HAS_MATERIALS) != 0u && (has & LODE_VGI_HAS_MATERIALS) != 0u) {
+        for (int k = 0; k < 4; ++k) materials[k] = material_at(at[k]);
+        s.material += materials[nearest];
+    }
     s.uv = s.second_uv = no_uvs();
     s.tangent = vec4(0.0);
     // Between materials a triangle's own would be looked up in the other's texture: the sample that is nearest tells both.
-    uvec4 materials = word0 >> 16;
     if (leaves_have_uvs != 0u && own.there && (has & LODE_VGI_HAS_UVS) != 0u && materials == materials.xxxx) {
         s.uv = UvSet(own.at, vec2(own.span, 0.0), vec2(0.0, own.span), mat2x3(own.tangent, cross(s.normal, own.tangent) * (own.turned ? -1.0 : 1.0)));
     } else if ((ever & LODE_VGI_HAS_UVS) != 0u && (has & LODE_VGI_HAS_UVS) != 0u) {
         vec2 uvs[4];
         for (int k = 0; k < 4; ++k) {
-            uint word = attributes_at(texel[k] + 1u);
+            uint word = attributes_at(at[k].first + 1u);
             uvs[k] = vec2(float(word & 0xffffu), float(word >> 16));
         }
         // Along the cell's edges. Across a seam they are of quite unlike length, and there is nothing in between.

@@ -6,10 +6,10 @@
 #define LODE_VGI_PAGE_TEXELS 1089
 #define LODE_VGI_GEOMETRY_WORDS 2  // per sample: x | y << 16, z | error << 16 | radius << 24
 // Per sample of the attributes: normal x | normal y << 8 | material << 16; then texture coordinates u | v << 16, then
-// colour, each where some asset of the scene has it.
+// colour, then surface (occlusion, roughness, metal), then emission, each where the asset has it. Or in blocks.
 
 // Where a chart's level of so many times fewer cells than its coarsest page begins among the small ones (level 1 has
-// half of the page's cells; vgi/draw/mip_tail.h): after the (cells / 2 + 1)^2 + (cells / 4 + 1)^2 + .. samples before
+// half of the page's cells; vgi/draw/attributes/mip_tail.h): after the (cells / 2 + 1)^2 + (cells / 4 + 1)^2 + .. samples before
 // it.
 #define LODE_VGI_SMALL_FIRST(cells, level)                                              \
     (((cells) * (cells) - ((cells) >> ((level)-1u)) * ((cells) >> ((level)-1u))) / 3u + \
@@ -99,11 +99,31 @@
 #define LODE_VGI_HAS_EMISSIONS 16
 #define LODE_VGI_BAKED 32           // textures of the source are in it
 #define LODE_VGI_MAPPED_NORMALS 64  // and maps of normals are in the normals
+// Of a scene: its pages of attributes are in blocks; and colours in them have alpha.
+#define LODE_VGI_IN_BLOCKS 128
+#define LODE_VGI_ALPHA_IN_BLOCKS 256
+
+// Pages of attributes in blocks (vgi/draw/attributes/attribute_blocks.h). First what is along the sides, as samples are, from
+// the lowest corner towards +x and around; then four bits for each block, the axis of its normals; then the blocks of 4 x 4
+// samples, row by row, those that reach beyond the sides as well. Each has normals in 4 words; then, where `has` says so,
+// materials in 3, four of 16 bits each, then two bits for each sample; colours in 6; alpha in 2; surfaces in 6; emissions in 2.
+#define LODE_VGI_BLOCKS_ALONG(cells) (((cells) + 2u) / 4u)
+#define LODE_VGI_BLOCK_AXES(cells, sample_words) (4u * (cells) * (sample_words))
+#define LODE_VGI_BLOCKS(cells, sample_words) \
+    (LODE_VGI_BLOCK_AXES(cells, sample_words) + (LODE_VGI_BLOCKS_ALONG(cells) * LODE_VGI_BLOCKS_ALONG(cells) + 7u) / 8u)
+#define LODE_VGI_IF_HAS(has, what, words) (((has) & (what)) != 0u ? (words) : 0u)
+#define LODE_VGI_BLOCK_MATERIALS 4u
+#define LODE_VGI_BLOCK_COLOURS(has) (4u + LODE_VGI_IF_HAS(has, LODE_VGI_HAS_MATERIALS, 3u))
+#define LODE_VGI_BLOCK_ALPHA(has) (LODE_VGI_BLOCK_COLOURS(has) + LODE_VGI_IF_HAS(has, LODE_VGI_HAS_COLOURS, 6u))
+#define LODE_VGI_BLOCK_SURFACES(has) (LODE_VGI_BLOCK_ALPHA(has) + LODE_VGI_IF_HAS(has, LODE_VGI_ALPHA_IN_BLOCKS, 2u))
+#define LODE_VGI_BLOCK_EMISSIONS(has) (LODE_VGI_BLOCK_SURFACES(has) + LODE_VGI_IF_HAS(has, LODE_VGI_HAS_SURFACES, 6u))
+#define LODE_VGI_BLOCK_WORDS(has) (LODE_VGI_BLOCK_EMISSIONS(has) + LODE_VGI_IF_HAS(has, LODE_VGI_HAS_EMISSIONS, 2u))
 
 // Specialisation constants of shaders that draw or light.
 #define LODE_VGI_OWN_UVS_CONSTANT 1  // 1 where leaves have texture coordinates of their own, else 0
-#define LODE_VGI_EVER_CONSTANT 2   // LODE_VGI_HAS_... of any asset of the scene that is drawn with
+#define LODE_VGI_EVER_CONSTANT 2   // LODE_VGI_HAS_... of any asset of the scene that is drawn with, and LODE_VGI_IN_BLOCKS
 #define LODE_VGI_WORDS_CONSTANT 3  // of a sample of attributes
+#define LODE_VGI_SLOT_CONSTANT 4   // words of a slot of attributes
 
 #ifdef __cplusplus
 #include <cstdint>

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // First pass of a grid cut (cut_look.comp tells the protocol): what the cut before left in nodes' states is set to 0. In
 // the first frame of all, where the words say so, everything is that must be 0 before there was a cut.
-#include "shared/vgi_nodes.glsl"
+#include "vgi/nodes.glsl"
 
 void clear_all(uint words, uint record_words) {
     uint step = gl_NumWorkGroups.x * LODE_CUT_GROUP;

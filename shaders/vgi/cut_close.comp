@@ -3,7 +3,7 @@
 // Fourth pass of a grid cut (cut_look.comp tells the protocol): whatever the wanted nodes of a depth need is wanted, too
 // (GridCut::close_wanted). Depths from the deepest upwards, a dispatch each: what is needed is coarser. Where nobody looked,
 // nodes come to their list here.
-#include "shared/vgi_nodes.glsl"
+#include "vgi/nodes.glsl"
 
 void close(uint at) {
     if ((states[at] & LODE_NODE_WANTED) == 0u) return;

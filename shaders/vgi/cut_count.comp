@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Sixth pass of a grid cut (cut_look.comp tells the protocol): how many of the nodes that are drawn each chart has, and each
 // node that has others beside it.
-#include "shared/vgi_nodes.glsl"
+#include "vgi/nodes.glsl"
 
 void count(uint at) {
     Node n = node_of(at);

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Fifth pass of a grid cut (cut_look.comp tells the protocol): nodes of a level are divided where that is wanted and pages
 // are there, and what is left and seen is drawn (GridCut::divide and see). Depths from the coarsest on, a dispatch each.
-#include "shared/vgi_nodes.glsl"
+#include "vgi/nodes.glsl"
 
 // As RefinementTest::excess and wish_for; only the order in which pages are read comes from it.
 float wish(Node n, uint number) {

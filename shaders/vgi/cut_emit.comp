@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Last pass of a grid cut (cut_look.comp tells the protocol): a patch for every node that is drawn, in the order in which
 // GridCut::draw comes to them whichever invocation comes first.
-#include "shared/vgi_nodes.glsl"
+#include "vgi/nodes.glsl"
 
 layout(set = 1, binding = LODE_VGI_PATCHES, std430) writeonly buffer VgiPatchBlock { uint patch_words[]; };
 

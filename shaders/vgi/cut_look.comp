@@ -21,7 +21,7 @@
 // there are at its depth. The list of what is drawn has room for the finest cut. So no list can overflow. Which order entries
 // have depends on scheduling, and nothing else does: states are by node, and sum and emit number what is drawn.
 // Who dispatches: whoever appends the first entry of a workgroup adds the group to its list's dispatch (append of
-// vgi_nodes.glsl). Past LODE_CUT_MOST_GROUPS no more are added, and each takes further entries. A pass appends to lists of
+// nodes.glsl). Past LODE_CUT_MOST_GROUPS no more are added, and each takes further entries. A pass appends to lists of
 // later dispatches alone.
 // Who clears: clear, the states of nodes that the cut before had listed (before the first cut, all of them); the processor then
 // uploads empty lists. So a frame that was cut short leaves nothing behind. roots zeroes findings, and leaves of charts it lists.
@@ -37,7 +37,7 @@
 // processor reads findings back in a later frame: the pages used and missed, and two counts for statistics.
 //
 // This pass: nodes of a depth that some view sees and that have a wanted sample of the next finer level (GridCut::look_into).
-#include "shared/vgi_nodes.glsl"
+#include "vgi/nodes.glsl"
 
 bool within(float reach, vec3 p) {
     return lode_metric_within(reach, p.x, p.y, p.z, cuts[instance].ahead, cuts[instance].cosine, cuts[instance].sine_squared);

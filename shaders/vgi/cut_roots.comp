@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Second pass of a grid cut (cut_look.comp tells the protocol): what findings and charts told of the frame before is
 // forgotten, and every chart of every instance is a node to look into. gl_WorkGroupID.y is the instance.
-#include "shared/vgi_nodes.glsl"
+#include "vgi/nodes.glsl"
 
 void main() {
     uint step = gl_NumWorkGroups.x * LODE_CUT_GROUP, rows = gl_NumWorkGroups.y;

@@ -3,7 +3,7 @@
 // Seventh pass of a grid cut (cut_look.comp tells the protocol): where in the list each chart's nodes begin, a prefix sum over
 // the charts of an instance by one group, and the draws of all of them. gl_WorkGroupID.x is the instance.
 // Hillis and Steele, "Data parallel algorithms", CACM 1986, for sums of the lanes' runs.
-#include "shared/vgi_nodes.glsl"
+#include "vgi/nodes.glsl"
 
 shared uint sums[LODE_CUT_GROUP];
 

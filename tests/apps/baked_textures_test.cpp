@@ -38,8 +38,9 @@ protected:
             "keys": [{"eye": [1.2, 1.3, 3.4], "target": [0, -0.1, 0]}, {"eye": [1.2, 1.3, 3.4], "target": [0, -0.1, 0]}]}})";
     }
     // Of a scene's picture to that of source.scene.json by `full`.
-    double nearness(const std::string& scene, const std::string& debug, const std::string& backend = "vgi") {
-        const std::string look = " --size 333x251 --debug " + debug;
+    double nearness(const std::string& scene, const std::string& debug, const std::string& backend = "vgi",
+                    const std::string& more = "") {
+        const std::string look = " --size 333x251 --debug " + debug + more;
         EXPECT_EQ(run("render source.scene.json --backend full -o full.png" + look).code, 0);
         const Ended e =
             run("render " + scene + " --backend " + backend + " --pixel-error 0.5 --validation -o other.png" + look);
@@ -224,6 +225,29 @@ TEST_F(BakedTexturesTest, LookAsTheSourceDoes) {
         std::printf("%s: %.1f dB, %.1f as usual\n", debug, baked, usual);
         EXPECT_GT(baked, least) << debug;
         EXPECT_GT(usual, least_usual) << debug;
+    }
+}
+
+// Masks, what is blended and smooth surfaces alike; seams of charts and pages do not show.
+TEST_F(BakedTexturesTest, LookAlikeInBlocks) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    ASSERT_TRUE(write_mesh(fixtures::still_life(), folder_ / "still.glb"));
+    succeeds("bake still.glb -o still.lode --backends vgi");
+    write_scene("source.scene.json", "still.glb");
+    write_scene("baked.scene.json", "still.lode");
+    const auto bytes = [&](const std::string& blocks) {
+        succeeds("render baked.scene.json --backend vgi --stats " + blocks + ".json -o " + blocks +
+                 ".png --texture-blocks " + blocks);
+        return json::parse(
+                   content_of(folder_ / (blocks + ".json")))["rows"][0]["backend_figures"]["attribute_bytes_resident"]
+            .get<double>();
+    };
+    EXPECT_LT(bytes("on"), 0.6 * bytes("off"));
+    for (const char* debug : {"none", "alpha", "normal"}) {
+        const double plain = nearness("baked.scene.json", debug),
+                     blocks = nearness("baked.scene.json", debug, "vgi", " --texture-blocks on");
+        std::printf("%s: %.1f dB, %.1f in blocks\n", debug, plain, blocks);
+        EXPECT_GT(blocks, plain - 1.5) << debug;
     }
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "vgi/asset/atlas_chunks.h"
-#include "vgi/draw/attribute_pages.h"
+#include "vgi/draw/attributes/attribute_pages.h"
 #include "vgi/draw/cut/chart_tree.h"
 #include "vgi/draw/residency.h"
 

@@ -7,7 +7,7 @@
 #include "base/check.h"
 #include "base/threads.h"
 #include "vgi/asset/leaves.h"
-#include "vgi/draw/mip_tail.h"
+#include "vgi/draw/attributes/mip_tail.h"
 #include "vgi/draw/page_table.h"
 
 namespace lodestone::vgi {
@@ -82,7 +82,7 @@ AtlasFile::PageName PageCache::name_of(const PageId& id) const {
 PageCache::Decoded PageCache::base_page(Layer layer, uint32_t atlas, uint32_t chart) const {
     const PageId id{layer, atlas, chart * atlases_[atlas].trees[index_of(layer)].pages()};
     auto bytes = atlases_[atlas].file->read(name_of(id));
-    if (!bytes) return {id, nullptr, nullptr, nullptr, bytes.error().message, bytes.error().fault};
+    if (!bytes) return {id, nullptr, nullptr, nullptr, nullptr, bytes.error().message, bytes.error().fault};
     return DecodeTask{id, name_of(id), &atlases_[atlas], Blob(std::move(*bytes)), nullptr, nullptr, words_}.run();
 }
 
@@ -113,6 +113,7 @@ Result<void> PageCache::load_base_pages() {
 
 uint64_t PageCache::Decoded::bytes() const {
     return geometry != nullptr     ? geometry->size() * sizeof(GeometryTexel)
+           : blocks != nullptr     ? blocks->size() * sizeof(uint32_t)
            : attributes != nullptr ? attributes->size() * sizeof(uint32_t)
            : leaf != nullptr       ? leaf->words.size() * sizeof(leaf->words[0])
                                    : 0;
@@ -122,7 +123,7 @@ PageCache::Decoded PageCache::DecodeTask::run() const {
     const size_t l = index_of(id.layer);
     const AtlasFile& file = *atlas->file;
     const Atlas& about = file.about();
-    Decoded decoded{id, nullptr, nullptr, nullptr, {}, Fault::format};
+    Decoded decoded{id, nullptr, nullptr, nullptr, nullptr, {}, Fault::format};
     if (id.layer == Layer::leaves) {
         auto part = file.decode_leaf(id.number, std::span(blob.data(), blob.size()));
         if (part) {
@@ -151,6 +152,9 @@ PageCache::Decoded PageCache::DecodeTask::run() const {
     } else {
         decoded.attributes =
             std::make_shared<const AttributePage>(packed_attributes(*plain, tree, about.attributes, words.of_sample));
+        if (words.in_blocks())
+            decoded.blocks = std::make_shared<const AttributeBlocks>(
+                attribute_blocks(*decoded.attributes, tree, about.attributes, words.blocks()));
     }
     return decoded;
 }
@@ -269,8 +273,7 @@ void PageCache::place(const FrameInput& input, uint64_t upload_bytes, Plan& plan
 
 uint64_t PageCache::slot_bytes(Layer layer) const {
     if (layer == Layer::leaves) return leaf_slot_bytes(words_.leaf_block());
-    return layer == Layer::geometry ? geometry_slot_bytes
-                                    : uint64_t{LODE_VGI_PAGE_TEXELS} * words_.of_sample * sizeof(uint32_t);
+    return layer == Layer::geometry ? geometry_slot_bytes : uint64_t{words_.of_slot()} * sizeof(uint32_t);
 }
 
 // What the pool could grow to now.
@@ -339,9 +342,10 @@ void PageCache::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
         return;
     }
     known.attributes.put(id.number, page.attributes, slot);
-    const auto bytes = std::as_bytes(std::span(*page.attributes));
+    const auto& words = page.blocks != nullptr ? page.blocks : page.attributes;
+    const auto bytes = std::as_bytes(std::span(*words));
     add_upload(plan, attribute_pool, (uint64_t{spec(id.layer).first} + slot) * slot_bytes(id.layer),
-               Blob(page.attributes, bytes.data(), bytes.size()));
+               Blob(words, bytes.data(), bytes.size()));
 }
 
 // Rows of the page table whose charts have changed, those that follow each other at once.

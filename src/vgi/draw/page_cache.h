@@ -56,8 +56,10 @@ public:
     // Pages came or went since this was last asked.
     bool take_changed() { return std::exchange(changed_, false); }
     uint32_t resident() const { return pools_[0].resident() + pools_[1].resident(); }
+    // With small levels, which are before the pages.
     uint64_t attribute_bytes_resident() const {
-        return pool(Layer::attributes).resident() * slot_bytes(Layer::attributes);
+        return (uint64_t{spec(Layer::attributes).first} + pool(Layer::attributes).resident()) *
+               slot_bytes(Layer::attributes);
     }
     uint32_t leaf_parts_resident() const { return pools_[2].resident(); }
     uint32_t uploaded() const { return uploaded_; }  // by this frame
@@ -78,9 +80,10 @@ private:
         PageId id;
         std::shared_ptr<const GeometryPage> geometry;
         std::shared_ptr<const AttributePage> attributes;
-        std::shared_ptr<const DrawnLeafPart> leaf;  // all null: it could not be decoded
-        std::string fault;                          // and why
-        Fault whose = Fault::format;                // of the file, or of what it lies on
+        std::shared_ptr<const AttributeBlocks> blocks;  // the same, where the pool has blocks
+        std::shared_ptr<const DrawnLeafPart> leaf;      // all null: it could not be decoded
+        std::string fault;                              // and why
+        Fault whose = Fault::format;                    // of the file, or of what it lies on
         uint64_t bytes() const;
     };
     // What decoding a page takes, none of which changes meanwhile.

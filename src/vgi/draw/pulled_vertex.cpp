@@ -11,6 +11,7 @@
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/bintree.h"
 #include "vgi/asset/saturation.h"
+#include "vgi/draw/attributes/attribute_blocks.h"
 #include "vgi/draw/corners/corner_tree.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/leaves/leaf_morph.h"
@@ -173,7 +174,9 @@ public:
         : mirror_(mirror),
           draw_(draw),
           asset_(mirror.stored<gpu::VgiAsset>(draw, LODE_VGI_ASSETS, draw.words[LODE_VGI_WORD_ASSET])),
-          texel_words_(mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_WORDS_CONSTANT]),
+          slot_words_(mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_SLOT_CONSTANT]),
+          layout_{mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_EVER_CONSTANT],
+                  mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_WORDS_CONSTANT]},
           leaf_block_(leaf_block_of(mirror)) {
         lighting_.pipeline = lighting_pipeline;
     }
@@ -214,8 +217,9 @@ private:
         const uint32_t of_chart = index % LODE_VGI_CORNER_STEP, k = of_chart % 4;
         return {of_chart / 4, k == 1 || k == 2 ? asset_.cells : 0, k >= 2 ? asset_.cells : 0, LODE_VGI_CORNER_LEVEL};
     }
-    // Four samples around a place: words of each begin there, and how much it counts.
+    // Four samples around a place, and how much each counts. Texture coordinates are in the word after the first.
     struct Around {
+        std::array<BlockSample, 4> sample{};
         std::array<uint64_t, 4> word{};
         std::array<float, 4> weight{};
         size_t nearest = 0;
@@ -234,7 +238,7 @@ private:
         const auto entry = mirror_.stored<uint32_t>(lighting_, LODE_VGI_TABLE,
                                                     asset_.first_attribute_page + place.chart * asset_.attribute_pages +
                                                         PageTree::page_of(base - wanted, page_x, page_y));
-        const uint32_t level = entry & 15, row = cells + 1;
+        const uint32_t level = entry & 15;
         page_x >>= level - wanted;
         page_y >>= level - wanted;
         const auto in_page = [&](float at, uint32_t page) {
@@ -244,24 +248,43 @@ private:
         const uint32_t low_x = std::min(static_cast<uint32_t>(local_x), cells - 1),
                        low_y = std::min(static_cast<uint32_t>(local_y), cells - 1);
         const float f = local_x - static_cast<float>(low_x), g = local_y - static_cast<float>(low_y);
-        const uint64_t first = uint64_t{entry >> 4} * LODE_VGI_PAGE_TEXELS + uint64_t{low_y} * row + low_x;
-        return {{texel_words_ * first, texel_words_ * (first + 1), texel_words_ * (first + row),
-                 texel_words_ * (first + row + 1)},
-                {(1 - f) * (1 - g), f * (1 - g), (1 - f) * g, f * g},
-                (f < 0.5f ? size_t{0} : 1) + (g < 0.5f ? size_t{0} : 2)};
+        Around around;
+        for (uint32_t k = 0; k < 4; ++k)
+            put_sample(uint64_t{entry >> 4} * slot_words_, cells, low_x + k % 2, low_y + k / 2, k, around);
+        around.weight = {(1 - f) * (1 - g), f * (1 - g), (1 - f) * g, f * g};
+        around.nearest = (f < 0.5f ? size_t{0} : 1) + (g < 0.5f ? size_t{0} : 2);
+        return around;
+    }
+    // first: of the page.
+    void put_sample(uint64_t first, uint32_t cells, uint32_t x, uint32_t y, size_t k, Around& to) const {
+        PlaceInBlocks place{(y * (cells + 1) + x) * layout_.sample_words};
+        if ((layout_.has & LODE_VGI_IN_BLOCKS) != 0) place = place_in_blocks(cells, x, y, layout_);
+        to.word[k] = first + place.word;
+        if (place.number == PlaceInBlocks::in_plain) {
+            to.sample[k] = plain_sample(to.word[k]);
+            return;
+        }
+        std::vector<uint32_t> block(layout_.block_words());
+        for (size_t i = 0; i < block.size(); ++i) block[i] = word(to.word[k] + i);
+        const uint32_t axes = word(first + layout_.first_axis(cells) + place.block / 8);
+        to.sample[k] = block_sample(block, axes >> (4 * (place.block % 8)) & 15, place.number, layout_.has);
+    }
+    BlockSample plain_sample(uint64_t at) const {
+        BlockSample sample;
+        const uint32_t packed = word(at);
+        sample.normal = unpack_octahedral({static_cast<int8_t>(packed & 255), static_cast<int8_t>(packed >> 8 & 255)});
+        sample.material = packed >> 16;
+        if ((asset_.has & LODE_VGI_HAS_COLOURS) != 0) sample.colour = word(at + 1 + (asset_.has & LODE_VGI_HAS_UVS));
+        return sample;
     }
     uint32_t word(uint64_t number) const { return mirror_.stored<uint32_t>(lighting_, LODE_VGI_ATTRIBUTES, number); }
 
-    glm::vec3 normal_at(uint64_t number) const {
-        const uint32_t packed = word(number);
-        return unpack_octahedral({static_cast<int8_t>(packed & 255), static_cast<int8_t>(packed >> 8 & 255)});
-    }
     // weight_of_side of shaders/shared/vgi_surface.glsl.
     void keep_side(const glm::vec3& facing, Around& of) const {
         std::array<float, 4> kept{};
         float sum = 0;
         for (size_t k = 0; k < 4; ++k) {
-            const float alike = std::max(glm::dot(normal_at(of.word[k]), facing), 0.0f);
+            const float alike = std::max(glm::dot(of.sample[k].normal, facing), 0.0f);
             kept[k] = of.weight[k] * alike * alike * alike * alike;
             sum += kept[k];
         }
@@ -277,20 +300,21 @@ private:
         glm::vec3 normal(0);
         glm::vec4 colour(0);
         for (size_t k = 0; k < 4; ++k) {
-            normal += of.weight[k] * normal_at(of.word[k]);
+            normal += of.weight[k] * of.sample[k].normal;
             if ((asset_.has & LODE_VGI_HAS_COLOURS) == 0) continue;
-            const uint32_t rgba = word(of.word[k] + 1 + (asset_.has & LODE_VGI_HAS_UVS));
+            const uint32_t rgba = of.sample[k].colour;
             colour += of.weight[k] * glm::vec4(rgba & 255, rgba >> 8 & 255, rgba >> 16 & 255, rgba >> 24);
         }
         const float length = glm::length(normal);
         if (length > 1e-3f) pulled.normal = normal / length;
         if ((asset_.has & LODE_VGI_HAS_COLOURS) != 0) pulled.colour = glm::u8vec4(colour + 0.5f);
-        if ((asset_.has & LODE_VGI_HAS_MATERIALS) != 0) pulled.material = word(of.word[of.nearest]) >> 16;
+        if ((asset_.has & LODE_VGI_HAS_MATERIALS) != 0) pulled.material = of.sample[of.nearest].material;
         if ((asset_.has & LODE_VGI_HAS_UVS) != 0) pulled.uv = place.uv && one_material(of) ? *place.uv : uv(of);
         return pulled;
     }
     bool one_material(const Around& of) const {
-        return std::ranges::all_of(of.word, [&](uint64_t w) { return word(w) >> 16 == word(of.word[0]) >> 16; });
+        return std::ranges::all_of(of.sample,
+                                   [&](const BlockSample& s) { return s.material == of.sample[0].material; });
     }
     // Across a seam there is nothing in between.
     glm::vec2 uv(const Around& of) const {
@@ -314,7 +338,8 @@ private:
     const PlanMirror& mirror_;
     const Draw& draw_;
     const gpu::VgiAsset asset_;
-    const uint32_t texel_words_;
+    const uint32_t slot_words_;
+    const BlockLayout layout_;
     const uint32_t leaf_block_;
     Draw lighting_;
 };

@@ -21,8 +21,8 @@ struct PulledAttributes {
     uint32_t material = 0;      // of the asset
 };
 // As shaders/vgi/atlas.frag has them at the place of the vertex, of the level that the vertex is of; of a coarser one
-// where that is not there. Of a corner that stands for many charts: a normal of what lies around it, and what else one of
-// the charts has there.
+// where that is not there. Of a corner that stands for many charts: a normal of what lies around it, and what else one
+// of the charts has there.
 PulledAttributes pulled_attributes(const PlanMirror& mirror, const Draw& draw, const FrameInput& input,
                                    uint32_t instance, uint32_t index);
 

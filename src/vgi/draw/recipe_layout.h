@@ -5,6 +5,7 @@
 
 #include "frame/plan.h"
 #include "shaders/shared/vgi_texels.h"
+#include "vgi/draw/attributes/attribute_blocks.h"
 #include "vgi/draw/residency.h"
 
 namespace lodestone::vgi {
@@ -53,7 +54,15 @@ static_assert(LODE_VGI_LEAF_SLOT_TEXELS(5u) == LODE_VGI_LEAF_MORPHS(LODE_VGI_LEA
 // How the pools of a scene hold attributes.
 struct PoolWords {
     uint32_t of_sample = 1;
+    uint32_t ever = 0;      // LODE_VGI_HAS_... that some atlas has and shaders read; LODE_VGI_IN_BLOCKS
     bool leaf_uvs = false;  // whether vertices of leaves have texture coordinates
+
+    bool in_blocks() const { return (ever & LODE_VGI_IN_BLOCKS) != 0; }
+    BlockLayout blocks() const { return {ever, of_sample}; }
+    // Of a slot of attributes.
+    uint32_t of_slot() const {
+        return in_blocks() ? blocks().page_words(page_cells) : LODE_VGI_PAGE_TEXELS * of_sample;
+    }
     uint32_t leaf_block() const { return LODE_VGI_LEAF_BLOCK(leaf_uvs ? 1u : 0u); }
 };
 

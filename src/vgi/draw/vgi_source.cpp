@@ -11,13 +11,13 @@
 #include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/error_codes.h"
 #include "vgi/asset/saturation.h"
+#include "vgi/draw/attributes/mip_tail.h"
 #include "vgi/draw/buffer_sizes.h"
 #include "vgi/draw/corners/chart_boxes.h"
 #include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/cut/vertex_kinds.h"
-#include "vgi/draw/mip_tail.h"
 #include "vgi/draw/page_cache.h"
 #include "vgi/draw/recipe_layout.h"
 #include "vgi/study/device_cut.h"
@@ -446,7 +446,6 @@ private:
 
 // What the assets hold together, and the bytes of a slot, by layer.
 struct Totals {
-    uint32_t ever = 0;  // LODE_VGI_HAS_... that some atlas has and shaders read
     PoolWords words;
     std::array<uint64_t, 2> pages{}, base{};
     std::array<uint64_t, 3> slot_bytes{};
@@ -464,17 +463,32 @@ uint64_t mip_tail_of(const OpenAtlas& atlas) {
     return uint64_t{atlas.file->about().charts()} * mip_tail_samples(atlas.trees[1].cells_per_page());
 }
 
-std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const AtlasFile>>& files, bool leaves,
-                                    Totals& totals) {
+// Blocks hold no texture coordinates, and without textures there is little to gain.
+uint32_t blocks_of(const std::vector<std::shared_ptr<const AtlasFile>>& files) {
+    uint32_t blocks = 0;
+    for (const auto& file : files) {
+        const Atlas& about = file->about();
+        if (about.attributes.uvs) return 0;
+        if (about.attributes.baked) blocks |= LODE_VGI_IN_BLOCKS;
+        const bool opaque = std::ranges::all_of(about.material_table,
+                                                [](const Material& m) { return m.alpha_mode == AlphaMode::opaque; });
+        if (about.attributes.colours && !opaque) blocks |= LODE_VGI_ALPHA_IN_BLOCKS;
+    }
+    return (blocks & LODE_VGI_IN_BLOCKS) != 0 ? blocks : 0;
+}
+
+std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const AtlasFile>>& files,
+                                    const VgiOptions& options, Totals& totals) {
+    totals.words.ever = options.textures_in_blocks ? blocks_of(files) : 0;
     std::vector<OpenAtlas> atlases;
     for (auto& file : files) {
         const Atlas& about = file->about();
-        totals.ever |= attributes_read(about);
+        totals.words.ever |= attributes_read(about);
         totals.words.of_sample = std::max(totals.words.of_sample, attribute_words(about.attributes));
         OpenAtlas atlas;
         atlas.file = file;
         atlas.first_chart = static_cast<uint32_t>(totals.base[0]);
-        atlas.topology = std::make_shared<const PageTopology>(about, leaves);
+        atlas.topology = std::make_shared<const PageTopology>(about, options.leaves);
         atlas.charts = ChartTree(about);
         for (const Layer layer : both_layers) {
             const size_t l = index_of(layer);
@@ -487,12 +501,12 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         totals.corner_records += about.corners.size() + 3 * about.chart_corners.size();
         atlases.push_back(std::move(atlas));
     }
-    totals.words.leaf_uvs = (totals.ever & LODE_VGI_HAS_UVS) != 0;
-    totals.slot_bytes = {geometry_slot_bytes + 8,
-                         uint64_t{LODE_VGI_PAGE_TEXELS} * totals.words.of_sample * sizeof(uint32_t),
+    totals.words.leaf_uvs = (totals.words.ever & LODE_VGI_HAS_UVS) != 0;
+    totals.slot_bytes = {geometry_slot_bytes + 8, uint64_t{totals.words.of_slot()} * sizeof(uint32_t),
                          leaf_slot_bytes(totals.words.leaf_block())};
     // Mip tails lie before the pages, in slots of their own.
-    totals.mip_tail_slots = (totals.mip_tail_samples + LODE_VGI_PAGE_TEXELS - 1) / LODE_VGI_PAGE_TEXELS;
+    const uint64_t slot = totals.words.of_slot();
+    totals.mip_tail_slots = (totals.mip_tail_samples * totals.words.of_sample + slot - 1) / slot;
     return atlases;
 }
 
@@ -610,7 +624,11 @@ std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, s
 
 // What shaders/shared/vgi_surface.glsl is told of attributes.
 struct AttributeConstants {
-    uint32_t own_uvs, ever, words;
+    uint32_t own_uvs;
+    PoolWords words;
+    std::vector<uint32_t> constants(uint32_t kinds) const {
+        return {kinds, own_uvs, words.ever, words.of_sample, words.of_slot()};
+    }
 };
 
 // kinds: LODE_VGI_KIND_..., of vertices of triangles.
@@ -642,7 +660,7 @@ PipelineSpec drawing_pipeline(bool tess, uint32_t kinds, const AttributeConstant
                         StorageBinding::pool(LODE_VGI_LEAVES, leaf_pool, 4)};
     pipeline.storage.insert(pipeline.storage.end(), {StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
                                                      StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1)});
-    pipeline.constants = {kinds, attributes.own_uvs, attributes.ever, attributes.words};
+    pipeline.constants = attributes.constants(kinds);
     if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read});
     return pipeline;
 }
@@ -653,7 +671,7 @@ PipelineSpec lighting_pipeline_of(const AttributeConstants& attributes) {
     lighting.vertex = "frame/whole_view.vert";
     lighting.fragment = "vgi/atlas.frag";
     lighting.whole_view = true;
-    lighting.constants = {0, attributes.own_uvs, attributes.ever, attributes.words};
+    lighting.constants = attributes.constants(0);
     lighting.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
                         StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
                         StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1),
@@ -669,7 +687,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
                                               const VgiOptions& options) {
     LODE_CHECK(!files.empty());
     Totals totals;
-    std::vector<OpenAtlas> atlases = open_atlases(files, options.leaves, totals);
+    std::vector<OpenAtlas> atlases = open_atlases(files, options, totals);
     const auto shares = share_budget(totals, atlases, options);
     if (!shares) return tl::unexpected(shares.error());
     uint64_t next_mip_tail = 0;
@@ -681,7 +699,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     recipe.buffers = buffers_of(totals, *shares, atlases.size());
     const uint32_t kinds = shares->pools[2].most_slots > 0 ? every_kind : every_kind & ~kinds_of_leaves;
     const uint32_t own_uvs = (kinds & kinds_of_leaves) != 0 && totals.words.leaf_uvs ? 1 : 0;
-    const AttributeConstants attributes{own_uvs, totals.ever, totals.words.of_sample};
+    const AttributeConstants attributes{own_uvs, totals.words};
     recipe.pipelines = {drawing_pipeline(shares->tess, shares->tess ? kinds_of_samples : kinds, attributes),
                         lighting_pipeline_of(attributes)};
     if (!shares->tess) {

@@ -29,6 +29,9 @@ struct VgiOptions {
     uint32_t instances = 1;           // most instances in the scene, of all assets
     Raster raster = Raster::bintree;  // how triangles are made
     bool leaves = true;               // draws leaves where assets have them (bintree alone)
+    // Attributes lie in blocks of 4 x 4 samples (draw/attributes/attribute_blocks.h), in half of the memory,
+    // where textures are baked into an atlas and no asset has texture coordinates.
+    bool textures_in_blocks = false;
 };
 
 // A backend that draws the assets, at least one. Fault::machine where the coarsest pages alone exceed the budget;
@@ -36,7 +39,7 @@ struct VgiOptions {
 //
 // Requests and arrivals: PageRequest::chunk, offset and bytes say what to read; an arrival with an empty blob is a page
 // that could not be read, which is asked for again later. Statistics in PlanStats::more: pages_resident,
-// attribute_bytes_resident (of those of attributes: the texture memory held), pages_missing
+// attribute_bytes_resident (of those of attributes, with their small levels: the texture memory held), pages_missing
 // (wanted by this frame and not there), leaf_parts_resident and leaf_parts_missing (the same of leaves),
 // pages_uploaded, pages_evicted, pages_failed, requests_waiting, raised_error (times the pixel error that was asked
 // for, where triangles had to be saved), cut_in_frame (1: the frame was not where the frames before led to, and made

@@ -13,8 +13,8 @@
 #include "mesh/repair.h"
 #include "vgi/asset/pages.h"
 #include "vgi/bake/bake.h"
-#include "vgi/draw/attribute_pages.h"
-#include "vgi/draw/mip_tail.h"
+#include "vgi/draw/attributes/attribute_pages.h"
+#include "vgi/draw/attributes/mip_tail.h"
 
 namespace lodestone::vgi {
 namespace {

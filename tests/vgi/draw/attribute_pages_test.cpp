@@ -1,4 +1,4 @@
-#include "vgi/draw/attribute_pages.h"
+#include "vgi/draw/attributes/attribute_pages.h"
 
 #include <gtest/gtest.h>
 

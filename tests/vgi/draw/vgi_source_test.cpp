@@ -29,8 +29,8 @@
 #include "vgi/bake/bake.h"
 #include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/pulled_vertex.h"
-#include "vgi/study/patch_indices.h"
 #include "vgi/extract/extract.h"
+#include "vgi/study/patch_indices.h"
 
 namespace lodestone::vgi {
 namespace {
@@ -977,6 +977,80 @@ TEST_F(VgiSourceTest, MovesLeavesToTheirPlacesFromWhereSamplesWere) {
     EXPECT_LT(2 * moves.rms_of_new, jumps.rms_of_new);
     EXPECT_GT(jumps.far, jumps.appear / 15);
     EXPECT_GT(jumps.far, 5 * moves.far) << "many appear far from where they were";
+}
+
+// A rock in a texture of smooth colours.
+TriMesh painted_rock() {
+    TriMesh mesh = generate(Shape::rock, 5000, 3);
+    EXPECT_TRUE(repair(mesh));
+    mesh.uvs.clear();
+    for (const uint32_t v : mesh.wedge_vertex) {
+        const glm::vec3 n = glm::normalize(mesh.positions[v]);
+        mesh.uvs.emplace_back(0.5f + 0.4f * n.x, 0.5f + 0.4f * n.y);
+    }
+    Image image{256, 256, {}};
+    for (uint32_t i = 0; i < 256 * 256; ++i) {
+        const auto x = static_cast<float>(i % 256), y = static_cast<float>(i / 256);
+        const auto wave = [&](float a, float b) { return static_cast<uint8_t>(128 + 100 * std::sin(a * x + b * y)); };
+        image.texels.emplace_back(wave(0.1f, 0.05f), wave(0.02f, -0.1f), wave(0.05f, 0.08f), 255);
+    }
+    mesh.images = {std::move(image)};
+    mesh.material_table.resize(1);
+    mesh.material_table[0].base_colour_texture.image = 0;
+    return mesh;
+}
+
+// In the same plan: blocks in a smaller pool, pages and small levels where shaders look for them.
+TEST_F(VgiSourceTest, HoldsTexturesInBlocksOfHalfTheSize) {
+    const auto path = path_of("painted");
+    AtlasOptions options;
+    options.clusters.clusters = 8;
+    options.bake_textures = true;
+    bake(painted_rock(), path, options);
+    struct Shown {
+        double bytes = 0;
+        std::vector<PulledAttributes> vertices;
+    };
+    const auto shown = [&](bool in_blocks) {
+        Shown all;
+        const auto file = atlas(path);
+        auto vgi = open_vgi({file}, {.resident_bytes = uint64_t{1} << 28, .textures_in_blocks = in_blocks});
+        EXPECT_TRUE(vgi);
+        PlanMirror mirror((*vgi)->recipe(), {pulled_vertex, patch_indices});
+        std::vector<Arrival> arrivals;
+        FrameInput input;
+        for (uint64_t frame = 0; frame < 30; ++frame) {
+            input = look_from({0.3f, 0.2f, 2.5f}, frame);
+            input.arrivals = std::exchange(arrivals, {});
+            const Plan plan = (*vgi)->plan(input);
+            EXPECT_TRUE(mirror.execute(plan, input));
+            for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r, *file));
+            all.bytes = figure(plan, "attribute_bytes_resident");
+        }
+        EXPECT_TRUE((*vgi)->validate());
+        for (const auto& draw : mirror.draws()) {
+            for (const uint32_t index : mirror.is_shown(draw) ? draw.indices : std::span<const uint32_t>())
+                all.vertices.push_back(pulled_attributes(mirror, draw.draw, input, 0, index));
+        }
+        return all;
+    };
+    const Shown plain = shown(false), blocks = shown(true);
+    EXPECT_LT(blocks.bytes, 0.6 * plain.bytes);
+    ASSERT_EQ(blocks.vertices.size(), plain.vertices.size());
+    ASSERT_GT(plain.vertices.size(), 3000u);
+    double squared = 0;
+    size_t differ = 0;
+    for (size_t i = 0; i < plain.vertices.size(); ++i) {
+        const PulledAttributes &a = plain.vertices[i], &b = blocks.vertices[i];
+        EXPECT_EQ(a.material, b.material);
+        EXPECT_GT(glm::dot(a.normal, b.normal), 0.99f);
+        differ += a.colour != b.colour;
+        const glm::vec3 off = glm::vec3(a.colour) - glm::vec3(b.colour);
+        squared += static_cast<double>(glm::dot(off, off));
+    }
+    EXPECT_GT(differ, 0u);
+    EXPECT_LT(std::sqrt(squared / static_cast<double>(3 * plain.vertices.size())), 2.5);
+    std::filesystem::remove(path);
 }
 
 }  // namespace

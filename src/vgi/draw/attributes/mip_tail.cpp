@@ -1,4 +1,4 @@
-#include "vgi/draw/mip_tail.h"
+#include "vgi/draw/attributes/mip_tail.h"
 
 #include <algorithm>
 #include <array>

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "vgi/asset/atlas.h"
-#include "vgi/draw/attribute_pages.h"
+#include "vgi/draw/attributes/attribute_pages.h"
 
 namespace lodestone::vgi {
 

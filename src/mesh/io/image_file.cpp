@@ -205,6 +205,57 @@ bool decode_jpeg_into(std::span<const std::byte> bytes, Image& image, std::vecto
     return true;
 }
 
+struct PngError {
+    std::jmp_buf jump;
+    std::array<char, 200> message{};
+};
+
+void on_png_error(png_structp png, png_const_charp message) {
+    auto& error = *static_cast<PngError*>(png_get_error_ptr(png));
+    std::snprintf(error.message.data(), error.message.size(), "%s", message);
+    std::longjmp(error.jump, 1);
+}
+void on_png_warning(png_structp, png_const_charp) {}
+void on_png_bytes(png_structp png, png_bytep from, size_t count) {
+    auto& bytes = *static_cast<std::vector<std::byte>*>(png_get_io_ptr(png));
+    const auto* first = reinterpret_cast<const std::byte*>(from);
+    try {
+        bytes.insert(bytes.end(), first, first + count);
+    } catch (const std::bad_alloc&) { png_error(png, "out of memory"); }
+}
+
+// Without alpha where it is not told: a quarter fewer bytes. Level 3 of zlib takes a quarter of the time of its usual
+// 6, and 2% more bytes. row and bytes are the caller's: nothing here has to be freed where libpng leaps out.
+bool encode_png_into(const Image& image, bool alpha, std::vector<uint8_t>& row, std::vector<std::byte>& bytes,
+                     PngError& error) {
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &error, on_png_error, on_png_warning);
+    png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
+    if (info == nullptr) {
+        png_destroy_write_struct(&png, nullptr);
+        std::snprintf(error.message.data(), error.message.size(), "out of memory");
+        return false;
+    }
+    row.resize(size_t{image.width} * 3);
+    if (setjmp(error.jump) != 0) {
+        png_destroy_write_struct(&png, &info);
+        return false;
+    }
+    png_set_write_fn(png, &bytes, on_png_bytes, nullptr);
+    png_set_compression_level(png, 3);
+    png_set_IHDR(png, info, image.width, image.height, 8, alpha ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+    png_write_info(png, info);
+    for (size_t y = 0; y < image.height; ++y) {
+        const glm::u8vec4* const texels = &image.texels[y * image.width];
+        for (size_t x = 0; x < image.width && !alpha; ++x) std::memcpy(&row[3 * x], &texels[x], 3);
+        png_write_row(png, alpha ? reinterpret_cast<png_const_bytep>(texels) : row.data());
+    }
+    png_write_end(png, info);
+    png_destroy_write_struct(&png, &info);
+    return true;
+}
+
 // packed and its size are the caller's too, and freed by it.
 bool encode_jpeg_into(const Image& image, int quality, std::vector<uint8_t>& row, unsigned char** packed,
                       unsigned long* size, JpegError& error) {
@@ -281,18 +332,17 @@ Result<Image> read_image(const std::filesystem::path& path) {
     return image;
 }
 
+bool has_alpha(const Image& image) {
+    return std::ranges::any_of(image.texels, [](const glm::u8vec4& texel) { return texel.w != 255; });
+}
+
 Result<std::vector<std::byte>> encode_png(const Image& image) {
-    png_image png{};
-    png.version = PNG_IMAGE_VERSION;
-    png.width = image.width;
-    png.height = image.height;
-    png.format = PNG_FORMAT_RGBA;
-    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-    std::vector<std::byte> bytes(size);
-    if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.texels.data(), 0, nullptr) == 0) {
-        return fail(Fault::machine, std::string("PNG: ") + png.message);
-    }
-    bytes.resize(size);
+    if (image.texels.empty()) return fail(Fault::machine, "PNG: there are no texels");
+    std::vector<std::byte> bytes;
+    std::vector<uint8_t> row;
+    PngError error;
+    if (!encode_png_into(image, has_alpha(image), row, bytes, error))
+        return fail(Fault::machine, std::string("PNG: ") + error.message.data());
     return bytes;
 }
 
@@ -307,10 +357,6 @@ Result<std::vector<std::byte>> encode_jpeg(const Image& image, int quality) {
     std::free(packed);
     if (!done) return fail(Fault::machine, std::string("JPEG: ") + error.message);
     return bytes;
-}
-
-bool has_alpha(const Image& image) {
-    return std::ranges::any_of(image.texels, [](const glm::u8vec4& texel) { return texel.w != 255; });
 }
 
 Result<std::vector<std::byte>> encode_webp(const Image& image, int quality) {

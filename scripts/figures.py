@@ -219,6 +219,33 @@ def textures(mesh, *make):
     return measured
 
 
+def texture_memory():
+    """What four scans of 4096 x 4096 texels hold of their textures, from far to near, with and without blocks."""
+    rows, centres = {}, ((-1.2, -1.2), (1.2, -1.2), (-1.2, 1.2), (1.2, 1.2))
+    with tempfile.TemporaryDirectory() as folder:
+        lodestone, stats = [BIN + "lodestone", "-q"], f"{folder}/stats.json"
+        assets, instances = [], []
+        for k, (x, z) in enumerate(centres):
+            run([*lodestone, "generate", "scan", "--triangles", "100000", "--seed", str(k + 1), "-o", f"{folder}/scan.glb"])
+            run([*lodestone, "bake", f"{folder}/scan.glb", "-o", f"{folder}/{k}.lode", "--backends", "vgi"])
+            assets.append({"name": f"scan {k}", "file": f"{k}.lode"})
+            instances.append({"asset": f"scan {k}", "position": [x, 0, z]})
+        keys = [{"eye": eye, "target": target} for eye, target in (
+            ([5, 3, 5], [0, 0, 0]), ([3, 1.5, 3], [0, 0, 0]), ([1, 1.5, 3], [-1, 0, 0]), ([-1.2, 0.5, 2.9], [-1.2, 0, 1.2]), ([5, 3, 5], [0, 0, 0]))]
+        scene = {"lodestone": "scene", "version": 1, "assets": assets, "instances": instances, "camera": {
+            "lodestone": "camera-path", "version": 1, "fov_y_degrees": 45, "near": 0.01, "far": 100, "frames": 24, "keys": keys}}
+        pathlib.Path(f"{folder}/scans.scene.json").write_text(json.dumps(scene))
+        for where, at in (("far", "0"), ("nearer", "0.5"), ("near", "0.75")):
+            for blocks in ("off", "on"):
+                run([*lodestone, "render", f"{folder}/scans.scene.json", "--backend", "vgi", "--camera", f"@{at}", "--texture-blocks", blocks,
+                     "-o", f"{folder}/picture.png", "--stats", stats])
+                found = json.loads(pathlib.Path(stats).read_text())["rows"][0]
+                rows[f"{where}, blocks {blocks}"] = {"mib": found["backend_figures"]["attribute_bytes_resident"] / 2**20,
+                                                     "pages": int(found["backend_figures"]["pages_resident"])}
+    return [["lodestone", "generate", "scan", "--triangles", "100000", "--seed", "1", "..", "4"],
+            ["lodestone", "render", "scans.scene.json", "--backend", "vgi", "--texture-blocks", "off|on", "--stats", "stats.json"]], rows
+
+
 def around(mesh, *make):
     """Pictures of a mesh from cameras all around it, half of them 0.02 to 0.6 radii off the sphere around it and half up to 200, with all
     leaves there; make: the command for the mesh, or none."""
@@ -347,6 +374,7 @@ MEASUREMENTS = {
     "retexture": retextured,
     "models": models("gltf/DamagedHelmet/DamagedHelmet.glb", "gltf/ToyCar/ToyCar.gltf", "scans/laurana.ply", "scans/lucy.ply", "scans/igea.ply",
                      "scans/turbineblade.ply"),
+    "texture-memory": texture_memory,
     "textures-scan": textures("scan.glb", "generate", "scan", "--triangles", "100000", "--seed", "7"),
     **AROUND,
 }
@@ -494,6 +522,10 @@ def textures_section(result):
     return columns(result["rows"], [("SSIM", "ssim"), ("PSNR, dB", "psnr_db"), ("triangles", "triangles"), ("bytes of mesh or atlas", "bytes")])
 
 
+def texture_memory_section(result):
+    return columns(result["rows"], [("MiB of textures", "mib"), ("pages", "pages")])
+
+
 def unwrap_section(result):
     seconds = lambda part: lambda row: row.get(f"{part}_seconds")
     return columns(result["rows"], [
@@ -551,6 +583,8 @@ SECTIONS = [
     ("Models", "640x360, `bench`'s own flight at a pixel, textures baked into the atlas.", [("models", models_section)]),
     ("Textures", "Seven views all around at a pixel, lit, against `full` with 16 samples a pixel. `--keep-uv` looks the source's textures up; otherwise "
      "what they hold is in the atlas ([materials.md](materials.md)).", [(name, textures_section) for name in ("textures-helmet", "textures-scan")]),
+    ("Texture memory", "1280x720, a pixel: what is held of baked textures, small levels included, and pages of any kind. Four scans of 100k triangles with "
+     "64 million texels together.", [("texture-memory", texture_memory_section)]),
     ("Unwrapping", "Two cores. One square, 4096 texels a side with 4 between charts ([unwrap.md](unwrap.md)).", [("unwrap", unwrap_section)]),
     ("Simplification through fragments", "A generated scan with its texture in 20,000 fragments, `lod`.", [("retexture", retexture_section)]),
     ("From all around", "`vgi`, 200 cameras all around, half of them 0.02 to 0.6 radii off the sphere around the mesh and half 0.6 to 200. The largest "

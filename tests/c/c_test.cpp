@@ -23,6 +23,7 @@
 
 #include "base/files/chunk_file.h"
 #include "fixtures/materials.h"
+#include "fixtures/written_glbs.h"
 #include "lodestone.h"
 #include "mesh/generate.h"
 #include "mesh/io/write.h"
@@ -228,6 +229,9 @@ TEST(Meshes, KeepMaterialsAndImagesThroughAFile) {
     ASSERT_EQ(lodestone_mesh_write(mesh.get(), path.c_str()), LODESTONE_OK) << lodestone_error();
     lodestone_mesh* read = nullptr;
     ASSERT_EQ(lodestone_mesh_read(path.c_str(), nullptr, &read), LODESTONE_OK) << lodestone_error();
+    lodestone::fixtures::WrittenGlbs written;
+    written.keep(path);
+    written.check();
     fs::remove(path);
     const Mesh again(read);
     const lodestone_arrays arrays = arrays_of(again.get());

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "base/looks/srgb.h"
+#include "fixtures/written_glbs.h"
 #include "mesh/io/read.h"
 #include "mesh/io/write.h"
 #include "render/squares_test.h"
@@ -202,6 +203,9 @@ TEST_F(MaterialsTest, TexturesOfTheSecondSetAndTangentsOfAFile) {
     ASSERT_TRUE(write_mesh(mesh, path));
     ReadReport told;
     const auto read = read_mesh(path, {}, &told);
+    fixtures::WrittenGlbs written;
+    written.keep(path);
+    written.check();
     std::filesystem::remove(path);
     ASSERT_TRUE(read) << read.error().message;
     EXPECT_TRUE(told.warnings.empty());

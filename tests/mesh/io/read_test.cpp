@@ -14,6 +14,7 @@
 
 #include "base/random.h"
 #include "fixtures/meshes.h"
+#include "fixtures/written_glbs.h"
 #include "mesh/generate.h"
 #include "mesh/io/write.h"
 #include "mesh/repair.h"
@@ -195,11 +196,13 @@ TEST_F(ReadTest, OffWithColoursAndComments) {
 }
 
 TEST_F(ReadTest, WhatWritersWriteReadsBack) {
+    fixtures::WrittenGlbs written;
     for (const auto& f : fixtures::manifold_meshes()) {
         for (const char* extension : {".ply", ".obj", ".glb"}) {
             SCOPED_TRACE(f.name + extension);
             const fs::path path = folder_ / ("mesh" + std::string(extension));
             ASSERT_TRUE(write_mesh(f.mesh, path));
+            if (path.extension() == ".glb") written.keep(path);
             auto read = read_mesh(path);
             ASSERT_TRUE(read) << read.error().message;
             ASSERT_TRUE(repair(*read));
@@ -213,6 +216,7 @@ TEST_F(ReadTest, WhatWritersWriteReadsBack) {
             }
         }
     }
+    written.check();
 }
 
 TEST_F(ReadTest, MaterialsTexturesAndColoursSurviveGlbAndObj) {
@@ -228,12 +232,14 @@ TEST_F(ReadTest, MaterialsTexturesAndColoursSurviveGlbAndObj) {
         mesh.materials.push_back(w < 12 ? 0 : 1);
         mesh.colours.emplace_back(w * 10, 100, 255 - w * 10, 255);
     }
+    fixtures::WrittenGlbs written;
     for (const char* extension : {".obj", ".glb"}) {
         SCOPED_TRACE(extension);
         TriMesh one = mesh;
         if (extension == std::string(".obj")) one.colours.clear();  // OBJ holds colours per position
         const fs::path path = folder_ / ("cube" + std::string(extension));
         ASSERT_TRUE(write_mesh(one, path));
+        if (path.extension() == ".glb") written.keep(path);
         ReadReport report;
         auto read = read_mesh(path, {}, &report);
         ASSERT_TRUE(read) << read.error().message;
@@ -258,6 +264,7 @@ TEST_F(ReadTest, MaterialsTexturesAndColoursSurviveGlbAndObj) {
         };
         EXPECT_EQ(corners(one), corners(*read));
     }
+    written.check();
 }
 
 TEST_F(ReadTest, GzipIsLookedThrough) {

@@ -98,7 +98,7 @@ namespace {
 
 // Leaves of charts one after another.
 struct StoredLeaves {
-    std::vector<double> measured;  // errors and radii of each leaf
+    std::vector<double> measured;  // of each leaf: error, radius, errors of its sides
     std::vector<uint32_t> squares, parts, sizes;
     std::vector<std::byte> bytes;
     size_t chart = 0, square = 0, part = 0, byte = 0;  // the next to take
@@ -106,7 +106,10 @@ struct StoredLeaves {
     void add(const ChartLeaves& of) {
         squares.push_back(static_cast<uint32_t>(of.parts.size()));
         parts.insert(parts.end(), of.parts.begin(), of.parts.end());
-        for (size_t i = 0; i < of.parts.size(); ++i) measured.insert(measured.end(), {of.errors[i], of.radii[i]});
+        for (size_t i = 0; i < of.parts.size(); ++i) {
+            measured.insert(measured.end(), {of.errors[i], of.radii[i]});
+            measured.insert(measured.end(), of.sides[i].begin(), of.sides[i].end());
+        }
         for (size_t i = 0; i < of.coded.size(); ++i) sizes.push_back(static_cast<uint32_t>(of.coded[i].size()));
         bytes.insert(bytes.end(), of.coded.bytes().begin(), of.coded.bytes().end());
     }
@@ -127,10 +130,12 @@ struct StoredLeaves {
         of = {};
         if (chart == squares.size()) return false;
         const size_t count = squares[chart++];
-        if (parts.size() - square < count || measured.size() < 2 * (square + count)) return false;
+        if (parts.size() - square < count || measured.size() < 6 * (square + count)) return false;
         for (const size_t end = square + count; square < end; ++square) {
-            of.errors.push_back(measured[2 * square]);
-            of.radii.push_back(measured[2 * square + 1]);
+            const double* its = &measured[6 * square];
+            of.errors.push_back(its[0]);
+            of.radii.push_back(its[1]);
+            of.sides.push_back({its[2], its[3], its[4], its[5]});
             of.parts.push_back(parts[square]);
             for (uint32_t p = 0; p < parts[square]; ++p, ++part) {
                 if (part == sizes.size() || bytes.size() - byte < sizes[part]) return false;

@@ -17,6 +17,7 @@
 #include "vgi/asset/leaves.h"
 #include "vgi/asset/pages.h"
 #include "vgi/bake/images/chart_error.h"
+#include "vgi/bake/images/leaves/side_errors.h"
 
 namespace lodestone::vgi {
 
@@ -311,15 +312,15 @@ public:
     PartMaker(const ResampleInput& input, const Atlas& atlas, const ChartCutting& cutting)
         : input_(input), atlas_(atlas), cutting_(cutting) {}
 
-    // Appends the parts of a leaf, coded; returns how many.
-    uint32_t add(uint32_t square, std::vector<uint32_t> triangles, ByteLists& coded) {
+    // Appends the parts of a leaf, coded.
+    void add(uint32_t square, std::vector<uint32_t> triangles, ByteLists& coded) {
         // Near ones follow each other: by the bits of their places, in turn.
         std::vector<uint64_t> key(triangles.size());
         std::vector<uint32_t> order(triangles.size());
         std::iota(order.begin(), order.end(), 0u);
         for (size_t i = 0; i < triangles.size(); ++i) key[i] = morton(triangles[i]);
         std::ranges::stable_sort(order, {}, [&](uint32_t i) { return key[i]; });
-        const size_t before = coded.size();
+        made_.clear();
         for (const uint32_t i : order) {
             std::array<LeafVertex, 3> corners;
             for (uint32_t k = 0; k < 3; ++k) corners[k] = vertex(triangles[i], k, square);
@@ -331,8 +332,9 @@ public:
             part_.triangles.push_back(numbers);
         }
         close(coded);
-        return static_cast<uint32_t>(coded.size() - before);
     }
+    // Of the last leaf.
+    std::span<const LeafPart> made() const { return made_; }
 
 private:
     uint64_t morton(uint32_t triangle) const {
@@ -379,6 +381,7 @@ private:
     void close(ByteLists& coded) {
         if (part_.triangles.empty()) return;
         coded.add(encode_leaf(in_coding_order(part_), atlas_.attributes));
+        made_.push_back(std::move(part_));
         part_ = {};
         of_.clear();
     }
@@ -387,6 +390,7 @@ private:
     const Atlas& atlas_;
     const ChartCutting& cutting_;
     LeafPart part_;
+    std::vector<LeafPart> made_;
     std::vector<uint32_t> of_;  // per vertex of the part: that of the mesh
 };
 
@@ -411,9 +415,12 @@ double radius_of(const Atlas& atlas, uint32_t quad, uint32_t square, const Chart
 }  // namespace
 
 ChartLeaves make_leaves(const ResampleInput& input, const Atlas& atlas, uint32_t quad, const Chart& chart) {
-    const uint32_t squares = atlas.leaves_per_side(quad) * atlas.leaves_per_side(quad);
-    ChartLeaves leaves{
-        std::vector<double>(squares, 0), std::vector<double>(squares, 0), std::vector<uint32_t>(squares, 0), {}};
+    const uint32_t per_side = atlas.leaves_per_side(quad), squares = per_side * per_side;
+    ChartLeaves leaves{std::vector<double>(squares, 0),
+                       std::vector<double>(squares, 0),
+                       std::vector<std::array<double, 4>>(squares),
+                       std::vector<uint32_t>(squares, 0),
+                       {}};
     const ChartCutting cutting(input, atlas, quad, chart);
     const auto triangles = cutting.by_square();
     if (!triangles) return leaves;
@@ -422,7 +429,9 @@ ChartLeaves make_leaves(const ResampleInput& input, const Atlas& atlas, uint32_t
     for (uint32_t i = 0; i < squares; ++i) {
         leaves.errors[i] = errors.of(i);
         leaves.radii[i] = radius_of(atlas, quad, i, cutting, (*triangles)[i]);
-        leaves.parts[i] = maker.add(i, (*triangles)[i], leaves.coded);
+        maker.add(i, (*triangles)[i], leaves.coded);
+        leaves.parts[i] = static_cast<uint32_t>(maker.made().size());
+        leaves.sides[i] = side_errors(atlas, {quad, i % per_side, i / per_side}, maker.made());
     }
     leaves.coded.shrink_to_fit();
     return leaves;
@@ -448,6 +457,21 @@ uint8_t error_worth(const Atlas& atlas, uint32_t quad, uint32_t square, uint64_t
     return errors[samples];
 }
 
+// Where a leaf would be off by more beside the samples of a square than these are, the square's leaf is drawn, too.
+// sides: per square of all charts, ChartLeaves::sides.
+void raise_by_sides(const std::vector<std::array<double, 4>>& sides, Atlas& atlas) {
+    const ErrorCodes codes(atlas.extent());
+    const auto raise = [&](const Atlas::Tile& square, uint32_t leaf) {
+        for (uint32_t s = 0; s < 4; ++s) {
+            const uint32_t across = leaf_across(atlas, square, s).leaf;
+            if (across == ~0u || atlas.leaves[across].error == 0) continue;
+            uint8_t& error = atlas.leaves[across].error;
+            error = std::max(error, codes.of_error(std::min(sides[leaf][s], atlas.extent())));
+        }
+    };
+    for (uint32_t c = 0; c < atlas.charts(); ++c) for_leaf_squares(atlas, c, raise);
+}
+
 }  // namespace
 
 void take_leaves(std::vector<ChartLeaves> charts, Atlas& atlas) {
@@ -459,6 +483,7 @@ void take_leaves(std::vector<ChartLeaves> charts, Atlas& atlas) {
         bytes += of.coded.bytes().size();
     }
     atlas.leaf_parts.reserve(lists, bytes);
+    std::vector<std::array<double, 4>> sides;
     uint32_t parts = 0;
     for (uint32_t c = 0; c < atlas.charts(); ++c) {
         ChartLeaves& of = charts[c];
@@ -480,8 +505,10 @@ void take_leaves(std::vector<ChartLeaves> charts, Atlas& atlas) {
             atlas.leaves.push_back(leaf);
         }
         atlas.leaf_parts.add(of.coded);
+        sides.insert(sides.end(), of.sides.begin(), of.sides.end());
         of = {};
     }
+    raise_by_sides(sides, atlas);
 }
 
 }  // namespace lodestone::vgi

@@ -4,6 +4,7 @@
 // both its sides have the same points.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -16,9 +17,10 @@ namespace lodestone::vgi {
 
 // Of one chart, by square, row by row.
 struct ChartLeaves {
-    std::vector<double> errors, radii;  // object units: as Leaf::error and Leaf::radius
-    std::vector<uint32_t> parts;        // how many the leaf has: 0 where there is none
-    ByteLists coded;                    // parts, leaf after leaf
+    std::vector<double> errors, radii;         // object units: as Leaf::error and Leaf::radius
+    std::vector<std::array<double, 4>> sides;  // object units: what the leaf is off by, by side, beside samples
+    std::vector<uint32_t> parts;               // how many the leaf has: 0 where there is none
+    ByteLists coded;                           // parts, leaf after leaf
 };
 
 // The leaves of the chart of a quad that has been sampled; none at all where it could not be cut.

@@ -15,8 +15,8 @@
 #include "vgi/asset/bintree.h"
 #include "vgi/asset/pages.h"
 #include "vgi/bake/images/collapse_corners.h"
-#include "vgi/small_atlas.h"
 #include "vgi/extract/extract.h"
+#include "vgi/small_atlas.h"
 
 namespace lodestone::vgi {
 namespace {
@@ -294,6 +294,52 @@ TEST(CornerErrors, AreLeftAsTheyAreWhereTheBakeIsToStop) {
     EXPECT_EQ(atlas.corners.size(), corners);
     collapse_corners(atlas);
     EXPECT_EQ(atlas.chart_corners, before);
+}
+
+// What is drawn of charts that have not all four corners, where only so many of the first are wanted: three of these
+// corners per triangle.
+std::vector<uint32_t> corners_alone(const Atlas& atlas, uint32_t wanted) {
+    std::vector<uint32_t> indices;
+    const auto drawn = [&](uint32_t corner) {
+        while (corner >= wanted && atlas.corners[corner].parent != corner) corner = atlas.corners[corner].parent;
+        return corner;
+    };
+    for (const auto& corners : atlas.chart_corners) {
+        if (std::ranges::all_of(corners, [&](uint32_t corner) { return corner < wanted; })) continue;
+        for (const auto& k : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
+            const uint32_t a = drawn(corners[static_cast<size_t>(k[0])]), b = drawn(corners[static_cast<size_t>(k[1])]),
+                           c = drawn(corners[static_cast<size_t>(k[2])]);
+            if (a != b && b != c && c != a) indices.insert(indices.end(), {a, b, c});
+        }
+    }
+    return indices;
+}
+
+TEST(CornerErrors, HoldAnywhereOnWhatIsDrawn) {
+    // Whichever are wanted, no triangle is farther from the surface than the first that is not wanted says: between the
+    // places where it was measured, a tenth is allowed.
+    for (const Shape shape : {Shape::rock, Shape::cliff, Shape::torus}) {
+        const Atlas atlas = small_atlas(fixtures::repaired(shape, 20000), 8, 120);
+        const TriMesh finest = extract_samples(atlas, 0);
+        const ClosestSurface surface(finest.positions, vertices_of(finest));
+        const ErrorCodes codes(atlas.extent());
+        Random random(5);
+        double worst = 0;
+        for (uint32_t wanted = 4; wanted < atlas.corners.size(); ++wanted) {
+            if (atlas.corners[wanted].error == atlas.corners[wanted - 1].error) continue;
+            const std::vector<uint32_t> drawn = corners_alone(atlas, wanted);
+            const double error = static_cast<double>(codes.error(atlas.corners[wanted].error));
+            for (size_t i = 0; i < drawn.size(); i += 3) {
+                const auto at = [&](size_t k) { return atlas.lattice_point(atlas.corners[drawn[i + k]].position); };
+                for (int n = 0; n < 20; ++n) {
+                    const double s = random.unit(), r = random.unit() * (1 - s);
+                    const glm::dvec3 p = at(0) * (1 - s - r) + at(1) * s + at(2) * r;
+                    worst = std::max(worst, surface.closest(p).distance / error);
+                }
+            }
+        }
+        EXPECT_LT(worst, 1.1) << static_cast<int>(shape);
+    }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <queue>
 #include <span>
 #include <tuple>
@@ -48,6 +49,10 @@ constexpr std::array<glm::dvec2, 12> face_places{{{0, 0.25},
                                                   {0.5, 0.5},
                                                   {0.75, 0},
                                                   {0.75, 0.25}}};
+
+constexpr std::array<glm::dvec2, 6> uphill{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, -1}, {-1, 1}}};
+// Of the largest distance that is known: where a face has as much, more is looked for.
+constexpr double foot = 0.8;
 
 // Points of a chart that errors are measured at: a grid of so many cells a side; fewer where there are many charts.
 uint32_t measured_cells(const Atlas& atlas, uint32_t chart) {
@@ -291,15 +296,36 @@ private:
         uint32_t hint = ClosestSurface::no_hint;
         for (const auto& [f, face] : after_) {
             if (mesh_.faces[f] == face) break;  // those that stay come last
-            const glm::dvec3 &a = at(face[0]), ab = at(face[1]) - a, ac = at(face[2]) - a;
-            for (const glm::dvec2& place : face_places) {
-                const ClosestSurface::Hit hit =
-                    mesh_.charts.closest(a + place.x * ab + place.y * ac, hint, std::sqrt(worst));
-                hint = hit.triangle;
-                worst = std::max(worst, hit.distance * hit.distance);
-            }
+            worst = face_off(face, worst, hint);
         }
         return worst;
+    }
+
+    // The same of one: at its places, then uphill from the farthest of them.
+    double face_off(const Face& face, double worst, uint32_t& hint) const {
+        const glm::dvec3 &a = at(face[0]), ab = at(face[1]) - a, ac = at(face[2]) - a;
+        double most = foot * std::sqrt(worst);
+        std::optional<glm::dvec2> top;
+        const auto look = [&](const glm::dvec2& place) {
+            const ClosestSurface::Hit hit = mesh_.charts.closest(a + place.x * ab + place.y * ac, hint, most);
+            hint = hit.triangle;
+            if (hit.distance <= most) return false;
+            most = hit.distance;
+            top = place;
+            return true;
+        };
+        for (const glm::dvec2& place : face_places) look(place);
+        for (double step = 0.125; top && step > 0.03; step /= 2) {
+            for (bool higher = true; higher;) {
+                const glm::dvec2 from = *top;
+                higher = false;
+                for (const glm::dvec2& by : uphill) {
+                    const glm::dvec2 place = from + step * by;
+                    if (place.x >= 0 && place.y >= 0 && place.x + place.y <= 1) higher |= look(place);
+                }
+            }
+        }
+        return std::max(worst, most * most);
     }
 
     // Looks for the neighbour that a corner is best moved onto.

@@ -756,7 +756,7 @@ public:
         }
         input_.instances = all;
         input_.views.resize(2);
-        input_.budget.pixel_error = 0.5;
+        input_.budget.pixel_error = 0.4f;
     }
     // way: what the camera has gone, in steps.
     const FrameInput& frame(uint64_t number, float way) {

@@ -269,7 +269,7 @@ def around(mesh, *make):
                  "--frames", str(views), "--quality-frames", str(views), "--resident-mib", "4000", "-o", folder])
             report = json.loads((pathlib.Path(folder) / "report.json").read_text())
         rows = {f"{mesh.split('/')[-1]}, {row['pixel_error']:g} px": {
-            key: row[key] for key in ("max_pixel_deviation", "background_leaks", "ssim", "triangles")} for row in report["rows"] if
+            key: row[key] for key in ("max_pixel_deviation", "background_leaks", "cracks", "ssim", "triangles")} for row in report["rows"] if
             row["backend"] == "vgi"}
         shown = [["lodestone", *make, "-o", mesh]] if make else []
         return [*shown, ["lodestone", "bake", mesh, "-o", "mesh.lode", "--backends", "vgi,full"],
@@ -547,7 +547,7 @@ def retexture_section(result):
 
 
 def around_section(result):
-    return columns(result["rows"], [("deviation, px", "max_pixel_deviation"), ("leaks", "background_leaks"), ("SSIM", "ssim"),
+    return columns(result["rows"], [("deviation, px", "max_pixel_deviation"), ("leaks", "background_leaks"), ("cracks", "cracks"), ("SSIM", "ssim"),
                                     ("triangles", "triangles")])
 
 

@@ -46,10 +46,11 @@ struct Reference {
     Picture supersampled;                     // at the small size: colour averaged over 4x4, alpha the covered share
     Picture full;                             // `full` at the small size
     std::unique_ptr<ClosestSurface> surface;  // of `full` as drawn, world space
+    std::unique_ptr<ClosestSurface> rims;     // of that; nothing where it is closed
 };
 
-// The triangles the last frame drew, in world space.
-std::unique_ptr<ClosestSurface> drawn_surface(const PlanMirror& mirror, const ReadyScene& scene) {
+// The triangles the last frame drew, in world space: three corners each.
+std::vector<glm::vec3> drawn_corners(const PlanMirror& mirror, const ReadyScene& scene) {
     std::vector<glm::vec3> corners;
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
         const glm::mat4& to_world = scene.instances[i].object_to_world;
@@ -57,6 +58,10 @@ std::unique_ptr<ClosestSurface> drawn_surface(const PlanMirror& mirror, const Re
             for (const glm::vec3& p : triangle) corners.emplace_back(to_world * glm::vec4(p, 1));
         }
     }
+    return corners;
+}
+
+std::unique_ptr<ClosestSurface> surface_of(const std::vector<glm::vec3>& corners) {
     if (corners.empty()) return nullptr;
     std::vector<uint32_t> indices(corners.size());
     for (uint32_t i = 0; i < indices.size(); ++i) indices[i] = i;
@@ -175,7 +180,9 @@ private:
             reference.supersampled = downsampled(reference.supersampled, supersampling);
             if (auto done = draw_at(**session, reference.camera, width_, height_, reference.full); !done) return done;
             reference.view = (*session)->view();
-            reference.surface = drawn_surface(*(*session)->mirror(), scene_);
+            const std::vector<glm::vec3> corners = drawn_corners(*(*session)->mirror(), scene_);
+            reference.surface = surface_of(corners);
+            reference.rims = rims_of(corners);
             auto name = save(reference.supersampled, "reference-" + std::to_string(i), true);
             if (!name) return tl::unexpected(name.error());
             report.references.push_back(*name);
@@ -319,14 +326,16 @@ private:
             const auto mask = covered_union(*picture, reference.supersampled);
             psnrs.push_back(psnr_db(*picture, reference.supersampled, mask));
             ssims.push_back(ssim(*picture, reference.supersampled, mask));
-            row.background_leaks += background_leaks(*picture, reference.full, row.pixel_error);
             acmrs.push_back(simulated_acmr(*(*session)->mirror()));
-            const auto surface = drawn_surface(*(*session)->mirror(), scene_);
-            if (surface != nullptr && reference.surface != nullptr) {
-                row.max_pixel_deviation = std::max(
-                    row.max_pixel_deviation,
-                    max_pixel_deviation(*picture, *surface, reference.full, *reference.surface, reference.view));
-            }
+            const auto surface = surface_of(drawn_corners(*(*session)->mirror(), scene_));
+            row.background_leaks += background_leaks(*picture, reference.full, row.pixel_error);
+            if (reference.surface == nullptr) continue;
+            row.cracks += cracks(*picture, reference.full, *reference.surface, reference.rims.get(), reference.view,
+                                 row.pixel_error);
+            if (surface == nullptr) continue;
+            row.max_pixel_deviation =
+                std::max(row.max_pixel_deviation,
+                         max_pixel_deviation(*picture, *surface, reference.full, *reference.surface, reference.view));
         }
         row.psnr_db = mean(psnrs);
         row.ssim = mean(ssims);

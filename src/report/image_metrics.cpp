@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <tuple>
+#include <utility>
 
 #include "base/check.h"
 #include "base/looks/srgb.h"
@@ -53,6 +57,54 @@ std::vector<double> blurred(const std::vector<double>& values, uint32_t width, u
 
 bool covered(const Picture& picture, size_t i) { return picture.colour[i * 4 + 3] > 0; }
 bool same_size(const Picture& a, const Picture& b) { return a.width == b.width && a.height == b.height; }
+
+// Whether a surface goes on from what one pixel shows of it to what the next one shows. Where it does, it lies between
+// the rays through the two, and so nowhere farther than a pixel from the way from place to place, and ends nowhere so
+// near to it. Where a part of it ends in front of another, that way leads through the open.
+bool goes_on(const PixelPlaces::Place& a, const PixelPlaces::Place& b, const ClosestSurface& surface,
+             const ClosestSurface* rims) {
+    const double apart = glm::distance(a.world, b.world) * std::max(a.pixels_per_unit, b.pixels_per_unit);
+    const auto steps = static_cast<uint32_t>(std::clamp(std::ceil(apart), 4.0, 64.0));
+    for (uint32_t i = 0; i <= steps; ++i) {
+        const double share = static_cast<double>(i) / steps;
+        const double pixel = glm::mix(1 / a.pixels_per_unit, 1 / b.pixels_per_unit, share);
+        const glm::dvec3 at = glm::mix(a.world, b.world, share);
+        const auto is_near = [&](const ClosestSurface& to) {
+            return to.closest(at, ClosestSurface::no_hint, pixel).distance <= pixel;
+        };
+        if (!is_near(surface) || (rims != nullptr && is_near(*rims))) return false;
+    }
+    return true;
+}
+
+// same(x, y, x2, y2): of pixels beside each other, whether one sheet covers both.
+template <class Same>
+uint64_t leaks(const Picture& picture, const Picture& full, double pixel_error, const Same& same) {
+    LODE_CHECK(same_size(picture, full), picture.width, full.width);
+    const size_t side = std::min(full.width, full.height),
+                 around = std::min(side, static_cast<size_t>(std::ceil(pixel_error)) + 2);
+    const auto is_covered = [&](size_t x, size_t y) { return covered(full, y * full.width + x); };
+    const auto is_inside = [&](size_t x, size_t y, const auto& test) {
+        for (size_t row = y - around; row <= y + around; ++row) {
+            for (size_t column = x - around; column <= x + around; ++column) {
+                if (!test(column, row)) return false;
+            }
+        }
+        return true;
+    };
+    uint64_t count = 0;
+    for (size_t y = around; y + around < full.height; ++y) {
+        for (size_t x = around; x + around < full.width; ++x) {
+            if (covered(picture, y * full.width + x) || !is_inside(x, y, is_covered)) continue;
+            const auto is_same = [&](size_t column, size_t row) {
+                return (column == x + around || same(column, row, column + 1, row)) &&
+                       (row == y + around || same(column, row, column, row + 1));
+            };
+            count += is_inside(x, y, is_same) ? 1 : 0;
+        }
+    }
+    return count;
+}
 
 // drawn: the surface that `from` shows.
 double one_way_deviation(const Picture& from, const ClosestSurface& drawn, const ClosestSurface& to, const View& view) {
@@ -171,22 +223,41 @@ Picture difference_map(const Picture& a, const Picture& b) {
 }
 
 uint64_t background_leaks(const Picture& picture, const Picture& full, double pixel_error) {
-    LODE_CHECK(same_size(picture, full), picture.width, full.width);
-    const size_t side = std::min(full.width, full.height),
-                 around = std::min(side, static_cast<size_t>(std::ceil(pixel_error)) + 2);
-    uint64_t leaks = 0;
-    for (size_t y = around; y + around < full.height; ++y) {
-        for (size_t x = around; x + around < full.width; ++x) {
-            if (covered(picture, y * full.width + x)) continue;
-            bool inside = true;
-            for (size_t row = y - around; row <= y + around && inside; ++row) {
-                for (size_t column = x - around; column <= x + around && inside; ++column)
-                    inside = covered(full, row * full.width + column);
-            }
-            leaks += inside ? 1 : 0;
-        }
+    return leaks(picture, full, pixel_error, [](size_t, size_t, size_t, size_t) { return true; });
+}
+
+std::unique_ptr<ClosestSurface> rims_of(std::span<const glm::vec3> corners) {
+    using Edge = std::array<float, 6>;
+    std::vector<Edge> edges;
+    edges.reserve(corners.size());
+    for (size_t i = 0; i < corners.size(); ++i) {
+        std::array ends{corners[i], corners[i % 3 == 2 ? i - 2 : i + 1]};
+        if (ends[0] == ends[1]) continue;
+        const auto key = [](const glm::vec3& p) { return std::tie(p.x, p.y, p.z); };
+        if (key(ends[1]) < key(ends[0])) std::swap(ends[0], ends[1]);
+        edges.push_back({ends[0].x, ends[0].y, ends[0].z, ends[1].x, ends[1].y, ends[1].z});
     }
-    return leaks;
+    std::ranges::sort(edges);
+    std::vector<glm::vec3> positions;
+    std::vector<uint32_t> indices;
+    for (size_t i = 0, end = 0; i < edges.size(); i = end) {
+        while (end < edges.size() && edges[end] == edges[i]) ++end;
+        if (end - i > 1) continue;
+        const auto first = static_cast<uint32_t>(positions.size());
+        const Edge& e = edges[i];
+        positions.insert(positions.end(), {{e[0], e[1], e[2]}, {e[3], e[4], e[5]}});
+        indices.insert(indices.end(), {first, first + 1, first + 1});
+    }
+    return indices.empty() ? nullptr : std::make_unique<ClosestSurface>(positions, indices);
+}
+
+uint64_t cracks(const Picture& picture, const Picture& full, const ClosestSurface& full_surface,
+                const ClosestSurface* rims, const View& view, double pixel_error) {
+    LODE_CHECK(view.width == full.width && view.height == full.height, full.width, view.width);
+    const PixelPlaces places(view);
+    return leaks(picture, full, pixel_error, [&](size_t x, size_t y, size_t x2, size_t y2) {
+        return goes_on(places.of(full, x, y), places.of(full, x2, y2), full_surface, rims);
+    });
 }
 
 PixelPlaces::PixelPlaces(const View& view)

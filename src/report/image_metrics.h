@@ -3,6 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "frame/picture.h"
@@ -35,6 +38,13 @@ Picture difference_map(const Picture& a, const Picture& b);
 // Pixels that `picture` leaves uncovered though `full` covers all pixels around them to a distance of two more than the
 // outline may be off by: cracks and holes. pixel_error: that, in pixels.
 uint64_t background_leaks(const Picture& picture, const Picture& full, double pixel_error);
+// The edges that one triangle alone has, as segments; nothing where there are none. corners: three per triangle.
+std::unique_ptr<ClosestSurface> rims_of(std::span<const glm::vec3> corners);
+// Those of background_leaks of which one sheet of `full` covers all around them, and ends nowhere there. Where a part
+// ends in front of another, both outlines may be off by what was asked, and what is behind is seen between them: that
+// leaks and is no crack. full_surface and its rims, or null: in world space; both pictures drawn from `view`.
+uint64_t cracks(const Picture& picture, const Picture& full, const ClosestSurface& full_surface,
+                const ClosestSurface* rims, const View& view, double pixel_error);
 
 // Finds where the pixels of pictures drawn from a view lie, by their depth.
 class PixelPlaces {

@@ -19,7 +19,8 @@ namespace {
 
 void add_what_not_all_have(const Row& r, Json& json) {
     if (!r.compared) {
-        for (const char* of_pictures : {"acmr_fifo16", "psnr_db", "ssim", "max_pixel_deviation", "background_leaks"})
+        for (const char* of_pictures :
+             {"acmr_fifo16", "psnr_db", "ssim", "max_pixel_deviation", "background_leaks", "cracks"})
             json[of_pictures] = nullptr;
     }
     for (const auto& [stage, ms] : r.stages_gpu_ms) json["stages_gpu_ms"][stage] = ms;
@@ -67,6 +68,7 @@ Json json_of(const Row& r) {
                  {"ssim", r.ssim},
                  {"max_pixel_deviation", r.max_pixel_deviation},
                  {"background_leaks", r.background_leaks},
+                 {"cracks", r.cracks},
                  {"bake_seconds", r.bake_seconds},
                  {"asset_bytes", r.asset_bytes},
                  {"flight", {{"ms", r.flight_ms}, {"triangles", r.flight_triangles}}}};

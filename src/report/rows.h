@@ -54,6 +54,7 @@ struct Row : Technique {
     double psnr_db = 0, ssim = 0;    // means over the pictures compared (image_metrics.h)
     double max_pixel_deviation = 0;  // the largest over the pictures compared
     uint64_t background_leaks = 0;   // the sum
+    uint64_t cracks = 0;             // the sum
     double bake_seconds = 0;         // of all that the scene needed baked; 0 where it was there
     uint64_t asset_bytes = 0;        // of all asset files
     // What smoke and fire took, where the scene has any; see docs/volumes.md.

@@ -372,6 +372,7 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     ASSERT_EQ(report["rows"].size(), 7u);  // full once, the others at two pixel errors
     for (const json& row : report["rows"]) {
         EXPECT_EQ(row["background_leaks"], 0);
+        EXPECT_EQ(row["cracks"], 0);
         EXPECT_GT(row["psnr_db"], 15);
         // Within the pixel error asked for: what is promised is a bound on the surface.
         // An atlas is sampled: near its finest level it may be wrong by more.
@@ -408,7 +409,7 @@ TEST_F(ProgramTest, BenchesWithoutPicturesToCompare) {
     for (const json& row : report["rows"]) {
         EXPECT_GT(row["triangles"], 100);
         EXPECT_TRUE(row["stages_gpu_ms"].contains("colour"));
-        for (const char* of_pictures : {"ssim", "psnr_db", "max_pixel_deviation", "background_leaks"})
+        for (const char* of_pictures : {"ssim", "psnr_db", "max_pixel_deviation", "background_leaks", "cracks"})
             EXPECT_TRUE(row[of_pictures].is_null()) << of_pictures;
     }
     EXPECT_TRUE(report["equal_error"].empty());

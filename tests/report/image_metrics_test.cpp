@@ -63,6 +63,94 @@ TEST(BackgroundLeaks, CountsHolesAndNotTheOutline) {
     EXPECT_EQ(background_leaks(shown, full, 1e9), 0u);
 }
 
+// A square that ends in the middle of the picture, and a wall behind it that begins there or a little behind it.
+TEST(Cracks, AreNoneWhereOnePartEndsInFrontOfAnother) {
+    Camera camera;
+    camera.eye = {0, 0, 5};
+    const View view = view_of(camera, 64, 64);
+    const std::vector<glm::vec3> positions = {{-9, -9, 0},  {0, -9, 0},  {0, 9, 0},  {-9, 9, 0},
+                                              {-1, -9, -2}, {9, -9, -2}, {9, 9, -2}, {-1, 9, -2}};
+    const std::vector<uint32_t> indices = {0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7};
+    const ClosestSurface surface(positions, indices);
+    Picture full = flat(64, 64, 100);
+    for (uint32_t i = 0; i < 64 * 64; ++i) {
+        const glm::vec4 clip = view.world_to_clip() * glm::vec4(0, 0, i % 64 < 32 ? 0 : -2, 1);
+        full.depth[i] = clip.z / clip.w;
+    }
+    const auto with_hole_at = [&](uint32_t x) {
+        Picture shown = full;
+        shown.colour[4 * (20 * 64 + x) + 3] = 0;
+        return shown;
+    };
+    const auto found = [&](uint32_t x, double pixel_error) {
+        return cracks(with_hole_at(x), full, surface, nullptr, view, pixel_error);
+    };
+    for (const uint32_t x : {20u, 29u, 34u, 50u}) EXPECT_EQ(found(x, 0), 1u) << x;
+    for (const uint32_t x : {30u, 31u, 32u, 33u}) EXPECT_EQ(found(x, 0), 0u) << x;
+    EXPECT_EQ(found(29, 1), 0u);
+    EXPECT_EQ(background_leaks(with_hole_at(31), full, 0), 1u);
+    EXPECT_EQ(cracks(full, full, surface, nullptr, view, 0), 0u);
+}
+
+std::vector<glm::vec3> corners_of(const std::vector<glm::vec3>& positions, const std::vector<uint32_t>& indices) {
+    std::vector<glm::vec3> corners;
+    for (const uint32_t i : indices) corners.push_back(positions[i]);
+    return corners;
+}
+
+TEST(Rims, AreTheEdgesOfOneTriangleAlone) {
+    const std::vector<glm::vec3> positions = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0}, {2, 2, 4}};
+    const auto square = rims_of(corners_of(positions, {0, 1, 2, 0, 2, 3}));
+    ASSERT_NE(square, nullptr);
+    EXPECT_NEAR(square->closest({2, 2, 0}).distance, 2, 1e-6);  // not the diagonal
+    EXPECT_NEAR(square->closest({2, -1, 0}).distance, 1, 1e-6);
+    EXPECT_EQ(rims_of(corners_of(positions, {0, 2, 1, 0, 3, 2, 0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4})), nullptr);
+    EXPECT_EQ(rims_of({}), nullptr);
+}
+
+// A slit narrower than a pixel between two parts of a wall, which no pixel of `full` shows.
+TEST(Cracks, AreNoneWhereTheSurfaceEnds) {
+    Camera camera;
+    camera.eye = {0, 0, 5};
+    const View view = view_of(camera, 64, 64);
+    const std::vector<glm::vec3> positions = {{-9, -9, 0},    {0, -9, 0}, {0, 9, 0}, {-9, 9, 0},
+                                              {1e-3f, -9, 0}, {9, -9, 0}, {9, 9, 0}, {1e-3f, 9, 0}};
+    const std::vector<uint32_t> indices = {0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7};
+    const ClosestSurface surface(positions, indices);
+    const auto rims = rims_of(corners_of(positions, indices));
+    Picture full = flat(64, 64, 100);
+    const glm::vec4 clip = view.world_to_clip() * glm::vec4(0, 0, 0, 1);
+    std::ranges::fill(full.depth, clip.z / clip.w);
+    Picture shown = full;
+    for (const uint32_t x : {15u, 31u, 48u}) shown.colour[4 * (20 * 64 + x) + 3] = 0;
+    EXPECT_EQ(cracks(shown, full, surface, nullptr, view, 0), 3u);
+    EXPECT_EQ(cracks(shown, full, surface, rims.get(), view, 0), 2u);
+}
+
+// However steeply it is seen, one surface is one sheet.
+TEST(Cracks, AreFoundInASteepSurface) {
+    Camera camera;
+    camera.eye = {0, 0.2f, 5};
+    camera.target = {0, 0.2f, 0};
+    const View view = view_of(camera, 64, 64);
+    const std::vector<glm::vec3> positions = {{-99, 0, 5}, {99, 0, 5}, {99, 0, -99}, {-99, 0, -99}};
+    const std::vector<uint32_t> indices = {0, 1, 2, 0, 2, 3};
+    const ClosestSurface surface(positions, indices);
+    Picture full = flat(64, 64, 100, 0);
+    for (uint32_t y = 0; y < 64; ++y) {
+        const float down = (static_cast<float>(y) + 0.5f - 32) / view.focal_px, z = 5 - 0.2f / down;
+        if (down <= 0 || z < -99) continue;
+        const glm::vec4 clip = view.world_to_clip() * glm::vec4(0, 0, z, 1);
+        for (uint32_t x = 0; x < 64; ++x) {
+            full.colour[4 * (64 * y + x) + 3] = 255;
+            full.depth[64 * y + x] = clip.z / clip.w;
+        }
+    }
+    Picture shown = full;
+    for (const uint32_t y : {36u, 50u}) shown.colour[4 * (64 * y + 30) + 3] = 0;
+    EXPECT_EQ(cracks(shown, full, surface, nullptr, view, 0), 2u);
+}
+
 TEST(Downsampled, AveragesInLinearLight) {
     Picture p = flat(4, 4, 0);
     for (size_t i = 0; i < 8; ++i) p.colour[4 * i] = p.colour[4 * i + 1] = p.colour[4 * i + 2] = 255;

@@ -20,7 +20,11 @@ namespace {
 TEST(SideErrors, AreHeldByTheLeafAcross) {
     const TriMesh source = fixtures::repaired(Shape::cliff, 20000);
     const Atlas atlas = small_atlas(source, 4, 40, true);
-    const ClosestSurface surface(source.positions, vertices_of(source));
+    std::vector<uint32_t> vertices;
+    for (const Triangle& t : source.triangles) {
+        for (const uint32_t w : t) vertices.push_back(source.wedge_vertex[w]);
+    }
+    const ClosestSurface surface(source.positions, vertices);
     const ErrorCodes codes(atlas.extent());
     const uint32_t cells = atlas.cells_of(0) / atlas.leaves_per_side(0);
     Random random(7);

@@ -63,7 +63,7 @@ each of its fields is. The row of `render --stats` has those that one frame can 
 | `psnr_db`, `ssim` | luminance against a picture of the whole mesh with 16 samples a pixel, over pixels that either covers |
 | `max_pixel_deviation` | largest distance between the surfaces drawn and the whole mesh, both ways, in pixels at that depth |
 | `background_leaks` | pixels that show the background inside the whole mesh, by at least two pixels more than the pixel error |
-| `cracks` | those of them of which one sheet of the whole mesh covers all around; the others lie between two outlines, each of which may be off, or beside a rim |
+| `cracks` | those of them around which one sheet of the whole mesh covers every pixel; the others lie between two outlines, each of which may be off, or beside a rim |
 """
 
 # What each field is, of the subcommands whose JSON is looked at here.

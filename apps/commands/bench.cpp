@@ -46,7 +46,7 @@ struct Reference {
     Picture supersampled;                     // at the small size: colour averaged over 4x4, alpha the covered share
     Picture full;                             // `full` at the small size
     std::unique_ptr<ClosestSurface> surface;  // of `full` as drawn, world space
-    std::unique_ptr<ClosestSurface> rims;     // of that; nothing where it is closed
+    std::vector<glm::vec3> corners;           // of that, three per triangle
 };
 
 // The triangles the last frame drew, in world space: three corners each.
@@ -180,9 +180,8 @@ private:
             reference.supersampled = downsampled(reference.supersampled, supersampling);
             if (auto done = draw_at(**session, reference.camera, width_, height_, reference.full); !done) return done;
             reference.view = (*session)->view();
-            const std::vector<glm::vec3> corners = drawn_corners(*(*session)->mirror(), scene_);
-            reference.surface = surface_of(corners);
-            reference.rims = rims_of(corners);
+            reference.corners = drawn_corners(*(*session)->mirror(), scene_);
+            reference.surface = surface_of(reference.corners);
             auto name = save(reference.supersampled, "reference-" + std::to_string(i), true);
             if (!name) return tl::unexpected(name.error());
             report.references.push_back(*name);
@@ -328,10 +327,14 @@ private:
             ssims.push_back(ssim(*picture, reference.supersampled, mask));
             acmrs.push_back(simulated_acmr(*(*session)->mirror()));
             const auto surface = surface_of(drawn_corners(*(*session)->mirror(), scene_));
-            row.background_leaks += background_leaks(*picture, reference.full, row.pixel_error);
+            const uint64_t leaks = background_leaks(*picture, reference.full, row.pixel_error);
+            row.background_leaks += leaks;
             if (reference.surface == nullptr) continue;
-            row.cracks += cracks(*picture, reference.full, *reference.surface, reference.rims.get(), reference.view,
-                                 row.pixel_error);
+            if (leaks > 0) {
+                const auto rims = rims_of(reference.corners);
+                row.cracks +=
+                    cracks(*picture, reference.full, *reference.surface, rims.get(), reference.view, row.pixel_error);
+            }
             if (surface == nullptr) continue;
             row.max_pixel_deviation =
                 std::max(row.max_pixel_deviation,

@@ -49,7 +49,7 @@ void add_stage_options(CLI::App& command, StageOptions& options) {
                        "ground of one colour each. What the scene says unless given, or none");
     command
         .add_option("--texture-blocks", options.texture_blocks,
-                    "vgi: baked textures take half of the memory, as block compressed textures, and are a little "
+                    "vgi: baked textures take about half of the memory, as block compressed textures, and are a little "
                     "less exact: on, off, or auto, on where the device is no software rasteriser")
         ->check(CLI::IsMember({"auto", "on", "off"}))
         ->capture_default_str();

@@ -39,7 +39,7 @@ uint number_of_block(uint word, uint number) {
     uint low = attributes_at(word), high = attributes_at(word + 1u), bit = 3u * number + 16u;
     uint code = (bit >= 32u ? high >> (bit - 32u) : bit > 29u ? low >> bit | high << (32u - bit) : low >> bit) & 7u;
     uint first = low & 255u, last = low >> 8 & 255u;
-    return code == 0u ? first : code == 1u ? last : ((8u - code) * first + (code - 1u) * last + 3u) / 7u;
+    return code == 0u ? first : code == 1u ? last : ((8u - code) * first + (code - 1u) * last) / 7u;
 }
 // Three of numbers, one after the other; 0 .. 1.
 vec3 numbers_of_block(uint word, uint number) {

@@ -40,7 +40,7 @@ Picture difference_map(const Picture& a, const Picture& b);
 uint64_t background_leaks(const Picture& picture, const Picture& full, double pixel_error);
 // The edges that one triangle alone has, as segments; nothing where there are none. corners: three per triangle.
 std::unique_ptr<ClosestSurface> rims_of(std::span<const glm::vec3> corners);
-// Those of background_leaks of which one sheet of `full` covers all around them, and ends nowhere there. Where a part
+// Those of background_leaks around which one sheet of `full` covers every pixel, and ends nowhere. Where a part
 // ends in front of another, both outlines may be off by what was asked, and what is behind is seen between them: that
 // leaks and is no crack. full_surface and its rims, or null: in world space; both pictures drawn from `view`.
 uint64_t cracks(const Picture& picture, const Picture& full, const ClosestSurface& full_surface,

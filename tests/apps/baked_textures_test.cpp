@@ -234,6 +234,8 @@ TEST_F(BakedTexturesTest, LookAsTheSourceDoes) {
         EXPECT_GT(usual, least_usual) << debug;
         EXPECT_GT(blocks, usual - 1.5) << debug;
     }
+    EXPECT_GT(nearness("usual.scene.json", "alpha", "vgi", " --texture-blocks on"),
+              nearness("usual.scene.json", "alpha") - 1.5);
     const auto bytes = [&](const std::string& how) {
         succeeds("render usual.scene.json --backend vgi --stats " + how + ".json -o " + how + ".png --texture-blocks " +
                  how);

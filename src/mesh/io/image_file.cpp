@@ -219,13 +219,16 @@ void on_png_warning(png_structp, png_const_charp) {}
 void on_png_bytes(png_structp png, png_bytep from, size_t count) {
     auto& bytes = *static_cast<std::vector<std::byte>*>(png_get_io_ptr(png));
     const auto* first = reinterpret_cast<const std::byte*>(from);
+    bool fits = true;
     try {
         bytes.insert(bytes.end(), first, first + count);
-    } catch (const std::bad_alloc&) { png_error(png, "out of memory"); }
+    } catch (const std::exception&) { fits = false; }
+    if (!fits) png_error(png, "out of memory");  // leaps, which nothing may from within a catch
 }
 
-// Without alpha where it is not told: a quarter fewer bytes. Level 3 of zlib takes a quarter of the time of its usual
-// 6, and 2% more bytes. row and bytes are the caller's: nothing here has to be freed where libpng leaps out.
+// Without alpha where it is not told: a quarter fewer bytes to deflate. Level 3 of zlib takes 0.4 of the time of its
+// usual 6, and 2% more bytes. bytes, and row with room for a row without alpha, are the caller's: nothing here has to
+// be freed where libpng leaps out.
 bool encode_png_into(const Image& image, bool alpha, std::vector<uint8_t>& row, std::vector<std::byte>& bytes,
                      PngError& error) {
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &error, on_png_error, on_png_warning);
@@ -235,7 +238,6 @@ bool encode_png_into(const Image& image, bool alpha, std::vector<uint8_t>& row, 
         std::snprintf(error.message.data(), error.message.size(), "out of memory");
         return false;
     }
-    row.resize(size_t{image.width} * 3);
     if (setjmp(error.jump) != 0) {
         png_destroy_write_struct(&png, &info);
         return false;
@@ -339,7 +341,7 @@ bool has_alpha(const Image& image) {
 Result<std::vector<std::byte>> encode_png(const Image& image) {
     if (image.texels.empty()) return fail(Fault::machine, "PNG: there are no texels");
     std::vector<std::byte> bytes;
-    std::vector<uint8_t> row;
+    std::vector<uint8_t> row(size_t{image.width} * 3);
     PngError error;
     if (!encode_png_into(image, has_alpha(image), row, bytes, error))
         return fail(Fault::machine, std::string("PNG: ") + error.message.data());

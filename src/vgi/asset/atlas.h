@@ -108,8 +108,8 @@ static_assert(sizeof(Corner) == 12);
 // What is known of a leaf (leaves.h), the source's triangles in the square of a finest page of a chart.
 struct Leaf {
     std::array<uint16_t, 3> position{};  // lattice point in its middle
-    // Codes (error_codes.h): what drawing its samples instead is off by, 0 where there is no leaf; and the sphere
-    // around its middle that holds all of it.
+    // Codes (error_codes.h): what drawing its samples instead is off by, or the leaves across its sides beside these, 0
+    // where there is no leaf; and the sphere around its middle that holds all of it.
     uint8_t error = 0, radius = 0;
     uint32_t parts_end = 0;  // its parts are those from the end of the leaf before
     bool operator==(const Leaf&) const = default;

@@ -272,7 +272,7 @@ private:
     BlockSample plain_sample(uint64_t at) const {
         BlockSample sample;
         const uint32_t packed = word(at);
-        sample.normal = unpack_octahedral({static_cast<int8_t>(packed & 255), static_cast<int8_t>(packed >> 8 & 255)});
+        sample.normal = packed_normal(packed);
         sample.material = packed >> 16;
         if ((asset_.has & LODE_VGI_HAS_COLOURS) != 0) sample.colour = word(at + 1 + (asset_.has & LODE_VGI_HAS_UVS));
         return sample;

@@ -38,7 +38,7 @@ uint32_t attributes_of_samples(const AtlasAttributes& has) {
 constexpr uint64_t most_list_bytes = uint64_t{48} << 20;
 constexpr uint64_t first_list_bytes = uint64_t{240} << 10;  // what lists have until they need more; whole patches
 constexpr uint64_t list_step = 120;                         // whole triangles, and whole patches
-constexpr uint64_t most_slots = LODE_VGI_LEAF / LODE_VGI_PAGE_TEXELS;  // of a pool: its texels are numbered below
+constexpr uint64_t most_slots = LODE_VGI_LEAF / LODE_VGI_PAGE_TEXELS;  // of positions: their texels are numbered below
 // Vertices of leaves and what is seen at a pixel have so many bits for a chart, and corners of charts more.
 static_assert(Limits{}.charts <= LODE_VGI_CHART_MASK && 4 * (Limits{}.charts + 1) <= LODE_VGI_CORNER_STEP);
 constexpr uint64_t most_leaf_slots = LODE_VGI_LEAF_MOVES / LODE_VGI_LEAF_VERTICES;
@@ -452,6 +452,11 @@ struct Totals {
     uint64_t leaf_parts = 0;
     uint64_t mip_tail_samples = 0, mip_tail_slots = 0;
     uint64_t corner_records = 0;
+
+    // Their words are numbered in 31 bits, and slots in 28 (LODE_VGI_TABLE).
+    uint64_t most_attribute_slots() const {
+        return std::min(uint64_t{1} << 28, (uint64_t{1} << 31) / words.of_slot()) - 1;
+    }
 };
 
 // Texture coordinates are of use where there is a texture.
@@ -543,8 +548,8 @@ void share_lists(uint64_t least, uint64_t available, const VgiOptions& options, 
 Result<void> check_totals(const Totals& totals) {
     const Limits limits;
     const uint64_t pages = totals.pages[0] + totals.pages[1];
-    if (totals.base[0] <= limits.charts && pages <= limits.pages &&
-        totals.base[0] + totals.mip_tail_slots <= most_slots)
+    if (totals.base[0] <= limits.charts && pages <= limits.pages && totals.base[0] <= most_slots &&
+        totals.base[0] + totals.mip_tail_slots <= totals.most_attribute_slots())
         return {};
     return fail(Fault::machine, "the atlases have " + std::to_string(totals.base[0]) + " charts and " +
                                     std::to_string(pages) + " pages together, and shaders number " +
@@ -589,8 +594,9 @@ Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atl
     const auto slots = [&](size_t l, uint64_t bytes, uint64_t most) {
         return static_cast<uint32_t>(std::min(base[l] + bytes / slot_bytes[l], most));
     };
-    const std::array<uint32_t, 2> most{slots(0, first, most_slots),
-                                       slots(1, std::min(more[1], left - first), most_slots - totals.mip_tail_slots)};
+    const std::array<uint32_t, 2> most{
+        slots(0, first, most_slots),
+        slots(1, std::min(more[1], left - first), totals.most_attribute_slots() - totals.mip_tail_slots)};
     // Growing takes room for what a pool is and what it becomes. A larger one is whole from the start.
     for (const size_t l : {size_t{0}, size_t{1}}) {
         const bool grows = most[l] * slot_bytes[l] <= options.resident_bytes / 4;

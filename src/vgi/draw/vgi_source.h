@@ -29,7 +29,7 @@ struct VgiOptions {
     uint32_t instances = 1;           // most instances in the scene, of all assets
     Raster raster = Raster::bintree;  // how triangles are made
     bool leaves = true;               // draws leaves where assets have them (bintree alone)
-    // Attributes lie in blocks of 4 x 4 samples (draw/attributes/attribute_blocks.h), in half of the memory,
+    // Attributes lie in blocks of 4 x 4 samples (draw/attributes/attribute_blocks.h), in about half of the memory,
     // where textures are baked into an atlas and no asset has texture coordinates.
     bool textures_in_blocks = false;
 };

@@ -151,6 +151,23 @@ TEST(AttributeBlocks, HoldWhatIsAllOneColourAsItIs) {
     }
 }
 
+TEST(AttributeBlocks, HoldNumbersThatDifferByLessThanEightAsTheyAre) {
+    for (uint32_t first = 0; first < 248; first += 31) {
+        for (uint32_t range = 0; range < 8; ++range) {
+            const auto at = [&](uint32_t x, uint32_t y) {
+                Texel t;
+                t.colour.r = first + (x + 3 * y) % (range + 1);
+                return t;
+            };
+            const Blocks blocks(at, everything, all_attributes());
+            for (uint32_t y = 1; y < 29; ++y) {
+                for (uint32_t x = 1; x < 29; ++x)
+                    ASSERT_EQ(blocks.sample(x, y).colour & 255, at(x, y).colour.r) << first << ' ' << range;
+            }
+        }
+    }
+}
+
 // Around z alone a block whose normals look to either side of a fold would hold any direction between.
 TEST(AttributeBlocks, HoldNormalsThatLookAnywhere) {
     std::mt19937 random(2);
@@ -193,7 +210,7 @@ TEST(AttributeBlocks, HaveUpToFourMaterials) {
     const auto five = [&](uint32_t x, uint32_t y) {
         Texel t = four(x, y);
         if (x == 6 && y == 6) t.material = 9;
-        if (x == 7 && y == 6) t.material = 4000;
+        if (x == 5 && y == 6) t.material = 4000;
         return t;
     };
     const Blocks most(five, everything, all_attributes());

@@ -17,7 +17,7 @@ namespace lodestone::vgi {
 
 // Of one chart, by square, row by row.
 struct ChartLeaves {
-    std::vector<double> errors, radii;         // object units: as Leaf::error and Leaf::radius
+    std::vector<double> errors, radii;         // object units: what samples are off by in place of it; Leaf::radius
     std::vector<std::array<double, 4>> sides;  // object units: what the leaf is off by, by side, beside samples
     std::vector<uint32_t> parts;               // how many the leaf has: 0 where there is none
     ByteLists coded;                           // parts, leaf after leaf

@@ -309,7 +309,7 @@ private:
         const auto look = [&](const glm::dvec2& place) {
             const ClosestSurface::Hit hit = mesh_.charts.closest(a + place.x * ab + place.y * ac, hint, most);
             hint = hit.triangle;
-            if (hit.distance <= most) return false;
+            if (!(hit.distance > most)) return false;
             most = hit.distance;
             top = place;
             return true;

@@ -52,13 +52,13 @@ glm::vec3 unfolded(float u, float v) {
 // The two words of a block of single numbers.
 struct NumberBlock {
     uint32_t low, high;
-    // Rounded: what differs by less than eight comes back as it was.
+    // Rounded down, as stb_dxt expects: what differs by less than eight comes back as it was.
     uint32_t byte(uint32_t number) const {
         const uint64_t both = uint64_t{high} << 32 | low;
         const auto code = static_cast<uint32_t>(both >> (16 + 3 * number) & 7);
         const uint32_t first = low & 255, last = low >> 8 & 255;
         if (code < 2) return code == 0 ? first : last;
-        return ((8 - code) * first + (code - 1) * last + 3) / 7;
+        return ((8 - code) * first + (code - 1) * last) / 7;
     }
 };
 
@@ -139,10 +139,6 @@ struct NormalBlocks {
     }
 };
 
-glm::vec3 normal_of(uint32_t word) {
-    return unpack_octahedral({static_cast<int8_t>(word & 255), static_cast<int8_t>(word >> 8 & 255)});
-}
-
 // The one whose worst normal is off least; z where it is off by little more than what numbers are rounded to anyway.
 NormalBlocks normal_blocks(const Samples& samples) {
     constexpr float small = 0.9998f;  // cosine of 1.1 degrees
@@ -154,14 +150,14 @@ NormalBlocks normal_blocks(const Samples& samples) {
         for (uint32_t i = 0; i < samples_of_block; ++i) {
             const auto at = axis == axis_z ? std::array{static_cast<int8_t>(*samples[i] & 255),
                                                         static_cast<int8_t>(*samples[i] >> 8 & 255)}
-                                           : pack_octahedral(to_axis(axis, normal_of(*samples[i])));
+                                           : pack_octahedral(to_axis(axis, packed_normal(*samples[i])));
             u[i] = static_cast<uint8_t>(at[0] + 128);
             v[i] = static_cast<uint8_t>(at[1] + 128);
         }
         const NormalBlocks blocks{number_block(u), number_block(v), axis};
         float cosine = 1;
         for (uint32_t i = 0; i < samples_of_block; ++i)
-            cosine = std::min(cosine, glm::dot(blocks.normal(i), normal_of(*samples[i])));
+            cosine = std::min(cosine, glm::dot(blocks.normal(i), packed_normal(*samples[i])));
         if (cosine <= best_cosine) continue;
         best = blocks;
         best_cosine = cosine;

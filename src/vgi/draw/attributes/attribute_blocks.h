@@ -1,10 +1,11 @@
-// Pages of attributes in less than half of the memory: 4 x 4 samples to a block, as block compressed textures have them, which
-// shaders read as they are (shaders/shared/vgi_attributes.glsl). What lies along the sides of a page stays as it is, so
-// that nothing shows where pages or charts meet. Materials stay what they are; of more than four in a block, those that
-// have least of it become another.
+// Pages of attributes in about half of the memory: 4 x 4 samples to a block, as block compressed textures have them,
+// which shaders read as they are (shaders/shared/vgi_attributes.glsl). What lies along the sides of a page stays as it
+// is, so that nothing shows where pages or charts meet. Materials stay what they are; of more than four in a block,
+// those that have least of it become another.
 //
-//   Khronos Data Format Specification 1.3: each number of colours and surfaces as BC4, normals as BC5, emissions as BC1.
-//   Numbers always have eight values from end to end, emissions four: smooth colours would show blocks with so few.
+//   Khronos Data Format Specification 1.3: each number of colours and surfaces as BC4, normals as BC5, emissions as
+//   BC1. Numbers always have eight values from end to end, emissions four: smooth colours would show blocks with so
+//   few.
 //
 // Normals are octahedral around the axis of their block: around another than z where directions would be torn apart.
 #pragma once

@@ -19,6 +19,10 @@ namespace lodestone::vgi {
 using AttributePage = std::vector<uint32_t>;
 
 uint32_t attribute_words(const AtlasAttributes& attributes);  // that a sample needs: 1 .. 5
+// The normal in the first word of a sample.
+inline glm::vec3 packed_normal(uint32_t word) {
+    return unpack_octahedral({static_cast<int8_t>(word & 255), static_cast<int8_t>(word >> 8 & 255)});
+}
 AttributePage packed_attributes(const Page& page, const PageTree& tree, const AtlasAttributes& attributes,
                                 uint32_t texel_words);
 Page unpacked_attributes(const AttributePage& packed, const PageTree& tree, const AtlasAttributes& attributes);

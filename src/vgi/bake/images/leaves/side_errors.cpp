@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <iterator>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "mesh/distance/distance.h"
@@ -63,10 +65,9 @@ private:
             const SideCorner &a = t[k], &b = t[(k + 1) % 3], &c = t[(k + 2) % 3];
             if (!a.on_side || !b.on_side) continue;
             const glm::dvec3 normal = glm::cross(b.at - a.at, c.at - a.at);
-            const double size = glm::length(normal), length = glm::distance(a.at, b.at);
+            const double size = glm::length(normal);
             const double inside = glm::length(glm::cross(b.at - a.at, hit.point - a.at));
-            if (size > 0 && inside < 1e-3 * size && length > 0)
-                return std::abs(glm::dot(normal, point - hit.point)) / size;
+            if (size > 0 && inside < 1e-3 * size) return std::abs(glm::dot(normal, point - hit.point)) / size;
         }
         return hit.distance;
     }
@@ -88,10 +89,14 @@ public:
         border.sampled[side] = border.corner_sampled[side] = border.corner_sampled[(side + 1) % 4] = true;
         std::vector<SideTriangle> own, drawn, own_moved, drawn_moved;
         for (const LeafPart& part : parts_) {
+            const LeafPart some = moved(part, side);
+            add(some, {}, side, own_moved);
+            add(some, border, side, drawn_moved);
+        }
+        if (own_moved.empty() && drawn_moved.empty()) return 0;
+        for (const LeafPart& part : parts_) {
             add(part, {}, side, own);
             add(part, border, side, drawn);
-            add(moved(part, side), {}, side, own_moved);
-            add(moved(part, side), border, side, drawn_moved);
         }
         return EndingSurface(std::move(drawn))
             .farthest(own_moved, EndingSurface(std::move(own)).farthest(drawn_moved, 0));

@@ -85,7 +85,15 @@ OrderedJson stats_of(const DrawnFrame& drawn, const RenderArguments& o, const Dr
     return stats;
 }
 
-Result<int> render(const RenderArguments& o) {
+struct DrawnPicture {
+    Image picture;
+    std::string stats;  // JSON, where it is asked for
+    std::string line;   // of what was drawn
+    int exit_code = 0;
+};
+
+// Nothing is written before the scene and the device have been taken down, for which memory may run out, too.
+Result<DrawnPicture> make_picture(const RenderArguments& o) {
     const auto debug = debug_named("--debug", o.debug);
     if (!debug) return tl::unexpected(debug.error());
     if (auto known = check_backend("--backend", o.backend); !known) return tl::unexpected(known.error());
@@ -118,19 +126,25 @@ Result<int> render(const RenderArguments& o) {
     for (const std::string& line : beyond(budget, use, o.backend)) progress.warning(line);
     auto picture = renderer.read_picture();
     if (!picture) return tl::unexpected(picture.error());
-    if (auto done = write_png(opaque_image(*picture), o.out); !done) return tl::unexpected(done.error());
-    end_progress();
+    DrawnPicture made;
+    made.picture = opaque_image(*picture);
+    if (!o.stats.empty()) made.stats = stats_of(*drawn, o, *stage).dump(2);
+    made.line = o.out + ": " + std::to_string(drawn->stats.triangles) + " triangles, " +
+                std::to_string(invocations_of(*drawn)) + " vertex invocations, on " + stage->device_text();
+    made.exit_code = stage->exit_code();
+    return made;
+}
 
+Result<int> render(const RenderArguments& o) {
+    const auto made = make_picture(o);
+    if (!made) return tl::unexpected(made.error());
+    if (auto done = write_png(made->picture, o.out); !done) return tl::unexpected(done.error());
+    end_progress();
     if (!o.stats.empty()) {
-        if (auto done = write_json(o.stats, stats_of(*drawn, o, *stage).dump(2)); !done)
-            return tl::unexpected(done.error());
+        if (auto done = write_json(o.stats, made->stats); !done) return tl::unexpected(done.error());
     }
-    if (verbosity() != Verbosity::quiet) {
-        std::printf("%s: %llu triangles, %llu vertex invocations, on %s\n", o.out.c_str(),
-                    static_cast<unsigned long long>(drawn->stats.triangles),
-                    static_cast<unsigned long long>(invocations_of(*drawn)), stage->device_text().c_str());
-    }
-    return stage->exit_code();
+    if (verbosity() != Verbosity::quiet) std::printf("%s\n", made->line.c_str());
+    return made->exit_code;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "render/vulkan/memory.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/check.h"
 
@@ -10,6 +11,12 @@ namespace {
 constexpr VkDeviceSize block_bytes = VkDeviceSize{64} << 20;
 constexpr VkDeviceSize aligned(VkDeviceSize offset, VkDeviceSize alignment) {
     return (offset + alignment - 1) / alignment * alignment;
+}
+template <class Holes>
+auto put_hole(Holes& holes, typename Holes::node_type node, VkDeviceSize offset, VkDeviceSize bytes) {
+    node.key() = offset;
+    node.mapped() = bytes;
+    return holes.insert(std::move(node)).position;
 }
 }  // namespace
 
@@ -43,7 +50,7 @@ BlockAllocator::Block& BlockAllocator::add_block(uint32_t type, VkDeviceSize byt
     info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
     info.allocationSize = bytes;
     info.memoryTypeIndex = type;
-    auto block = std::make_unique<Block>(Block{VK_NULL_HANDLE, bytes, nullptr, linear, dedicated, {{0, bytes}}});
+    auto block = std::make_unique<Block>(Block{VK_NULL_HANDLE, bytes, nullptr, linear, dedicated, {{0, bytes}}, {}});
     VkResult made = vkAllocateMemory(device_.handle(), &info, nullptr, &block->memory);
     if (made == VK_ERROR_OUT_OF_DEVICE_MEMORY && trim() > 0)
         made = vkAllocateMemory(device_.handle(), &info, nullptr, &block->memory);
@@ -65,9 +72,12 @@ BlockAllocator::Piece BlockAllocator::allocate(const VkMemoryRequirements& requi
     const bool mapped = kind != MemoryKind::device_local;
     const auto take = [&](Block& block, VkDeviceSize hole, VkDeviceSize size) {
         const VkDeviceSize begin = aligned(hole, requirements.alignment), end = begin + requirements.size;
-        block.holes.erase(hole);
-        if (begin > hole) block.holes[hole] = begin - hole;
-        if (end < hole + size) block.holes[end] = hole + size - end;
+        Holes made{{0, 0}, {1, 0}};
+        block.spare.push_back(made.extract(0));
+        // From here on nothing can fail.
+        if (auto own = block.holes.extract(hole); begin > hole)
+            put_hole(block.holes, std::move(own), hole, begin - hole);
+        if (end < hole + size) put_hole(block.holes, made.extract(1), end, hole + size - end);
         return Piece{block.memory, begin, requirements.size, block.mapped != nullptr ? block.mapped + begin : nullptr,
                      type};
     };
@@ -91,7 +101,8 @@ void BlockAllocator::free(const Piece& piece) {
         std::find_if(blocks.begin(), blocks.end(), [&](const auto& b) { return b->memory == piece.memory; });
     LODE_CHECK(found != blocks.end());
     auto& holes = (*found)->holes;
-    auto hole = holes.emplace(piece.offset, piece.bytes).first;
+    auto hole = put_hole(holes, std::move((*found)->spare.back()), piece.offset, piece.bytes);
+    (*found)->spare.pop_back();
     if (const auto next = std::next(hole); next != holes.end() && hole->first + hole->second == next->first) {
         hole->second += next->second;
         holes.erase(next);

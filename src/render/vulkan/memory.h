@@ -37,12 +37,14 @@ public:
     const Device& device() const { return device_; }
 
 private:
+    using Holes = std::map<VkDeviceSize, VkDeviceSize>;  // offset to size
     struct Block {
         VkDeviceMemory memory;
         VkDeviceSize bytes;
         std::byte* mapped;
         bool linear, dedicated;
-        std::map<VkDeviceSize, VkDeviceSize> holes;  // offset to size
+        Holes holes;
+        std::vector<Holes::node_type> spare;  // one for each piece, which is given back without memory for it
         bool empty() const { return holes.size() == 1 && holes.begin()->second == bytes; }
         bool is_like(const Block& o) const {  // the same pieces fit
             return linear == o.linear && dedicated == o.dedicated && (mapped != nullptr) == (o.mapped != nullptr);

@@ -990,7 +990,8 @@ TriMesh painted_rock() {
     }
     Image image{256, 256, {}};
     for (uint32_t i = 0; i < 256 * 256; ++i) {
-        const auto x = static_cast<float>(i % 256), y = static_cast<float>(i / 256);
+        const uint32_t row = i / 256;
+        const auto x = static_cast<float>(i % 256), y = static_cast<float>(row);
         const auto wave = [&](float a, float b) { return static_cast<uint8_t>(128 + 100 * std::sin(a * x + b * y)); };
         image.texels.emplace_back(wave(0.1f, 0.05f), wave(0.02f, -0.1f), wave(0.05f, 0.08f), 255);
     }

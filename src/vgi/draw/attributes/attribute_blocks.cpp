@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
 
@@ -37,16 +36,6 @@ glm::vec3 to_axis(uint32_t axis, const glm::vec3& n) {
     const int k = static_cast<int>(axis % 3);
     const float sign = axis < 3 ? 1.0f : -1.0f;
     return {n[(k + 1) % 3], sign * n[(k + 2) % 3], sign * n[k]};
-}
-
-// Octahedral coordinates, -127 .. 127, not rounded: unfolded() of shaders/shared/octahedral.glsl.
-glm::vec3 unfolded(float u, float v) {
-    glm::vec3 n(u / 127, v / 127, 0);
-    n.z = 1 - std::abs(n.x) - std::abs(n.y);
-    const float fold = std::max(-n.z, 0.0f);
-    n.x += n.x < 0 ? fold : -fold;
-    n.y += n.y < 0 ? fold : -fold;
-    return n;
 }
 
 // The two words of a block of single numbers.
@@ -134,8 +123,10 @@ struct NormalBlocks {
     NumberBlock u, v;
     uint32_t axis;
     glm::vec3 normal(uint32_t number) const {
-        const auto coordinate = [&](const NumberBlock& of) { return static_cast<float>(of.byte(number)) - 128; };
-        return glm::normalize(from_axis(axis, unfolded(coordinate(u), coordinate(v))));
+        const auto coordinate = [&](const NumberBlock& of) {
+            return static_cast<int8_t>(static_cast<int32_t>(of.byte(number)) - 128);
+        };
+        return from_axis(axis, unpack_octahedral({coordinate(u), coordinate(v)}));
     }
 };
 

@@ -21,7 +21,7 @@
 namespace lodestone {
 
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
-inline constexpr int bake_revision = 25;
+inline constexpr int bake_revision = 26;
 
 inline constexpr uint32_t usual_texture_quality = 58;
 
@@ -29,7 +29,7 @@ inline constexpr uint32_t usual_texture_quality = 58;
 inline vgi::AtlasOptions as_fine_as_the_source() {
     vgi::AtlasOptions options;
     options.leaves = true;
-    options.samples_per_triangle = 0.75;
+    options.samples_per_triangle = 1;
     options.bake_textures = true;
     options.texture_quality = usual_texture_quality;
     return options;

@@ -4,7 +4,7 @@
 #include <iomanip>
 #include <sstream>
 
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/bake/bake.h"
 #include "vgi/bake/images/chart_sizes.h"
 

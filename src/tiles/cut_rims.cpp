@@ -11,7 +11,7 @@
 #include "base/threads.h"
 #include "mesh/topology.h"
 #include "vgi/asset/codec/leaf_codec.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 
 namespace lodestone::tiles {
 

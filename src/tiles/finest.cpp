@@ -6,7 +6,7 @@
 
 #include "base/threads.h"
 #include "vgi/asset/codec/leaf_codec.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 
 namespace lodestone::tiles {
 

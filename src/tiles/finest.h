@@ -1,6 +1,6 @@
 // The finest surface of an atlas, as tiles show it: the source's triangles where the atlas has leaves
-// (vgi/asset/leaves.h), the finest samples elsewhere. Leaf tiles show it, errors are distances to it, and the borders
-// of all tiles end in it.
+// (vgi/asset/leaves/leaves.h), the finest samples elsewhere. Leaf tiles show it, errors are distances to it, and the
+// borders of all tiles end in it.
 //
 // Places are points of one lattice, on which samples and vertices of leaves lie: that of leaves where there are any,
 // else that of samples.
@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "vgi/asset/atlas.h"
-#include "vgi/asset/leaf_triangles.h"
+#include "vgi/asset/leaves/leaf_triangles.h"
 
 namespace lodestone::tiles {
 

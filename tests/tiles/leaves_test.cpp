@@ -18,7 +18,7 @@
 #include "tiles/tile_errors.h"
 #include "tiles/tile_file.h"
 #include "tiles/tileset.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/extract/extract.h"
 
 namespace lodestone::tiles {

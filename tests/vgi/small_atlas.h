@@ -3,8 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "fixtures/meshes.h"
 #include "vgi/asset/codec/leaf_codec.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/bake/bake.h"
 
 namespace lodestone::vgi {
@@ -17,6 +18,19 @@ inline Atlas small_atlas(const TriMesh& mesh, uint32_t cells, uint32_t clusters 
     options.error_samples = 1000;
     AtlasReport report;
     auto atlas = make_atlas(mesh, options, report);
+    EXPECT_TRUE(atlas) << atlas.error().message;
+    return atlas ? std::move(*atlas) : Atlas{};
+}
+
+// Charts that end at different depths, with leaves.
+inline Atlas uneven_atlas(uint32_t clusters) {
+    AtlasOptions options;
+    options.clusters.clusters = clusters;
+    options.leaves = true;
+    options.samples_per_triangle = 0.75;
+    options.error_samples = 1000;
+    AtlasReport report;
+    auto atlas = make_atlas(fixtures::uneven_rock(), options, report);
     EXPECT_TRUE(atlas) << atlas.error().message;
     return atlas ? std::move(*atlas) : Atlas{};
 }

@@ -21,7 +21,7 @@ namespace lodestone {
 
 // Raised whenever what chunks hold is read in another way: neither then reads the other's files, and cached assets are
 // baked anew.
-inline constexpr uint32_t chunk_file_version = 15;
+inline constexpr uint32_t chunk_file_version = 16;
 inline constexpr size_t chunk_alignment = 64;   // of every chunk's first byte in memory, in bytes
 inline constexpr size_t chunk_name_bytes = 40;  // longest name, terminating zero included
 

@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/structures/disjoint_sets.h"
 #include "vgi/asset/pages.h"
+#include "vgi/asset/sample_depths.h"
 
 namespace lodestone::vgi {
 
@@ -32,6 +33,8 @@ void Atlas::lay_out(std::vector<uint8_t> levels_left_out, std::vector<uint8_t> a
     const auto count = static_cast<uint32_t>(trimmed_levels.size());
     cluster.resize(count);
     dense.assign(count, 0);
+    unsampled_levels.assign(count, 0);
+    unsampled_attribute_levels.assign(count, 0);
     first_texel.assign(1, 0);
     first_attribute_texel.assign(1, 0);
     first_leaf.assign(1, 0);
@@ -61,10 +64,16 @@ void Atlas::make_room() {
 }
 
 uint64_t Atlas::triangles_at(uint32_t level) const {
+    const SampleDepths depths(*this);
     uint64_t count = 0;
     for (uint32_t c = 0; c < charts(); ++c) {
-        const uint64_t n = cells_of(c) >> own_level(c, level);
-        count += 2 * n * n;
+        const uint32_t own = std::max<uint32_t>(own_level(c, level), unsampled_levels[c]);
+        if (depths.is_even(*this, c)) {
+            const uint64_t n = cells_of(c) >> own;
+            count += 2 * n * n;
+        } else {
+            for_level_triangles(*this, depths, c, own, [&](GridPoint, GridPoint, GridPoint) { ++count; });
+        }
     }
     return count;
 }
@@ -103,6 +112,7 @@ Result<void> Atlas::validate() const {
         return wrong("cells are no powers of two, or fewer for attributes than for positions");
     if (!(step > 0)) return wrong("the lattice has no step");
     if (trimmed_levels.size() != charts() || trimmed_attribute_levels.size() != charts() || dense.size() != charts() ||
+        unsampled_levels.size() != charts() || unsampled_attribute_levels.size() != charts() ||
         first_texel.size() != charts() + size_t{1} || first_attribute_texel.size() != first_texel.size())
         return wrong("charts are not laid out");
     if (sides.size() != size_t{charts()} * 4 || positions.size() != texels() || sample_errors.size() != texels() ||
@@ -121,6 +131,7 @@ Result<void> Atlas::validate() const {
         if (m >= material_table.size()) return wrong("a material is out of range");
     }
     if (auto good = validate_gluing(); !good) return good;
+    if (auto good = validate_depths(); !good) return good;
     for (uint32_t c = 0; c < charts(); ++c) {
         for (uint32_t s = 0; s < 4; ++s) {
             const GluedSide& other = sides[size_t{c} * 4 + s];
@@ -136,6 +147,19 @@ Result<void> Atlas::validate() const {
                                  std::to_string(k) + " differs from the one it is glued to");
             }
         }
+    }
+    return {};
+}
+
+Result<void> Atlas::validate_depths() const {
+    for (uint32_t c = 0; c < charts(); ++c) {
+        const PageTree positions = tree_of(*this, Layer::geometry, c), texels = tree_of(*this, Layer::attributes, c);
+        const auto deep = [](const PageTree& tree) {
+            return static_cast<uint32_t>(std::bit_width(tree.cells_per_page())) - 1;
+        };
+        const uint32_t most = deep(positions) - 1, most_texels = texels.base_level() > 0 ? 0 : deep(texels) - 1;
+        if (unsampled_levels[c] > most || unsampled_attribute_levels[c] > most_texels)
+            return fail(Fault::invariant, "atlas: chart " + std::to_string(c) + ": has too few samples of its own");
     }
     return {};
 }

@@ -11,7 +11,8 @@
 //
 // Charts do without finest levels that nothing asks for, those of small components of positions, and those whose
 // textures have few texels of attributes: their images have fewer texels, for which a coarse page stands as it does for
-// pages that are missing. Charts that are glued leave out the same levels.
+// pages that are missing. Charts that are glued leave out the same levels. Among what they have, each has samples of
+// its own down to a level of its own; below it the images hold what lies between these (sample_depths.h).
 #pragma once
 
 #include <array>
@@ -122,6 +123,9 @@ struct Atlas {
     uint32_t attribute_cells = 128;  // per side of its attributes, a power of two, cells .. 4096
     // Per chart: finest levels it does without, of positions and of attributes; lay_out() sets them.
     std::vector<uint8_t> trimmed_levels, trimmed_attribute_levels;
+    // Per chart: of the levels it has, the finest ones without samples of their own; lay_out() sets 0. Of positions
+    // fewer than a square of leaves has; of attributes 0 where a chart has several pages of them.
+    std::vector<uint8_t> unsampled_levels, unsampled_attribute_levels;
     // Per chart, 0 or 1: whether the finest level of attributes has more samples than textures have texels there, so
     // that one may be off by more: what is seen of a texel is the mean of several. The same of glued charts.
     std::vector<uint8_t> dense;
@@ -221,7 +225,8 @@ struct Atlas {
         return glm::clamp(glm::round((point - origin) / step), 0.0, 65535.0);
     }
     glm::vec3 normal(size_t attribute_texel) const;  // unit length
-    uint64_t triangles_at(uint32_t level) const;     // of all charts
+    // Of all charts: those of the bintree of all samples that are there (for_level_triangles()).
+    uint64_t triangles_at(uint32_t level) const;
 
     // The coarsest level whose error is at most `error`; 0 where none is.
     uint32_t level_for_error(double error) const;
@@ -233,6 +238,8 @@ struct Atlas {
     // Of these, what can be told without the images. That corners close follows: around a corner the next chart is that
     // across the side, and the sides are a permutation.
     Result<void> validate_gluing() const;
+    // Every square of leaves has samples in it, and attributes fewer only where they are one page.
+    Result<void> validate_depths() const;
 };
 
 }  // namespace lodestone::vgi

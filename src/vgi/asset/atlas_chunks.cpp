@@ -12,7 +12,7 @@
 #include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/codec/page_family.h"
 #include "vgi/asset/corners.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/asset/saturation.h"
 
 namespace lodestone::vgi {
@@ -107,6 +107,8 @@ Result<void> write_chunks(const Atlas& atlas, ChunkWriter& writer) {
     if (done) done = writer.add_array("vgi/clusters", std::span(atlas.cluster));
     if (done) done = writer.add_array("vgi/left_out", std::span(atlas.trimmed_levels));
     if (done) done = writer.add_array("vgi/attributes_left_out", std::span(atlas.trimmed_attribute_levels));
+    if (done) done = writer.add_array("vgi/unsampled", std::span(atlas.unsampled_levels));
+    if (done) done = writer.add_array("vgi/attributes_unsampled", std::span(atlas.unsampled_attribute_levels));
     if (done) done = writer.add_array("vgi/dense", std::span(atlas.dense));
     if (done) done = writer.add_array("vgi/errors", std::span(atlas.errors));
     if (done) done = writer.add_array("vgi/bounds", std::span(atlas.bounds));
@@ -212,6 +214,21 @@ Result<void> read_corners(const ChunkFile& file, Atlas& atlas) {
     return {};
 }
 
+// How deep charts are sampled.
+Result<void> read_depths(const ChunkFile& file, uint32_t charts, Atlas& atlas) {
+    auto positions = file.array<uint8_t>("vgi/unsampled");
+    if (!positions) return tl::unexpected(positions.error());
+    auto attributes = file.array<uint8_t>("vgi/attributes_unsampled");
+    if (!attributes) return tl::unexpected(attributes.error());
+    if (positions->size() != charts || attributes->size() != charts)
+        return tl::unexpected(wrong_asset(file, "vgi/unsampled: is not one per chart"));
+    atlas.unsampled_levels.assign(positions->begin(), positions->end());
+    atlas.unsampled_attribute_levels.assign(attributes->begin(), attributes->end());
+    if (auto good = atlas.validate_depths(); !good)
+        return tl::unexpected(wrong_asset(file, "vgi/unsampled: " + good.error().message));
+    return {};
+}
+
 // What charts leave out, and which are dense.
 Result<void> read_sizes(const ChunkFile& file, uint32_t charts, Atlas& atlas) {
     const auto wrong = [&](const std::string& what) { return tl::unexpected(wrong_asset(file, what)); };
@@ -234,7 +251,7 @@ Result<void> read_sizes(const ChunkFile& file, uint32_t charts, Atlas& atlas) {
     }
     atlas.lay_out({positions->begin(), positions->end()}, {attributes->begin(), attributes->end()});
     atlas.dense.assign(dense->begin(), dense->end());
-    return {};
+    return read_depths(file, charts, atlas);
 }
 
 // What is told of every chart, once the cells are known.
@@ -292,11 +309,15 @@ Result<void> AtlasFile::find_pages(Layer layer) {
     std::vector<size_t>& first = first_[static_cast<size_t>(layer)] = first_families(about_, layer);
     if (ends->size() != first.back() || sums->size() != ends->size()) return wrong("is not one per family of pages");
     uint64_t before = 0;
-    for (const uint64_t end : *ends) {
-        if (end < before || end > pages->bytes || end - before > most_family_bytes)
-            return wrong("a family of pages has no end");
-        if (end == before) return wrong("a family of pages is not there");
-        before = end;
+    for (uint32_t chart = 0; chart < about_.charts(); ++chart) {
+        const PageTree tree = tree_of(about_, layer, chart);
+        for (uint32_t family = 0; family < tree.families(); ++family) {
+            const uint64_t end = (*ends)[first[chart] + family];
+            if (end < before || end > pages->bytes || end - before > most_family_bytes)
+                return wrong("a family of pages has no end");
+            if (end == before && tree.has_samples(family)) return wrong("a family of pages is not there");
+            before = end;
+        }
     }
     ends_[static_cast<size_t>(layer)] = *ends;
     sums_[static_cast<size_t>(layer)] = *sums;

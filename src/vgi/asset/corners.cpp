@@ -5,7 +5,7 @@
 
 #include "base/structures/disjoint_sets.h"
 #include "vgi/asset/error_codes.h"
-#include "vgi/asset/leaf_demands.h"
+#include "vgi/asset/leaves/leaf_demands.h"
 #include "vgi/asset/saturation.h"
 
 namespace lodestone::vgi {

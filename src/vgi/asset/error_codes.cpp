@@ -31,6 +31,7 @@ ErrorCodes::ErrorCodes(double extent) {
         errors_[code] = static_cast<float>(extent * errors[code]);
         radii_[code] = static_cast<float>(extent * most_radius * radii[code]);
     }
+    radii_[absent] = 0;
     radii_[everywhere] = static_cast<float>(extent * any_radius);
 }
 uint8_t ErrorCodes::of_error(double error) const {

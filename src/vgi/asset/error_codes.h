@@ -15,6 +15,7 @@ inline constexpr double rounding = 1e-6;  // what float arithmetic may lose of a
 class ErrorCodes {
 public:
     static constexpr uint8_t everywhere = 255;  // a radius
+    static constexpr uint8_t absent = 1;        // a radius, 0, of samples that are never there (sample_depths.h)
 
     explicit ErrorCodes(double extent);
     uint8_t of_error(double error) const;    // object units, 0 .. extent

@@ -102,7 +102,8 @@ PageTree tree_of(const Atlas& atlas, Layer layer) {
     return {layer == Layer::geometry ? atlas.cells : atlas.attribute_cells};
 }
 PageTree tree_of(const Atlas& atlas, Layer layer, uint32_t chart) {
-    return {layer == Layer::geometry ? atlas.cells_of(chart) : atlas.attribute_cells_of(chart)};
+    if (layer == Layer::geometry) return {atlas.cells_of(chart), atlas.unsampled_levels[chart]};
+    return {atlas.attribute_cells_of(chart), atlas.unsampled_attribute_levels[chart]};
 }
 
 // Of a quality of textures: 1 at 100, and twice as large for ten less.

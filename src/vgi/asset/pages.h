@@ -24,7 +24,11 @@ inline constexpr uint32_t page_cells = 32;  // along a side of a page
 // Pages of a chart's image, coarsest level first, row by row within a level.
 struct PageTree {
     uint32_t cells;  // of the chart's image
+    // Finest levels without samples of their own (Atlas::unsampled_levels), of the chart's own.
+    uint32_t unsampled = 0;
 
+    // Of the coarsest page: every so manieth sample is one of its own, the others lie between.
+    uint32_t base_stride() const { return unsampled > base_level() ? 1u << (unsampled - base_level()) : 1u; }
     uint32_t cells_per_page() const { return cells < page_cells ? cells : page_cells; }  // along a side
     uint32_t samples_per_side() const { return cells_per_page() + 1; }                   // of a page
     // Level of the coarsest pages: one per chart; coarser levels are samples of these.
@@ -46,6 +50,10 @@ struct PageTree {
     uint32_t families() const { return 1 + (pages() - 1) / 4; }
     // The family that a page is compressed in.
     uint32_t family(uint32_t page) const { return page == 0 ? 0 : parent(page) + 1; }
+    // Whether any page of a family has samples that its parent has not; without, nothing is stored of it.
+    bool has_samples(uint32_t family) const { return family == 0 || level(member(family, 0)) >= unsampled; }
+    // Of the samples of its own that the coarsest page has.
+    PageTree sampled_base() const { return {cells_per_page() / base_stride()}; }
     static uint32_t members(uint32_t family) { return family == 0 ? 1 : 4; }  // how many pages it has
     uint32_t member(uint32_t family, uint32_t k) const;                       // page number; k < members(family)
 };

@@ -8,6 +8,7 @@
 #include "base/threads.h"
 #include "vgi/asset/corners.h"
 #include "vgi/asset/error_codes.h"
+#include "vgi/asset/sample_depths.h"
 
 namespace lodestone::vgi {
 
@@ -16,8 +17,9 @@ namespace {
 // What is wrong with the errors and bounds of a chart; empty where nothing is.
 class ChartErrorCheck {
 public:
-    ChartErrorCheck(const Atlas& atlas, uint32_t chart)
+    ChartErrorCheck(const Atlas& atlas, const SampleDepths& depths, uint32_t chart)
         : atlas_(atlas),
+          depths_(depths),
           chart_(chart),
           of_atlas_(tree_of(atlas, Layer::geometry)),
           pages_(tree_of(atlas, Layer::geometry, chart)),
@@ -26,6 +28,7 @@ public:
 
     std::string run() {
         check_samples();
+        check_absent();
         for (uint32_t page = 0; page < pages_.pages(); ++page) check_page(page);
         for (uint32_t page = pages_.pages(); page < of_atlas_.pages(); ++page) {
             PageBounds wanted = bounds_[of_atlas_.parent(page)];
@@ -50,6 +53,17 @@ private:
                                  std::to_string(p.y) + ": is not saturated";
                 });
             });
+        }
+    }
+    // Samples that are not there say so, and no others do.
+    void check_absent() {
+        const std::vector<bool> absent = absent_samples(atlas_, depths_, chart_);
+        const size_t first = atlas_.texel(chart_, 0, 0);
+        for (size_t i = 0; i < absent.size(); ++i) {
+            const bool says_so = atlas_.sample_radii[first + i] == ErrorCodes::absent;
+            if (says_so != absent[i] || (says_so && atlas_.sample_errors[first + i] != 0))
+                fault_ = "chart " + std::to_string(chart_) + ", sample " + std::to_string(i) +
+                         ": is there, or not, other than its error and radius say";
         }
     }
     bool is_saturated(GridPoint p, GridPoint child) const {
@@ -87,6 +101,7 @@ private:
     }
 
     const Atlas& atlas_;
+    const SampleDepths& depths_;
     const uint32_t chart_;
     const PageTree of_atlas_, pages_;
     const ErrorCodes codes_;
@@ -100,9 +115,10 @@ Result<void> validate_errors(const Atlas& atlas) {
     const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "atlas: " + what); };
     if (atlas.bounds.size() != size_t{atlas.charts()} * tree_of(atlas, Layer::geometry).pages())
         return wrong("bounds are not one per page");
+    const SampleDepths depths(atlas);
     std::vector<std::string> faults(atlas.charts());
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
-        for (size_t c = begin; c < end; ++c) faults[c] = ChartErrorCheck(atlas, static_cast<uint32_t>(c)).run();
+        for (size_t c = begin; c < end; ++c) faults[c] = ChartErrorCheck(atlas, depths, static_cast<uint32_t>(c)).run();
     });
     for (const std::string& fault : faults) {
         if (!fault.empty()) return wrong(fault);

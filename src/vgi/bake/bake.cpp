@@ -255,30 +255,50 @@ private:
     // Of positions, no denser than the source asks for.
     ChartSizes sizes_by_source(const std::vector<std::vector<uint32_t>>& members, uint32_t cells) const {
         const double density = options_.samples_per_triangle;
+        if (options_.leaves)
+            return sizes_by_triangles(triangles_of_charts(), patches_, {options_.clusters.clusters, cells, 0, density});
         return chart_sizes(
             quads_.surface, members, patches_,
             {options_.clusters.clusters, cells, density * static_cast<double>(mesh_.triangle_count()), density});
     }
-    // Texels that triangles of each chart use.
-    std::vector<double> texels_of_charts() const {
-        std::vector<double> areas(mesh_.triangle_count());  // of triangles of the source
+    // Of each chart the sum over the source's triangles of what they have, by the parts of them that are in it.
+    template <class Amount>
+    std::vector<double> share_out(const Amount& amount) const {
+        std::vector<double> areas(mesh_.triangle_count());
         for (uint32_t t = 0; t < quads_.label.size(); ++t)
             areas[quads_.surface.triangles[t].source] += quads_.surface.area(t);
-        std::vector<double> texels(quads_.quads.size(), 0);
+        std::vector<double> sums(quads_.quads.size(), 0);
         for (uint32_t t = 0; t < quads_.label.size(); ++t) {
             const uint32_t source = quads_.surface.triangles[t].source;
-            if (areas[source] > 0)
-                texels[quads_.label[t]] += context_.looks->texels(source) * quads_.surface.area(t) / areas[source];
+            if (areas[source] > 0) sums[quads_.label[t]] += amount(source) * quads_.surface.area(t) / areas[source];
         }
-        return texels;
+        return sums;
+    }
+    std::vector<double> triangles_of_charts() const {
+        return share_out([](uint32_t) { return 1.0; });
+    }
+    // Texels that triangles of each chart use.
+    std::vector<double> texels_of_charts() const {
+        return share_out([&](uint32_t source) { return context_.looks->texels(source); });
     }
     // Of images of attributes. whole: cells of images that hold everything.
     ChartSizes attribute_sizes(const ChartSizes& positions, uint32_t whole) {
         ChartSizes alike{positions.cells * attribute_ratio(positions.cells, whole), positions.trimmed_levels};
-        if (context_.looks == nullptr) return alike;
+        if (context_.looks == nullptr) return with_depths_of(positions, std::move(alike));
         const std::vector<double> texels = texels_of_charts();
         ChartSizes sizes = options_.attribute_ratio > 1 ? alike : texture_sizes(texels, patches_, positions);
         samples_per_texel_ = samples_per_texel(texels, patches_, sizes);
+        return sizes;
+    }
+    // Attributes end where positions do, where charts have one page of them.
+    static ChartSizes with_depths_of(const ChartSizes& positions, ChartSizes sizes) {
+        constexpr uint32_t fewest_cells = 4;
+        for (uint32_t c = 0; c < positions.unsampled_levels.size(); ++c) {
+            const uint32_t cells = sizes.cells >> sizes.trimmed_levels[c];
+            uint32_t levels = cells > page_cells ? 0 : positions.unsampled_levels[c];
+            while (levels > 0 && cells >> levels < fewest_cells) --levels;
+            sizes.unsampled_levels.push_back(static_cast<uint8_t>(levels));
+        }
         return sizes;
     }
     // Of attributes for one of positions, along a side, unless textures say how many.
@@ -400,7 +420,9 @@ private:
         const uint32_t whole = sizes.cells;
         if (options_.samples_per_triangle > 0) sizes = sizes_by_source(members_, whole);
         report_.cells = sizes.cells;
-        report_.coarse_charts = count - static_cast<uint32_t>(std::ranges::count(sizes.trimmed_levels, 0));
+        report_.coarse_charts = 0;
+        for (uint32_t c = 0; c < count; ++c)
+            report_.coarse_charts += sizes.trimmed_levels[c] + sizes.levels_of(c) > 0 ? 1 : 0;
         ChartSizes attributes = attribute_sizes(sizes, whole);
         resampler_.emplace(ResampleInput{mesh_, context_.normals, quads_.surface, patches_, context_.looks},
                            std::move(sizes), std::move(attributes));
@@ -506,9 +528,10 @@ private:
     // The errors of its images, and samples of the source for its distance.
     void measure_chart(uint32_t q, const Chart& chart, ChartResult& made) {
         const double share = static_cast<double>(options_.error_samples) * chart.area / whole_area_;
-        made.errors = measure_samples(resampler_->atlas(), q, chart);
+        made.errors = measure_samples(resampler_->atlas(), resampler_->depths(), q, chart);
         made.samples = sample_source(q, chart, std::max(fewest_samples, static_cast<uint32_t>(std::ceil(share))));
-        if (options_.leaves) made.leaves = make_leaves(resampler_->input(), resampler_->atlas(), q, chart);
+        if (options_.leaves)
+            made.leaves = make_leaves(resampler_->input(), resampler_->atlas(), resampler_->depths(), q, chart);
     }
 
     void judge_charts() {
@@ -575,6 +598,9 @@ private:
             const std::vector<double>& levels = charts_[q].errors.levels;
             for (uint32_t level = 0; level < largest_of.size() && !levels.empty(); ++level)
                 largest_of[level] = std::max(largest_of[level], levels[atlas.own_level(q, level)]);
+            // Where a side is coarser than the chart, more samples than those of finer levels are not there.
+            if (resampler_->depths().is_even(atlas, q)) continue;
+            for (const double error : charts_[q].leaves.errors) largest_of[0] = std::max(largest_of[0], error);
         }
         std::vector<float> errors;
         double largest = 0;

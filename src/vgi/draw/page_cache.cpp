@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 #include "base/threads.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/draw/attributes/mip_tail.h"
 #include "vgi/draw/page_table.h"
 

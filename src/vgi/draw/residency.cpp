@@ -89,7 +89,8 @@ void PageTopology::place_leaves() {
     }
     leaf_neighbours_ = LeafNeighbours(*about_);
     leaf_demands_ = LeafDemands(*about_, leaf_neighbours_);
-    beside_leaves_ = samples_beside_leaves(tree_.cells_per_page());
+    beside_leaves_ = SamplesBesideLeaves(*about_);
+    depths_ = SampleDepths(*about_);
 }
 
 namespace {

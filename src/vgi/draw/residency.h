@@ -13,8 +13,8 @@
 
 #include "vgi/asset/atlas.h"
 #include "vgi/asset/bintree.h"
-#include "vgi/asset/leaf_demands.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaf_demands.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/asset/pages.h"
 #include "vgi/draw/corners/corner_tree.h"
 
@@ -81,8 +81,8 @@ public:
     // What there is where leaves are known here.
     const LeafNeighbours& leaf_neighbours() const { return leaf_neighbours_; }
     const LeafDemands& leaf_demands() const { return leaf_demands_; }
-    // As samples_beside_leaves() of a page, at a place of it.
-    uint8_t beside_leaves(uint32_t x, uint32_t y) const { return beside_leaves_[y * tree_.samples_per_side() + x]; }
+    const SamplesBesideLeaves& beside_leaves() const { return beside_leaves_; }
+    const SampleDepths& depths() const { return depths_; }
     // Of all leaves in a page's part of the chart.
     SampleCodes leaves_below(uint32_t number) const {
         return leaves_below_.empty() ? SampleCodes{} : leaves_below_[number];
@@ -101,7 +101,8 @@ private:
     std::vector<uint32_t> page_of_leaf_, leaf_of_part_;
     LeafNeighbours leaf_neighbours_;
     LeafDemands leaf_demands_;
-    std::vector<uint8_t> beside_leaves_;
+    SamplesBesideLeaves beside_leaves_;
+    SampleDepths depths_;
 };
 
 // A part of a leaf as it is drawn: its vertices as shaders read them (LODE_VGI_LEAVES).

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/extract/baked_images.h"
 #include "vgi/extract/extract.h"
 

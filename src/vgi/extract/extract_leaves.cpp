@@ -2,8 +2,8 @@
 #include <utility>
 
 #include "base/check.h"
-#include "vgi/asset/leaf_triangles.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaf_triangles.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/asset/pages.h"
 #include "vgi/extract/extract.h"
 

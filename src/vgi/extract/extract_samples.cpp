@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <map>
@@ -6,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/structures/disjoint_sets.h"
+#include "vgi/asset/sample_depths.h"
 #include "vgi/extract/extract.h"
 
 namespace lodestone::vgi {
@@ -17,7 +19,7 @@ class SampleExtraction {
 public:
     // Samples are numbered in 32 bits (Limits::samples).
     SampleExtraction(const Atlas& atlas, uint32_t level, const ChartPlaces* places)
-        : atlas_(atlas), level_(level), places_(places), first_(1, 0) {
+        : atlas_(atlas), depths_(atlas), level_(level), places_(places), first_(1, 0) {
         for (uint32_t c = 0; c < atlas.charts(); ++c)
             first_.push_back(first_[c] + (cells_at(c) + 1) * (cells_at(c) + 1));
     }
@@ -35,12 +37,18 @@ public:
     }
 
 private:
-    uint32_t cells_at(uint32_t chart) const { return atlas_.cells_of(chart) >> atlas_.own_level(chart, level_); }
+    // Finest levels of a chart's own that are not extracted.
+    uint32_t own_level(uint32_t chart) const {
+        return std::max<uint32_t>(atlas_.own_level(chart, level_), atlas_.unsampled_levels[chart]);
+    }
+    uint32_t cells_at(uint32_t chart) const { return atlas_.cells_of(chart) >> own_level(chart); }
     uint32_t sample(uint32_t chart, uint32_t x, uint32_t y) const {
         return first_[chart] + y * (cells_at(chart) + 1) + x;
     }
-    uint32_t side_sample(uint32_t chart, uint32_t side, uint32_t k) const {
-        const auto [x, y] = on_side(side, k, cells_at(chart));
+    // Step k of so many.
+    uint32_t side_sample(uint32_t chart, uint32_t side, uint32_t k, uint32_t steps) const {
+        const uint32_t n = cells_at(chart);
+        const auto [x, y] = on_side(side, k * (n / steps), n);
         return sample(chart, x, y);
     }
 
@@ -48,12 +56,12 @@ private:
     DisjointSets glued_samples() const {
         DisjointSets glued(first_.back());
         for (uint32_t c = 0; c < atlas_.charts(); ++c) {
-            const uint32_t n = cells_at(c);
             for (uint32_t s = 0; s < 4; ++s) {
                 const GluedSide& other = atlas_.sides[size_t{c} * 4 + s];
                 if (other.chart == ~0u) continue;
+                const uint32_t n = std::min(cells_at(c), cells_at(other.chart));
                 for (uint32_t k = 0; k <= n; ++k)
-                    glued.join(side_sample(c, s, k), side_sample(other.chart, other.side, n - k));
+                    glued.join(side_sample(c, s, k, n), side_sample(other.chart, other.side, n - k, n));
             }
         }
         return glued;
@@ -62,8 +70,10 @@ private:
     void add_wedges(uint32_t c, DisjointSets& glued) {
         const uint32_t n = cells_at(c), stride = atlas_.cells_of(c) / n,
                        attribute_stride = atlas_.attribute_cells_of(c) / n;
+        const std::vector<bool> absent = absent_samples(atlas_, depths_, c);
         for (uint32_t y = 0; y <= n; ++y) {
             for (uint32_t x = 0; x <= n; ++x) {
+                if (absent[size_t{y} * stride * (atlas_.cells_of(c) + 1) + x * stride]) continue;
                 const uint32_t i = sample(c, x, y), root = glued.find(i);
                 if (vertex_[root] == ~0u) {
                     vertex_[root] = static_cast<uint32_t>(mesh_.positions.size());
@@ -106,6 +116,16 @@ private:
 
     void add_triangles(uint32_t c) {
         const uint32_t n = cells_at(c);
+        if (!depths_.is_even(atlas_, c)) {
+            const auto wedge = [&](GridPoint p) {
+                return wedge_[sample(c, static_cast<uint32_t>(p.x) >> own_level(c),
+                                     static_cast<uint32_t>(p.y) >> own_level(c))];
+            };
+            for_level_triangles(atlas_, depths_, c, own_level(c), [&](GridPoint p, GridPoint q, GridPoint r) {
+                mesh_.triangles.push_back({wedge(p), wedge(q), wedge(r)});
+            });
+            return;
+        }
         for (uint32_t y = 0; y < n; ++y) {
             for (uint32_t x = 0; x < n; ++x) {
                 const auto halves =
@@ -119,6 +139,7 @@ private:
     using Attributes =
         std::tuple<std::array<int8_t, 2>, std::array<uint16_t, 2>, uint32_t, uint16_t, std::array<float, 2>>;
     const Atlas& atlas_;
+    const SampleDepths depths_;
     const uint32_t level_;
     const ChartPlaces* places_;                                      // may be null
     std::vector<uint32_t> first_;                                    // sample of each chart, and the end

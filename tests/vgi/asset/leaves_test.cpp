@@ -1,5 +1,5 @@
 // Leaves: the source's triangles below the finest samples.
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 
 #include <gtest/gtest.h>
 
@@ -15,10 +15,10 @@
 #include "vgi/asset/bintree.h"
 #include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/error_codes.h"
-#include "vgi/asset/leaf_demands.h"
+#include "vgi/asset/leaves/leaf_demands.h"
 #include "vgi/asset/pages.h"
-#include "vgi/small_atlas.h"
 #include "vgi/extract/extract.h"
+#include "vgi/small_atlas.h"
 
 namespace lodestone::vgi {
 namespace {
@@ -187,7 +187,7 @@ TEST(Leaves, FitSamplesWhereOthersAreMissing) {
 TEST(Leaves, AskForSamplesWithAllAboveThem) {
     for (const uint32_t cells : {2u, 4u, 8u, 32u}) {
         SCOPED_TRACE(cells);
-        const std::vector<uint8_t> bits = samples_beside_leaves(cells);
+        const std::vector<uint8_t> bits = samples_beside_leaves(cells, {});
         const auto at = [&](GridPoint p) -> uint32_t {
             return bits[static_cast<size_t>(p.y) * (cells + 1) + static_cast<size_t>(p.x)];
         };

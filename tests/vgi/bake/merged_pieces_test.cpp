@@ -10,7 +10,7 @@
 #include "base/random.h"
 #include "fixtures/meshes.h"
 #include "mesh/generate.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/small_atlas.h"
 
 namespace lodestone::vgi {

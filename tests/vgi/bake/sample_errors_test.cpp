@@ -215,7 +215,7 @@ TEST(SampleErrors, ValidationNoticesWhatIsBroken) {
     bad.sample_errors[bad.texel(0, 32, 32)] = 1;
     EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("not saturated"));
     bad = good;
-    bad.sample_radii.assign(bad.sample_radii.size(), 1);
+    bad.sample_radii.assign(bad.sample_radii.size(), 2);
     EXPECT_THAT(validate_errors(bad).error().message, testing::HasSubstr("not saturated"));
     bad = good;
     bad.bounds[0].radius *= 0.5f;

@@ -8,7 +8,7 @@
 #include "mesh/distance/distance.h"
 #include "mesh/generate.h"
 #include "vgi/asset/error_codes.h"
-#include "vgi/asset/leaf_triangles.h"
+#include "vgi/asset/leaves/leaf_triangles.h"
 #include "vgi/small_atlas.h"
 
 namespace lodestone::vgi {

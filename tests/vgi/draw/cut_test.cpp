@@ -24,7 +24,7 @@
 #include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/corners.h"
 #include "vgi/asset/error_codes.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/asset/saturation.h"
 #include "vgi/bake/images/collapse_corners.h"
 #include "vgi/bake/images/sample_errors.h"
@@ -446,6 +446,35 @@ void expect_leaves_to_fit(int cameras) {
 }
 
 TEST(Cuts, FitTogetherWithAnyLeaves) { expect_leaves_to_fit(16); }
+
+// Charts of different depths beside each other.
+void expect_depths_to_fit(uint32_t cameras) {
+    Met met;
+    for (const uint32_t clusters : {60u, 4u}) {
+        const Atlas atlas = uneven_atlas(clusters);
+        EXPECT_EQ(count_bad(Raster::bintree, atlas, atlas, cameras, clusters, &met, true), 0u) << clusters;
+        EXPECT_EQ(count_bad(Raster::bintree, atlas, atlas, cameras, clusters, &met), 0u) << clusters;
+        // Samples on sides that charts have on one side alone.
+        Atlas broken = atlas;
+        for (uint32_t c = 0; c < broken.charts(); ++c) {
+            for (size_t t = broken.first_texel[c]; t < broken.first_texel[c + 1]; ++t) {
+                if (broken.sample_radii[t] != ErrorCodes::absent || c % 2 == 0) continue;
+                broken.sample_errors[t] = 200;
+                broken.sample_radii[t] = ErrorCodes::everywhere;
+            }
+        }
+        EXPECT_GT(count_bad(Raster::bintree, broken, broken, 8, clusters), 0u) << clusters;
+        // Leaves that take more samples of sides not to be there than are not.
+        Atlas shallow = atlas;
+        for (uint8_t& levels : shallow.unsampled_levels) ++levels;
+        EXPECT_GT(count_bad(Raster::bintree, atlas, shallow, 16, clusters, nullptr, true), 0u) << clusters;
+    }
+    EXPECT_GT(met.of_leaves, 10000u);
+    EXPECT_GT(met.mixed, 1000u);
+}
+TEST(Cuts, FitTogetherForAnyDepths) { expect_depths_to_fit(48); }
+TEST(LeafCutsLong, FitTogetherForAnyDepths) { expect_depths_to_fit(1000); }
+
 TEST(LeafCutsLong, FitTogetherForAnyCameraAndAnyPages) { expect_leaves_to_fit(48); }
 
 TEST(Cuts, FallApartWhereRulesOfLeavesAreBroken) {
@@ -1206,6 +1235,23 @@ TEST_P(ErrorCuts, LeaveOutNoSampleThatCostsMoreThanThePixelError) {
                 }
             }
         }
+    }
+}
+
+TEST(Cuts, DrawAForcedLevelOfAnyDepthsAsTheAtlasHasIt) {
+    const Atlas atlas = uneven_atlas(60);
+    const Residency residency = partly_resident(atlas, 1, 1);
+    Random random(11);
+    const auto views = random_views(atlas, random);
+    Glue glue(atlas);
+    for (uint32_t level = 0; level < atlas.levels(); ++level) {
+        CutRequest request;
+        request.views = views;
+        request.forced_level = level;
+        PageDemand demand(residency.units());
+        const auto all = all_triangles(from_scratch(residency, request, demand));
+        EXPECT_EQ(all.size() / 3, atlas.triangles_at(level));
+        EXPECT_EQ(bad_edges(residency, glue, all), 0u);
     }
 }
 

@@ -25,7 +25,7 @@
 #include "mesh/generate.h"
 #include "mesh/repair.h"
 #include "shaders/shared/vgi_texels.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/bake/bake.h"
 #include "vgi/draw/cut/bintree_cut.h"
 #include "vgi/draw/pulled_vertex.h"

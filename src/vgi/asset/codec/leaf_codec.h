@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 
 namespace lodestone::vgi {
 

@@ -5,6 +5,7 @@
 #include "base/check.h"
 #include "base/files/entropy_coder.h"
 #include "vgi/asset/codec/page_plane.h"
+#include "vgi/asset/codec/unsampled_pages.h"
 
 namespace lodestone::vgi {
 
@@ -76,11 +77,39 @@ void copy_from_parent(const PageTree& tree, uint32_t page, size_t channels, cons
     }
 }
 
+// folded: per channel, member after member.
+std::vector<std::byte> packed_streams(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
+                                      const std::vector<std::vector<uint16_t>>& folded) {
+    const uint32_t members = PageTree::members(family);
+    std::vector<std::byte> packed;
+    std::vector<uint8_t> numbers;
+    for (const Stream& stream : streams_of(tree, channels, family == 0)) {
+        numbers.clear();
+        for (size_t c = stream.first; c < stream.first + stream.channels; ++c) {
+            const size_t coded = coded_samples(tree, channels[c], family == 0);
+            LODE_CHECK(folded[c].size() == members * coded, folded[c].size());
+            for (size_t k = 0; k < members; ++k) {
+                for (size_t i = k * coded + stream.begin; i < k * coded + stream.end; ++i)
+                    numbers.push_back(static_cast<uint8_t>(stream.high ? folded[c][i] >> 8 : folded[c][i]));
+            }
+        }
+        encode_numbers(numbers, packed);
+    }
+    return packed;
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Channel> channels, uint32_t family,
                                      std::span<Page> pages) {
     LODE_CHECK(pages.size() == tree.pages(), pages.size());
+    if (!tree.has_samples(family)) return {};
+    if (const uint32_t stride = tree.base_stride(); family == 0 && stride > 1) {
+        Page part = sampled_part(tree, channels, pages[0], stride);
+        auto packed = encode_family(tree.sampled_base(), channels, 0, std::span(&part, 1));
+        pages[0] = spread_samples(tree, channels, part, stride);
+        return packed;
+    }
     const auto n = static_cast<int32_t>(tree.cells_per_page());
     const uint32_t members = PageTree::members(family), level = tree.level(tree.member(family, 0));
     // Channel after channel, member after member.
@@ -100,20 +129,7 @@ std::vector<std::byte> encode_family(const PageTree& tree, std::span<const Chann
             });
         }
     }
-    std::vector<std::byte> packed;
-    std::vector<uint8_t> numbers;
-    for (const Stream& stream : streams_of(tree, channels, family == 0)) {
-        numbers.clear();
-        for (size_t c = stream.first; c < stream.first + stream.channels; ++c) {
-            const size_t coded = coded_samples(tree, channels[c], family == 0);
-            LODE_CHECK(folded[c].size() == members * coded, folded[c].size());
-            for (size_t k = 0; k < members; ++k) {
-                for (size_t i = k * coded + stream.begin; i < k * coded + stream.end; ++i)
-                    numbers.push_back(static_cast<uint8_t>(stream.high ? folded[c][i] >> 8 : folded[c][i]));
-            }
-        }
-        encode_numbers(numbers, packed);
-    }
+    std::vector<std::byte> packed = packed_streams(tree, channels, family, folded);
     LossyFamily lossy(tree, channels, family);
     if (lossy.empty()) return packed;
     const Page* parent = family == 0 ? nullptr : &pages[family - 1];
@@ -129,6 +145,16 @@ Result<PageFamily> PageFamily::unpack(const PageTree& tree, std::span<const Chan
         return fail(Fault::format,
                     "family " + std::to_string(family) + " of pages cannot be unpacked; bake the asset again");
     };
+    if (!tree.has_samples(family)) {
+        if (!bytes.empty()) return broken();
+        return PageFamily(tree, channels, family);
+    }
+    if (family == 0 && tree.base_stride() > 1) {
+        auto base = unpack(tree.sampled_base(), channels, 0, bytes);
+        if (!base) return broken();
+        base->whole_ = tree;
+        return base;
+    }
     const size_t members = PageTree::members(family);
     PageFamily unpacked(tree, channels, family);
     for (const Channel& channel : channels) {
@@ -157,6 +183,18 @@ Result<PageFamily> PageFamily::unpack(const PageTree& tree, std::span<const Chan
 
 Page PageFamily::page(uint32_t number, const Page* parent) const {
     LODE_CHECK(tree_.family(number) == family_ && (number == 0) == (parent == nullptr), number);
+    if (!tree_.has_samples(family_)) {
+        Page between;
+        between.values.resize(channels_.size() * tree_.samples_per_side() * tree_.samples_per_side());
+        copy_from_parent(tree_, number, channels_.size(), *parent, between);
+        fill_unsampled(tree_, channels_, 2, between);
+        return between;
+    }
+    if (whole_) return spread_samples(*whole_, channels_, sampled_page(number, parent), whole_->base_stride());
+    return sampled_page(number, parent);
+}
+
+Page PageFamily::sampled_page(uint32_t number, const Page* parent) const {
     const auto n = static_cast<int32_t>(tree_.cells_per_page());
     const size_t plane_size = size_t{tree_.samples_per_side()} * tree_.samples_per_side();
     size_t k = 0;

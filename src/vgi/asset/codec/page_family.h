@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,7 +32,11 @@ public:
 private:
     PageFamily(const PageTree& tree, std::span<const Channel> channels, uint32_t family)
         : tree_(tree), channels_(channels), family_(family), lossy_(tree, channels, family) {}
+    // Of what is coded.
+    Page sampled_page(uint32_t number, const Page* parent) const;
+
     PageTree tree_;
+    std::optional<PageTree> whole_;  // where this is of a coarsest page's own samples
     std::span<const Channel> channels_;
     uint32_t family_;
     std::vector<std::vector<uint16_t>> folded_;  // per channel, member after member; empty where it is lossy

@@ -12,7 +12,7 @@
 #include "mesh/textures/tangent_frame.h"
 #include "mesh/textures/texture_lookup.h"
 #include "mesh/tri_mesh.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 
 namespace lodestone::vgi {
 

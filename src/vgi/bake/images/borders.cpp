@@ -31,8 +31,8 @@ WedgesAround wedges_of(const ChartComplex& patches, const Atlas& atlas) {
     WedgesAround wedges;
     for (uint32_t q = 0; q < patches.sides.size(); ++q) {
         const auto& sides = patches.sides[q];
-        if (atlas.cells_of(q) < fewest_straight_cells) continue;
-        const uint32_t ratio = atlas.attribute_ratio_of(q);
+        if (atlas.cells_of(q) >> atlas.unsampled_levels[q] < fewest_straight_cells) continue;
+        const uint32_t ratio = atlas.attribute_ratio_of(q) << atlas.unsampled_levels[q];
         // The sample so many texels from where a side begins, for this chart.
         const auto slot = [&](const Side& side, uint32_t texels) {
             return Slot{side.arc, side.reversed ? atlas.attribute_cells_of(q) - texels : texels};

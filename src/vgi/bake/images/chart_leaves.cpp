@@ -14,7 +14,7 @@
 #include "mesh/distance/closest_point.h"
 #include "vgi/asset/codec/leaf_codec.h"
 #include "vgi/asset/error_codes.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/asset/pages.h"
 #include "vgi/bake/images/chart_error.h"
 #include "vgi/bake/images/leaves/side_errors.h"
@@ -70,11 +70,13 @@ using Place = std::array<int64_t, 2>;
 // A chart's source triangles, cut along the sides of squares.
 class ChartCutting {
 public:
-    ChartCutting(const ResampleInput& input, const Atlas& atlas, uint32_t quad, const Chart& chart)
+    ChartCutting(const ResampleInput& input, const Atlas& atlas, const SampleDepths& depths, uint32_t quad,
+                 const Chart& chart)
         : cells_(atlas.cells_of(quad)),
           per_side_(atlas.leaves_per_side(quad)),
           square_(side_length / per_side_),
           mesh_(chart.patch) {
+        for_leaf_squares(atlas, quad, [&](const Atlas::Tile&, uint32_t leaf) { depths_.push_back(depths.of(leaf)); });
         for (glm::dvec2& at : mesh_.flat) {
             for (int k = 0; k < 2; ++k) {
                 const int64_t place = std::llround(at[k] * static_cast<double>(side_length));
@@ -130,7 +132,8 @@ public:
             const size_t along = left || right ? 1 : 0;
             v.border = bottom ? 1 : right ? 2 : top ? 3 : 4;
             const int64_t first = low[along] / square_ * (cells_ / per_side_);
-            v.step = static_cast<uint8_t>(nearest_step(p, along) - first);
+            const uint32_t level = depths_[square].sides[v.border - 1u];
+            v.step = static_cast<uint8_t>((nearest_step(p, along, cells_ >> level) << level) - first);
         }
     }
 
@@ -139,9 +142,9 @@ private:
         const Place low{square % per_side_ * square_, square / per_side_ * square_};
         return {low, {low[0] + square_, low[1] + square_}};
     }
-    // Of all cells of the chart, on the side of a square that runs along an axis.
-    int64_t nearest_step(const Place& p, size_t along) const {
-        const int64_t cells = cells_, other = p[1 - along];
+    // Of so many of the whole chart, on the side of a square that runs along an axis.
+    int64_t nearest_step(const Place& p, size_t along, int64_t cells) const {
+        const int64_t other = p[1 - along];
         if (other != 0 && other != side_length) return (p[along] * cells + side_length / 2) / side_length;
         // Sides 2 and 3 run back.
         const uint32_t s = along == 0 ? (other == 0 ? 0 : 2) : (other == 0 ? 3 : 1);
@@ -211,6 +214,7 @@ private:
     const int64_t square_;
     ChartMesh mesh_;               // its places are integers
     std::vector<ArcPlaces> arcs_;  // by side
+    std::vector<SquareDepths> depths_;
     bool is_cut_ = true;
 };
 
@@ -221,7 +225,7 @@ public:
     SquareErrors(const Atlas& atlas, uint32_t quad, const ChartMesh& patch)
         : atlas_(atlas),
           quad_(quad),
-          cells_(atlas.cells_of(quad)),
+          cells_(atlas.cells_of(quad) >> atlas.unsampled_levels[quad]),
           per_side_(atlas.leaves_per_side(quad)),
           patch_(patch),
           squared_(size_t{per_side_} * per_side_, 0) {
@@ -301,7 +305,7 @@ private:
     }
 
     const Atlas& atlas_;
-    const uint32_t quad_, cells_, per_side_;
+    const uint32_t quad_, cells_, per_side_;  // cells between samples of the chart's own
     const ChartMesh& patch_;
     std::vector<double> squared_;
 };
@@ -414,14 +418,15 @@ double radius_of(const Atlas& atlas, uint32_t quad, uint32_t square, const Chart
 
 }  // namespace
 
-ChartLeaves make_leaves(const ResampleInput& input, const Atlas& atlas, uint32_t quad, const Chart& chart) {
+ChartLeaves make_leaves(const ResampleInput& input, const Atlas& atlas, const SampleDepths& depths, uint32_t quad,
+                        const Chart& chart) {
     const uint32_t per_side = atlas.leaves_per_side(quad), squares = per_side * per_side;
     ChartLeaves leaves{std::vector<double>(squares, 0),
                        std::vector<double>(squares, 0),
                        std::vector<std::array<double, 4>>(squares),
                        std::vector<uint32_t>(squares, 0),
                        {}};
-    const ChartCutting cutting(input, atlas, quad, chart);
+    const ChartCutting cutting(input, atlas, depths, quad, chart);
     const auto triangles = cutting.by_square();
     if (!triangles) return leaves;
     const SquareErrors errors(atlas, quad, chart.patch);
@@ -431,7 +436,7 @@ ChartLeaves make_leaves(const ResampleInput& input, const Atlas& atlas, uint32_t
         leaves.radii[i] = radius_of(atlas, quad, i, cutting, (*triangles)[i]);
         maker.add(i, (*triangles)[i], leaves.coded);
         leaves.parts[i] = static_cast<uint32_t>(maker.made().size());
-        leaves.sides[i] = side_errors(atlas, {quad, i % per_side, i / per_side}, maker.made());
+        leaves.sides[i] = side_errors(atlas, depths, {quad, i % per_side, i / per_side}, maker.made());
     }
     leaves.coded.shrink_to_fit();
     return leaves;

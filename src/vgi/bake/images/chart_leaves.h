@@ -1,7 +1,7 @@
-// Stage 8 of the atlas: leaves (vgi/asset/leaves.h). The source's triangles of a chart are cut along the sides of the
-// squares of its finest pages, by splitting edges, so that neighbours stay neighbours; what lies in a square is its
-// leaf. Places on the square are integers, and those on a chart's side are read along the arc, so that the charts on
-// both its sides have the same points.
+// Stage 8 of the atlas: leaves (vgi/asset/leaves/leaves.h). The source's triangles of a chart are cut along the sides
+// of the squares of its finest pages, by splitting edges, so that neighbours stay neighbours; what lies in a square is
+// its leaf. Places on the square are integers, and those on a chart's side are read along the arc, so that the charts
+// on both its sides have the same points.
 #pragma once
 
 #include <array>
@@ -24,7 +24,8 @@ struct ChartLeaves {
 };
 
 // The leaves of the chart of a quad that has been sampled; none at all where it could not be cut.
-ChartLeaves make_leaves(const ResampleInput& input, const Atlas& atlas, uint32_t quad, const Chart& chart);
+ChartLeaves make_leaves(const ResampleInput& input, const Atlas& atlas, const SampleDepths& depths, uint32_t quad,
+                        const Chart& chart);
 
 // Puts the leaves of all charts into the atlas.
 void take_leaves(std::vector<ChartLeaves> charts, Atlas& atlas);

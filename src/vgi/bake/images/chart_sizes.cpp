@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <glm/geometric.hpp>
 
 #include "base/structures/disjoint_sets.h"
@@ -101,6 +102,40 @@ ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uin
         }
         if (sizes.cells <= fewest || texels <= wanted.most_texels) return sizes;
     }
+}
+
+ChartSizes sizes_by_triangles(std::span<const double> triangles, const ChartComplex& patches,
+                              const SizesWanted& wanted) {
+    // Places between samples take memory while an atlas is baked, and where charts have several pages when it is drawn.
+    constexpr double most_places_for_a_sample = 16;
+    const auto count = static_cast<uint32_t>(triangles.size());
+    const uint32_t fewest = count > many_charts ? 2 : fewest_cells;
+    std::vector<uint32_t> cells(count);
+    double samples = 0;
+    for (uint32_t c = 0; c < count; ++c) {
+        uint32_t& own = cells[c] = fewest;
+        const double most_samples = wanted.needed_for_a_triangle * triangles[c];
+        while (own < wanted.cells && std::pow(2 * own + 1, 2) <= most_samples) own *= 2;
+        samples += std::pow(own + 1, 2);
+    }
+    uint32_t most = *std::ranges::max_element(cells);
+    while (most > fewest && count * std::pow(most + 1, 2) > most_places_for_a_sample * samples) most /= 2;
+    // Of each component the most that one of its charts has.
+    DisjointSets joined = joined_charts(patches, count);
+    std::vector<uint32_t> of_component(count, std::min(most, page_cells));
+    for (uint32_t c = 0; c < count; ++c) {
+        cells[c] = std::min(cells[c], most);
+        uint32_t& of = of_component[joined.find(c)];
+        of = std::max(of, cells[c]);
+    }
+    ChartSizes sizes{most, {}, {}};
+    for (uint32_t c = 0; c < count; ++c) {
+        const uint32_t whole = of_component[joined.find(c)], square = std::min(whole, page_cells);
+        const uint32_t own = std::max(cells[c], 2 * whole / square);  // in each square of leaves 3^2
+        sizes.trimmed_levels.push_back(static_cast<uint8_t>(std::countr_zero(most / whole)));
+        sizes.unsampled_levels.push_back(static_cast<uint8_t>(std::countr_zero(whole / own)));
+    }
+    return sizes;
 }
 
 ChartSizes texture_sizes(std::span<const double> texels, const ChartComplex& patches, const ChartSizes& positions) {

@@ -17,6 +17,10 @@ inline constexpr double usual_charts_per_cluster = 6;
 struct ChartSizes {
     uint32_t cells = 0;                   // per side of a whole chart
     std::vector<uint8_t> trimmed_levels;  // per chart: finest levels that it leaves out
+    // Per chart: of those it has, the finest ones without samples of their own; empty for none.
+    std::vector<uint8_t> unsampled_levels{};
+
+    uint32_t levels_of(uint32_t chart) const { return unsampled_levels.empty() ? 0 : unsampled_levels[chart]; }
 };
 
 struct SizesWanted {
@@ -28,6 +32,12 @@ struct SizesWanted {
 // members: triangles of each chart.
 ChartSizes chart_sizes(const Surface& surface, const std::vector<std::vector<uint32_t>>& members,
                        const ChartComplex& patches, const SizesWanted& wanted);
+
+// Of positions, each chart as fine as it has triangles: with at most needed_for_a_triangle samples for each, but 3^2 at
+// least, or 9^2 where charts are few. triangles: of each chart, parts of triangles counted as such. most_texels is not
+// looked at.
+ChartSizes sizes_by_triangles(std::span<const double> triangles, const ChartComplex& patches,
+                              const SizesWanted& wanted);
 
 // Of attributes, where textures are baked into them: every component has three quarters to three times as many samples
 // as texels, but no fewer than of positions. texels: of each chart, parts of texels included.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
-#include "vgi/asset/leaf_demands.h"
+#include "vgi/asset/leaves/leaf_demands.h"
 #include "vgi/asset/saturation.h"
 
 namespace lodestone::vgi {

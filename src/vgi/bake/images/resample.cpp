@@ -8,6 +8,8 @@
 #include <glm/geometric.hpp>
 
 #include "base/check.h"
+#include "vgi/asset/codec/unsampled_pages.h"
+#include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {
 
@@ -109,9 +111,13 @@ Resampler::Resampler(const ResampleInput& input, ChartSizes positions, ChartSize
     set_step(0);
     if (atlas_.attributes.uvs) set_uv_range();
     atlas_.lay_out(std::move(positions.trimmed_levels), std::move(attributes.trimmed_levels));
+    if (!positions.unsampled_levels.empty()) atlas_.unsampled_levels = std::move(positions.unsampled_levels);
+    if (!attributes.unsampled_levels.empty())
+        atlas_.unsampled_attribute_levels = std::move(attributes.unsampled_levels);
     LODE_CHECK(atlas_.charts() == patches_.sides.size(), patches_.sides.size());
     atlas_.make_room();
     glue_sides();
+    depths_ = SampleDepths(atlas_);
     borders_.emplace(input.surface, patches_, atlas_);
 }
 
@@ -154,17 +160,17 @@ void Resampler::keep_corners_open() {
 }
 
 void Resampler::put(const Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place) {
-    if (x % s.ratio == 0 && y % s.ratio == 0) {
+    if ((x | y) % s.stride == 0) {
         auto& point = atlas_.positions[atlas_.texel(s.quad, x / s.ratio, y / s.ratio)];
         const glm::dvec3 lattice = atlas_.rounded(place.point);
         for (int k = 0; k < 3; ++k) point[static_cast<size_t>(k)] = static_cast<uint16_t>(lattice[k]);
     }
-    put_attributes(s, atlas_.attribute_texel(s.quad, x, y), place);
+    if ((x | y) % s.attribute_stride == 0) put_attributes(s, atlas_.attribute_texel(s.quad, x, y), place);
 }
 
 void Resampler::put_new(Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place) {
     put(s, x, y, place);
-    if (x % s.ratio == 0 && y % s.ratio == 0) s.places[size_t{y} / s.ratio * s.row + x / s.ratio] = place;
+    if ((x | y) % s.stride == 0) s.places[size_t{y} / s.stride * s.row + x / s.stride] = place;
 }
 
 // What a sample of the attributes stands for in a triangle of the chart, as a share of twice the area of the source's.
@@ -240,7 +246,7 @@ uint32_t Resampler::sample_inside(Sampling& sampling) {
         const auto& v = patch.triangles[triangle].vertices;
         rasterise({at[v[0]], at[v[1]], at[v[2]]}, cells, [&](int64_t x, int64_t y, const glm::dvec3& weights) {
             const auto i = static_cast<size_t>(y * (cells + 1) + x);
-            if (filled[i]) return;
+            if (filled[i] || !sampling.is_sampled(static_cast<uint32_t>(x | y))) return;
             filled[i] = 1;
             put_new(sampling, static_cast<uint32_t>(x), static_cast<uint32_t>(y),
                     SurfaceSample(patch, triangle, weights));
@@ -248,21 +254,35 @@ uint32_t Resampler::sample_inside(Sampling& sampling) {
     }
     uint32_t missing = 0;
     for (uint32_t y = 1; y < cells; ++y) {
-        for (uint32_t x = 1; x < cells; ++x) missing += !filled[y * (cells + 1) + x];
+        for (uint32_t x = 1; x < cells; ++x) missing += sampling.is_sampled(x | y) && !filled[y * (cells + 1) + x];
     }
     return missing;
 }
 
+// What is not sampled, and samples that are not there.
+void Resampler::fill_between(uint32_t quad) {
+    if (!depths_.all_are_there()) fill_absent_positions(atlas_, quad, absent_samples(atlas_, depths_, quad));
+    const PageTree tree = tree_of(atlas_, Layer::attributes, quad);
+    if (tree.base_stride() == 1) return;
+    Page page = read_page(atlas_, Layer::attributes, quad, 0);
+    fill_unsampled(tree, channels_of(atlas_.attributes, Layer::attributes), tree.base_stride(), page);
+    write_page(atlas_, Layer::attributes, quad, 0, page);
+}
+
 Sampled Resampler::sample(uint32_t quad, const Chart& chart) {
     const uint32_t cells = atlas_.attribute_cells_of(quad), ratio = atlas_.attribute_ratio_of(quad),
-                   row = cells / ratio + 1;
-    Sampling sampling{quad, chart, cells, ratio, row, std::vector<SurfaceSample>(size_t{row} * row)};
+                   stride = ratio << atlas_.unsampled_levels[quad], row = cells / stride + 1;
+    Sampling sampling{quad,   chart,
+                      cells,  ratio,
+                      stride, 1u << atlas_.unsampled_attribute_levels[quad],
+                      row,    std::vector<SurfaceSample>(size_t{row} * row)};
     sample_borders(sampling);
     Sampled sampled;
     sampled.missing = sample_inside(sampling);
     if (sampled.missing > 0) return sampled;
     const Untangled untangled = untangle(chart.patch, sampling.places, row - 1, atlas_, up_);
-    for (const uint32_t s : untangled.moved) put(sampling, s % row * ratio, s / row * ratio, sampling.places[s]);
+    for (const uint32_t s : untangled.moved) put(sampling, s % row * stride, s / row * stride, sampling.places[s]);
+    fill_between(quad);
     sampled.folded = untangled.before;
     sampled.still_folded = untangled.left;
     return sampled;

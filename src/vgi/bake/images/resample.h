@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "vgi/asset/atlas.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
+#include "vgi/asset/sample_depths.h"
 #include "vgi/bake/charts/chart_complex.h"
 #include "vgi/bake/images/baked_looks.h"
 #include "vgi/bake/images/borders.h"
@@ -57,6 +58,7 @@ public:
     void keep_corners_open();
     const std::optional<glm::dvec3>& up() const { return up_; }  // of the mesh (untangle.h)
     const ResampleInput& input() const { return input_; }
+    const SampleDepths& depths() const { return depths_; }  // of the atlas
     Atlas take() { return std::move(atlas_); }
     Atlas& atlas() { return atlas_; }
     const Atlas& atlas() const { return atlas_; }
@@ -66,8 +68,13 @@ private:
     struct Sampling {
         uint32_t quad;
         const Chart& chart;
-        uint32_t cells, ratio, row;  // attribute cells of the chart; cells for one of positions; positions in a row
-        std::vector<SurfaceSample> places;  // of positions
+        uint32_t cells, ratio;              // attribute cells of the chart; cells for one of positions
+        uint32_t stride, attribute_stride;  // attribute cells between samples of its own: of positions; of attributes
+        uint32_t row;                       // positions of its own in a row
+        std::vector<SurfaceSample> places;  // of these
+
+        // x_or_y: both coordinates' bits together.
+        bool is_sampled(uint32_t x_or_y) const { return x_or_y % stride == 0 || x_or_y % attribute_stride == 0; }
     };
     void set_uv_range();
     void glue_sides();
@@ -77,6 +84,7 @@ private:
     // x, y: 0 .. attribute_cells_of(chart).
     void put_new(Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place);
     void put(const Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place);
+    void fill_between(uint32_t quad);
     void put_attributes(const Sampling& s, size_t texel, const SurfaceSample& place);
     double share_per_sample(const Sampling& s, uint32_t triangle) const;
 
@@ -86,6 +94,7 @@ private:
     const std::optional<glm::dvec3> up_;  // of a height field
     double extent_;                       // the longest of the surface
     Atlas atlas_;
+    SampleDepths depths_;
 };
 
 }  // namespace lodestone::vgi

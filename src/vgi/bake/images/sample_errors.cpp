@@ -13,7 +13,7 @@
 #include "mesh/distance/closest_point.h"
 #include "vgi/asset/bintree.h"
 #include "vgi/asset/codec/leaf_codec.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/asset/node_triangles.h"
 #include "vgi/asset/pages.h"
 #include "vgi/bake/charts/surface.h"
@@ -23,7 +23,7 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 // Calls visit(triangle corners) for the triangles of the bintree that p splits.
 template <class Visit>
@@ -46,13 +46,14 @@ public:
     Measure(Atlas& atlas, uint32_t chart, const ChartMesh& source)
         : atlas_(atlas),
           chart_(chart),
-          cells_(atlas.cells_of(chart)),
-          tree_{cells_},
+          unsampled_(atlas.unsampled_levels[chart]),
+          cells_(atlas.cells_of(chart) >> unsampled_),
+          tree_(tree_of(atlas, Layer::geometry, chart)),
           source_(source),
           near_(source, cells_),
           squared_(size_t{cells_ + 1} * (cells_ + 1), 0.0),
           worst_at_(squared_.size()) {
-        errors_.levels.assign(atlas.levels() - atlas.trimmed_levels[chart], 0);
+        errors_.levels.assign(atlas.levels() - atlas.trimmed_levels[chart] - unsampled_, 0);
         errors_.pages.assign(tree_.pages(), 0);
     }
 
@@ -85,29 +86,43 @@ public:
         const Bintree tree{static_cast<int32_t>(cells_)};
         for (uint32_t depth = 0; depth < tree.depths(); ++depth)
             tree.for_depth(depth, [&](GridPoint sample) { climb(depth / 2, sample); });
-        const ErrorCodes codes(atlas_.extent());
-        for (size_t i = 0; i < squared_.size(); ++i)
-            atlas_.sample_errors[atlas_.texel(chart_, 0, 0) + i] = codes.of_error(std::sqrt(squared_[i]));
-        for (const uint32_t x : {0u, cells_}) {
-            for (const uint32_t y : {0u, cells_}) {
-                const size_t corner = atlas_.texel(chart_, x, y);
-                atlas_.sample_errors[corner] = atlas_.sample_radii[corner] = ErrorCodes::everywhere;
-            }
-        }
+        write_codes();
+        if (unsampled_ > tree_.base_level()) errors_.pages[0] = errors_.levels.front();
         for (double& e : errors_.levels) e = std::sqrt(e);
         for (double& e : errors_.pages) e = std::sqrt(e);
+        // Levels without samples of their own show what the finest of those does.
+        errors_.levels.insert(errors_.levels.begin(), unsampled_, errors_.levels.front());
+        for (uint32_t page = 1; page < tree_.pages(); ++page) {
+            if (tree_.level(page) < unsampled_) errors_.pages[page] = errors_.pages[tree_.parent(page)];
+        }
         return std::move(errors_);
     }
 
 private:
     static double square(const glm::dvec3& v) { return glm::dot(v, v); }
-    glm::dvec3 at(uint32_t x, uint32_t y) const { return atlas_.point(atlas_.texel(chart_, x, y)); }
+    // Of the samples of the chart's own.
+    size_t texel(uint32_t x, uint32_t y) const { return atlas_.texel(chart_, x << unsampled_, y << unsampled_); }
+    glm::dvec3 at(uint32_t x, uint32_t y) const { return atlas_.point(texel(x, y)); }
+
+    void write_codes() {
+        const ErrorCodes codes(atlas_.extent());
+        for (uint32_t y = 0; y <= cells_; ++y) {
+            for (uint32_t x = 0; x <= cells_; ++x)
+                atlas_.sample_errors[texel(x, y)] = codes.of_error(std::sqrt(squared_[y * (cells_ + 1) + x]));
+        }
+        for (const uint32_t x : {0u, cells_}) {
+            for (const uint32_t y : {0u, cells_})
+                atlas_.sample_errors[texel(x, y)] = atlas_.sample_radii[texel(x, y)] = ErrorCodes::everywhere;
+        }
+    }
 
     // Distance of places that belong together, of the grid of a level: bounds both directions.
     void note(uint32_t level, const glm::dvec2& place, double squared) {
         errors_.levels[level] = std::max(errors_.levels[level], squared);
+        const uint32_t size = tree_.cells_per_page() << level;
+        level += unsampled_;
         if (level > tree_.base_level()) return;
-        const uint32_t last = tree_.pages_per_side(level) - 1, size = tree_.cells_per_page() << level;
+        const uint32_t last = tree_.pages_per_side(level) - 1;
         const uint32_t x = std::min(last, static_cast<uint32_t>(place.x) / size),
                        y = std::min(last, static_cast<uint32_t>(place.y) / size);
         double& page = errors_.pages[tree_.page(level, x, y)];
@@ -222,7 +237,7 @@ private:
         for_triangles_at(level, place, [&](GridPoint sample, const glm::dvec3& drawn, const auto&...) {
             if (only && number_of(*only) != number_of(sample)) return;
             double& known = squared_[number_of(sample)];
-            const double squared = squared_to_source(drawn, place, 1u << level, infinite, known);
+            const double squared = squared_to_source(drawn, place, 1u << level, unbounded, known);
             if (squared > known) worst_at_[number_of(sample)] = place;
             known = std::max(known, squared);
         });
@@ -251,8 +266,8 @@ private:
     }
 
     Atlas& atlas_;
-    const uint32_t chart_, cells_;
-    const PageTree tree_;
+    const uint32_t chart_, unsampled_, cells_;  // cells between samples of the chart's own
+    const PageTree tree_;                       // of all its cells
     const ChartMesh& source_;
     const PatchBuckets near_;
     std::vector<double> squared_;       // per sample: own error so far
@@ -485,8 +500,16 @@ private:
 
 }  // namespace
 
-ChartErrors measure_samples(Atlas& atlas, uint32_t chart, const Chart& source) {
-    return Measure(atlas, chart, source.patch).run();
+ChartErrors measure_samples(Atlas& atlas, const SampleDepths& depths, uint32_t chart, const Chart& source) {
+    ChartErrors errors = Measure(atlas, chart, source.patch).run();
+    const std::vector<bool> absent = absent_samples(atlas, depths, chart);
+    const size_t first = atlas.texel(chart, 0, 0);
+    for (size_t i = 0; i < absent.size(); ++i) {
+        if (!absent[i]) continue;
+        atlas.sample_errors[first + i] = 0;
+        atlas.sample_radii[first + i] = ErrorCodes::absent;
+    }
+    return errors;
 }
 
 namespace {
@@ -536,6 +559,7 @@ void saturate_radii(Atlas& atlas, const ErrorCodes& codes, uint32_t depth) {
             const size_t child = texel_of(atlas, c, q);
             radius = std::max(radius, reach(atlas.sample_errors[child], atlas.sample_radii[child], away(q)));
         });
+        if (atlas.sample_radii[texel] == ErrorCodes::absent) return;
         // A sample that costs nothing is never wanted; neither are its children.
         atlas.sample_radii[texel] = error > 0 ? codes.of_radius(radius * (1 + rounding)) : 0;
     });

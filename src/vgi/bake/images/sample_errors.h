@@ -12,18 +12,19 @@
 
 #include "vgi/asset/atlas.h"
 #include "vgi/asset/error_codes.h"
+#include "vgi/asset/sample_depths.h"
 #include "vgi/asset/saturation.h"
 #include "vgi/bake/images/parameterise.h"
 
 namespace lodestone::vgi {
 
-// Distances of one chart to the source, from the source's vertices and from every sample. Sets the codes of its samples
-// to their own errors. Different charts may be measured at once.
+// Distances of one chart to the source, from the source's vertices and from every sample of its own. Sets the codes of
+// its samples to their own errors, and those of samples that are not there. Different charts may be measured at once.
 struct ChartErrors {
     std::vector<double> levels;  // per level of the atlas: two-sided, object units
     std::vector<double> pages;   // per page of positions: of its level, two-sided, object units
 };
-ChartErrors measure_samples(Atlas& atlas, uint32_t chart, const Chart& source);
+ChartErrors measure_samples(Atlas& atlas, const SampleDepths& depths, uint32_t chart, const Chart& source);
 
 // Once all charts are measured: errors and radii grow until they are saturated, and are shared by glued samples.
 void saturate(Atlas& atlas);

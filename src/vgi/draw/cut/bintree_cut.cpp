@@ -9,7 +9,8 @@
 #include "base/check.h"
 #include "base/threads.h"
 #include "shaders/shared/vgi_texels.h"
-#include "vgi/asset/leaf_triangles.h"
+#include "vgi/asset/error_codes.h"
+#include "vgi/asset/leaves/leaf_triangles.h"
 #include "vgi/draw/corners/corner_front.h"
 #include "vgi/draw/cut/visibility.h"
 #include "vgi/draw/leaves/leaf_front.h"
@@ -264,6 +265,7 @@ private:
         const uint32_t number = first_page_ + tree_.page(leaf_level_ - page_shift_, square.x, square.y);
         if (draw_leaf(number, square, whole, part)) return true;
         beside_leaves_ = leaves_.beside_wanted(number, part.slack);
+        square_of_page_ = residency_.topology().square(number);
         return false;
     }
     // What is known of it inside such a square.
@@ -457,8 +459,9 @@ private:
         if (beside_leaves_ == 0 || square.level <= finest) return false;
         const uint32_t half = square.level - 1 - finest, deep = leaf_level_ - square.level;
         const uint32_t left = square.x & ((1u << deep) - 1), top = square.y & ((1u << deep) - 1);
-        return (residency_.topology().beside_leaves((2 * left + x) << half, (2 * top + y) << half) & beside_leaves_) !=
-               0;
+        const uint8_t asked =
+            residency_.topology().beside_leaves().at(square_of_page_, (2 * left + x) << half, (2 * top + y) << half);
+        return (asked & beside_leaves_) != 0;
     }
 
     // Whether a square's centre is in the cut; then also which of the middles are.
@@ -506,7 +509,8 @@ private:
         return true;
     }
     bool is_wanted(const GeometryTexel& texel, const InSquare& sample, Slack& slack) const {
-        if (forced_level_ >= 0) return static_cast<int64_t>(sample.square.level) - 1 >= forced_level_;
+        if (forced_level_ >= 0)
+            return static_cast<int64_t>(sample.square.level) - 1 >= forced_level_ && texel.radius != ErrorCodes::absent;
         const float left = wanted_.left_of_reach(texel);
         if (left > 0) {
             slack.farther = std::min(slack.farther, left);
@@ -594,7 +598,7 @@ private:
     const uint32_t page_shift_, base_;
     uint32_t chart_ = 0, first_page_ = 0, leaf_level_ = 0;  // at hand
     uint32_t first_own_ = 0, end_own_ = 0;                  // pages of charts that are run here
-    uint32_t beside_leaves_ = 0;                            // in the finest page's square that is at hand
+    uint32_t square_of_page_ = 0, beside_leaves_ = 0;  // of the finest page at hand: Atlas::leaves; beside_wanted()
 };
 
 // Where the charts of each group begin, and the end. Charts of a group are cut together; only groups with a chart that

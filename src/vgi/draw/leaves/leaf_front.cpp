@@ -16,6 +16,7 @@ LeafBorder LeafFront::border(uint32_t page, Slack& slack) const {
     for (uint32_t s = 0; s < 4; ++s) {
         const uint32_t across = residency_.neighbour(page, s);
         border.sampled[s] = across != ~0u && !draws(across, slack);
+        if (border.sampled[s]) border.levels[s] = residency_.topology().depths().of(leaf).sides[s];
         for (const uint32_t other : residency_.topology().leaf_neighbours().around(leaf, s))
             border.corner_sampled[s] =
                 border.corner_sampled[s] || !draws(residency_.topology().page_of_leaf(other), slack);

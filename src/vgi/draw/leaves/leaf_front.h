@@ -1,11 +1,11 @@
-// Which leaves (vgi/asset/leaves.h) a cut draws. A leaf is drawn where drawing the finest samples of its square would
-// cost more than the pixel error, all its parts are there, and so is what those around it draw its sides from: a pure
-// function of what all of them know.
+// Which leaves (vgi/asset/leaves/leaves.h) a cut draws. A leaf is drawn where drawing the finest samples of its square
+// would cost more than the pixel error, all its parts are there, and so is what those around it draw its sides from: a
+// pure function of what all of them know.
 #pragma once
 
 #include <cstdint>
 
-#include "vgi/asset/leaf_triangles.h"
+#include "vgi/asset/leaves/leaf_triangles.h"
 #include "vgi/draw/cut/cut.h"
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/residency.h"

@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 
 namespace lodestone::vgi {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 
 namespace lodestone::vgi {
 

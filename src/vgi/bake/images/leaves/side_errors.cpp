@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "mesh/distance/distance.h"
-#include "vgi/asset/leaf_triangles.h"
+#include "vgi/asset/leaves/leaf_triangles.h"
 
 namespace lodestone::vgi {
 
@@ -78,14 +78,16 @@ private:
 
 class LeafSides {
 public:
-    LeafSides(const Atlas& atlas, Atlas::Tile square, std::span<const LeafPart> parts)
+    LeafSides(const Atlas& atlas, const SampleDepths& depths, Atlas::Tile square, std::span<const LeafPart> parts)
         : atlas_(atlas),
           square_(square),
+          depths_(depths.of(atlas.leaf(square.chart, square.x, square.y))),
           cells_(atlas.cells_of(square.chart) / atlas.leaves_per_side(square.chart)),
           parts_(parts) {}
 
     double off(uint32_t side) const {
         LeafBorder border;
+        border.levels[side] = depths_.sides[side];
         border.sampled[side] = border.corner_sampled[side] = border.corner_sampled[(side + 1) % 4] = true;
         std::vector<SideTriangle> own, drawn, own_moved, drawn_moved;
         for (const LeafPart& part : parts_) {
@@ -127,14 +129,16 @@ private:
 
     const Atlas& atlas_;
     const Atlas::Tile square_;
+    const SquareDepths depths_;
     const uint32_t cells_;
     const std::span<const LeafPart> parts_;
 };
 
 }  // namespace
 
-std::array<double, 4> side_errors(const Atlas& atlas, Atlas::Tile square, std::span<const LeafPart> parts) {
-    const LeafSides sides(atlas, square, parts);
+std::array<double, 4> side_errors(const Atlas& atlas, const SampleDepths& depths, Atlas::Tile square,
+                                  std::span<const LeafPart> parts) {
+    const LeafSides sides(atlas, depths, square, parts);
     return {sides.off(0), sides.off(1), sides.off(2), sides.off(3)};
 }
 

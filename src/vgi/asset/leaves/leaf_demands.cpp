@@ -1,12 +1,14 @@
-#include "vgi/asset/leaf_demands.h"
+#include "vgi/asset/leaves/leaf_demands.h"
 
 #include <algorithm>
 #include <bit>
 #include <glm/geometric.hpp>
+#include <map>
 
 #include "vgi/asset/bintree.h"
 #include "vgi/asset/error_codes.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
+#include "vgi/asset/pages.h"
 
 namespace lodestone::vgi {
 
@@ -105,27 +107,43 @@ const Leaf& LeafDemands::of_chart(const Atlas& about, uint32_t chart) const {
     return half == 0 ? squares_[about.first_leaf[chart]] : of_corner(chart, half, half);
 }
 
-std::vector<uint8_t> samples_beside_leaves(uint32_t cells) {
+std::vector<uint8_t> samples_beside_leaves(uint32_t cells, const SquareDepths& depths) {
     const auto n = static_cast<int32_t>(cells);
     const Bintree tree{n};
     std::vector<uint8_t> bits(size_t{cells + 1} * (cells + 1), 0);
     const auto at = [&](GridPoint p) -> uint8_t& {
         return bits[static_cast<size_t>(p.y) * (cells + 1) + static_cast<size_t>(p.x)];
     };
+    // Above the samples of a side across the corner there are these of the next one.
+    const auto is_above = [&](int32_t from_corner, uint32_t corner) {
+        return std::has_single_bit(static_cast<uint32_t>(from_corner)) && from_corner >> depths.corners[corner] > 1;
+    };
     for (uint32_t side = 0; side < 4; ++side) {
-        for (int32_t k = 1; k < n; ++k) {
+        const int32_t step = 1 << depths.sides[side];
+        for (int32_t k = step; k < n; k += step) {
             const auto [x, y] = on_side(side, k, n);
             at({x, y}) |= static_cast<uint8_t>(1u << side);
-            // Above the samples of a side across the corner there are these of the next one.
-            if (k > 1 && std::has_single_bit(static_cast<uint32_t>(k))) at({x, y}) |= static_cast<uint8_t>(16u << side);
-            if (n - k > 1 && std::has_single_bit(static_cast<uint32_t>(n - k)))
-                at({x, y}) |= static_cast<uint8_t>(16u << (side + 1) % 4);
+            if (is_above(k, side)) at({x, y}) |= static_cast<uint8_t>(16u << side);
+            if (is_above(n - k, (side + 1) % 4)) at({x, y}) |= static_cast<uint8_t>(16u << (side + 1) % 4);
         }
     }
     for (uint32_t depth = 0; depth < tree.depths(); ++depth) {
         tree.for_depth(depth, [&](GridPoint p) { tree.for_parents(p, [&](GridPoint q) { at(q) |= at(p); }); });
     }
     return bits;
+}
+
+SamplesBesideLeaves::SamplesBesideLeaves(const Atlas& about)
+    : row_(tree_of(about, Layer::geometry).samples_per_side()) {
+    const SampleDepths depths(about);
+    std::map<SquareDepths, uint16_t> known{{SquareDepths{}, uint16_t{0}}};
+    tables_.push_back(samples_beside_leaves(row_ - 1, {}));
+    if (depths.all_are_there()) return;
+    for (uint32_t leaf = 0; leaf < about.first_leaf.back(); ++leaf) {
+        const auto [at, fresh] = known.try_emplace(depths.of(leaf), static_cast<uint16_t>(tables_.size()));
+        if (fresh) tables_.push_back(samples_beside_leaves(row_ - 1, at->first));
+        of_square_.push_back(at->second);
+    }
 }
 
 }  // namespace lodestone::vgi

@@ -1,4 +1,4 @@
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 
 #include <algorithm>
 #include <bit>
@@ -10,8 +10,9 @@
 #include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "vgi/asset/codec/leaf_codec.h"
-#include "vgi/asset/leaf_triangles.h"
+#include "vgi/asset/leaves/leaf_triangles.h"
 #include "vgi/asset/pages.h"
+#include "vgi/asset/sample_depths.h"
 
 namespace lodestone::vgi {
 
@@ -138,6 +139,13 @@ private:
     std::vector<std::pair<Edge, int>> met_;
 };
 
+// Whether vertices on sides go to samples that are there.
+bool goes_to_samples(const LeafPart& part, const SquareDepths& depths) {
+    return std::ranges::all_of(part.vertices, [&](const LeafVertex& v) {
+        return v.border == 0 || v.is_corner() || v.step % (1u << depths.sides[v.border - 1u]) == 0;
+    });
+}
+
 }  // namespace
 
 uint64_t leaf_triangles(const Atlas& atlas) {
@@ -151,6 +159,8 @@ double leaf_rounding(const Atlas& atlas) {
 
 Result<void> validate_leaves(const Atlas& atlas) {
     if (atlas.leaves.empty()) return {};
+    const SampleDepths depths(atlas);
+    std::vector<uint8_t> astray(atlas.charts(), 0);
     std::vector<EdgeBalance> of_charts(atlas.charts());
     parallel_for(atlas.charts(), 1, [&](size_t begin, size_t end) {
         for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
@@ -158,6 +168,7 @@ Result<void> validate_leaves(const Atlas& atlas) {
             for_leaf_squares(atlas, c, [&](const Atlas::Tile& square, uint32_t leaf) {
                 for (uint32_t p = atlas.first_part(leaf); p < atlas.leaves[leaf].parts_end; ++p) {
                     const LeafPart part = decoded_leaf(atlas, p);
+                    if (!goes_to_samples(part, depths.of(leaf))) astray[c] = 1;
                     for (const auto& t : part.triangles) {
                         for (uint32_t k = 0; k < 3; ++k) {
                             const LeafVertex &a = part.vertices[t[k]], &b = part.vertices[t[(k + 1) % 3]];
@@ -178,6 +189,8 @@ Result<void> validate_leaves(const Atlas& atlas) {
     EdgeBalance all;
     for (const EdgeBalance& edges : of_charts) all.add(edges);
     all.settle();
+    if (std::ranges::count(astray, 1) > 0)
+        return fail(Fault::invariant, "atlas: a vertex of a leaf goes to a sample that is not there");
     if (!all.empty()) return fail(Fault::invariant, "atlas: leaves do not fit together");
     return {};
 }

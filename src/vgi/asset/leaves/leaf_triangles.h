@@ -1,11 +1,12 @@
 // The triangles that a part of a leaf is drawn as, beside leaves and beside samples (leaves.h).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <utility>
 
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 
 namespace lodestone::vgi {
 
@@ -13,6 +14,8 @@ namespace lodestone::vgi {
 struct LeafBorder {
     std::array<bool, 4> sampled{};         // by side: beside samples; then so are both its ends
     std::array<bool, 4> corner_sampled{};  // by corner: some square around it is drawn from samples
+    // By side, of those beside samples: log2 of how many cells these are apart (sample_depths.h).
+    std::array<uint8_t, 4> levels{};
     bool operator==(const LeafBorder&) const = default;
 };
 
@@ -73,8 +76,10 @@ private:
             if (!border_.sampled[s] || !a.on_side(s) || !b.on_side(s)) continue;
             GridPoint p = a.nearest_sample(cells_);
             const GridPoint end = b.nearest_sample(cells_);
+            const int32_t step = 1 << border_.levels[s];
             while (!(p == end)) {
-                const GridPoint q{p.x + (end.x > p.x) - (end.x < p.x), p.y + (end.y > p.y) - (end.y < p.y)};
+                const GridPoint q{p.x + std::clamp(end.x - p.x, -step, step),
+                                  p.y + std::clamp(end.y - p.y, -step, step)};
                 each(p, q);
                 p = q;
             }

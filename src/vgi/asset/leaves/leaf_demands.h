@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "vgi/asset/atlas.h"
+#include "vgi/asset/sample_depths.h"
 
 namespace lodestone::vgi {
 
@@ -58,6 +59,23 @@ private:
 
 // The samples of a square that are asked for where a leaf which is wanted touches its side k (bit k) or its corner k
 // (bit 4 + k), row by row. A side counts with both its corners. cells: of a page.
-std::vector<uint8_t> samples_beside_leaves(uint32_t cells);
+std::vector<uint8_t> samples_beside_leaves(uint32_t cells, const SquareDepths& depths);
+
+// The same of all squares: they have few different depths.
+class SamplesBesideLeaves {
+public:
+    SamplesBesideLeaves() = default;
+    // about: as LeafDemands has it.
+    explicit SamplesBesideLeaves(const Atlas& about);
+    // x, y: 0 .. cells of a page.
+    uint8_t at(uint32_t leaf, uint32_t x, uint32_t y) const {
+        return tables_[of_square_.empty() ? 0 : of_square_[leaf]][y * row_ + x];
+    }
+
+private:
+    uint32_t row_ = 0;
+    std::vector<std::vector<uint8_t>> tables_;
+    std::vector<uint16_t> of_square_;  // into tables_; empty where all are the first
+};
 
 }  // namespace lodestone::vgi

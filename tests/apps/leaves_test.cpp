@@ -59,9 +59,9 @@ TEST_F(LeavesProgramTest, AnAtlasIsAsDenseAsItsSource) {
     succeeds("generate rock --triangles 20000 --seed 5 -o rock.ply");
     const json by_default = printed("bake rock.ply --backends vgi -o rock.lode --json")["vgi"];
     EXPECT_LT(by_default["bytes"], 20000 * 40);
-    const double texels = by_default["charts"].get<double>() * std::pow(by_default["resolution"].get<double>(), 2);
-    EXPECT_LE(texels, 0.75 * 20000);
-    EXPECT_GE(texels, 0.15 * 20000);
+    const double triangles = printed("info rock.lode --json")["vgi"]["levels"][1]["triangles"].get<double>();
+    EXPECT_LE(triangles, 2.0 * 20000);
+    EXPECT_GE(triangles, 0.4 * 20000);
     EXPECT_LE(by_default["clusters"], 30);
     EXPECT_EQ(printed("bake rock.ply --backends vgi --resolution 33 -o fine.lode --json")["vgi"]["resolution"], 33);
     EXPECT_EQ(

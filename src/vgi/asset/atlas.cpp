@@ -99,12 +99,6 @@ uint32_t Atlas::level_for_error(double error) const {
     return level;
 }
 
-uint32_t Atlas::level_for_triangles(uint64_t triangles) const {
-    uint32_t level = 0;
-    while (level + 1 < levels() && triangles_at(level) > triangles) ++level;
-    return level;
-}
-
 Result<void> Atlas::validate() const {
     const auto wrong = [](const std::string& what) { return fail(Fault::invariant, "atlas: " + what); };
     if (cells < 2 || cells > attribute_cells || attribute_cells > 4096 || !std::has_single_bit(cells) ||

@@ -230,8 +230,6 @@ struct Atlas {
 
     // The coarsest level whose error is at most `error`; 0 where none is.
     uint32_t level_for_error(double error) const;
-    // The finest level of at most this many triangles; the last where none is.
-    uint32_t level_for_triangles(uint64_t triangles) const;
 
     // Sizes, gluing an involution, glued samples equal bit for bit.
     Result<void> validate() const;

@@ -33,10 +33,10 @@ struct AtlasOptions {
     uint32_t recentre_passes = 2;     // half passes: around corners, around centres, around corners, ...
     uint64_t error_samples = 200000;  // of all charts, either way; spread by area, and some of every chart
     bool leaves = false;              // the source's triangles below the finest samples (leaves.h)
-    // Finest samples for each triangle of the source, about, at most: `cells` is halved until that holds. With leaves
-    // samples denser than the source are of no use. 0 for as many as `cells` says. Images of attributes are only as
-    // coarse where they hold nothing but normals: with textures or materials they are as fine as `cells` says, with
-    // colours twice as fine as positions.
+    // Finest samples for each triangle of the source at most, 0 for as many as `cells` says: samples denser than the
+    // source are of no use beside leaves. With leaves that holds for each chart (sizes_by_triangles()), else `cells` is
+    // halved until it holds for all together. Images of attributes are only as coarse where they hold nothing but
+    // normals: with textures or materials they are as fine as `cells` says, with colours twice as fine as positions.
     double samples_per_triangle = 0;
     // What textures hold is sampled into the images of attributes, which are as fine as texels of the source are and
     // have no texture coordinates: base colours, metal and roughness, occlusion, emission, and maps of normals.
@@ -49,7 +49,7 @@ struct AtlasOptions {
 struct AtlasReport {
     uint32_t clusters = 0, charts = 0, buckets = 0, rounds = 0;  // how many of each
     uint32_t template_charts = 0;                         // of charts: those of components too small for clusters
-    uint32_t coarse_charts = 0;                           // that leave out their finest levels (chart_sizes.h)
+    uint32_t coarse_charts = 0;                           // without samples of the finest levels (chart_sizes.h)
     uint32_t cells = 0;                                   // taken
     SurfaceChanges changes;                               // to the mesh, before it was divided
     uint32_t not_recentred = 0;                           // corners and centres that were left where they were

@@ -189,7 +189,9 @@ void PageCache::take_decoded() {
 
 void PageCache::start_decoding(const FrameInput& input) {
     std::vector<DecodeTask> tasks;
-    for (const Arrival& arrival : input.arrivals) {
+    std::vector<Arrival> arrivals = std::exchange(empty_, {});
+    arrivals.insert(arrivals.end(), input.arrivals.begin(), input.arrivals.end());
+    for (const Arrival& arrival : arrivals) {
         const PageId id{static_cast<Layer>(arrival.request & 3), static_cast<uint32_t>(arrival.request >> 40),
                         static_cast<uint32_t>(arrival.request >> 2 & 0xffffffffu)};
         if (index_of(id.layer) >= all_layers.size() || id.atlas >= atlases_.size() ||
@@ -197,7 +199,7 @@ void PageCache::start_decoding(const FrameInput& input) {
             id.number >= atlases_[id.atlas].pages(id.layer) ||
             pages(id.atlas).state(id.layer, id.number) != PageState::requested)
             continue;  // nothing that was asked for
-        if (arrival.blob.size() == 0) {
+        if (arrival.blob.size() == 0 && place_of(id).bytes > 0) {
             fail_page(id, "a page cannot be read", input.frame);
             continue;
         }
@@ -415,8 +417,12 @@ PageCache::Missing PageCache::request(std::span<const FrameCuts::Wish> wishes, u
         if (waiting_ >= most_waiting) break;
         if (room[l] == 0 || asked[l] == most_new_requests || !may_be_asked_for(w, frame)) continue;
         const auto range = place_of({w.layer, w.atlas, w.number});
-        plan.requests.push_back(
-            {request_id(w.layer, w.atlas, w.number), w.atlas, range.chunk, range.offset, range.bytes, w.wanted});
+        const uint64_t id = request_id(w.layer, w.atlas, w.number);
+        if (range.bytes == 0) {
+            empty_.push_back({id, {}});
+        } else {
+            plan.requests.push_back({id, w.atlas, range.chunk, range.offset, range.bytes, w.wanted});
+        }
         set_state({w.layer, w.atlas, w.number}, PageState::requested);
         ++waiting_;
         --room[l];

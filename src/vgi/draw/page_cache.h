@@ -149,6 +149,7 @@ private:
     std::vector<std::string> warnings_;                                 // for the next plan
     std::vector<Decoded> ready_;                                        // decoded, without a slot yet
     std::future<std::vector<Decoded>> decoding_;                        // what the last frame brought
+    std::vector<Arrival> empty_;  // asked for, of families with nothing to read (PageTree::has_samples())
     uint32_t waiting_ = 0, uploaded_ = 0, evicted_ = 0, failed_ = 0;
     bool changed_ = true;
     Worker decoder_;  // last: its thread ends before what it works for

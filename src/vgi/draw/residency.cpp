@@ -89,8 +89,8 @@ void PageTopology::place_leaves() {
     }
     leaf_neighbours_ = LeafNeighbours(*about_);
     leaf_demands_ = LeafDemands(*about_, leaf_neighbours_);
-    beside_leaves_ = SamplesBesideLeaves(*about_);
     depths_ = SampleDepths(*about_);
+    beside_leaves_ = SamplesBesideLeaves(*about_, depths_);
 }
 
 namespace {

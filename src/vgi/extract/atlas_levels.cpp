@@ -9,14 +9,17 @@
 namespace lodestone::vgi {
 
 AtlasLevels::AtlasLevels(const Atlas& about, std::span<const float> errors, uint64_t leaf_triangles)
-    : about_(&about), leaf_triangles_(leaf_triangles) {
+    : leaf_triangles_(leaf_triangles) {
+    for (uint32_t level = 0; level < about.levels(); ++level) triangles_.push_back(about.triangles_at(level));
     if (has_source()) errors_.push_back(static_cast<float>(leaf_rounding(about)));
     for (const float error : errors) errors_.push_back(errors_.empty() ? error : std::max(error, errors_.back()));
 }
 
 uint32_t AtlasLevels::level_for_triangles(uint64_t triangles) const {
     if (has_source() && leaf_triangles_ <= triangles) return 0;
-    return about_->level_for_triangles(triangles) + (has_source() ? 1 : 0);
+    const auto few = std::ranges::find_if(triangles_, [&](uint64_t n) { return n <= triangles; });
+    const auto level = static_cast<uint32_t>(std::min(few, triangles_.end() - 1) - triangles_.begin());
+    return level + (has_source() ? 1 : 0);
 }
 
 uint32_t AtlasLevels::level_for_error(double error) const {

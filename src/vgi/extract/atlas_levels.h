@@ -13,7 +13,7 @@ namespace lodestone::vgi {
 // Triangles and error of each level.
 class AtlasLevels {
 public:
-    // about: only its description is used; must outlive this. errors: of levels of samples, object units, finest first.
+    // about: only its description is used. errors: of levels of samples, object units, finest first.
     // leaf_triangles: of all leaves; 0 where there are none.
     AtlasLevels(const Atlas& about, std::span<const float> errors, uint64_t leaf_triangles);
 
@@ -21,7 +21,7 @@ public:
     uint32_t levels() const { return static_cast<uint32_t>(errors_.size()); }  // at least 1
     // level: below levels().
     uint64_t triangles_at(uint32_t level) const {
-        return is_source(level) ? leaf_triangles_ : about_->triangles_at(of_samples(level));
+        return is_source(level) ? leaf_triangles_ : triangles_[of_samples(level)];
     }
     float error_at(uint32_t level) const { return errors_[level]; }  // object units; never falls
     uint32_t level_for_triangles(uint64_t triangles) const;          // the finest of at most so many; else the last
@@ -32,8 +32,8 @@ public:
     uint32_t of_samples(uint32_t level) const { return has_source() ? level - 1 : level; }  // Atlas's number of it
 
 private:
-    const Atlas* about_;
     uint64_t leaf_triangles_;
+    std::vector<uint64_t> triangles_;  // per level of samples
     std::vector<float> errors_;
 };
 

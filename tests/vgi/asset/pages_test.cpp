@@ -9,6 +9,7 @@
 #include "base/random.h"
 #include "vgi/asset/bintree.h"
 #include "vgi/asset/chart_pages.h"
+#include "vgi/asset/codec/unsampled_pages.h"
 #include "vgi/asset/error_codes.h"
 #include "vgi/asset/page_means.h"
 
@@ -68,6 +69,55 @@ TEST(Pages, CodeAnyNumbers) {
             EXPECT_FALSE(PageFamily::unpack(tree, channels, f, std::span(bytes).first(size)));
         bytes.push_back(std::byte{0});
         EXPECT_FALSE(PageFamily::unpack(tree, channels, f, bytes));
+    }
+}
+
+// Of pages that are sampled at every fourth place each way: all kinds of numbers come back, between them what lies
+// there, and they take no more bytes than a page of as many samples.
+TEST(Pages, ComeBackWhereFewOfThePlacesAreSampled) {
+    const PageTree sparse{16, 2}, dense{4};
+    AtlasAttributes all;
+    all.uvs = all.colours = all.materials = true;
+    for (const Layer layer : {Layer::geometry, Layer::attributes}) {
+        const std::vector<Channel> channels = channels_of(all, layer);
+        Page few;
+        Random random(9);
+        for (const Channel& channel : channels) {
+            for (int i = 0; i < 25; ++i) {
+                const auto value = static_cast<int32_t>(random.unit() * (channel.wide ? 65535 : 127));
+                few.values.push_back(static_cast<uint16_t>(channel.is_signed ? value - 63 : value));
+            }
+        }
+        std::vector<Page> pages{spread_samples(sparse, channels, few, 4)};
+        ASSERT_EQ(pages[0].values.size(), channels.size() * 17 * 17);
+        const std::vector<Page> before = pages;
+        const auto bytes = encode_family(sparse, channels, 0, pages);
+        EXPECT_EQ(pages[0].values, before[0].values);
+        const auto back = PageFamily::unpack(sparse, channels, 0, bytes);
+        ASSERT_TRUE(back);
+        EXPECT_EQ(back->page(0, nullptr).values, before[0].values);
+        std::vector<Page> alone{few};
+        EXPECT_EQ(bytes, encode_family(dense, channels, 0, alone));
+        // Half way between two samples of a row.
+        for (size_t c = 0; c < channels.size(); ++c) {
+            const uint16_t* const at = before[0].values.data() + c * 17 * 17;
+            const uint16_t between = at[2], a = at[0], b = at[4];
+            switch (channels[c].kind) {
+                case Channel::Kind::error:
+                    EXPECT_EQ(between, 0);
+                    break;
+                case Channel::Kind::radius:
+                    EXPECT_EQ(between, ErrorCodes::absent);
+                    break;
+                case Channel::Kind::name:
+                    EXPECT_TRUE(between == a || between == b);
+                    break;
+                case Channel::Kind::direction:
+                    break;  // both numbers together
+                default:
+                    EXPECT_EQ(between, (a + b + 1) / 2);
+            }
+        }
     }
 }
 

@@ -74,7 +74,7 @@ TEST(SampleDepths, HaveWhatLeavesAskFor) {
     Atlas about = small_atlas(fixtures::repaired(Shape::rock, 6000), 64, 8, true);
     for (uint8_t& levels : about.unsampled_levels) levels = static_cast<uint8_t>(random.unit() * 5);
     const SampleDepths depths(about);
-    const SamplesBesideLeaves beside(about);
+    const SamplesBesideLeaves beside(about, depths);
     const int32_t page = 32;
     const Bintree tree{page};
     std::set<uint32_t> bits;

@@ -56,7 +56,7 @@ TEST(Borders, CornersOfHeightFieldsStayOpenWhenTheyAreRounded) {
     const Borders before = borders;
     ASSERT_GT(first[0].x * first[1].y - first[0].y * first[1].x, 0);
     ASSERT_LE(star.opening(borders, 0), 0) << "nothing there to open";
-    borders.keep_corners_open(star.patches, star.atlas, {0, 0, 1});
+    borders.keep_corners_open(star.patches, star.atlas, {}, {0, 0, 1});
     uint32_t moved = 0;
     for (uint32_t arc = 0; arc < star.patches.arcs.size(); ++arc) {
         for (uint32_t k = 0; k <= cells; ++k) {
@@ -77,7 +77,7 @@ TEST(Borders, SamplesThatRoundingMakesOneGiveWay) {
     const Star star({{{4000, 0}, {4000, 0.0001}, {0, 40}, {-40, -20}}});
     Borders borders(star.surface, star.patches, star.atlas);
     ASSERT_EQ(star.opening(borders, 0), 0);
-    borders.keep_corners_open(star.patches, star.atlas, {0, 0, 1});
+    borders.keep_corners_open(star.patches, star.atlas, {}, {0, 0, 1});
     EXPECT_GT(star.opening(borders, 0), 0);
 }
 

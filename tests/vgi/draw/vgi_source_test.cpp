@@ -296,6 +296,45 @@ TEST_F(VgiSourceTest, AsksForNoPageThatAtlasesLeaveOut) {
     FAIL() << "pages never stop being asked for";
 }
 
+// Pages without samples of their own take nothing to read, and leaves in their squares are drawn as any.
+TEST_F(VgiSourceTest, ReadsNothingOfPagesThatAreNotSampled) {
+    const auto path = path_of("uneven");
+    AtlasOptions options;
+    options.leaves = true;
+    options.clusters.clusters = 4;
+    options.samples_per_triangle = 0.75;
+    bake(fixtures::uneven_rock(), path, options);
+    const auto file = atlas(path);
+    std::filesystem::remove(path);
+    const Atlas& about = file->about();
+    size_t empty = 0;
+    for (uint32_t c = 0; c < about.charts(); ++c) {
+        const PageTree tree = tree_of(about, Layer::geometry, c);
+        for (uint32_t f = 0; f < tree.families(); ++f) empty += !tree.has_samples(f);
+    }
+    ASSERT_GT(empty, 0u);
+    auto opened = open_vgi({file}, {uint64_t{1} << 28, 3});
+    ASSERT_TRUE(opened) << opened.error().message;
+    std::vector<Arrival> arrivals;
+    Plan plan;
+    for (uint64_t frame = 0; frame < 100; ++frame) {
+        FrameInput input = look_from({0.4f, 0.8f, 3.6f}, frame);
+        input.views[0].culls_back_faces = false;
+        input.budget.forced_level = 0;
+        input.arrivals = std::move(arrivals);
+        arrivals.clear();
+        plan = (*opened)->plan(input);
+        for (const PageRequest& r : plan.requests) {
+            ASSERT_GT(r.bytes, 0u);
+            arrivals.push_back(answer(r, *file));
+        }
+    }
+    EXPECT_EQ(figure(plan, "pages_missing"), 0);
+    EXPECT_EQ(figure(plan, "pages_failed"), 0);
+    EXPECT_EQ(figure(plan, "leaf_parts_missing"), 0);
+    EXPECT_EQ(plan.stats.triangles, *file->leaf_triangles());
+}
+
 TEST_F(VgiSourceTest, AnswersEqualInputsWithEqualPlans) {
     const auto a = source(), b = source();
     std::vector<Arrival> arrivals;

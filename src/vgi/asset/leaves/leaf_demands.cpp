@@ -133,9 +133,8 @@ std::vector<uint8_t> samples_beside_leaves(uint32_t cells, const SquareDepths& d
     return bits;
 }
 
-SamplesBesideLeaves::SamplesBesideLeaves(const Atlas& about)
+SamplesBesideLeaves::SamplesBesideLeaves(const Atlas& about, const SampleDepths& depths)
     : row_(tree_of(about, Layer::geometry).samples_per_side()) {
-    const SampleDepths depths(about);
     std::map<SquareDepths, uint16_t> known{{SquareDepths{}, uint16_t{0}}};
     tables_.push_back(samples_beside_leaves(row_ - 1, {}));
     if (depths.all_are_there()) return;

@@ -65,8 +65,8 @@ std::vector<uint8_t> samples_beside_leaves(uint32_t cells, const SquareDepths& d
 class SamplesBesideLeaves {
 public:
     SamplesBesideLeaves() = default;
-    // about: as LeafDemands has it.
-    explicit SamplesBesideLeaves(const Atlas& about);
+    // about: as LeafDemands has it; depths: its.
+    SamplesBesideLeaves(const Atlas& about, const SampleDepths& depths);
     // x, y: 0 .. cells of a page.
     uint8_t at(uint32_t leaf, uint32_t x, uint32_t y) const {
         return tables_[of_square_.empty() ? 0 : of_square_[leaf]][y * row_ + x];

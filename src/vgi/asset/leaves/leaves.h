@@ -4,8 +4,9 @@
 //
 // A leaf's triangles meet each side of its square in the places where edges of the source cross it, and in its two
 // corners. What lies across shares them: beside another leaf nothing moves. Beside samples every such place goes to the
-// nearest sample of the side, and the triangle that has the edge between two of them becomes a fan over the samples
-// from the one's to the other's: then all that the side has is samples, in order, whatever the source has there.
+// nearest sample of the side that is there (sample_depths.h), and the triangle that has the edge between two of them
+// becomes a fan over the samples from the one's to the other's: then all that the side has is samples, in order,
+// whatever the source has there.
 //
 // Leaves are stored as parts, each of few enough triangles and vertices for a slot of a pool. Parts of a leaf share
 // points bit for bit, as leaves do.

@@ -27,20 +27,23 @@ struct Wedge {
 
 using WedgesAround = std::map<uint32_t, std::vector<Wedge>>;  // by the vertex they are at
 
-WedgesAround wedges_of(const ChartComplex& patches, const Atlas& atlas) {
+WedgesAround wedges_of(const ChartComplex& patches, const Atlas& atlas, const SampleDepths& depths) {
     WedgesAround wedges;
     for (uint32_t q = 0; q < patches.sides.size(); ++q) {
         const auto& sides = patches.sides[q];
         if (atlas.cells_of(q) >> atlas.unsampled_levels[q] < fewest_straight_cells) continue;
-        const uint32_t ratio = atlas.attribute_ratio_of(q) << atlas.unsampled_levels[q];
-        // The sample so many texels from where a side begins, for this chart.
-        const auto slot = [&](const Side& side, uint32_t texels) {
-            return Slot{side.arc, side.reversed ? atlas.attribute_cells_of(q) - texels : texels};
+        const uint32_t cells = atlas.attribute_cells_of(q), last = atlas.leaves_per_side(q) - 1;
+        // Of a side, the sample so many texels from where it begins.
+        const auto slot = [&](uint32_t side, uint32_t texels) {
+            const Side& its = sides[side];
+            return Slot{its.arc, its.reversed ? cells - texels : texels};
         };
-        for (size_t s = 0; s < sides.size(); ++s) {
-            const Side &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()];
-            wedges[patches.begin_of(side)].push_back(
-                {slot(side, ratio), slot(before, atlas.attribute_cells_of(q) - ratio)});
+        for (uint32_t s = 0; s < 4; ++s) {
+            const uint32_t before = (s + 3) % 4;
+            const auto [x, y] = on_side(s, 0u, last);
+            const SquareDepths at = depths.of(atlas.leaf(q, x, y));
+            const auto texels = [&](uint32_t side) { return atlas.attribute_ratio_of(q) << at.sides[side]; };
+            wedges[patches.begin_of(sides[s])].push_back({slot(s, texels(s)), slot(before, cells - texels(before))});
         }
     }
     return wedges;
@@ -171,9 +174,10 @@ Borders::Borders(const Surface& surface, const ChartComplex& patches, const Atla
     }
 }
 
-void Borders::keep_corners_open(const ChartComplex& patches, const Atlas& atlas, const glm::dvec3& up) {
+void Borders::keep_corners_open(const ChartComplex& patches, const Atlas& atlas, const SampleDepths& depths,
+                                const glm::dvec3& up) {
     WedgeOpening opening(samples_, atlas, up);
-    for (const auto& [vertex, around] : wedges_of(patches, atlas)) opening.open(around);
+    for (const auto& [vertex, around] : wedges_of(patches, atlas, depths)) opening.open(around);
 }
 
 }  // namespace lodestone::vgi

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "vgi/asset/atlas.h"
+#include "vgi/asset/sample_depths.h"
 #include "vgi/bake/charts/chart_complex.h"
 
 namespace lodestone::vgi {
@@ -28,7 +29,8 @@ public:
     // Where two borders leave a corner almost the same way, rounding to the atlas's lattice may turn their first
     // samples over, and no sample inside the chart can make up for it. Such samples of a height field seen from `up`
     // move by a few steps of the lattice, as little as will do.
-    void keep_corners_open(const ChartComplex& patches, const Atlas& atlas, const glm::dvec3& up);
+    void keep_corners_open(const ChartComplex& patches, const Atlas& atlas, const SampleDepths& depths,
+                           const glm::dvec3& up);
 
 private:
     std::vector<std::vector<BorderSample>> samples_;  // per arc

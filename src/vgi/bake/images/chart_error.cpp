@@ -49,11 +49,14 @@ double squared_to(const Cell& c, const glm::dvec3& point, double most) {
 
 double squared_distance_near(const Atlas& atlas, uint32_t chart, const glm::dvec2& place, int reach,
                              const glm::dvec3& point, double most) {
-    const auto last = static_cast<int>(atlas.cells_of(chart)) - 1;
+    // Between samples of the chart's own there is nothing else.
+    const uint32_t level = atlas.unsampled_levels[chart];
+    const auto last = static_cast<int>(atlas.cells_of(chart) >> level) - 1;
     const int cx = std::clamp(static_cast<int>(place.x * (last + 1)), 0, last),
               cy = std::clamp(static_cast<int>(place.y * (last + 1)), 0, last);
     const auto look = [&](int x, int y) {
-        most = squared_to(cell_of(atlas, chart, 0, static_cast<uint32_t>(x), static_cast<uint32_t>(y)), point, most);
+        most =
+            squared_to(cell_of(atlas, chart, level, static_cast<uint32_t>(x), static_cast<uint32_t>(y)), point, most);
     };
     look(cx, cy);  // mostly the nearest
     for (int y = std::max(0, cy - reach); y <= std::min(last, cy + reach); ++y) {
@@ -82,7 +85,8 @@ double squared_distance(const Atlas& atlas, uint32_t chart, const glm::dvec2& pl
         const GluedSide& other = atlas.sides[size_t{chart} * 4 + side];
         double away = 0, along = 0;
         to_side(place, side, &away, &along);
-        if (other.chart == ~0u || away * atlas.cells_of(chart) > near_cells) continue;
+        const uint32_t cells = atlas.cells_of(chart) >> atlas.unsampled_levels[chart];
+        if (other.chart == ~0u || away * cells > near_cells) continue;
         const auto [u, v] = on_side(other.side, 1 - along, 1.0);
         least = squared_distance(atlas, other.chart, {u, v}, point, borders - 1, least);
     }
@@ -92,7 +96,7 @@ double squared_distance(const Atlas& atlas, uint32_t chart, const glm::dvec2& pl
 }  // namespace
 
 glm::dvec3 image_point(const Atlas& atlas, uint32_t chart, uint32_t level, const glm::dvec2& place) {
-    level = atlas.own_level(chart, level);
+    level = std::max<uint32_t>(atlas.own_level(chart, level), atlas.unsampled_levels[chart]);
     const uint32_t n = atlas.cells_of(chart) >> level;
     const double px = std::clamp(place.x, 0.0, 1.0) * n, py = std::clamp(place.y, 0.0, 1.0) * n;
     const uint32_t x = std::min(n - 1, static_cast<uint32_t>(px)), y = std::min(n - 1, static_cast<uint32_t>(py));

@@ -109,7 +109,7 @@ ChartSizes sizes_by_triangles(std::span<const double> triangles, const ChartComp
     // Places between samples take memory while an atlas is baked, and where charts have several pages when it is drawn.
     constexpr double most_places_for_a_sample = 16;
     const auto count = static_cast<uint32_t>(triangles.size());
-    const uint32_t fewest = count > many_charts ? 2 : fewest_cells;
+    const uint32_t fewest = std::min(count > many_charts ? 2 : fewest_cells, wanted.cells);
     std::vector<uint32_t> cells(count);
     double samples = 0;
     for (uint32_t c = 0; c < count; ++c) {

@@ -156,7 +156,7 @@ void Resampler::set_step(double step) {
 }
 
 void Resampler::keep_corners_open() {
-    if (up_) borders_->keep_corners_open(patches_, atlas_, *up_);
+    if (up_) borders_->keep_corners_open(patches_, atlas_, depths_, *up_);
 }
 
 void Resampler::put(const Sampling& s, uint32_t x, uint32_t y, const SurfaceSample& place) {

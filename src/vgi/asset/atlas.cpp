@@ -147,12 +147,14 @@ Result<void> Atlas::validate() const {
 
 Result<void> Atlas::validate_depths() const {
     for (uint32_t c = 0; c < charts(); ++c) {
-        const PageTree positions = tree_of(*this, Layer::geometry, c), texels = tree_of(*this, Layer::attributes, c);
+        const PageTree of_positions = tree_of(*this, Layer::geometry, c),
+                       of_attributes = tree_of(*this, Layer::attributes, c);
         const auto deep = [](const PageTree& tree) {
             return static_cast<uint32_t>(std::bit_width(tree.cells_per_page())) - 1;
         };
-        const uint32_t most = deep(positions) - 1, most_texels = texels.base_level() > 0 ? 0 : deep(texels) - 1;
-        if (unsampled_levels[c] > most || unsampled_attribute_levels[c] > most_texels)
+        const uint32_t most = deep(of_positions) - 1,
+                       most_of_attributes = of_attributes.base_level() > 0 ? 0 : deep(of_attributes) - 1;
+        if (unsampled_levels[c] > most || unsampled_attribute_levels[c] > most_of_attributes)
             return fail(Fault::invariant, "atlas: chart " + std::to_string(c) + ": has too few samples of its own");
     }
     return {};

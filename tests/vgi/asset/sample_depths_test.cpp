@@ -14,6 +14,7 @@
 #include "mesh/repair.h"
 #include "mesh/topology.h"
 #include "vgi/asset/atlas_chunks.h"
+#include "vgi/asset/error_codes.h"
 #include "vgi/asset/leaves/leaf_demands.h"
 #include "vgi/asset/pages.h"
 #include "vgi/asset/saturation.h"

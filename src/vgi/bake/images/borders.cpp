@@ -7,6 +7,8 @@
 #include <map>
 #include <optional>
 
+#include "vgi/bake/charts/chart_mesh.h"
+
 namespace lodestone::vgi {
 
 namespace {

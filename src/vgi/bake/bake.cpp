@@ -504,16 +504,12 @@ private:
         return seconds;
     }
 
-    // Along a side, between samples of its own.
-    uint32_t own_cells(uint32_t q) const {
-        const Atlas& atlas = resampler_->atlas();
-        return atlas.cells_of(q) >> atlas.unsampled_levels[q];
-    }
+    // Of places, not of samples: a chart without samples of the finest levels has no detail there to lose.
     void measure_layout(uint32_t q, const Chart& chart, ChartResult::Figures& figures) const {
         figures.area = chart.area;
         figures.stretch = chart.stretch;
         const double usual = options_.clusters.clusters * usual_charts_per_cluster * chart.area / whole_area_,
-                     row_share = own_cells(q) / static_cast<double>(report_.cells);
+                     row_share = resampler_->atlas().cells_of(q) / static_cast<double>(report_.cells);
         figures.spacing = std::sqrt(usual) / row_share;
         figures.tutte_stretch = chart.tutte_stretch;
         figures.uniform = chart.uniform;

@@ -22,7 +22,7 @@
 #include "mesh/repair.h"
 #include "tests/fixtures/block_sums.h"
 #include "vgi/asset/atlas_chunks.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/asset/pages.h"
 #include "vgi/bake/bake.h"
 #include "vgi/extract/extract.h"

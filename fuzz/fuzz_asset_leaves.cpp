@@ -9,7 +9,7 @@
 #include "fuzz/promise.h"
 #include "fuzz/watch.h"
 #include "vgi/asset/codec/leaf_codec.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 
 using namespace lodestone;
 using namespace lodestone::vgi;

@@ -4,7 +4,7 @@
 #include "fuzz/random_mesh.h"
 #include "fuzz/watch.h"
 #include "mesh/repair.h"
-#include "vgi/asset/leaves.h"
+#include "vgi/asset/leaves/leaves.h"
 #include "vgi/bake/bake.h"
 #include "vgi/extract/extract.h"
 
@@ -25,7 +25,8 @@ void check_round_trip(const vgi::Atlas& atlas) {
                 read->sample_radii == atlas.sample_radii && read->sides == atlas.sides &&
                 read->bounds == atlas.bounds && read->uvs == atlas.uvs && read->colours == atlas.colours &&
                 read->materials == atlas.materials && read->leaves == atlas.leaves &&
-                read->leaf_parts == atlas.leaf_parts,
+                read->leaf_parts == atlas.leaf_parts && read->unsampled_levels == atlas.unsampled_levels &&
+                read->unsampled_attribute_levels == atlas.unsampled_attribute_levels,
             "an atlas is read as it was written");
 }
 

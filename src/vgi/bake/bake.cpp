@@ -19,7 +19,7 @@
 #include "vgi/bake/images/baked_looks.h"
 #include "vgi/bake/images/chart_error.h"
 #include "vgi/bake/images/chart_sizes.h"
-#include "vgi/bake/images/collapse_corners.h"
+#include "vgi/bake/images/corners/collapse_corners.h"
 #include "vgi/bake/images/resample.h"
 #include "vgi/bake/images/sample_errors.h"
 #include "vgi/bake/quads/quadrangulate.h"

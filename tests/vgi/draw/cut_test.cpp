@@ -26,7 +26,7 @@
 #include "vgi/asset/error_codes.h"
 #include "vgi/asset/leaves/leaves.h"
 #include "vgi/asset/saturation.h"
-#include "vgi/bake/images/collapse_corners.h"
+#include "vgi/bake/images/corners/collapse_corners.h"
 #include "vgi/bake/images/sample_errors.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/cut/visibility.h"

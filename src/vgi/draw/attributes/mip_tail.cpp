@@ -15,7 +15,7 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr size_t charts_at_once = 64;
+constexpr size_t charts_of_task = 64;
 
 // A sum of directions, of colours and of what else is bytes, and of their weights.
 struct Sum {
@@ -73,7 +73,7 @@ public:
 private:
     template <class Do>
     void for_charts(Do&& what) const {
-        parallel_for(about_.charts(), charts_at_once, [&](size_t begin, size_t end) {
+        parallel_for(about_.charts(), charts_of_task, [&](size_t begin, size_t end) {
             for (size_t c = begin; c < end; ++c) what(static_cast<uint32_t>(c));
         });
     }

@@ -27,8 +27,11 @@ public:
 
     // Before any is run. Per corner: what its error is at least, by what its charts are off; object units.
     const std::vector<double>& least_errors() const { return error_; }
-    // Sets the codes of a component's corners. order: in which they went. fates, corners: per corner of all.
-    void run(std::span<const uint32_t> order, std::span<const CornerFate> fates, std::span<Corner> corners);
+    // Codes of the errors of a component's corners, rising. order: in which they went. fates: per corner of all.
+    std::vector<uint8_t> codes(std::span<const uint32_t> order, std::span<const CornerFate> fates) const;
+    // Sets errors and radii of a component's corners. codes: those, or larger ones, rising. corners: per corner of all.
+    void run(std::span<const uint32_t> order, std::span<const uint8_t> codes, std::span<const CornerFate> fates,
+             std::span<Corner> corners);
 
 private:
     // What a corner is wanted for, too.

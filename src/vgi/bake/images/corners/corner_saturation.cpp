@@ -1,4 +1,4 @@
-#include "vgi/bake/images/corner_saturation.h"
+#include "vgi/bake/images/corners/corner_saturation.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
@@ -30,22 +30,30 @@ CornerSaturation::CornerSaturation(const Atlas& atlas, std::span<const uint32_t>
     }
 }
 
-void CornerSaturation::run(std::span<const uint32_t> order, std::span<const CornerFate> fates,
-                           std::span<Corner> corners) {
+std::vector<uint8_t> CornerSaturation::codes(std::span<const uint32_t> order, std::span<const CornerFate> fates) const {
+    std::vector<uint8_t> codes;
     double before = 0;
     for (const uint32_t v : order) {
-        const CornerFate& fate = fates[v];
-        before = std::min(std::max({before, fate.error * (1 + rounding), error_[v]}), extent_);
+        before = std::min(std::max({before, fates[v].error * (1 + rounding), error_[v]}), extent_);
+        codes.push_back(codes_.of_error(before));
+    }
+    return codes;
+}
+
+void CornerSaturation::run(std::span<const uint32_t> order, std::span<const uint8_t> codes,
+                           std::span<const CornerFate> fates, std::span<Corner> corners) {
+    for (size_t i = 0; i < order.size(); ++i) {
+        const uint32_t v = order[i];
         Corner& corner = corners[v];
-        corner.error = codes_.of_error(before);
+        corner.error = codes[i];
         const auto error = static_cast<double>(codes_.error(corner.error));
-        double radius = fate.radius;
+        double radius = fates[v].radius;
         for (const Below& b : below_[v]) {
             const double away = glm::distance(b.at, positions_[v]);
             radius = std::max(radius, (b.error - error / b.ratio) * least_magnification + b.radius + away);
         }
         corner.radius = error > 0 ? codes_.of_radius(radius * (1 + rounding)) : uint8_t{0};
-        add(fate.parent, corner.error, 1, corner.radius, positions_[v]);
+        add(fates[v].parent, corner.error, 1, corner.radius, positions_[v]);
     }
 }
 

@@ -1,11 +1,10 @@
-#include "vgi/bake/images/collapse_corners.h"
+#include "vgi/bake/images/corners/collapse_corners.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <queue>
 #include <span>
 #include <tuple>
@@ -15,10 +14,11 @@
 #include "base/structures/disjoint_sets.h"
 #include "base/threads.h"
 #include "mesh/distance/closest_point.h"
-#include "mesh/distance/distance.h"
 #include "vgi/asset/corners.h"
 #include "vgi/bake/charts/surface.h"
-#include "vgi/bake/images/corner_saturation.h"
+#include "vgi/bake/images/corners/corner_motion.h"
+#include "vgi/bake/images/corners/corner_saturation.h"
+#include "vgi/bake/images/corners/measured_charts.h"
 
 namespace lodestone::vgi {
 
@@ -35,52 +35,6 @@ constexpr size_t most_faces = 32, nearest_of_hub = 8;
 // Points of a face that what to do next is chosen by.
 constexpr size_t most_few = 32;
 
-// Where a face is measured, its edges divided by four: how far along its first edge, how far along its last. Its
-// corners are places of charts.
-constexpr std::array<glm::dvec2, 12> face_places{{{0, 0.25},
-                                                  {0, 0.5},
-                                                  {0, 0.75},
-                                                  {0.25, 0},
-                                                  {0.25, 0.25},
-                                                  {0.25, 0.5},
-                                                  {0.25, 0.75},
-                                                  {0.5, 0},
-                                                  {0.5, 0.25},
-                                                  {0.5, 0.5},
-                                                  {0.75, 0},
-                                                  {0.75, 0.25}}};
-
-constexpr std::array<glm::dvec2, 6> uphill{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, -1}, {-1, 1}}};
-// Of the largest distance that is known: where a face has as much, more is looked for.
-constexpr double foot = 0.8;
-
-// Points of a chart that errors are measured at: a grid of so many cells a side; fewer where there are many charts.
-uint32_t measured_cells(const Atlas& atlas, uint32_t chart) {
-    const uint32_t most = atlas.charts() <= 2000 ? 8 : atlas.charts() <= 20000 ? 4 : 2;
-    return std::min(most, atlas.cells_of(chart));
-}
-
-// The charts as grids of measured_cells().
-ClosestSurface measured_charts(const Atlas& atlas) {
-    std::vector<glm::vec3> positions;
-    std::vector<uint32_t> indices;
-    for (uint32_t c = 0; c < atlas.charts(); ++c) {
-        const uint32_t cells = measured_cells(atlas, c), step = atlas.cells_of(c) / cells;
-        const auto first = static_cast<uint32_t>(positions.size());
-        for (uint32_t y = 0; y <= cells; ++y) {
-            for (uint32_t x = 0; x <= cells; ++x)
-                positions.emplace_back(atlas.point(atlas.texel(c, x * step, y * step)));
-        }
-        for (uint32_t y = 0; y < cells; ++y) {
-            for (uint32_t x = 0; x < cells; ++x) {
-                const uint32_t a = first + y * (cells + 1) + x, d = a + cells + 1;
-                indices.insert(indices.end(), {a, a + 1, d + 1, a, d + 1, d});
-            }
-        }
-    }
-    return {positions, indices};
-}
-
 using Face = std::array<uint32_t, 3>;
 struct Points {
     std::vector<glm::dvec3> few, many;  // to choose by, and to measure at
@@ -88,9 +42,9 @@ struct Points {
 
 // What all components have in common. Each touches its own corners and faces alone.
 struct CornerMesh {
-    explicit CornerMesh(const Atlas& atlas) : charts(measured_charts(atlas)), extent(atlas.extent()) {}
+    explicit CornerMesh(const Atlas& atlas) : charts(atlas), extent(atlas.extent()) {}
 
-    ClosestSurface charts;
+    MeasuredCharts charts;
     std::vector<uint32_t> of;                   // per corner of a chart: the number of the glued one
     std::vector<glm::dvec3> positions;          // per corner
     std::vector<Face> faces;                    // two to a chart; those without area are of equal corners
@@ -296,36 +250,9 @@ private:
         uint32_t hint = ClosestSurface::no_hint;
         for (const auto& [f, face] : after_) {
             if (mesh_.faces[f] == face) break;  // those that stay come last
-            worst = face_off(face, worst, hint);
+            worst = mesh_.charts.squared_off({at(face[0]), at(face[1]), at(face[2])}, worst, hint);
         }
         return worst;
-    }
-
-    // The same of one: at its places, then uphill from the farthest of them.
-    double face_off(const Face& face, double worst, uint32_t& hint) const {
-        const glm::dvec3 &a = at(face[0]), ab = at(face[1]) - a, ac = at(face[2]) - a;
-        double most = foot * std::sqrt(worst);
-        std::optional<glm::dvec2> top;
-        const auto look = [&](const glm::dvec2& place) {
-            const ClosestSurface::Hit hit = mesh_.charts.closest(a + place.x * ab + place.y * ac, hint, most);
-            hint = hit.triangle;
-            if (!(hit.distance > most)) return false;
-            most = hit.distance;
-            top = place;
-            return true;
-        };
-        for (const glm::dvec2& place : face_places) look(place);
-        for (double step = 0.125; top && step > 0.03; step /= 2) {
-            for (bool higher = true; higher;) {
-                const glm::dvec2 from = *top;
-                higher = false;
-                for (const glm::dvec2& by : uphill) {
-                    const glm::dvec2 place = from + step * by;
-                    if (place.x >= 0 && place.y >= 0 && place.x + place.y <= 1) higher |= look(place);
-                }
-            }
-        }
-        return std::max(worst, most * most);
     }
 
     // Looks for the neighbour that a corner is best moved onto.
@@ -465,16 +392,20 @@ void collapse_corners(Atlas& atlas, const Progress& progress) {
     CornerMesh mesh = corner_mesh(atlas);
     CornerSaturation saturation(atlas, mesh.of, mesh.positions);
     mesh.least_errors = saturation.least_errors();
-    std::vector<std::vector<uint32_t>> orders = components_of(mesh);
+    const CornerMotion motion(atlas, mesh.charts, mesh.of, mesh.positions);
+    const std::vector<std::vector<uint32_t>> components = components_of(mesh);
+    std::vector<std::vector<uint32_t>> orders(components.size());
     parallel_for(orders.size(), 1, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) orders[i] = Collapse(mesh, std::move(orders[i]), progress).run();
+        for (size_t i = begin; i < end; ++i) orders[i] = Collapse(mesh, components[i], progress).run();
     });
     if (progress.stopped()) return;
     std::vector<Corner> corners(mesh.positions.size());
     std::vector<uint32_t> order(corners.size()), went(corners.size(), ~0u);  // of roots: last
-    for (const std::vector<uint32_t>& component : orders) {
-        saturation.run(component, mesh.fates, corners);
-        for (uint32_t i = 0; i < component.size(); ++i) went[component[i]] = i;
+    for (size_t i = 0; i < components.size(); ++i) {
+        std::vector<uint8_t> codes = saturation.codes(orders[i], mesh.fates);
+        motion.hold(components[i], orders[i], mesh.fates, codes);
+        saturation.run(orders[i], codes, mesh.fates, corners);
+        for (uint32_t k = 0; k < orders[i].size(); ++k) went[orders[i][k]] = k;
     }
     std::iota(order.begin(), order.end(), 0u);
     std::ranges::sort(order, [&](uint32_t a, uint32_t b) {

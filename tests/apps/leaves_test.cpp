@@ -55,6 +55,20 @@ TEST_F(LeavesProgramTest, NearTheEyeTheSourceIsDrawn) {
     EXPECT_GT(row_of("cliff.lode --backend vgi --debug leaf" + near, "debug.png")["triangles"], 0);
 }
 
+// Charts of a textured mesh end at different depths: pages that none of them has take no memory from leaves.
+TEST_F(LeavesProgramTest, AreAllThereWhereMemoryHoldsThem) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    succeeds("generate vase --triangles 60000 -o vase.glb");
+    succeeds("bake vase.glb --backends vgi -o vase.lode");
+    for (const std::string mib : {"32", "1024"}) {
+        const json row =
+            row_of("vase.lode --backend vgi --camera @0.9 --pixel-error 0.1 --resident-mib " + mib, "vase.png");
+        EXPECT_EQ(row["backend_figures"]["leaf_parts_missing"], 0) << mib;
+        EXPECT_EQ(row["backend_figures"]["pages_missing"], 0) << mib;
+        EXPECT_LE(row["buffer_bytes"], 32u << 20) << mib;
+    }
+}
+
 TEST_F(LeavesProgramTest, AnAtlasIsAsDenseAsItsSource) {
     succeeds("generate rock --triangles 20000 --seed 5 -o rock.ply");
     const json by_default = printed("bake rock.ply --backends vgi -o rock.lode --json")["vgi"];

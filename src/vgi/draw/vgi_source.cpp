@@ -447,7 +447,7 @@ private:
 // What the assets hold together, and the bytes of a slot, by layer.
 struct Totals {
     PoolWords words;
-    std::array<uint64_t, 2> pages{}, base{};
+    std::array<uint64_t, 2> rows{}, pages{}, base{};  // of the page table; that charts have; of these the coarsest
     std::array<uint64_t, 3> slot_bytes{};
     uint64_t leaf_parts = 0;
     uint64_t mip_tail_samples = 0, mip_tail_slots = 0;
@@ -498,7 +498,8 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         for (const Layer layer : both_layers) {
             const size_t l = index_of(layer);
             atlas.trees[l] = tree_of(about, layer);
-            totals.pages[l] += uint64_t{about.charts()} * atlas.trees[l].pages();
+            totals.rows[l] += uint64_t{about.charts()} * atlas.trees[l].pages();
+            for (uint32_t c = 0; c < about.charts(); ++c) totals.pages[l] += tree_of(about, layer, c).pages();
             totals.base[l] += about.charts();
         }
         totals.leaf_parts += atlas.topology->leaf_parts();
@@ -547,7 +548,7 @@ void share_lists(uint64_t least, uint64_t available, const VgiOptions& options, 
 // Shaders number pages, charts and texels of the pools in 32 bits; each atlas alone is within Limits.
 Result<void> check_totals(const Totals& totals) {
     const Limits limits;
-    const uint64_t pages = totals.pages[0] + totals.pages[1];
+    const uint64_t pages = totals.rows[0] + totals.rows[1];
     if (totals.base[0] <= limits.charts && pages <= limits.pages && totals.base[0] <= most_slots &&
         totals.base[0] + totals.mip_tail_slots <= totals.most_attribute_slots())
         return {};
@@ -557,15 +558,35 @@ Result<void> check_totals(const Totals& totals) {
                                     "; draw fewer assets at once");
 }
 
-// A quarter of what is left, at most, is for leaves; only the bintree draws any. Returns how much.
-uint64_t share_leaves(const Totals& totals, const VgiOptions& options, uint64_t left, Shares& shares) {
-    const uint64_t slots = options.raster == Raster::bintree
-                               ? std::min({totals.leaf_parts, left / 4 / totals.slot_bytes[2], most_leaf_slots})
-                               : 0;
-    const uint64_t bytes = slots * totals.slot_bytes[2];
-    const bool grows = bytes <= options.resident_bytes / 4;
-    shares.pools[2] = {leaf_pool, 0, static_cast<uint32_t>(grows ? 0 : slots), static_cast<uint32_t>(slots)};
-    return bytes;
+// A quarter of what is left, at most, is for leaves; only the bintree draws any.
+uint64_t most_slots_of_leaves(const Totals& totals, const VgiOptions& options, uint64_t left) {
+    return options.raster == Raster::bintree
+               ? std::min({totals.leaf_parts, left / 4 / totals.slot_bytes[2], most_leaf_slots})
+               : 0;
+}
+
+// left: bytes for pages beside the coarsest.
+void share_pages(const Totals& totals, const VgiOptions& options, uint64_t left, Shares& shares) {
+    const auto &pages = totals.pages, &base = totals.base;
+    const auto& slot_bytes = totals.slot_bytes;
+    const uint64_t leaves = most_slots_of_leaves(totals, options, left);
+    left -= leaves * slot_bytes[2];
+    const std::array<uint64_t, 2> more{(pages[0] - base[0]) * slot_bytes[0], (pages[1] - base[1]) * slot_bytes[1]};
+    const uint64_t first = std::min(more[0], std::max(left / 2, left - std::min(left, more[1]))),
+                   second = std::min(more[1], left - first), spare = left - first - second;
+    const auto slots = [&](size_t l, uint64_t bytes, uint64_t most) {
+        return std::min(base[l] + bytes / slot_bytes[l], most);
+    };
+    const std::array<uint64_t, 3> least{base[0], base[1], 0},
+        most{slots(0, first, most_slots), slots(1, second, totals.most_attribute_slots() - totals.mip_tail_slots),
+             leaves};
+    constexpr std::array names{geometry_pool, attribute_pool, leaf_pool};
+    for (size_t l = 0; l < 3; ++l) {
+        // Growing takes room for what a pool is beside what it becomes. Where there is none it is whole from the start.
+        const bool grows = most[l] * slot_bytes[l] <= spare;
+        shares.pools[l] = {names[l], l == 1 ? static_cast<uint32_t>(totals.mip_tail_slots) : 0,
+                           static_cast<uint32_t>(grows ? least[l] : most[l]), static_cast<uint32_t>(most[l])};
+    }
 }
 
 Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atlases, const VgiOptions& options) {
@@ -573,13 +594,13 @@ Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atl
     if (auto good = check_totals(totals); !good) return tl::unexpected(good.error());
     shares.tess = options.raster == Raster::tess || options.raster == Raster::device;
     shares.device = DeviceCutSizes::largest_of(atlases).times(std::max(1u, options.instances));
-    const auto &pages = totals.pages, &base = totals.base;
+    const auto &rows = totals.rows, &base = totals.base;
     const auto& slot_bytes = totals.slot_bytes;
-    uint64_t need = totals.mip_tail_slots * slot_bytes[1] + (pages[0] + pages[1] + base[0]) * sizeof(uint32_t) +
+    uint64_t need = totals.mip_tail_slots * slot_bytes[1] + (rows[0] + rows[1] + base[0]) * sizeof(uint32_t) +
                     atlases.size() * (sizeof(gpu::VgiAsset) + 2048) + totals.corner_records * sizeof(CornerRecord);
     if (options.raster == Raster::device) {
         need += shares.device.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
-                pages[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t) +
+                rows[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t) +
                 LODE_CUT_LIST_COUNT * sizeof(gpu::VgiCutList);
     }
     need += base[0] * slot_bytes[0] + base[1] * slot_bytes[1] + slot_bytes[2];
@@ -587,23 +608,7 @@ Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atl
     if (need + least_lists > options.resident_bytes)
         return over_budget("tables, the coarsest pages and their lists", need + least_lists, options.resident_bytes);
     share_lists(least_lists, options.resident_bytes - need, options, shares);
-    uint64_t left = options.resident_bytes - need - shares.list_budget;
-    left -= share_leaves(totals, options, left, shares);
-    const std::array<uint64_t, 2> more{(pages[0] - base[0]) * slot_bytes[0], (pages[1] - base[1]) * slot_bytes[1]};
-    const uint64_t first = std::min(more[0], std::max(left / 2, left - std::min(left, more[1])));
-    const auto slots = [&](size_t l, uint64_t bytes, uint64_t most) {
-        return static_cast<uint32_t>(std::min(base[l] + bytes / slot_bytes[l], most));
-    };
-    const std::array<uint32_t, 2> most{
-        slots(0, first, most_slots),
-        slots(1, std::min(more[1], left - first), totals.most_attribute_slots() - totals.mip_tail_slots)};
-    // Growing takes room for what a pool is and what it becomes. A larger one is whole from the start.
-    for (const size_t l : {size_t{0}, size_t{1}}) {
-        const bool grows = most[l] * slot_bytes[l] <= options.resident_bytes / 4;
-        shares.pools[l] = {l == 0 ? geometry_pool : attribute_pool,
-                           l == 0 ? 0 : static_cast<uint32_t>(totals.mip_tail_slots),
-                           grows ? static_cast<uint32_t>(base[l]) : most[l], most[l]};
-    }
+    share_pages(totals, options, options.resident_bytes - need - shares.list_budget, shares);
     return shares;
 }
 
@@ -615,7 +620,7 @@ std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, s
     };
     return {pool("page pool of positions", 0, geometry_slot_bytes),
             {"slots of the page pool", shares.pools[0].most_slots * uint64_t{8}, use_storage, 8},
-            {"page table", (totals.pages[0] + totals.pages[1]) * sizeof(uint32_t), use_storage, 4},
+            {"page table", (totals.rows[0] + totals.rows[1]) * sizeof(uint32_t), use_storage, 4},
             pool("page pool of attributes", 1, totals.slot_bytes[1]),
             {"assets", atlases * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
             {"errors and radii", atlases * 2048, use_storage, 2048},

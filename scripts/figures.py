@@ -266,15 +266,14 @@ def around(mesh, *make):
                      "camera": path}
             pathlib.Path(f"{folder}/around.scene.json").write_text(json.dumps(scene))
             run([*lodestone, "bench", f"{folder}/around.scene.json", "--backends", "vgi", "--pixel-error", "0.25,1,4", "--size", "640x360",
-                 "--frames", str(views), "--quality-frames", str(views), "--resident-mib", "4000", "-o", folder])
+                 "--frames", str(views), "--quality-frames", str(views), "-o", folder])
             report = json.loads((pathlib.Path(folder) / "report.json").read_text())
         rows = {f"{mesh.split('/')[-1]}, {row['pixel_error']:g} px": {
             key: row[key] for key in ("max_pixel_deviation", "background_leaks", "cracks", "ssim", "triangles")} for row in report["rows"] if
             row["backend"] == "vgi"}
         shown = [["lodestone", *make, "-o", mesh]] if make else []
         return [*shown, ["lodestone", "bake", mesh, "-o", "mesh.lode", "--backends", "vgi,full"],
-                ["lodestone", "bench", "around.scene.json", "--backends", "vgi", "--pixel-error", "0.25,1,4", "--size", "640x360",
-                 "--resident-mib", "4000"]], rows
+                ["lodestone", "bench", "around.scene.json", "--backends", "vgi", "--pixel-error", "0.25,1,4", "--size", "640x360"]], rows
 
     return measured
 
@@ -318,8 +317,7 @@ def models(*meshes):
     def measured():
         rows = {}
         bake_options = ["--backends", "vgi,lod,discrete,full"]
-        options = ["--backends", "full,discrete,lod,vgi", "--pixel-error", "1", "--size", "640x360", "--frames", "12", "--quality-frames", "6",
-                   "--resident-mib", "4000"]
+        options = ["--backends", "full,discrete,lod,vgi", "--pixel-error", "1", "--size", "640x360", "--frames", "12", "--quality-frames", "6"]
         with tempfile.TemporaryDirectory() as folder:
             lodestone, asset = [BIN + "lodestone", "-q"], f"{folder}/model.lode"
             for mesh in meshes:

@@ -12,18 +12,18 @@ namespace {
 
 // Where a triangle is measured, its edges divided by four: how far along its first edge, how far along its last. Its
 // corners are places of charts.
-constexpr std::array<glm::dvec2, 12> places{{{0, 0.25},
-                                             {0, 0.5},
-                                             {0, 0.75},
-                                             {0.25, 0},
-                                             {0.25, 0.25},
-                                             {0.25, 0.5},
-                                             {0.25, 0.75},
-                                             {0.5, 0},
-                                             {0.5, 0.25},
-                                             {0.5, 0.5},
-                                             {0.75, 0},
-                                             {0.75, 0.25}}};
+constexpr std::array<glm::dvec2, 12> tried_places{{{0, 0.25},
+                                                   {0, 0.5},
+                                                   {0, 0.75},
+                                                   {0.25, 0},
+                                                   {0.25, 0.25},
+                                                   {0.25, 0.5},
+                                                   {0.25, 0.75},
+                                                   {0.5, 0},
+                                                   {0.5, 0.25},
+                                                   {0.5, 0.5},
+                                                   {0.75, 0},
+                                                   {0.75, 0.25}}};
 
 constexpr std::array<glm::dvec2, 6> uphill{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, -1}, {-1, 1}}};
 // Of the largest distance that is known: where a triangle has as much, more is looked for.
@@ -70,7 +70,7 @@ double MeasuredCharts::squared_off(const std::array<glm::dvec3, 3>& triangle, do
         top = place;
         return true;
     };
-    for (const glm::dvec2& place : places) look(place);
+    for (const glm::dvec2& place : tried_places) look(place);
     for (double step = 0.125; top && step > 0.03; step /= 2) {
         for (bool higher = true; higher;) {
             const glm::dvec2 from = *top;

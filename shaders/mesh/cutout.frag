@@ -4,5 +4,5 @@
 #include "mesh/inputs.glsl"
 
 void main() {
-    if (!is_drawn(look_of(mesh_surface()))) discard;
+    if (may_be_absent(front_here()) && !is_drawn(look_of(mesh_surface()))) discard;
 }

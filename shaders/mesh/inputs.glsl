@@ -12,6 +12,8 @@ layout(location = 3) flat in uint in_material;
 layout(location = 4) in vec2 in_second_uv;  // where the scene has textures on it
 layout(location = 5) in vec4 in_tangent;    // where the scene uses tangents
 
+bool front_here() { return gl_FrontFacing != ((in_material & LODE_MIRRORED) != 0u); }
+
 UvSet uv_set(vec2 at, vec3 position) {
     UvSet set = UvSet(at, dFdx(at), dFdy(at), mat2x3(0.0));
     if (scene_has(1u << LODE_TEXTURE_NORMAL)) set.along = along_of(dFdx(position), dFdy(position), set.dx, set.dy);
@@ -20,7 +22,7 @@ UvSet uv_set(vec2 at, vec3 position) {
 
 Surface mesh_surface() {
     Surface s;
-    s.front = gl_FrontFacing != ((in_material & LODE_MIRRORED) != 0u);
+    s.front = front_here();
     s.leaf = 0u;
     s.position = in_position_and_u.xyz;
     s.normal = normalize(in_normal_and_v.xyz);

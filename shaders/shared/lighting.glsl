@@ -168,14 +168,21 @@ vec3 debug_channel(Surface s, Look look, vec3 normal) {
     return emission_of(s, look);
 }
 
+// Whether a normal is that of the other side. It tells by itself; where it is nearly upright to the way to the eye, the
+// triangle tells: a normal between its corners' may point away from the eye that sees its front.
+bool is_turned(Surface s, vec3 to_eye) {
+    const float upright = 0.5;  // cosine
+    return dot(s.normal, to_eye) < (s.front ? -upright : upright);
+}
+
 // Linear colour of the surface as seen from the view being drawn.
 vec3 lit(Surface s, Look look) {
     vec3 to_eye = normalize(frame.views[draw_constants.view].eye.xyz - s.position);
     vec3 normal = s.normal, of_shape = normal;
     if (scene_has(1u << LODE_TEXTURE_NORMAL) && !s.baked && (look.textures & (1u << LODE_TEXTURE_NORMAL)) != 0u)
         normal = mapped_normal(s, normal);
-    // From behind all of it is turned: what is a bump on one side is a dent on the other.
-    if ((frame.double_sided != 0u || (scene_has(LODE_LOOKS_TWO_SIDED) && look.two_sided)) && dot(of_shape, to_eye) < 0.0) {
+    if (shows_both_sides() && (frame.double_sided != 0u || look.two_sided) && is_turned(s, to_eye)) {
+        // What is a bump on one side is a dent on the other.
         normal = -normal;
         of_shape = -of_shape;
     }

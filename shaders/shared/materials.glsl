@@ -16,6 +16,12 @@ layout(set = 0, binding = LODE_TEXTURES) uniform sampler2DArray textures[LODE_MO
 bool fragments_have_sides() {
     return scene_has(LODE_LOOKS_ONE_SIDED) && scene_has(LODE_LOOKS_TWO_SIDED | LODE_LOOKS_MIRRORS);
 }
+// Whether something is seen from behind.
+bool shows_both_sides() { return frame.double_sided != 0u || scene_has(LODE_LOOKS_TWO_SIDED); }
+// Whether the material has to be looked at to know if a point is drawn (is_drawn). front: which side is shown.
+bool may_be_absent(bool front) {
+    return scene_has(LODE_LOOKS_MASK | LODE_LOOKS_BLEND) || (fragments_have_sides() && !front);
+}
 
 vec3 linear_from_srgb(vec3 c) {
     return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));

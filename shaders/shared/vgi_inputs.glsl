@@ -29,6 +29,8 @@ uint fit_here() {
     return min(uint(clamp(8.0 * log2(spans.x) + float(LODE_VGI_FIT_BELOW), 0.0, 254.0)), LODE_VGI_ANY_FIT - 1u);
 }
 
+bool front_here() { return gl_FrontFacing != (instance_at(in_numbers.z).mirrored != 0u); }
+
 vec4 world_here() {
     ViewConstants view = frame.views[draw_constants.view];
     vec2 size = vec2(view.target_width, view.target_height);
@@ -42,12 +44,12 @@ vec3 facing_here() {
     vec3 world = world_here().xyz, right = dFdx(world), down = dFdy(world);
     InstanceConstants instance = instance_at(in_numbers.z);
     vec3 to_eye = cross(down / max(length(down), 1e-30), right / max(length(right), 1e-30));
-    vec3 facing = transpose(mat3(instance.object_to_world)) * (gl_FrontFacing != (instance.mirrored != 0u) ? to_eye : -to_eye);
+    vec3 facing = transpose(mat3(instance.object_to_world)) * (front_here() ? to_eye : -to_eye);
     return dot(facing, facing) > 0.0 ? normalize(facing) : vec3(0.0, 0.0, 1.0);
 }
 
-// Place in the chart, 16 bits each way; chart | what fits << LODE_VGI_FIT_SHIFT | level << 28; instance; what the debug view asks for, or
-// the normal of triangles of LODE_VGI_LEAF_LEVEL, or which way those of LODE_VGI_CORNER_LEVEL face.
+// Place in the chart, 16 bits each way; chart | what fits << LODE_VGI_FIT_SHIFT | level << 28; instance, with LODE_VGI_FROM_BEHIND where
+// both sides are shown; what the debug view asks for, or the normal of triangles of LODE_VGI_LEAF_LEVEL, or which way those of LODE_VGI_CORNER_LEVEL face.
 uvec4 visible_here() {
     uint more = level_here() == LODE_VGI_LEAF_LEVEL ? packSnorm2x16(folded(in_normal)) : 0u;
     if ((kinds & LODE_VGI_KIND_CORNERS) != 0u && level_here() == LODE_VGI_CORNER_LEVEL) more = packSnorm2x16(folded(facing_here()));
@@ -55,7 +57,8 @@ uvec4 visible_here() {
         more = floatBitsToUint(in_place_and_measure.z);
     if (debug_view() == LODE_DEBUG_TRIANGLE) more = uint(gl_PrimitiveID);
     if (debug_view() == LODE_DEBUG_MISSES) more = LODE_MARK_OF_PRIMITIVE;
-    return uvec4(packUnorm2x16(in_place_and_measure.xy), in_numbers.x | fit_here() << LODE_VGI_FIT_SHIFT | level_here() << 28, in_numbers.z, more);
+    uint side = (shows_both_sides() || fragments_have_sides()) && !front_here() ? LODE_VGI_FROM_BEHIND : 0u;
+    return uvec4(packUnorm2x16(in_place_and_measure.xy), in_numbers.x | fit_here() << LODE_VGI_FIT_SHIFT | level_here() << 28, in_numbers.z | side, more);
 }
 
 // The texture coordinates of a leaf here; of what is no leaf there are none.
@@ -78,10 +81,8 @@ OwnUvs own_uvs_here() {
 
 // What is seen here as a surface.
 Surface surface_here(uvec4 visible, OwnUvs own) {
-    InstanceConstants instance = instance_at(visible.z);
-    Surface s = atlas_surface(visible, own, world_here(), instance, asset_at(instance.asset));
-    s.front = gl_FrontFacing != (instance.mirrored != 0u);
-    return s;
+    InstanceConstants instance = instance_at(in_numbers.z);
+    return atlas_surface(visible, own, world_here(), instance, asset_at(instance.asset));
 }
 
 #endif

@@ -107,7 +107,7 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
     // What maps of normals make of a leaf's is in the samples alone.
     if (is_leaf && has_normal(visible) && (has & LODE_VGI_MAPPED_NORMALS) == 0u) normal = facing;
     Surface s;
-    s.front = true;
+    s.front = (visible.z & LODE_VGI_FROM_BEHIND) == 0u;
     s.position = world.xyz;
     s.normal = normalize(mat3(instance.normal_to_world) * normal);
     s.baked = (ever & LODE_VGI_BAKED) != 0u && (has & LODE_VGI_BAKED) != 0u;

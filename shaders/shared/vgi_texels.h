@@ -90,6 +90,8 @@
 #define LODE_VGI_FIT_SHIFT 20
 #define LODE_VGI_FIT_BELOW 32
 #define LODE_VGI_ANY_FIT 255u
+// Visibility, third word: an instance, and whether it is seen from behind.
+#define LODE_VGI_FROM_BEHIND 0x80000000u
 
 // VgiAsset::has.
 #define LODE_VGI_HAS_UVS 1

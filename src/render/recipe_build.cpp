@@ -76,9 +76,10 @@ VkFormat format_drawn_to(Variant variant) {
     if (in_depth_stage(variant)) return visibility_format;
     return beside_effect(variant) || variant == Variant::composite ? radiance_format : colour_format;
 }
-// Lines show all triangles, whatever their materials.
+// Lines show all triangles, whatever their materials. Shadows are thrown by either side.
 SceneLooks looks_in(const SceneLooks& scene, Variant variant) {
     SceneLooks looks = scene;
+    if (variant == Variant::shadow) looks.looks &= ~uint32_t{LODE_LOOKS_ONE_SIDED};
     if (as_lines(variant)) looks.looks &= ~uint32_t{LODE_LOOKS_MASK | LODE_LOOKS_BLEND | LODE_LOOKS_ONE_SIDED};
     return looks;
 }

@@ -321,6 +321,33 @@ TEST_F(MaterialsProgramTest, WhatIsMirroredShowsItsFrontAndNotItsBack) {
     EXPECT_THAT(renderer_->validation_messages(), testing::IsEmpty());
 }
 
+// Of something closed no back is seen: whether backs are shown makes no difference, at its rims neither, where normals
+// between corners point away from the eye.
+TEST_F(MaterialsProgramTest, WhatShowsBothSidesLooksAsItsFrontDoes) {
+    if (!has_device()) GTEST_SKIP() << "no Vulkan device; install mesa-vulkan-drivers to run this test";
+    TriMesh rock = generate(Shape::rock, 3000);
+    rock.normals = vertex_normals(rock);
+    rock.material_table.assign(1, {});
+    rock.material_table[0].shading = Shading::metallic_roughness;
+    for (const bool both : {false, true}) {
+        rock.material_table[0].double_sided = both;
+        ASSERT_TRUE(write_mesh(rock, folder_ / (both ? "both.glb" : "one.glb")));
+    }
+    for (const char* backend : {"full", "lod", "vgi"}) {
+        for (const char* view : {"none", "normal"}) {
+            const std::string how = std::string(" --size 333x251 --backend ") + backend + " --debug " + view;
+            succeeds("render one.glb" + how + " -o one.png");
+            succeeds("render both.glb" + how + " -o both.png");
+            const auto one = read_image(folder_ / "one.png"), other = read_image(folder_ / "both.png");
+            ASSERT_TRUE(one && other);
+            size_t apart = 0;
+            for (size_t i = 0; i < one->texels.size(); ++i) apart += one->texels[i] != other->texels[i];
+            // A normal far to the other side of what is seen counts.
+            EXPECT_LE(apart, 3u) << how;
+        }
+    }
+}
+
 // The share of a picture's pixels that differ from its first.
 double share_drawn(const Image& image) {
     const auto other = std::ranges::count_if(image.texels, [&](const glm::u8vec4& t) { return t != image.texels[0]; });

@@ -489,14 +489,21 @@ Result<void> measure_technique(Bench& bench, const Technique& technique, const C
     return {};
 }
 
-// Rows of `discrete` that are as good as those of the backends with finer levels.
+// Rows of the other backends with levels that are as good as those of lod and vgi.
 Result<void> measure_equal_errors(Bench& bench, const Compared& compared) {
-    if (compared.metric == nullptr || std::ranges::find(compared.backends, "discrete") == compared.backends.end())
-        return {};
+    if (compared.metric == nullptr) return {};
     const std::vector<Row> rows = bench.report.rows;
+    std::vector<Technique> ways;
+    for (const Row& row : rows) {
+        if (row.backend != "full" && std::ranges::find(ways, static_cast<const Technique&>(row)) == ways.end())
+            ways.push_back(row);
+    }
     for (const Row& like : rows) {
         if (like.backend == "full" || like.backend == "discrete") continue;
-        if (auto done = bench.measure_like({"discrete", "", ""}, like, *compared.metric); !done) return done;
+        for (const Technique& way : ways) {
+            if (way.backend == like.backend || way.volumes != like.volumes) continue;
+            if (auto done = bench.measure_like(way, like, *compared.metric); !done) return done;
+        }
     }
     return {};
 }
@@ -508,7 +515,6 @@ Result<int> bench(const BenchArguments& o) {
     SceneNeeds needs = needs_of(compared->backends);
     note_rasters(compared->rasters, needs);
     if (o.quality_frames > 0) needs.full = Need::must;  // pictures are compared with it
-    if (compared->metric) needs.discrete = Need::must;  // and so is what looks alike
     StageOptions of_stage = o.stage;
     if (!compared->volumes.empty()) of_stage.volumes = "on";
     auto stage = set_stage(of_stage, needs, progress);
@@ -569,10 +575,10 @@ void add_bench(CLI::App& app, Run& run) {
             "scene is too much to draw")
         ->check(CLI::Range(0u, 1000u))
         ->capture_default_str();
-    command->add_option(
-        "--equal-error", o->equal_error,
-        "Also draw discrete at the pixel error at which it is as good as each row of lod and vgi, by this "
-        "metric: ssim or max_pixel_deviation");
+    command->add_option("--equal-error", o->equal_error,
+                        "Also draw each other backend that is compared and has levels at the pixel error at which it "
+                        "is as good as each row of lod and vgi, by this "
+                        "metric: ssim or max_pixel_deviation");
     command
         ->add_option("--fps", o->fps, "Also fly with the pixel error steered, frame by frame, to hold this frame rate")
         ->check(CLI::Range(0.1, 100000.0));

@@ -390,6 +390,17 @@ TEST_F(ProgramTest, RendersAndBenchesASceneFromTheCache) {
     EXPECT_EQ(equal["rows"][1]["raster"], "geomorph");
     EXPECT_EQ(equal["rows"][2]["backend"], "discrete");
     EXPECT_GE(equal["rows"][2]["ssim"], equal["rows"][1]["ssim"]);
+    // Each of lod and vgi is looked for where it is as good as the other.
+    succeeds(
+        "bench s.scene.json --size 160x120 --frames 3 --quality-frames 1 --backends lod,vgi --pixel-error 2 "
+        "--equal-error ssim -o both");
+    const json both = json::parse(content_of(folder_ / "both/report.json"))["rows"];
+    ASSERT_GE(both.size(), 2u);
+    for (size_t i = 0; i < 2; ++i) {
+        EXPECT_TRUE(std::ranges::any_of(both, [&](const json& row) {
+            return row["backend"] != both[i]["backend"] && row["ssim"] >= both[i]["ssim"];
+        })) << both[i];
+    }
     fails("bench s.scene.json --equal-error mood -o x", 2, "ssim or max_pixel_deviation");
     fails("bench s.scene.json --orders nosuch -o x", 2, "--orders nosuch");
     fails("tune s.scene.json --backend lod --raster tess", 2, "geomorph (lod)");

@@ -22,6 +22,9 @@ struct SideCorner {
 };
 using SideTriangle = std::array<SideCorner, 3>;
 
+// Triangles of a leaf of which all are looked at.
+constexpr size_t small_leaf = 128;
+
 // The corners, the middles of the edges and the middle of a triangle.
 std::array<glm::dvec3, 7> points_of(const SideTriangle& t) {
     const glm::dvec3 &a = t[0].at, &b = t[1].at, &c = t[2].at;
@@ -83,7 +86,11 @@ public:
           square_(square),
           depths_(depths.of(atlas.leaf(square.chart, square.x, square.y))),
           cells_(atlas.cells_of(square.chart) / atlas.leaves_per_side(square.chart)),
-          parts_(parts) {}
+          parts_(parts) {
+        size_t triangles = 0;
+        for (const LeafPart& part : parts) triangles += part.triangles.size();
+        few_ = triangles <= small_leaf;
+    }
 
     double off(uint32_t side) const {
         LeafBorder border;
@@ -91,26 +98,41 @@ public:
         border.sampled[side] = border.corner_sampled[side] = border.corner_sampled[(side + 1) % 4] = true;
         std::vector<SideTriangle> own, drawn, own_moved, drawn_moved;
         for (const LeafPart& part : parts_) {
-            const LeafPart some = moved(part, side);
+            const LeafPart some = some_of(part, [&](const LeafVertex& v) { return v.on_side(side); });
             add(some, {}, side, own_moved);
             add(some, border, side, drawn_moved);
         }
         if (own_moved.empty() && drawn_moved.empty()) return 0;
         for (const LeafPart& part : parts_) {
-            add(part, {}, side, own);
-            add(part, border, side, drawn);
+            const LeafPart some = some_of(part, [&](const LeafVertex& v) { return is_near(v, side); });
+            add(some, {}, side, own);
+            add(some, border, side, drawn);
         }
         return EndingSurface(std::move(drawn))
             .farthest(own_moved, EndingSurface(std::move(own)).farthest(drawn_moved, 0));
     }
 
 private:
-    static LeafPart moved(const LeafPart& part, uint32_t side) {
+    // Triangles with a corner that is chosen.
+    template <class IsChosen>
+    static LeafPart some_of(const LeafPart& part, const IsChosen& is_chosen) {
+        std::vector<bool> chosen;
+        for (const LeafVertex& v : part.vertices) chosen.push_back(is_chosen(v));
         LeafPart some{part.vertices, {}};
         std::ranges::copy_if(part.triangles, std::back_inserter(some.triangles), [&](const auto& t) {
-            return std::ranges::any_of(t, [&](uint8_t v) { return part.vertices[v].on_side(side); });
+            return std::ranges::any_of(t, [&](uint8_t v) { return chosen[v]; });
         });
         return some;
+    }
+    // Whether something that moves along a side may come near a vertex: all of a leaf of few triangles, and what lies
+    // within a few steps of samples of the side.
+    bool is_near(const LeafVertex& v, uint32_t side) const {
+        constexpr double steps = 3;
+        const double cell = static_cast<double>(leaf_places) / atlas_.cells_of(square_.chart);
+        const uint32_t axis = side % 2 == 0 ? 1 : 0;  // across the side
+        const uint32_t line = (axis == 0 ? square_.x : square_.y) + (side == 1 || side == 2 ? 1 : 0);
+        const double away = std::abs(v.place[axis] - line * cells_ * cell);
+        return few_ || v.on_side(side) || away <= steps * cell * (1u << depths_.sides[side]);
     }
     void add(const LeafPart& part, const LeafBorder& border, uint32_t side, std::vector<SideTriangle>& to) const {
         const auto own = [&](uint32_t v) {
@@ -132,6 +154,7 @@ private:
     const SquareDepths depths_;
     const uint32_t cells_;
     const std::span<const LeafPart> parts_;
+    bool few_ = false;  // triangles
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -15,7 +16,8 @@ const char* const path = LODESTONE_SOURCE_DIR "/tests/pinned/hashes.json";
 nlohmann::json held() {
     std::ifstream in(path);
     auto all = nlohmann::json::parse(in, nullptr, false);
-    return all.is_object() ? all : nlohmann::json{{"driver", ""}, {"hashes", nlohmann::json::object()}};
+    return all.is_object() ? all
+                           : nlohmann::json{{"drivers", nlohmann::json::array()}, {"hashes", nlohmann::json::object()}};
 }
 
 bool pinning() { return std::getenv("LODESTONE_PIN") != nullptr; }
@@ -34,13 +36,22 @@ void expect(const std::string& name, const Hash128& hash) {
         << name << " is not what it was. If that is meant, run this test with LODESTONE_PIN=1 and say why.";
 }
 
+std::string processor() {
+#ifdef __x86_64__
+    if (__builtin_cpu_is("amd")) return "AMD";
+    if (__builtin_cpu_is("intel")) return "Intel";
+#endif
+    return "other";
+}
+
 bool taken_with(const std::string& driver) {
     nlohmann::json all = held();
-    if (pinning()) {
-        all["driver"] = driver;
-        write(all);
-    }
-    return all["driver"] == driver;
+    nlohmann::json& drivers = all["drivers"];
+    if (std::find(drivers.begin(), drivers.end(), driver) != drivers.end()) return true;
+    if (!pinning()) return false;
+    drivers.push_back(driver);
+    write(all);
+    return true;
 }
 
 }  // namespace lodestone::pins

@@ -10,7 +10,9 @@ namespace lodestone::pins {
 
 // Fails the running test where the hash is another than the one held for this name, or none is held.
 void expect(const std::string& name, const Hash128& hash);
-// The same for outputs that depend on a driver: skipped where `driver` is not the one the hashes were taken with.
+// Who made the processor. What a software rasteriser draws is not the same on those of AMD and of Intel.
+std::string processor();
+// For outputs that depend on a driver: whether hashes were taken with `driver`, so that they can be expected.
 bool taken_with(const std::string& driver);
 
 }  // namespace lodestone::pins

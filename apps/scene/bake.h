@@ -21,7 +21,7 @@
 namespace lodestone {
 
 // Raised whenever equal input and options give other bytes than before, so that caches are baked anew.
-inline constexpr int bake_revision = 27;
+inline constexpr int bake_revision = 28;
 
 inline constexpr uint32_t usual_texture_quality = 58;
 

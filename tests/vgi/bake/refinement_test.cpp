@@ -38,6 +38,14 @@ TEST(Refinement, ArePatientWhereFewAreBad) {
     EXPECT_FALSE(rounds.improves(1, judged(stretch)));
 }
 
+TEST(Refinement, KnowsWhereLittleIsLeftAndThatSlightly) {
+    Refinement rounds(100, 3, 1000, 9);
+    rounds.begin(100);
+    EXPECT_TRUE(rounds.leaves_little(0.002, judged({1, 4})));
+    EXPECT_FALSE(rounds.leaves_little(0.02, judged({1, 4}))) << "much of the surface";
+    EXPECT_FALSE(rounds.leaves_little(0.002, judged({1, 40}))) << "a chart is stretched ten times more than it may be";
+}
+
 TEST(Refinement, EndAtTheLastAndWhereClustersAreTooMany) {
     Refinement few(100, 3, 1000, 2);
     few.begin(100);

@@ -21,6 +21,10 @@ double times_more(double stretch, double bound) { return std::clamp(std::sqrt(st
 constexpr double still_bad = 0.8;
 constexpr size_t few_bad = 16, patience = 3;
 
+// Little: so much of the surface, its stretch counted in orders of magnitude. Slightly: so many times more than it may
+// be.
+constexpr double little = 0.003, slightly = 3;
+
 // Clusters that rounds may lead to: so many times those wanted, or so many times those there had to be, and some; or
 // one for so many triangles.
 constexpr uint32_t of_wanted = 8, of_first = 4, few_clusters = 256, few_triangles = 512;
@@ -68,6 +72,10 @@ bool Refinement::improves(double cost, const RoundQuality& quality) {
     if (cost > still_bad * cost_) ++in_vain_;
     cost_ = cost;
     return in_vain_ <= (bad * few_bad < quality.bad.size() ? patience : 0);
+}
+
+bool Refinement::leaves_little(double cost, const RoundQuality& quality) const {
+    return cost <= little && std::ranges::max(quality.stretch) <= slightly * bound();
 }
 
 std::vector<double> Refinement::times_denser(const RoundQuality& quality, std::span<const double> wanted) const {

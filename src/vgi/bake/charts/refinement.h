@@ -34,6 +34,9 @@ public:
     double bound() const;
     // Told the cost of all its charts (by that bound): whether another round is worth its time.
     bool improves(double cost, const RoundQuality& quality);
+    // Whether next to nothing is stretched too much, and that slightly: of an atlas with leaves, which are exact there,
+    // too. cost: the same, over the area of the surface.
+    bool leaves_little(double cost, const RoundQuality& quality) const;
     // Per cluster: how many times denser clusters are to be there than they were, 1 or more. Those stretched most come
     // first as long as there may be more clusters; bad ones beyond that are made anew as dense as they were.
     // wanted: per cluster, how many were wanted where it is.

@@ -7,6 +7,8 @@
 
 #include <cerrno>
 #include <cstring>
+#include <string>
+#include <vector>
 
 namespace lodestone {
 
@@ -19,6 +21,20 @@ bool same_file(int descriptor, const fs::path& path) {
     }, named{};
     return fstat(descriptor, &open) == 0 && ::stat(path.c_str(), &named) == 0 && open.st_dev == named.st_dev &&
            open.st_ino == named.st_ino;
+}
+
+// What a folder is called while it is being removed, and by whom.
+const char* const going = "-gone";
+
+// What others were removing when they were killed. Who still does finds nothing left to do.
+void sweep_after(const fs::path& folder) {
+    const std::string name = folder.filename().string() + going;
+    std::error_code error;
+    std::vector<fs::path> left;
+    for (const auto& entry : fs::directory_iterator(folder.parent_path(), error)) {
+        if (entry.path().filename().string().starts_with(name)) left.push_back(entry.path());
+    }
+    for (const fs::path& path : left) fs::remove_all(path, error);
 }
 
 }  // namespace
@@ -49,7 +65,9 @@ Result<CheckpointFolder> CheckpointFolder::open(const fs::path& parent, const Ha
     for (;;) {
         const auto locked = folder.lock();
         if (!locked) return tl::unexpected(locked.error());
-        if (*locked) return folder;
+        if (!*locked) continue;
+        sweep_after(folder.path_);
+        return folder;
     }
 }
 
@@ -80,7 +98,7 @@ void CheckpointFolder::remove() const {
     if (!same_file(*lock_, path_ / "lock")) return;  // a copy of this has removed it, and others may have made it anew
     // Under another name first: who opens it from now on makes it anew.
     std::error_code error;
-    const fs::path gone = path_.string() + "-gone" + std::to_string(getpid());
+    const fs::path gone = path_.string() + going + std::to_string(getpid());
     fs::rename(path_, gone, error);
     if (!error) fs::remove_all(gone, error);
 }

@@ -18,8 +18,9 @@ namespace lodestone {
 // same folder.
 class CheckpointFolder {
 public:
-    // Makes PARENT/lodestone-KEY unless it is there. key: a hash of everything that results depend on, and of what they
-    // are for. Fault::machine where it cannot be made, or somebody has it open.
+    // Makes PARENT/lodestone-KEY unless it is there, and removes what is left of one whose removal was cut short. key:
+    // a hash of everything that results depend on, and of what they are for. Fault::machine where it cannot be made, or
+    // somebody has it open.
     static Result<CheckpointFolder> open(const std::filesystem::path& parent, const Hash128& key);
 
     const std::filesystem::path& path() const { return path_; }  // where the stages lie

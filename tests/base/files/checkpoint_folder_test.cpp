@@ -53,6 +53,17 @@ TEST_F(WorkFolderTest, KeepsAStageForTheSameComputationAlone) {
     EXPECT_FALSE(fs::exists(again.path()));
 }
 
+// Whoever was killed while it removed its folder left it under another name.
+TEST_F(WorkFolderTest, TakesAwayWhatAKilledOneWasRemoving) {
+    const fs::path one = open("one").path(), two = open("two").path();
+    for (const fs::path& folder : {one, two}) fs::rename(folder, folder.string() + "-gone17");
+    const CheckpointFolder again = open("one");
+    EXPECT_FALSE(fs::exists(one.string() + "-gone17"));
+    EXPECT_TRUE(fs::exists(two.string() + "-gone17")) << "that of another computation";
+    again.remove();
+    EXPECT_FALSE(fs::exists(one));
+}
+
 TEST_F(WorkFolderTest, IsOpenForOneAtATime) {
     const std::string key = "one";
     auto first = std::make_optional(open(key));

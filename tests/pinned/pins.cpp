@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -16,8 +15,9 @@ const char* const path = LODESTONE_SOURCE_DIR "/tests/pinned/hashes.json";
 nlohmann::json held() {
     std::ifstream in(path);
     auto all = nlohmann::json::parse(in, nullptr, false);
-    return all.is_object() ? all
-                           : nlohmann::json{{"drivers", nlohmann::json::array()}, {"hashes", nlohmann::json::object()}};
+    return all.is_object()
+               ? all
+               : nlohmann::json{{"drivers", nlohmann::json::object()}, {"hashes", nlohmann::json::object()}};
 }
 
 bool pinning() { return std::getenv("LODESTONE_PIN") != nullptr; }
@@ -46,12 +46,11 @@ std::string processor() {
 
 bool taken_with(const std::string& driver) {
     nlohmann::json all = held();
-    nlohmann::json& drivers = all["drivers"];
-    if (std::find(drivers.begin(), drivers.end(), driver) != drivers.end()) return true;
-    if (!pinning()) return false;
-    drivers.push_back(driver);
-    write(all);
-    return true;
+    if (pinning()) {
+        all["drivers"][processor()] = driver;
+        write(all);
+    }
+    return all["drivers"].value(processor(), "") == driver;
 }
 
 }  // namespace lodestone::pins

@@ -12,7 +12,8 @@ namespace lodestone::pins {
 void expect(const std::string& name, const Hash128& hash);
 // Who made the processor. What a software rasteriser draws is not the same on those of AMD and of Intel.
 std::string processor();
-// For outputs that depend on a driver: whether hashes were taken with `driver`, so that they can be expected.
+// For outputs that depend on a driver: whether hashes of this processor() were taken with `driver`, so that they can be
+// expected.
 bool taken_with(const std::string& driver);
 
 }  // namespace lodestone::pins

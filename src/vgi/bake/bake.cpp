@@ -371,9 +371,9 @@ private:
         if (auto done = make_in_portions(); !done) return done;
         judge_charts();
         const double cost = cost_of_charts();
-        const bool little = options_.leaves && rounds_.leaves_little(cost / whole_area_, quality_);
-        if (const bool improves = rounds_.improves(cost, quality_);
-            rejected_ && fault_.empty() && (little || !improves)) {
+        const bool improves = rounds_.improves(cost, quality_),
+                   little = options_.leaves && rounds_.leaves_little(cost / whole_area_, quality_);
+        if (rejected_ && fault_.empty() && (little || !improves)) {
             // The bad charts are taken as they are, and those that were left out are sampled.
             last_ = true;
             rejected_ = false;

@@ -295,8 +295,10 @@ Result<std::vector<DrawnFrame>> DrawSession::take_drawn(bool wait) {
 Result<DrawnFrame> DrawSession::settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                                        uint32_t frames) {
     uint32_t swaps = 0;
+    Budget all_at_once = budget;
+    all_at_once.page_requests = ~0u;
     for (bool first = true;; --frames, first = false) {
-        auto drawn = draw(camera, budget, width, height);
+        auto drawn = draw(camera, all_at_once, width, height);
         if (!drawn || frames <= 1) return drawn;
         if (swaps_pages(drawn->stats) && ++swaps == most_swaps) return drawn;
         // What arrived with this frame is decoded by the next, and shown by it.

@@ -8,7 +8,6 @@
 // LODE_VGI_HAS_...: what any asset of the scene has that is drawn with. Software rasterisers run every branch.
 layout(constant_id = LODE_VGI_EVER_CONSTANT) const uint ever = 7u;
 layout(constant_id = LODE_VGI_WORDS_CONSTANT) const uint attribute_words = 1u;  // of a sample
-layout(constant_id = LODE_VGI_SLOT_CONSTANT) const uint attribute_slot_words = 1u;
 
 const bool in_blocks = (ever & LODE_VGI_IN_BLOCKS) != 0u;
 const uint no_block = ~0u;

@@ -52,7 +52,7 @@ struct PositionPage {
 PositionPage position_page(vec2 place, uint chart, int fit, VgiAsset asset) {
     uint shift = uint(findMSB(asset.page_cells)), base = uint(findMSB(asset.cells)) - shift;
     FoundPage found = find_page(asset.first_page + chart * asset.pages, place, base, uint(clamp(fit, 0, int(base))));
-    return PositionPage(found, found.slot * LODE_VGI_PAGE_TEXELS, uint(clamp(fit - int(found.level), 0, int(shift))));
+    return PositionPage(found, found.slot * LODE_VGI_PAGE_TEXELS(asset.page_cells), uint(clamp(fit - int(found.level), 0, int(shift))));
 }
 // The level of positions whose cells are as large as those of a level of attributes.
 int level_of_positions(int of_attributes, VgiAsset asset) {

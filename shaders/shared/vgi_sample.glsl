@@ -113,9 +113,10 @@ PulledSample pull_leaf(uint number, bool moves, InstanceConstants instance) {
 PulledSample pull_sample(uint slot, ivec2 p, bool corners, InstanceConstants instance) {
     VgiAsset asset = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]);
     int row = int(asset.page_cells) + 1;
-    uvec2 header = slot_at(slot);
+    uvec2 header = slot_at(slot + asset.header_shift);
     uint level = header.x >> 28;
-    uvec2 texel = geometry_at(slot * LODE_VGI_PAGE_TEXELS + uint(p.y * row + p.x));
+    uint first = slot * LODE_VGI_PAGE_TEXELS(asset.page_cells);
+    uvec2 texel = geometry_at(first + uint(p.y * row + p.x));
     vec3 sample_point = lattice(texel);
     vec3 origin = vec3(asset.origin_x, asset.origin_y, asset.origin_z);
 
@@ -136,7 +137,6 @@ PulledSample pull_sample(uint slot, ivec2 p, bool corners, InstanceConstants ins
                    : odd_x          ? ivec2(h, 0)
                                     : ivec2(0, h);
         ivec2 a = p - away, b = p + away;
-        uint first = slot * LODE_VGI_PAGE_TEXELS;
         vec3 middle = 0.5 * (lattice(geometry_at(first + uint(a.y * row + a.x))) +
                              lattice(geometry_at(first + uint(b.y * row + b.x))));
         sample_point = middle + (sample_point - middle) * t;
@@ -156,9 +156,8 @@ PulledSample pull_sample(uint slot, ivec2 p, bool corners, InstanceConstants ins
     }
     if (debug_view() == LODE_DEBUG_STRETCH) {
         ivec2 low = max(p - 1, ivec2(0)), high = min(p + 1, ivec2(row - 1));
-        uint at = slot * LODE_VGI_PAGE_TEXELS;
-        vec3 along_x = (lattice(geometry_at(at + uint(p.y * row + high.x))) - lattice(geometry_at(at + uint(p.y * row + low.x)))) / float(high.x - low.x);
-        vec3 along_y = (lattice(geometry_at(at + uint(high.y * row + p.x))) - lattice(geometry_at(at + uint(low.y * row + p.x)))) / float(high.y - low.y);
+        vec3 along_x = (lattice(geometry_at(first + uint(p.y * row + high.x))) - lattice(geometry_at(first + uint(p.y * row + low.x)))) / float(high.x - low.x);
+        vec3 along_y = (lattice(geometry_at(first + uint(high.y * row + p.x))) - lattice(geometry_at(first + uint(low.y * row + p.x)))) / float(high.y - low.y);
         float cells = float(1u << asset.attribute_cells) / float(asset.cells);
         s.measure = asset.step * sqrt(0.5 * (dot(along_x, along_x) + dot(along_y, along_y))) / float(1u << level) /
                        (cells * uintBitsToFloat(spacing_at(asset.first_chart + s.chart)));

@@ -73,15 +73,15 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
     uint attribute_cells = 1u << asset.attribute_cells, has = asset.has & ever;
     // Where a pixel spans all of a chart there is no place to find in it.
     if (!is_leaf && lod < float(asset.attribute_cells)) place = surface_place(place, chart, world.xyz, lod, instance, asset);
-    uint cells = min(attribute_cells, LODE_VGI_PAGE_SIDE - 1u);
+    uint cells = min(attribute_cells, LODE_VGI_PAGE_CELLS);
     uint base = uint(findMSB(attribute_cells) - findMSB(cells));
     int fit = max(0, int(floor(lod)));
     uint wanted = min(uint(fit), base);
     FoundPage found = find_page(asset.first_attribute_page + chart * asset.attribute_pages, place, base, wanted);
     // Coarser than the coarsest page: a small level.
     uint small = uint(clamp(fit - int(base), 0, findMSB(cells))), read_cells = cells >> small;
-    uint first = small == 0u ? found.slot * attribute_slot_words
-                             : attribute_words * (asset.first_mip_tail + chart * asset.mip_tail_samples +
+    uint first = small == 0u ? found.slot * asset.attribute_page_words
+                             : attribute_words * (asset.first_mip_tail + chart * LODE_VGI_SMALL_FIRST(cells, uint(findMSB(cells)) + 1u) +
                                                   LODE_VGI_SMALL_FIRST(cells, small));
     vec2 local = found.place * float(read_cells);
     ivec2 low = min(ivec2(local), ivec2(int(read_cells) - 1));

@@ -2,8 +2,9 @@
 #ifndef LODESTONE_VGI_TEXELS_H
 #define LODESTONE_VGI_TEXELS_H
 
-#define LODE_VGI_PAGE_SIDE 33  // samples along a side of a page; smaller charts leave the rest unused
-#define LODE_VGI_PAGE_TEXELS 1089
+// A page has so many cells along a side, or as many as there are of charts that have fewer.
+#define LODE_VGI_PAGE_CELLS 32u
+#define LODE_VGI_PAGE_TEXELS(cells) (((cells) + 1u) * ((cells) + 1u))  // samples of a page
 #define LODE_VGI_GEOMETRY_WORDS 2  // per sample: x | y << 16, z | error << 16 | radius << 24
 // Per sample of the attributes: normal x | normal y << 8 | material << 16; then texture coordinates u | v << 16, then
 // colour, then surface (occlusion, roughness, metal), then emission, each where the asset has it. Or in blocks.
@@ -15,9 +16,10 @@
     (((cells) * (cells) - ((cells) >> ((level)-1u)) * ((cells) >> ((level)-1u))) / 3u + \
      2u * ((cells) - ((cells) >> ((level)-1u))) + (level)-1u)
 
-// Indices of samples: slot of the page times LODE_VGI_PAGE_TEXELS, plus the place in it. Or LODE_VGI_CORNER: corner k
-// of a chart, 4 chart + k, and LODE_VGI_CORNER_STEP for each parent up the corner is in whose place it is drawn. What
-// tells vertices apart is in the lowest bits: vertex caches go by them.
+// A page's slot is where it lies in its pool, in pages of its size. Indices of samples: slot of the page times
+// LODE_VGI_PAGE_TEXELS, plus the place in it. Or LODE_VGI_CORNER: corner k of a chart, 4 chart + k, and
+// LODE_VGI_CORNER_STEP for each parent up the corner is in whose place it is drawn. What tells vertices apart is in the
+// lowest bits: vertex caches go by them.
 #define LODE_VGI_CORNER 0x80000000u
 #define LODE_VGI_CORNER_STEP 0x02000000u
 #define LODE_VGI_BOX_OF_CHART 0x80000000u
@@ -44,7 +46,7 @@
 
 // Bindings of descriptor set 1.
 #define LODE_VGI_GEOMETRY 0  // pool of positions
-#define LODE_VGI_SLOTS 1     // per slot of that pool: chart | level << 28, page x | page y << 16
+#define LODE_VGI_SLOTS 1     // per page in that pool (VgiAsset::header_shift): chart | level << 28, page x | page y << 16
 #define LODE_VGI_TABLE 2  // per page, of positions and then of attributes: slot << 4 | level of the finest page there
 #define LODE_VGI_ATTRIBUTES 3  // pool of attributes, small levels before its pages
 #define LODE_VGI_ASSETS 4      // VgiAsset records
@@ -125,7 +127,6 @@
 #define LODE_VGI_OWN_UVS_CONSTANT 1  // 1 where leaves have texture coordinates of their own, else 0
 #define LODE_VGI_EVER_CONSTANT 2   // LODE_VGI_HAS_... of any asset of the scene that is drawn with, and LODE_VGI_IN_BLOCKS
 #define LODE_VGI_WORDS_CONSTANT 3  // of a sample of attributes
-#define LODE_VGI_SLOT_CONSTANT 4   // words of a slot of attributes
 
 #ifdef __cplusplus
 #include <cstdint>
@@ -139,7 +140,7 @@ struct VgiAsset {
     float origin_x, origin_y, origin_z, step;
     float uv_low_x, uv_low_y, uv_step_x, uv_step_y;
     uint cells;  // of positions per side of a chart
-    uint levels;
+    uint header_shift;  // from a slot of positions to its number in LODE_VGI_SLOTS; wraps around
     uint page_cells;   // of geometry pages: 32, or fewer where charts are smaller
     uint first_chart;  // of the chart table
     uint first_page;   // of positions, in the page table
@@ -149,7 +150,7 @@ struct VgiAsset {
     uint attribute_cells;   // log2, per side of a chart
     uint has;               // LODE_VGI_HAS_...
     uint first_mip_tail;    // sample of the pool of attributes
-    uint mip_tail_samples;  // of a chart
+    uint attribute_page_words;
     uint first_corner;      // of the table of corners
     uint first_corners_of_charts;
     float leaf_step;  // object units, of the leaves' lattice

@@ -68,7 +68,7 @@ bool wants_division(Node n, uint number) {
     SeenFromEye lattice = of_lattice();
     for (uint j = 0u; j <= count; ++j) {
         for (uint i = 1u - (j & 1u); i <= count; i += 2u - (j & 1u)) {
-            uvec2 texel = geometry_at(slot * LODE_VGI_PAGE_TEXELS + (low.y + j * stride) * row + low.x + i * stride);
+            uvec2 texel = geometry_at(slot * LODE_VGI_PAGE_TEXELS(1u << page_shift) + (low.y + j * stride) * row + low.x + i * stride);
             vec3 p = mapped(lattice, vec3(float(texel.x & 0xffffu), float(texel.x >> 16), float(texel.y & 0xffffu)));
             precise float reach = reach_of(reaches, (texel.y >> 16) & 255u) + radius_of(reaches, texel.y >> 24);
             if (within(reach, p)) return true;

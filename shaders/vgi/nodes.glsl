@@ -38,7 +38,7 @@ uint levels, node_top, page_shift, base_level;
 void begin(uint of) {
     instance = of;
     VgiAsset asset = asset_at(cuts[instance].asset);
-    levels = asset.levels - 1u;
+    levels = uint(findMSB(asset.cells));
     node_top = levels > 3u ? levels - 3u : 0u;
     page_shift = uint(findMSB(asset.page_cells));
     base_level = levels - page_shift;

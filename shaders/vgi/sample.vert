@@ -7,6 +7,18 @@
 layout(constant_id = 0) const uint kinds = LODE_VGI_EVERY_KIND;
 const uint leaves = LODE_VGI_KIND_LEAVES | LODE_VGI_KIND_MOVING_LEAVES;
 
+struct IndexParts {
+    uint quotient, rest;
+};
+// number: below 2^30. Software rasterisers divide integers one by one; a first quotient of floats may be off by what it
+// is rounded to, the second is of a number so small that it is exact.
+IndexParts divided(uint number, uint by) {
+    uint near = uint(float(int(number)) / float(by));
+    int rest = int(number - near * by);
+    int more = int(floor((float(rest) + 0.5) / float(by)));
+    return IndexParts(near + uint(more), uint(rest - more * int(by)));
+}
+
 void main() {
     uint id = instance_id_at(gl_InstanceIndex);
     InstanceConstants instance = instance_at(id);
@@ -20,10 +32,9 @@ void main() {
                 id);
         return;
     }
-    uint place = uint(gl_VertexIndex) % LODE_VGI_PAGE_TEXELS;
-    uint row = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]).page_cells + 1u;
-    uint y = uint((float(place) + 0.5) / float(row));  // place / row, which software rasterisers divide one by one
-    pass_on(pull_sample(uint(gl_VertexIndex) / LODE_VGI_PAGE_TEXELS, ivec2(int(place - y * row), int(y)),
+    uint cells = asset_at(draw_constants.words[LODE_VGI_WORD_ASSET]).page_cells;
+    IndexParts in_pool = divided(uint(gl_VertexIndex), LODE_VGI_PAGE_TEXELS(cells)), in_page = divided(in_pool.rest, cells + 1u);
+    pass_on(pull_sample(in_pool.quotient, ivec2(in_page.rest, in_page.quotient),
                         (kinds & LODE_VGI_KIND_CORNER_SAMPLES) != 0u, instance),
             id);
 }

@@ -22,6 +22,8 @@ struct Budget {
     uint64_t max_triangles = ~uint64_t{0};        // in views[0], over all instances
     uint64_t upload_bytes = ~uint64_t{0};         // per frame, once what the first frame needs is up
     uint64_t resident_bytes = uint64_t{1} << 30;  // of all buffers together
+    // Pages of each kind that a frame asks for, so that the next one has not long to wait until they are decoded.
+    uint32_t page_requests = 64;
     bool operator==(const Budget&) const = default;
 };
 

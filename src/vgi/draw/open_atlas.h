@@ -26,6 +26,14 @@ struct OpenAtlas {
     std::shared_ptr<const AttributePage> mip_tail;  // mip_tail.h
     uint64_t first_mip_tail = 0;                    // of these, in the pool of attributes
     uint32_t first_chart = 0;                       // among all atlases'
+    std::array<uint32_t, 2> first_fixed{};          // by layer, where pages are fixed: the slot of the first chart's
+    uint32_t header_shift = 0;                      // VgiAsset::header_shift
+
+    // Whether it has only one page to each chart, smaller than others may be: it is always there, and has a place
+    // before the slots of the pool, which it would not fill.
+    bool is_fixed(Layer layer) const {
+        return layer != Layer::leaves && trees[index_of(layer)].cells_per_page() < page_cells;
+    }
 
     uint32_t pages(Layer layer) const {
         if (layer == Layer::leaves) return topology->leaf_parts();

@@ -14,11 +14,9 @@ namespace lodestone::vgi {
 
 namespace {
 
-constexpr uint32_t most_waiting = 256;      // requests at once
-constexpr uint64_t header_bytes = 8;        // of a slot
-constexpr uint32_t least_growth = 32;       // slots, of a pool that is full
-constexpr uint32_t most_new_requests = 64;  // per frame and layer
-constexpr uint64_t retry_frames = 120;      // until a page that could not be read is asked for again
+constexpr uint64_t most_waiting = 4;    // frames' requests at once
+constexpr uint32_t least_growth = 32;   // slots, of a pool that is full
+constexpr uint64_t retry_frames = 120;  // until a page that could not be read is asked for again
 
 // Ids of requests: atlas << 40 | number << 2 | layer.
 uint64_t request_id(Layer layer, uint32_t atlas, uint32_t number) {
@@ -166,18 +164,18 @@ void PageCache::begin_frame(uint64_t frame, uint64_t completed) {
 
 void PageCache::touch(const std::array<std::vector<uint32_t>, 3>& pages) {
     for (const Layer layer : all_layers) {
-        for (const uint32_t key : pages[index_of(layer)]) {
-            const PageId id = page_of(layer, key);
-            pool(layer).touch(this->pages(id.atlas).slot(layer, id.number));
-        }
+        for (const uint32_t key : pages[index_of(layer)]) touch(page_of(layer, key));
     }
+}
+
+void PageCache::touch(const PageId& id) {
+    if (!atlases_[id.atlas].is_fixed(id.layer)) pool(id.layer).touch(pool_slot(id));
 }
 
 void PageCache::touch_positions(std::span<const uint32_t> pages) {
     for (const uint32_t key : pages) {
         const PageId id = page_of(Layer::geometry, key);
-        const uint32_t slot = this->pages(id.atlas).slot(Layer::geometry, id.number);
-        if (slot != SlotPool::nothing) pool(Layer::geometry).touch(slot);
+        if (this->pages(id.atlas).holds(id.layer, id.number)) touch(id);
     }
 }
 
@@ -275,7 +273,13 @@ void PageCache::place(const FrameInput& input, uint64_t upload_bytes, Plan& plan
 
 uint64_t PageCache::slot_bytes(Layer layer) const {
     if (layer == Layer::leaves) return leaf_slot_bytes(words_.leaf_block());
-    return layer == Layer::geometry ? geometry_slot_bytes : uint64_t{words_.of_slot()} * sizeof(uint32_t);
+    return layer == Layer::geometry ? geometry_page_bytes(page_cells)
+                                    : uint64_t{words_.of_page(page_cells)} * sizeof(uint32_t);
+}
+
+uint64_t PageCache::page_bytes(Layer layer, const OpenAtlas& atlas) const {
+    const uint32_t cells = atlas.trees[index_of(layer)].cells_per_page();
+    return layer == Layer::geometry ? geometry_page_bytes(cells) : uint64_t{words_.of_page(cells)} * sizeof(uint32_t);
 }
 
 // What the pool could grow to now.
@@ -298,16 +302,21 @@ void PageCache::make_room(Layer layer, Plan& plan) {
 // False where there is no room, or what it is coded against has gone: if it is still wanted, it is asked for again.
 bool PageCache::place_one(const Decoded& page, Plan& plan) {
     const PageId& id = page.id;
+    const OpenAtlas& atlas = atlases_[id.atlas];
+    if (atlas.is_fixed(id.layer)) {
+        upload_page(page, atlas.first_fixed[index_of(id.layer)] + id.number, plan);
+        ++fixed_;
+        return true;
+    }
     const bool base = is_base(id);
     if (!base) forget(id);
     if (lacks_parent(id)) return false;
-    const uint32_t parent =
-        base || id.layer == Layer::leaves ? SlotPool::nothing : pages(id.atlas).slot(id.layer, parent_of(id).number);
+    const uint32_t parent = base || id.layer == Layer::leaves ? SlotPool::nothing : pool_slot(parent_of(id));
     make_room(id.layer, plan);
     const auto placed = pool(id.layer).place(key_of(id), parent, base);
     if (!placed) return false;
     if (placed->evicted != SlotPool::nothing) evict(id.layer, placed->evicted);
-    upload_page(page, placed->slot, plan);
+    upload_page(page, spec(id.layer).first + placed->slot, plan);
     return true;
 }
 
@@ -331,23 +340,24 @@ void PageCache::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
         add_upload(plan, leaf_pool, slot * slot_bytes(Layer::leaves), Blob(page.leaf, bytes.data(), bytes.size()));
         return;
     }
-    const PageTree& tree = atlases_[id.atlas].trees[index_of(id.layer)];
+    const OpenAtlas& atlas = atlases_[id.atlas];
+    const PageTree& tree = atlas.trees[index_of(id.layer)];
+    const uint64_t offset = slot * page_bytes(id.layer, atlas);
     changed_charts_[index_of(id.layer)][id.atlas].push_back(id.number / tree.pages());
     if (id.layer == Layer::geometry) {
         known.geometry.put(id.number, page.geometry, slot);
         const auto bytes = std::as_bytes(std::span(*page.geometry));
-        add_upload(plan, geometry_pool, slot * geometry_slot_bytes, Blob(page.geometry, bytes.data(), bytes.size()));
+        add_upload(plan, geometry_pool, offset, Blob(page.geometry, bytes.data(), bytes.size()));
         uint32_t level = 0, x = 0, y = 0;
         tree.place(id.number % tree.pages(), &level, &x, &y);
         const uint32_t header[2] = {id.number / tree.pages() | level << 28, x | y << 16};
-        add_upload(plan, slot_table, uint64_t{slot} * sizeof header, Blob::copy_of(header, 2));
+        add_upload(plan, slot_table, uint64_t{slot + atlas.header_shift} * sizeof header, Blob::copy_of(header, 2));
         return;
     }
     known.attributes.put(id.number, page.attributes, slot);
     const auto& words = page.blocks != nullptr ? page.blocks : page.attributes;
     const auto bytes = std::as_bytes(std::span(*words));
-    add_upload(plan, attribute_pool, (uint64_t{spec(id.layer).first} + slot) * slot_bytes(id.layer),
-               Blob(words, bytes.data(), bytes.size()));
+    add_upload(plan, attribute_pool, offset, Blob(words, bytes.data(), bytes.size()));
 }
 
 // Rows of the page table whose charts have changed, those that follow each other at once.
@@ -365,11 +375,7 @@ void PageCache::upload_page_tables(Plan& plan) {
                 std::vector<uint32_t> entries;
                 for (uint32_t chart = first; i < changed.size() && changed[i] == chart; ++i, ++chart) {
                     append_table_row(
-                        tree,
-                        [&](uint32_t page) {
-                            const uint32_t slot = pages(a).slot(layer, chart * tree.pages() + page);
-                            return slot == SlotPool::nothing ? slot : spec(layer).first + slot;
-                        },
+                        tree, [&](uint32_t page) { return pages(a).slot(layer, chart * tree.pages() + page); },
                         entries);
                 }
                 const uint64_t place = first_of_layer + atlases_[a].first[l] + uint64_t{first} * tree.pages();
@@ -400,7 +406,7 @@ bool PageCache::may_be_asked_for(const FrameCuts::Wish& w, uint64_t frame) {
     return !is_base(id) && !lacks_parent(id);
 }
 
-PageCache::Missing PageCache::request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan) {
+PageCache::Missing PageCache::request(std::span<const FrameCuts::Wish> wishes, const FrameInput& input, Plan& plan) {
     Missing missing;
     std::array<uint32_t, 3> room{}, asked{};
     // No more than there is room for: what is wanted least would only push out what is wanted more.
@@ -414,8 +420,8 @@ PageCache::Missing PageCache::request(std::span<const FrameCuts::Wish> wishes, u
     }
     for (const FrameCuts::Wish& w : wishes) {
         const size_t l = index_of(w.layer);
-        if (waiting_ >= most_waiting) break;
-        if (room[l] == 0 || asked[l] == most_new_requests || !may_be_asked_for(w, frame)) continue;
+        if (waiting_ >= most_waiting * input.budget.page_requests) break;
+        if (room[l] == 0 || asked[l] == input.budget.page_requests || !may_be_asked_for(w, input.frame)) continue;
         const auto range = place_of({w.layer, w.atlas, w.number});
         const uint64_t id = request_id(w.layer, w.atlas, w.number);
         if (range.bytes == 0) {
@@ -447,7 +453,7 @@ Result<void> PageCache::validate() const {
         for (uint32_t slot = 0; slot < pool.slots(); ++slot) {
             if (pool.page_in(slot) == SlotPool::nothing) continue;
             const PageId id = page_of(layer, pool.page_in(slot));
-            if (pages(id.atlas).slot(layer, id.number) != slot)
+            if (pool_slot(id) != slot)
                 return fail(Fault::invariant, "vgi: a slot is given to a page that is elsewhere");
         }
     }

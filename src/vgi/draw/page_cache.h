@@ -44,19 +44,19 @@ public:
     // upload_bytes: that are left to this frame; one page is placed all the same. Arrivals may be anything: what was
     // not asked for is passed over, and what is not the page it should be has failed.
     void place(const FrameInput& input, uint64_t upload_bytes, Plan& plan);
-    // Returns how many of those wanted now are not there.
+    // As many of them as the budget has it. Returns how many of those wanted now are not there.
     struct Missing {
         uint32_t pages = 0, leaf_parts = 0;
     };
-    Missing request(std::span<const FrameCuts::Wish> wishes, uint64_t frame, Plan& plan);
+    Missing request(std::span<const FrameCuts::Wish> wishes, const FrameInput& input, Plan& plan);
 
     // What is known of all pages now, by atlas; it stays as it is whatever comes.
     std::vector<AtlasSnapshot> snapshot() const;
 
     // Pages came or went since this was last asked.
     bool take_changed() { return std::exchange(changed_, false); }
-    uint32_t resident() const { return pools_[0].resident() + pools_[1].resident(); }
-    // With small levels, which are before the pages.
+    uint32_t resident() const { return fixed_ + pools_[0].resident() + pools_[1].resident(); }
+    // With small levels and fixed pages, which are before those of the pool.
     uint64_t attribute_bytes_resident() const {
         return (uint64_t{spec(Layer::attributes).first} + pool(Layer::attributes).resident()) *
                slot_bytes(Layer::attributes);
@@ -101,6 +101,15 @@ private:
     const SlotPool& pool(Layer layer) const { return pools_[index_of(layer)]; }
     const PoolSpec& spec(Layer layer) const { return specs_[index_of(layer)]; }
     uint64_t slot_bytes(Layer layer) const;
+    // What a page of an atlas takes.
+    uint64_t page_bytes(Layer layer, const OpenAtlas& atlas) const;
+    // The pool's own number of the slot that a page is in, of an atlas whose pages are not fixed; SlotPool::nothing of
+    // one that is not there.
+    uint32_t pool_slot(const PageId& id) const {
+        const uint32_t slot = pages(id.atlas).slot(id.layer, id.number);
+        return slot == SlotPool::nothing ? slot : slot - spec(id.layer).first;
+    }
+    void touch(const PageId& id);
     const AtlasPages& pages(uint32_t atlas) const { return *pages_[atlas]; }
     uint32_t key_of(const PageId& id) const { return atlases_[id.atlas].first[index_of(id.layer)] + id.number; }
     PageId page_of(Layer layer, uint32_t key) const;
@@ -150,7 +159,7 @@ private:
     std::vector<Decoded> ready_;                                        // decoded, without a slot yet
     std::future<std::vector<Decoded>> decoding_;                        // what the last frame brought
     std::vector<Arrival> empty_;  // asked for, of families with nothing to read (PageTree::has_samples())
-    uint32_t waiting_ = 0, uploaded_ = 0, evicted_ = 0, failed_ = 0;
+    uint32_t waiting_ = 0, uploaded_ = 0, evicted_ = 0, failed_ = 0, fixed_ = 0;  // fixed_: pages placed, ever
     bool changed_ = true;
     Worker decoder_;  // last: its thread ends before what it works for
 };

@@ -114,7 +114,7 @@ private:
 
     // The corner of its chart that a corner of a page is; 4 where it is none.
     uint32_t corner_at(uint32_t slot, GridPoint p, uint32_t* chart) const {
-        const auto header = mirror_.stored<std::array<uint32_t, 2>>(draw_, LODE_VGI_SLOTS, slot);
+        const auto header = mirror_.stored<std::array<uint32_t, 2>>(draw_, LODE_VGI_SLOTS, slot + asset_.header_shift);
         const uint32_t level = header[0] >> 28;
         *chart = header[0] & 0x0fffffff;
         const uint32_t x = ((header[1] & 0xffff) * asset_.page_cells + static_cast<uint32_t>(p.x)) << level,
@@ -124,13 +124,13 @@ private:
     }
 
     glm::vec3 sample(uint32_t index) const {
-        const uint32_t slot = index / LODE_VGI_PAGE_TEXELS, place = index % LODE_VGI_PAGE_TEXELS,
+        const uint32_t texels = LODE_VGI_PAGE_TEXELS(asset_.page_cells), slot = index / texels, place = index % texels,
                        row = asset_.page_cells + 1;
         const GridPoint p{static_cast<int32_t>(place % row), static_cast<int32_t>(place / row)};
         const auto texel_at = [&](GridPoint q) {
             return mirror_.stored<GeometryTexel>(
                 draw_, LODE_VGI_GEOMETRY,
-                uint64_t{slot} * LODE_VGI_PAGE_TEXELS + static_cast<uint32_t>(q.y) * row + static_cast<uint32_t>(q.x));
+                uint64_t{slot} * texels + static_cast<uint32_t>(q.y) * row + static_cast<uint32_t>(q.x));
         };
         const GeometryTexel texel = texel_at(p);
         const glm::vec3 point = lattice(texel);
@@ -174,7 +174,6 @@ public:
         : mirror_(mirror),
           draw_(draw),
           asset_(mirror.stored<gpu::VgiAsset>(draw, LODE_VGI_ASSETS, draw.words[LODE_VGI_WORD_ASSET])),
-          slot_words_(mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_SLOT_CONSTANT]),
           layout_{mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_EVER_CONSTANT],
                   mirror.recipe().pipelines[lighting_pipeline].constants[LODE_VGI_WORDS_CONSTANT]},
           leaf_block_(leaf_block_of(mirror)) {
@@ -206,9 +205,9 @@ private:
         return pulled;
     }
     ChartPlace place_of_sample(uint32_t index) const {
-        const uint32_t slot = index / LODE_VGI_PAGE_TEXELS, place = index % LODE_VGI_PAGE_TEXELS,
+        const uint32_t texels = LODE_VGI_PAGE_TEXELS(asset_.page_cells), slot = index / texels, place = index % texels,
                        row = asset_.page_cells + 1;
-        const auto header = mirror_.stored<std::array<uint32_t, 2>>(draw_, LODE_VGI_SLOTS, slot);
+        const auto header = mirror_.stored<std::array<uint32_t, 2>>(draw_, LODE_VGI_SLOTS, slot + asset_.header_shift);
         const uint32_t level = header[0] >> 28;
         return {header[0] & 0x0fffffff, ((header[1] & 0xffff) * asset_.page_cells + place % row) << level,
                 ((header[1] >> 16) * asset_.page_cells + place / row) << level, level};
@@ -225,7 +224,7 @@ private:
         size_t nearest = 0;
     };
     Around around(const ChartPlace& place) const {
-        const uint32_t cells = std::min(1u << asset_.attribute_cells, LODE_VGI_PAGE_SIDE - 1u),
+        const uint32_t cells = std::min(1u << asset_.attribute_cells, LODE_VGI_PAGE_CELLS),
                        shift = static_cast<uint32_t>(std::bit_width(cells)) - 1, base = asset_.attribute_cells - shift,
                        finer = asset_.attribute_cells + 1 - static_cast<uint32_t>(std::bit_width(asset_.cells));
         const uint32_t wanted = place.is_leaf ? 0 : std::min(place.level + finer, base),
@@ -250,7 +249,8 @@ private:
         const float f = local_x - static_cast<float>(low_x), g = local_y - static_cast<float>(low_y);
         Around around;
         for (uint32_t k = 0; k < 4; ++k)
-            put_sample(uint64_t{entry >> 4} * slot_words_, cells, low_x + k % 2, low_y + k / 2, k, around);
+            put_sample(uint64_t{entry >> 4} * asset_.attribute_page_words, cells, low_x + k % 2, low_y + k / 2, k,
+                       around);
         around.weight = {(1 - f) * (1 - g), f * (1 - g), (1 - f) * g, f * g};
         around.nearest = (f < 0.5f ? size_t{0} : 1) + (g < 0.5f ? size_t{0} : 2);
         return around;
@@ -338,7 +338,6 @@ private:
     const PlanMirror& mirror_;
     const Draw& draw_;
     const gpu::VgiAsset asset_;
-    const uint32_t slot_words_;
     const BlockLayout layout_;
     const uint32_t leaf_block_;
     Draw lighting_;

@@ -43,7 +43,12 @@ enum Buffers : uint32_t {
     cut_lists,
     cut_entries
 };
-inline constexpr uint64_t geometry_slot_bytes = uint64_t{LODE_VGI_PAGE_TEXELS} * sizeof(GeometryTexel);
+inline constexpr uint32_t header_bytes = 8;  // of a page of positions (LODE_VGI_SLOTS)
+// Of a page of so many cells along a side.
+inline constexpr uint64_t geometry_page_bytes(uint32_t cells) {
+    return uint64_t{LODE_VGI_PAGE_TEXELS(cells)} * sizeof(GeometryTexel);
+}
+static_assert(LODE_VGI_PAGE_CELLS == page_cells);
 // leaf_block: LODE_VGI_LEAF_BLOCK.
 inline constexpr uint64_t leaf_slot_bytes(uint32_t leaf_block) {
     return uint64_t{LODE_VGI_LEAF_SLOT_TEXELS(leaf_block)} * 16;
@@ -59,9 +64,9 @@ struct PoolWords {
 
     bool in_blocks() const { return (ever & LODE_VGI_IN_BLOCKS) != 0; }
     BlockLayout blocks() const { return {ever, of_sample}; }
-    // Of a slot of attributes.
-    uint32_t of_slot() const {
-        return in_blocks() ? blocks().page_words(page_cells) : LODE_VGI_PAGE_TEXELS * of_sample;
+    // Of a page of attributes of so many cells along a side.
+    uint32_t of_page(uint32_t cells) const {
+        return in_blocks() ? blocks().page_words(cells) : LODE_VGI_PAGE_TEXELS(cells) * of_sample;
     }
     uint32_t leaf_block() const { return LODE_VGI_LEAF_BLOCK(leaf_uvs ? 1u : 0u); }
 };

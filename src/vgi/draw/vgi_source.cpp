@@ -38,7 +38,7 @@ uint32_t attributes_of_samples(const AtlasAttributes& has) {
 constexpr uint64_t most_list_bytes = uint64_t{48} << 20;
 constexpr uint64_t first_list_bytes = uint64_t{240} << 10;  // what lists have until they need more; whole patches
 constexpr uint64_t list_step = 120;                         // whole triangles, and whole patches
-constexpr uint64_t most_slots = LODE_VGI_LEAF / LODE_VGI_PAGE_TEXELS;  // of positions: their texels are numbered below
+constexpr uint64_t most_slots = LODE_VGI_LEAF / LODE_VGI_PAGE_TEXELS(page_cells);  // of positions
 // Vertices of leaves and what is seen at a pixel have so many bits for a chart, and corners of charts more.
 static_assert(Limits{}.charts <= LODE_VGI_CHART_MASK && 4 * (Limits{}.charts + 1) <= LODE_VGI_CORNER_STEP);
 constexpr uint64_t most_leaf_slots = LODE_VGI_LEAF_MOVES / LODE_VGI_LEAF_VERTICES;
@@ -117,7 +117,7 @@ public:
         }
         device_ ? draw_device_cuts(input, plan) : draw_cuts(input, plan);
         light(input, plan);
-        const PageCache::Missing missing = pages_.request(cuts_->wishes, input.frame, plan);
+        const PageCache::Missing missing = pages_.request(cuts_->wishes, input, plan);
         begin_next_cuts(last, input);
 
         plan.stats.resident_bytes = list_sizes_.held() + pool_sizes_.held();
@@ -220,14 +220,14 @@ private:
             r.uv_step_x = about.uv_step.x;
             r.uv_step_y = about.uv_step.y;
             r.cells = about.cells;
-            r.levels = about.levels();
+            r.header_shift = atlas.header_shift;
             r.page_cells = atlas.trees[0].cells_per_page();
             r.first_chart = atlas.first_chart;
             r.first_page = atlas.first[0];
             r.first_attribute_page = all_positions + atlas.first[1];
             r.pages = atlas.trees[0].pages();
             r.first_mip_tail = static_cast<uint32_t>(atlas.first_mip_tail);
-            r.mip_tail_samples = mip_tail_samples(atlas.trees[1].cells_per_page());
+            r.attribute_page_words = words_.of_page(atlas.trees[1].cells_per_page());
             r.attribute_pages = atlas.trees[1].pages();
             r.attribute_cells = static_cast<uint32_t>(std::countr_zero(about.attribute_cells));
             r.has = attributes_of_samples(about.attributes);
@@ -447,15 +447,24 @@ private:
 // What the assets hold together, and the bytes of a slot, by layer.
 struct Totals {
     PoolWords words;
-    std::array<uint64_t, 2> rows{}, pages{}, base{};  // of the page table; that charts have; of these the coarsest
+    uint64_t charts = 0;
+    std::array<uint64_t, 2> rows{};           // of the page table
+    std::array<uint64_t, 2> pages{}, base{};  // in slots of pools: that charts have; of these the coarsest
+    // Before them: what takes a place of its own there, texels of positions and words of attributes; slots of that.
+    std::array<uint64_t, 2> before{}, slots_before{};
+    uint64_t fixed_positions = 0;  // pages
     std::array<uint64_t, 3> slot_bytes{};
     uint64_t leaf_parts = 0;
-    uint64_t mip_tail_samples = 0, mip_tail_slots = 0;
+    uint64_t mip_tail_samples = 0;
     uint64_t corner_records = 0;
 
-    // Their words are numbered in 31 bits, and slots in 28 (LODE_VGI_TABLE).
-    uint64_t most_attribute_slots() const {
-        return std::min(uint64_t{1} << 28, (uint64_t{1} << 31) / words.of_slot()) - 1;
+    // Slots of a pool: texels of positions are numbered below leaves, words of attributes in 31 bits, slots in 28
+    // (LODE_VGI_TABLE).
+    uint64_t most_slots_of(Layer layer) const {
+        const uint64_t all = layer == Layer::geometry
+                                 ? most_slots
+                                 : std::min(uint64_t{1} << 28, (uint64_t{1} << 31) / words.of_page(page_cells)) - 1;
+        return all - std::min(all, slots_before[index_of(layer)]);
     }
 };
 
@@ -482,6 +491,41 @@ uint32_t blocks_of(const std::vector<std::shared_ptr<const AtlasFile>>& files) {
     return (blocks & LODE_VGI_IN_BLOCKS) != 0 ? blocks : 0;
 }
 
+uint64_t divided_up(uint64_t number, uint64_t by) { return (number + by - 1) / by; }
+
+// Gives what lies before the slots of pools its places: mip tails, then fixed pages, each at a multiple of its size.
+void place_fixed(std::vector<OpenAtlas>& atlases, Totals& totals) {
+    uint64_t mip_tail = 0;
+    for (OpenAtlas& atlas : atlases) {
+        atlas.first_mip_tail = mip_tail;
+        mip_tail += mip_tail_of(atlas);
+    }
+    totals.before = {0, mip_tail * totals.words.of_sample};
+    for (const Layer layer : both_layers) {
+        const size_t l = index_of(layer);
+        const auto size_of = [&](uint32_t cells) -> uint64_t {
+            return layer == Layer::geometry ? LODE_VGI_PAGE_TEXELS(cells) : totals.words.of_page(cells);
+        };
+        for (OpenAtlas& atlas : atlases) {
+            if (!atlas.is_fixed(layer)) continue;
+            const uint64_t size = size_of(atlas.trees[l].cells_per_page()), first = divided_up(totals.before[l], size);
+            atlas.first_fixed[l] = static_cast<uint32_t>(first);
+            totals.before[l] = (first + atlas.file->about().charts()) * size;
+        }
+        totals.slots_before[l] = divided_up(totals.before[l], size_of(page_cells));
+    }
+    // Headers of fixed pages come before those of slots.
+    for (OpenAtlas& atlas : atlases) {
+        if (!atlas.is_fixed(Layer::geometry)) continue;
+        atlas.header_shift = static_cast<uint32_t>(totals.fixed_positions) - atlas.first_fixed[0];
+        totals.fixed_positions += atlas.file->about().charts();
+    }
+    for (OpenAtlas& atlas : atlases) {
+        if (!atlas.is_fixed(Layer::geometry))
+            atlas.header_shift = static_cast<uint32_t>(totals.fixed_positions - totals.slots_before[0]);
+    }
+}
+
 std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const AtlasFile>>& files,
                                     const VgiOptions& options, Totals& totals) {
     totals.words.ever = options.textures_in_blocks ? blocks_of(files) : 0;
@@ -492,13 +536,15 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         totals.words.of_sample = std::max(totals.words.of_sample, attribute_words(about.attributes));
         OpenAtlas atlas;
         atlas.file = file;
-        atlas.first_chart = static_cast<uint32_t>(totals.base[0]);
+        atlas.first_chart = static_cast<uint32_t>(totals.charts);
+        totals.charts += about.charts();
         atlas.topology = std::make_shared<const PageTopology>(about, options.leaves);
         atlas.charts = ChartTree(about);
         for (const Layer layer : both_layers) {
             const size_t l = index_of(layer);
             atlas.trees[l] = tree_of(about, layer);
             totals.rows[l] += uint64_t{about.charts()} * atlas.trees[l].pages();
+            if (atlas.is_fixed(layer)) continue;
             for (uint32_t c = 0; c < about.charts(); ++c) totals.pages[l] += tree_of(about, layer, c).pages();
             totals.base[l] += about.charts();
         }
@@ -508,11 +554,10 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         atlases.push_back(std::move(atlas));
     }
     totals.words.leaf_uvs = (totals.words.ever & LODE_VGI_HAS_UVS) != 0;
-    totals.slot_bytes = {geometry_slot_bytes + 8, uint64_t{totals.words.of_slot()} * sizeof(uint32_t),
+    totals.slot_bytes = {geometry_page_bytes(page_cells) + header_bytes,
+                         uint64_t{totals.words.of_page(page_cells)} * sizeof(uint32_t),
                          leaf_slot_bytes(totals.words.leaf_block())};
-    // Mip tails lie before the pages, in slots of their own.
-    const uint64_t slot = totals.words.of_slot();
-    totals.mip_tail_slots = (totals.mip_tail_samples * totals.words.of_sample + slot - 1) / slot;
+    place_fixed(atlases, totals);
     return atlases;
 }
 
@@ -530,7 +575,7 @@ struct Shares {
 uint64_t least_list_bytes(const Totals& totals, const VgiOptions& options, const Shares& shares) {
     // The device's own lists are for whatever may be drawn.
     if (options.raster == Raster::device) return shares.device.list_bytes();
-    return totals.base[0] * std::max(1u, options.instances) *
+    return totals.charts * std::max(1u, options.instances) *
            (shares.tess ? LODE_VGI_PATCH_WORDS * sizeof(uint32_t) : 24);
 }
 
@@ -549,10 +594,12 @@ void share_lists(uint64_t least, uint64_t available, const VgiOptions& options, 
 Result<void> check_totals(const Totals& totals) {
     const Limits limits;
     const uint64_t pages = totals.rows[0] + totals.rows[1];
-    if (totals.base[0] <= limits.charts && pages <= limits.pages && totals.base[0] <= most_slots &&
-        totals.base[0] + totals.mip_tail_slots <= totals.most_attribute_slots())
-        return {};
-    return fail(Fault::machine, "the atlases have " + std::to_string(totals.base[0]) + " charts and " +
+    const auto fits = [&](Layer layer) {
+        const uint64_t most = totals.most_slots_of(layer);
+        return most > 0 && totals.base[index_of(layer)] <= most;
+    };
+    if (totals.charts <= limits.charts && pages <= limits.pages && std::ranges::all_of(both_layers, fits)) return {};
+    return fail(Fault::machine, "the atlases have " + std::to_string(totals.charts) + " charts and " +
                                     std::to_string(pages) + " pages together, and shaders number " +
                                     std::to_string(limits.charts) + " and " + std::to_string(limits.pages) +
                                     "; draw fewer assets at once");
@@ -578,13 +625,13 @@ void share_pages(const Totals& totals, const VgiOptions& options, uint64_t left,
         return std::min(base[l] + bytes / slot_bytes[l], most);
     };
     const std::array<uint64_t, 3> least{base[0], base[1], 0},
-        most{slots(0, first, most_slots), slots(1, second, totals.most_attribute_slots() - totals.mip_tail_slots),
-             leaves};
+        most{slots(0, first, totals.most_slots_of(Layer::geometry)),
+             slots(1, second, totals.most_slots_of(Layer::attributes)), leaves};
     constexpr std::array names{geometry_pool, attribute_pool, leaf_pool};
     for (size_t l = 0; l < 3; ++l) {
         // Growing takes room for what a pool is beside what it becomes. Where there is none it is whole from the start.
         const bool grows = most[l] * slot_bytes[l] <= spare;
-        shares.pools[l] = {names[l], l == 1 ? static_cast<uint32_t>(totals.mip_tail_slots) : 0,
+        shares.pools[l] = {names[l], l < 2 ? static_cast<uint32_t>(totals.slots_before[l]) : 0,
                            static_cast<uint32_t>(grows ? least[l] : most[l]), static_cast<uint32_t>(most[l])};
     }
 }
@@ -596,11 +643,12 @@ Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atl
     shares.device = DeviceCutSizes::largest_of(atlases).times(std::max(1u, options.instances));
     const auto &rows = totals.rows, &base = totals.base;
     const auto& slot_bytes = totals.slot_bytes;
-    uint64_t need = totals.mip_tail_slots * slot_bytes[1] + (rows[0] + rows[1] + base[0]) * sizeof(uint32_t) +
+    uint64_t need = totals.slots_before[0] * geometry_page_bytes(page_cells) + totals.fixed_positions * header_bytes +
+                    totals.slots_before[1] * slot_bytes[1] + (rows[0] + rows[1] + totals.charts) * sizeof(uint32_t) +
                     atlases.size() * (sizeof(gpu::VgiAsset) + 2048) + totals.corner_records * sizeof(CornerRecord);
     if (options.raster == Raster::device) {
         need += shares.device.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
-                rows[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + base[0] * 4 * sizeof(uint32_t) +
+                rows[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + totals.charts * 4 * sizeof(uint32_t) +
                 LODE_CUT_LIST_COUNT * sizeof(gpu::VgiCutList);
     }
     need += base[0] * slot_bytes[0] + base[1] * slot_bytes[1] + slot_bytes[2];
@@ -618,13 +666,14 @@ std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, s
         return BufferSpec{name, (uint64_t{spec.first} + spec.slots) * slot_bytes, use_storage,
                           static_cast<uint32_t>(slot_bytes), (uint64_t{spec.first} + spec.most_slots) * slot_bytes};
     };
-    return {pool("page pool of positions", 0, geometry_slot_bytes),
-            {"slots of the page pool", shares.pools[0].most_slots * uint64_t{8}, use_storage, 8},
+    return {pool("page pool of positions", 0, geometry_page_bytes(page_cells)),
+            {"slots of the page pool", (totals.fixed_positions + shares.pools[0].most_slots) * header_bytes,
+             use_storage, header_bytes},
             {"page table", (totals.rows[0] + totals.rows[1]) * sizeof(uint32_t), use_storage, 4},
             pool("page pool of attributes", 1, totals.slot_bytes[1]),
             {"assets", atlases * sizeof(gpu::VgiAsset), use_storage, sizeof(gpu::VgiAsset)},
             {"errors and radii", atlases * 2048, use_storage, 2048},
-            {"spacing of samples", totals.base[0] * sizeof(float), use_storage, 4},
+            {"spacing of samples", totals.charts * sizeof(float), use_storage, 4},
             {"draw lists", shares.first_list_bytes, shares.tess ? use_storage : use_index, 4, shares.most_list_bytes},
             {"corners of charts", std::max<uint64_t>(totals.corner_records, 1) * sizeof(CornerRecord), use_storage,
              sizeof(CornerRecord)},
@@ -637,9 +686,7 @@ std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, s
 struct AttributeConstants {
     uint32_t own_uvs;
     PoolWords words;
-    std::vector<uint32_t> constants(uint32_t kinds) const {
-        return {kinds, own_uvs, words.ever, words.of_sample, words.of_slot()};
-    }
+    std::vector<uint32_t> constants(uint32_t kinds) const { return {kinds, own_uvs, words.ever, words.of_sample}; }
 };
 
 // kinds: LODE_VGI_KIND_..., of vertices of triangles.
@@ -701,11 +748,6 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     std::vector<OpenAtlas> atlases = open_atlases(files, options, totals);
     const auto shares = share_budget(totals, atlases, options);
     if (!shares) return tl::unexpected(shares.error());
-    uint64_t next_mip_tail = 0;
-    for (OpenAtlas& atlas : atlases) {
-        atlas.first_mip_tail = next_mip_tail;
-        next_mip_tail += mip_tail_of(atlas);
-    }
     Recipe recipe;
     recipe.buffers = buffers_of(totals, *shares, atlases.size());
     const uint32_t kinds = shares->pools[2].most_slots > 0 ? every_kind : every_kind & ~kinds_of_leaves;

@@ -44,7 +44,7 @@ void GridPatch::append_indices(uint32_t chart_cells, uint32_t cells_per_page, st
         const uint32_t page_level = std::clamp(own, first, base), down = page_level + page_shift;
         const uint32_t in_x = (at_x >> page_level) - (x >> down << page_shift),
                        in_y = (at_y >> page_level) - (y >> down << page_shift);
-        return slots[page_level - first] * LODE_VGI_PAGE_TEXELS + in_y * (cells_per_page + 1) + in_x;
+        return slots[page_level - first] * LODE_VGI_PAGE_TEXELS(cells_per_page) + in_y * (cells_per_page + 1) + in_x;
     };
     const auto n = static_cast<int32_t>(cells());
     std::array<uint32_t, 81> vertex;

@@ -158,8 +158,9 @@ struct Sample {
     uint32_t chart, x, y;  // of the chart's own
 };
 Sample sample_of(const Residency& residency, uint32_t index) {
-    const uint32_t number = index / LODE_VGI_PAGE_TEXELS, texel = index % LODE_VGI_PAGE_TEXELS;
     const PageTree& tree = residency.tree();
+    const uint32_t texels = LODE_VGI_PAGE_TEXELS(tree.cells_per_page()), number = index / texels,
+                   texel = index % texels;
     uint32_t level = 0, px = 0, py = 0;
     tree.place(number % tree.pages(), &level, &px, &py);
     const uint32_t row = tree.samples_per_side(), n = tree.cells_per_page();
@@ -223,7 +224,8 @@ Vertex vertex_of(const Residency& residency, Glue& glue, uint32_t index, size_t&
     if ((index & LODE_VGI_LEAF) != 0) return leaf_vertex_of(residency, glue, index & ~LODE_VGI_LEAF);
     const Sample s = sample_of(residency, index);
     const uint32_t id = glue.sets.find(static_cast<uint32_t>(atlas.texel(s.chart, s.x, s.y)));
-    const GeometryTexel& texel = (*residency.entry(index / LODE_VGI_PAGE_TEXELS).texels)[index % LODE_VGI_PAGE_TEXELS];
+    const uint32_t texels = LODE_VGI_PAGE_TEXELS(residency.tree().cells_per_page());
+    const GeometryTexel& texel = (*residency.entry(index / texels).texels)[index % texels];
     const auto& p = atlas.positions[id];
     bad += texel.x != p[0] || texel.y != p[1] || texel.z != p[2];
     const uint32_t page = residency.tree().cells_per_page();

@@ -7,7 +7,7 @@ namespace {
 
 TEST(VertexKinds, ACornerOfAPageMayBeOneOfCharts) {
     for (const uint32_t cells : {4u, 32u}) {
-        const uint32_t row = cells + 1, page = 7 * LODE_VGI_PAGE_TEXELS;
+        const uint32_t row = cells + 1, page = 7 * LODE_VGI_PAGE_TEXELS(cells);
         uint32_t corners = 0;
         for (uint32_t place = 0; place < row * row; ++place)
             corners += kind_of(page + place, cells) == LODE_VGI_KIND_CORNER_SAMPLES;

@@ -408,7 +408,7 @@ TEST_F(VgiSourceTest, AsksForNoMoreOnceTheRoomForLeavesIsFull) {
     const auto file = atlas(path);
     std::filesystem::remove(path);
     ASSERT_GT(file->about().leaves.back().parts_end, 2 * file->about().leaves.size()) << "leaves have several parts";
-    for (const uint64_t kib : {700u, 900u, 1300u, 1700u}) {
+    for (const uint64_t kib : {500u, 700u, 900u, 1300u}) {
         const auto vgi = open_vgi({file}, {kib << 10, 3});
         ASSERT_TRUE(vgi) << vgi.error().message;
         std::vector<Arrival> arrivals;
@@ -1038,6 +1038,71 @@ TriMesh painted_rock() {
     mesh.material_table.resize(1);
     mesh.material_table[0].base_colour_texture.image = 0;
     return mesh;
+}
+
+// Beside an atlas of whole pages and alone.
+TEST_F(VgiSourceTest, ChartsOfFewCellsTakeNoMoreRoomThanTheyFill) {
+    const auto path = path_of("few-cells");
+    AtlasOptions options;
+    options.clusters.clusters = 60;
+    options.cells = 8;
+    bake(mesh_, path, options);
+    const std::array files{atlas(path), atlas()};
+    const uint32_t charts = files[0]->about().charts();
+    ASSERT_EQ(files[0]->about().cells, 8u);
+    ASSERT_EQ(tree_of(files[1]->about(), Layer::geometry).cells_per_page(), page_cells);
+    struct Shown {
+        uint64_t bytes = 0;
+        double pages = 0;
+        std::vector<std::array<glm::vec3, 3>> triangles;
+        std::vector<glm::vec3> normals;
+    };
+    // assets: of what is drawn beside each other, into files; what is told is of files[0].
+    const auto shown = [&](const std::vector<size_t>& assets, uint64_t budget) {
+        Shown all;
+        std::vector<std::shared_ptr<const AtlasFile>> opened;
+        for (const size_t asset : assets) opened.push_back(files[asset]);
+        auto vgi = open_vgi(opened, {budget, 2});
+        EXPECT_TRUE(vgi) << vgi.error().message;
+        if (!vgi) return all;
+        for (const BufferSpec& buffer : (*vgi)->recipe().buffers) all.bytes += buffer.bytes;
+        PlanMirror mirror((*vgi)->recipe(), {pulled_vertex, patch_indices});
+        std::vector<Arrival> arrivals;
+        FrameInput input;
+        for (uint64_t frame = 0; frame < 40; ++frame) {
+            input = look_from({0.3f, 0.2f, 2.5f}, frame);
+            input.instances.assign(assets.size(), Instance{});
+            for (uint32_t i = 0; i < assets.size(); ++i) input.instances.edit(i).asset = i;
+            input.arrivals = std::exchange(arrivals, {});
+            const Plan plan = (*vgi)->plan(input);
+            const auto done = mirror.execute(plan, input);
+            EXPECT_TRUE(done) << done.error().message;
+            for (const PageRequest& r : plan.requests) arrivals.push_back(answer(r, *opened[r.asset]));
+            all.pages = figure(plan, "pages_resident");
+        }
+        const auto valid = (*vgi)->validate();
+        EXPECT_TRUE(valid) << valid.error().message;
+        const auto of = static_cast<uint32_t>(std::ranges::find(assets, size_t{0}) - assets.begin());
+        all.triangles = mirror.triangles_of(of);
+        for (const auto& draw : mirror.draws()) {
+            if (!mirror.is_shown(draw) || draw.draw.words[LODE_VGI_WORD_ASSET] != of) continue;
+            for (const uint32_t index : draw.indices)
+                all.normals.push_back(pulled_attributes(mirror, draw.draw, input, of, index).normal);
+        }
+        return all;
+    };
+    // A whole page of positions takes 8,720 bytes, and one of attributes half as many.
+    const uint64_t whole_pages = uint64_t{charts} * 13000;
+    const Shown alone = shown({0}, whole_pages / 3), first = shown({0, 1}, uint64_t{1} << 28),
+                last = shown({1, 0}, uint64_t{1} << 28), roomy = shown({0}, uint64_t{1} << 28);
+    EXPECT_LT(alone.bytes, whole_pages / 3);
+    EXPECT_EQ(roomy.pages, 2.0 * charts);
+    ASSERT_GT(roomy.triangles.size(), 1000u);
+    for (const Shown* other : {&first, &last}) {
+        EXPECT_EQ(other->triangles, roomy.triangles);
+        EXPECT_EQ(other->normals, roomy.normals);
+    }
+    std::filesystem::remove(path);
 }
 
 // In the same plan: blocks in a smaller pool, pages and small levels where shaders look for them, of an atlas without

@@ -94,7 +94,7 @@ private:
     using Entry = Residency::Entry;
 
     uint32_t index(const Entry& entry, uint32_t x, uint32_t y) const {
-        return entry.slot * LODE_VGI_PAGE_TEXELS + y * (n_ + 1) + x;
+        return entry.slot * LODE_VGI_PAGE_TEXELS(n_) + y * (n_ + 1) + x;
     }
 
     static constexpr uint32_t nothing = ~0u;

@@ -20,7 +20,7 @@ inline uint32_t kind_of(uint32_t index, uint32_t cells) {
     if ((index & LODE_VGI_CORNER) != 0) return LODE_VGI_KIND_CORNERS;
     if ((index & LODE_VGI_LEAF) != 0)
         return (index & LODE_VGI_LEAF_MOVES) != 0 ? LODE_VGI_KIND_MOVING_LEAVES : LODE_VGI_KIND_LEAVES;
-    const uint32_t place = index % LODE_VGI_PAGE_TEXELS, row = cells + 1;
+    const uint32_t place = index % LODE_VGI_PAGE_TEXELS(cells), row = cells + 1;
     const bool corner = place == 0 || place == cells || place == cells * row || place == row * row - 1;
     return corner ? LODE_VGI_KIND_CORNER_SAMPLES : LODE_VGI_KIND_SAMPLES;
 }

@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "frame/screen_error.h"
+#include "shaders/shared/vgi_texels.h"
 #include "vgi/asset/triangle_bounds.h"
 #include "vgi/draw/cut/visibility.h"
 
@@ -25,6 +26,13 @@ static double greatest_stretch(const glm::dvec3& a, const glm::dvec3& b) {
 uint32_t attribute_words(const AtlasAttributes& attributes) {
     return 1u + (attributes.uvs ? 1u : 0u) + (attributes.colours ? 1u : 0u) + (attributes.surfaces ? 1u : 0u) +
            (attributes.emissions ? 1u : 0u);
+}
+
+uint32_t attributes_of_samples(const AtlasAttributes& has) {
+    return (has.uvs ? LODE_VGI_HAS_UVS : 0u) | (has.colours ? LODE_VGI_HAS_COLOURS : 0u) |
+           (has.materials ? LODE_VGI_HAS_MATERIALS : 0u) | (has.surfaces ? LODE_VGI_HAS_SURFACES : 0u) |
+           (has.emissions ? LODE_VGI_HAS_EMISSIONS : 0u) | (has.baked ? LODE_VGI_BAKED : 0u) |
+           (has.mapped_normals ? LODE_VGI_MAPPED_NORMALS : 0u);
 }
 
 AttributePage packed_attributes(const Page& page, const PageTree& tree, const AtlasAttributes& attributes,

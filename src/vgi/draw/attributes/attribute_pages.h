@@ -19,6 +19,7 @@ namespace lodestone::vgi {
 using AttributePage = std::vector<uint32_t>;
 
 uint32_t attribute_words(const AtlasAttributes& attributes);  // that a sample needs: 1 .. 5
+uint32_t attributes_of_samples(const AtlasAttributes& has);   // VgiAsset::has
 // The normal in the first word of a sample.
 inline glm::vec3 packed_normal(uint32_t word) {
     return unpack_octahedral({static_cast<int8_t>(word & 255), static_cast<int8_t>(word >> 8 & 255)});

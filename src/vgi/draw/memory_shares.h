@@ -9,7 +9,7 @@
 
 #include "base/result.h"
 #include "vgi/draw/open_atlas.h"
-#include "vgi/draw/page_cache.h"
+#include "vgi/draw/pages/page_cache.h"
 #include "vgi/draw/recipe_layout.h"
 #include "vgi/draw/vgi_source.h"
 #include "vgi/study/device_cut.h"

@@ -19,7 +19,7 @@
 #include "vgi/draw/cut/refinement_test.h"
 #include "vgi/draw/cut/vertex_kinds.h"
 #include "vgi/draw/memory_shares.h"
-#include "vgi/draw/page_cache.h"
+#include "vgi/draw/pages/page_cache.h"
 #include "vgi/draw/recipe_layout.h"
 #include "vgi/study/device_cut.h"
 #include "vgi/study/grid_cut.h"

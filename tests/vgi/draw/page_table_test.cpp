@@ -1,4 +1,4 @@
-#include "vgi/draw/page_table.h"
+#include "vgi/draw/pages/page_table.h"
 
 #include <gtest/gtest.h>
 

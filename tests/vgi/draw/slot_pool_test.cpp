@@ -1,4 +1,4 @@
-#include "vgi/draw/slot_pool.h"
+#include "vgi/draw/pages/slot_pool.h"
 
 #include <gtest/gtest.h>
 

@@ -51,9 +51,15 @@ public:
             node = node << 1 | (one ? 1u : 0u);
         }
         last = node - 64;
+        std::array<uint8_t, wide * wide> sizes{};
         for (uint32_t i = last + 1; i-- > 0;) {
-            const uint32_t zone = i == 0 ? 0 : i < 6 ? 1 : i < 21 ? 2 : 3;
-            code_number(coder, block_[zone][size_around(block, zigzag[i])], i == last, block[zigzag[i]]);
+            const uint32_t zone = i == 0   ? 0
+                                  : i < 6  ? 1
+                                  : i < 21 ? 2
+                                           : 3,
+                           place = zigzag[i], at = place + place / 8 * (wide - 8);
+            code_number(coder, block_[zone][kind_of_sum[sum_around(sizes, at)]], i == last, block[place]);
+            sizes[at] = static_cast<uint8_t>(std::min(std::abs(int32_t{block[place]}), most_counted));
         }
     }
     // A sample of a border. before: the two coded before it.
@@ -69,20 +75,15 @@ private:
     struct Sizes {
         std::array<BitModel, 3> more;
     };
-    // By finer coefficients of the block.
-    static uint32_t size_around(std::span<const int16_t, 64> block, uint32_t place) {
-        const uint32_t x = place % 8, y = place / 8;
-        uint32_t sum = 0;
-        const auto add = [&](uint32_t u, uint32_t v) {
-            if (u < 8 && v < 8) sum += static_cast<uint32_t>(std::min(std::abs(int32_t{block[8 * v + u]}), 4));
-        };
-        add(x + 1, y);
-        add(x, y + 1);
-        add(x + 1, y + 1);
-        add(x + 2, y);
-        add(x, y + 2);
-        return sum < 3 ? sum : sum < 5 ? 3 : sum < 8 ? 4 : 5;
+    // Sizes of coefficients, as far as they count, with two of 0 beyond each row and column.
+    static constexpr uint32_t wide = 10;
+    static constexpr int32_t most_counted = 4;
+    // Of finer coefficients of the block.
+    static uint32_t sum_around(const std::array<uint8_t, wide * wide>& sizes, uint32_t at) {
+        return uint32_t{sizes[at + 1]} + sizes[at + wide] + sizes[at + wide + 1] + sizes[at + 2] + sizes[at + 2 * wide];
     }
+    static constexpr std::array<uint8_t, 5 * most_counted + 1> kind_of_sum{0, 1, 2, 3, 3, 4, 4, 4, 5, 5, 5,
+                                                                           5, 5, 5, 5, 5, 5, 5, 5, 5, 5};
     template <class Coder>
     void code_number(Coder& coder, Sizes& sizes, bool is_not_0, int16_t& number) {
         auto size = static_cast<uint32_t>(std::abs(int32_t{number}));

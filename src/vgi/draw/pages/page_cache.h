@@ -6,7 +6,6 @@
 //                          └─ empty arrival, or it cannot be decoded ─→ failed ─120 frames→ absent
 #pragma once
 
-#include <future>
 #include <map>
 #include <span>
 #include <vector>
@@ -16,9 +15,9 @@
 #include "vgi/draw/buffer_sizes.h"
 #include "vgi/draw/cut/frame_cuts.h"
 #include "vgi/draw/open_atlas.h"
+#include "vgi/draw/pages/page_decoder.h"
+#include "vgi/draw/pages/slot_pool.h"
 #include "vgi/draw/recipe_layout.h"
-#include "vgi/draw/slot_pool.h"
-#include "vgi/draw/worker.h"
 
 namespace lodestone::vgi {
 
@@ -71,32 +70,6 @@ public:
     Result<void> validate() const;
 
 private:
-    struct PageId {
-        Layer layer;
-        uint32_t atlas, number;  // number: of the atlas
-        auto operator<=>(const PageId&) const = default;
-    };
-    struct Decoded {
-        PageId id;
-        std::shared_ptr<const GeometryPage> geometry;
-        std::shared_ptr<const AttributePage> attributes;
-        std::shared_ptr<const AttributeBlocks> blocks;  // the same, where the pool has blocks
-        std::shared_ptr<const DrawnLeafPart> leaf;      // all null: it could not be decoded
-        std::string fault;                              // and why
-        Fault whose = Fault::format;                    // of the file, or of what it lies on
-        uint64_t bytes() const;
-    };
-    // What decoding a page takes, none of which changes meanwhile.
-    struct DecodeTask {
-        PageId id;
-        AtlasFile::PageName name;  // the same
-        const OpenAtlas* atlas;
-        Blob blob;
-        std::shared_ptr<const GeometryPage> parent_geometry;
-        std::shared_ptr<const AttributePage> parent_attributes;  // both null: a coarsest page
-        PoolWords words;
-        Decoded run() const;
-    };
     SlotPool& pool(Layer layer) { return pools_[index_of(layer)]; }
     const SlotPool& pool(Layer layer) const { return pools_[index_of(layer)]; }
     const PoolSpec& spec(Layer layer) const { return specs_[index_of(layer)]; }
@@ -119,8 +92,7 @@ private:
         pages_[id.atlas].write().set_state(id.layer, id.number, state);
     }
 
-    Decoded base_page(Layer layer, uint32_t atlas, uint32_t chart) const;
-    void take_decoded();
+    DecodedPage base_page(Layer layer, uint32_t atlas, uint32_t chart) const;
     void start_decoding(const FrameInput& input);
     void forget(const PageId& id);
     // why: as AtlasFile's errors say it.
@@ -137,11 +109,11 @@ private:
         return !pages(id.atlas).holds(parent.layer, parent.number);
     }
     AtlasFile::ByteRange place_of(const PageId& id) const;
-    bool place_one(const Decoded& page, Plan& plan);
+    bool place_one(const DecodedPage& page, Plan& plan);
     void make_room(Layer layer, Plan& plan);
     uint32_t slots_within_reach(Layer layer) const;
     void evict(Layer layer, uint32_t key);
-    void upload_page(const Decoded& page, uint32_t slot, Plan& plan);
+    void upload_page(const DecodedPage& page, uint32_t slot, Plan& plan);
     void upload_page_tables(Plan& plan);
     bool there(const FrameCuts::Wish& wish) const;
     bool may_be_asked_for(const FrameCuts::Wish& wish, uint64_t frame);
@@ -156,12 +128,11 @@ private:
     std::array<std::vector<std::vector<uint32_t>>, 2> changed_charts_;  // by layer and atlas: their page tables changed
     std::vector<bool> told_;                                            // by atlas: that a page has failed
     std::vector<std::string> warnings_;                                 // for the next plan
-    std::vector<Decoded> ready_;                                        // decoded, without a slot yet
-    std::future<std::vector<Decoded>> decoding_;                        // what the last frame brought
+    std::vector<DecodedPage> ready_;                                    // decoded, without a slot yet
     std::vector<Arrival> empty_;  // asked for, of families with nothing to read (PageTree::has_samples())
     uint32_t waiting_ = 0, uploaded_ = 0, evicted_ = 0, failed_ = 0, fixed_ = 0;  // fixed_: pages placed, ever
     bool changed_ = true;
-    Worker decoder_;  // last: its thread ends before what it works for
+    PageDecoder decoder_;  // of what the last frame brought; last: it ends before what it works for
 };
 
 }  // namespace lodestone::vgi

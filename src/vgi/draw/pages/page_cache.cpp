@@ -1,14 +1,12 @@
-#include "vgi/draw/page_cache.h"
-#include "vgi/asset/codec/page_family.h"
+#include "vgi/draw/pages/page_cache.h"
 
 #include <algorithm>
 #include <numeric>
 
 #include "base/check.h"
 #include "base/threads.h"
-#include "vgi/asset/leaves/leaves.h"
 #include "vgi/draw/attributes/mip_tail.h"
-#include "vgi/draw/page_table.h"
+#include "vgi/draw/pages/page_table.h"
 
 namespace lodestone::vgi {
 
@@ -26,7 +24,7 @@ uint64_t request_id(Layer layer, uint32_t atlas, uint32_t number) {
 }  // namespace
 
 PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 3> pools, PoolWords words, BufferSizes& sizes)
-    : atlases_(atlases), specs_(pools), sizes_(sizes), words_(words), told_(atlases.size(), false) {
+    : atlases_(atlases), specs_(pools), sizes_(sizes), words_(words), told_(atlases.size(), false), decoder_(words) {
     for (const OpenAtlas& atlas : atlases_)
         pages_.emplace_back(AtlasPages{Residency(atlas.topology), AttributePages(atlas.file->about())});
     for (const Layer layer : all_layers) {
@@ -42,14 +40,14 @@ PageCache::PageCache(std::span<OpenAtlas> atlases, std::array<PoolSpec, 3> pools
     }
 }
 
-PageCache::PageId PageCache::page_of(Layer layer, uint32_t key) const {
+PageId PageCache::page_of(Layer layer, uint32_t key) const {
     const size_t l = index_of(layer);
     const auto next = std::ranges::upper_bound(atlases_, key, {}, [&](const OpenAtlas& a) { return a.first[l]; });
     const auto atlas = static_cast<uint32_t>(next - atlases_.begin()) - 1;
     return {layer, atlas, key - atlases_[atlas].first[l]};
 }
 
-PageCache::PageId PageCache::parent_of(const PageId& id) const {
+PageId PageCache::parent_of(const PageId& id) const {
     if (id.layer == Layer::leaves) {
         const PageTopology& topology = *atlases_[id.atlas].topology;
         return {Layer::geometry, id.atlas, topology.page_of_leaf(topology.leaf_of_part(id.number))};
@@ -77,29 +75,29 @@ AtlasFile::PageName PageCache::name_of(const PageId& id) const {
     return {id.layer, id.number / per_chart, id.number % per_chart};
 }
 
-PageCache::Decoded PageCache::base_page(Layer layer, uint32_t atlas, uint32_t chart) const {
+DecodedPage PageCache::base_page(Layer layer, uint32_t atlas, uint32_t chart) const {
     const PageId id{layer, atlas, chart * atlases_[atlas].trees[index_of(layer)].pages()};
     auto bytes = atlases_[atlas].file->read(name_of(id));
     if (!bytes) return {id, nullptr, nullptr, nullptr, nullptr, bytes.error().message, bytes.error().fault};
-    return DecodeTask{id, name_of(id), &atlases_[atlas], Blob(std::move(*bytes)), nullptr, nullptr, words_}.run();
+    return decoder_.decode({id, name_of(id), &atlases_[atlas], Blob(std::move(*bytes)), nullptr, nullptr});
 }
 
 Result<void> PageCache::load_base_pages() {
     for (uint32_t a = 0; a < atlases_.size(); ++a) {
         OpenAtlas& atlas = atlases_[a];
         const Atlas& about = atlas.file->about();
-        std::vector<Decoded> pages(size_t{about.charts()} * 2);
+        std::vector<DecodedPage> pages(size_t{about.charts()} * 2);
         atlas.spacing.resize(about.charts());
         parallel_for(about.charts(), 4, [&](size_t begin, size_t end) {
             for (auto c = static_cast<uint32_t>(begin); c < end; ++c) {
                 for (const Layer layer : both_layers) pages[c * 2 + index_of(layer)] = base_page(layer, a, c);
-                const Decoded& positions = pages[c * 2 + index_of(Layer::geometry)];
+                const DecodedPage& positions = pages[c * 2 + index_of(Layer::geometry)];
                 if (positions.geometry != nullptr)
                     atlas.spacing[c] = spacing_of(about, *positions.geometry, coarsest_bounds(about, c).error);
             }
         });
         std::vector<std::shared_ptr<const AttributePage>> coarsest;
-        for (Decoded& page : pages) {
+        for (DecodedPage& page : pages) {
             if (!page.fault.empty()) return fail_at(atlas.file->file().path().string(), {page.whose, page.fault});
             if (page.attributes != nullptr) coarsest.push_back(page.attributes);
             ready_.push_back(std::move(page));
@@ -107,54 +105,6 @@ Result<void> PageCache::load_base_pages() {
         atlas.mip_tail = std::make_shared<const AttributePage>(mip_tail(about, coarsest, words_.of_sample));
     }
     return {};
-}
-
-uint64_t PageCache::Decoded::bytes() const {
-    return geometry != nullptr     ? geometry->size() * sizeof(GeometryTexel)
-           : blocks != nullptr     ? blocks->size() * sizeof(uint32_t)
-           : attributes != nullptr ? attributes->size() * sizeof(uint32_t)
-           : leaf != nullptr       ? leaf->words.size() * sizeof(leaf->words[0])
-                                   : 0;
-}
-
-PageCache::Decoded PageCache::DecodeTask::run() const {
-    const size_t l = index_of(id.layer);
-    const AtlasFile& file = *atlas->file;
-    const Atlas& about = file.about();
-    Decoded decoded{id, nullptr, nullptr, nullptr, nullptr, {}, Fault::format};
-    if (id.layer == Layer::leaves) {
-        auto part = file.decode_leaf(id.number, std::span(blob.data(), blob.size()));
-        if (part) {
-            decoded.leaf = std::make_shared<const DrawnLeafPart>(
-                packed_leaf(*atlas->topology, id.number, std::move(*part), *parent_geometry, words.leaf_uvs));
-        } else {
-            decoded.fault = part.error().message;
-        }
-        return decoded;
-    }
-    const PageTree tree = tree_of(about, id.layer, name.chart);
-    const auto family = file.unpack(name, std::span(blob.data(), blob.size()));
-    if (!family) {
-        decoded.fault = family.error().message;
-        return decoded;
-    }
-    std::optional<Page> parent;
-    if (parent_geometry != nullptr) parent = unpacked_geometry(*parent_geometry);
-    if (parent_attributes != nullptr)
-        parent = unpacked_attributes(*parent_attributes, atlas->trees[l], about.attributes);
-    const auto plain = file.decode(name, *family, parent ? &*parent : nullptr);
-    if (!plain) {
-        decoded.fault = plain.error().message;
-    } else if (id.layer == Layer::geometry) {
-        decoded.geometry = std::make_shared<const GeometryPage>(packed_geometry(*plain, tree));
-    } else {
-        decoded.attributes =
-            std::make_shared<const AttributePage>(packed_attributes(*plain, tree, about.attributes, words.of_sample));
-        if (words.in_blocks())
-            decoded.blocks = std::make_shared<const AttributeBlocks>(
-                attribute_blocks(*decoded.attributes, tree, about.attributes, words.blocks()));
-    }
-    return decoded;
 }
 
 void PageCache::begin_frame(uint64_t frame, uint64_t completed) {
@@ -179,12 +129,6 @@ void PageCache::touch_positions(std::span<const uint32_t> pages) {
     }
 }
 
-// What was decoded since the last frame.
-void PageCache::take_decoded() {
-    if (!decoding_.valid()) return;
-    for (Decoded& page : decoding_.get()) ready_.push_back(std::move(page));
-}
-
 void PageCache::start_decoding(const FrameInput& input) {
     std::vector<DecodeTask> tasks;
     std::vector<Arrival> arrivals = std::exchange(empty_, {});
@@ -206,7 +150,7 @@ void PageCache::start_decoding(const FrameInput& input) {
             continue;
         }
         const AtlasPages& known = pages(id.atlas);
-        DecodeTask task{id, name_of(id), &atlases_[id.atlas], arrival.blob, nullptr, nullptr, words_};
+        DecodeTask task{id, name_of(id), &atlases_[id.atlas], arrival.blob, nullptr, nullptr};
         if (id.layer == Layer::attributes) {
             task.parent_attributes = known.attributes.entry(parent_of(id).number).texels;
         } else {
@@ -215,14 +159,7 @@ void PageCache::start_decoding(const FrameInput& input) {
         set_state(id, PageState::decoding);
         tasks.push_back(std::move(task));
     }
-    if (tasks.empty()) return;
-    decoding_ = decoder_.start<std::vector<Decoded>>([tasks = std::move(tasks)] {
-        std::vector<Decoded> decoded(tasks.size());
-        parallel_for(tasks.size(), 1, [&](size_t begin, size_t end) {
-            for (size_t k = begin; k < end; ++k) decoded[k] = tasks[k].run();
-        });
-        return decoded;
-    });
+    if (!tasks.empty()) decoder_.start(std::move(tasks));
 }
 
 void PageCache::forget(const PageId& id) {
@@ -243,12 +180,12 @@ void PageCache::fail_page(const PageId& id, const std::string& why, uint64_t fra
 }
 
 void PageCache::place(const FrameInput& input, uint64_t upload_bytes, Plan& plan) {
-    take_decoded();
+    for (DecodedPage& page : decoder_.take()) ready_.push_back(std::move(page));
     start_decoding(input);
     uint64_t bytes = 0;
     size_t done = 0;
     for (; done < ready_.size(); ++done) {
-        const Decoded& page = ready_[done];
+        const DecodedPage& page = ready_[done];
         // With the rows of the page table that tell of it and of what it replaces.
         const uint64_t row =
             page.id.layer == Layer::leaves
@@ -300,7 +237,7 @@ void PageCache::make_room(Layer layer, Plan& plan) {
 }
 
 // False where there is no room, or what it is coded against has gone: if it is still wanted, it is asked for again.
-bool PageCache::place_one(const Decoded& page, Plan& plan) {
+bool PageCache::place_one(const DecodedPage& page, Plan& plan) {
     const PageId& id = page.id;
     const OpenAtlas& atlas = atlases_[id.atlas];
     if (atlas.is_fixed(id.layer)) {
@@ -330,7 +267,7 @@ void PageCache::evict(Layer layer, uint32_t key) {
     ++evicted_;
 }
 
-void PageCache::upload_page(const Decoded& page, uint32_t slot, Plan& plan) {
+void PageCache::upload_page(const DecodedPage& page, uint32_t slot, Plan& plan) {
     const PageId& id = page.id;
     AtlasPages& known = pages_[id.atlas].write();
     changed_ = true;

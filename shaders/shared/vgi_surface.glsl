@@ -27,6 +27,10 @@ vec4 weight_of_side(vec4 weight, mat4x3 directions, vec3 facing) {
     return sum > 1e-3 ? kept / sum : weight;
 }
 
+// Whether anything of a leaf is looked up in samples: its normal is its own, but for what maps of normals make of it.
+const bool more_than_normals = (ever & (LODE_VGI_HAS_UVS | LODE_VGI_HAS_COLOURS | LODE_VGI_HAS_MATERIALS | LODE_VGI_HAS_SURFACES |
+                                        LODE_VGI_HAS_EMISSIONS | LODE_VGI_MAPPED_NORMALS)) != 0u;
+
 // Texture coordinates of a leaf's triangle, as leaves hold them: samples know of seams only where they lie.
 struct OwnUvs {
     bool there;
@@ -99,7 +103,7 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
     vec4 weight = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
     mat4x3 directions;
     for (int k = 0; k < 4; ++k) directions[k] = direction_at(at[k]);
-    if (is_leaf && has_normal(visible)) weight = weight_of_side(weight, directions, normalize(facing));
+    if (more_than_normals && is_leaf && has_normal(visible)) weight = weight_of_side(weight, directions, normalize(facing));
     int nearest = 0;
     for (int k = 1; k < 4; ++k) nearest = weight[k] > weight[nearest] ? k : nearest;
 

@@ -63,11 +63,6 @@ DecodedPage PageDecoder::decode(const DecodeTask& task, const PageFamily& family
     return decoded;
 }
 
-PageDecoder::FamilyId PageDecoder::family_of(const DecodeTask& task) {
-    return {task.id.layer, task.id.atlas, task.name.chart,
-            task.atlas->trees[index_of(task.id.layer)].family(task.name.page)};
-}
-
 void PageDecoder::start(std::vector<DecodeTask> tasks) {
     LODE_CHECK(!decoding_.valid());
     ++started_;
@@ -78,53 +73,59 @@ std::vector<DecodedPage> PageDecoder::take() {
     return decoding_.valid() ? decoding_.get() : std::vector<DecodedPage>();
 }
 
-std::vector<DecodedPage> PageDecoder::run(const std::vector<DecodeTask>& tasks) {
-    struct Siblings {
-        std::shared_ptr<const PageFamily> family;  // null where none of them has its bytes
-        std::vector<size_t> tasks;
-    };
-    std::map<FamilyId, Siblings> together;
-    std::vector<DecodedPage> decoded(tasks.size());
-    std::vector<size_t> leaves;
+std::vector<PageDecoder::Siblings> PageDecoder::grouped(const std::vector<DecodeTask>& tasks) const {
+    std::map<FamilyId, Siblings> families;
+    std::vector<Siblings> all;
     for (size_t k = 0; k < tasks.size(); ++k) {
-        if (tasks[k].id.layer == Layer::leaves) {
-            leaves.push_back(k);
+        const auto& [id, name, atlas, blob, geometry, attributes] = tasks[k];
+        if (id.layer == Layer::leaves) {
+            all.push_back({{}, nullptr, {k}});
             continue;
         }
-        Siblings& siblings = together[family_of(tasks[k])];
-        siblings.tasks.push_back(k);
+        const FamilyId family{id.layer, id.atlas, name.chart, atlas->trees[index_of(id.layer)].family(name.page)};
+        families[family].tasks.push_back(k);
     }
-    std::vector<Siblings*> all;
-    for (auto& [id, siblings] : together) {
+    for (auto& [id, siblings] : families) {
+        siblings.id = id;
         if (const auto kept = families_.find(id); kept != families_.end()) siblings.family = kept->second.family;
-        all.push_back(&siblings);
+        all.push_back(std::move(siblings));
     }
-    // All at once would be too many to keep.
-    const size_t kept_from = all.size() - std::min(all.size(), most_families);
-    parallel_for(all.size() + leaves.size(), 1, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) {
-            if (i >= all.size()) {
-                decoded[leaves[i - all.size()]] = decode_leaf(tasks[leaves[i - all.size()]]);
+    return all;
+}
+
+void PageDecoder::decode(Siblings& siblings, const std::vector<DecodeTask>& tasks,
+                         std::vector<DecodedPage>& decoded) const {
+    for (const size_t k : siblings.tasks) {
+        const DecodeTask& task = tasks[k];
+        if (task.id.layer == Layer::leaves) {
+            decoded[k] = decode_leaf(task);
+            continue;
+        }
+        if (siblings.family == nullptr) {
+            auto family = task.atlas->file->unpack(task.name, std::span(task.blob.data(), task.blob.size()));
+            if (!family) {
+                decoded[k] = broken(task.id, family.error());
                 continue;
             }
-            Siblings& siblings = *all[i];
-            for (const size_t k : siblings.tasks) {
-                const DecodeTask& task = tasks[k];
-                if (siblings.family == nullptr) {
-                    auto family = task.atlas->file->unpack(task.name, std::span(task.blob.data(), task.blob.size()));
-                    if (!family) {
-                        decoded[k] = broken(task.id, family.error());
-                        continue;
-                    }
-                    siblings.family = std::make_shared<const PageFamily>(std::move(*family));
-                }
-                decoded[k] = decode(task, *siblings.family);
-            }
-            if (i < kept_from) siblings.family = nullptr;
+            siblings.family = std::make_shared<const PageFamily>(std::move(*family));
+        }
+        decoded[k] = decode(task, *siblings.family);
+    }
+}
+
+std::vector<DecodedPage> PageDecoder::run(const std::vector<DecodeTask>& tasks) {
+    std::vector<Siblings> groups = grouped(tasks);
+    std::vector<DecodedPage> decoded(tasks.size());
+    // All at once would be too many to keep.
+    const size_t kept_from = groups.size() - std::min(groups.size(), most_families);
+    parallel_for(groups.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t g = begin; g < end; ++g) {
+            decode(groups[g], tasks, decoded);
+            if (g < kept_from) groups[g].family = nullptr;
         }
     });
-    for (const auto& [id, siblings] : together) {
-        if (siblings.family != nullptr) families_[id] = {siblings.family, started_};
+    for (const Siblings& siblings : groups) {
+        if (siblings.family != nullptr) families_[siblings.id] = {siblings.family, started_};
     }
     forget_oldest();
     return decoded;

@@ -66,7 +66,14 @@ private:
         std::shared_ptr<const PageFamily> family;
         uint64_t used = 0;  // by which start()
     };
-    static FamilyId family_of(const DecodeTask& task);
+    // Tasks by number whose pages are of one family; of leaves, one at a time.
+    struct Siblings {
+        FamilyId id{};
+        std::shared_ptr<const PageFamily> family;  // null until it is unpacked; where none of them has its bytes
+        std::vector<size_t> tasks;
+    };
+    std::vector<Siblings> grouped(const std::vector<DecodeTask>& tasks) const;
+    void decode(Siblings& siblings, const std::vector<DecodeTask>& tasks, std::vector<DecodedPage>& decoded) const;
     std::vector<DecodedPage> run(const std::vector<DecodeTask>& tasks);
     void forget_oldest();
     DecodedPage decode(const DecodeTask& task, const PageFamily& family) const;

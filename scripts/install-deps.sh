@@ -13,7 +13,7 @@ packages=(
   libdraco-dev libwebp-dev libstb-dev
   libpng-dev libjpeg-dev libtiff-dev zlib1g-dev libzstd-dev libproj-dev
   libopenvdb-dev
-  libvulkan-dev glslang-dev glslang-tools libglfw3-dev libimgui-dev
+  libvulkan-dev glslang-dev glslang-tools spirv-tools libglfw3-dev libimgui-dev
   # to test and measure
   libgtest-dev libgmock-dev libbenchmark-dev python3
   # to build the Python module and run its examples

@@ -204,6 +204,9 @@ Result<DrawnFrame> DrawSession::start(const Camera& camera, const Budget& budget
         plan.commands, [](const Command& command) { return std::holds_alternative<Readback>(command.what); });
     reader_.request(plan.requests);
     drawn.ms = drawn.plan_ms = ms_since(entered);
+    // Nobody looks at it if others follow.
+    if (settling_ && (outstanding_ || late_) && !reads_back_)
+        std::erase_if(plan.commands, [](const Command& command) { return std::holds_alternative<Draw>(command.what); });
     ShadingOptions shown = look;
     if (mirror_) {
         if (auto done = mirror_plan(*mirror_, input, plan, shown); !done) return tl::unexpected(done.error());
@@ -294,19 +297,22 @@ Result<std::vector<DrawnFrame>> DrawSession::take_drawn(bool wait) {
 
 Result<DrawnFrame> DrawSession::settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                                        uint32_t frames) {
-    uint32_t swaps = 0;
     Budget all_at_once = budget;
     all_at_once.page_requests = ~0u;
-    for (bool first = true;; --frames, first = false) {
+    uint32_t swaps = 0;
+    for (bool first = true; frames > 1; --frames, first = false) {
+        settling_ = true;
         auto drawn = draw(camera, all_at_once, width, height);
-        if (!drawn || frames <= 1) return drawn;
-        if (swaps_pages(drawn->stats) && ++swaps == most_swaps) return drawn;
+        settling_ = false;
+        if (!drawn) return drawn;
+        if (swaps_pages(drawn->stats) && ++swaps == most_swaps) break;
         // What arrived with this frame is decoded by the next, and shown by it.
         reader_.wait();
         // And what a device finds out about a frame is answered by the next.
         if (!outstanding_ && !late_ && !(first && reads_back_)) return drawn;
         late_ = outstanding_;
     }
+    return draw(camera, all_at_once, width, height);
 }
 
 }  // namespace lodestone

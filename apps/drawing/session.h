@@ -103,6 +103,7 @@ private:
     bool outstanding_ = false;  // the last frame asked for pages, or pages arrived with it
     bool late_ = false;         // and so did the one before
     bool reads_back_ = false;   // the last frame reads something back
+    bool settling_ = false;     // frames that others follow draw nothing
     std::vector<ReadbackResult> readbacks_;
     std::deque<DrawnFrame> begun_;  // without counters yet
     View view_;

@@ -19,11 +19,13 @@ function(lodestone_shaders target folder function)
   foreach(shader IN LISTS shaders)
     string(MAKE_C_IDENTIFIER "${shader}" symbol)
     set(spirv "${out}/${symbol}.spv")
+    set(outputs "${spirv}")
     set(optimize)
     if(SPIRV_OPT)
-      set(optimize COMMAND "${SPIRV_OPT}" --target-env=vulkan1.3 ${lodestone_shader_passes} "${spirv}" -o "${spirv}")
+      list(APPEND outputs "${spirv}.opt")
+      set(optimize COMMAND "${SPIRV_OPT}" --target-env=vulkan1.3 ${lodestone_shader_passes} "${spirv}" -o "${spirv}.opt")
     endif()
-    add_custom_command(OUTPUT "${spirv}"
+    add_custom_command(OUTPUT ${outputs}
       COMMAND "${CMAKE_COMMAND}" -E make_directory "${out}"
       COMMAND Vulkan::glslangValidator --target-env vulkan1.3 -g0 --quiet "-I${PROJECT_SOURCE_DIR}/shaders"
         --depfile "${spirv}.d" -o "${spirv}" "${folder}/${shader}"
@@ -31,11 +33,12 @@ function(lodestone_shaders target folder function)
       DEPENDS "${folder}/${shader}"
       DEPFILE "${spirv}.d"
       COMMENT "Shader ${shader}" VERBATIM)
-    list(APPEND compiled "${spirv}")
+    list(APPEND compiled ${outputs})
   endforeach()
   set(source "${out}/${function}.cpp")
   add_custom_command(OUTPUT "${source}"
     COMMAND "${CMAKE_COMMAND}" "-DOUT=${source}" "-DFOLDER=${out}" "-DSHADERS=${shaders}" "-DFUNCTION=${function}"
+      "-DOPTIMISED=${SPIRV_OPT}"
       -P "${PROJECT_SOURCE_DIR}/cmake/EmbedShaders.cmake"
     DEPENDS ${compiled} "${PROJECT_SOURCE_DIR}/cmake/EmbedShaders.cmake" VERBATIM)
   set_source_files_properties("${source}" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)  # made by a build: units are of what is written

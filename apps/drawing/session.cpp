@@ -297,12 +297,12 @@ Result<std::vector<DrawnFrame>> DrawSession::take_drawn(bool wait) {
 
 Result<DrawnFrame> DrawSession::settle(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                                        uint32_t frames) {
-    Budget all_at_once = budget;
-    all_at_once.page_requests = ~0u;
+    Budget waiting = budget;
+    waiting.page_requests = Budget::page_requests_waiting;
     uint32_t swaps = 0;
     for (bool first = true; frames > 1; --frames, first = false) {
         settling_ = true;
-        auto drawn = draw(camera, all_at_once, width, height);
+        auto drawn = draw(camera, waiting, width, height);
         settling_ = false;
         if (!drawn) return drawn;
         if (swaps_pages(drawn->stats) && ++swaps == most_swaps) break;
@@ -312,7 +312,7 @@ Result<DrawnFrame> DrawSession::settle(const Camera& camera, const Budget& budge
         if (!outstanding_ && !late_ && !(first && reads_back_)) return drawn;
         late_ = outstanding_;
     }
-    return draw(camera, all_at_once, width, height);
+    return draw(camera, waiting, width, height);
 }
 
 }  // namespace lodestone

@@ -114,7 +114,7 @@ Result<PlanStats> Cutter::draw_frame(const CutView& view) {
     input_.instances = {Instance{0, 0, view.object_to_world}};
     input_.budget.pixel_error = view.pixel_error;
     if (view.max_triangles > 0) input_.budget.max_triangles = view.max_triangles;
-    if (view.wait) input_.budget.page_requests = ~0u;
+    if (view.wait) input_.budget.page_requests = Budget::page_requests_waiting;
     input_.arrivals = reader_.arrivals();
     input_.frame = input_.completed_frame = next_frame_++;
     const Plan plan = source_->plan(input_);

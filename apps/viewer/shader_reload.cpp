@@ -9,7 +9,6 @@
 #include <memory>
 
 #include "base/files/file.h"
-#include "render/shader_library.h"
 
 namespace lodestone {
 
@@ -90,7 +89,7 @@ Result<std::vector<uint32_t>> compile(const fs::path& folder, const std::string&
 }  // namespace
 
 void ReplacedShaders::undo() const {
-    for (const auto& [name, words] : before_) add_shader(name, words);
+    for (const auto& [name, code] : before_) add_shader(name, code);
 }
 
 Result<ReplacedShaders> compile_shaders(const fs::path& folder) {
@@ -103,13 +102,13 @@ Result<ReplacedShaders> compile_shaders(const fs::path& folder) {
         if (!words) return tl::unexpected(words.error());
         made.emplace(name, std::move(*words));
     }
-    std::map<std::string, std::span<const uint32_t>> before;
+    std::map<std::string, ShaderCode> before;
     for (auto& [name, words] : made) {
-        const auto old = shader_words(name);
-        if (std::ranges::equal(old, words)) continue;
+        const ShaderCode old = shader_code(name);
+        if (std::ranges::equal(old.compiled, words)) continue;
         before.emplace(name, old);
         kept.push_back(std::move(words));
-        add_shader(name, kept.back());
+        add_shader(name, {kept.back(), kept.back()});
     }
     return ReplacedShaders(std::move(before));
 }

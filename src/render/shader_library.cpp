@@ -7,12 +7,12 @@ namespace lodestone {
 void add_built_in_shaders();  // generated from shaders/
 
 namespace {
-std::map<std::string, std::span<const uint32_t>>& library() {
-    static std::map<std::string, std::span<const uint32_t>> shaders;
+std::map<std::string, ShaderCode>& library() {
+    static std::map<std::string, ShaderCode> shaders;
     return shaders;
 }
 
-const std::map<std::string, std::span<const uint32_t>>& all_shaders() {
+const std::map<std::string, ShaderCode>& all_shaders() {
     static const bool added = (add_built_in_shaders(), true);
     static_cast<void>(added);
     return library();
@@ -20,17 +20,17 @@ const std::map<std::string, std::span<const uint32_t>>& all_shaders() {
 
 }  // namespace
 
-void add_shader(const std::string& name, std::span<const uint32_t> words) { library()[name] = words; }
+void add_shader(const std::string& name, const ShaderCode& code) { library()[name] = code; }
 
-std::span<const uint32_t> shader_words(const std::string& name) {
+ShaderCode shader_code(const std::string& name) {
     const auto& shaders = all_shaders();
     const auto found = shaders.find(name);
-    return found == shaders.end() ? std::span<const uint32_t>{} : found->second;
+    return found == shaders.end() ? ShaderCode{} : found->second;
 }
 
 std::vector<std::string> shader_names() {
     std::vector<std::string> names;
-    for (const auto& [name, words] : all_shaders()) names.push_back(name);
+    for (const auto& [name, code] : all_shaders()) names.push_back(name);
     return names;
 }
 

@@ -663,7 +663,7 @@ TEST_F(ProgramTest, CompilesShadersAnewAndKeepsWhatItHasWhereTheyAreBroken) {
     EXPECT_NE(words_of("mesh/mesh.frag"), before);
     changed->undo();
     EXPECT_EQ(words_of("mesh/mesh.frag"), before);
-    change("vgi/sample.vert", "y * row", "y * nowhere");
+    change("vgi/sample.vert", "cells + 1u", "cells + nowhere");
     const auto broken = compile_shaders(shaders);
     ASSERT_FALSE(broken);
     EXPECT_THAT(broken.error().message, HasSubstr("sample.vert:"));

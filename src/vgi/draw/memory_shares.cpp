@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "frame/frame_source.h"
-#include "shaders/shared/vgi_cut.h"
 #include "vgi/asset/atlas_chunks.h"
 #include "vgi/draw/attributes/mip_tail.h"
 #include "vgi/draw/cut/vertex_kinds.h"
@@ -120,11 +119,10 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
 namespace {
 
 // Bytes of the lists of the coarsest level.
-uint64_t least_list_bytes(const Totals& totals, const VgiOptions& options, const Shares& shares) {
+uint64_t least_list_bytes(const Totals& totals, const VgiOptions& options, const DeviceNeeds& device, bool tess) {
     // The device's own lists are for whatever may be drawn.
-    if (options.raster == Raster::device) return shares.device.list_bytes();
-    return totals.charts * std::max(1u, options.instances) *
-           (shares.tess ? LODE_VGI_PATCH_WORDS * sizeof(uint32_t) : 24);
+    if (options.raster == Raster::device) return device.list_bytes;
+    return totals.charts * std::max(1u, options.instances) * (tess ? LODE_VGI_PATCH_WORDS * sizeof(uint32_t) : 24);
 }
 
 // available: bytes beside what there must be of all else.
@@ -186,23 +184,19 @@ void share_pages(const Totals& totals, const VgiOptions& options, uint64_t left,
 
 }  // namespace
 
-Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atlases, const VgiOptions& options) {
+Result<Shares> share_budget(const Totals& totals, size_t atlases, const VgiOptions& options,
+                            const DeviceNeeds& device) {
     Shares shares;
     if (auto good = check_totals(totals); !good) return tl::unexpected(good.error());
     shares.tess = options.raster == Raster::tess || options.raster == Raster::device;
-    shares.device = DeviceCutSizes::largest_of(atlases).times(std::max(1u, options.instances));
     const auto &rows = totals.rows, &base = totals.base;
     const auto& slot_bytes = totals.slot_bytes;
     uint64_t need = totals.slots_before[0] * geometry_page_bytes(page_cells) + totals.fixed_positions * header_bytes +
                     totals.slots_before[1] * slot_bytes[1] + (rows[0] + rows[1] + totals.charts) * sizeof(uint32_t) +
-                    atlases.size() * (sizeof(gpu::VgiAsset) + 2048) + totals.corner_records * sizeof(CornerRecord);
-    if (options.raster == Raster::device) {
-        need += shares.device.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
-                rows[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) + totals.charts * 4 * sizeof(uint32_t) +
-                LODE_CUT_LIST_COUNT * sizeof(gpu::VgiCutList);
-    }
+                    atlases * (sizeof(gpu::VgiAsset) + 2048) + totals.corner_records * sizeof(CornerRecord) +
+                    device.table_bytes;
     need += base[0] * slot_bytes[0] + base[1] * slot_bytes[1] + slot_bytes[2];
-    const uint64_t least_lists = least_list_bytes(totals, options, shares);
+    const uint64_t least_lists = least_list_bytes(totals, options, device, shares.tess);
     if (need + least_lists > options.resident_bytes)
         return over_budget("tables, the coarsest pages and their lists", need + least_lists, options.resident_bytes);
     share_lists(least_lists, options.resident_bytes - need, options, shares);

@@ -12,7 +12,6 @@
 #include "vgi/draw/pages/page_cache.h"
 #include "vgi/draw/recipe_layout.h"
 #include "vgi/draw/vgi_source.h"
-#include "vgi/study/device_cut.h"
 
 namespace lodestone::vgi {
 
@@ -46,11 +45,14 @@ struct Shares {
     bool tess = false;                                   // patches are drawn
     uint64_t first_list_bytes = 0, most_list_bytes = 0;  // of the draw lists
     uint64_t list_budget = 0;                            // with what they had before
-    DeviceCutSizes device;                               // where the device cuts
     std::array<PageCache::PoolSpec, 3> pools{};
 };
-// Fault::machine where there is not even room for what must be there.
-Result<Shares> share_budget(const Totals& totals, std::span<const OpenAtlas> atlases, const VgiOptions& options);
+// What it takes where the device cuts; nothing where it does not.
+struct DeviceNeeds {
+    uint64_t table_bytes = 0, list_bytes = 0;
+};
+// Fault::machine where there is not even room for what must be there. atlases: how many.
+Result<Shares> share_budget(const Totals& totals, size_t atlases, const VgiOptions& options, const DeviceNeeds& device);
 
 // The backend's buffers, in the order of Buffers.
 std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, size_t atlases);

@@ -489,6 +489,15 @@ PipelineSpec lighting_pipeline_of(const AttributeConstants& attributes) {
     return lighting;
 }
 
+DeviceNeeds device_needs(const Totals& totals, std::span<const OpenAtlas> atlases, const VgiOptions& options) {
+    if (options.raster != Raster::device) return {};
+    const DeviceCutSizes sizes = DeviceCutSizes::largest_of(atlases).times(std::max(1u, options.instances));
+    return {sizes.table_bytes() + options.instances * sizeof(gpu::VgiCutInstance) +
+                totals.rows[0] * (sizeof(gpu::VgiCutPage) + 2 * sizeof(uint32_t)) +
+                totals.charts * 4 * sizeof(uint32_t) + LODE_CUT_LIST_COUNT * sizeof(gpu::VgiCutList),
+            sizes.list_bytes()};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<const AtlasFile>>& files,
@@ -496,7 +505,7 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     LODE_CHECK(!files.empty());
     Totals totals;
     std::vector<OpenAtlas> atlases = open_atlases(files, options, totals);
-    const auto shares = share_budget(totals, atlases, options);
+    const auto shares = share_budget(totals, atlases.size(), options, device_needs(totals, atlases, options));
     if (!shares) return tl::unexpected(shares.error());
     Recipe recipe;
     recipe.buffers = buffers_of(totals, *shares, atlases.size());

@@ -9,9 +9,10 @@
 
 namespace lodestone {
 
-// What drivers get of a shader, and what the compiler made of its text: the same where it was not optimised.
+// A shader in SPIR-V.
 struct ShaderCode {
-    std::span<const uint32_t> words, compiled;
+    std::span<const uint32_t> words;     // that drivers get
+    std::span<const uint32_t> compiled;  // that the compiler made of its text; the same where it was not optimised
 };
 
 // Adds a shader, or replaces the one of that name.
@@ -21,6 +22,7 @@ void add_shader(const std::string& name, const ShaderCode& code);
 // Empty where there is no such shader.
 ShaderCode shader_code(const std::string& name);
 
+// ShaderCode::words of it.
 inline std::span<const uint32_t> shader_words(const std::string& name) { return shader_code(name).words; }
 
 // Of all there are.

@@ -24,7 +24,7 @@ struct Budget {
     uint64_t resident_bytes = uint64_t{1} << 30;  // of all buffers together
     // Pages of each kind that a frame asks for, so that the next one has not long to wait until they are decoded.
     uint32_t page_requests = 64;
-    // The same where nothing is shown before all have come: as many as memory holds beside what is drawn.
+    // The same where nothing is shown before all have come: what is decoded is held until it is placed.
     static constexpr uint32_t page_requests_waiting = 4096;
     bool operator==(const Budget&) const = default;
 };

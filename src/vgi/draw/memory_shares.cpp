@@ -47,19 +47,17 @@ void place_fixed(std::vector<OpenAtlas>& atlases, Totals& totals) {
         atlas.first_mip_tail = mip_tail;
         mip_tail += mip_tail_of(atlas);
     }
-    std::array<uint64_t, 2> end{0, mip_tail * totals.words.of_sample};  // texels, words
+    std::array<uint64_t, 2> end{0, mip_tail * totals.words.of_sample * sizeof(uint32_t)};  // bytes
     for (const Layer layer : both_layers) {
         const size_t l = index_of(layer);
-        const auto size_of = [&](uint32_t cells) -> uint64_t {
-            return layer == Layer::geometry ? LODE_VGI_PAGE_TEXELS(cells) : totals.words.of_page(cells);
-        };
         for (OpenAtlas& atlas : atlases) {
             if (!atlas.is_fixed(layer)) continue;
-            const uint64_t size = size_of(atlas.trees[l].cells_per_page()), first = divided_up(end[l], size);
+            const uint64_t size = totals.words.page_bytes(layer, atlas.trees[l].cells_per_page()),
+                           first = divided_up(end[l], size);
             atlas.first_fixed[l] = static_cast<uint32_t>(first);
             end[l] = (first + atlas.file->about().charts()) * size;
         }
-        totals.slots_before[l] = divided_up(end[l], size_of(page_cells));
+        totals.slots_before[l] = divided_up(end[l], totals.words.page_bytes(layer, page_cells));
     }
     // Headers of fixed pages come before those of slots.
     for (OpenAtlas& atlas : atlases) {
@@ -109,8 +107,8 @@ std::vector<OpenAtlas> open_atlases(const std::vector<std::shared_ptr<const Atla
         atlases.push_back(std::move(atlas));
     }
     totals.words.leaf_uvs = (totals.words.ever & LODE_VGI_HAS_UVS) != 0;
-    totals.slot_bytes = {geometry_page_bytes(page_cells) + header_bytes,
-                         uint64_t{totals.words.of_page(page_cells)} * sizeof(uint32_t),
+    totals.slot_bytes = {totals.words.page_bytes(Layer::geometry, page_cells) + header_bytes,
+                         totals.words.page_bytes(Layer::attributes, page_cells),
                          leaf_slot_bytes(totals.words.leaf_block())};
     place_fixed(atlases, totals);
     return atlases;
@@ -191,10 +189,10 @@ Result<Shares> share_budget(const Totals& totals, size_t atlases, const VgiOptio
     shares.tess = options.raster == Raster::tess || options.raster == Raster::device;
     const auto &rows = totals.rows, &base = totals.base;
     const auto& slot_bytes = totals.slot_bytes;
-    uint64_t need = totals.slots_before[0] * geometry_page_bytes(page_cells) + totals.fixed_positions * header_bytes +
-                    totals.slots_before[1] * slot_bytes[1] + (rows[0] + rows[1] + totals.charts) * sizeof(uint32_t) +
-                    atlases * (sizeof(gpu::VgiAsset) + 2048) + totals.corner_records * sizeof(CornerRecord) +
-                    device.table_bytes;
+    uint64_t need = totals.slots_before[0] * totals.words.page_bytes(Layer::geometry, page_cells) +
+                    totals.fixed_positions * header_bytes + totals.slots_before[1] * slot_bytes[1] +
+                    (rows[0] + rows[1] + totals.charts) * sizeof(uint32_t) + atlases * (sizeof(gpu::VgiAsset) + 2048) +
+                    totals.corner_records * sizeof(CornerRecord) + device.table_bytes;
     need += base[0] * slot_bytes[0] + base[1] * slot_bytes[1] + slot_bytes[2];
     const uint64_t least_lists = least_list_bytes(totals, options, device, shares.tess);
     if (need + least_lists > options.resident_bytes)
@@ -210,7 +208,7 @@ std::vector<BufferSpec> buffers_of(const Totals& totals, const Shares& shares, s
         return BufferSpec{name, (uint64_t{spec.first} + spec.slots) * slot_bytes, use_storage,
                           static_cast<uint32_t>(slot_bytes), (uint64_t{spec.first} + spec.most_slots) * slot_bytes};
     };
-    return {pool("page pool of positions", 0, geometry_page_bytes(page_cells)),
+    return {pool("page pool of positions", 0, totals.words.page_bytes(Layer::geometry, page_cells)),
             {"slots of the page pool", (totals.fixed_positions + shares.pools[0].most_slots) * header_bytes,
              use_storage, header_bytes},
             {"page table", (totals.rows[0] + totals.rows[1]) * sizeof(uint32_t), use_storage, 4},

@@ -44,10 +44,6 @@ enum Buffers : uint32_t {
     cut_entries
 };
 inline constexpr uint32_t header_bytes = 8;  // of a page of positions (LODE_VGI_SLOTS)
-// Of a page of so many cells along a side.
-inline constexpr uint64_t geometry_page_bytes(uint32_t cells) {
-    return uint64_t{LODE_VGI_PAGE_TEXELS(cells)} * sizeof(GeometryTexel);
-}
 static_assert(LODE_VGI_PAGE_CELLS == page_cells);
 // leaf_block: LODE_VGI_LEAF_BLOCK.
 inline constexpr uint64_t leaf_slot_bytes(uint32_t leaf_block) {
@@ -67,6 +63,11 @@ struct PoolWords {
     // Of a page of attributes of so many cells along a side.
     uint32_t of_page(uint32_t cells) const {
         return in_blocks() ? blocks().page_words(cells) : LODE_VGI_PAGE_TEXELS(cells) * of_sample;
+    }
+    // Of a page of either, in bytes.
+    uint64_t page_bytes(Layer layer, uint32_t cells) const {
+        return layer == Layer::geometry ? uint64_t{LODE_VGI_PAGE_TEXELS(cells)} * sizeof(GeometryTexel)
+                                        : uint64_t{of_page(cells)} * sizeof(uint32_t);
     }
     uint32_t leaf_block() const { return LODE_VGI_LEAF_BLOCK(leaf_uvs ? 1u : 0u); }
 };

@@ -210,13 +210,7 @@ void PageCache::place(const FrameInput& input, uint64_t upload_bytes, Plan& plan
 
 uint64_t PageCache::slot_bytes(Layer layer) const {
     if (layer == Layer::leaves) return leaf_slot_bytes(words_.leaf_block());
-    return layer == Layer::geometry ? geometry_page_bytes(page_cells)
-                                    : uint64_t{words_.of_page(page_cells)} * sizeof(uint32_t);
-}
-
-uint64_t PageCache::page_bytes(Layer layer, const OpenAtlas& atlas) const {
-    const uint32_t cells = atlas.trees[index_of(layer)].cells_per_page();
-    return layer == Layer::geometry ? geometry_page_bytes(cells) : uint64_t{words_.of_page(cells)} * sizeof(uint32_t);
+    return words_.page_bytes(layer, page_cells);
 }
 
 // What the pool could grow to now.
@@ -279,7 +273,7 @@ void PageCache::upload_page(const DecodedPage& page, uint32_t slot, Plan& plan) 
     }
     const OpenAtlas& atlas = atlases_[id.atlas];
     const PageTree& tree = atlas.trees[index_of(id.layer)];
-    const uint64_t offset = slot * page_bytes(id.layer, atlas);
+    const uint64_t offset = slot * words_.page_bytes(id.layer, tree.cells_per_page());
     changed_charts_[index_of(id.layer)][id.atlas].push_back(id.number / tree.pages());
     if (id.layer == Layer::geometry) {
         known.geometry.put(id.number, page.geometry, slot);

@@ -74,8 +74,6 @@ private:
     const SlotPool& pool(Layer layer) const { return pools_[index_of(layer)]; }
     const PoolSpec& spec(Layer layer) const { return specs_[index_of(layer)]; }
     uint64_t slot_bytes(Layer layer) const;
-    // What a page of an atlas takes.
-    uint64_t page_bytes(Layer layer, const OpenAtlas& atlas) const;
     // The pool's own number of the slot that a page is in, of an atlas whose pages are not fixed; SlotPool::nothing of
     // one that is not there.
     uint32_t pool_slot(const PageId& id) const {

@@ -9,8 +9,6 @@ layout(location = 1) flat in uvec3 in_numbers;
 layout(location = 2) in vec3 in_normal;
 layout(location = 3) in vec2 in_uv;  // of leaves, where they have some
 
-layout(constant_id = 0) const uint kinds = LODE_VGI_EVERY_KIND;  // as in shaders/vgi/sample.vert
-
 uint level_here() { return in_numbers.y & 15u; }
 
 // Of a map that takes pixels to a plane the two singular values, the lesser first: how much it changes to the next pixel as
@@ -21,9 +19,13 @@ vec2 spans_of(vec2 dx, vec2 dy) {
     return vec2(area / max(greater, 1e-30), greater);
 }
 
+// Whether anything is looked up at a place of the atlas.
+const bool looks_up = !leaves_alone || more_than_normals || shows_debug_views;
+
 // LODE_VGI_ANY_FIT where the place in the chart does not tell: of triangles that stand for many charts, of lines, and of
 // triangles seen from the edge.
 uint fit_here() {
+    if (!looks_up) return LODE_VGI_ANY_FIT;
     vec2 spans = float(1u << (in_numbers.y >> 4)) * spans_of(dFdx(in_place_and_measure.xy), dFdy(in_place_and_measure.xy));
     if (level_here() == LODE_VGI_CORNER_LEVEL || !(spans.x > 1e-3 * spans.y)) return LODE_VGI_ANY_FIT;
     return min(uint(clamp(8.0 * log2(spans.x) + float(LODE_VGI_FIT_BELOW), 0.0, 254.0)), LODE_VGI_ANY_FIT - 1u);
@@ -51,14 +53,15 @@ vec3 facing_here() {
 // Place in the chart, 16 bits each way; chart | what fits << LODE_VGI_FIT_SHIFT | level << 28; instance, with LODE_VGI_FROM_BEHIND where
 // both sides are shown; what the debug view asks for, or the normal of triangles of LODE_VGI_LEAF_LEVEL, or which way those of LODE_VGI_CORNER_LEVEL face.
 uvec4 visible_here() {
-    uint more = level_here() == LODE_VGI_LEAF_LEVEL ? packSnorm2x16(folded(in_normal)) : 0u;
+    uint more = (kinds & LODE_VGI_KINDS_OF_LEAVES) != 0u && level_here() == LODE_VGI_LEAF_LEVEL ? packSnorm2x16(folded(in_normal)) : 0u;
     if ((kinds & LODE_VGI_KIND_CORNERS) != 0u && level_here() == LODE_VGI_CORNER_LEVEL) more = packSnorm2x16(folded(facing_here()));
     if (debug_view() == LODE_DEBUG_ERROR || debug_view() == LODE_DEBUG_STRETCH)
         more = floatBitsToUint(in_place_and_measure.z);
     if (debug_view() == LODE_DEBUG_TRIANGLE) more = uint(gl_PrimitiveID);
     if (debug_view() == LODE_DEBUG_MISSES) more = LODE_MARK_OF_PRIMITIVE;
     uint side = (shows_both_sides() || fragments_have_sides()) && !front_here() ? LODE_VGI_FROM_BEHIND : 0u;
-    return uvec4(packUnorm2x16(in_place_and_measure.xy), in_numbers.x | fit_here() << LODE_VGI_FIT_SHIFT | level_here() << 28, in_numbers.z | side, more);
+    uint place = looks_up ? packUnorm2x16(in_place_and_measure.xy) : 0u;
+    return uvec4(place, in_numbers.x | fit_here() << LODE_VGI_FIT_SHIFT | level_here() << 28, in_numbers.z | side, more);
 }
 
 // The texture coordinates of a leaf here; of what is no leaf there are none.
@@ -83,6 +86,24 @@ OwnUvs own_uvs_here() {
 Surface surface_here(uvec4 visible, OwnUvs own) {
     InstanceConstants instance = instance_at(in_numbers.z);
     return atlas_surface(visible, own, world_here(), instance, asset_at(instance.asset));
+}
+
+// The material here: of the sample nearest to what was drawn, which is up to the pixel error off.
+uint material_here(uvec4 visible) {
+    InstanceConstants instance = instance_at(in_numbers.z);
+    VgiAsset asset = asset_at(instance.asset);
+    if ((asset.has & ever & LODE_VGI_HAS_MATERIALS) == 0u) return instance.first_material;
+    float lod = fitting_level(visible.y >> LODE_VGI_FIT_SHIFT & 255u, in_numbers.x, world_here().xyz, instance, asset);
+    AttributeCell cell = attribute_cell(in_place_and_measure.xy, in_numbers.x, lod, asset);
+    return instance.first_material + material_at(cell.at[(cell.inside.x < 0.5 ? 0 : 1) + (cell.inside.y < 0.5 ? 0 : 2)]);
+}
+
+// Whether the pass draws what is here. Software rasterisers run every branch: where materials differ by their sides alone,
+// nothing else is looked up.
+bool is_drawn_here(uvec4 visible, OwnUvs own) {
+    if (!may_be_absent(front_here())) return true;
+    if (scene_has(LODE_LOOKS_MASK | LODE_LOOKS_BLEND)) return is_drawn(look_of(surface_here(visible, own)));
+    return is_side_drawn(material_is_two_sided(material_here(visible)), false);
 }
 
 #endif

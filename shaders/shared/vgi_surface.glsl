@@ -7,9 +7,19 @@
 #include "shared/vgi_attributes.glsl"
 #include "shared/vgi_place.glsl"
 
+// LODE_VGI_KIND_..., of the vertices there may be of what is drawn or lit. Software rasterisers run every branch.
+layout(constant_id = 0) const uint kinds = LODE_VGI_EVERY_KIND;
+const bool leaves_alone = (kinds & ~LODE_VGI_KINDS_OF_LEAVES) == 0u;
+
+// Whether the visibility buffer tells of a leaf, or of a triangle that stands for many charts.
+bool of_leaf(uvec4 visible) {
+    return leaves_alone || ((kinds & LODE_VGI_KINDS_OF_LEAVES) != 0u && visible.y >> 28 == LODE_VGI_LEAF_LEVEL);
+}
+bool of_corners(uvec4 visible) { return (kinds & LODE_VGI_KIND_CORNERS) != 0u && visible.y >> 28 == LODE_VGI_CORNER_LEVEL; }
+
 // Whether the visibility buffer holds a normal: of the source's triangles, or of what stands for many charts.
 bool has_normal(uvec4 visible) {
-    return visible.y >> 28 >= LODE_VGI_LEAF_LEVEL && debug_view() != LODE_DEBUG_ERROR &&
+    return (of_leaf(visible) || of_corners(visible)) && debug_view() != LODE_DEBUG_ERROR &&
            debug_view() != LODE_DEBUG_STRETCH && debug_view() != LODE_DEBUG_TRIANGLE && debug_view() != LODE_DEBUG_MISSES;
 }
 
@@ -28,8 +38,7 @@ vec4 weight_of_side(vec4 weight, mat4x3 directions, vec3 facing) {
 }
 
 // Whether anything of a leaf is looked up in samples: its normal is its own, but for what maps of normals make of it.
-const bool more_than_normals = (ever & (LODE_VGI_HAS_UVS | LODE_VGI_HAS_COLOURS | LODE_VGI_HAS_MATERIALS | LODE_VGI_HAS_SURFACES |
-                                        LODE_VGI_HAS_EMISSIONS | LODE_VGI_MAPPED_NORMALS)) != 0u;
+const bool more_than_normals = (ever & LODE_VGI_MORE_THAN_NORMALS) != 0u;
 
 // Texture coordinates of a leaf's triangle, as leaves hold them: samples know of seams only where they lie.
 struct OwnUvs {
@@ -60,46 +69,67 @@ OwnUvs unpacked_uvs(uvec4 words) {
                   (words.w & LODE_OWN_UVS_TURNED) != 0u);
 }
 
+// log2 of the samples of attributes that a pixel spans. told: as the visibility buffer has it. Where it is not told, on the
+// average over the chart.
+float fitting_level(uint told, uint chart, vec3 world, InstanceConstants instance, VgiAsset asset) {
+    if (told != LODE_VGI_ANY_FIT) return float(int(told) - LODE_VGI_FIT_BELOW) / 8.0;
+    return log2(pixel_at(world, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
+}
+
+// Four samples of attributes around a place of a chart (0 .. 1), of the finest level there is of those no finer than pixels.
+struct AttributeCell {
+    AttributeSample at[4];
+    vec2 inside;           // the cell, 0 .. 1
+    FoundPage page;
+    int fit;               // the level wanted, if pages had as many
+    uint wanted, small;    // of pages; then levels below the coarsest page
+};
+AttributeCell attribute_cell(vec2 place, uint chart, float lod, VgiAsset asset) {
+    AttributeCell cell;
+    uint attribute_cells = 1u << asset.attribute_cells, cells = min(attribute_cells, LODE_VGI_PAGE_CELLS);
+    uint base = uint(findMSB(attribute_cells) - findMSB(cells));
+    cell.fit = max(0, int(floor(lod)));
+    cell.wanted = min(uint(cell.fit), base);
+    cell.page = find_page(asset.first_attribute_page + chart * asset.attribute_pages, place, base, cell.wanted);
+    // Coarser than the coarsest page: a small level.
+    cell.small = uint(clamp(cell.fit - int(base), 0, findMSB(cells)));
+    uint read_cells = cells >> cell.small;
+    uint first = cell.small == 0u ? cell.page.slot * asset.attribute_page_words
+                                  : attribute_words * (asset.first_mip_tail + chart * LODE_VGI_SMALL_FIRST(cells, uint(findMSB(cells)) + 1u) +
+                                                       LODE_VGI_SMALL_FIRST(cells, cell.small));
+    vec2 local = cell.page.place * float(read_cells);
+    ivec2 low = min(ivec2(local), ivec2(int(read_cells) - 1));
+    cell.inside = local - vec2(low);
+    for (int k = 0; k < 4; ++k) {
+        uvec2 p = uvec2(low) + uvec2(k & 1, k >> 1);
+        if (in_blocks && cell.small == 0u) {
+            cell.at[k] = sample_of_blocks(first, read_cells, p);
+        } else {
+            cell.at[k] = plain_sample(first, read_cells, p);
+        }
+    }
+    return cell;
+}
+
 // visible: as shaders/vgi/visible.frag writes it. world: where that is.
 Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants instance, VgiAsset asset) {
     uint chart = visible.y & LODE_VGI_CHART_MASK, told = visible.y >> LODE_VGI_FIT_SHIFT & 255u;
     vec2 place = unpackUnorm2x16(visible.x);
-    bool is_leaf = visible.y >> 28 == LODE_VGI_LEAF_LEVEL;
+    bool is_leaf = of_leaf(visible);
     vec3 facing = has_normal(visible) ? unfolded(unpackSnorm2x16(visible.w)) : vec3(0.0);
-    if (visible.y >> 28 == LODE_VGI_CORNER_LEVEL) {
+    if (of_corners(visible)) {
         float quarter_pixel = 0.25 * pixel_at(world.xyz, instance.scale) / asset.step;
         ChartPlace there = chart_at(lattice_of(world.xyz, instance, asset), facing, quarter_pixel, asset);
         chart = there.chart;
         place = there.place;
     }
-    // Where it is not told, on the average over the chart.
-    float lod = told != LODE_VGI_ANY_FIT ? float(int(told) - LODE_VGI_FIT_BELOW) / 8.0 : log2(pixel_at(world.xyz, instance.scale) / uintBitsToFloat(spacing_at(asset.first_chart + chart)));
-    uint attribute_cells = 1u << asset.attribute_cells, has = asset.has & ever;
+    float lod = fitting_level(told, chart, world.xyz, instance, asset);
+    uint has = asset.has & ever;
     // Where a pixel spans all of a chart there is no place to find in it.
     if (!is_leaf && lod < float(asset.attribute_cells)) place = surface_place(place, chart, world.xyz, lod, instance, asset);
-    uint cells = min(attribute_cells, LODE_VGI_PAGE_CELLS);
-    uint base = uint(findMSB(attribute_cells) - findMSB(cells));
-    int fit = max(0, int(floor(lod)));
-    uint wanted = min(uint(fit), base);
-    FoundPage found = find_page(asset.first_attribute_page + chart * asset.attribute_pages, place, base, wanted);
-    // Coarser than the coarsest page: a small level.
-    uint small = uint(clamp(fit - int(base), 0, findMSB(cells))), read_cells = cells >> small;
-    uint first = small == 0u ? found.slot * asset.attribute_page_words
-                             : attribute_words * (asset.first_mip_tail + chart * LODE_VGI_SMALL_FIRST(cells, uint(findMSB(cells)) + 1u) +
-                                                  LODE_VGI_SMALL_FIRST(cells, small));
-    vec2 local = found.place * float(read_cells);
-    ivec2 low = min(ivec2(local), ivec2(int(read_cells) - 1));
-    vec2 f = local - vec2(low);
-
-    AttributeSample at[4];
-    for (int k = 0; k < 4; ++k) {
-        uvec2 p = uvec2(low) + uvec2(k & 1, k >> 1);
-        if (in_blocks && small == 0u) {
-            at[k] = sample_of_blocks(first, read_cells, p);
-        } else {
-            at[k] = plain_sample(first, read_cells, p);
-        }
-    }
+    AttributeCell cell = attribute_cell(place, chart, lod, asset);
+    AttributeSample at[4] = cell.at;
+    vec2 f = cell.inside;
     vec4 weight = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
     mat4x3 directions;
     for (int k = 0; k < 4; ++k) directions[k] = direction_at(at[k]);
@@ -162,15 +192,15 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
                       : weight.x * uvs[0] + weight.y * uvs[1] + weight.z * uvs[2] + weight.w * uvs[3];
         vec2 uv_step = vec2(asset.uv_step_x, asset.uv_step_y);
         // A pixel spans so much of a cell.
-        float uv_span = shortest * exp2(lod - float(found.level + small)) * min(uv_step.x, uv_step.y);
+        float uv_span = shortest * exp2(lod - float(cell.page.level + cell.small)) * min(uv_step.x, uv_step.y);
         s.uv.dx = vec2(uv_span, 0.0);
         s.uv.dy = vec2(0.0, uv_span);
         s.uv.at = vec2(asset.uv_low_x, asset.uv_low_y) + uv_step * uv;
         if (scene_has(1u << LODE_TEXTURE_NORMAL) && !torn) {
-            PositionPage page = position_page(place, chart, level_of_positions(fit, asset), asset);
-            SurfaceCell cell = surface_cell(page.first, asset.page_cells, page.found.place * float(asset.page_cells), page.stride);
+            PositionPage page = position_page(place, chart, level_of_positions(cell.fit, asset), asset);
+            SurfaceCell here = surface_cell(page.first, asset.page_cells, page.found.place * float(asset.page_cells), page.stride);
             mat3 to_world = mat3(instance.object_to_world);
-            s.uv.along = along_of(to_world * cell.along_x, to_world * cell.along_y,
+            s.uv.along = along_of(to_world * here.along_x, to_world * here.along_y,
                                   uv_step * mix(uvs[1] - uvs[0], uvs[3] - uvs[2], f.y),
                                   uv_step * mix(uvs[2] - uvs[0], uvs[3] - uvs[1], f.x));
         }
@@ -178,8 +208,8 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
     s.level = is_leaf ? 0.0 : float(visible.y >> 28) / max(float(asset.attribute_cells), 1.0);
     s.leaf = is_leaf ? 1u : 0u;
     s.chart = chart + 1u;
-    s.page = found.slot + 1u;
-    s.missing = float(found.level - wanted);
+    s.page = cell.page.slot + 1u;
+    s.missing = float(cell.page.level - cell.wanted);
     s.error = s.stretch = uintBitsToFloat(visible.w);
     s.triangle = s.mark = visible.w;
     return s;

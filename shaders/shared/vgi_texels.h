@@ -42,6 +42,7 @@
 #define LODE_VGI_KIND_LEAVES 4u
 #define LODE_VGI_KIND_MOVING_LEAVES 8u
 #define LODE_VGI_KIND_CORNERS 16u
+#define LODE_VGI_KINDS_OF_LEAVES 12u
 #define LODE_VGI_EVERY_KIND 31u
 
 // Bindings of descriptor set 1.
@@ -103,6 +104,7 @@
 #define LODE_VGI_HAS_EMISSIONS 16
 #define LODE_VGI_BAKED 32           // textures of the source are in it
 #define LODE_VGI_MAPPED_NORMALS 64  // and maps of normals are in the normals
+#define LODE_VGI_MORE_THAN_NORMALS 95  // any of these but LODE_VGI_BAKED
 // Of a scene: its pages of attributes are in blocks; and colours in them have alpha.
 #define LODE_VGI_IN_BLOCKS 128
 #define LODE_VGI_ALPHA_IN_BLOCKS 256

@@ -4,5 +4,5 @@
 #include "shared/vgi_inputs.glsl"
 
 void main() {
-    if (may_be_absent(front_here()) && !is_drawn(look_of(surface_here(visible_here(), own_uvs_here())))) discard;
+    if (!is_drawn_here(visible_here(), own_uvs_here())) discard;
 }

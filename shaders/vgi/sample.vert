@@ -5,7 +5,6 @@
 
 // LODE_VGI_KIND_..., of the vertices there may be. Software rasterisers run every branch.
 layout(constant_id = 0) const uint kinds = LODE_VGI_EVERY_KIND;
-const uint leaves = LODE_VGI_KIND_LEAVES | LODE_VGI_KIND_MOVING_LEAVES;
 
 struct IndexParts {
     uint quotient, rest;
@@ -26,7 +25,7 @@ void main() {
         pass_on(pull_corner(uint(gl_VertexIndex) & ~LODE_VGI_CORNER, instance), id);
         return;
     }
-    if ((kinds & ~leaves) == 0u || ((kinds & leaves) != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u)) {
+    if ((kinds & ~LODE_VGI_KINDS_OF_LEAVES) == 0u || ((kinds & LODE_VGI_KINDS_OF_LEAVES) != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u)) {
         pass_on(pull_leaf(uint(gl_VertexIndex) & ~(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES),
                           (kinds & LODE_VGI_KIND_MOVING_LEAVES) != 0u, instance),
                 id);

@@ -11,5 +11,5 @@ layout(location = 0) out uvec4 out_visible;
 
 void main() {
     out_visible = visible_here();
-    if (may_be_absent(front_here()) && !is_drawn(look_of(surface_here(out_visible, no_own_uvs())))) discard;
+    if (!is_drawn_here(out_visible, no_own_uvs())) discard;
 }

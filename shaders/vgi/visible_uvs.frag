@@ -10,5 +10,5 @@ void main() {
     OwnUvs own = own_uvs_here();
     out_visible = visible_here();
     out_uvs = packed_uvs(own);
-    if (may_be_absent(front_here()) && !is_drawn(look_of(surface_here(out_visible, own)))) discard;
+    if (!is_drawn_here(out_visible, own)) discard;
 }

@@ -140,6 +140,11 @@ struct Command {
     std::variant<Upload, Copy, Resize, Dispatch, Draw, DrawIndirect, Readback> what;
     bool operator==(const Command&) const = default;
 };
+// What a command draws by, whether its counts are known or on the device; null where it draws nothing.
+inline const Draw* drawn_by(const Command& command) {
+    const auto* indirect = std::get_if<DrawIndirect>(&command.what);
+    return indirect != nullptr ? &indirect->draw : std::get_if<Draw>(&command.what);
+}
 
 // Bytes a backend wants read in the background; they come back as an Arrival with the same id.
 struct PageRequest {

@@ -108,11 +108,11 @@ enum class PipelineKind : uint8_t {
 // of that name (shaders/shared/frame.glsl), or eight, the others to `further_visibility`, and lights that in the colour
 // stage by a pipeline that covers the view.
 struct PipelineSpec {
-    std::string name;                                           // for messages and the debugger
-    PipelineKind kind = PipelineKind::draw;                     // which of the members below count
-    std::string vertex, fragment, visibility;                   // draw
-    uint32_t visibility_targets = 1;                            // that `visibility` writes to, 1 or 2; all of a recipe alike
-    std::string cutout, blended;                                // draw; empty where nothing of the scene is to be
+    std::string name;                          // for messages and the debugger
+    PipelineKind kind = PipelineKind::draw;    // which of the members below count
+    std::string vertex, fragment, visibility;  // draw
+    uint32_t visibility_targets = 1;           // that `visibility` writes to, 1 or 2; all of a recipe alike
+    std::string cutout, blended;               // draw; empty where nothing of the scene is to be
     std::string tessellation_control, tessellation_evaluation;  // draw, both or neither
     std::string compute;                                        // compute
     VertexLayout layout;                                        // draw
@@ -121,7 +121,11 @@ struct PipelineSpec {
     // draw: covers the view, in the colour stage alone, wherever the depth stage left something; or, where it blends,
     // in the composite stage alone, everywhere.
     bool whole_view = false;
-    Blend blend = Blend::replace;     // draw: other than replace of an effect's whole_view alone
+    Blend blend = Blend::replace;  // draw: other than replace of an effect's whole_view alone
+    // draw, below 256: the depth stage leaves it in the stencil of the picture. Where any of a recipe has one, a
+    // pipeline that covers the view draws only what its own stencil was left at, so that lighting does no more than
+    // what is seen needs.
+    uint32_t stencil = 0;
     std::vector<uint32_t> constants;  // specialisation constants 0, 1, ... of all its shaders; fewer than 10
     bool operator==(const PipelineSpec&) const = default;
 };
@@ -140,6 +144,9 @@ struct Recipe {
         for (const PipelineSpec& p : pipelines)
             targets = std::max(targets, p.visibility.empty() ? 0 : p.visibility_targets);
         return targets;
+    }
+    bool has_stencils() const {
+        return std::ranges::any_of(pipelines, [](const PipelineSpec& p) { return p.stencil != 0; });
     }
     // Whether all do that are drawn in the depth stage: then what it left something of is told there, and all else is
     // looked at by nobody.

@@ -26,10 +26,8 @@ VkPipelineStageFlags2 stages_of(const PipelineSpec& spec) {
     return stages;
 }
 
-const Draw* direct_draw(const Command& command) { return std::get_if<Draw>(&command.what); }
 const DrawIndirect* indirect_draw(const Command& command) { return std::get_if<DrawIndirect>(&command.what); }
 static_assert(TriangleMarks::no_marks == LODE_NO_MARKS);
-bool draws(const Command& command) { return direct_draw(command) != nullptr || indirect_draw(command) != nullptr; }
 
 }  // namespace
 
@@ -313,6 +311,7 @@ void FrameRecorder::begin_rendering(Stage stage, bool clear) {
     rendering.colorAttachmentCount = coloured || composed ? 1 : visible ? visibility_targets_ : 0;
     rendering.pColorAttachments = attachments.data();
     rendering.pDepthAttachment = composed ? nullptr : &depth_attachment;
+    rendering.pStencilAttachment = composed || stage == Stage::shadow ? nullptr : &depth_attachment;
     vkCmdBeginRendering(commands_, &rendering);
     set_view(extent);
     vkCmdSetCullMode(commands_, cull_back_ && stage != Stage::shadow ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE);
@@ -351,7 +350,7 @@ Variant FrameRecorder::variant_drawn(const Command& command, const PipelineSpec&
 void FrameRecorder::draw(const Command& command) {
     const Stage stage = command.stage;
     const DrawIndirect* indirect = indirect_draw(command);
-    const Draw& d = indirect != nullptr ? indirect->draw : *direct_draw(command);
+    const Draw& d = *drawn_by(command);
     LODE_CHECK(d.view < input_.views.size(), d.view);
     LODE_CHECK(stage == Stage::shadow ? input_.views[d.view].kind == View::Kind::shadow : d.view == 0, d.view);
     if (indirect == nullptr && (d.count == 0 || d.instances == 0)) return;
@@ -470,7 +469,7 @@ void FrameRecorder::time_effect(const Command* next) {
     std::string name;
     if (next != nullptr) {
         const auto* dispatched = std::get_if<Dispatch>(&next->what);
-        const Draw* drawn = direct_draw(*next);
+        const Draw* drawn = std::get_if<Draw>(&next->what);
         if (dispatched == nullptr && drawn == nullptr) return;
         name = p_->recipe.pipelines[dispatched != nullptr ? dispatched->pipeline : drawn->pipeline].name;
     }
@@ -483,10 +482,7 @@ void FrameRecorder::time_effect(const Command* next) {
 
 // Draws in a row, rendered together. Barriers come before rendering begins, for all of them.
 void FrameRecorder::draw_all(Stage stage, std::span<const Command* const> commands, bool clear) {
-    for (const Command* command : commands) {
-        const DrawIndirect* indirect = indirect_draw(*command);
-        use_draw_buffers(indirect != nullptr ? indirect->draw : *direct_draw(*command), indirect);
-    }
+    for (const Command* command : commands) { use_draw_buffers(*drawn_by(*command), indirect_draw(*command)); }
     p_->hazards.flush(commands_);
     begin_rendering(stage, clear);
     for (const Command* command : commands) draw(*command);
@@ -529,13 +525,13 @@ void FrameRecorder::record_commands(Stage stage, const RecordedPlan& recorded) {
     bound_vertices_ = bound_indices_ = VK_NULL_HANDLE;
     for (size_t i = 0; i < commands.size();) {
         time_effect(commands[i]);
-        if (!draws(*commands[i])) {
+        if (drawn_by(*commands[i]) == nullptr) {
             record_other(stage, *commands[i++]);
             continue;
         }
         LODE_CHECK(renders || stage == Stage::shadow, name_of(stage));
         const size_t first = i;
-        while (i < commands.size() && draws(*commands[i])) ++i;
+        while (i < commands.size() && drawn_by(*commands[i]) != nullptr) ++i;
         if (!renders) continue;  // shadows are off
         draw_all(stage, std::span(commands).subspan(first, i - first), clear);
         clear = false;
@@ -562,7 +558,7 @@ void FrameRecorder::record_blended() {
     p_ = &backend_;
     std::vector<const Command*> commands;
     for (const Command& c : p_->plan.commands) {
-        if (c.stage == Stage::depth && draws(c)) commands.push_back(&c);
+        if (c.stage == Stage::depth && drawn_by(c) != nullptr) commands.push_back(&c);
     }
     if (commands.empty()) return;
     bound_pipeline_ = VK_NULL_HANDLE;

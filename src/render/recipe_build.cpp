@@ -237,15 +237,22 @@ bool is_used(const PipelineSpec& spec, Variant variant, const SceneLooks& looks,
     return looks.blends() && !spec.blended.empty() && blended_variant_of(as) == variant;
 }
 
+// What the depth stage of a recipe leaves beside depths: Recipe::visibility_targets and has_stencils.
+struct RecipeTargets {
+    uint32_t visibility = 0;
+    bool stencils = false;
+};
+
 // The fixed state of a pipeline that draws: what Vulkan points to, so it must not be moved.
 class DrawState {
 public:
-    // visibility_targets: of the recipe.
-    DrawState(const PipelineSpec& spec, Variant variant, uint32_t visibility_targets) {
+    // of: of the recipe.
+    DrawState(const PipelineSpec& spec, Variant variant, const RecipeTargets& of) {
         set_input(spec);
         set_raster(variant);
         set_depth(spec, variant);
-        set_targets(spec, variant, visibility_targets);
+        if (of.stencils) set_stencil(spec, variant);
+        set_targets(spec, variant, of.visibility);
         set_blend(spec, variant);
     }
     DrawState(const DrawState&) = delete;
@@ -309,6 +316,21 @@ private:
                                 : coloured && !is_blended(variant)         ? VK_COMPARE_OP_EQUAL
                                                                            : VK_COMPARE_OP_GREATER_OR_EQUAL;
     }
+    // Of the camera's picture: the depth stage leaves it, what covers the view looks for its own.
+    void set_stencil(const PipelineSpec& spec, Variant variant) {
+        const bool left = in_depth_stage(variant), looked_for = spec.whole_view && in_colour_stage(variant);
+        if (!left && !looked_for) return;
+        LODE_CHECK(spec.stencil < 256, spec.name, spec.stencil);
+        depth_.stencilTestEnable = VK_TRUE;
+        depth_.front = {VK_STENCIL_OP_KEEP,
+                        left ? VK_STENCIL_OP_REPLACE : VK_STENCIL_OP_KEEP,
+                        VK_STENCIL_OP_KEEP,
+                        left ? VK_COMPARE_OP_ALWAYS : VK_COMPARE_OP_EQUAL,
+                        0xff,
+                        left ? 0xffu : 0u,
+                        spec.stencil};
+        depth_.back = depth_.front;
+    }
     void set_targets(const PipelineSpec& spec, Variant variant, uint32_t visibility_targets) {
         const bool coloured = in_colour_stage(variant) || over_all(variant);
         const uint32_t images = coloured                  ? 1
@@ -328,7 +350,11 @@ private:
         rendering_.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO;
         rendering_.colorAttachmentCount = images;
         rendering_.pColorAttachmentFormats = formats_.data();
-        rendering_.depthAttachmentFormat = over_all(variant) ? VK_FORMAT_UNDEFINED : depth_format;
+        rendering_.depthAttachmentFormat = over_all(variant)            ? VK_FORMAT_UNDEFINED
+                                           : variant == Variant::shadow ? shadow_format
+                                                                        : depth_format;
+        rendering_.stencilAttachmentFormat =
+            over_all(variant) || variant == Variant::shadow ? VK_FORMAT_UNDEFINED : depth_format;
     }
 
     void set_blend(const PipelineSpec& spec, Variant variant) {
@@ -367,16 +393,16 @@ private:
     VkPipelineRenderingCreateInfo rendering_{};
 };
 
-// fragment: its shader, or empty. visibility_targets: of the recipe.
+// fragment: its shader, or empty. of: of the recipe.
 OwnedPipeline make_draw_pipeline(const Device& device, const PipelineSpec& spec, VkPipelineLayout layout,
                                  const VkSpecializationInfo* constants, Variant variant, const std::string& fragment,
-                                 uint32_t visibility_targets) {
+                                 const RecipeTargets& of) {
     ShaderStages stages{constants, {}, {}};
     stages.add(device, VK_SHADER_STAGE_VERTEX_BIT, spec.vertex);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, spec.tessellation_control);
     stages.add(device, VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, spec.tessellation_evaluation);
     stages.add(device, VK_SHADER_STAGE_FRAGMENT_BIT, fragment);
-    const DrawState state(spec, variant, visibility_targets);
+    const DrawState state(spec, variant, of);
     const VkGraphicsPipelineCreateInfo info = state.info(stages, layout);
     VkPipeline pipeline = VK_NULL_HANDLE;
     LODE_VK(vkCreateGraphicsPipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
@@ -520,7 +546,7 @@ BuiltPipeline build_whole_view(const Device& device, VkDescriptorSetLayout frame
     for (const Variant variant : variants) {
         const ShaderConstants constants(spec, {}, variant, {});
         built.draw[static_cast<int>(variant)] =
-            make_draw_pipeline(device, spec, built.layout.get(), constants.get(), variant, spec.fragment, 0);
+            make_draw_pipeline(device, spec, built.layout.get(), constants.get(), variant, spec.fragment, {});
     }
     return built;
 }
@@ -581,9 +607,9 @@ void build_variants(const Device& device, const Recipe& recipe, const SceneLooks
             }
             const auto variant = static_cast<Variant>(missing[m].second);
             const ShaderConstants constants(spec, built.buffers, variant, looks);
-            to.draw[missing[m].second] =
-                make_draw_pipeline(device, spec, to.layout.get(), constants.get(), variant,
-                                   fragment_of(spec, variant, looks), recipe.visibility_targets());
+            to.draw[missing[m].second] = make_draw_pipeline(device, spec, to.layout.get(), constants.get(), variant,
+                                                            fragment_of(spec, variant, looks),
+                                                            {recipe.visibility_targets(), recipe.has_stencils()});
         }
     });
     built.drawn_as.push_back(as);

@@ -20,7 +20,7 @@ Targets make_targets(BlockAllocator& allocator, uint32_t width, uint32_t height,
     const uint32_t side = std::max(shadow_size, 1u);
     targets.shadow_depth = TargetImage(
         allocator,
-        {depth_format, side, side, 1, 1, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT},
+        {shadow_format, side, side, 1, 1, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT},
         "shadow_depth");
     return targets;
 }
@@ -49,7 +49,7 @@ void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageU
     barrier.newLayout = to.layout;
     barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
     barrier.image = image.get();
-    barrier.subresourceRange = {image.aspect(), levels.mip, levels.mips, levels.layer, levels.layers};
+    barrier.subresourceRange = {image.all_aspects(), levels.mip, levels.mips, levels.layer, levels.layers};
     VkDependencyInfo dependency{};
     dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
     dependency.imageMemoryBarrierCount = 1;

@@ -7,7 +7,8 @@
 
 namespace lodestone {
 
-inline constexpr VkFormat depth_format = VK_FORMAT_D32_SFLOAT;
+inline constexpr VkFormat depth_format = VK_FORMAT_D32_SFLOAT_S8_UINT;  // PipelineSpec::stencil beside depths
+inline constexpr VkFormat shadow_format = VK_FORMAT_D32_SFLOAT;
 inline constexpr VkFormat colour_format = VK_FORMAT_R8G8B8A8_SRGB;
 inline constexpr VkFormat radiance_format = VK_FORMAT_R16G16B16A16_SFLOAT;
 inline constexpr VkFormat visibility_format = VK_FORMAT_R32G32B32A32_UINT;
@@ -39,12 +40,12 @@ void change_use(VkCommandBuffer commands, const TargetImage& image, const ImageU
 
 // The uses images are put to.
 inline constexpr ImageUse as_depth_target = {
-    VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+    VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
     VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT,
     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
 // Tested against and sampled.
 inline constexpr ImageUse as_depth_read = {
-    VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL,
+    VK_IMAGE_LAYOUT_DEPTH_STENCIL_READ_ONLY_OPTIMAL,
     VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT |
         VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT};

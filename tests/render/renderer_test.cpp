@@ -442,6 +442,52 @@ TEST_F(RendererTest, ADispatchHasAsManyGroupsAsTheOneBeforeSays) {
     }
 }
 
+// Two triangles by pipelines of unlike stencils: each is lit where a pipeline of its own covers the view, and there
+// alone.
+TEST_F(RendererTest, LightsWhatIsVisibleByItsStencil) {
+    Renderer& renderer = make();
+    Recipe recipe;
+    for (const uint32_t stencil : {0u, 5u}) {
+        PipelineSpec& visible = recipe.pipelines.emplace_back();
+        visible.name = "visible";
+        visible.vertex = "test/pull.vert";
+        visible.visibility = "test/visible.frag";
+        visible.stencil = stencil;
+    }
+    for (const uint32_t stencil : {0u, 5u, 4u}) {
+        PipelineSpec& lighting = recipe.pipelines.emplace_back();
+        lighting.name = "lighting";
+        lighting.vertex = "frame/whole_view.vert";
+        lighting.fragment = "test/light.frag";
+        lighting.whole_view = true;
+        lighting.stencil = stencil;
+    }
+    ASSERT_TRUE(renderer.load(recipe, plain_materials()));
+    const FrameInput input = look_at({0, 0, 3}, 0);
+    for (uint32_t lit = 0; lit < 8; ++lit) {
+        Plan plan;
+        plan.instance_ids = {0};
+        for (uint32_t p = 0; p < 5; ++p) {
+            if (p >= 2 && (lit >> (p - 2) & 1) == 0) continue;
+            Draw draw;
+            draw.pipeline = p;
+            draw.first_vertex = p == 1 ? 3 : 0;
+            draw.count = 3;
+            plan.commands.push_back({p < 2 ? Stage::depth : Stage::colour, draw});
+        }
+        ASSERT_TRUE(PlanMirror(recipe).execute(plan, input));
+        ASSERT_TRUE(renderer.submit(plan, input, {}));
+        const auto picture = renderer.read_picture();
+        ASSERT_TRUE(picture);
+        for (int triangle = 0; triangle < 2; ++triangle) {
+            const auto column = static_cast<size_t>((0.15 + 0.4 * triangle) / 2 * width),
+                       row = static_cast<size_t>((1 + 0.45) / 2 * height);
+            EXPECT_EQ(picture->colour[(row * width + column) * 4 + 3], (lit >> triangle & 1) != 0 ? 255 : 0)
+                << triangle << " of " << lit;
+        }
+    }
+}
+
 TEST_F(RendererTest, LightsWhatIsVisibleBesideWhatIsLitAsItIsDrawn) {
     Renderer& renderer = make();
     PipelineSpec visible, lit, lighting;

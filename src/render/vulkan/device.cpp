@@ -246,6 +246,12 @@ void Device::check_features(const Features& have) const {
     need(have.vulkan13.maintenance4, "maintenance4");
     need(have.all.features.geometryShader, "geometryShader (for gl_PrimitiveID)");
     need(have.all.features.fullDrawIndexUint32, "fullDrawIndexUint32");
+    VkFormatProperties depths{};
+    vkGetPhysicalDeviceFormatProperties(physical_, VK_FORMAT_D32_SFLOAT_S8_UINT, &depths);
+    constexpr VkFormatFeatureFlags drawn_and_read =
+        VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT;
+    need((depths.optimalTilingFeatures & drawn_and_read) == drawn_and_read ? VK_TRUE : VK_FALSE,
+         "D32_SFLOAT_S8_UINT (depths beside a stencil)");
 }
 
 void Device::use_features(const Features& have, Features& use) const {

@@ -191,7 +191,6 @@ OwnedBufferView make_texel_view(const Device& device, VkBuffer buffer, uint32_t 
 TargetImage::TargetImage(BlockAllocator& allocator, const ImageSpec& spec, const std::string& name)
     : allocator_(&allocator), spec_(spec) {
     const Device& device = allocator.device();
-    aspect_ = spec.format == VK_FORMAT_D32_SFLOAT ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
     VkImageCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
     if (spec.view == VK_IMAGE_VIEW_TYPE_CUBE) info.flags = VK_IMAGE_CREATE_CUBE_COMPATIBLE_BIT;
@@ -215,7 +214,7 @@ TargetImage::TargetImage(BlockAllocator& allocator, const ImageSpec& spec, const
         view.image = image_;
         view.viewType = spec.view;
         view.format = spec.format;
-        view.subresourceRange = {aspect_, 0, spec.mips, 0, spec.layers};
+        view.subresourceRange = {aspect(), 0, spec.mips, 0, spec.layers};
         VkImageView handle = VK_NULL_HANDLE;
         LODE_VK(vkCreateImageView(device.handle(), &view, nullptr, &handle));
         view_ = OwnedImageView(device.handle(), handle);
@@ -230,14 +229,12 @@ TargetImage::TargetImage(TargetImage&& o) noexcept
     : allocator_(o.allocator_),
       image_(std::exchange(o.image_, VK_NULL_HANDLE)),
       spec_(o.spec_),
-      aspect_(o.aspect_),
       view_(std::move(o.view_)),
       piece_(o.piece_) {}
 TargetImage& TargetImage::operator=(TargetImage&& o) noexcept {
     std::swap(allocator_, o.allocator_);
     std::swap(image_, o.image_);
     std::swap(spec_, o.spec_);
-    std::swap(aspect_, o.aspect_);
     std::swap(view_, o.view_);
     std::swap(piece_, o.piece_);
     return *this;

@@ -102,14 +102,20 @@ public:
     ~TargetImage();
     VkImage get() const { return image_; }
     VkImageView view() const { return view_.get(); }
-    VkImageAspectFlags aspect() const { return aspect_; }
+    // Colours or depths: what its view shows.
+    VkImageAspectFlags aspect() const {
+        return spec_.format == VK_FORMAT_D32_SFLOAT || has_stencil() ? VK_IMAGE_ASPECT_DEPTH_BIT
+                                                                     : VK_IMAGE_ASPECT_COLOR_BIT;
+    }
+    VkImageAspectFlags all_aspects() const { return has_stencil() ? aspect() | VK_IMAGE_ASPECT_STENCIL_BIT : aspect(); }
+    // Beside depths.
+    bool has_stencil() const { return spec_.format == VK_FORMAT_D32_SFLOAT_S8_UINT; }
     const ImageSpec& spec() const { return spec_; }
 
 private:
     BlockAllocator* allocator_ = nullptr;
     VkImage image_ = VK_NULL_HANDLE;
     ImageSpec spec_;
-    VkImageAspectFlags aspect_ = 0;
     OwnedImageView view_;
     BlockAllocator::Piece piece_;
 };

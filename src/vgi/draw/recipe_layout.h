@@ -10,7 +10,8 @@
 
 namespace lodestone::vgi {
 
-// Either passes of DeviceCut, from first_pass on, or triangles of one kind alone (vgi/draw/cut/vertex_kinds.h).
+// Either passes of DeviceCut, from first_pass on, or triangles of one kind alone (vgi/draw/cut/vertex_kinds.h); and what
+// lights leaves, where some atlas has leaves and none has more than normals.
 enum Pipelines : uint32_t {
     visibility_pipeline,
     lighting_pipeline,
@@ -19,7 +20,8 @@ enum Pipelines : uint32_t {
     any_samples_pipeline,
     corners_pipeline,
     leaves_pipeline,
-    moving_leaves_pipeline
+    moving_leaves_pipeline,
+    leaves_lighting_pipeline
 };
 enum Buffers : uint32_t {
     geometry_pool,

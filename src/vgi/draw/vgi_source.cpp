@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <set>
 
 #include "base/check.h"
 #include "frame/screen_error.h"
@@ -382,17 +383,25 @@ private:
     static void add_draw(const AnyDraw& draw, View::Kind kind, Plan& plan) {
         plan.commands.push_back({kind == View::Kind::shadow ? Stage::shadow : Stage::depth, draw});
     }
-    // Of what the camera sees.
-    // Where nothing is drawn, there is nothing to light, and no instance to name.
-    static void light(const FrameInput& input, Plan& plan) {
+    // What the camera sees, by what it is. Where nothing is drawn, there is nothing to light, and no instance to name.
+    void light(const FrameInput& input, Plan& plan) const {
         if (plan.instance_ids.empty()) return;
+        std::set<std::pair<uint32_t, uint32_t>> drawn;  // stencils, in views
+        for (const Command& command : plan.commands) {
+            const Draw* draw = drawn_by(command);
+            if (command.stage == Stage::depth && draw != nullptr)
+                drawn.emplace(draw->view, recipe_.pipelines[draw->pipeline].stencil);
+        }
         for (uint32_t v = 0; v < input.views.size(); ++v) {
-            if (input.views[v].kind != View::Kind::camera) continue;
-            Draw draw;
-            draw.pipeline = lighting_pipeline;
-            draw.view = v;
-            draw.count = 3;
-            plan.commands.push_back({Stage::colour, draw});
+            for (uint32_t p = 0; p < recipe_.pipelines.size(); ++p) {
+                const PipelineSpec& spec = recipe_.pipelines[p];
+                if (!spec.whole_view || !drawn.contains({v, spec.stencil})) continue;
+                Draw draw;
+                draw.pipeline = p;
+                draw.view = v;
+                draw.count = 3;
+                plan.commands.push_back({Stage::colour, draw});
+            }
         }
     }
 
@@ -437,6 +446,10 @@ struct AttributeConstants {
     uint32_t own_uvs;
     PoolWords words;
     std::vector<uint32_t> constants(uint32_t kinds) const { return {kinds, own_uvs, words.ever, words.of_sample}; }
+    // Leaves of which nothing is looked up in samples are lit by themselves, for far less. To tell them apart costs a
+    // look at every pixel.
+    bool lights_leaves() const { return (words.ever & LODE_VGI_MORE_THAN_NORMALS) == 0; }
+    uint32_t stencil(uint32_t kinds) const { return (kinds & ~kinds_of_leaves) == 0 && lights_leaves() ? 1 : 0; }
 };
 
 // kinds: LODE_VGI_KIND_..., of vertices of triangles.
@@ -469,17 +482,20 @@ PipelineSpec drawing_pipeline(bool tess, uint32_t kinds, const AttributeConstant
     pipeline.storage.insert(pipeline.storage.end(), {StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
                                                      StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1)});
     pipeline.constants = attributes.constants(kinds);
+    pipeline.stencil = attributes.stencil(kinds);
     if (tess) pipeline.storage.push_back({LODE_VGI_PATCHES, draw_lists, Access::read});
     return pipeline;
 }
 
-PipelineSpec lighting_pipeline_of(const AttributeConstants& attributes) {
+// kinds: of what it lights.
+PipelineSpec lighting_pipeline_of(uint32_t kinds, const AttributeConstants& attributes) {
     PipelineSpec lighting;
     lighting.name = "lighting";
+    lighting.stencil = attributes.stencil(kinds);
     lighting.vertex = "frame/whole_view.vert";
     lighting.fragment = "vgi/atlas.frag";
     lighting.whole_view = true;
-    lighting.constants = attributes.constants(0);
+    lighting.constants = attributes.constants(kinds);
     lighting.storage = {StorageBinding::pool(LODE_VGI_GEOMETRY, geometry_pool, LODE_VGI_GEOMETRY_WORDS),
                         StorageBinding::texels(LODE_VGI_TABLE, page_table, 1),
                         StorageBinding::pool(LODE_VGI_ATTRIBUTES, attribute_pool, 1),
@@ -513,11 +529,15 @@ Result<std::unique_ptr<FrameSource>> open_vgi(const std::vector<std::shared_ptr<
     const uint32_t own_uvs = (kinds & kinds_of_leaves) != 0 && totals.words.leaf_uvs ? 1 : 0;
     const AttributeConstants attributes{own_uvs, totals.words};
     recipe.pipelines = {drawing_pipeline(shares->tess, shares->tess ? kinds_of_samples : kinds, attributes),
-                        lighting_pipeline_of(attributes)};
+                        lighting_pipeline_of(every_kind, attributes)};
     if (!shares->tess) {
-        for (const uint32_t alone : {LODE_VGI_KIND_SAMPLES, kinds_of_samples, LODE_VGI_KIND_CORNERS,
-                                     LODE_VGI_KIND_LEAVES, LODE_VGI_KIND_MOVING_LEAVES}) {
-            if ((kinds & alone) != 0) recipe.pipelines.push_back(drawing_pipeline(false, alone, attributes));
+        for (const uint32_t alone : {LODE_VGI_KIND_SAMPLES, kinds_of_samples, LODE_VGI_KIND_CORNERS})
+            recipe.pipelines.push_back(drawing_pipeline(false, alone, attributes));
+        if ((kinds & kinds_of_leaves) != 0) {
+            for (const uint32_t alone : {LODE_VGI_KIND_LEAVES, LODE_VGI_KIND_MOVING_LEAVES})
+                recipe.pipelines.push_back(drawing_pipeline(false, alone, attributes));
+            if (attributes.lights_leaves())
+                recipe.pipelines.push_back(lighting_pipeline_of(kinds_of_leaves, attributes));
         }
     }
     if (options.raster == Raster::device) DeviceCut(atlases).add_to(recipe, std::max(1u, options.instances));

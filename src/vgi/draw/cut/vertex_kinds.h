@@ -12,7 +12,8 @@
 namespace lodestone::vgi {
 
 inline constexpr uint32_t kinds_of_samples = LODE_VGI_KIND_SAMPLES | LODE_VGI_KIND_CORNER_SAMPLES;
-inline constexpr uint32_t kinds_of_leaves = LODE_VGI_KIND_LEAVES | LODE_VGI_KIND_MOVING_LEAVES;
+inline constexpr uint32_t kinds_of_leaves = LODE_VGI_KINDS_OF_LEAVES;
+static_assert(kinds_of_leaves == (LODE_VGI_KIND_LEAVES | LODE_VGI_KIND_MOVING_LEAVES));
 inline constexpr uint32_t every_kind = LODE_VGI_EVERY_KIND;
 
 // LODE_VGI_KIND_... of a vertex. index: as Cut::parts has it. cells: along a side of a page of positions.

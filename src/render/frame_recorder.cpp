@@ -90,11 +90,17 @@ void FrameRecorder::stage_bytes(const std::byte* data, uint64_t bytes, Target&& 
             LODE_VK(vkQueueWaitIdle(c_.device.queue()));
             staging.reset();
             CommandPool::begin(commands_);
+            forget_bound();
         }
         const uint64_t length = std::min<uint64_t>(bytes - done, staging.free_bytes());
         place(staging.put(data + done, length), done, length);
         done += length;
     }
+}
+
+void FrameRecorder::forget_bound() {
+    bound_pipeline_ = VK_NULL_HANDLE;
+    bound_vertices_ = bound_indices_ = VK_NULL_HANDLE;
 }
 
 void FrameRecorder::upload_frame_data() {
@@ -183,6 +189,7 @@ void FrameRecorder::resize(const Resize& command) {
                command.bytes, spec.most_bytes);
     LODE_CHECK(command.kept <= std::min(spec.bytes, command.bytes), spec.name, command.kept);
     p_->replaced.push_back(resize_buffer(c_.allocator, p_->recipe, command.buffer, command.bytes, p_->built));
+    forget_bound();  // descriptor sets may be others
     spec.bytes = command.bytes;
     p_->hazards.use(command.buffer, {VK_PIPELINE_STAGE_2_COPY_BIT,
                                      VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, true});
@@ -521,8 +528,7 @@ void FrameRecorder::record_commands(Stage stage, const RecordedPlan& recorded) {
         is_effect ? stage == Stage::composite
                   : (stage == Stage::shadow && has_shadow_) || stage == Stage::depth || stage == Stage::colour;
     bool clear = !is_effect;
-    bound_pipeline_ = VK_NULL_HANDLE;
-    bound_vertices_ = bound_indices_ = VK_NULL_HANDLE;
+    forget_bound();
     for (size_t i = 0; i < commands.size();) {
         time_effect(commands[i]);
         if (drawn_by(*commands[i]) == nullptr) {
@@ -561,8 +567,7 @@ void FrameRecorder::record_blended() {
         if (c.stage == Stage::depth && drawn_by(c) != nullptr) commands.push_back(&c);
     }
     if (commands.empty()) return;
-    bound_pipeline_ = VK_NULL_HANDLE;
-    bound_vertices_ = bound_indices_ = VK_NULL_HANDLE;
+    forget_bound();
     blending_ = true;
     draw_all(Stage::colour, commands, false);
     blending_ = false;

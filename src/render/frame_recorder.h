@@ -87,6 +87,9 @@ private:
     void bind(uint32_t number, VkPipeline variant, uint32_t view, const Words& words,
               uint32_t first_mark = LODE_NO_MARKS);
     uint32_t first_mark_of(const Command& command) const;
+    // What is bound, and what is pushed for it: other commands are recorded from here on, or it is not the same any
+    // more.
+    void forget_bound();
 
     FrameContext c_;
     const RecordedPlan& backend_;

@@ -399,6 +399,39 @@ TEST_F(RendererTest, AComputedIndirectDrawReadsASplitPool) {
     }
 }
 
+// What is staged is submitted whenever staging memory is full: commands begin anew, and nothing is bound in them.
+TEST_F(RendererTest, DispatchesGoOnAfterMoreThanStagingMemoryHolds) {
+    Renderer& renderer = make();
+    constexpr uint32_t numbers = 100, more = 40 << 20;
+    Recipe recipe;
+    recipe.buffers = {{"numbers", numbers * 4, use_storage, 4},
+                      {"sums", 8, use_storage, 4},
+                      {"arguments", 16, use_storage | use_indirect, 4},
+                      {"more", more, use_storage, 4}};
+    PipelineSpec count;
+    count.name = "count";
+    count.kind = PipelineKind::compute;
+    count.compute = "test/count.comp";
+    count.storage = {StorageBinding::pool(0, 0, 1), {1, 1, Access::read_write}, {2, 2, Access::write}};
+    recipe.pipelines = {count};
+    ASSERT_TRUE(renderer.load(recipe, plain_materials()));
+    const std::vector<uint32_t> threes(numbers, 3), filler(more / 4);
+    const uint32_t zeros[2] = {};
+    const Dispatch dispatch{0, {(numbers + 63) / 64, 1, 1}, 0, {numbers, 0}};
+    Plan plan;
+    plan.commands = {{Stage::update, Upload{0, 0, Blob::copy_of(threes.data(), threes.size())}},
+                     {Stage::update, Upload{1, 0, Blob::copy_of(zeros, 2)}},
+                     {Stage::update, dispatch},
+                     {Stage::update, Upload{3, 0, Blob::copy_of(filler.data(), filler.size())}},
+                     {Stage::update, dispatch},
+                     {Stage::composite, Readback{1, 0, 8, 9}}};
+    ASSERT_TRUE(renderer.submit(plan, look_at({0, 0, 3}, 0, {}), {}));
+    ASSERT_TRUE(renderer.wait());
+    const auto back = renderer.take_readbacks();
+    ASSERT_EQ(back.size(), 1u);
+    EXPECT_EQ(reinterpret_cast<const uint32_t*>(back[0].blob.data())[0], 2 * 3 * numbers);
+}
+
 // Each dispatch writes how many groups the next one has, into the buffer that its own came from.
 TEST_F(RendererTest, ADispatchHasAsManyGroupsAsTheOneBeforeSays) {
     Renderer& renderer = make();

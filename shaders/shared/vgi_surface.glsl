@@ -118,8 +118,12 @@ Surface atlas_surface(uvec4 visible, OwnUvs own, vec4 world, InstanceConstants i
     bool is_leaf = of_leaf(visible);
     vec3 facing = has_normal(visible) ? unfolded(unpackSnorm2x16(visible.w)) : vec3(0.0);
     if (of_corners(visible)) {
+        // What is drawn is up to the pixel error off. Of charts that lie over each other the eye sees the nearest to it: they are
+        // looked for half a pixel nearer to it.
+        vec3 to_eye = normalize(frame.views[draw_constants.view].eye.xyz - world.xyz);
+        vec3 lifted = world.xyz + 0.5 * pixel_at(world.xyz, 1.0) * to_eye;
         float quarter_pixel = 0.25 * pixel_at(world.xyz, instance.scale) / asset.step;
-        ChartPlace there = chart_at(lattice_of(world.xyz, instance, asset), facing, quarter_pixel, asset);
+        ChartPlace there = chart_at(lattice_of(lifted, instance, asset), facing, quarter_pixel, asset);
         chart = there.chart;
         place = there.place;
     }

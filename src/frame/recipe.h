@@ -145,6 +145,7 @@ struct Recipe {
             targets = std::max(targets, p.visibility.empty() ? 0 : p.visibility_targets);
         return targets;
     }
+    // Whether any pipeline has a stencil.
     bool has_stencils() const {
         return std::ranges::any_of(pipelines, [](const PipelineSpec& p) { return p.stencil != 0; });
     }

@@ -489,7 +489,7 @@ void FrameRecorder::time_effect(const Command* next) {
 
 // Draws in a row, rendered together. Barriers come before rendering begins, for all of them.
 void FrameRecorder::draw_all(Stage stage, std::span<const Command* const> commands, bool clear) {
-    for (const Command* command : commands) { use_draw_buffers(*drawn_by(*command), indirect_draw(*command)); }
+    for (const Command* command : commands) use_draw_buffers(*drawn_by(*command), indirect_draw(*command));
     p_->hazards.flush(commands_);
     begin_rendering(stage, clear);
     for (const Command* command : commands) draw(*command);

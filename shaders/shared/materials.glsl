@@ -137,19 +137,18 @@ bool material_is_two_sided(uint material) {
     return (texelFetch(material_texels, LODE_MATERIAL_TEXELS * int(material) + 3).y & LODE_TWO_SIDED) != 0u;
 }
 
+bool throws_shadows() { return frame.views[draw_constants.view].eye.w == 0.0; }
 // Whether a pass draws the side that is shown.
 bool is_side_drawn(bool two_sided, bool front) {
-    bool shadow = frame.views[draw_constants.view].eye.w == 0.0;
-    return !fragments_have_sides() || two_sided || front || frame.shows_backs != 0u || shadow;
+    return !fragments_have_sides() || two_sided || front || frame.shows_backs != 0u || throws_shadows();
 }
 
 // Whether a pass draws the point. What is blended leaves neither depth nor, where less than half is there, a shadow.
 bool is_drawn(Look look) {
-    bool shadow = frame.views[draw_constants.view].eye.w == 0.0;
     if (!is_side_drawn(look.two_sided, look.front)) return false;
     if (look.alpha_mode == LODE_ALPHA_MASK) return !blending && look.alpha >= look.alpha_cutoff;
     if (look.alpha_mode != LODE_ALPHA_BLEND) return !blending;
-    return shadow ? look.alpha >= 0.5 : blending;
+    return throws_shadows() ? look.alpha >= 0.5 : blending;
 }
 
 // The normal that a map tells in the frame of the surface's tangent, made upright to the normal, and of what is upright to

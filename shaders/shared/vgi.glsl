@@ -16,6 +16,9 @@ LODE_TEXELS(LODE_VGI_CODES, code, uint)
 LODE_TEXELS(LODE_VGI_CORNERS, corner, uvec4)
 layout(set = 1, binding = LODE_VGI_PATCHES, std430) readonly buffer VgiPatchBlock { uint patch_words[]; };
 
+// LODE_VGI_KIND_..., of the vertices there may be of what is drawn or lit. Software rasterisers run every branch.
+layout(constant_id = 0) const uint kinds = LODE_VGI_EVERY_KIND;
+const bool leaves_alone = (kinds & ~LODE_VGI_KINDS_OF_LEAVES) == 0u;
 layout(constant_id = LODE_VGI_OWN_UVS_CONSTANT) const uint leaves_have_uvs = 0u;
 
 float decoded_at(uint code) { return uintBitsToFloat(code_at(code)); }

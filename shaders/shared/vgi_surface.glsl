@@ -7,10 +7,6 @@
 #include "shared/vgi_attributes.glsl"
 #include "shared/vgi_place.glsl"
 
-// LODE_VGI_KIND_..., of the vertices there may be of what is drawn or lit. Software rasterisers run every branch.
-layout(constant_id = 0) const uint kinds = LODE_VGI_EVERY_KIND;
-const bool leaves_alone = (kinds & ~LODE_VGI_KINDS_OF_LEAVES) == 0u;
-
 // Whether the visibility buffer tells of a leaf, or of a triangle that stands for many charts.
 bool of_leaf(uvec4 visible) {
     return leaves_alone || ((kinds & LODE_VGI_KINDS_OF_LEAVES) != 0u && visible.y >> 28 == LODE_VGI_LEAF_LEVEL);

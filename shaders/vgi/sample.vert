@@ -3,9 +3,6 @@
 // Samples of virtual geometry images by index (shared/vgi_texels.h).
 #include "shared/vgi_vertex.glsl"
 
-// LODE_VGI_KIND_..., of the vertices there may be. Software rasterisers run every branch.
-layout(constant_id = 0) const uint kinds = LODE_VGI_EVERY_KIND;
-
 struct IndexParts {
     uint quotient, rest;
 };
@@ -25,7 +22,7 @@ void main() {
         pass_on(pull_corner(uint(gl_VertexIndex) & ~LODE_VGI_CORNER, instance), id);
         return;
     }
-    if ((kinds & ~LODE_VGI_KINDS_OF_LEAVES) == 0u || ((kinds & LODE_VGI_KINDS_OF_LEAVES) != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u)) {
+    if (leaves_alone || ((kinds & LODE_VGI_KINDS_OF_LEAVES) != 0u && (uint(gl_VertexIndex) & LODE_VGI_LEAF) != 0u)) {
         pass_on(pull_leaf(uint(gl_VertexIndex) & ~(LODE_VGI_LEAF | LODE_VGI_LEAF_MOVES),
                           (kinds & LODE_VGI_KIND_MOVING_LEAVES) != 0u, instance),
                 id);

@@ -36,7 +36,8 @@ void fly(benchmark::State& state, Workbench& bench, const Technique& way) {
     const auto camera = [&](uint32_t frame) { return bench.scene.camera.frame(frame, frames_of_flight); };
     double triangles = 0, invocations = 0, fifo16 = 0;
     uint32_t frame = 0, drawn_frames = 0;
-    if (!(*session)->settle(camera(0), budget, width, height)) return state.SkipWithError("nothing can be drawn");
+    if (!(*session)->prepare() || !(*session)->settle(camera(0), budget, width, height))
+        return state.SkipWithError("nothing can be drawn");
     for (auto _ : state) {
         auto drawn = (*session)->draw(camera(frame), budget, width, height);
         if (!drawn) return state.SkipWithError(drawn.error().message.c_str());

@@ -81,6 +81,7 @@ Result<std::vector<FlownFrame>> fly(DrawSession& session, const Flight& flight, 
     Budget budget = flight.budget;
     if (flight.controller != nullptr) budget.pixel_error = flight.controller->error();
     session.time = 0;
+    if (auto done = session.prepare(); !done) return tl::unexpected(done.error());
     if (auto warm = session.settle(flight.path->frame(0, flight.frames), budget, flight.width, flight.height); !warm)
         return tl::unexpected(warm.error());
     Flier flier(session, flight);

@@ -57,6 +57,9 @@ public:
     // Whether its recipe is still loaded: a session in the same place, opened or tried, may have needed the room.
     bool lives() const { return renderer_->loaded(place_) == loaded_; }
 
+    // Makes ready what frames may draw by (Renderer::prepare), so that none of them waits.
+    Result<void> prepare() { return renderer_->prepare(place_); }
+
     // Plans, submits and waits for one frame. empty: the same frame with no instance in it.
     Result<DrawnFrame> draw(const Camera& camera, const Budget& budget, uint32_t width, uint32_t height,
                             bool empty = false);

@@ -69,8 +69,7 @@ Result<void> Viewer::show(ReadyScene scene, bool is_better) {
         const auto ways = techniques_of(panes[p].way.backend, *coming);
         const bool usual = is_better && panes[p].way == techniques_of(panes[p].way.backend, *scene_).front();
         if (usual || std::ranges::find(ways, panes[p].way) == ways.end()) opened[p].way = ways.front();
-        auto session =
-            DrawSession::open(*coming, renderer_, opened[p].way, look.debug == DebugView::misses, progress_, p);
+        auto session = prepared(*coming, opened[p].way, p);
         if (!session) {
             opened = {};
             return keep_showing({session.error().fault, coming->scene.name + ": " + session.error().message});
@@ -134,10 +133,18 @@ Result<void> Viewer::keep_showing(const Error& why) {
     return {};
 }
 
+// Frames that are looked at do not wait for pipelines.
+Result<std::unique_ptr<DrawSession>> Viewer::prepared(const ReadyScene& scene, const Technique& way, uint32_t p) {
+    auto session = DrawSession::open(scene, renderer_, way, look.debug == DebugView::misses, progress_, p);
+    if (!session) return session;
+    if (auto done = (*session)->prepare(); !done) return tl::unexpected(done.error());
+    return session;
+}
+
 // In its pane, what was there goes once the new is there.
 Result<void> Viewer::open(uint32_t p, const Technique& chosen) {
     const Technique way = chosen;  // which may be the pane's own
-    auto opened = DrawSession::open(*scene_, renderer_, way, look.debug == DebugView::misses, progress_, p);
+    auto opened = prepared(*scene_, way, p);
     if (!opened) return fail(opened.error().fault, way.backend + ": " + opened.error().message);
     panes[p] = {way, std::move(*opened), {}, {}, {}, {}, {}, {}, {}};
     return {};

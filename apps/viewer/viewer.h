@@ -140,6 +140,7 @@ private:
     SceneNeeds needs(bool quickly) const;
     void improve();
     Result<void> open(uint32_t pane, const Technique& way);
+    Result<std::unique_ptr<DrawSession>> prepared(const ReadyScene& scene, const Technique& way, uint32_t pane);
     Result<void> revive(uint32_t pane, const Error& why);
     Result<void> keep_showing(const Error& why);  // all of it
     void move_camera();

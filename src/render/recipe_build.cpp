@@ -209,6 +209,13 @@ private:
     VkSpecializationInfo info_{};
 };
 
+// Throws VulkanFailure, naming the shader, where there is none.
+std::span<const uint32_t> present_words(const std::string& name) {
+    const auto words = shader_words(name);
+    if (words.empty()) throw VulkanFailure("shader '" + name + "' is not part of this program");
+    return words;
+}
+
 struct ShaderStages {
     const VkSpecializationInfo* constants;
     std::vector<OwnedShader> modules;
@@ -225,17 +232,6 @@ struct ShaderStages {
         infos.push_back(info);
     }
 };
-
-// Whether some stage of a frame drawn so runs it.
-bool is_used(const PipelineSpec& spec, Variant variant, const SceneLooks& looks, const DrawnAs& as) {
-    if (spec.blend != Blend::replace) return variant == Variant::composite;
-    for (const Stage stage : {Stage::shadow, Stage::depth, Stage::colour}) {
-        if (spec.whole_view && stage != Stage::colour) continue;
-        if (!spec.visibility.empty() && stage == Stage::colour) continue;
-        if (variant_of(spec, stage, as) == variant) return true;
-    }
-    return looks.blends() && !spec.blended.empty() && blended_variant_of(as) == variant;
-}
 
 // What the depth stage of a recipe leaves beside depths: Recipe::visibility_targets and has_stencils.
 struct RecipeTargets {
@@ -425,6 +421,14 @@ OwnedPipeline make_compute_pipeline(const Device& device, const PipelineSpec& sp
     return {device.handle(), pipeline};
 }
 
+// What is not part of the program is told of before anything is drawn by it.
+void check_shaders(const PipelineSpec& spec) {
+    for (const std::string* name : {&spec.vertex, &spec.tessellation_control, &spec.tessellation_evaluation,
+                                    &spec.fragment, &spec.visibility, &spec.cutout, &spec.blended, &spec.compute}) {
+        if (!name->empty()) present_words(*name);
+    }
+}
+
 // Every buffer must be bound at once, and be read only where it is read as texels.
 void check_bindings(const PipelineSpec& spec, const std::vector<SplitBuffer>& buffers) {
     for (const StorageBinding& s : spec.storage) {
@@ -554,8 +558,7 @@ BuiltPipeline build_whole_view(const Device& device, VkDescriptorSetLayout frame
 }  // namespace
 
 OwnedShader make_shader(const Device& device, const std::string& name) {
-    const auto words = shader_words(name);
-    if (words.empty()) throw VulkanFailure("shader '" + name + "' is not part of this program");
+    const auto words = present_words(name);
     VkShaderModuleCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
     info.codeSize = words.size_bytes();
@@ -566,53 +569,90 @@ OwnedShader make_shader(const Device& device, const std::string& name) {
 }
 
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
-                         uint64_t segment_limit, const SceneLooks& looks, bool beside_effect) {
+                         uint64_t segment_limit) {
     BuiltRecipe built;
     for (uint32_t b = 0; b < recipe.buffers.size(); ++b) {
         built.buffers.push_back(
             make_buffer(allocator, recipe.buffers[b], segment_limit_of(allocator.device(), recipe, b, segment_limit)));
     }
-    for (const PipelineSpec& spec : recipe.pipelines)
+    for (const PipelineSpec& spec : recipe.pipelines) {
+        check_shaders(spec);
         built.pipelines.push_back(make_layouts(allocator.device(), spec, built.buffers, frame_layout));
-    build_variants(allocator.device(), recipe, looks, {}, built);
-    if (beside_effect) build_variants(allocator.device(), recipe, looks, {.beside_effect = true}, built);
+    }
     built.sets = make_storage_sets(allocator.device(), recipe, built);
     return built;
 }
 
-void build_variants(const Device& device, const Recipe& recipe, const SceneLooks& looks, const DrawnAs& as,
-                    BuiltRecipe& built) {
-    if (std::ranges::find(built.drawn_as, as) != built.drawn_as.end()) return;
-    std::vector<std::pair<size_t, int>> missing;  // pipeline and variant; of what computes, any
+std::vector<PipelineUse> uses_of(const Recipe& recipe, const SceneLooks& looks, const DrawnAs& as) {
+    std::vector<PipelineUse> uses;
     for (size_t p = 0; p < recipe.pipelines.size(); ++p) {
         const PipelineSpec& spec = recipe.pipelines[p];
-        if (spec.kind == PipelineKind::compute) {
-            if (built.pipelines[p].compute.get() == VK_NULL_HANDLE) missing.emplace_back(p, 0);
+        const auto add = [&](Stage stage) { uses.push_back({p, variant_of(spec, stage, as)}); };
+        if (spec.kind == PipelineKind::compute || spec.blend != Blend::replace) {
+            add(Stage::composite);
             continue;
         }
-        for (int v = 0; v < variant_count; ++v) {
-            if (built.pipelines[p].draw[v].get() == VK_NULL_HANDLE && is_used(spec, static_cast<Variant>(v), looks, as))
-                missing.emplace_back(p, v);
+        if (!spec.whole_view) {
+            add(Stage::shadow);
+            add(Stage::depth);
         }
+        if (spec.visibility.empty()) add(Stage::colour);
+        if (looks.blends() && !spec.blended.empty()) uses.push_back({p, blended_variant_of(as)});
     }
+    return uses;
+}
+
+std::vector<PipelineUse> uses_of(const Plan& plan, const Recipe& recipe, const SceneLooks& looks, const DrawnAs& as) {
+    std::vector<PipelineUse> uses;
+    const auto add = [&](const PipelineUse& use) {
+        if (uses.empty() || uses.back() != use) uses.push_back(use);
+    };
+    for (const Command& command : plan.commands) {
+        if (const auto* dispatched = std::get_if<Dispatch>(&command.what)) {
+            add({dispatched->pipeline, Variant::composite});
+            continue;
+        }
+        const Draw* draw = drawn_by(command);
+        if (draw == nullptr) continue;
+        LODE_CHECK(draw->pipeline < recipe.pipelines.size(), draw->pipeline);
+        add({draw->pipeline, variant_of(recipe.pipelines[draw->pipeline], command.stage, as)});
+    }
+    if (!looks.blends() || as.wire) return uses;
+    // What is blended is drawn by the depth stage's draws.
+    for (const Command& command : plan.commands) {
+        const Draw* draw = drawn_by(command);
+        if (draw != nullptr && command.stage == Stage::depth) add({draw->pipeline, blended_variant_of(as)});
+    }
+    return uses;
+}
+
+void build_pipelines(const Device& device, const Recipe& recipe, const SceneLooks& looks, std::vector<PipelineUse> uses,
+                     BuiltRecipe& built) {
+    const auto made = [&](const PipelineUse& use) -> OwnedPipeline& {
+        BuiltPipeline& of = built.pipelines[use.pipeline];
+        const bool computes = recipe.pipelines[use.pipeline].kind == PipelineKind::compute;
+        return computes ? of.compute : of.draw[static_cast<size_t>(use.variant)];
+    };
+    std::erase_if(uses, [&](const PipelineUse& use) { return made(use).get() != VK_NULL_HANDLE; });
+    std::ranges::sort(uses);
+    uses.erase(std::ranges::unique(uses).begin(), uses.end());
     // Drivers compile them: each by itself, side by side.
-    parallel_for(missing.size(), 1, [&](size_t begin, size_t end) {
-        for (size_t m = begin; m < end; ++m) {
-            const PipelineSpec& spec = recipe.pipelines[missing[m].first];
-            BuiltPipeline& to = built.pipelines[missing[m].first];
+    parallel_for(uses.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t u = begin; u < end; ++u) {
+            const auto [pipeline, variant] = uses[u];
+            const PipelineSpec& spec = recipe.pipelines[pipeline];
+            const VkPipelineLayout layout = built.pipelines[pipeline].layout.get();
             if (spec.kind == PipelineKind::compute) {
                 const ShaderConstants constants(spec, built.buffers);
-                to.compute = make_compute_pipeline(device, spec, to.layout.get(), constants.get());
+                made(uses[u]) = make_compute_pipeline(device, spec, layout, constants.get());
                 continue;
             }
-            const auto variant = static_cast<Variant>(missing[m].second);
             const ShaderConstants constants(spec, built.buffers, variant, looks);
-            to.draw[missing[m].second] = make_draw_pipeline(device, spec, to.layout.get(), constants.get(), variant,
-                                                            fragment_of(spec, variant, looks),
-                                                            {recipe.visibility_targets(), recipe.has_stencils()});
+            made(uses[u]) =
+                make_draw_pipeline(device, spec, layout, constants.get(), variant, fragment_of(spec, variant, looks),
+                                   {recipe.visibility_targets(), recipe.has_stencils()});
         }
     });
-    built.drawn_as.push_back(as);
 }
 
 BuiltPipeline build_resolve(const Device& device, VkDescriptorSetLayout frame_layout) {

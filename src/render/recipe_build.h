@@ -55,8 +55,8 @@ inline constexpr int variant_count = 18;
 struct BuiltPipeline {
     OwnedPipelineLayout layout;
     OwnedSetLayout storage_layout;
-    std::array<OwnedPipeline, variant_count> draw;  // empty for compute pipelines, and what no frame was drawn as yet
-    OwnedPipeline compute;
+    std::array<OwnedPipeline, variant_count> draw;  // by Variant; empty for compute pipelines, and what is not made yet
+    OwnedPipeline compute;                          // the same
     VkPipelineBindPoint bind_point = VK_PIPELINE_BIND_POINT_GRAPHICS;
     VkShaderStageFlags stages = 0;  // that see the push constants
 };
@@ -82,7 +82,6 @@ struct BuiltRecipe {
     std::vector<SplitBuffer> buffers;
     std::vector<BuiltPipeline> pipelines;
     StorageSets sets;
-    std::vector<DrawnAs> drawn_as;  // what pipelines are made for
 };
 
 // What a change of a buffer's size leaves behind: frames under way may still read it.
@@ -109,17 +108,25 @@ struct SceneLooks {
     bool mirrors() const;         // whether fragments know of mirrored instances
 };
 
-// With pipelines for frames as they mostly are (DrawnAs{}), and, where beside_effect, for those with an effect.
-// frame_layout: of descriptor set 0. segment_limit: bytes a storage buffer may have before it is split, or fewer
-// where the device says so.
+// Without pipelines, which are made as they are used. frame_layout: of descriptor set 0. segment_limit: bytes a storage
+// buffer may have before it is split, or fewer where the device says so.
 // Throws VulkanFailure; a shader that is not in the library is named.
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
-                         uint64_t segment_limit, const SceneLooks& looks, bool beside_effect);
+                         uint64_t segment_limit);
 
-// Makes what pipelines lack for frames drawn so: those of debug views and lines, mostly, are made when they are first
-// looked at. Throws VulkanFailure; what was there is there.
-void build_variants(const Device& device, const Recipe& recipe, const SceneLooks& looks, const DrawnAs& as,
-                    BuiltRecipe& built);
+// A pipeline of a recipe, and what it runs as. variant: of what computes, any.
+struct PipelineUse {
+    size_t pipeline;
+    Variant variant;
+    auto operator<=>(const PipelineUse&) const = default;
+};
+// All that frames drawn so may have.
+std::vector<PipelineUse> uses_of(const Recipe& recipe, const SceneLooks& looks, const DrawnAs& as);
+// What the frame of a plan has; some of it may be told more than once.
+std::vector<PipelineUse> uses_of(const Plan& plan, const Recipe& recipe, const SceneLooks& looks, const DrawnAs& as);
+// Makes the pipelines of these that are not there. Throws VulkanFailure; what was there is there.
+void build_pipelines(const Device& device, const Recipe& recipe, const SceneLooks& looks, std::vector<PipelineUse> uses,
+                     BuiltRecipe& built);
 
 // The renderer's own pipelines. Variant::resolve: from Targets::radiance to Targets::colour. Variant::background and
 // background_radiance: what is all around.

@@ -52,6 +52,18 @@ public:
 
     uint64_t loaded(uint32_t place) const override { return loaded_[place].number; }
 
+    Result<void> prepare(uint32_t place) override {
+        return guarded([&] {
+            Loaded& loaded = loaded_[place];
+            const SceneLooks& looks = loaded.materials.looks;
+            make_pipelines(loaded.backend, looks, uses_of(loaded.backend.recipe, looks, {}));
+            if (!loaded.effect) return;
+            const DrawnAs beside{.beside_effect = true};
+            make_pipelines(loaded.backend, looks, uses_of(loaded.backend.recipe, looks, beside));
+            make_pipelines(*loaded.effect, {}, uses_of(loaded.effect->recipe, {}, beside));
+        });
+    }
+
     Result<void> resize(uint32_t width, uint32_t height) override {
         return guarded([&] {
             finish_all();
@@ -234,21 +246,24 @@ private:
         }
     }
 
-    Loaded::Part part_of(const Recipe& recipe, const SceneLooks& looks, bool beside_effect) {
+    Loaded::Part part_of(const Recipe& recipe) {
         const uint64_t limit = options_.segment_bytes_limit > 0 ? options_.segment_bytes_limit : ~uint64_t{0};
         Loaded::Part part;
         part.recipe = recipe;
-        part.built = build_recipe(allocator_, recipe, sets_.layout(), limit, looks, beside_effect);
+        part.built = build_recipe(allocator_, recipe, sets_.layout(), limit);
         part.hazards.reset(recipe.buffers.size());
         return part;
+    }
+    void make_pipelines(Loaded::Part& part, const SceneLooks& looks, std::vector<PipelineUse> uses) {
+        build_pipelines(device_, part.recipe, looks, std::move(uses), part.built);
     }
 
     // All is made before anything that was there goes.
     void bring(const Recipe& recipe, const MaterialSet& materials, uint32_t place, const Recipe* effect) {
         Loaded made;
         made.materials = make_material_images(allocator_, pool_, materials);
-        made.backend = part_of(recipe, made.materials.looks, effect != nullptr);
-        if (effect != nullptr) made.effect = part_of(*effect, {}, false);
+        made.backend = part_of(recipe);
+        if (effect != nullptr) made.effect = part_of(*effect);
         if (effect != nullptr && effect->light_grid != no_light_grid) {
             const SplitBuffer& grid = made.effect->built.buffers[effect->light_grid];
             LODE_CHECK(grid.most_segments == 1, effect->buffers[effect->light_grid].name);
@@ -268,8 +283,10 @@ private:
     void record(const Plans& plans, const FrameInput& input, const ShadingOptions& look, Loaded& loaded,
                 FrameSlot& slot) {
         const DrawnAs as = drawn_as(look, device_, plans.effect != nullptr);
-        build_variants(device_, loaded.backend.recipe, loaded.materials.looks, as, loaded.backend.built);
-        if (plans.effect != nullptr) build_variants(device_, loaded.effect->recipe, {}, as, loaded.effect->built);
+        const SceneLooks& looks = loaded.materials.looks;
+        make_pipelines(loaded.backend, looks, uses_of(plans.backend, loaded.backend.recipe, looks, as));
+        if (plans.effect != nullptr)
+            make_pipelines(*loaded.effect, {}, uses_of(*plans.effect, loaded.effect->recipe, {}, as));
         CommandPool::begin(slot.commands);
         const auto recorded = [&](const Plan& plan, Loaded::Part& part, auto& readbacks) {
             return RecordedPlan{plan, part.recipe, part.built, part.hazards, slot.replaced, readbacks};

@@ -126,13 +126,17 @@ public:
     virtual const DeviceInfo& device() const = 0;  // the one that was chosen
 
     static constexpr uint32_t most_places = 2;  // recipes loaded at once
-    // Builds buffers and pipelines of a recipe and textures of the scene. Waits for the device. An equal recipe with a
+    // Builds buffers of a recipe and textures of the scene. Waits for the device. An equal recipe with a
     // new generation empties the buffers. Frames are counted anew. place: several recipes can be loaded, each in a
     // place of its own, 0 .. most_places - 1; what was there goes, once the new one is built. Where both at once are
     // too much for the device it goes before. After an error the place holds what it held, or nothing: see loaded().
     // effect: is drawn beside it, in frames that say so; may be null.
     virtual Result<void> load(const Recipe& recipe, const MaterialSet& materials, uint32_t place = 0,
                               const Recipe* effect = nullptr) = 0;
+
+    // Makes every pipeline that a frame of the place may have, but for debug views and lines. Pipelines that a plan has
+    // and that were not made are when it is submitted, and the frame waits for them.
+    virtual Result<void> prepare(uint32_t place = 0) = 0;
 
     // Another number for everything that was ever loaded into the place; 0 where nothing is.
     virtual uint64_t loaded(uint32_t place) const = 0;

@@ -201,6 +201,33 @@ TEST_F(RendererFaults, WhatWasLoadedStaysWhereTheNextCannotBeBuilt) {
     EXPECT_EQ(renderer.loaded(0), 0u);
 }
 
+TEST_F(RendererFaults, PipelinesAreMadeByTheFirstFrameThatHasThemOrBeforeIt) {
+    Renderer& renderer = make();
+    auto source = rock();
+    const Picture before = first_picture(renderer, *source);
+    inject("vkCreateGraphicsPipelines", VK_ERROR_OUT_OF_DEVICE_MEMORY, 100);
+    ASSERT_TRUE(drawn(renderer, *source, 1));
+    source = rock();
+    ASSERT_TRUE(renderer.load(source->recipe(), plain()));
+    EXPECT_EQ(injected(), 0) << "nothing is drawn yet";
+    fails(renderer.prepare(), "out of device memory");
+    fails(drawn(renderer, *source, 0), "out of device memory");
+
+    inject("", VK_SUCCESS, 0);
+    source = rock();
+    ASSERT_TRUE(renderer.load(source->recipe(), plain()));
+    ASSERT_TRUE(renderer.prepare());
+    inject("vkCreateGraphicsPipelines", VK_ERROR_OUT_OF_DEVICE_MEMORY, 100);
+    ASSERT_TRUE(drawn(renderer, *source, 0));
+    EXPECT_EQ(renderer.read_picture()->colour, before.colour);
+    // A debug view asks for others.
+    const FrameInput input = look(1);
+    ShadingOptions normals;
+    normals.debug = DebugView::normal;
+    fails(renderer.submit(source->plan(input), input, normals), "out of device memory");
+    EXPECT_GT(injected(), 0);
+}
+
 TEST_F(RendererFaults, AFrameThatCannotBeRecordedLeavesNothingBehind) {
     Renderer& renderer = make();
     Recipe recipe;

@@ -73,6 +73,10 @@ LODE_INJECT(vkMapMemory,
             (device, memory, offset, size, flags, data))
 LODE_INJECT(vkEnumeratePhysicalDevices, (VkInstance instance, uint32_t* count, VkPhysicalDevice* devices),
             (instance, count, devices))
+LODE_INJECT(vkCreateGraphicsPipelines,
+            (VkDevice device, VkPipelineCache cache, uint32_t count, const VkGraphicsPipelineCreateInfo* infos,
+             const VkAllocationCallbacks* callbacks, VkPipeline* pipelines),
+            (device, cache, count, infos, callbacks, pipelines))
 LODE_INJECT(vkAcquireNextImageKHR,
             (VkDevice device, VkSwapchainKHR swapchain, uint64_t timeout, VkSemaphore semaphore, VkFence fence,
              uint32_t* index),

@@ -55,8 +55,8 @@ private:
     };
     // A square of the image, with samples of all channels of a group.
     struct Part {
-        Part(uint32_t left, uint32_t top, uint32_t across) : x(left), y(top), cells(across) {
-            for (auto& channel : values) channel.resize(size_t{cells + 1} * (cells + 1));
+        Part(uint32_t left, uint32_t top, uint32_t across, uint32_t channels) : x(left), y(top), cells(across) {
+            for (uint32_t k = 0; k < channels; ++k) values[k].resize(size_t{cells + 1} * (cells + 1));
         }
         uint32_t x, y, cells;
         std::array<std::vector<int32_t>, 3> values;
@@ -68,7 +68,7 @@ private:
     uint32_t blocks_per_side() const { return (side_ + block_side - 1) / block_side; }
     bool on_border(uint32_t x, uint32_t y) const { return x == 0 || y == 0 || x == side_ || y == side_; }
     size_t border_number(uint32_t x, uint32_t y) const;
-    Part part_of(uint32_t member) const;
+    Part part_of(const Group& group, uint32_t member) const;
     void expect(const Group& group, const Page* parent, Part& part) const;
     void expect_inside(const Group& group, Part& part) const;
     template <class Visit>
@@ -79,8 +79,9 @@ private:
         return exact ? 16 : group.steps[k];
     }
     Numbers border_residual(const Group& group, uint32_t x, uint32_t y) const;
-    void add(const Group& group, const Numbers& residual, Part& part, size_t at) const;
+    static void add(const Group& group, const Numbers& residual, Part& part, size_t at);
     void add_border(const Group& group, Part& part) const;
+    bool block_residual(const Group& group, uint32_t k, size_t block, Block& residual) const;
     void add_blocks(const Group& group, Part& part) const;
     void take_border(const Group& group, const Part& original, Part& part);
     void take_blocks(const Group& group, const Part& original, const Part& expected);

@@ -635,7 +635,7 @@ void build_pipelines(const Device& device, const Recipe& recipe, const SceneLook
     };
     std::erase_if(uses, [&](const PipelineUse& use) { return made(use).get() != VK_NULL_HANDLE; });
     std::ranges::sort(uses);
-    uses.erase(std::ranges::unique(uses).begin(), uses.end());
+    uses.erase(std::unique(uses.begin(), uses.end()), uses.end());
     // Drivers compile them: each by itself, side by side.
     parallel_for(uses.size(), 1, [&](size_t begin, size_t end) {
         for (size_t u = begin; u < end; ++u) {

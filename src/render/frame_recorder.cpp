@@ -259,9 +259,7 @@ void FrameRecorder::bind(uint32_t number, VkPipeline variant, uint32_t view, con
 }
 
 void FrameRecorder::dispatch(const Dispatch& command) {
-    LODE_CHECK(command.pipeline < p_->built.pipelines.size(), command.pipeline);
     const PipelineSpec& spec = p_->recipe.pipelines[command.pipeline];
-    LODE_CHECK(spec.kind == PipelineKind::compute, spec.name);
     const bool indirect = command.arguments != no_buffer;
     // Before the storage: the pipeline itself may write its arguments' buffer, after they are read.
     if (indirect)
@@ -332,9 +330,7 @@ void FrameRecorder::set_view(const VkExtent2D& extent) const {
 }
 
 void FrameRecorder::use_draw_buffers(const Draw& draw, const DrawIndirect* indirect) {
-    LODE_CHECK(draw.pipeline < p_->built.pipelines.size(), draw.pipeline);
     const PipelineSpec& spec = p_->recipe.pipelines[draw.pipeline];
-    LODE_CHECK(spec.kind == PipelineKind::draw, spec.name);
     if (spec.layout.stride > 0)
         p_->hazards.use(draw.vertex_buffer,
                         {VK_PIPELINE_STAGE_2_VERTEX_ATTRIBUTE_INPUT_BIT, VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT, false});

@@ -607,15 +607,19 @@ std::vector<PipelineUse> uses_of(const Plan& plan, const Recipe& recipe, const S
     const auto add = [&](const PipelineUse& use) {
         if (uses.empty() || uses.back() != use) uses.push_back(use);
     };
+    const auto spec_of = [&](uint32_t pipeline, PipelineKind kind) -> const PipelineSpec& {
+        LODE_CHECK(pipeline < recipe.pipelines.size(), pipeline);
+        const PipelineSpec& spec = recipe.pipelines[pipeline];
+        LODE_CHECK(spec.kind == kind, spec.name);
+        return spec;
+    };
     for (const Command& command : plan.commands) {
         if (const auto* dispatched = std::get_if<Dispatch>(&command.what)) {
+            spec_of(dispatched->pipeline, PipelineKind::compute);
             add({dispatched->pipeline, Variant::composite});
-            continue;
+        } else if (const Draw* draw = drawn_by(command)) {
+            add({draw->pipeline, variant_of(spec_of(draw->pipeline, PipelineKind::draw), command.stage, as)});
         }
-        const Draw* draw = drawn_by(command);
-        if (draw == nullptr) continue;
-        LODE_CHECK(draw->pipeline < recipe.pipelines.size(), draw->pipeline);
-        add({draw->pipeline, variant_of(recipe.pipelines[draw->pipeline], command.stage, as)});
     }
     if (!looks.blends() || as.wire) return uses;
     // What is blended is drawn by the depth stage's draws.

@@ -114,7 +114,7 @@ struct SceneLooks {
 BuiltRecipe build_recipe(BlockAllocator& allocator, const Recipe& recipe, VkDescriptorSetLayout frame_layout,
                          uint64_t segment_limit);
 
-// A pipeline of a recipe, and what it runs as. variant: of what computes, any.
+// A pipeline of a recipe, and what it runs as. variant: of what computes, always composite.
 struct PipelineUse {
     size_t pipeline;
     Variant variant;
@@ -122,7 +122,8 @@ struct PipelineUse {
 };
 // All that frames drawn so may have.
 std::vector<PipelineUse> uses_of(const Recipe& recipe, const SceneLooks& looks, const DrawnAs& as);
-// What the frame of a plan has; some of it may be told more than once.
+// What the frame of a plan has; some of it may be told more than once. The plan's pipelines are of the recipe, and draw
+// or compute as its commands say.
 std::vector<PipelineUse> uses_of(const Plan& plan, const Recipe& recipe, const SceneLooks& looks, const DrawnAs& as);
 // Makes the pipelines of these that are not there. Throws VulkanFailure; what was there is there.
 void build_pipelines(const Device& device, const Recipe& recipe, const SceneLooks& looks, std::vector<PipelineUse> uses,
